@@ -1,0 +1,1 @@
+"""The product built on `ippon`: nodes, console, recorder, review and the command line."""

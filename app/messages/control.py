@@ -1,0 +1,237 @@
+"""The control plane: JSON messages that any zenoh client can send and read.
+
+Each struct is one message. A request gets a reply, a result or an `ErrorReply`, always.
+"""
+
+from typing import Annotated, Literal, TypeVar
+
+import msgspec
+from msgspec import Meta, Struct
+
+M = TypeVar("M", bound=Struct)
+
+MissionState = Literal[
+    "starting",
+    "looking_around",
+    "searching",
+    "approaching",
+    "found",
+    "exhausted",
+    "paused",
+    "manual",
+    "stopped",
+    "lost",
+]
+LevelName = Literal["certain", "near", "average", "far"]
+
+ObjectText = Annotated[str, Meta(min_length=1, max_length=80)]
+ContextText = Annotated[str, Meta(max_length=2000)]
+ScenarioText = Annotated[str, Meta(max_length=200)]
+
+
+class _Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Messages refuse fields that they do not know: a misspelt field is an error."""
+
+
+class SearchRequest(_Message):
+    """Look for an object: key `search`."""
+
+    object: ObjectText
+    context: ContextText = ""
+    scenario: ScenarioText = "an apartment with different rooms"
+    requester: Annotated[str, Meta(max_length=80)] = ""
+
+
+class SearchAccepted(_Message):
+    """Reply to `SearchRequest`: the goal was taken over, and at which place of the queue."""
+
+    goal_id: int
+    object: str
+    """Canonical label that is searched for."""
+    position: int
+    """0: searched for now; else goals that come first."""
+    notes: list[str] = []
+
+
+class ControlRequest(_Message):
+    """Change what the navigator does: key `control`."""
+
+    action: Literal["stop", "resume", "pause", "cancel"]
+    """`stop` latches until `resume`; `cancel` ends the current goal."""
+    requester: Annotated[str, Meta(max_length=80)] = ""
+
+
+class ControlReply(_Message):
+    """Reply to `ControlRequest`: the state that the navigator is in now."""
+
+    state: MissionState
+
+
+class GuidanceRequest(_Message):
+    """Change the level of one label for the current goal: key `guidance`."""
+
+    label: str
+    level: LevelName
+
+
+class FeedbackRequest(_Message):
+    """The operator's word on a find: key `feedback`."""
+
+    verdict: Literal["confirm", "reject"]
+
+
+class Accepted(_Message):
+    """Reply to a request that has nothing else to say."""
+
+    detail: str = ""
+
+
+class ErrorReply(_Message):
+    """Reply to a request that cannot be met."""
+
+    error: str
+    """What came, what was expected, what would work."""
+
+
+class ProximityRow(_Message):
+    """Level of one common object."""
+
+    label: str
+    level: LevelName
+    reason: str
+
+
+class ProximityTable(_Message):
+    """Levels for the current goal, published on change and kept for late joiners."""
+
+    goal_id: int
+    object: str
+    context: str
+    provider: str
+    elapsed_ms: float
+    rows: list[ProximityRow]
+    notes: list[str] = []
+
+
+class GoalStatus(_Message):
+    """A goal and how far it is."""
+
+    goal_id: int
+    object: str
+    context: str = ""
+    outcome: Literal["queued", "active", "found", "exhausted", "cancelled"] = "queued"
+
+
+class FindReport(_Message):
+    """Where the object was found."""
+
+    goal_id: int
+    object: str
+    position_world: tuple[float, float, float]
+    size_m: tuple[float, float, float]
+    probability: float
+    voxels: int
+    box_px: tuple[int, int, int, int] | None = None
+    """(u0, v0, u1, v1) of the object in the colour image of that moment."""
+
+
+class StreamStatus(_Message):
+    """Health of one incoming stream."""
+
+    name: str
+    age_s: float | None
+    """Time since the last message; None before the first."""
+    rate_hz: float
+    dropped: int = 0
+    rejected: int = 0
+
+
+class Timings(_Message):
+    """Medians over the last frames, milliseconds."""
+
+    step_ms: float = 0.0
+    map_ms: float = 0.0
+    plan_ms: float = 0.0
+    publish_ms: float = 0.0
+    frame_age_ms: float = 0.0
+    """From the robot's stamp to the command that answers it."""
+    first_motion_s: float | None = None
+    """From the current goal's query to the first command that moves the base or the camera."""
+
+
+class Status(_Message):
+    """Published with every step and at least twice a second."""
+
+    robot: str
+    version: str
+    stamp_ns: int
+    """Clock of the robot (the latest frame's)."""
+    wall_ns: int
+    """Clock of the navigator's machine, nanoseconds since 1970."""
+    state: MissionState
+    why: str
+    """One line for the operator."""
+    goal: GoalStatus | None
+    queue: list[GoalStatus]
+    history: list[GoalStatus]
+    find: FindReport | None
+    streams: list[StreamStatus]
+    timings: Timings
+    frames: int
+    elapsed_s: float
+    """Robot time since the current goal was set."""
+    path_length_m: float
+    """Driven since the current goal was set."""
+    best_ooi: float
+    """Highest p(v in O) in the map."""
+    explored_m2: float
+    surface_voxels: int
+    voxel_size_m: float
+    map_revision: int
+    notes: list[str] = []
+
+
+class Event(_Message):
+    """Something an operator or a reviewer wants to know of, once."""
+
+    stamp_ns: int
+    kind: Literal[
+        "goal_set",
+        "state",
+        "found",
+        "rejected",
+        "confirmed",
+        "exhausted",
+        "cancelled",
+        "contact",
+        "stream_lost",
+        "stream_back",
+        "bad_message",
+        "stopped",
+        "resumed",
+        "level_changed",
+        "error",
+    ]
+    text: str
+    goal_id: int | None = None
+
+
+class LabelRequest(_Message):
+    """What the segmentation is asked to tell apart: published by the navigator, kept for joiners."""
+
+    labels: list[str]
+    ooi: str | None
+
+
+def decode(payload: bytes, kind: type[M]) -> M:
+    """Read one message.
+
+    Raises:
+        msgspec.DecodeError: Not JSON, or not this message; the text says where and why.
+    """
+    return msgspec.json.decode(payload, type=kind)
+
+
+def encode(message: Struct) -> bytes:
+    """Write one message as JSON."""
+    return msgspec.json.encode(message)

@@ -1,0 +1,28 @@
+"""Names of the topics under a robot's prefix."""
+
+COLOR = "camera/color/image_raw/compressed"
+DEPTH = "camera/depth/image_raw/compressedDepth"
+DEPTH_RAW = "camera/depth/image_raw"
+CAMERA_INFO = "camera/color/camera_info"
+TF = "tf"
+TF_STATIC = "tf_static"
+HEATMAP = "camera/heatmap"
+CONTACT = "contact"
+
+CMD_VEL = "cmd_vel"
+CMD_TILT = "camera/cmd_tilt"
+
+SEARCH = "search"
+CONTROL = "control"
+GUIDANCE = "guidance"
+FEEDBACK = "feedback"
+
+LABELS = "segmentation/labels"
+PROXIMITY = "guidance/levels"
+MAP_VOXELS = "map/voxels"
+MAP_KEYFRAME = "map/keyframe"
+PLAN_TREE = "plan/tree"
+PLAN_PATH = "plan/path"
+DETECTIONS = "detections"
+STATUS = "status"
+EVENT = "event"

@@ -1,0 +1,1 @@
+"""Sessions written to disk and read again."""

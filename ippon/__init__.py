@@ -1,0 +1,1 @@
+"""IPPON: common-sense guided informative path planning for object goal navigation."""

@@ -1,0 +1,1 @@
+"""From a path to velocities, and the filter that keeps the robot off obstacles."""

@@ -1,0 +1,1 @@
+"""Common sense: which common objects the goal is found near."""

@@ -1,0 +1,79 @@
+"""Proximity levels: how likely the goal is near a common object."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Level(IntEnum):
+    """The four levels of the paper (Sec. Semantic Guidance), ordered by probability."""
+
+    FAR = 0
+    AVERAGE = 1
+    NEAR = 2
+    CERTAIN = 3
+
+    @classmethod
+    def parse(cls, text: str) -> "Level":
+        """Read a level by name, in any case.
+
+        Raises:
+            ValueError: No level has that name.
+        """
+        try:
+            return cls[text.strip().upper()]
+        except KeyError:
+            known = ", ".join(level.name.lower() for level in cls)
+            raise ValueError(f"no proximity level {text!r}; the levels are {known}") from None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LevelProbabilities:
+    """l(O | C) for each level. The paper publishes the order only; these are our defaults."""
+
+    certain: float = 0.6
+    """An unknown voxel near such an object is counted as this fraction of a voxel of the goal."""
+    near: float = 0.25
+    average: float = 0.1
+    far: float = 0.02
+
+    def __post_init__(self) -> None:
+        """Hold the order that the paper demands."""
+        if not 1.0 >= self.certain > self.near > self.average > self.far >= 0.0:
+            raise ValueError(
+                "level probabilities must fall strictly: 1 >= certain > near > average > far >= 0; "
+                f"got {self.certain}, {self.near}, {self.average}, {self.far}"
+            )
+
+    def as_array(self) -> NDArray[np.float32]:
+        """Return (4,) float32 indexed by `Level`."""
+        return np.array([self.far, self.average, self.near, self.certain], dtype=np.float32)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LabelLevel:
+    """The level of one common object, and why."""
+
+    label: str
+    level: Level
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guidance:
+    """One level per common object, as one provider answered for one goal."""
+
+    ooi: str
+    """Canonical label of the object of interest."""
+    context: str
+    provider: str
+    rows: tuple[LabelLevel, ...]
+    """In the order of the vocabulary that was asked about."""
+    notes: tuple[str, ...] = ()
+    """What the operator should know: unknown object, claims of the context not understood, …"""
+
+    def levels(self) -> NDArray[np.uint8]:
+        """Return (N,) uint8 levels in the order of the vocabulary."""
+        return np.array([row.level for row in self.rows], dtype=np.uint8)

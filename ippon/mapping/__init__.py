@@ -1,0 +1,1 @@
+"""The voxel map: geometry, object probabilities and distances to obstacles."""

@@ -1,0 +1,42 @@
+"""The map as the kernels see it: dense blocks of 8 x 8 x 8 voxels found through a directory."""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+BLOCK_EDGE: Final = 8
+BLOCK_VOLUME: Final = 512
+
+UNKNOWN: Final = 0
+FREE: Final = 1
+OCCUPIED: Final = 2
+
+NOT_MAPPED: Final = 255
+"""In `MapArrays.ooi` and `MapArrays.level`: this voxel was never labelled."""
+
+
+class MapArrays(NamedTuple):
+    """Read-only arrays that a compiled kernel takes as one argument.
+
+    Voxel (i, j, k) covers [i, i + 1) * voxel_size along x, and so on. It lies in block
+    `b = (i >> 3, j >> 3, k >> 3)`, found in row `directory[b - origin_block]` of the pools, at column
+    `((i & 7) * 8 + (j & 7)) * 8 + (k & 7)`. A row below 0, or a block outside the directory, means
+    that nothing was observed there.
+    """
+
+    voxel_size: float
+    origin_block: NDArray[np.int64]
+    """(3,) block index of `directory[0, 0, 0]`."""
+    directory: NDArray[np.int32]
+    """(DX, DY, DZ) row in the pools, -1 for none."""
+    state: NDArray[np.uint8]
+    """(B, 512) `UNKNOWN`, `FREE` or `OCCUPIED`."""
+    ooi: NDArray[np.uint8]
+    """(B, 512) p(v in O) in units of 1/254 of voxels in V_O, else `NOT_MAPPED`."""
+    level: NDArray[np.uint8]
+    """(B, 512) proximity level of the most probable label, else `NOT_MAPPED`."""
+    distance: NDArray[np.float32]
+    """(B, 512) metres between voxel centres to the nearest occupied voxel, cut off at a maximum."""
+    revision: NDArray[np.int64]
+    """(B,) map revision at which the block last changed."""

@@ -1,0 +1,1 @@
+"""The tree of viewpoints and the paths between them."""

@@ -1,0 +1,73 @@
+"""What the planner hands to the mission: where to go, how, and why."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.geometry import Float64Array
+from ippon.guidance.levels import Level
+
+
+class NodeKind(IntEnum):
+    """How a viewpoint is drawn and chosen (Fig. 2 of the paper)."""
+
+    EXPLORING = 0
+    MINIMAL = 1
+    """Explores little; faces the direction of travel; black."""
+    TERMINATING = 2
+    """Sees enough of the object from close by to end the search here; white."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Viewpoint:
+    """A place to stand and a direction to look, with what it promises."""
+
+    position_world: tuple[float, float, float]
+    """The base on the floor, metres."""
+    yaw_rad: float
+    tilt_rad: float
+    gain: float
+    """G(n), eq. (3): expected voxels of the object that it shows."""
+    termination: float
+    """T(n), eq. (4): object voxels within reach of sight."""
+    level: Level
+    """Level that p_img(n) was taken from."""
+    kind: NodeKind
+    path_gain: float
+    """G(P_n), gain summed over the path from the robot."""
+    path_cost_s: float
+    """C(P_n), travel time from the robot, turning included."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TreeView:
+    """The whole tree as arrays, one row a node, row 0 the root."""
+
+    positions_world: NDArray[np.float32]
+    """(N, 3) metres, base on the floor."""
+    parents: NDArray[np.int32]
+    """(N,) row of the parent, -1 for the root."""
+    yaws_rad: NDArray[np.float32]
+    tilts_rad: NDArray[np.float32]
+    gains: NDArray[np.float32]
+    terminations: NDArray[np.float32]
+    path_costs_s: NDArray[np.float32]
+    levels: NDArray[np.uint8]
+    kinds: NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """The best plan so far."""
+
+    target: Viewpoint | None
+    """None when nothing worth going to is known yet, or any more."""
+    path_world: Float64Array
+    """(K, 3) metres from the robot to the target, K = 0 without a target."""
+    tree: TreeView
+    exhausted: bool
+    """Everything reachable was seen: no viewpoint promises anything."""
+    evaluated: int
+    """Viewpoints evaluated for this plan."""

@@ -1,0 +1,120 @@
+"""What the planner must know of a robot's body, limits and camera mount."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ippon.geometry import R_BASE_CAMERA_LEVEL, Float64Array, make_transform, rotation_y
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CollisionSphere:
+    """A ball that is part of the robot's body, in the base frame (origin on the floor)."""
+
+    x_m: float
+    y_m: float
+    z_m: float
+    radius_m: float
+
+
+def upright_body(
+    radius_m: float, height_m: float, clearance_m: float
+) -> tuple[CollisionSphere, ...]:
+    """Fill an upright cylinder with spheres.
+
+    Args:
+        radius_m: Radius of the cylinder.
+        height_m: Its top above the floor.
+        clearance_m: Height above the floor that the body steps or rolls over.
+    """
+    lowest = clearance_m + radius_m
+    highest = max(lowest, height_m - radius_m)
+    count = max(1, math.ceil((highest - lowest) / radius_m) + 1)
+    return tuple(
+        CollisionSphere(x_m=0.0, y_m=0.0, z_m=float(z), radius_m=radius_m)
+        for z in np.linspace(lowest, highest, count)
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotProfile:
+    """Body, limits and camera mount of one kind of robot. Lengths in metres, angles in radians."""
+
+    name: str
+    spheres: tuple[CollisionSphere, ...]
+    """The body; the planner keeps every sphere out of every obstacle."""
+    max_linear_m_s: float
+    max_yaw_rate_rad_s: float
+    max_tilt_rate_rad_s: float
+    max_linear_acceleration_m_s2: float = 0.8
+    max_yaw_acceleration_rad_s2: float = 2.0
+    min_tilt_rad: float = -1.2
+    """How far the camera looks down (negative)."""
+    max_tilt_rad: float = 0.43
+    camera_height_m: float = 1.2
+    """Height of the camera's tilt axis above the floor."""
+    camera_forward_m: float = 0.0
+    """How far the tilt axis lies before the base's centre."""
+    horizontal_fov_rad: float = math.radians(74.0)
+    image_aspect: float = 1.6
+    """Width over height of the camera image."""
+    min_depth_m: float = 0.3
+    max_depth_m: float = 5.0
+    max_step_m: float = 0.08
+    """Highest step the base takes; more is an obstacle, and as much downwards is a drop."""
+    can_reverse: bool = True
+
+    def __post_init__(self) -> None:
+        """Reject a body or limits that nothing could plan for."""
+        if not self.spheres or any(s.radius_m <= 0.0 for s in self.spheres):
+            raise ValueError("a robot needs at least one collision sphere of positive radius")
+        for name in ("max_linear_m_s", "max_yaw_rate_rad_s", "max_tilt_rate_rad_s"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} must be positive; got {getattr(self, name)}")
+        if not self.min_tilt_rad < self.max_tilt_rad:
+            raise ValueError("min_tilt_rad must be below max_tilt_rad")
+
+    @property
+    def radius_m(self) -> float:
+        """Radius of the circle round the base's centre that holds every sphere."""
+        return max(math.hypot(s.x_m, s.y_m) + s.radius_m for s in self.spheres)
+
+    @property
+    def vertical_fov_rad(self) -> float:
+        """Vertical field of view of the camera."""
+        return 2.0 * math.atan(math.tan(0.5 * self.horizontal_fov_rad) / self.image_aspect)
+
+    def T_base_camera(self, tilt_rad: float) -> Float64Array:  # noqa: N802
+        """Return the (4, 4) pose of the camera in the base frame for a tilt (positive up)."""
+        return make_transform(
+            rotation_y(-tilt_rad) @ R_BASE_CAMERA_LEVEL,
+            (self.camera_forward_m, 0.0, self.camera_height_m),
+        )
+
+
+ZED = RobotProfile(
+    name="zed",
+    spheres=upright_body(0.25, 1.2, 0.06),
+    max_linear_m_s=0.8,
+    max_yaw_rate_rad_s=1.2,
+    max_tilt_rate_rad_s=1.2,
+)
+"""The hardware set-up of the paper: a ZED X at 1.2 m on a base that drives at walking pace."""
+
+HABITAT = RobotProfile(
+    name="habitat",
+    spheres=upright_body(0.17, 1.41, 0.1),
+    max_linear_m_s=0.3,
+    max_yaw_rate_rad_s=0.45,
+    max_tilt_rate_rad_s=0.45,
+    min_tilt_rad=-1.57,
+    max_tilt_rad=0.43,
+    camera_height_m=1.31,
+    horizontal_fov_rad=math.radians(42.0),
+    image_aspect=0.75,
+    min_depth_m=0.5,
+    max_step_m=0.1,
+    can_reverse=False,
+)
+"""The Stretch of the Habitat ObjectNav Challenge 2023."""

@@ -1,0 +1,1 @@
+"""Simulated homes, cameras and robots."""
