@@ -33,7 +33,7 @@ class _Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Messages refuse fields that they do not know: a misspelt field is an error."""
 
 
-class SearchRequest(_Message):
+class SearchRequest(_Message, frozen=True):
     """Look for an object: key `search`."""
 
     object: ObjectText
@@ -42,7 +42,7 @@ class SearchRequest(_Message):
     requester: Annotated[str, Meta(max_length=80)] = ""
 
 
-class SearchAccepted(_Message):
+class SearchAccepted(_Message, frozen=True):
     """Reply to `SearchRequest`: the goal was taken over, and at which place of the queue."""
 
     goal_id: int
@@ -53,7 +53,7 @@ class SearchAccepted(_Message):
     notes: list[str] = []
 
 
-class ControlRequest(_Message):
+class ControlRequest(_Message, frozen=True):
     """Change what the navigator does: key `control`."""
 
     action: Literal["stop", "resume", "pause", "cancel"]
@@ -61,39 +61,39 @@ class ControlRequest(_Message):
     requester: Annotated[str, Meta(max_length=80)] = ""
 
 
-class ControlReply(_Message):
+class ControlReply(_Message, frozen=True):
     """Reply to `ControlRequest`: the state that the navigator is in now."""
 
     state: MissionState
 
 
-class GuidanceRequest(_Message):
+class GuidanceRequest(_Message, frozen=True):
     """Change the level of one label for the current goal: key `guidance`."""
 
     label: str
     level: LevelName
 
 
-class FeedbackRequest(_Message):
+class FeedbackRequest(_Message, frozen=True):
     """The operator's word on a find: key `feedback`."""
 
     verdict: Literal["confirm", "reject"]
 
 
-class Accepted(_Message):
+class Accepted(_Message, frozen=True):
     """Reply to a request that has nothing else to say."""
 
     detail: str = ""
 
 
-class ErrorReply(_Message):
+class ErrorReply(_Message, frozen=True):
     """Reply to a request that cannot be met."""
 
     error: str
     """What came, what was expected, what would work."""
 
 
-class ProximityRow(_Message):
+class ProximityRow(_Message, frozen=True):
     """Level of one common object."""
 
     label: str
@@ -101,7 +101,7 @@ class ProximityRow(_Message):
     reason: str
 
 
-class ProximityTable(_Message):
+class ProximityTable(_Message, frozen=True):
     """Levels for the current goal, published on change and kept for late joiners."""
 
     goal_id: int
@@ -113,7 +113,7 @@ class ProximityTable(_Message):
     notes: list[str] = []
 
 
-class GoalStatus(_Message):
+class GoalStatus(_Message, frozen=True):
     """A goal and how far it is."""
 
     goal_id: int
@@ -122,7 +122,7 @@ class GoalStatus(_Message):
     outcome: Literal["queued", "active", "found", "exhausted", "cancelled"] = "queued"
 
 
-class FindReport(_Message):
+class FindReport(_Message, frozen=True):
     """Where the object was found."""
 
     goal_id: int
@@ -135,7 +135,7 @@ class FindReport(_Message):
     """(u0, v0, u1, v1) of the object in the colour image of that moment."""
 
 
-class StreamStatus(_Message):
+class StreamStatus(_Message, frozen=True):
     """Health of one incoming stream."""
 
     name: str
@@ -146,7 +146,7 @@ class StreamStatus(_Message):
     rejected: int = 0
 
 
-class Timings(_Message):
+class Timings(_Message, frozen=True):
     """Medians over the last frames, milliseconds."""
 
     step_ms: float = 0.0
@@ -159,7 +159,7 @@ class Timings(_Message):
     """From the current goal's query to the first command that moves the base or the camera."""
 
 
-class Status(_Message):
+class Status(_Message, frozen=True):
     """Published with every step and at least twice a second."""
 
     robot: str
@@ -191,7 +191,7 @@ class Status(_Message):
     notes: list[str] = []
 
 
-class Event(_Message):
+class Event(_Message, frozen=True):
     """Something an operator or a reviewer wants to know of, once."""
 
     stamp_ns: int
@@ -216,8 +216,8 @@ class Event(_Message):
     goal_id: int | None = None
 
 
-class LabelRequest(_Message):
-    """What the segmentation is asked to tell apart: published by the navigator, kept for joiners."""
+class LabelRequest(_Message, frozen=True):
+    """What the segmentation is asked to tell apart; published on change, kept for late joiners."""
 
     labels: list[str]
     ooi: str | None

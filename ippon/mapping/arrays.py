@@ -20,9 +20,9 @@ class MapArrays(NamedTuple):
     """Read-only arrays that a compiled kernel takes as one argument.
 
     Voxel (i, j, k) covers [i, i + 1) * voxel_size along x, and so on. It lies in block
-    `b = (i >> 3, j >> 3, k >> 3)`, found in row `directory[b - origin_block]` of the pools, at column
-    `((i & 7) * 8 + (j & 7)) * 8 + (k & 7)`. A row below 0, or a block outside the directory, means
-    that nothing was observed there.
+    b = (i >> 3, j >> 3, k >> 3), found in row `directory[b - origin_block]` of the pools, at
+    column ((i & 7) * 8 + (j & 7)) * 8 + (k & 7). A row below 0, or a block outside the directory,
+    means that nothing was observed there.
     """
 
     voxel_size: float
