@@ -1,0 +1,77 @@
+"""What a mission shows of itself after each step; frozen, so that it may cross threads."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from ippon.command import Command
+from ippon.geometry import Float64Array
+from ippon.mission.goal import Goal
+from ippon.planning.plan import Plan
+
+
+class MissionState(StrEnum):
+    """What the robot is doing, in the words of the screen, the log and the report."""
+
+    STARTING = "starting"
+    LOOKING_AROUND = "looking_around"
+    SEARCHING = "searching"
+    APPROACHING = "approaching"
+    FOUND = "found"
+    EXHAUSTED = "exhausted"
+    PAUSED = "paused"
+    STOPPED = "stopped"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Find:
+    """A cluster of voxels that is probably the object."""
+
+    position_world: tuple[float, float, float]
+    """Centroid, metres."""
+    size_m: tuple[float, float, float]
+    """Extent of the axis-aligned box round the voxels."""
+    probability: float
+    """Mean p(v in O) of its voxels."""
+    voxels: int
+    box_px: tuple[int, int, int, int] | None
+    """(u0, v0, u1, v1) in the colour image of the step, None when out of view."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissionEvent:
+    """Something that happened in this step and that an operator wants to know of."""
+
+    kind: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Snapshot:
+    """The mission after a step."""
+
+    stamp_ns: int
+    state: MissionState
+    why: str
+    """One line: where the robot goes and for what."""
+    goal: Goal | None
+    plan: Plan | None
+    find: Find | None
+    """The find that ended the search, in state `found`."""
+    candidates: tuple[Find, ...]
+    """Clusters that look like the object, most voxels first."""
+    T_world_base: Float64Array
+    path_length_m: float
+    """Driven since the goal was set."""
+    elapsed_s: float
+    """Robot time since the goal was set."""
+    best_ooi: float
+    explored_m2: float
+    events: tuple[MissionEvent, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepResult:
+    """The answer to one frame."""
+
+    command: Command
+    snapshot: Snapshot
