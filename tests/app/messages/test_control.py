@@ -1,0 +1,42 @@
+import msgspec
+import pytest
+
+from app.messages.control import (
+    ContextText,
+    ErrorReply,
+    SearchRequest,
+    Status,
+    decode,
+    encode,
+)
+
+
+def test_request_round_trip() -> None:
+    request = SearchRequest(object="hat", context="on the sofa")
+    assert decode(encode(request), SearchRequest) == request
+
+
+@pytest.mark.parametrize(
+    ("payload", "message"),
+    [
+        (b"", "truncated"),
+        (b"\xff\xfe", "JSON is malformed"),
+        (b"[]", "Expected `object`, got `array`"),
+        (b"{}", "missing required field `object`"),
+        (b'{"object": ""}', "length >= 1"),
+        (b'{"object": 3}', r"Expected `str`, got `int` - at `\$.object`"),
+        (b'{"object": "hat", "contxt": "sofa"}', "unknown field `contxt`"),
+        (b'{"object": "' + b"h" * 81 + b'"}', "length <= 80"),
+        (b'{"object": "hat", "context": "' + b"x" * 10_000 + b'"}', "length <= 2000"),
+    ],
+)
+def test_malformed_request_says_what_is_wrong(payload: bytes, message: str) -> None:
+    with pytest.raises(msgspec.DecodeError, match=message):
+        decode(payload, SearchRequest)
+
+
+def test_every_message_has_a_schema() -> None:
+    schema = msgspec.json.schema(Status)
+    assert "Timings" in schema["$defs"]
+    assert msgspec.json.schema(ErrorReply)
+    assert msgspec.json.schema(ContextText)["maxLength"] == 2000

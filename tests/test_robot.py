@@ -1,0 +1,56 @@
+import math
+
+import numpy as np
+import pytest
+
+from ippon.robot import HABITAT, ZED, CollisionSphere, RobotProfile, upright_body
+
+
+@pytest.mark.parametrize("robot", [ZED, HABITAT])
+def test_body_lies_between_clearance_and_height(robot: RobotProfile) -> None:
+    low = min(s.z_m - s.radius_m for s in robot.spheres)
+    high = max(s.z_m + s.radius_m for s in robot.spheres)
+    assert 0.0 < low <= 0.11
+    assert high == pytest.approx(1.2 if robot is ZED else 1.41)
+
+
+def test_spheres_overlap_so_that_nothing_fits_between() -> None:
+    spheres = upright_body(0.2, 1.5, 0.05)
+    gaps = np.diff([s.z_m for s in spheres])
+    assert (gaps <= 0.2 + 1e-9).all()
+
+
+def test_habitat_challenge_camera() -> None:
+    assert math.degrees(HABITAT.vertical_fov_rad) == pytest.approx(54.2, abs=0.1)
+
+
+def test_level_camera_looks_forward() -> None:
+    T = ZED.T_base_camera(0.0)
+    assert np.allclose(T[:3, :3] @ [0, 0, 1], [1, 0, 0])
+    assert np.allclose(T[:3, :3] @ [0, 1, 0], [0, 0, -1])
+
+
+def test_positive_tilt_looks_up() -> None:
+    forward = ZED.T_base_camera(0.4)[:3, :3] @ [0, 0, 1]
+    assert forward[2] == pytest.approx(math.sin(0.4))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"spheres": ()}, "collision sphere"),
+        ({"spheres": (CollisionSphere(x_m=0, y_m=0, z_m=0.3, radius_m=0.0),)}, "collision sphere"),
+        ({"max_linear_m_s": 0.0}, "max_linear_m_s"),
+        ({"min_tilt_rad": 1.0}, "min_tilt_rad"),
+    ],
+)
+def test_nonsense_profiles_are_refused(change: dict[str, object], message: str) -> None:
+    good = {
+        "name": "x",
+        "spheres": upright_body(0.2, 1.0, 0.05),
+        "max_linear_m_s": 0.5,
+        "max_yaw_rate_rad_s": 1.0,
+        "max_tilt_rate_rad_s": 1.0,
+    }
+    with pytest.raises(ValueError, match=message):
+        RobotProfile(**{**good, **change})  # type: ignore[arg-type]
