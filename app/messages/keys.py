@@ -26,3 +26,27 @@ PLAN_PATH = "plan/path"
 DETECTIONS = "detections"
 STATUS = "status"
 EVENT = "event"
+
+SIM_TRUTH = "sim/truth"
+"""Queryable of the simulated robot: what really happened, for scoring only."""
+NAVIGATOR_ALIVE = "alive/navigator"
+"""Liveliness token, there while a navigator is ready."""
+
+ROS_TYPES = {
+    COLOR: "sensor_msgs/msg/CompressedImage",
+    DEPTH: "sensor_msgs/msg/CompressedImage",
+    DEPTH_RAW: "sensor_msgs/msg/Image",
+    CAMERA_INFO: "sensor_msgs/msg/CameraInfo",
+    TF: "tf2_msgs/msg/TFMessage",
+    TF_STATIC: "tf2_msgs/msg/TFMessage",
+    HEATMAP: "ippon_msgs/msg/Heatmap",
+    CONTACT: "std_msgs/msg/Bool",
+    CMD_VEL: "geometry_msgs/msg/TwistStamped",
+    CMD_TILT: "std_msgs/msg/Float64",
+    MAP_VOXELS: "sensor_msgs/msg/PointCloud2",
+    MAP_KEYFRAME: "sensor_msgs/msg/PointCloud2",
+    PLAN_TREE: "ippon_msgs/msg/ViewpointTree",
+    PLAN_PATH: "nav_msgs/msg/Path",
+    DETECTIONS: "vision_msgs/msg/Detection3DArray",
+}
+"""ROS 2 type of every key of the data plane; all other keys carry JSON."""

@@ -1,0 +1,343 @@
+"""Camera images, intrinsics and heatmaps as ROS 2 messages."""
+
+import io
+import math
+import struct
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import simplejpeg
+import zstandard
+from numpy.typing import NDArray
+from PIL import Image as PillowImage
+from PIL import UnidentifiedImageError
+
+from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
+from ippon.camera import PinholeCamera
+from ippon.frame import Heatmap
+
+MAX_PIXELS: Final = 4096 * 4096
+MAX_LABELS: Final = 512
+MAX_HEATMAP_BYTES: Final = 128 * 2**20
+_COMPRESSED: Final = "sensor_msgs/msg/CompressedImage"
+_IMAGE: Final = "sensor_msgs/msg/Image"
+_INFO: Final = "sensor_msgs/msg/CameraInfo"
+_HEATMAP: Final = "ippon_msgs/msg/Heatmap"
+# compressed_depth_image_transport puts this before the PNG: format 0 and two unused quantisers.
+_DEPTH_HEADER: Final = struct.pack("<iff", 0, 0.0, 0.0)
+_DEPTH_FORMAT: Final = "16UC1; compressedDepth png"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CompressedColor:
+    """A colour image as it travels."""
+
+    stamp_ns: int
+    frame_id: str
+    encoded: bytes
+    """JPEG or PNG."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DepthImage:
+    """A depth image."""
+
+    stamp_ns: int
+    frame_id: str
+    depth: NDArray[np.float32]
+    """(H, W) metres, 0 marks no return."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StampedCamera:
+    """Intrinsics with the frame that they belong to."""
+
+    stamp_ns: int
+    frame_id: str
+    camera: PinholeCamera
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StampedHeatmap:
+    """A heatmap with the stamp of its colour image."""
+
+    stamp_ns: int
+    frame_id: str
+    heatmap: Heatmap
+
+
+def encode_color(
+    color: NDArray[np.uint8], stamp_ns: int, frame_id: str, *, quality: int = 85
+) -> bytes:
+    """Write an (H, W, 3) RGB image as a JPEG CompressedImage."""
+    jpeg = simplejpeg.encode_jpeg(np.ascontiguousarray(color), quality=quality, colorspace="RGB")
+    return encode(
+        _COMPRESSED,
+        header=header(stamp_ns, frame_id),
+        format="rgb8; jpeg compressed bgr8",
+        data=np.frombuffer(jpeg, np.uint8),
+    )
+
+
+def decode_color(payload: bytes) -> CompressedColor:
+    """Read a CompressedImage of colour without decompressing it.
+
+    Raises:
+        MessageError: Not such a message, or neither JPEG nor PNG.
+    """
+    message = decode(payload, _COMPRESSED)
+    encoded = message.data.tobytes()
+    if not encoded.startswith((b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n")):
+        raise MessageError(
+            f"a colour image is JPEG or PNG; format {message.format[:40]!r} with "
+            f"{len(encoded)} bytes is neither"
+        )
+    return CompressedColor(
+        stamp_ns=stamp_ns_of(message.header), frame_id=message.header.frame_id, encoded=encoded
+    )
+
+
+def decompress_color(encoded: bytes) -> NDArray[np.uint8]:
+    """Decompress JPEG or PNG to (H, W, 3) RGB.
+
+    Raises:
+        MessageError: Damaged, or more than `MAX_PIXELS` pixels.
+    """
+    if encoded.startswith(b"\x89PNG"):
+        return _read_png(encoded, "RGB").astype(np.uint8, copy=False)
+    try:
+        height, width, _, _ = simplejpeg.decode_jpeg_header(encoded)
+        _check_size(int(width), int(height))
+        return simplejpeg.decode_jpeg(encoded, colorspace="RGB")
+    except (ValueError, OSError) as error:
+        raise MessageError(f"damaged JPEG of {len(encoded)} bytes: {error}") from error
+
+
+def encode_depth(depth: NDArray[np.float32], stamp_ns: int, frame_id: str) -> bytes:
+    """Write (H, W) metres as millimetres in a PNG (compressedDepth).
+
+    Anything beyond 65.5 m or not finite becomes 0, no return.
+    """
+    out = io.BytesIO()
+    PillowImage.fromarray(_to_millimetres(depth)).save(out, "PNG", compress_level=1)
+    return encode(
+        _COMPRESSED,
+        header=header(stamp_ns, frame_id),
+        format=_DEPTH_FORMAT,
+        data=np.frombuffer(_DEPTH_HEADER + out.getvalue(), np.uint8),
+    )
+
+
+def decode_depth(payload: bytes) -> DepthImage:
+    """Read a compressedDepth image of type 16UC1.
+
+    Raises:
+        MessageError: Not such a message, damaged, or of another type.
+    """
+    message = decode(payload, _COMPRESSED)
+    if not message.format.startswith("16UC1"):
+        raise MessageError(f"compressed depth is 16UC1; got format {message.format[:40]!r}")
+    data = message.data.tobytes()
+    if len(data) <= len(_DEPTH_HEADER):
+        raise MessageError(f"compressed depth of {len(data)} bytes holds no image")
+    millimetres = _read_png(data[len(_DEPTH_HEADER) :], "I;16")
+    return DepthImage(
+        stamp_ns=stamp_ns_of(message.header),
+        frame_id=message.header.frame_id,
+        depth=millimetres.astype(np.float32) * np.float32(1e-3),
+    )
+
+
+def encode_depth_raw(depth: NDArray[np.float32], stamp_ns: int, frame_id: str) -> bytes:
+    """Write (H, W) metres as an Image 16UC1 in millimetres."""
+    height, width = depth.shape
+    return encode(
+        _IMAGE,
+        header=header(stamp_ns, frame_id),
+        height=height,
+        width=width,
+        encoding="16UC1",
+        is_bigendian=0,
+        step=2 * width,
+        data=_to_millimetres(depth).astype("<u2").reshape(-1).view(np.uint8),
+    )
+
+
+def decode_depth_raw(payload: bytes) -> DepthImage:
+    """Read an Image 16UC1 (millimetres) or 32FC1 (metres; NaN and infinity mean no return).
+
+    Raises:
+        MessageError: Not such a message, or sizes that contradict each other.
+    """
+    message = decode(payload, _IMAGE)
+    _check_size(message.width, message.height)
+    kinds = {"16UC1": ("u2", 1e-3), "mono16": ("u2", 1e-3), "32FC1": ("f4", 1.0)}
+    if message.encoding not in kinds:
+        raise MessageError(
+            f"depth is 16UC1 in mm or 32FC1 in m; got encoding {message.encoding[:40]!r}"
+        )
+    code, scale = kinds[message.encoding]
+    dtype = np.dtype((">" if message.is_bigendian else "<") + code)
+    row = message.width * dtype.itemsize
+    if message.step < row or message.data.size != message.step * message.height:
+        raise MessageError(
+            f"{message.encoding} {message.width}x{message.height} with rows of {message.step} "
+            f"bytes does not come in {message.data.size} bytes"
+        )
+    rows = message.data.reshape(message.height, message.step)[:, :row]
+    values = np.ascontiguousarray(rows).view(dtype).astype(np.float32) * np.float32(scale)
+    values[~(np.isfinite(values) & (values > 0.0))] = 0.0
+    return DepthImage(
+        stamp_ns=stamp_ns_of(message.header), frame_id=message.header.frame_id, depth=values
+    )
+
+
+def encode_camera(camera: PinholeCamera, stamp_ns: int, frame_id: str) -> bytes:
+    """Write intrinsics as a CameraInfo without distortion."""
+    k = [camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0]
+    p = [camera.fx, 0.0, camera.cx, 0.0, 0.0, camera.fy, camera.cy, 0.0, 0.0, 0.0, 1.0, 0.0]
+    roi = make(
+        "sensor_msgs/msg/RegionOfInterest",
+        x_offset=0,
+        y_offset=0,
+        height=0,
+        width=0,
+        do_rectify=False,
+    )
+    return encode(
+        _INFO,
+        header=header(stamp_ns, frame_id),
+        height=camera.height,
+        width=camera.width,
+        distortion_model="plumb_bob",
+        d=np.zeros(5),
+        k=np.array(k),
+        r=np.eye(3).reshape(-1),
+        p=np.array(p),
+        binning_x=0,
+        binning_y=0,
+        roi=roi,
+    )
+
+
+def decode_camera(payload: bytes) -> StampedCamera:
+    """Read a CameraInfo of a rectified image.
+
+    Raises:
+        MessageError: Not such a message, intrinsics that no camera has, or a distorted image.
+    """
+    message = decode(payload, _INFO, max_bytes=2**16)
+    numbers = [float(x) for x in (*message.k, *message.d)]
+    if not all(math.isfinite(x) for x in numbers):
+        raise MessageError("camera info holds numbers that are not finite")
+    if any(x != 0.0 for x in message.d):
+        raise MessageError(
+            "the camera image is distorted (camera info has d != 0); publish the rectified image"
+        )
+    try:
+        camera = PinholeCamera(
+            width=message.width,
+            height=message.height,
+            fx=float(message.k[0]),
+            fy=float(message.k[4]),
+            cx=float(message.k[2]),
+            cy=float(message.k[5]),
+        )
+    except ValueError as error:
+        raise MessageError(f"camera info: {error}") from error
+    return StampedCamera(
+        stamp_ns=stamp_ns_of(message.header), frame_id=message.header.frame_id, camera=camera
+    )
+
+
+def encode_heatmap(heatmap: Heatmap, stamp_ns: int, frame_id: str) -> bytes:
+    """Write a heatmap, compressed with zstd."""
+    height, width, _ = heatmap.probabilities.shape
+    packed = zstandard.ZstdCompressor(level=1).compress(
+        np.ascontiguousarray(heatmap.probabilities).data
+    )
+    return encode(
+        _HEATMAP,
+        header=header(stamp_ns, frame_id),
+        height=height,
+        width=width,
+        labels=list(heatmap.labels),
+        ooi=heatmap.ooi or "",
+        encoding="zstd",
+        data=np.frombuffer(packed, np.uint8),
+    )
+
+
+def decode_heatmap(payload: bytes) -> StampedHeatmap:
+    """Read a heatmap.
+
+    Raises:
+        MessageError: Not such a message, or its data are not of the size that it states.
+    """
+    message = decode(payload, _HEATMAP)
+    labels, ooi = tuple(message.labels), message.ooi or None
+    channels = len(labels) + (ooi is not None and ooi not in labels)
+    if not 1 <= channels <= MAX_LABELS:
+        raise MessageError(f"a heatmap has 1 to {MAX_LABELS} channels; got {channels}")
+    _check_size(message.width, message.height)
+    expected = message.height * message.width * channels
+    if expected > MAX_HEATMAP_BYTES:
+        raise MessageError(
+            f"a heatmap of {message.height}x{message.width}x{channels} is over "
+            f"{MAX_HEATMAP_BYTES} bytes"
+        )
+    data = _unpack_heatmap(message, expected)
+    return StampedHeatmap(
+        stamp_ns=stamp_ns_of(message.header),
+        frame_id=message.header.frame_id,
+        heatmap=Heatmap(
+            labels=labels,
+            ooi=ooi,
+            probabilities=data.reshape(message.height, message.width, channels),
+        ),
+    )
+
+
+def _unpack_heatmap(message: Any, expected: int) -> NDArray[np.uint8]:
+    if message.encoding == "raw":
+        data = message.data
+    elif message.encoding == "zstd":
+        try:
+            packed = message.data.tobytes()
+            # The frame states its size: checked before a byte of it is allocated.
+            if zstandard.frame_content_size(packed) != expected:
+                raise MessageError(f"heatmap data do not unpack to {expected} bytes")
+            data = np.frombuffer(zstandard.ZstdDecompressor().decompress(packed), np.uint8)
+        except zstandard.ZstdError as error:
+            raise MessageError(f"damaged heatmap data: {error}") from error
+    else:
+        raise MessageError(f"heatmap encoding is raw or zstd; got {message.encoding[:40]!r}")
+    if data.size != expected:
+        raise MessageError(f"heatmap data are {data.size} bytes, the size says {expected}")
+    return data
+
+
+def _to_millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
+    valid = np.isfinite(depth) & (depth > 0.0) & (depth < 65.5)
+    return np.rint(np.where(valid, depth, 0.0) * 1000.0).astype(np.uint16)
+
+
+def _check_size(width: int, height: int) -> None:
+    if width < 1 or height < 1 or width * height > MAX_PIXELS:
+        raise MessageError(f"an image of {width}x{height} pixels is not accepted")
+
+
+def _read_png(data: bytes, mode: str) -> NDArray[Any]:
+    try:
+        with PillowImage.open(io.BytesIO(data), formats=("PNG",)) as image:
+            _check_size(*image.size)
+            if mode == "I;16":
+                if image.mode not in {"I;16", "I;16B", "I"}:
+                    raise MessageError(f"depth is a 16-bit grey PNG; got mode {image.mode}")
+                return np.asarray(image)
+            return np.asarray(image.convert(mode))
+    except (UnidentifiedImageError, OSError, SyntaxError, ValueError, EOFError) as error:
+        raise MessageError(f"damaged PNG of {len(data)} bytes: {error}") from error
+    except PillowImage.DecompressionBombError as error:
+        raise MessageError(f"refused PNG: {error}") from error
