@@ -5,7 +5,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, invert_transform, transform_points
@@ -44,7 +44,8 @@ class OoiVoxels:
             index,
             value,
         )
-        return (index + 0.5) * arrays.voxel_size, value / 254.0
+        centres: Float64Array = (index.astype(np.float64) + 0.5) * arrays.voxel_size
+        return centres, value.astype(np.float64) / 254.0
 
     def forget(self) -> None:
         """Count every block again at the next update: the object changed."""
@@ -102,7 +103,7 @@ def cluster_finds(
     """
     if centres_world.shape[0] == 0:
         return ()
-    pairs = cKDTree(centres_world).query_pairs(2.1 * voxel_size, output_type="ndarray")
+    pairs = KDTree(centres_world).query_pairs(2.1 * voxel_size, output_type="ndarray")
     count = centres_world.shape[0]
     graph = coo_array(
         (np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), (count, count)

@@ -1,0 +1,44 @@
+import math
+
+import numpy as np
+import pytest
+
+from ippon.mission.look_around import LookAround, LookAroundConfig
+from ippon.robot import HABITAT, ZED, RobotProfile
+
+
+def run(look: LookAround, robot: RobotProfile, dt: float = 0.2) -> tuple[list[float], list[float]]:
+    yaw, tilt = 3.0, 0.0
+    yaws, tilts = [yaw], [tilt]
+    for _ in range(600):
+        command = look.step(math.remainder(yaw, 2 * math.pi), tilt)
+        if look.done:
+            return yaws, tilts
+        yaw += command.yaw_rate_rad_s * dt
+        step = robot.max_tilt_rate_rad_s * dt
+        tilt += float(np.clip(command.tilt_rad - tilt, -step, step))
+        yaws.append(yaw)
+        tilts.append(tilt)
+    raise AssertionError("the look-around never ended")
+
+
+@pytest.mark.parametrize("robot", [ZED, HABITAT])
+def test_looks_down_before_it_turns_and_sees_the_whole_circle(robot: RobotProfile) -> None:
+    look = LookAround(LookAroundConfig(), robot)
+    yaws, tilts = run(look, robot)
+    first_turn = next(i for i, yaw in enumerate(yaws) if yaw != yaws[0])
+    assert min(tilts[: first_turn + 1]) == pytest.approx(-0.9, abs=0.06)
+    assert yaws[-1] - yaws[0] + robot.horizontal_fov_rad >= 2 * math.pi
+    assert look.progress == 1.0
+
+
+def test_without_initial_yaw_it_only_looks_down() -> None:
+    yaws, tilts = run(LookAround(LookAroundConfig(turn=False), ZED), ZED)
+    assert set(yaws) == {3.0}
+    assert min(tilts) < -0.8
+
+
+def test_skip_ends_it() -> None:
+    look = LookAround(LookAroundConfig(), ZED)
+    look.skip()
+    assert look.done

@@ -1,0 +1,18 @@
+from ippon.mission.termination import termination_voxels
+
+
+def test_larger_objects_need_more_voxels() -> None:
+    assert (
+        termination_voxels("bed", "bed", 0.1)
+        > termination_voxels("plant", "plant", 0.1)
+        > termination_voxels("hat", None, 0.1)
+        >= 2.0
+    )
+
+
+def test_an_instance_of_a_common_object_is_as_large_as_it() -> None:
+    assert termination_voxels("armchair", "chair", 0.1) == termination_voxels("chair", None, 0.1)
+
+
+def test_surface_voxels_scale_with_the_square_of_their_number() -> None:
+    assert termination_voxels("bed", "bed", 0.05) == 4 * termination_voxels("bed", "bed", 0.1)
