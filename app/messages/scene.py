@@ -207,25 +207,18 @@ def decode_detections(payload: bytes) -> tuple[int, tuple[Detection, ...]]:
 
 
 def _voxel_fields() -> list[Any]:
-    kinds = {
-        name: _FLOAT32 if name in {"x", "y", "z", "rgb"} else _UINT8 for name in _field_names()
-    }
-    offsets = VOXEL_DTYPE.fields
-    assert offsets is not None
+    fields: dict[str, Any] = dict(VOXEL_DTYPE.fields or {})
+    del fields["padding"]
     return [
         make(
             "sensor_msgs/msg/PointField",
             name=name,
-            offset=offsets[name][1],
-            datatype=kind,
+            offset=offset,
+            datatype=_FLOAT32 if dtype.itemsize == 4 else _UINT8,
             count=1,
         )
-        for name, kind in kinds.items()
+        for name, (dtype, offset, *_) in fields.items()
     ]
-
-
-def _field_names() -> list[str]:
-    return [name for name in VOXEL_DTYPE.names or () if name != "padding"]
 
 
 def _detection_message(detection: Detection, top: Any) -> Any:
