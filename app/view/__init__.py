@@ -1,0 +1,1 @@
+"""What the operator sees: messages to a scene model, and the model to viser."""

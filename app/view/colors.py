@@ -1,0 +1,196 @@
+"""The palette, the colour modes of the map, and their legends, as data.
+
+One colour means one thing everywhere: in the scene, the tables, the page and the reports.
+"""
+
+from dataclasses import dataclass
+from typing import Final, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.view.colormaps import CIVIDIS, INFERNO, ColorTable
+from ippon.guidance.levels import Level
+from ippon.planning.plan import NodeKind
+
+Rgb = tuple[int, int, int]
+
+# Okabe-Ito, told apart by colour-blind eyes.
+VERMILION: Final[Rgb] = (0xD5, 0x5E, 0x00)
+ORANGE: Final[Rgb] = (0xE6, 0x9F, 0x00)
+GREY: Final[Rgb] = (0x9A, 0xA0, 0xA6)
+BLUE: Final[Rgb] = (0x00, 0x72, 0xB2)
+GREEN: Final[Rgb] = (0x00, 0x9E, 0x73)
+SKY: Final[Rgb] = (0x56, 0xB4, 0xE9)
+YELLOW: Final[Rgb] = (0xF0, 0xE4, 0x42)
+
+FOUND: Final = GREEN
+ROBOT: Final = SKY
+PATH: Final = YELLOW
+UNMAPPED: Final[Rgb] = (0x46, 0x4B, 0x54)
+"""A surface that the chosen colour mode says nothing of."""
+
+NOT_MAPPED: Final = 255
+OOI_SCALE: Final = 254.0
+"""`ooi` and `proximity` of a voxel are probabilities in units of 1/254; 255 is none."""
+
+LEVEL_COLORS: Final[dict[Level, Rgb]] = {
+    Level.FAR: BLUE,
+    Level.AVERAGE: GREY,
+    Level.NEAR: ORANGE,
+    Level.CERTAIN: VERMILION,
+}
+
+ColorMode = Literal["camera", "ooi", "proximity", "height"]
+COLOR_MODES: Final[tuple[ColorMode, ...]] = get_args(ColorMode)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LegendEntry:
+    """One swatch and its word."""
+
+    color: Rgb
+    text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Legend:
+    """What the colours of one mode mean: a ramp with end labels, swatches, or both."""
+
+    title: str
+    ramp: ColorTable | None = None
+    low: str = ""
+    high: str = ""
+    entries: tuple[LegendEntry, ...] = ()
+
+
+def hex_of(color: Rgb) -> str:
+    """Write a colour as `#rrggbb`."""
+    return "#{:02x}{:02x}{:02x}".format(*color)
+
+
+def _ramp(*stops: Rgb) -> ColorTable:
+    at = np.linspace(0.0, 255.0, len(stops))
+    table = np.stack(
+        [np.interp(np.arange(256), at, [s[c] for s in stops]) for c in range(3)], axis=1
+    )
+    return np.round(table).astype(np.uint8)
+
+
+GAIN: Final = _ramp((0x2F, 0x6B, 0xFF), (0x9C, 0x5B, 0xE0), (0xE2, 0x4A, 0x8B), (0xFF, 0x2E, 0x2E))
+"""Blue for the lowest gain to red for the highest, as in Fig. 2 of the paper."""
+
+TERMINATING: Final[Rgb] = (0xFF, 0xFF, 0xFF)
+MINIMAL: Final[Rgb] = (0x08, 0x08, 0x0A)
+
+_LEVEL_TABLE: Final = np.full((256, 3), UNMAPPED, dtype=np.uint8)
+for _level, _color in LEVEL_COLORS.items():
+    _LEVEL_TABLE[_level] = _color
+
+# 0..254 over the ramp without its blackest tenth, which would vanish in a dark scene.
+_OOI_TABLE: Final = INFERNO[np.linspace(26.0, 255.0, 256).round().astype(int)]
+_OOI_TABLE[NOT_MAPPED] = UNMAPPED
+
+
+def voxel_colors(
+    mode: ColorMode,
+    *,
+    rgb: NDArray[np.uint8],
+    ooi: NDArray[np.uint8],
+    level: NDArray[np.uint8],
+    height_m: NDArray[np.float32],
+    top_m: float,
+) -> NDArray[np.uint8]:
+    """Colour surface voxels.
+
+    Args:
+        mode: What the colours tell.
+        rgb: (N, 3) camera colours.
+        ooi: (N,) p(v in O) in units of 1/254, 255 for none.
+        level: (N,) `Level`, 255 for none.
+        height_m: (N,) height of the voxel above the floor.
+        top_m: Height that the end of the height ramp stands for.
+
+    Returns:
+        (N, 3) uint8 RGB.
+    """
+    match mode:
+        case "camera":
+            return rgb
+        case "ooi":
+            return _OOI_TABLE[ooi]
+        case "proximity":
+            return _LEVEL_TABLE[level]
+        case "height":
+            step = np.clip(height_m * (255.0 / max(top_m, 0.1)), 0.0, 255.0)
+            return CIVIDIS[step.astype(np.uint8)]
+
+
+def ooi_colors(ooi: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Colour probabilities in units of 1/254 by inferno: (N,) to (N, 3)."""
+    return _OOI_TABLE[ooi]
+
+
+def node_colors(kinds: NDArray[np.uint8], gains: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Colour viewpoints as the paper does (Fig. 2).
+
+    Args:
+        kinds: (N,) `NodeKind`.
+        gains: (N,) G(n).
+
+    Returns:
+        (N, 3) uint8: white terminating, black barely exploring, else blue (lowest) to red.
+    """
+    exploring = kinds == NodeKind.EXPLORING
+    colors = np.empty((len(kinds), 3), dtype=np.uint8)
+    if exploring.any():
+        shown = gains[exploring]
+        low, high = float(shown.min()), float(shown.max())
+        step = (shown - low) * (255.0 / max(high - low, 1e-6))
+        colors[exploring] = GAIN[np.clip(step, 0.0, 255.0).astype(np.uint8)]
+    colors[kinds == NodeKind.TERMINATING] = TERMINATING
+    colors[kinds == NodeKind.MINIMAL] = MINIMAL
+    return colors
+
+
+_UNMAPPED_ENTRY: Final = LegendEntry(color=UNMAPPED, text="not known")
+
+
+def legend(mode: ColorMode, top_m: float) -> Legend:
+    """Explain the colours of a mode; `top_m` is the end of the height ramp."""
+    match mode:
+        case "camera":
+            return Legend(title="As the camera saw it")
+        case "ooi":
+            return Legend(
+                title="Probability of the object",
+                ramp=_OOI_TABLE[:NOT_MAPPED],
+                low="0",
+                high="1",
+                entries=(_UNMAPPED_ENTRY,),
+            )
+        case "proximity":
+            return Legend(
+                title="How near the object is likely to be",
+                entries=(
+                    *(
+                        LegendEntry(color=LEVEL_COLORS[level], text=level.name.lower())
+                        for level in sorted(Level, reverse=True)
+                    ),
+                    _UNMAPPED_ENTRY,
+                ),
+            )
+        case "height":
+            return Legend(title="Height", ramp=CIVIDIS, low="0 m", high=f"{top_m:.1f} m")
+
+
+TREE_LEGEND: Final = Legend(
+    title="Viewpoints, by gain",
+    ramp=GAIN,
+    low="low",
+    high="high",
+    entries=(
+        LegendEntry(color=TERMINATING, text="ends the search"),
+        LegendEntry(color=MINIMAL, text="only on the way"),
+    ),
+)

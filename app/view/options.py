@@ -1,0 +1,26 @@
+"""What the operator chose to see."""
+
+from dataclasses import dataclass, field
+from typing import Final, Literal, get_args
+
+from app.view.colors import ColorMode
+
+Layer = Literal["map", "object", "tree", "path", "camera", "trail", "finds"]
+LAYERS: Final[tuple[Layer, ...]] = get_args(Layer)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ViewOptions:
+    """One choice for everyone who watches."""
+
+    mode: ColorMode = "camera"
+    ceiling_m: float | None = 2.0
+    """Voxels higher than this are hidden, so that one looks into the rooms; None hides nothing."""
+    object_threshold: float = 0.3
+    """p(v in O) from which a voxel is drawn as a box; fewer boxes the greater it is."""
+    layers: frozenset[Layer] = field(default_factory=lambda: frozenset(LAYERS))
+
+    def __post_init__(self) -> None:
+        """Reject what cannot be drawn."""
+        if not 0.0 < self.object_threshold <= 1.0:
+            raise ValueError(f"a threshold lies in (0, 1]; got {self.object_threshold}")

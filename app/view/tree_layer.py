@@ -1,0 +1,115 @@
+"""The viewpoint tree in the scene, in the colours of the paper's Fig. 2."""
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.view.colors import node_colors
+from ippon.planning.plan import NodeKind, TreeView
+
+HEIGHT_M: Final = 0.3
+"""Nodes are drawn above the floor, where furniture does not hide them."""
+
+_RADIUS_M: Final = 0.07
+_EDGE_COLOR: Final = (148, 156, 168)
+_LOOK_M: Final = 0.26
+
+
+def _sphere() -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+    """Return an icosahedron divided once: round enough for a bead of a few pixels."""
+    phi = (1.0 + 5.0**0.5) / 2.0
+    v = [[-1, phi, 0], [1, phi, 0], [-1, -phi, 0], [1, -phi, 0], [0, -1, phi], [0, 1, phi]]
+    v += [[0, -1, -phi], [0, 1, -phi], [phi, 0, -1], [phi, 0, 1], [-phi, 0, -1], [-phi, 0, 1]]
+    faces = [[0, 11, 5], [0, 5, 1], [0, 1, 7], [0, 7, 10], [0, 10, 11], [1, 5, 9], [5, 11, 4]]
+    faces += [[11, 10, 2], [10, 7, 6], [7, 1, 8], [3, 9, 4], [3, 4, 2], [3, 2, 6], [3, 6, 8]]
+    faces += [[3, 8, 9], [4, 9, 5], [2, 4, 11], [6, 2, 10], [8, 6, 7], [9, 8, 1]]
+    points = [np.array(p, dtype=np.float64) for p in v]
+    divided: list[list[int]] = []
+    for a, b, c in faces:
+        ab, bc, ca = len(points), len(points) + 1, len(points) + 2
+        points += [points[a] + points[b], points[b] + points[c], points[c] + points[a]]
+        divided += [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
+    unit = np.stack([p / np.linalg.norm(p) for p in points])
+    return unit.astype(np.float32), np.array(divided, dtype=np.uint32)
+
+
+class TreeLayer:
+    """Edges as lines, viewpoints as beads with a tick in the direction they look."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self._nodes: Any = None
+        self._lines: Any = None
+        self._looks: Any = None
+
+    def draw(self, tree: TreeView | None, visible: bool) -> None:
+        """Replace the tree; one without nodes hides it."""
+        if tree is None or not len(tree.parents) or not visible:
+            for handle in (self._nodes, self._lines, self._looks):
+                if handle is not None:
+                    handle.visible = False
+            return
+        positions = tree.positions_world + np.array([0.0, 0.0, HEIGHT_M], dtype=np.float32)
+        colors = node_colors(tree.kinds, tree.gains)
+        self._draw_nodes(positions, colors, tree.kinds)
+        child = np.flatnonzero(tree.parents >= 0)
+        edges = np.stack([positions[tree.parents[child]], positions[child]], axis=1)
+        self._lines = self._draw_lines(self._lines, "/tree/edges", edges, _EDGE_COLOR, 0.018)
+        facing = np.stack(
+            [np.cos(tree.yaws_rad), np.sin(tree.yaws_rad), np.zeros_like(tree.yaws_rad)], axis=1
+        )
+        exploring = tree.kinds != NodeKind.MINIMAL
+        ends = positions + facing * np.float32(_LOOK_M)
+        ticks = np.stack([positions, ends], axis=1)[exploring]
+        tick_colors = np.repeat(colors[exploring][:, None, :], 2, axis=1)
+        self._looks = self._draw_lines(self._looks, "/tree/views", ticks, tick_colors, 0.03)
+
+    def _draw_nodes(
+        self, positions: NDArray[np.float32], colors: NDArray[np.uint8], kinds: NDArray[np.uint8]
+    ) -> None:
+        wxyzs = np.tile(np.array([1.0, 0.0, 0.0, 0.0], dtype=np.float32), (len(positions), 1))
+        scales = np.where(kinds == NodeKind.TERMINATING, 1.5, 1.0).astype(np.float32) * _RADIUS_M
+        scales[0] *= 1.3
+        if self._nodes is None:
+            vertices, faces = _sphere()
+            self._nodes = self._scene.add_batched_meshes_simple(
+                "/tree/nodes",
+                vertices,
+                faces,
+                wxyzs,
+                positions,
+                batched_scales=scales,
+                batched_colors=colors,
+                lod="off",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            return
+        self._nodes.batched_wxyzs = wxyzs
+        self._nodes.batched_positions = positions
+        self._nodes.batched_scales = scales
+        self._nodes.batched_colors = colors
+        self._nodes.visible = True
+
+    def _draw_lines(
+        self,
+        handle: Any,
+        name: str,
+        segments: NDArray[np.float32],
+        colors: Any,
+        thickness_m: float,
+    ) -> Any:
+        if not len(segments):
+            if handle is not None:
+                handle.visible = False
+            return handle
+        shaped = np.broadcast_to(np.asarray(colors, dtype=np.uint8), segments.shape)
+        if handle is None:
+            return self._scene.add_line_segments(
+                name, segments, np.array(shaped), thickness=thickness_m
+            )
+        handle.points = segments
+        handle.colors = np.array(shaped)
+        handle.visible = True
+        return handle

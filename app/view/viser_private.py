@@ -1,0 +1,63 @@
+"""The few places where we reach behind viser's public interface, so that an upgrade has one file.
+
+Each of them is pinned by a test.
+"""
+
+import threading
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from http import HTTPStatus
+from typing import Any, Final
+
+import viser
+import websockets.asyncio.server as websocket_server
+from viser._messages import ShareUrlDisconnect, ShareUrlRequest
+from websockets import Headers
+from websockets.http11 import Request, Response
+
+SECRET_HEADER: Final = "X-Ippon-Backend"  # noqa: S105 (a name, not a secret)
+
+_patching = threading.Lock()
+
+
+def show_jpeg_in_frustum(frustum: Any, jpeg: bytes) -> None:
+    """Show a JPEG as it was received; the public setter would decode and encode it again."""
+    frustum._format = "jpeg"  # noqa: SLF001
+    frustum._image_data = jpeg  # noqa: SLF001
+
+
+def forbid_sharing(server: viser.ViserServer) -> None:
+    """Refuse the public tunnel that any client could ask viser to open."""
+    for message in (ShareUrlRequest, ShareUrlDisconnect):
+        server._websock_server.unregister_handler(message)  # noqa: SLF001
+
+
+@contextmanager
+def demanding_secret(secret: str) -> Generator[None]:
+    """Make viser servers that are created inside refuse whoever does not send the secret."""
+
+    def guard(original: Callable[..., Any] | None) -> Callable[..., Any]:
+        def check(connection: Any, request: Request) -> Any:
+            if request.headers.get_all(SECRET_HEADER) != [secret]:
+                return Response(
+                    HTTPStatus.FORBIDDEN,
+                    "Forbidden",
+                    Headers({"Content-Length": "10", "Connection": "close"}),
+                    b"forbidden\n",
+                )
+            return None if original is None else original(connection, request)
+
+        return check
+
+    serve = websocket_server.serve
+
+    def guarded(*args: Any, **kwargs: Any) -> Any:
+        kwargs["process_request"] = guard(kwargs.get("process_request"))
+        return serve(*args, **kwargs)
+
+    with _patching:
+        websocket_server.serve = guarded  # pyright: ignore[reportAttributeAccessIssue]
+        try:
+            yield
+        finally:
+            websocket_server.serve = serve  # pyright: ignore[reportAttributeAccessIssue]

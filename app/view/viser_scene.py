@@ -1,0 +1,73 @@
+"""The scene model drawn with viser: what changed is drawn, under names that stay."""
+
+from typing import Any, Final
+
+from app.view.find_layer import FindLayer, finds_to_show
+from app.view.options import ViewOptions
+from app.view.robot_layer import RobotLayer
+from app.view.scene_model import Part, SceneModel
+from app.view.tree_layer import TreeLayer
+from app.view.voxel_layer import VoxelLayer
+
+ALL_PARTS: Final[frozenset[Part]] = frozenset(
+    {"voxels", "tree", "path", "pose", "camera", "image", "status", "detections"}
+)
+
+
+class ViserScene:
+    """Draws one `SceneModel` into one viser server."""
+
+    def __init__(self, server: Any) -> None:
+        self._server = server
+        scene = server.scene
+        self.voxels = VoxelLayer(scene)
+        self._tree = TreeLayer(scene)
+        self._robot = RobotLayer(scene)
+        self._finds = FindLayer(scene)
+        self._options: ViewOptions | None = None
+        scene.configure_default_lights(cast_shadow=False)
+        scene.add_grid(
+            "/floor",
+            width=40.0,
+            height=40.0,
+            cell_size=0.5,
+            section_size=2.0,
+            cell_color=(38, 44, 54),
+            section_color=(52, 60, 74),
+            infinite_grid=True,
+            fade_distance=30.0,
+            position=(0.0, 0.0, -0.06),
+        )
+
+    def draw(self, model: SceneModel, changed: frozenset[Part], options: ViewOptions) -> None:
+        """Draw what changed since the last call, all of it at one moment."""
+        if options != self._options:
+            changed |= ALL_PARTS
+            self._options = options
+        layers = options.layers
+        with self._server.atomic():
+            if "voxels" in changed and model.voxel_size_m is not None:
+                dirty = model.voxels.take_dirty()
+                self.voxels.draw(model.voxels, model.voxel_size_m, dirty, options)
+            if "tree" in changed:
+                self._tree.draw(model.tree, "tree" in layers)
+            if "path" in changed:
+                self._robot.draw_path(model.path_world, "path" in layers)
+            if changed & {"camera", "pose", "image"}:
+                self._draw_robot(model, changed, options)
+            if changed & {"status", "detections"}:
+                report = model.status.find if model.status is not None else None
+                self._finds.draw(finds_to_show(report, model.detections), "finds" in layers)
+
+    def _draw_robot(
+        self, model: SceneModel, changed: frozenset[Part], options: ViewOptions
+    ) -> None:
+        layers = options.layers
+        if "camera" in changed and model.camera is not None:
+            self._robot.draw_camera(model.camera, "camera" in layers)
+        if changed & {"camera", "pose"}:
+            self._robot.draw_pose(model.T_world_base, model.T_world_camera)
+        if "pose" in changed:
+            self._robot.draw_trail(model.trail_world, "trail" in layers)
+        if changed & {"camera", "image"} and model.image is not None and "camera" in layers:
+            self._robot.draw_image(model.image.encoded)

@@ -1,0 +1,176 @@
+"""The map in the scene: a point cloud per column of blocks, boxes where the object may be."""
+
+from collections.abc import Iterable
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.view.colors import NOT_MAPPED, OOI_SCALE, ooi_colors, voxel_colors
+from app.view.options import ViewOptions
+from app.view.voxel_store import EDGE, Column, ColumnVoxels, VoxelStore
+
+POINT_SIZE: Final = 1.3
+"""In voxels: a square of this size hides the gaps to its neighbours from any side."""
+
+MAX_BOXES: Final = 6000
+
+_CUBE: Final = np.array(
+    [[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)], dtype=np.float32
+)
+_CUBE_FACES: Final = np.array(
+    [
+        [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
+    ],
+    dtype=np.uint32,
+)  # fmt: skip
+
+
+class VoxelLayer:
+    """Draws columns of a `VoxelStore` under names that stay."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self._options: ViewOptions | None = None
+        self._voxel_size_m = 0.0
+        self._clouds: dict[Column, Any] = {}
+        self._likely: dict[Column, tuple[NDArray[np.float32], NDArray[np.uint8]]] = {}
+        self._boxes: Any = None
+        self.shown = 0
+        """Columns that are drawn now."""
+
+    def draw(
+        self,
+        store: VoxelStore,
+        voxel_size_m: float,
+        dirty: Iterable[Column],
+        options: ViewOptions,
+    ) -> None:
+        """Draw the columns that changed; all of them when a choice changed."""
+        if voxel_size_m != self._voxel_size_m:
+            self._remove_all()
+            self._voxel_size_m = voxel_size_m
+        if options != self._options:
+            dirty = store.columns
+            self._options = options
+        boxes_changed = False
+        for column in dirty:
+            boxes_changed |= self._draw_column(column, store.column(column), options)
+        if boxes_changed or (self._boxes is not None and not self._likely):
+            self._draw_boxes("object" in options.layers)
+        self.shown = sum(cloud.visible for cloud in self._clouds.values())
+
+    def _draw_column(self, column: Column, voxels: ColumnVoxels, options: ViewOptions) -> bool:
+        size = self._voxel_size_m
+        local, attributes, openness = voxels.local, voxels.attributes, voxels.openness
+        height = (local[:, 2] + np.float32(0.5)) * np.float32(size)
+        if options.ceiling_m is not None:
+            below = height < options.ceiling_m
+            local, attributes, openness = local[below], attributes[below], openness[below]
+            height = height[below]
+        self._draw_points(column, local, attributes, openness, height, options)
+        ooi = attributes[:, 3]
+        likely = (ooi != NOT_MAPPED) & (ooi >= options.object_threshold * OOI_SCALE)
+        had = column in self._likely
+        if likely.any():
+            corner = np.array([column[0] * EDGE, column[1] * EDGE, 0], dtype=np.float32)
+            centers = (local[likely] + corner + np.float32(0.5)) * np.float32(size)
+            self._likely[column] = (centers, ooi[likely])
+            return True
+        self._likely.pop(column, None)
+        return had
+
+    def _draw_points(
+        self,
+        column: Column,
+        local: NDArray[np.int16],
+        attributes: NDArray[np.uint8],
+        openness: NDArray[np.uint8],
+        height_m: NDArray[np.float32],
+        options: ViewOptions,
+    ) -> None:
+        cloud = self._clouds.get(column)
+        if not len(local) or "map" not in options.layers:
+            if cloud is not None:
+                cloud.visible = False
+            return
+        colors = voxel_colors(
+            options.mode,
+            rgb=attributes[:, :3],
+            ooi=attributes[:, 3],
+            level=attributes[:, 5],
+            height_m=height_m,
+            top_m=options.ceiling_m or 3.0,
+        )
+        colors = _shade(colors, openness, local)
+        # Half integers below 1024 are exact in float16: 6 bytes a point instead of 12.
+        points = (local + np.float16(0.5)).astype(np.float16)
+        if cloud is None:
+            size = self._voxel_size_m
+            self._clouds[column] = self._scene.add_point_cloud(
+                f"/map/{column[0]}_{column[1]}",
+                points,
+                colors,
+                point_size=POINT_SIZE,
+                point_shape="square",
+                point_shading="flat",
+                precision="float16",
+                scale=size,
+                position=(column[0] * EDGE * size, column[1] * EDGE * size, 0.0),
+            )
+            return
+        cloud.points = points
+        cloud.colors = colors
+        cloud.visible = True
+
+    def _draw_boxes(self, visible: bool) -> None:
+        if not self._likely:
+            if self._boxes is not None:
+                self._boxes.visible = False
+            return
+        centers = np.concatenate([c for c, _ in self._likely.values()])
+        ooi = np.concatenate([o for _, o in self._likely.values()])
+        if len(ooi) > MAX_BOXES:
+            best = np.argpartition(ooi, len(ooi) - MAX_BOXES)[-MAX_BOXES:]
+            centers, ooi = centers[best], ooi[best]
+        wxyzs = np.tile(np.array([1.0, 0.0, 0.0, 0.0], dtype=np.float32), (len(ooi), 1))
+        colors = ooi_colors(ooi)
+        if self._boxes is None:
+            self._boxes = self._scene.add_batched_meshes_simple(
+                "/object_voxels",
+                _CUBE * np.float32(self._voxel_size_m * 1.12),
+                _CUBE_FACES,
+                wxyzs,
+                centers,
+                batched_colors=colors,
+                flat_shading=True,
+                lod="off",
+                cast_shadow=False,
+                receive_shadow=False,
+                visible=visible,
+            )
+            return
+        self._boxes.batched_wxyzs = wxyzs
+        self._boxes.batched_positions = centers
+        self._boxes.batched_colors = colors
+        self._boxes.visible = visible
+
+    def _remove_all(self) -> None:
+        for cloud in self._clouds.values():
+            cloud.remove()
+        if self._boxes is not None:
+            self._boxes.remove()
+        self._boxes = None
+        self._clouds.clear()
+        self._likely.clear()
+
+
+def _shade(
+    colors: NDArray[np.uint8], openness: NDArray[np.uint8], local: NDArray[np.int16]
+) -> NDArray[np.uint8]:
+    """Darken what lies under or beside something, and set each voxel off a little."""
+    i, j, k = local.T.astype(np.int32)
+    grain = ((i * 7 + j * 13 + k * 29) & 7) * 2
+    factor = 150 + (openness.astype(np.int32) * 92) // 255 + grain
+    return ((colors * factor[:, None].astype(np.uint16)) >> 8).astype(np.uint8)

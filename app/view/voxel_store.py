@@ -1,0 +1,220 @@
+"""Surface voxels as the view keeps them: blocks of 8 x 8 x 8 under columns of blocks.
+
+Changes touch only the blocks that they fall in, and mark the columns that have to be drawn again.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+EDGE: Final = 8
+VOLUME: Final = EDGE**3
+ATTRIBUTES: Final = 8
+"""Bytes a voxel: r, g, b, ooi, proximity, level, label, confidence."""
+
+MAX_BLOCKS: Final = 65_536
+"""About 300 MB; what comes beyond is counted in `VoxelStore.refused`, not stored."""
+MAX_INDEX: Final = 1 << 20
+"""Voxels farther from the origin than this are refused: no home is that large."""
+
+Column = tuple[int, int]
+"""Block index along x and y."""
+
+_BIAS: Final = 1 << 18
+_SHIFT: Final = 19
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VoxelUpdate:
+    """Voxels that changed, or all of them, one row a voxel."""
+
+    indices: NDArray[np.int64]
+    """(N, 3) voxel (i, j, k)."""
+    attributes: NDArray[np.uint8]
+    """(N, 8) red, green, blue, ooi, proximity, level, label, confidence."""
+    surface: NDArray[np.bool_]
+    """(N,) False where the voxel is no longer part of a surface."""
+
+    def __post_init__(self) -> None:
+        """Check the shapes."""
+        n = len(self.surface)
+        if self.indices.shape != (n, 3) or self.attributes.shape != (n, ATTRIBUTES):
+            raise ValueError(
+                f"{n} voxels need indices ({n}, 3) and attributes ({n}, {ATTRIBUTES}); got "
+                f"{self.indices.shape} and {self.attributes.shape}"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ColumnVoxels:
+    """The surface voxels of one column."""
+
+    local: NDArray[np.int16]
+    """(M, 3) voxel index; i and j from the column's corner, k from the world's origin."""
+    attributes: NDArray[np.uint8]
+    """(M, 8) as in `VoxelUpdate`."""
+    openness: NDArray[np.uint8]
+    """(M,) 0 under another voxel, else 255 less what rises around it: contact shadows."""
+
+
+def _pack(blocks: NDArray[np.int64]) -> NDArray[np.int64]:
+    b = blocks + _BIAS
+    return (((b[:, 0] << _SHIFT) | b[:, 1]) << _SHIFT) | b[:, 2]
+
+
+class VoxelStore:
+    """Surface voxels in pools of blocks. Not thread-safe: one thread owns it."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.refused = 0
+        """Voxels not stored: too far out, or beyond `MAX_BLOCKS`."""
+        self._rows: dict[int, int] = {}
+        self._block_z = np.empty(0, dtype=np.int64)
+        self._columns: dict[Column, list[int]] = {}
+        self._present = np.zeros((0, VOLUME), dtype=np.bool_)
+        self._attributes = np.zeros((0, VOLUME, ATTRIBUTES), dtype=np.uint8)
+        self._dirty: dict[Column, None] = {}
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Every column that ever held a voxel."""
+        return tuple(self._columns)
+
+    def apply(self, update: VoxelUpdate) -> None:
+        """Store the rows of an update; of rows for the same voxel the last one holds."""
+        indices, attributes, surface = update.indices, update.attributes, update.surface
+        near = (np.abs(indices) < MAX_INDEX).all(axis=1)
+        if not near.all():
+            self.refused += int(np.count_nonzero(~near))
+            indices, attributes, surface = indices[near], attributes[near], surface[near]
+        if not len(indices):
+            return
+        blocks = indices >> 3
+        keys, first, inverse = np.unique(_pack(blocks), return_index=True, return_inverse=True)
+        rows = self._rows_of(keys, blocks[first])
+        row = rows[inverse]
+        if (rows < 0).any():
+            kept = row >= 0
+            self.refused += int(np.count_nonzero(~kept))
+            row, indices, attributes, surface = (
+                row[kept],
+                indices[kept],
+                attributes[kept],
+                surface[kept],
+            )
+            first, rows = first[rows >= 0], rows[rows >= 0]
+        i, j, k = (indices & 7).T
+        cell = (i * EDGE + j) * EDGE + k
+        before = np.count_nonzero(self._present[rows])
+        self._present[row, cell] = surface
+        self._attributes[row, cell] = attributes
+        self.count += int(np.count_nonzero(self._present[rows]) - before)
+        self._dirty.update(dict.fromkeys(map(tuple, blocks[first, :2].tolist())))
+
+    def clear(self) -> None:
+        """Forget every voxel; columns that held some are marked."""
+        self._present[:] = False
+        self.count = 0
+        self._dirty.update(dict.fromkeys(self._columns))
+
+    def take_dirty(self) -> tuple[Column, ...]:
+        """Return the columns that changed since the last call."""
+        dirty = tuple(self._dirty)
+        self._dirty.clear()
+        return dirty
+
+    def column(self, column: Column) -> ColumnVoxels:
+        """Gather the voxels of one column."""
+        rows = np.array(self._columns.get(column, ()), dtype=np.int64)
+        which, cell = np.nonzero(self._present[rows])
+        local = np.empty((len(cell), 3), dtype=np.int16)
+        local[:, 0] = cell >> 6
+        local[:, 1] = (cell >> 3) & 7
+        local[:, 2] = (cell & 7) + self._block_z[rows][which] * EDGE
+        return ColumnVoxels(
+            local=local,
+            attributes=self._attributes[rows][which, cell],
+            openness=self._openness(column, local),
+        )
+
+    def all_voxels(self) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
+        """Return (N, 3) indices in a fixed order and their (N, 8) attributes."""
+        indices, attributes = [], []
+        for column in sorted(self._columns):
+            voxels = self.column(column)
+            corner = np.array([column[0] * EDGE, column[1] * EDGE, 0], dtype=np.int64)
+            order = np.lexsort(voxels.local.T)
+            indices.append((voxels.local + corner)[order])
+            attributes.append(voxels.attributes[order])
+        if not indices:
+            return np.empty((0, 3), np.int64), np.empty((0, ATTRIBUTES), np.uint8)
+        return np.concatenate(indices), np.concatenate(attributes)
+
+    def _rows_of(self, keys: NDArray[np.int64], blocks: NDArray[np.int64]) -> NDArray[np.int64]:
+        rows = np.empty(len(keys), dtype=np.int64)
+        for n, key in enumerate(keys.tolist()):
+            row = self._rows.get(key)
+            rows[n] = self._new_row(key, blocks[n]) if row is None else row
+        return rows
+
+    def _new_row(self, key: int, block: NDArray[np.int64]) -> int:
+        row = len(self._rows)
+        if row >= MAX_BLOCKS:
+            return -1
+        if row >= len(self._present):
+            self._grow(max(64, 2 * row))
+        x, y, z = block.tolist()
+        self._rows[key] = row
+        self._block_z[row] = z
+        self._columns.setdefault((x, y), []).append(row)
+        return row
+
+    def _grow(self, size: int) -> None:
+        old = len(self._present)
+        for name in ("_present", "_attributes", "_block_z"):
+            pool = getattr(self, name)
+            larger = np.zeros((size, *pool.shape[1:]), dtype=pool.dtype)
+            larger[:old] = pool
+            setattr(self, name, larger)
+
+    def _openness(self, column: Column, local: NDArray[np.int16]) -> NDArray[np.uint8]:
+        """Tell how much of the sky a voxel sees, from the two layers above it."""
+        if not len(local):
+            return np.empty(0, dtype=np.uint8)
+        low = int(local[:, 2].min())
+        span = int(local[:, 2].max()) - low + 3
+        if span > 64 * EDGE:
+            return np.full(len(local), 255, dtype=np.uint8)
+        solid = np.zeros((EDGE + 2, EDGE + 2, span), dtype=np.uint8)
+        for dx in (-1, 0, 1):
+            for dy in (-1, 0, 1):
+                self._fill(solid, (column[0] + dx, column[1] + dy), dx, dy, low)
+        rise = solid[:, :, 1:-1] * 2 + solid[:, :, 2:]
+        rows = rise[:-2] + rise[1:-1] + rise[2:]
+        around = rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
+        i, j, k = local[:, 0], local[:, 1], local[:, 2] - low
+        open_sky = 255 - np.minimum(around[i, j, k].astype(np.int32) * 9, 200)
+        return np.where(solid[i + 1, j + 1, k + 1] > 0, 0, open_sky).astype(np.uint8)
+
+    def _fill(self, solid: NDArray[np.uint8], column: Column, dx: int, dy: int, low: int) -> None:
+        """Copy the part of a neighbouring column that borders on the middle one."""
+        to_x, from_x = _BORDER[dx]
+        to_y, from_y = _BORDER[dy]
+        for row in self._columns.get(column, ()):
+            base = int(self._block_z[row]) * EDGE - low
+            start, stop = max(base, 0), min(base + EDGE, solid.shape[2])
+            if start >= stop:
+                continue
+            cube = self._present[row].reshape(EDGE, EDGE, EDGE)
+            solid[to_x, to_y, start:stop] = cube[from_x, from_y, start - base : stop - base]
+
+
+_BORDER: Final = {
+    -1: (slice(0, 1), slice(EDGE - 1, EDGE)),
+    0: (slice(1, EDGE + 1), slice(0, EDGE)),
+    1: (slice(EDGE + 1, EDGE + 2), slice(0, 1)),
+}
+"""For a neighbour on either side: where its border goes, and where it comes from."""
