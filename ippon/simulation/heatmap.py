@@ -1,0 +1,148 @@
+"""Heatmaps from instance images: sampling, neighbourhoods and blending of probability vectors."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Float32Array = NDArray[np.float32]
+Int32Array = NDArray[np.int32]
+UInt8Array = NDArray[np.uint8]
+
+_TAPS = 5
+_CENTRE_WEIGHT = 0.5
+
+
+def sample_instances(instance: Int32Array, size: tuple[int, int], edge_px: float) -> Int32Array:
+    """Read an instance image at the points that make up each pixel of a smaller one.
+
+    Args:
+        instance: (H, W) int32.
+        size: (h, w) of the smaller image.
+        edge_px: Distance of the outer points from the pixel's centre, in smaller pixels.
+
+    Returns:
+        (h, w, 5) int32: at the centre, left, right, above, below.
+    """
+    out = np.empty((*size, _TAPS), dtype=np.int32)
+    _sample_kernel(instance, edge_px, out)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _sample_kernel(instance: Int32Array, edge: float, out: Int32Array) -> None:
+    height, width = instance.shape
+    h, w = out.shape[:2]
+    sy, sx = height / h, width / w
+    for i in range(h):
+        row = min(int((i + 0.5) * sy), height - 1)
+        above = max(int((i + 0.5 - edge) * sy), 0)
+        below = min(int((i + 0.5 + edge) * sy), height - 1)
+        for j in range(w):
+            column = min(int((j + 0.5) * sx), width - 1)
+            left = max(int((j + 0.5 - edge) * sx), 0)
+            right = min(int((j + 0.5 + edge) * sx), width - 1)
+            out[i, j, 0] = instance[row, column]
+            out[i, j, 1] = instance[row, left]
+            out[i, j, 2] = instance[row, right]
+            out[i, j, 3] = instance[above, column]
+            out[i, j, 4] = instance[below, column]
+
+
+def neighbours(labels: Int32Array, count: int) -> NDArray[np.int64]:
+    """Return (count,) the label that borders each label most; itself where nothing does.
+
+    Args:
+        labels: (h, w) int32 in [0, count).
+        count: Number of labels.
+    """
+    borders = np.zeros((count, count), dtype=np.int32)
+    _border_kernel(labels, borders)
+    most = borders.argmax(axis=1)
+    return np.where(borders.max(axis=1, initial=0) > 0, most, np.arange(count))
+
+
+@njit(cache=True, nogil=True)
+def _border_kernel(labels: Int32Array, borders: Int32Array) -> None:
+    h, w = labels.shape
+    for i in range(h):
+        for j in range(w):
+            a = labels[i, j]
+            if j + 1 < w and labels[i, j + 1] != a:
+                b = labels[i, j + 1]
+                borders[a, b] += 1
+                borders[b, a] += 1
+            if i + 1 < h and labels[i + 1, j] != a:
+                b = labels[i + 1, j]
+                borders[a, b] += 1
+                borders[b, a] += 1
+
+
+def blend(
+    samples: Int32Array, good: Float32Array, bad: Float32Array, field: Float32Array
+) -> UInt8Array:
+    """Mix the probability vectors of what each pixel covers.
+
+    Args:
+        samples: (h, w, 5) int32 rows of `good` and `bad`, as from `sample_instances`.
+        good: (K, C) float32 vectors where the image is good, each summing to 1.
+        bad: (K, C) float32 vectors where it is bad.
+        field: (gh, gw) float32 of about unit variance, stretched over the image; above 1 means
+            good, below -1 bad, between a mixture.
+
+    Returns:
+        (h, w, C) uint8 in units of 1/255; the channels of each pixel sum to 255.
+    """
+    out = np.empty((*samples.shape[:2], good.shape[1]), dtype=np.uint8)
+    _blend_kernel(samples, good, bad, field, np.empty(good.shape[1], dtype=np.float32), out)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _blend_kernel(
+    samples: Int32Array,
+    good: Float32Array,
+    bad: Float32Array,
+    field: Float32Array,
+    mixed: Float32Array,
+    out: UInt8Array,
+) -> None:
+    h, w, channels = out.shape
+    gh, gw = field.shape
+    for i in range(h):
+        y = i * (gh - 1) / h
+        y0 = int(y)
+        fy = y - y0
+        for j in range(w):
+            x = j * (gw - 1) / w
+            x0 = int(x)
+            fx = x - x0
+            top = (1.0 - fx) * field[y0, x0] + fx * field[y0, x0 + 1]
+            bottom = (1.0 - fx) * field[y0 + 1, x0] + fx * field[y0 + 1, x0 + 1]
+            share = 0.5 + 0.5 * ((1.0 - fy) * top + fy * bottom)
+            share = np.float32(min(max(share, 0.0), 1.0))
+            rest = np.float32(1.0) - share
+            k = samples[i, j, 0]
+            uniform = True
+            for t in range(1, _TAPS):
+                uniform = uniform and samples[i, j, t] == k
+            if uniform:
+                for c in range(channels):
+                    mixed[c] = np.float32(255.0) * (share * good[k, c] + rest * bad[k, c])
+            else:
+                mixed[:] = 0.0
+                for t in range(_TAPS):
+                    k = samples[i, j, t]
+                    weight = _CENTRE_WEIGHT if t == 0 else (1.0 - _CENTRE_WEIGHT) / (_TAPS - 1)
+                    a = np.float32(255.0 * weight) * share
+                    b = np.float32(255.0 * weight) * rest
+                    for c in range(channels):
+                        mixed[c] += a * good[k, c] + b * bad[k, c]
+            total, largest = 0, 0
+            for c in range(channels):
+                value = np.uint8(mixed[c] + np.float32(0.5))
+                out[i, j, c] = value
+                total += value
+                if value > out[i, j, largest]:
+                    largest = c
+            # Rounding is repaid where it matters least.
+            out[i, j, largest] = np.uint8(out[i, j, largest] + 255 - total)

@@ -1,0 +1,129 @@
+"""A home, a robot in it, and its camera: commands in, frames out."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ippon.camera import PinholeCamera
+from ippon.command import Command
+from ippon.frame import Frame, Heatmap
+from ippon.geometry import Float64Array
+from ippon.robot import RobotProfile
+from ippon.simulation.drift import DriftConfig, OdometryDrift
+from ippon.simulation.renderer import Rendering, SceneRenderer
+from ippon.simulation.robot import BaseConfig, SimulatedBase
+from ippon.simulation.scene import Scene, StartPose
+from ippon.simulation.segmenter import SegmenterConfig, SimulatedSegmenter
+from ippon.simulation.sensor_noise import NoiseConfig, SensorNoise
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorldConfig:
+    """Everything about the simulation that is not the home, the robot or the camera."""
+
+    base: BaseConfig = field(default_factory=BaseConfig)
+    noise: NoiseConfig = field(default_factory=NoiseConfig)
+    segmenter: SegmenterConfig = field(default_factory=SegmenterConfig)
+    drift: DriftConfig = field(default_factory=DriftConfig)
+
+    @classmethod
+    def perfect(cls) -> "WorldConfig":
+        """Return a world whose camera and segmentation never err."""
+        return cls(noise=NoiseConfig.none(), segmenter=SegmenterConfig.perfect())
+
+
+class SimulatedWorld:
+    """Steps a robot through a scene; one seed and one set of commands give the same frames."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        robot: RobotProfile,
+        camera: PinholeCamera,
+        start: StartPose,
+        seed: int = 0,
+        config: WorldConfig | None = None,
+    ) -> None:
+        self.scene = scene
+        self.robot = robot
+        self.camera = camera
+        self.config = config or WorldConfig()
+        self.base = SimulatedBase(scene, robot, start, self.config.base)
+        self.stamp_ns = 0
+        """Simulated clock."""
+        self.frames = 0
+        """Frames observed so far."""
+        self._seed = seed
+        self._trajectory = [(start.x, start.y, start.z)]
+        self._renderer = SceneRenderer(scene)
+        self._noise = SensorNoise(camera, robot.min_depth_m, robot.max_depth_m, self.config.noise)
+        self._drift = OdometryDrift(self.base.T_world_base, self.config.drift, seed)
+        self._segmenter: SimulatedSegmenter | None = None
+
+    @property
+    def trajectory(self) -> Float64Array:
+        """Return the (K, 3) true positions of the base, the start first, then one a step."""
+        return np.array(self._trajectory, dtype=np.float64)
+
+    @property
+    def collisions(self) -> int:
+        """Return how often the base began to touch something."""
+        return self.base.collisions
+
+    def set_labels(self, labels: Sequence[str], ooi: str | None) -> None:
+        """Choose what the segmentation tells apart from the next frame on; no labels turn it off.
+
+        Args:
+            labels: Canonical common labels.
+            ooi: Canonical label of the object of interest.
+        """
+        if not labels:
+            self._segmenter = None
+            return
+        old = self._segmenter
+        if old is None or (old.labels, old.ooi) != (tuple(labels), ooi):
+            self._segmenter = SimulatedSegmenter(
+                self.scene, labels, ooi, self.config.segmenter, self._seed
+            )
+
+    def step(self, command: Command | None, dt_s: float) -> None:
+        """Let `dt_s` seconds pass; `command` is what arrived at their beginning, if anything."""
+        self.base.step(command, dt_s)
+        self.stamp_ns += round(dt_s * 1e9)
+        self._trajectory.append((self.base.x_m, self.base.y_m, self.base.z_m))
+        self._drift.follow(self.base.T_world_base)
+
+    def observe(self) -> Frame:
+        """Take a picture of this moment."""
+        index = self.frames
+        self.frames += 1
+        rng = np.random.Generator(np.random.PCG64([self._seed, 0xF7A3E, index]))
+        T_base_camera = self.robot.T_base_camera(self.base.tilt_rad)
+        T_world_camera = self.base.T_world_base @ T_base_camera
+        rendering = self._renderer.render(self.camera, T_world_camera)
+        T_world_base = self._drift.T_world_base
+        return Frame(
+            stamp_ns=self.stamp_ns,
+            color=self._noise.corrupt_color(rendering.color, rng),
+            depth=self._noise.corrupt_depth(rendering.depth, rng),
+            camera=self.camera,
+            T_world_camera=T_world_base @ T_base_camera,
+            T_world_base=T_world_base,
+            tilt_rad=self.base.tilt_rad,
+            heatmap=self._segment(rendering, T_world_camera, index),
+            contact=self.base.contact,
+        )
+
+    def path_length_m(self) -> float:
+        """Return the true distance driven."""
+        steps = np.diff(self.trajectory, axis=0)
+        return math.fsum(np.linalg.norm(steps, axis=1))
+
+    def _segment(
+        self, rendering: Rendering, T_world_camera: Float64Array, index: int
+    ) -> Heatmap | None:
+        if self._segmenter is None:
+            return None
+        return self._segmenter.segment(rendering, T_world_camera[:3, 3], index)
