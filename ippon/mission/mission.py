@@ -5,6 +5,7 @@ levels of the goal colour it (Sec. Semantic Guidance), the planner weighs gain a
 (Sec. Informative Path Planning), and the search ends in front of the object.
 """
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -30,6 +31,15 @@ from ippon.planning.planner import PlannerConfig, ViewpointPlanner
 from ippon.robot import RobotProfile
 
 
+WAITING = "waiting for a goal"
+HELD_TEXT = {
+    MissionState.STOPPED: "stopped: press Resume to go on",
+    MissionState.PAUSED: "paused",
+}
+FIND_WITHIN_M = 2.5
+"""A find lies at most this far from where the search ended."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionConfig:
     """Everything that decides how a search goes."""
@@ -48,6 +58,22 @@ class MissionConfig:
     """Frames in a row without anything left to see before the search ends as exhausted."""
 
 
+@dataclass(slots=True, kw_only=True)
+class _Search:
+    """One goal and how far it is."""
+
+    goal: Goal
+    guidance: Guidance
+    started_ns: int | None = None
+    path_length_m: float = 0.0
+    arrived_steps: int = 0
+    empty_steps: int = 0
+    find: Find | None = None
+
+    def elapsed_s(self, stamp_ns: int) -> float:
+        return 0.0 if self.started_ns is None else (stamp_ns - self.started_ns) / NANOSECONDS
+
+
 class Mission:
     """Owns the map, the planner and the goal; takes frames one by one."""
 
@@ -63,27 +89,21 @@ class Mission:
         self._travel_pitch = TravelPitch(config.travel_pitch, robot)
         self._recovery = Recovery(config.recovery, robot)
         self._ooi_voxels = OoiVoxels(config.planner.ooi_threshold)
-        self._goal: Goal | None = None
-        self._guidance: Guidance | None = None
+        self._search: _Search | None = None
         self._state = MissionState.STARTING
         self._held: MissionState | None = None
         self._events: list[MissionEvent] = []
         self._candidates: tuple[Find, ...] = ()
-        self._find: Find | None = None
         self._plan: Plan | None = None
         self._last: Frame | None = None
-        self._started_ns: int | None = None
-        self._path_length_m = 0.0
-        self._arrived_steps = 0
-        self._empty_steps = 0
-        self._why = "waiting for a goal"
+        self._why = WAITING
 
     # -- what the operator may do between two steps ------------------------------------------
 
     @property
     def goal(self) -> Goal | None:
         """What is searched for, or was found last."""
-        return self._goal
+        return self._search.goal if self._search else None
 
     @property
     def state(self) -> MissionState:
@@ -97,11 +117,7 @@ class Mission:
             ValueError: The guidance does not speak of this map's labels, in their order.
         """
         self._check_guidance(guidance)
-        self._goal = goal
-        self._find = None
-        self._started_ns = None
-        self._path_length_m = 0.0
-        self._arrived_steps = self._empty_steps = 0
+        self._search = _Search(goal=goal, guidance=guidance)
         self.voxel_map.set_ooi(goal.object)
         self._ooi_voxels.forget()
         self._state = MissionState.SEARCHING if self._look_around.done else MissionState.STARTING
@@ -113,29 +129,31 @@ class Mission:
         """Take other levels for the present goal: an answer came, or the operator changed one.
 
         Raises:
-            ValueError: The guidance does not speak of this map's labels, in their order.
+            ValueError: There is no goal, or the guidance does not speak of this map's labels, in
+                their order.
         """
         self._check_guidance(guidance)
-        self._guidance = guidance
+        if self._search is None:
+            raise ValueError("levels belong to a goal, and there is none; set a goal first")
+        self._search.guidance = guidance
+        goal = self._search.goal
         probabilities = self.config.levels.as_array()
         self.voxel_map.set_levels(guidance.levels(), probabilities)
-        if self._goal is not None:
-            self._planner.set_goal(
-                probabilities=probabilities,
-                termination_min=termination_voxels(
-                    self._goal.object, self._goal.category, self.config.map.voxel_size_m
-                ),
-            )
+        self._planner.set_goal(
+            probabilities=probabilities,
+            termination_min=termination_voxels(
+                goal.object, goal.category, self.config.map.voxel_size_m
+            ),
+        )
 
     def cancel_goal(self) -> None:
         """Search for nothing; the robot stays where it is."""
-        if self._goal is not None:
-            self._note("cancelled", f"the search for {self._goal.display} was cancelled")
-        self._goal = None
-        self._find = None
+        if self._search is not None:
+            self._note("cancelled", f"the search for {self._search.goal.display} was cancelled")
+        self._search = None
         self._plan = None
         self._state = MissionState.STARTING
-        self._why = "waiting for a goal"
+        self._why = WAITING
 
     def reject_find(self) -> bool:
         """Take the operator's word that the find is something else, and search on.
@@ -143,15 +161,16 @@ class Mission:
         Returns:
             Whether there was a find to reject.
         """
-        if self._find is None or self._goal is None:
+        if self._search is None or self._search.find is None:
             return False
-        radius = 0.5 * math.hypot(*self._find.size_m) + 0.2
-        self.voxel_map.suppress_ooi(np.array(self._find.position_world), radius)
-        self._note("rejected", f"not the {self._goal.display}: searching on")
-        self._find = None
-        self._arrived_steps = self._empty_steps = 0
+        find, self._search.find = self._search.find, None
+        radius = 0.5 * math.hypot(*find.size_m) + 0.2
+        self.voxel_map.suppress_ooi(np.array(find.position_world), radius)
+        display = self._search.goal.display
+        self._note("rejected", f"not the {display}: searching on")
+        self._search.arrived_steps = self._search.empty_steps = 0
         self._state = MissionState.SEARCHING
-        self._why = f"searching on for {self._goal.display}"
+        self._why = f"searching on for {display}"
         return True
 
     def stop(self) -> None:
@@ -161,9 +180,8 @@ class Mission:
         self._held = MissionState.STOPPED
 
     def pause(self) -> None:
-        """Hold still until `resume`."""
-        if self._held is None:
-            self._held = MissionState.PAUSED
+        """Hold still until `resume`; a stop is more and stays."""
+        self._held = self._held or MissionState.PAUSED
 
     def resume(self) -> None:
         """Go on after `stop` or `pause`."""
@@ -180,92 +198,65 @@ class Mission:
             FrameRejectedError: The frame contradicts itself or the map; nothing has changed.
         """
         self.voxel_map.integrate(frame)
-        self._travelled(frame)
+        dt_s = self._travelled(frame)
         self._update_candidates(frame)
-        command = self._act(frame)
+        command = self._act(frame, dt_s)
         self._recovery.watch(frame.stamp_ns, frame.T_world_base, command)
         snapshot = self._snapshot(frame)
         self._events = []
         return StepResult(command=command, snapshot=snapshot)
 
-    def _act(self, frame: Frame) -> Command:
-        hold = Command(tilt_rad=frame.tilt_rad)
-        searching = self._state not in (MissionState.FOUND, MissionState.EXHAUSTED)
-        if self._held is not None or self._goal is None or not searching:
-            return hold
+    def _act(self, frame: Frame, dt_s: float) -> Command:
+        search = self._search
+        over = self._state in (MissionState.FOUND, MissionState.EXHAUSTED)
+        if self._held is not None or search is None or over:
+            return Command(tilt_rad=frame.tilt_rad)
         if self._recovery.blocked(frame.stamp_ns, frame.T_world_base, frame.contact):
-            self._note("contact", "touched something: marking it and backing off")
+            self._note("contact", "blocked: marking what is ahead and backing off")
             self._planner.mark_contact(frame.T_world_base)
-        self._plan = self._planner.step(self.voxel_map.arrays(), frame.T_world_base, frame.tilt_rad)
+        arrays = self.voxel_map.arrays()
+        plan = self._plan = self._planner.step(arrays, frame.T_world_base, frame.tilt_rad)
         freeing = self._recovery.command(frame.stamp_ns, frame.tilt_rad)
         if freeing is not None:
             return freeing
-        if not self._look_around.done and not self._sees_the_object(self._plan):
+        if _ends_the_search(plan):
+            self._look_around.skip()
+        if not self._look_around.done:
             self._state = MissionState.LOOKING_AROUND
             self._why = f"looking around ({self._look_around.progress:.0%})"
             return self._look_around.step(yaw_of(frame.T_world_base), frame.tilt_rad)
-        return self._pursue(frame, self._plan)
+        return self._pursue(search, frame, plan, dt_s)
 
-    def _sees_the_object(self, plan: Plan) -> bool:
-        """A place to end the search at is known already: turning on would be a waste of time."""
-        if plan.target is not None and plan.target.kind is NodeKind.TERMINATING:
-            self._look_around.skip()
-            return True
-        return False
-
-    def _pursue(self, frame: Frame, plan: Plan) -> Command:
-        self._count_empty(plan)
-        if self._state is MissionState.EXHAUSTED:
-            return Command(tilt_rad=frame.tilt_rad)
-        terminating = plan.target is not None and plan.target.kind is NodeKind.TERMINATING
-        self._state = MissionState.APPROACHING if terminating else MissionState.SEARCHING
-        self._why = explain(plan, self.voxel_map, self._goal, self._guidance)
-        command = self._follower.step(
-            plan,
-            frame.T_world_base,
-            frame.tilt_rad,
-            self.voxel_map.arrays(),
-            dt_s=self._dt_s(frame),
-        )
-        if self._arrived(plan):
-            self._conclude(frame)
-            return Command(tilt_rad=command.tilt_rad)
-        if command.linear_m_s > 0.05 and not terminating:
-            return Command(
-                linear_m_s=command.linear_m_s,
-                yaw_rate_rad_s=command.yaw_rate_rad_s,
-                tilt_rad=self._travel_pitch.tilt(self._elapsed_s(frame)),
+    def _pursue(self, search: _Search, frame: Frame, plan: Plan, dt_s: float) -> Command:
+        """Follow the plan, and end the search where it says so."""
+        search.empty_steps = search.empty_steps + 1 if plan.exhausted else 0
+        if search.empty_steps >= self.config.exhausted_steps:
+            self._conclude(
+                MissionState.EXHAUSTED,
+                f"{search.goal.display} not found: everything reachable was seen",
             )
+            return Command(tilt_rad=frame.tilt_rad)
+        approaching = _ends_the_search(plan)
+        self._state = MissionState.APPROACHING if approaching else MissionState.SEARCHING
+        self._why = explain(plan, self.voxel_map, search.goal, search.guidance)
+        command = self._follower.step(
+            plan, frame.T_world_base, frame.tilt_rad, self.voxel_map.arrays(), dt_s
+        )
+        arrived = approaching and self._follower.reached
+        search.arrived_steps = search.arrived_steps + 1 if arrived else 0
+        if search.arrived_steps >= self.config.confirm_steps:
+            search.find = self._nearest_candidate(frame.T_world_base)
+            self._conclude(MissionState.FOUND, _found_text(search, frame.T_world_base))
+            return Command(tilt_rad=command.tilt_rad)
+        if command.linear_m_s > 0.05 and not approaching:
+            sweep = self._travel_pitch.tilt(search.elapsed_s(frame.stamp_ns))
+            return dataclasses.replace(command, tilt_rad=sweep)
         return command
 
-    def _arrived(self, plan: Plan) -> bool:
-        """The robot stands at a terminating viewpoint, and enough frames in a row agreed."""
-        target = plan.target
-        there = (
-            target is not None and target.kind is NodeKind.TERMINATING and self._follower.reached
-        )
-        self._arrived_steps = self._arrived_steps + 1 if there else 0
-        return self._arrived_steps >= self.config.confirm_steps
-
-    def _conclude(self, frame: Frame) -> None:
-        assert self._goal is not None
-        self._find = self._nearest_candidate(frame.T_world_base)
-        self._state = MissionState.FOUND
-        self._why = f"found {self._goal.display}"
-        if self._find is not None:
-            self._why += (
-                f": {self._find.voxels} voxels at p = {self._find.probability:.2f}, "
-                f"{self._distance_m(frame.T_world_base, self._find):.1f} m away"
-            )
-        self._note("found", self._why)
-
-    def _count_empty(self, plan: Plan) -> None:
-        self._empty_steps = self._empty_steps + 1 if plan.exhausted else 0
-        if self._empty_steps >= self.config.exhausted_steps:
-            assert self._goal is not None
-            self._state = MissionState.EXHAUSTED
-            self._why = f"{self._goal.display} not found: everything reachable was seen"
-            self._note("exhausted", self._why)
+    def _conclude(self, state: MissionState, why: str) -> None:
+        self._state = state
+        self._why = why
+        self._note(state.value, why)
 
     # -- book-keeping ------------------------------------------------------------------------
 
@@ -277,25 +268,21 @@ class Mission:
                 f"{len(self.voxel_map.labels)}, or in another order"
             )
 
-    def _travelled(self, frame: Frame) -> None:
-        if self._goal is not None and self._started_ns is None:
-            self._started_ns = frame.stamp_ns
-        if self._last is not None and self._state is not MissionState.FOUND:
-            moved = frame.T_world_base[:3, 3] - self._last.T_world_base[:3, 3]
-            self._path_length_m += float(np.linalg.norm(moved))
-        self._previous_stamp_ns = self._last.stamp_ns if self._last else frame.stamp_ns
-        self._last = frame
-
-    def _dt_s(self, frame: Frame) -> float:
-        return max(1e-3, (frame.stamp_ns - self._previous_stamp_ns) / NANOSECONDS)
-
-    def _elapsed_s(self, frame: Frame) -> float:
-        if self._started_ns is None:
-            return 0.0
-        return (frame.stamp_ns - self._started_ns) / NANOSECONDS
+    def _travelled(self, frame: Frame) -> float:
+        """Take note of the robot's way; returns the seconds since the frame before."""
+        last, self._last = self._last, frame
+        search = self._search
+        if search is not None and search.started_ns is None:
+            search.started_ns = frame.stamp_ns
+        if last is None:
+            return 1e-3
+        if search is not None and self._state is not MissionState.FOUND:
+            moved = frame.T_world_base[:3, 3] - last.T_world_base[:3, 3]
+            search.path_length_m += float(np.linalg.norm(moved))
+        return max(1e-3, (frame.stamp_ns - last.stamp_ns) / NANOSECONDS)
 
     def _update_candidates(self, frame: Frame) -> None:
-        if self._goal is None:
+        if self._search is None:
             self._candidates = ()
             return
         arrays = self.voxel_map.arrays()
@@ -309,35 +296,46 @@ class Mission:
         )
 
     def _nearest_candidate(self, T_world_base: Float64Array) -> Find | None:
-        near = [f for f in self._candidates if self._distance_m(T_world_base, f) < 2.0]
+        near = [f for f in self._candidates if _distance_m(T_world_base, f) < FIND_WITHIN_M]
         in_view = [f for f in near if f.box_px is not None] or near
         return max(in_view, key=lambda f: f.voxels, default=None)
-
-    @staticmethod
-    def _distance_m(T_world_base: Float64Array, find: Find) -> float:
-        x, y, _ = find.position_world
-        return math.hypot(x - T_world_base[0, 3], y - T_world_base[1, 3])
 
     def _note(self, kind: str, text: str) -> None:
         self._events.append(MissionEvent(kind=kind, text=text))
 
     def _snapshot(self, frame: Frame) -> Snapshot:
-        why = {
-            MissionState.STOPPED: "stopped: press Resume to go on",
-            MissionState.PAUSED: "paused",
-        }.get(self.state, self._why)
+        search = self._search
         return Snapshot(
             stamp_ns=frame.stamp_ns,
             state=self.state,
-            why=why,
-            goal=self._goal,
+            why=HELD_TEXT[self._held] if self._held else self._why,
+            goal=self.goal,
             plan=self._plan,
-            find=self._find,
+            find=search.find if search else None,
             candidates=self._candidates,
             T_world_base=frame.T_world_base,
-            path_length_m=self._path_length_m,
-            elapsed_s=self._elapsed_s(frame),
-            best_ooi=self.voxel_map.best_ooi(),
+            path_length_m=search.path_length_m if search else 0.0,
+            elapsed_s=search.elapsed_s(frame.stamp_ns) if search else 0.0,
+            best_ooi=self.voxel_map.best_ooi() if search else 0.0,
             explored_m2=self.voxel_map.explored_m2(),
             events=tuple(self._events),
         )
+
+
+def _ends_the_search(plan: Plan) -> bool:
+    return plan.target is not None and plan.target.kind is NodeKind.TERMINATING
+
+
+def _distance_m(T_world_base: Float64Array, find: Find) -> float:
+    x, y, _ = find.position_world
+    return math.hypot(x - T_world_base[0, 3], y - T_world_base[1, 3])
+
+
+def _found_text(search: _Search, T_world_base: Float64Array) -> str:
+    text = f"found {search.goal.display}"
+    if search.find is None:
+        return text
+    return (
+        f"{text}: {search.find.voxels} voxels at p = {search.find.probability:.2f}, "
+        f"{_distance_m(T_world_base, search.find):.1f} m away"
+    )

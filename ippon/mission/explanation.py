@@ -1,0 +1,103 @@
+"""One line that says why the robot goes where it goes."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ippon.guidance.levels import Guidance, Level
+from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, OCCUPIED
+from ippon.mapping.surface_rows import NO_LABEL
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.mission.goal import Goal
+from ippon.planning.plan import NodeKind, Plan, Viewpoint
+
+NEARBY_M = 2.5
+"""Common objects within this distance of a viewpoint are named as what it is by."""
+_PERVASIVE = frozenset({"wall", "floor", "ceiling", "beam", "column", "others", "objects"})
+
+
+def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> str:
+    """Say where the plan leads, what is nearby, what it promises and how far it is.
+
+    Args:
+        plan: The plan that the robot follows.
+        voxel_map: The map that it was made from.
+        goal: What is searched for.
+        guidance: Levels of the map's labels for that goal.
+    """
+    target = plan.target
+    if target is None:
+        return f"looking for a way on towards {goal.display}"
+    if target.kind is NodeKind.TERMINATING:
+        return (
+            f"going to where {goal.display} can be seen from close by: "
+            f"{target.termination:.0f} voxels, {target.path_cost_s:.1f} s away"
+        )
+    level = target.level.name.lower()
+    return (
+        f"going to the viewpoint {_place(target, voxel_map, guidance)} ({level}): "
+        f"gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
+    )
+
+
+def _place(target: Viewpoint, voxel_map: VoxelMap, guidance: Guidance) -> str:
+    """Name the common object that the viewpoint's level comes from."""
+    counts = label_census(voxel_map, np.array(target.position_world), NEARBY_M)
+    for j, row in enumerate(guidance.rows):
+        if row.level is not target.level or row.label in _PERVASIVE:
+            counts[j] = 0
+    if counts.sum() == 0:
+        return "in unseen space" if target.level is Level.AVERAGE else "ahead"
+    return f"by the {guidance.rows[int(counts.argmax())].label.replace('_', ' ')}"
+
+
+def label_census(
+    voxel_map: VoxelMap, centre_world: NDArray[np.float64], radius_m: float
+) -> NDArray[np.int64]:
+    """Count the surface voxels of each label within a horizontal distance of a point.
+
+    Args:
+        voxel_map: The map.
+        centre_world: (3,) metres; its height does not matter.
+        radius_m: Of the upright cylinder.
+
+    Returns:
+        (N,) int64, one count for each of the map's labels.
+    """
+    counts = np.zeros(len(voxel_map.labels), dtype=np.int64)
+    arrays = voxel_map.arrays()
+    _census_kernel(
+        arrays.directory,
+        arrays.origin_block,
+        arrays.state,
+        voxel_map.pools.slot,
+        voxel_map.surface.label,
+        centre_world[:2] / arrays.voxel_size,
+        radius_m / arrays.voxel_size,
+        counts,
+    )
+    return counts
+
+
+@njit(cache=True, nogil=True)
+def _census_kernel(directory, origin, state, slot, label, centre, radius, counts):
+    x0 = max(0, int(np.floor((centre[0] - radius) / BLOCK_EDGE)) - origin[0])
+    y0 = max(0, int(np.floor((centre[1] - radius) / BLOCK_EDGE)) - origin[1])
+    x1 = int(np.floor((centre[0] + radius) / BLOCK_EDGE)) - origin[0] + 1
+    y1 = int(np.floor((centre[1] + radius) / BLOCK_EDGE)) - origin[1] + 1
+    for bx in range(x0, min(x1, directory.shape[0])):
+        for by in range(y0, min(y1, directory.shape[1])):
+            for bz in range(directory.shape[2]):
+                row = directory[bx, by, bz]
+                if row < 0:
+                    continue
+                for c in range(BLOCK_VOLUME):
+                    if state[row, c] != OCCUPIED:
+                        continue
+                    of = label[slot[row, c]]
+                    if of == NO_LABEL:
+                        continue
+                    dx = (origin[0] + bx) * BLOCK_EDGE + c // 64 + 0.5 - centre[0]
+                    dy = (origin[1] + by) * BLOCK_EDGE + (c // 8) % 8 + 0.5 - centre[1]
+                    if dx * dx + dy * dy <= radius * radius:
+                        counts[of] += 1
