@@ -1,0 +1,173 @@
+"""Blocks of voxels: pools of fixed rows, a directory that finds them, growth and the bound.
+
+Every pool is reserved at the map's bound when the map is made. The operating system backs a page
+of it when the page is first written, so memory follows what was observed, nothing is ever copied
+when the map grows, and views that were handed out stay valid.
+"""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ippon.mapping.arrays import BLOCK_VOLUME, NOT_MAPPED
+
+GROWTH_MARGIN: Final = 8
+"""Blocks that the directory grows beyond what is asked for, so that it seldom grows."""
+
+# Entries of `Pools.tally`.
+N_ROWS: Final = 0
+N_FREE: Final = 1
+N_LAYER_FREE: Final = 2
+BYTES_PER_VOXEL: Final = 16
+"""Of one block's row over all pools, surface rows not counted."""
+
+
+class Pools(NamedTuple):
+    """Per-block arrays; row r of each belongs to one block, `tally` holds how many are in use."""
+
+    tsdf: NDArray[np.int16]
+    """(B, 512) signed distance to the surface in units of truncation / 32767, positive outside."""
+    weight: NDArray[np.uint8]
+    """(B, 512) observations behind `tsdf`, up to a cap; 0 for none."""
+    evidence: NDArray[np.int8]
+    """(B, 512) for occupied (positive) or free (negative)."""
+    state: NDArray[np.uint8]
+    """(B, 512) see `MapArrays.state`."""
+    ooi: NDArray[np.uint8]
+    level: NDArray[np.uint8]
+    distance: NDArray[np.float32]
+    slot: NDArray[np.int32]
+    """(B, 512) row of the surface pools, 0 for none."""
+    coord: NDArray[np.int64]
+    """(B, 3) block index."""
+    revision: NDArray[np.int64]
+    """(B,) map revision of the last change of state, ooi or level."""
+    appearance: NDArray[np.int64]
+    """(B,) map revision of the last change of a surface voxel's looks."""
+    seen: NDArray[np.int64]
+    """(B,) map revision of the last observation."""
+    settled: NDArray[np.uint8]
+    """(B,) 1 when every voxel is as free as it can get."""
+    used: NDArray[np.uint8]
+    """(B,) 1 while the row belongs to a block."""
+    best_ooi: NDArray[np.uint8]
+    """(B,) highest `ooi` among the block's voxels, 0 for none."""
+    layer_free: NDArray[np.int32]
+    """(B,) free voxels of the block in the map's body layer."""
+    free: NDArray[np.int32]
+    """(B,) stack of rows that were given back."""
+    tally: NDArray[np.int64]
+    """(3,) rows ever used, length of `free`, sum of `layer_free`."""
+
+
+def make_pools(max_blocks: int) -> Pools:
+    """Reserve pools for `max_blocks` blocks without touching their memory."""
+    shape = (max_blocks, BLOCK_VOLUME)
+    return Pools(
+        tsdf=np.zeros(shape, np.int16),
+        weight=np.zeros(shape, np.uint8),
+        evidence=np.zeros(shape, np.int8),
+        state=np.zeros(shape, np.uint8),
+        ooi=np.zeros(shape, np.uint8),
+        level=np.zeros(shape, np.uint8),
+        distance=np.zeros(shape, np.float32),
+        slot=np.zeros(shape, np.int32),
+        coord=np.zeros((max_blocks, 3), np.int64),
+        revision=np.zeros(max_blocks, np.int64),
+        appearance=np.zeros(max_blocks, np.int64),
+        seen=np.zeros(max_blocks, np.int64),
+        settled=np.zeros(max_blocks, np.uint8),
+        used=np.zeros(max_blocks, np.uint8),
+        best_ooi=np.zeros(max_blocks, np.uint8),
+        layer_free=np.zeros(max_blocks, np.int32),
+        free=np.zeros(max_blocks, np.int32),
+        tally=np.zeros(3, np.int64),
+    )
+
+
+class BlockDirectory:
+    """A dense box of block indices that grows in any direction."""
+
+    def __init__(self, max_cells: int) -> None:
+        self.origin: NDArray[np.int64] = np.zeros(3, np.int64)
+        self.rows: NDArray[np.int32] = np.full((1, 1, 1), -1, np.int32)
+        self._max_cells = max_cells
+        self._empty = True
+
+    def reach(
+        self, low: NDArray[np.int64], high: NDArray[np.int64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the box [low, high) of blocks that holds this directory and the given box."""
+        if self._empty:
+            return low, high
+        return np.minimum(low, self.origin), np.maximum(high, self.origin + self.rows.shape)
+
+    def fits(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> bool:
+        """Tell whether the directory could grow to hold the blocks of the box [low, high)."""
+        low, high = self.reach(low, high)
+        return float(np.prod((high - low + 2 * GROWTH_MARGIN).astype(np.float64))) <= (
+            self._max_cells
+        )
+
+    def cover(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
+        """Grow until the blocks of the box [low, high) lie inside."""
+        end = self.origin + self.rows.shape
+        if not self._empty and (low >= self.origin).all() and (high <= end).all():
+            return
+        new_low, new_high = self.reach(low, high)
+        if self._empty:
+            new_low, new_high = new_low - GROWTH_MARGIN, new_high + GROWTH_MARGIN
+        else:
+            new_low = np.where(new_low < self.origin, new_low - GROWTH_MARGIN, new_low)
+            new_high = np.where(new_high > end, new_high + GROWTH_MARGIN, new_high)
+        rows = np.full(tuple(int(n) for n in new_high - new_low), -1, np.int32)
+        if not self._empty:
+            x, y, z = (int(n) for n in self.origin - new_low)
+            dx, dy, dz = self.rows.shape
+            rows[x : x + dx, y : y + dy, z : z + dz] = self.rows
+        self.origin, self.rows, self._empty = new_low.astype(np.int64), rows, False
+
+
+@njit(cache=True, nogil=True)
+def take_row(pools, x, y, z, distance_max, revision):
+    """Give a clean row to block (x, y, z); -1 when the bound is reached."""
+    if pools.tally[N_FREE] > 0:
+        pools.tally[N_FREE] -= 1
+        row = pools.free[pools.tally[N_FREE]]
+        pools.tsdf[row, :] = 0
+        pools.weight[row, :] = 0
+        pools.evidence[row, :] = 0
+        pools.state[row, :] = 0
+        pools.slot[row, :] = 0
+    elif pools.tally[N_ROWS] < pools.state.shape[0]:
+        row = pools.tally[N_ROWS]
+        pools.tally[N_ROWS] += 1
+    else:
+        return -1
+    pools.ooi[row, :] = NOT_MAPPED
+    pools.level[row, :] = NOT_MAPPED
+    pools.distance[row, :] = distance_max
+    pools.coord[row, 0] = x
+    pools.coord[row, 1] = y
+    pools.coord[row, 2] = z
+    pools.revision[row] = revision
+    pools.appearance[row] = revision
+    pools.seen[row] = revision
+    pools.settled[row] = 0
+    pools.used[row] = 1
+    pools.best_ooi[row] = 0
+    pools.layer_free[row] = 0
+    return row
+
+
+@njit(cache=True, nogil=True)
+def give_row_back(pools, row):
+    """Return the row of a block that the directory no longer names."""
+    pools.tally[N_LAYER_FREE] -= pools.layer_free[row]
+    pools.layer_free[row] = 0
+    pools.best_ooi[row] = 0
+    pools.used[row] = 0
+    pools.free[pools.tally[N_FREE]] = row
+    pools.tally[N_FREE] += 1

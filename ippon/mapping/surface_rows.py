@@ -1,0 +1,108 @@
+"""What the map knows of each surface voxel beyond its geometry: colour, labels, the OOI."""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+N_USED: Final = 0
+N_FREE: Final = 1
+
+STEPS_PER_NAT: Final = 1024
+"""Resolution of the common objects' negative log-probabilities."""
+ENERGY_MAX: Final = 14 * STEPS_PER_NAT
+"""Greatest gap to the most probable label (1.2 million to 1); a label can recover."""
+NO_LABEL: Final = 255
+
+
+class SurfaceRows(NamedTuple):
+    """One row a surface voxel; row 0 is never used.
+
+    `energy[r, j]` is -log q_j in steps of 1 / `STEPS_PER_NAT` nat, relative to the most probable
+    label of the row: whole numbers, so that a sequence of observations gives the same posterior in
+    any order, without rounding, until a label reaches `ENERGY_MAX`.
+    """
+
+    energy: NDArray[np.int16]
+    """(R, M) with M at least the number of labels; columns beyond it are `ENERGY_MAX`."""
+    log_norm: NDArray[np.float32]
+    """(R,) log of the sum of exp(-energy), so that log q_j = -energy_j - log_norm."""
+    log_odds: NDArray[np.float32]
+    """(R,) of the OOI against the common objects."""
+    voxel: NDArray[np.int32]
+    """(R,) pool row * 512 + voxel; -1 for a row that is not in use."""
+    color: NDArray[np.uint8]
+    """(R, 3) RGB, running mean."""
+    color_count: NDArray[np.uint8]
+    label: NDArray[np.uint8]
+    """(R,) most probable common label, `NO_LABEL` before the first heatmap."""
+    confidence: NDArray[np.uint8]
+    """(R,) its probability in units of 1/254."""
+    proximity: NDArray[np.uint8]
+    """(R,) l(v) in units of 1/254, `NO_LABEL` before the first heatmap."""
+    free: NDArray[np.int32]
+    """(R,) stack of rows that were given back."""
+    tally: NDArray[np.int64]
+    """(2,) rows ever used (row 0 included), length of `free`."""
+
+
+def padded_labels(labels: int) -> int:
+    """Return the row length for a number of labels: whole vector registers."""
+    return max(16, -(-labels // 8) * 8)
+
+
+def make_surface_rows(max_rows: int, labels: int) -> SurfaceRows:
+    """Reserve rows without touching their memory."""
+    rows = SurfaceRows(
+        energy=np.zeros((max_rows, padded_labels(labels)), np.int16),
+        log_norm=np.zeros(max_rows, np.float32),
+        log_odds=np.zeros(max_rows, np.float32),
+        voxel=np.zeros(max_rows, np.int32),
+        color=np.zeros((max_rows, 3), np.uint8),
+        color_count=np.zeros(max_rows, np.uint8),
+        label=np.zeros(max_rows, np.uint8),
+        confidence=np.zeros(max_rows, np.uint8),
+        proximity=np.zeros(max_rows, np.uint8),
+        free=np.zeros(max_rows, np.int32),
+        tally=np.zeros(2, np.int64),
+    )
+    rows.tally[N_USED] = 1
+    rows.voxel[0] = -1
+    return rows
+
+
+@njit(cache=True, nogil=True)
+def take_surface_row(surface, voxel, labels, start_energy, prior_log_odds):
+    """Give a row that knows nothing to a voxel; 0 when the bound is reached."""
+    if surface.tally[N_FREE] > 0:
+        surface.tally[N_FREE] -= 1
+        row = surface.free[surface.tally[N_FREE]]
+    elif surface.tally[N_USED] < surface.voxel.shape[0]:
+        row = surface.tally[N_USED]
+        surface.tally[N_USED] += 1
+    else:
+        return 0
+    surface.energy[row, :labels] = start_energy
+    surface.energy[row, labels:] = ENERGY_MAX
+    surface.log_norm[row] = np.log(np.float32(max(labels, 1)))
+    surface.log_odds[row] = prior_log_odds
+    surface.voxel[row] = voxel
+    surface.color[row, :] = 0
+    surface.color_count[row] = 0
+    surface.label[row] = NO_LABEL
+    surface.confidence[row] = 0
+    surface.proximity[row] = NO_LABEL
+    return row
+
+
+@njit(cache=True, nogil=True)
+def give_surface_rows_back(pools, surface, row):
+    """Return the surface rows of a block that is dropped."""
+    slot = pools.slot[row]
+    for k in range(512):
+        if slot[k] != 0:
+            surface.free[surface.tally[N_FREE]] = slot[k]
+            surface.tally[N_FREE] += 1
+            surface.voxel[slot[k]] = -1
+            slot[k] = 0

@@ -1,0 +1,145 @@
+"""Which blocks an image sees."""
+
+from typing import Final
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ippon.mapping.arrays import BLOCK_EDGE
+from ippon.mapping.blocks import take_row
+from ippon.mapping.depth_image import TILE
+
+OPEN: Final = 0
+"""The block lies before everything that the image shows there: all its voxels are seen free."""
+MIXED: Final = 1
+"""Some voxels may be at, behind or beside a surface."""
+CULLED: Final = -1
+OVER_BOUND: Final = -1
+
+
+def frustum_box(
+    rays: NDArray[np.float64], T_world_camera: NDArray[np.float64], depth_m: float, block_m: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the box [low, high) of blocks round a view frustum.
+
+    Args:
+        rays: (4, 3) directions of the image corners in the camera frame, z = 1.
+        T_world_camera: (4, 4).
+        depth_m: Far end of the frustum along the optical axis.
+        block_m: Edge of a block.
+    """
+    corners = rays * depth_m @ T_world_camera[:3, :3].T + T_world_camera[:3, 3]
+    points = np.concatenate([corners, T_world_camera[None, :3, 3]])
+    low = np.floor(points.min(axis=0) / block_m).astype(np.int64)
+    high = np.floor(points.max(axis=0) / block_m).astype(np.int64) + 1
+    return low, high
+
+
+@njit(cache=True, nogil=True)
+def classify_block(center, radius, depth_range, intrinsics, tiles, size):
+    """Tell how an image sees a ball: `CULLED`, `OPEN` or `MIXED`.
+
+    Args:
+        center: (3,) of the ball in the camera frame, metres.
+        radius: Metres.
+        depth_range: Nearest depth fused, farthest, and how far before and behind a surface the
+            signed distance is graded; metres.
+        intrinsics: fx, fy, cx, cy.
+        tiles: See `DepthImage.tiles`.
+        size: (W, H) of the image in pixels.
+    """
+    x, y, z = center
+    near_m, far_m, ahead_m, behind_m = depth_range
+    if z + radius <= near_m or z - radius >= far_m:
+        return CULLED
+    fx, fy, cx, cy = intrinsics
+    width, height = size
+    z_near = z - radius
+    if z_near > radius:
+        # Every point of the ball projects into the rectangle of its circumscribed cube.
+        u0 = fx * min((x - radius) / z_near, (x - radius) / (z + radius)) + cx
+        u1 = fx * max((x + radius) / z_near, (x + radius) / (z + radius)) + cx
+        v0 = fy * min((y - radius) / z_near, (y - radius) / (z + radius)) + cy
+        v1 = fy * max((y + radius) / z_near, (y + radius) / (z + radius)) + cy
+        if u1 < -1.0 or v1 < -1.0 or u0 > width or v0 > height:
+            return CULLED
+        inside = u0 >= 1.0 and v0 >= 1.0 and u1 <= width - 2.0 and v1 <= height - 2.0
+        tx0 = int(max(u0, 0.0)) // TILE
+        tx1 = int(min(max(u1 + 1.0, 0.0), width - 1.0)) // TILE
+        ty0 = int(max(v0, 0.0)) // TILE
+        ty1 = int(min(max(v1 + 1.0, 0.0), height - 1.0)) // TILE
+    else:
+        inside = False
+        tx0, ty0 = 0, 0
+        tx1, ty1 = tiles.shape[1] - 1, tiles.shape[0] - 1
+    behind = z_near - behind_m
+    before = z + radius + ahead_m
+    seen = False
+    is_open = inside and z_near >= near_m and z + radius <= far_m
+    for ty in range(ty0, ty1 + 1):
+        for tx in range(tx0, tx1 + 1):
+            if tiles[ty, tx, 1] > behind:
+                seen = True
+            if tiles[ty, tx, 2] == 0.0 or tiles[ty, tx, 0] < before:
+                is_open = False
+            if seen and not is_open:
+                return MIXED
+    if not seen:
+        return CULLED
+    return OPEN
+
+
+@njit(cache=True, nogil=True)
+def select_kernel(
+    low,
+    high,
+    T_camera_world,
+    voxel_size,
+    depth_range,
+    intrinsics,
+    size,
+    tiles,
+    origin,
+    directory,
+    pools,
+    distance_max,
+    revision,
+    rows,
+    kinds,
+    is_new,
+):
+    """List the rows of the blocks of [low, high) that the image sees, making those that lack one.
+
+    Returns:
+        Length of the list in `rows`, `kinds` and `is_new`; `OVER_BOUND` when there was no row left.
+    """
+    edge = voxel_size * BLOCK_EDGE
+    radius = 0.5 * np.sqrt(3.0) * edge
+    n = 0
+    for bx in range(low[0], high[0]):
+        for by in range(low[1], high[1]):
+            for bz in range(low[2], high[2]):
+                wx = (bx + 0.5) * edge
+                wy = (by + 0.5) * edge
+                wz = (bz + 0.5) * edge
+                m = T_camera_world
+                x = m[0, 0] * wx + m[0, 1] * wy + m[0, 2] * wz + m[0, 3]
+                y = m[1, 0] * wx + m[1, 1] * wy + m[1, 2] * wz + m[1, 3]
+                z = m[2, 0] * wx + m[2, 1] * wy + m[2, 2] * wz + m[2, 3]
+                kind = classify_block((x, y, z), radius, depth_range, intrinsics, tiles, size)
+                if kind == CULLED:
+                    continue
+                ix, iy, iz = bx - origin[0], by - origin[1], bz - origin[2]
+                row = directory[ix, iy, iz]
+                if row < 0:
+                    row = take_row(pools, bx, by, bz, distance_max, revision)
+                    if row < 0:
+                        return OVER_BOUND
+                    directory[ix, iy, iz] = row
+                # A row made for this image carries its revision, also if a first pass ended early.
+                is_new[n] = pools.appearance[row] == revision
+                rows[n] = row
+                kinds[n] = kind
+                n += 1
+    return n
