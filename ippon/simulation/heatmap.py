@@ -12,40 +12,53 @@ _TAPS = 5
 _CENTRE_WEIGHT = 0.5
 
 
-def sample_instances(instance: Int32Array, size: tuple[int, int], edge_px: float) -> Int32Array:
+def sample_instances(
+    instance: Int32Array, size: tuple[int, int], edge_px: float, warp: Float32Array
+) -> Int32Array:
     """Read an instance image at the points that make up each pixel of a smaller one.
 
     Args:
         instance: (H, W) int32.
         size: (h, w) of the smaller image.
         edge_px: Distance of the outer points from the pixel's centre, in smaller pixels.
+        warp: (gh, gw, 2) float32, stretched over the image: how far all five points are moved
+            down and right, in smaller pixels.
 
     Returns:
         (h, w, 5) int32: at the centre, left, right, above, below.
     """
     out = np.empty((*size, _TAPS), dtype=np.int32)
-    _sample_kernel(instance, edge_px, out)
+    _sample_kernel(instance, edge_px, warp, out)
     return out
 
 
 @njit(cache=True, nogil=True)
-def _sample_kernel(instance: Int32Array, edge: float, out: Int32Array) -> None:
+def _sample_kernel(instance: Int32Array, edge: float, warp: Float32Array, out: Int32Array) -> None:
     height, width = instance.shape
     h, w = out.shape[:2]
     sy, sx = height / h, width / w
     for i in range(h):
-        row = min(int((i + 0.5) * sy), height - 1)
-        above = max(int((i + 0.5 - edge) * sy), 0)
-        below = min(int((i + 0.5 + edge) * sy), height - 1)
         for j in range(w):
-            column = min(int((j + 0.5) * sx), width - 1)
-            left = max(int((j + 0.5 - edge) * sx), 0)
-            right = min(int((j + 0.5 + edge) * sx), width - 1)
+            y = (i + 0.5 + stretched_kernel(warp[..., 0], i, j, h, w)) * sy
+            x = (j + 0.5 + stretched_kernel(warp[..., 1], i, j, h, w)) * sx
+            row, column = min(max(int(y), 0), height - 1), min(max(int(x), 0), width - 1)
             out[i, j, 0] = instance[row, column]
-            out[i, j, 1] = instance[row, left]
-            out[i, j, 2] = instance[row, right]
-            out[i, j, 3] = instance[above, column]
-            out[i, j, 4] = instance[below, column]
+            out[i, j, 1] = instance[row, min(max(int(x - edge * sx), 0), width - 1)]
+            out[i, j, 2] = instance[row, min(max(int(x + edge * sx), 0), width - 1)]
+            out[i, j, 3] = instance[min(max(int(y - edge * sy), 0), height - 1), column]
+            out[i, j, 4] = instance[min(max(int(y + edge * sy), 0), height - 1), column]
+
+
+@njit(cache=True, nogil=True, inline="always")
+def stretched_kernel(grid: Float32Array, i: int, j: int, h: int, w: int) -> float:
+    """Read a (gh, gw) grid, stretched over an (h, w) image, at pixel (i, j), bilinearly."""
+    y = i * (grid.shape[0] - 1) / h
+    x = j * (grid.shape[1] - 1) / w
+    y0, x0 = int(y), int(x)
+    fy, fx = y - y0, x - x0
+    top = (1.0 - fx) * grid[y0, x0] + fx * grid[y0, x0 + 1]
+    bottom = (1.0 - fx) * grid[y0 + 1, x0] + fx * grid[y0 + 1, x0 + 1]
+    return (1.0 - fy) * top + fy * bottom
 
 
 def neighbours(labels: Int32Array, count: int) -> NDArray[np.int64]:
@@ -107,18 +120,9 @@ def _blend_kernel(
     out: UInt8Array,
 ) -> None:
     h, w, channels = out.shape
-    gh, gw = field.shape
     for i in range(h):
-        y = i * (gh - 1) / h
-        y0 = int(y)
-        fy = y - y0
         for j in range(w):
-            x = j * (gw - 1) / w
-            x0 = int(x)
-            fx = x - x0
-            top = (1.0 - fx) * field[y0, x0] + fx * field[y0, x0 + 1]
-            bottom = (1.0 - fx) * field[y0 + 1, x0] + fx * field[y0 + 1, x0 + 1]
-            share = 0.5 + 0.5 * ((1.0 - fy) * top + fy * bottom)
+            share = 0.5 + 0.5 * stretched_kernel(field, i, j, h, w)
             share = np.float32(min(max(share, 0.0), 1.0))
             rest = np.float32(1.0) - share
             k = samples[i, j, 0]

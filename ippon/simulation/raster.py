@@ -20,6 +20,9 @@ Float32Array = NDArray[np.float32]
 Int32Array = NDArray[np.int32]
 BoolArray = NDArray[np.bool_]
 
+_WORTH_HIDING = 100
+"""Objects of fewer faces are drawn without asking whether anything hides them."""
+
 NEAR_M = 0.01
 """Geometry nearer than this along the optical axis is not seen."""
 
@@ -60,11 +63,53 @@ def visible_instances(
     return (farthest + planes[:, 3] > 0.0).all(axis=1)
 
 
+def image_boxes(
+    projection: Float64Array,
+    width: int,
+    height: int,
+    aabb_min: Float64Array,
+    aabb_max: Float64Array,
+) -> Float64Array:
+    """Bound where boxes lie in the image.
+
+    Args:
+        projection: (3, 4) world to pixel-scaled camera coordinates.
+        width: Image width in pixels.
+        height: Image height in pixels.
+        aabb_min: (N, 3) lower corners in the world, metres.
+        aabb_max: (N, 3) upper corners.
+
+    Returns:
+        (N, 5) first and last column, first and last row, greatest inverse depth (1 / m); the whole
+        image at infinite inverse depth for boxes that reach behind the camera.
+    """
+    pick = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)], dtype=np.bool_)
+    corners = np.where(pick, aabb_max[:, None], aabb_min[:, None])
+    camera = corners @ projection[:, :3].T + projection[:, 3]
+    z = camera[..., 2]
+    behind = (z <= NEAR_M).any(axis=1)
+    inverse = 1.0 / np.maximum(z, NEAR_M)
+    u, v = camera[..., 0] * inverse, camera[..., 1] * inverse
+    boxes = np.stack(
+        [
+            np.clip(np.floor(u.min(axis=1)), 0, width - 1),
+            np.clip(np.ceil(u.max(axis=1)), 0, width - 1),
+            np.clip(np.floor(v.min(axis=1)), 0, height - 1),
+            np.clip(np.ceil(v.max(axis=1)), 0, height - 1),
+            inverse.max(axis=1),
+        ],
+        axis=1,
+    )
+    boxes[behind] = (0, width - 1, 0, height - 1, math.inf)
+    return boxes
+
+
 def rasterise(
     projection: Float64Array,
     vertices: Float32Array,
     faces: Int32Array,
     ranges: Int32Array,
+    boxes: Float64Array,
     inverse_depth: Float32Array,
     face_index: Int32Array,
 ) -> None:
@@ -74,14 +119,18 @@ def rasterise(
         projection: (3, 4) world to pixel-scaled camera coordinates.
         vertices: (V, 3) metres in the world.
         faces: (F, 3) rows of `vertices`.
-        ranges: (M, 4) vertex begin, vertex end, face begin, face end of each object to draw.
+        ranges: (M, 4) vertex begin, vertex end, face begin, face end of each object to draw;
+            near ones first, as those hide others whole.
+        boxes: (M, 5) `image_boxes` of the objects.
         inverse_depth: (H, W), overwritten: 1 / metres along the optical axis, 0 for none.
         face_index: (H, W), overwritten: row of `faces`, -1 for none.
     """
     inverse_depth.fill(0.0)
     face_index.fill(-1)
     corners = np.empty((len(vertices), 3), dtype=np.float64)
-    _rasterise_kernel(projection, vertices, faces, ranges, corners, inverse_depth, face_index)
+    _rasterise_kernel(
+        projection, vertices, faces, ranges, boxes, corners, inverse_depth, face_index
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -90,12 +139,16 @@ def _rasterise_kernel(
     vertices: Float32Array,
     faces: Int32Array,
     ranges: Int32Array,
+    boxes: Float64Array,
     corners: Float64Array,
     inverse_depth: Float32Array,
     face_index: Int32Array,
 ) -> None:
     box = np.empty(4, dtype=np.float64)
     for r in range(ranges.shape[0]):
+        many = ranges[r, 3] - ranges[r, 2] >= _WORTH_HIDING
+        if many and _is_hidden(boxes, r, inverse_depth):
+            continue
         for i in range(ranges[r, 0], ranges[r, 1]):
             x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
             for k in range(3):
@@ -107,6 +160,17 @@ def _rasterise_kernel(
                 )
         for f in range(ranges[r, 2], ranges[r, 3]):
             _draw_kernel(corners, faces, f, box, inverse_depth, face_index)
+
+
+@njit(cache=True, nogil=True)
+def _is_hidden(boxes: Float64Array, r: int, inverse_depth: Float32Array) -> bool:
+    """Tell whether everything drawn so far covers a box and lies before it."""
+    nearest = boxes[r, 4]
+    for v in range(int(boxes[r, 2]), int(boxes[r, 3]) + 1):
+        for u in range(int(boxes[r, 0]), int(boxes[r, 1]) + 1):
+            if inverse_depth[v, u] < nearest:
+                return False
+    return True
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -8,7 +8,13 @@ from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, invert_transform
-from ippon.simulation.raster import Float32Array, Int32Array, rasterise, visible_instances
+from ippon.simulation.raster import (
+    Float32Array,
+    Int32Array,
+    image_boxes,
+    rasterise,
+    visible_instances,
+)
 from ippon.simulation.scene import Scene
 from ippon.simulation.shading import SurfaceColors, shade
 
@@ -80,8 +86,19 @@ class SceneRenderer:
         seen = visible_instances(
             projection, camera.width, camera.height, self._aabb_min, self._aabb_max
         )
-        ranges = self._nearest_first(self._ranges[seen], seen, T_world_camera[:3, 3])
-        rasterise(projection, self._vertices, self._faces, ranges, inverse_depth, face_index)
+        order = self._nearest_first(seen, T_world_camera[:3, 3])
+        boxes = image_boxes(
+            projection, camera.width, camera.height, self._aabb_min[order], self._aabb_max[order]
+        )
+        rasterise(
+            projection,
+            self._vertices,
+            self._faces,
+            self._ranges[order],
+            boxes,
+            inverse_depth,
+            face_index,
+        )
         color = np.empty((*size, 3), dtype=np.uint8)
         depth = np.empty(size, dtype=np.float32)
         instance = np.empty(size, dtype=np.int32)
@@ -99,10 +116,9 @@ class SceneRenderer:
         )
         return Rendering(color=color, depth=depth, instance=instance)
 
-    def _nearest_first(
-        self, ranges: Int32Array, seen: NDArray[np.bool_], eye_world: Float64Array
-    ) -> Int32Array:
-        """Order instances by distance of their boxes: what is hidden then writes no pixel."""
-        nearest = np.clip(eye_world, self._aabb_min[seen], self._aabb_max[seen])
+    def _nearest_first(self, seen: NDArray[np.bool_], eye_world: Float64Array) -> NDArray[np.int64]:
+        """Order what is in view by the distance of its box."""
+        rows = np.flatnonzero(seen)
+        nearest = np.clip(eye_world, self._aabb_min[rows], self._aabb_max[rows])
         distance = ((nearest - eye_world) ** 2).sum(axis=1)
-        return ranges[np.argsort(distance, kind="stable")]
+        return rows[np.argsort(distance, kind="stable")]

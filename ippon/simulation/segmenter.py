@@ -18,6 +18,7 @@ from ippon.vocabulary import canonical_label
 
 _AZIMUTHS = 8
 _FIELD_SHAPE = (6, 9)
+_WARP_SHAPE = (12, 18, 2)
 _BEYOND_RANGE_M = 8.0
 
 
@@ -30,15 +31,15 @@ class SegmenterConfig:
 
     longest_side_px: int = 160
     """Longer side of the heatmap; larger shows smaller things and costs time."""
-    confidence: float = 1.2
+    confidence: float = 0.8
     """Share of the right label in a middling case, as a logit; larger errs less."""
     stable_sigma: float = 1.0
     """Differences between objects; larger makes more that are misread from everywhere."""
     view_sigma: float = 0.8
     """Differences between the sides an object is seen from."""
-    flicker_sigma: float = 0.7
+    flicker_sigma: float = 1.0
     """Differences of one object from frame to frame, over a few frames."""
-    field_sigma: float = 1.6
+    field_sigma: float = 2.6
     """Differences between parts of the image, in patches of about an eighth of it."""
     flicker_period: int = 4
     """Frames over which flicker stays alike."""
@@ -53,6 +54,8 @@ class SegmenterConfig:
     """Things that fill this share of the image are missed half of the time; larger misses more."""
     edge_px: float = 1.2
     """Width, in heatmap pixels, over which neighbouring things mix."""
+    wobble_px: float = 1.0
+    """Standard deviation of the outlines' position, in heatmap pixels."""
     haze: float = 0.12
     """Part of the wrong share that is spread over all labels alike."""
 
@@ -63,10 +66,14 @@ class SegmenterConfig:
                 "longest_side_px must be 8 to 4096 and flicker_period at least 1; got "
                 f"{self.longest_side_px}, {self.flicker_period}"
             )
-        if not (0.0 <= self.haze <= 1.0 and 0.0 <= self.missed_share < 1.0 and self.edge_px >= 0.0):
+        if not (
+            0.0 <= self.haze <= 1.0
+            and 0.0 <= self.missed_share < 1.0
+            and min(self.edge_px, self.wobble_px) >= 0
+        ):
             raise ValueError(
-                "haze and missed_share must be in 0..1 and edge_px at least 0; got "
-                f"{self.haze}, {self.missed_share}, {self.edge_px}"
+                "haze and missed_share must be in 0..1, edge_px and wobble_px at least 0; got "
+                f"{self.haze}, {self.missed_share}, {self.edge_px}, {self.wobble_px}"
             )
 
     @classmethod
@@ -82,6 +89,7 @@ class SegmenterConfig:
             range_loss_per_m=0.0,
             missed_share=0.0,
             edge_px=0.0,
+            wobble_px=0.0,
         )
 
 
@@ -159,9 +167,10 @@ class SimulatedSegmenter:
         height, width = rendering.instance.shape
         scale = self.config.longest_side_px / max(height, width)
         size = (max(1, round(height * scale)), max(1, round(width * scale)))
-        samples = sample_instances(rendering.instance, size, self.config.edge_px)
-        seen, local = np.unique(samples, return_inverse=True)
-        local = local.reshape(samples.shape).astype(np.int32)
+        warp = self._rng(5, frame_index).standard_normal(_WARP_SHAPE, dtype=np.float32)
+        warp *= np.float32(self.config.wobble_px)
+        samples = sample_instances(rendering.instance, size, self.config.edge_px, warp)
+        seen, local = _compact(samples)
         centre = local[..., 0]
         pixels = np.bincount(centre.ravel(), minlength=len(seen))
         ranges = self._ranges(rendering.depth, centre, pixels)
@@ -312,6 +321,13 @@ class SimulatedSegmenter:
 
     def _rng(self, *stream: int) -> np.random.Generator:
         return np.random.Generator(np.random.PCG64([self._seed, *stream]))
+
+
+def _compact(samples: Int32Array) -> tuple[Int32Array, Int32Array]:
+    """Return the sorted distinct values, all at least -1, and the samples as rows of them."""
+    present = np.bincount(samples.ravel() + 1) > 0
+    rows = np.cumsum(present, dtype=np.int32) - np.int32(1)
+    return np.flatnonzero(present).astype(np.int32) - np.int32(1), rows[samples + 1]
 
 
 def _mix(first: Float64Array, second: Float64Array, part: float | Float64Array) -> Float64Array:
