@@ -1,4 +1,8 @@
-"""Names of the common objects: the 40 Matterport categories of Habitat ObjectNav."""
+"""Names of the common objects.
+
+`MATTERPORT_40` are the categories of Habitat ObjectNav; `LABORATORY_40` those that the paper's
+authors chose for the building of their laboratory.
+"""
 
 MATTERPORT_40: tuple[str, ...] = (
     "wall",
@@ -40,6 +44,49 @@ MATTERPORT_40: tuple[str, ...] = (
     "appliances",
     "clothes",
     "objects",
+    "others",
+)
+
+LABORATORY_40: tuple[str, ...] = (
+    "wall",
+    "floor",
+    "stairs",
+    "ceiling",
+    "railing",
+    "window",
+    "lighting",
+    "shelving",
+    "sink",
+    "door",
+    "chair",
+    "table",
+    "counter",
+    "chest_of_drawers",
+    "sofa",
+    "metal_cabinet",
+    "kitchen_cabinet",
+    "plant",
+    "tv",
+    "monitor",
+    "computer",
+    "poster",
+    "whiteboard",
+    "coat_rack",
+    "trash_can",
+    "fire_extinguisher",
+    "toolbox",
+    "cart",
+    "robot",
+    "crane",
+    "charger",
+    "fridge",
+    "printer",
+    "microwave_oven",
+    "coffee_machine",
+    "dishwasher",
+    "equipment",
+    "phone_booth",
+    "ping_pong_table",
     "others",
 )
 

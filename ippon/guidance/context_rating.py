@@ -1,0 +1,148 @@
+"""Levels from what the operator said, over what is common."""
+
+from collections.abc import Sequence
+
+from ippon.guidance.context import Claim
+from ippon.guidance.knowledge import Entry, Knowledge
+from ippon.guidance.levels import Level
+from ippon.guidance.rating import (
+    COMPATIBLE_SHARE,
+    FAR_SHARE,
+    SAME_ROOM_SHARE,
+    Rating,
+    Rooms,
+    overlap,
+    rate,
+    rate_identity,
+    words,
+)
+
+_STATED = {"sure": "you said", "likely": "you think", "habit": "usually", "maybe": "perhaps"}
+_TYPICAL_ROOM_SHARE = 0.1
+"""Share of a landmark in the room you named from which a typical place there counts."""
+
+
+def rate_by_claims(
+    goal: Entry | None,
+    landmark: Entry,
+    claims: Sequence[Claim],
+    knowledge: Knowledge,
+    seen_in: Rooms | None,
+) -> Rating:
+    """Rate a landmark for a goal of which the operator said where it is, or is not.
+
+    What was stated replaces what is common: the goal is where the place is, so the landmarks of
+    that place count. Typical places of the goal still count where they can be in the same room.
+    What was only offered (perhaps, usually) adds to what is common. A denial takes places away.
+
+    Args:
+        goal: Entry of the goal; None for an unknown object.
+        landmark: Entry of a common object.
+        claims: At least one.
+        knowledge: The table.
+        seen_in: Where the landmark is, if that is known.
+    """
+    at_rooms = landmark.thing.rooms if seen_in is None else seen_in
+    if goal is not None:
+        identity = rate_identity(goal, landmark, knowledge)
+        if identity is not None and identity.level == Level.CERTAIN:
+            return identity
+    positive = [claim for claim in claims if not claim.negated]
+    negative = [claim for claim in claims if claim.negated]
+    firm = [claim for claim in positive if claim.firm]
+    said = [rate_claim(claim, landmark, knowledge, seen_in) for claim in firm]
+    # What was only offered can lift a landmark above what was stated, but a shrug cannot.
+    offered = [
+        rate_claim(claim, landmark, knowledge, seen_in) for claim in positive if not claim.firm
+    ]
+    said += [rating for rating in offered if rating.level >= Level.NEAR or not firm]
+    best = max(said, key=lambda rating: rating.level, default=None)
+    if best is not None and best.level == Level.CERTAIN:
+        return best
+    denial = _denied(landmark, negative, at_rooms)
+    if denial is not None:
+        return denial
+    own = _common(goal, landmark, knowledge, negative, seen_in)
+    if best is None:
+        return own
+    if not firm:
+        return max(best, own, key=lambda rating: rating.level)
+    fits = any(_compatible(claim, at_rooms, knowledge) for claim in firm)
+    if own.level > best.level and own.level >= Level.NEAR and fits:
+        return own
+    return best
+
+
+def rate_claim(
+    claim: Claim, landmark: Entry, knowledge: Knowledge, seen_in: Rooms | None = None
+) -> Rating:
+    """Rate a landmark by one positive claim alone."""
+    said = f"{_STATED[claim.strength]} “{claim.text}”"
+    if claim.kind == "room":
+        return _rate_room(claim, landmark, said, seen_in)
+    place = knowledge.find(words(claim.place))
+    if place is None:
+        return Rating(level=Level.AVERAGE, reason="no indication")
+    rooms = {claim.room: 1.0} if claim.room else None
+    at_rooms = landmark.thing.rooms if seen_in is None else seen_in
+    reachable = rooms is None or not at_rooms or overlap(rooms, at_rooms) >= FAR_SHARE
+    identity = rate_identity(place, landmark, knowledge)
+    if identity is not None and identity.level == Level.CERTAIN and reachable:
+        return Rating(level=Level.CERTAIN if claim.firm else Level.NEAR, reason=said)
+    found = rate(place, landmark, knowledge, goal_rooms=rooms, landmark_rooms=seen_in)
+    level = min(found.level, Level.NEAR)
+    if not claim.firm and level != Level.AVERAGE:
+        return Rating(level=Level.AVERAGE, reason=f"{said}: too unsure to tell")
+    return Rating(level=level, reason=f"{said}; {found.reason}")
+
+
+def _rate_room(claim: Claim, landmark: Entry, said: str, seen_in: Rooms | None) -> Rating:
+    if landmark.thing.spread != "none" and seen_in is None:
+        return Rating(level=Level.AVERAGE, reason=f"{words(landmark.label)}: in many rooms")
+    rooms = landmark.thing.rooms if seen_in is None else seen_in
+    share = rooms.get(claim.place, 0.0)
+    name = f"{words(landmark.label)}"
+    if share >= SAME_ROOM_SHARE:
+        return Rating(level=Level.NEAR, reason=f"{said}, and that is where {name} belongs")
+    if share < FAR_SHARE and claim.firm:
+        return Rating(level=Level.FAR, reason=f"{said}; {name} belongs elsewhere")
+    return Rating(level=Level.AVERAGE, reason=f"{said}; {name} may be there or elsewhere")
+
+
+def _denied(landmark: Entry, negative: Sequence[Claim], at_rooms: Rooms) -> Rating | None:
+    for claim in negative:
+        if claim.kind == "thing":
+            hit = claim.place in (landmark.label, landmark.thing.name) and claim.room is None
+        else:
+            hit = landmark.thing.spread == "none" and at_rooms.get(claim.place, 0.0) >= 0.5
+        if hit:
+            return Rating(level=Level.FAR, reason=f"you said not “{claim.text}”")
+    return None
+
+
+def _common(
+    goal: Entry | None,
+    landmark: Entry,
+    knowledge: Knowledge,
+    negative: Sequence[Claim],
+    seen_in: Rooms | None,
+) -> Rating:
+    """Rate by what is common, in the rooms that were not excluded."""
+    if goal is None:
+        return Rating(level=Level.AVERAGE, reason="no indication")
+    excluded = {claim.place for claim in negative if claim.kind == "room"}
+    rooms = {room: share for room, share in goal.thing.rooms.items() if room not in excluded}
+    total = sum(rooms.values())
+    rooms = {room: share / total for room, share in rooms.items()} if total else {}
+    return rate(goal, landmark, knowledge, goal_rooms=rooms, landmark_rooms=seen_in)
+
+
+def _compatible(claim: Claim, at_rooms: Rooms, knowledge: Knowledge) -> bool:
+    """Tell whether a landmark can be in the room of the place that was named."""
+    room = claim.place if claim.kind == "room" else claim.room
+    if room is not None:
+        return not at_rooms or at_rooms.get(room, 0.0) >= _TYPICAL_ROOM_SHARE
+    thing = knowledge.thing(claim.place)
+    if thing is None or not thing.rooms or not at_rooms:
+        return True
+    return overlap(thing.rooms, at_rooms) >= COMPATIBLE_SHARE

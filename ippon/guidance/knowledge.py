@@ -1,0 +1,206 @@
+"""The knowledge table: what stands, lies and hangs where in homes, offices and laboratories.
+
+The table is package data (`tables/*.yaml`), one entry a thing:
+
+* `also` are other names of the same thing, `kinds` are narrower things that are found where the
+  thing itself is found, `is` are the wider things that it is an instance of;
+* `rooms` weighs the types of room that it is found in;
+* `sure`, `on`, `in` and `by` say which things it is found at: `sure` always, the others typically;
+* `spread` marks things that say little about a place: `pervasive` (walls), `broad` (catch-all
+  categories such as "furniture") and `everywhere` (windows: no room, but things stand by them).
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, Literal, cast, get_args
+
+import yaml
+
+from ippon.guidance.words import singular_candidates
+
+Relation = Literal["sure", "on", "in", "by"]
+Spread = Literal["none", "everywhere", "broad", "pervasive"]
+
+_FIELDS = frozenset({"also", "kinds", "is", "rooms", "spread", *get_args(Relation)})
+_ROOMS_FILE = "rooms.yaml"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """A thing at which another thing is found."""
+
+    name: str
+    """Name of an entry, or of a kind of an entry."""
+    relation: Relation
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Thing:
+    """One entry of the table."""
+
+    name: str
+    """Canonical label, words joined by underscores."""
+    also: tuple[str, ...]
+    kinds: tuple[str, ...]
+    parents: tuple[str, ...]
+    """Wider things, the likeliest first."""
+    rooms: Mapping[str, float]
+    """Share of this thing that is found in each type of room; sums to 1, or empty: anywhere."""
+    places: tuple[Place, ...]
+    spread: Spread
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Entry:
+    """What a phrase of the table stands for."""
+
+    label: str
+    """Canonical label of the phrase: of the thing for a synonym, its own for a kind."""
+    thing: Thing
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Knowledge:
+    """The table, indexed."""
+
+    things: Mapping[str, Thing]
+    """By canonical label."""
+    phrases: Mapping[str, Entry]
+    """By phrase, words in lower case joined by single spaces."""
+    room_names: Mapping[str, str]
+    """Type of room by phrase."""
+    room_types: tuple[str, ...]
+    activities: Mapping[str, tuple[str, ...]]
+    """Where somebody was, by what they did: names of things or types of room."""
+
+    def find(self, phrase: str) -> Entry | None:
+        """Look a phrase up as written, then with its last word in the singular."""
+        for form in _forms(phrase):
+            if form in self.phrases:
+                return self.phrases[form]
+        return None
+
+    def thing(self, label: str) -> Thing | None:
+        """Return the thing that a canonical label or a kind's label stands for."""
+        direct = self.things.get(label)
+        if direct is not None:
+            return direct
+        entry = self.phrases.get(label.replace("_", " "))
+        return entry.thing if entry else None
+
+    def room(self, phrase: str) -> str | None:
+        """Return the type of room that a phrase names."""
+        return next(
+            (self.room_names[form] for form in _forms(phrase) if form in self.room_names), None
+        )
+
+
+@cache
+def load_knowledge() -> Knowledge:
+    """Read the table that comes with the package; the same object every time.
+
+    Raises:
+        ValueError: The table contradicts itself; the text names file and entry.
+    """
+    folder = files("ippon.guidance.tables")
+    tables = {
+        path.name: _parse(path.read_text(encoding="utf-8"))
+        for path in sorted(folder.iterdir(), key=lambda path: path.name)
+        if path.name.endswith(".yaml")
+    }
+    rooms = tables.pop(_ROOMS_FILE)
+    return build_knowledge(tables, rooms)
+
+
+def build_knowledge(tables: Mapping[str, Mapping[str, Any]], rooms: Mapping[str, Any]) -> Knowledge:
+    """Index and check parsed tables.
+
+    Args:
+        tables: Entries by file name; the file's name serves the error texts only.
+        rooms: `names` (phrases by type of room) and `activities` (places by phrase).
+
+    Raises:
+        ValueError: An entry has an unknown field, room or place, or a phrase stands twice.
+    """
+    names = cast("Mapping[str, list[str]]", rooms["names"])
+    things: dict[str, Thing] = {}
+    phrases: dict[str, Entry] = {}
+    for file, table in tables.items():
+        for name, fields in table.items():
+            where = f"{file}: {name}"
+            thing = _thing(name, fields, names.keys(), where)
+            things[name] = thing
+            for label, phrase in _phrases(thing):
+                if phrase in phrases:
+                    raise ValueError(
+                        f"{where}: {phrase!r} already stands for {phrases[phrase].thing.name}"
+                    )
+                phrases[phrase] = Entry(label=label, thing=thing)
+    known = {entry.label for entry in phrases.values()}
+    for thing in things.values():
+        for other in (*thing.parents, *(place.name for place in thing.places)):
+            if other not in known:
+                raise ValueError(f"{thing.name}: {other!r} is not in the table")
+    activities = cast("Mapping[str, list[str]]", rooms["activities"])
+    for phrase, places in activities.items():
+        for place in places:
+            if place not in known and place not in names:
+                raise ValueError(f"{phrase!r}: {place!r} is neither a thing nor a type of room")
+    return Knowledge(
+        things=things,
+        phrases=phrases,
+        room_names={phrase: room for room, also in names.items() for phrase in also},
+        room_types=tuple(names),
+        activities={phrase: tuple(places) for phrase, places in activities.items()},
+    )
+
+
+def _parse(text: str) -> Mapping[str, Any]:
+    # The base loader leaves every scalar a string: `on` is a relation here, not a boolean. The C
+    # version reads the table in 20 ms, the Python one in 250.
+    loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+    return cast("Mapping[str, Any]", yaml.load(text, Loader=loader))  # noqa: S506 - builds strings only
+
+
+def _forms(phrase: str) -> Iterable[str]:
+    yield phrase
+    head, _, last = phrase.rpartition(" ")
+    for word in singular_candidates(last):
+        yield f"{head} {word}".strip()
+
+
+def _thing(name: str, fields: Mapping[str, Any], rooms: Iterable[str], where: str) -> Thing:
+    unknown = set(fields) - _FIELDS
+    if unknown:
+        raise ValueError(f"{where}: unknown field {sorted(unknown)}; known: {sorted(_FIELDS)}")
+    weights = {room: float(weight) for room, weight in fields.get("rooms", {}).items()}
+    strange = set(weights) - set(rooms)
+    if strange:
+        raise ValueError(f"{where}: unknown room {sorted(strange)}; known: {sorted(rooms)}")
+    spread = cast("Spread", fields.get("spread", "none"))
+    if spread not in get_args(Spread):
+        raise ValueError(f"{where}: unknown spread {spread!r}; known: {get_args(Spread)}")
+    total = sum(weights.values())
+    return Thing(
+        name=name,
+        also=tuple(fields.get("also", ())),
+        kinds=tuple(fields.get("kinds", ())),
+        parents=tuple(fields.get("is", ())),
+        rooms={room: weight / total for room, weight in weights.items()},
+        places=tuple(
+            Place(name=place, relation=relation)
+            for relation in get_args(Relation)
+            for place in fields.get(relation, ())
+        ),
+        spread=spread,
+    )
+
+
+def _phrases(thing: Thing) -> Iterable[tuple[str, str]]:
+    yield thing.name, thing.name.replace("_", " ")
+    for phrase in thing.also:
+        yield thing.name, phrase
+    for phrase in thing.kinds:
+        yield phrase.replace(" ", "_"), phrase

@@ -1,0 +1,105 @@
+"""The embedded prior: proximity levels without a network, from the knowledge table."""
+
+from collections.abc import Sequence
+
+from ippon.guidance.context import Claim, read_context
+from ippon.guidance.context_rating import rate_by_claims
+from ippon.guidance.knowledge import Entry, Knowledge, load_knowledge
+from ippon.guidance.levels import Guidance, LabelLevel, Level
+from ippon.guidance.naming import ResolvedObject, resolve_object
+from ippon.guidance.rating import Rating, rate, words
+from ippon.vocabulary import canonical_label
+
+PROVIDER = "embedded prior"
+
+
+class EmbeddedPrior:
+    """Common sense from a table: instant, deterministic, and the fallback of every other provider.
+
+    Reads its table when it is made.
+    """
+
+    def __init__(self) -> None:
+        self._knowledge: Knowledge = load_knowledge()
+
+    def levels(
+        self,
+        ooi: ResolvedObject | str,
+        context: str,
+        vocabulary: Sequence[str],
+        *,
+        room: str | None = None,
+    ) -> Guidance:
+        """Rate the proximity of every common object to the goal (Sec. Semantic Guidance).
+
+        Args:
+            ooi: The goal, as typed or resolved.
+            context: What the operator knows about where it is; may be empty.
+            vocabulary: Labels of the common objects.
+            room: Type of the room that the common objects are seen in, such as "kitchen", where
+                that is known: a sink in a kitchen is far from a toilet.
+
+        Raises:
+            ValueError: `ooi` holds no word, or `room` is not a type of room.
+        """
+        goal = resolve_object(ooi, vocabulary) if isinstance(ooi, str) else ooi
+        seen_in = self._room(room)
+        reading = read_context(context, vocabulary, ooi=goal.concept or goal.canonical)
+        entry = self._entry(goal)
+        rows = tuple(self._row(label, entry, goal, reading.claims, seen_in) for label in vocabulary)
+        return Guidance(
+            ooi=goal.canonical,
+            context=context,
+            provider=PROVIDER,
+            rows=rows,
+            notes=(*self._notes(goal, entry, reading.claims), *reading.notes),
+        )
+
+    def _row(
+        self,
+        label: str,
+        entry: Entry | None,
+        goal: ResolvedObject,
+        claims: tuple[Claim, ...],
+        seen_in: dict[str, float] | None,
+    ) -> LabelLevel:
+        landmark = self._knowledge.find(words(canonical_label(label)))
+        if label == goal.canonical:
+            rating = Rating(level=Level.CERTAIN, reason="this is what you are looking for")
+        elif landmark is None:
+            rating = Rating(level=Level.AVERAGE, reason=f"nothing is known about {words(label)}")
+        elif claims:
+            rating = rate_by_claims(entry, landmark, claims, self._knowledge, seen_in)
+        elif entry is None:
+            rating = Rating(level=Level.AVERAGE, reason=f"nothing is known about {goal.display}")
+        else:
+            rating = rate(entry, landmark, self._knowledge, landmark_rooms=seen_in)
+        return LabelLevel(label=label, level=rating.level, reason=rating.reason)
+
+    def _entry(self, goal: ResolvedObject) -> Entry | None:
+        exact = self._knowledge.find(words(goal.canonical))
+        if exact is not None:
+            return exact
+        thing = self._knowledge.thing(goal.concept) if goal.concept else None
+        return Entry(label=goal.canonical, thing=thing) if thing else None
+
+    def _room(self, room: str | None) -> dict[str, float] | None:
+        if room is None:
+            return None
+        kind = self._knowledge.room(words(canonical_label(room)))
+        if kind is None:
+            known = ", ".join(self._knowledge.room_types)
+            raise ValueError(f"no type of room {room!r}; the types are {known}")
+        return {kind: 1.0}
+
+    def _notes(
+        self, goal: ResolvedObject, entry: Entry | None, claims: tuple[Claim, ...]
+    ) -> list[str]:
+        notes: list[str] = []
+        if goal.known and goal.suggestion:
+            notes.append(f"“{goal.display}” was read as “{goal.suggestion}”")
+        if entry is None:
+            meant = f" (did you mean “{goal.suggestion}”?)" if goal.suggestion else ""
+            rest = "only your own words count" if claims else "every level is average"
+            notes.append(f"nothing is known about “{goal.display}”{meant}: {rest}")
+        return notes

@@ -1,0 +1,176 @@
+"""How close is one thing to another, by the knowledge table: the general rules of the prior.
+
+The rules follow the level definitions of the paper's prompt. All of them ask the same question: the
+robot stands at a landmark; is the goal in the vicinity? The answer for (goal, landmark) is not that
+for (landmark, goal).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ippon.guidance.knowledge import Entry, Knowledge, Place, Relation
+from ippon.guidance.levels import Level
+from ippon.guidance.naming import wider
+from ippon.guidance.words import generic, with_article
+
+SAME_ROOM_SHARE = 0.5
+"""Probability of being in one room from which a landmark is NEAR."""
+REVERSE_SHARE = 0.4
+"""The same for a landmark that is itself usually found at the goal."""
+COMPATIBLE_SHARE = 0.3
+"""Overlap of rooms from which a typical place still counts beside the operator's own words."""
+FAR_SHARE = 0.05
+"""Overlap of rooms under which a landmark is FAR."""
+
+Rooms = Mapping[str, float]
+
+_ENCLOSING = frozenset({"floor", "wall", "ceiling"})
+_PHRASES: Mapping[Relation, str] = {
+    "sure": "always at",
+    "on": "often on",
+    "in": "often kept in",
+    "by": "usually close to",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rating:
+    """A level and why."""
+
+    level: Level
+    reason: str
+
+
+def overlap(one: Rooms, other: Rooms) -> float:
+    """Return the share of two room distributions that they have in common, 0 to 1."""
+    return sum(min(share, other.get(room, 0.0)) for room, share in one.items())
+
+
+def same_room(one: Rooms, other: Rooms) -> float:
+    """Return the probability that two independent things are in the same type of room."""
+    return sum(share * other.get(room, 0.0) for room, share in one.items())
+
+
+def words(label: str) -> str:
+    """Write a label for people."""
+    return label.replace("_", " ")
+
+
+def rate(
+    goal: Entry,
+    landmark: Entry,
+    knowledge: Knowledge,
+    *,
+    goal_rooms: Rooms | None = None,
+    landmark_rooms: Rooms | None = None,
+) -> Rating:
+    """Rate the proximity of a landmark to a goal.
+
+    Args:
+        goal: What is looked for.
+        landmark: A common object that the robot sees.
+        knowledge: The table.
+        goal_rooms: Where the goal may be; by default the table's rooms.
+        landmark_rooms: Where the landmark is, if that is known; by default the table's rooms.
+    """
+    in_rooms = goal.thing.rooms if goal_rooms is None else goal_rooms
+    at_rooms = landmark.thing.rooms if landmark_rooms is None else landmark_rooms
+    identity = rate_identity(goal, landmark, knowledge)
+    if identity is not None:
+        return identity
+    if landmark.thing.spread == "pervasive":
+        return Rating(level=Level.AVERAGE, reason=f"{generic(words(landmark.label))} in every room")
+    if landmark.thing.spread == "broad":
+        return Rating(
+            level=Level.AVERAGE, reason=f"“{words(landmark.label)}” is too broad to say anything"
+        )
+    apart = bool(in_rooms and at_rooms) and overlap(in_rooms, at_rooms) < FAR_SHARE
+    if not apart:
+        direct = _rate_places(goal, landmark, knowledge, in_rooms, at_rooms)
+        if direct is not None:
+            return direct
+    if landmark.thing.spread == "everywhere" and landmark_rooms is None:
+        return Rating(level=Level.AVERAGE, reason=f"{generic(words(landmark.label))} in many rooms")
+    return _rate_rooms(goal, landmark, in_rooms, at_rooms)
+
+
+def rate_identity(goal: Entry, landmark: Entry, knowledge: Knowledge) -> Rating | None:
+    """Rate a landmark that is the goal, includes it, or is a kind of it; None for any other."""
+    name = words(goal.label)
+    if goal.label == landmark.label:
+        return Rating(level=Level.CERTAIN, reason="this is what you are looking for")
+    above = wider(goal, knowledge)
+    if landmark.label in above and landmark.thing.spread == "none":
+        first = next(
+            (label for label in above if _spread(label, knowledge) == "none"), landmark.label
+        )
+        certain = landmark.label in (first, goal.thing.name)
+        return Rating(
+            level=Level.CERTAIN if certain else Level.NEAR,
+            reason=f"{with_article(name)} may be seen as {with_article(words(landmark.label))}",
+        )
+    if goal.label in wider(landmark, knowledge) and goal.thing.spread == "none":
+        kind = f"{with_article(words(landmark.label))} is a kind of {name}"
+        return Rating(level=Level.CERTAIN, reason=kind)
+    if goal.label in _ENCLOSING:
+        return Rating(level=Level.CERTAIN, reason=f"every room has {with_article(name)}")
+    return None
+
+
+def _spread(label: str, knowledge: Knowledge) -> str:
+    thing = knowledge.thing(label)
+    return thing.spread if thing else "none"
+
+
+def _rate_places(
+    goal: Entry, landmark: Entry, knowledge: Knowledge, in_rooms: Rooms, at_rooms: Rooms
+) -> Rating | None:
+    """Rate a landmark at which the goal is found, or that is itself found at the goal."""
+    place = _place_at(goal, landmark, knowledge, in_rooms, at_rooms)
+    if place is not None:
+        text = f"{generic(words(goal.label))} {_PHRASES[place.relation]} {_the(landmark)}"
+        level = Level.CERTAIN if place.relation == "sure" else Level.NEAR
+        return Rating(level=level, reason=text)
+    back = _place_at(landmark, goal, knowledge, at_rooms, in_rooms)
+    if back is not None:
+        text = f"{generic(words(landmark.label))} {_PHRASES[back.relation]} {_the(goal)}"
+        if back.relation == "sure":
+            return Rating(level=Level.CERTAIN, reason=text)
+        if same_room(in_rooms, at_rooms) >= REVERSE_SHARE:
+            return Rating(level=Level.NEAR, reason=text)
+    return None
+
+
+def _place_at(
+    thing: Entry, place: Entry, knowledge: Knowledge, in_rooms: Rooms, at_rooms: Rooms
+) -> Place | None:
+    """Return how a thing is found at a place, or at something that the place is a kind of."""
+    names = {place.label}
+    if overlap(in_rooms, at_rooms) >= COMPATIBLE_SHARE or not at_rooms:
+        names.update(wider(place, knowledge))
+    return next((found for found in thing.thing.places if found.name in names), None)
+
+
+def _rate_rooms(goal: Entry, landmark: Entry, in_rooms: Rooms, at_rooms: Rooms) -> Rating:
+    name, other = words(goal.label), words(landmark.label)
+    if not in_rooms or not at_rooms:
+        return Rating(level=Level.AVERAGE, reason="no indication")
+    if overlap(in_rooms, at_rooms) < FAR_SHARE:
+        text = f"{generic(other)} in {rooms_text(at_rooms)}, {generic(name)} in "
+        return Rating(level=Level.FAR, reason=text + rooms_text(in_rooms))
+    if same_room(in_rooms, at_rooms) >= SAME_ROOM_SHARE:
+        shared = max(at_rooms, key=lambda room: at_rooms[room] * in_rooms.get(room, 0.0))
+        text = f"{generic(other)} mostly in the {words(shared)}, like {name}"
+        return Rating(level=Level.NEAR, reason=text)
+    return Rating(level=Level.AVERAGE, reason=f"no indication: {rooms_text(at_rooms, 3)}")
+
+
+def rooms_text(rooms: Rooms, most: int = 2) -> str:
+    """Name the likeliest rooms: "the kitchen or the bathroom"."""
+    ranked = sorted(rooms, key=lambda room: -rooms[room])[:most]
+    named = [f"the {words(room)}" for room in ranked if rooms[room] >= 0.1]
+    return " or ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
+
+
+def _the(entry: Entry) -> str:
+    return f"the {words(entry.label)}"

@@ -1,0 +1,1 @@
+"""Data: what is found where. Read by `ippon.guidance.knowledge`."""

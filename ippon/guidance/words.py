@@ -1,0 +1,143 @@
+"""English words: tokens, singulars, and the small words that carry no meaning of their own."""
+
+import re
+import unicodedata
+from dataclasses import dataclass
+from functools import lru_cache
+
+
+def word_set(text: str) -> frozenset[str]:
+    """Split a list of words."""
+    return frozenset(text.split())
+
+
+DETERMINERS = word_set(
+    "a an the my your our his her their its this that these those some any one another other each "
+    "every both all whose own said please"
+)
+"""Words before a noun that say which one, not what it is."""
+
+ADJECTIVES = word_set(
+    "red green blue yellow orange black white brown grey gray pink purple violet beige golden "
+    "gold silver turquoise navy khaki colourful colorful dark bright light pale striped checked "
+    "dotted big small large little tiny huge tall short long thick thin wide narrow round square "
+    "oval flat old new vintage antique modern dirty clean broken empty full open closed soft hard "
+    "heavy warm cold hot favourite favorite beloved expensive cheap nice pretty beautiful ugly "
+    "cute fancy wooden wood metal metallic steel iron plastic paper leather cotton woollen wool "
+    "woolen silk velvet rubber ceramic porcelain stone marble concrete fluffy shiny transparent "
+    "clear left right upper lower top bottom first second third last main spare extra missing "
+    "lost good bad best same whole real only single double pair"
+)
+"""Words that describe a thing without making it another thing."""
+
+_TOKEN = re.compile(r"[^\W_]+(?:['’][^\W_]+)*", re.UNICODE)
+_PLURALS = word_set(
+    "blinds chips clothes cosmetics cookies curtains drawers earphones flowers glasses goggles "
+    "groceries headphones jeans keys notes objects others pajamas panties pants pills scissors "
+    "shelves shoes slippers sneakers snacks spices stairs sunglasses supplies tongs tools "
+    "trousers utensils vitamins weights sweets nuts boots gloves toys papers shorts heels matches "
+    "tissues leggings crisps wipes"
+)
+_MASS = word_set(
+    "paper furniture lighting shelving seating equipment bread milk juice soap shampoo detergent "
+    "medicine coffee clothing cutlery firewood laundry underwear toothpaste lotion bedding "
+    "jewelry gear garbage trash money mail tea food fruit tape makeup rice pasta flour sugar salt "
+    "wine paint cheese butter honey jam ketchup chocolate cereal rubbish cash luggage deodorant "
+    "perfume floss mouthwash fabric yarn litter linen"
+)
+_IRREGULAR = {"knife": "knives", "shelf": "shelves", "scarf": "scarves", "loaf": "loaves"} | {
+    "leaf": "leaves",
+    "person": "people",
+    "mouse": "mice",
+    "child": "children",
+    "man": "men",
+    "woman": "women",
+    "foot": "feet",
+    "tooth": "teeth",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """One word of a text."""
+
+    word: str
+    """In lower case, typographic apostrophes made plain."""
+    start: int
+    end: int
+
+
+def tokenize(text: str) -> list[Token]:
+    """Split a text into words; `start` and `end` are offsets of `text`."""
+    return [
+        Token(match.group().lower().replace("’", "'"), match.start(), match.end())
+        for match in _TOKEN.finditer(text)
+    ]
+
+
+def plain(text: str) -> str:
+    """Normalise compatibility characters and drop control and format characters."""
+    normal = unicodedata.normalize("NFKC", text)
+    kept = "".join(
+        char if not unicodedata.category(char).startswith("C") else " " for char in normal
+    )
+    return " ".join(kept.split())
+
+
+def singular_candidates(word: str) -> tuple[str, ...]:
+    """Return what a word could be the plural of by the regular rules, the likeliest first."""
+    for single, plural in _IRREGULAR.items():
+        if word == plural:
+            return (single,)
+    if len(word) < 4 or not word.endswith("s") or word.endswith("ss"):
+        return ()
+    found = [word[:-1]]
+    if word.endswith("ies"):
+        found.insert(0, word[:-3] + "y")
+    elif word.endswith("es"):
+        found.append(word[:-2])
+    if word.endswith("ves"):
+        found += [word[:-3] + "f", word[:-3] + "fe"]
+    return tuple(found)
+
+
+@lru_cache(maxsize=4096)
+def singular(word: str) -> str:
+    """Return the singular of a noun; of a word that is no plural, the word itself."""
+    if not word.isascii() or not singular_candidates(word) or word in _PLURALS:
+        return word
+    if word.endswith(("us", "is", "as")):
+        return word
+    # Importing inflect takes more than a second, and only words outside the table come here.
+    import inflect  # noqa: PLC0415
+
+    # The library's `Word` is a string of at least one letter.
+    found = inflect.engine().singular_noun(word)  # pyright: ignore[reportArgumentType]
+    return str(found) if found else word
+
+
+def plural(word: str) -> str:
+    """Return the regular plural of a noun."""
+    if word in _IRREGULAR:
+        return _IRREGULAR[word]
+    if word.endswith("y") and word[-2:-1] not in "aeiou":
+        return word[:-1] + "ies"
+    return word + ("es" if word.endswith(("s", "x", "z", "ch", "sh")) else "s")
+
+
+def generic(phrase: str) -> str:
+    """Write a phrase as the subject of a general statement: "hats are", "toilet paper is"."""
+    head, _, last = phrase.rpartition(" ")
+    if last in _MASS:
+        return f"{phrase} is"
+    if last in _PLURALS:
+        return f"{phrase} are"
+    return f"{head} {plural(last)} are".strip()
+
+
+def with_article(phrase: str) -> str:
+    """Write a phrase with its indefinite article; plurals and mass nouns get none."""
+    last = phrase.rpartition(" ")[2]
+    if last in _PLURALS or last in _MASS:
+        return phrase
+    return f"an {phrase}" if phrase[:1] in "aeio" or phrase.startswith("um") else f"a {phrase}"
