@@ -92,6 +92,17 @@ _OOI_TABLE: Final = INFERNO[np.linspace(26.0, 255.0, 256).round().astype(int)]
 _OOI_TABLE[NOT_MAPPED] = UNMAPPED
 
 
+_STEPS: Final = np.arange(256) / 255.0
+_LINEAR: Final = np.round(
+    np.where(_STEPS <= 0.04045, _STEPS / 12.92, ((_STEPS + 0.055) / 1.055) ** 2.4) * 255.0
+).astype(np.uint8)
+
+
+def linear(colors: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Undo the sRGB curve: viser takes the colours of lines and instances as linear light."""
+    return _LINEAR[colors]
+
+
 def voxel_colors(
     mode: ColorMode,
     *,

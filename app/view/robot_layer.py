@@ -6,12 +6,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.view.colors import PATH, ROBOT
+from app.view.colors import PATH, ROBOT, linear
 from app.view.viser_private import show_jpeg_in_frustum
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, quaternion_from_rotation
 
-FRUSTUM_M: Final = 0.75
+FRUSTUM_M: Final = 0.6
 """Distance from the camera at which its picture hangs."""
 
 _BODY_RADIUS_M: Final = 0.24
@@ -104,7 +104,7 @@ class RobotLayer:
         points = np.array(trail_world[-4000:], dtype=np.float32)
         points[:, 2] += _LIFT_M
         lines = np.stack([points[:-1], points[1:]], axis=1)
-        age = np.linspace(0.35, 1.0, len(lines), dtype=np.float32)
+        age = np.linspace(0.5, 1.0, len(lines), dtype=np.float32)
         chevrons, at = _chevrons(points)
         segments = np.concatenate([lines, chevrons])
         fade = np.concatenate([age, age[at]])
@@ -120,7 +120,8 @@ class RobotLayer:
         colors: Any,
         thickness_m: float,
     ) -> Any:
-        shaped = np.array(np.broadcast_to(np.asarray(colors, dtype=np.uint8), segments.shape))
+        rgb = linear(np.asarray(colors, dtype=np.uint8))
+        shaped = np.array(np.broadcast_to(rgb, segments.shape))
         if handle is None:
             return self._scene.add_line_segments(name, segments, shaped, thickness=thickness_m)
         handle.points = segments

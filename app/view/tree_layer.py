@@ -5,14 +5,14 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.view.colors import node_colors
+from app.view.colors import linear, node_colors
 from ippon.planning.plan import NodeKind, TreeView
 
 HEIGHT_M: Final = 0.3
 """Nodes are drawn above the floor, where furniture does not hide them."""
 
 _RADIUS_M: Final = 0.07
-_EDGE_COLOR: Final = (148, 156, 168)
+_EDGE_COLOR: Final = linear(np.array([148, 156, 168], dtype=np.uint8))
 _LOOK_M: Final = 0.26
 
 
@@ -51,7 +51,7 @@ class TreeLayer:
                     handle.visible = False
             return
         positions = tree.positions_world + np.array([0.0, 0.0, HEIGHT_M], dtype=np.float32)
-        colors = node_colors(tree.kinds, tree.gains)
+        colors = linear(node_colors(tree.kinds, tree.gains))
         self._draw_nodes(positions, colors, tree.kinds)
         child = np.flatnonzero(tree.parents >= 0)
         edges = np.stack([positions[tree.parents[child]], positions[child]], axis=1)

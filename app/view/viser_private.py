@@ -26,6 +26,12 @@ def show_jpeg_in_frustum(frustum: Any, jpeg: bytes) -> None:
     frustum._image_data = jpeg  # noqa: SLF001
 
 
+def show_jpeg_in_panel(image: Any, jpeg: bytes) -> None:
+    """Show a JPEG as it was received in an image of a panel."""
+    image._format = "jpeg"  # noqa: SLF001
+    image._data = jpeg  # noqa: SLF001
+
+
 def forbid_sharing(server: viser.ViserServer) -> None:
     """Refuse the public tunnel that any client could ask viser to open."""
     for message in (ShareUrlRequest, ShareUrlDisconnect):

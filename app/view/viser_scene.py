@@ -8,6 +8,7 @@ from app.view.robot_layer import RobotLayer
 from app.view.scene_model import Part, SceneModel
 from app.view.tree_layer import TreeLayer
 from app.view.voxel_layer import VoxelLayer
+from ippon.geometry import Float64Array
 
 ALL_PARTS: Final[frozenset[Part]] = frozenset(
     {"voxels", "tree", "path", "pose", "camera", "image", "status", "detections"}
@@ -58,6 +59,10 @@ class ViserScene:
             if changed & {"status", "detections"}:
                 report = model.status.find if model.status is not None else None
                 self._finds.draw(finds_to_show(report, model.detections), "finds" in layers)
+
+    def bounds(self) -> tuple[Float64Array, Float64Array] | None:
+        """Return the least and greatest (x, y) of the drawn map in metres; None without one."""
+        return self.voxels.bounds()
 
     def _draw_robot(
         self, model: SceneModel, changed: frozenset[Part], options: ViewOptions

@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.view.colors import NOT_MAPPED, OOI_SCALE, ooi_colors, voxel_colors
+from app.view.colors import NOT_MAPPED, OOI_SCALE, linear, ooi_colors, voxel_colors
 from app.view.options import ViewOptions
 from app.view.voxel_store import EDGE, Column, ColumnVoxels, VoxelStore
 
@@ -14,6 +14,8 @@ POINT_SIZE: Final = 1.3
 """In voxels: a square of this size hides the gaps to its neighbours from any side."""
 
 MAX_BOXES: Final = 6000
+DEFAULT_TOP_M: Final = 3.0
+"""End of the height ramp where no ceiling is cut."""
 
 _CUBE: Final = np.array(
     [[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)], dtype=np.float32
@@ -54,43 +56,49 @@ class VoxelLayer:
         if options != self._options:
             dirty = store.columns
             self._options = options
+        below = None
+        if options.ceiling_m is not None:
+            below = round(options.ceiling_m / voxel_size_m)
         boxes_changed = False
         for column in dirty:
-            boxes_changed |= self._draw_column(column, store.column(column), options)
-        if boxes_changed or (self._boxes is not None and not self._likely):
-            self._draw_boxes("object" in options.layers)
+            boxes_changed |= self._draw_column(column, store.column(column, below), options)
+        if boxes_changed:
+            self._draw_boxes()
         self.shown = sum(cloud.visible for cloud in self._clouds.values())
 
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Return the least and greatest (x, y) of the drawn columns in metres; None without any."""
+        shown = [column for column, cloud in self._clouds.items() if cloud.visible]
+        if not shown:
+            return None
+        corners = np.array(shown, dtype=np.float64)
+        edge = EDGE * self._voxel_size_m
+        return corners.min(axis=0) * edge, (corners.max(axis=0) + 1.0) * edge
+
     def _draw_column(self, column: Column, voxels: ColumnVoxels, options: ViewOptions) -> bool:
-        size = self._voxel_size_m
-        local, attributes, openness = voxels.local, voxels.attributes, voxels.openness
-        height = (local[:, 2] + np.float32(0.5)) * np.float32(size)
-        if options.ceiling_m is not None:
-            below = height < options.ceiling_m
-            local, attributes, openness = local[below], attributes[below], openness[below]
-            height = height[below]
-        self._draw_points(column, local, attributes, openness, height, options)
-        ooi = attributes[:, 3]
+        """Draw one column; tell whether the boxes have changed."""
+        ooi = voxels.attributes[:, 3]
         likely = (ooi != NOT_MAPPED) & (ooi >= options.object_threshold * OOI_SCALE)
-        had = column in self._likely
-        if likely.any():
-            corner = np.array([column[0] * EDGE, column[1] * EDGE, 0], dtype=np.float32)
-            centers = (local[likely] + corner + np.float32(0.5)) * np.float32(size)
-            self._likely[column] = (centers, ooi[likely])
-            return True
-        self._likely.pop(column, None)
-        return had
+        if "object" not in options.layers:
+            likely[:] = False
+        self._draw_points(column, voxels, ~likely, options)
+        had = self._likely.pop(column, None) is not None
+        if not likely.any():
+            return had
+        corner = np.array([column[0] * EDGE, column[1] * EDGE, 0.0], dtype=np.float32)
+        centers = (voxels.local[likely] + corner + np.float32(0.5)) * np.float32(self._voxel_size_m)
+        self._likely[column] = (centers, ooi[likely])
+        return True
 
     def _draw_points(
         self,
         column: Column,
-        local: NDArray[np.int16],
-        attributes: NDArray[np.uint8],
-        openness: NDArray[np.uint8],
-        height_m: NDArray[np.float32],
+        voxels: ColumnVoxels,
+        kept: NDArray[np.bool_],
         options: ViewOptions,
     ) -> None:
         cloud = self._clouds.get(column)
+        local, attributes = voxels.local[kept], voxels.attributes[kept]
         if not len(local) or "map" not in options.layers:
             if cloud is not None:
                 cloud.visible = False
@@ -100,10 +108,10 @@ class VoxelLayer:
             rgb=attributes[:, :3],
             ooi=attributes[:, 3],
             level=attributes[:, 5],
-            height_m=height_m,
-            top_m=options.ceiling_m or 3.0,
+            height_m=(local[:, 2] + np.float32(0.5)) * np.float32(self._voxel_size_m),
+            top_m=options.ceiling_m or DEFAULT_TOP_M,
         )
-        colors = _shade(colors, openness, local)
+        colors = _shade(colors, voxels.openness[kept], local)
         # Half integers below 1024 are exact in float16: 6 bytes a point instead of 12.
         points = (local + np.float16(0.5)).astype(np.float16)
         if cloud is None:
@@ -124,7 +132,7 @@ class VoxelLayer:
         cloud.colors = colors
         cloud.visible = True
 
-    def _draw_boxes(self, visible: bool) -> None:
+    def _draw_boxes(self) -> None:
         if not self._likely:
             if self._boxes is not None:
                 self._boxes.visible = False
@@ -135,7 +143,7 @@ class VoxelLayer:
             best = np.argpartition(ooi, len(ooi) - MAX_BOXES)[-MAX_BOXES:]
             centers, ooi = centers[best], ooi[best]
         wxyzs = np.tile(np.array([1.0, 0.0, 0.0, 0.0], dtype=np.float32), (len(ooi), 1))
-        colors = ooi_colors(ooi)
+        colors = linear(ooi_colors(ooi))
         if self._boxes is None:
             self._boxes = self._scene.add_batched_meshes_simple(
                 "/object_voxels",
@@ -148,13 +156,12 @@ class VoxelLayer:
                 lod="off",
                 cast_shadow=False,
                 receive_shadow=False,
-                visible=visible,
             )
             return
         self._boxes.batched_wxyzs = wxyzs
         self._boxes.batched_positions = centers
         self._boxes.batched_colors = colors
-        self._boxes.visible = visible
+        self._boxes.visible = True
 
     def _remove_all(self) -> None:
         for cloud in self._clouds.values():
@@ -170,7 +177,7 @@ def _shade(
     colors: NDArray[np.uint8], openness: NDArray[np.uint8], local: NDArray[np.int16]
 ) -> NDArray[np.uint8]:
     """Darken what lies under or beside something, and set each voxel off a little."""
-    i, j, k = local.T.astype(np.int32)
-    grain = ((i * 7 + j * 13 + k * 29) & 7) * 2
-    factor = 150 + (openness.astype(np.int32) * 92) // 255 + grain
-    return ((colors * factor[:, None].astype(np.uint16)) >> 8).astype(np.uint8)
+    i, j, k = local.T.astype(np.int64)
+    grain = (((i * 73_856_093) ^ (j * 19_349_663) ^ (k * 83_492_791)) >> 4) & 15
+    factor = 150 + (openness.astype(np.int64) * 90) // 255 + grain
+    return ((colors * factor[:, None]) >> 8).astype(np.uint8)

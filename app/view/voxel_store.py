@@ -126,18 +126,26 @@ class VoxelStore:
         self._dirty.clear()
         return dirty
 
-    def column(self, column: Column) -> ColumnVoxels:
-        """Gather the voxels of one column."""
+    def column(self, column: Column, below: int | None = None) -> ColumnVoxels:
+        """Gather the voxels of one column.
+
+        Args:
+            column: Which column; one that never held a voxel is empty.
+            below: Voxels from this layer upwards are left out, and cast no shadow.
+        """
         rows = np.array(self._columns.get(column, ()), dtype=np.int64)
         which, cell = np.nonzero(self._present[rows])
         local = np.empty((len(cell), 3), dtype=np.int16)
         local[:, 0] = cell >> 6
         local[:, 1] = (cell >> 3) & 7
         local[:, 2] = (cell & 7) + self._block_z[rows][which] * EDGE
+        if below is not None:
+            kept = local[:, 2] < below
+            which, cell, local = which[kept], cell[kept], local[kept]
         return ColumnVoxels(
             local=local,
-            attributes=self._attributes[rows][which, cell],
-            openness=self._openness(column, local),
+            attributes=self._attributes[rows[which], cell],
+            openness=self._openness(column, local, below),
         )
 
     def all_voxels(self) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
@@ -180,7 +188,9 @@ class VoxelStore:
             larger[:old] = pool
             setattr(self, name, larger)
 
-    def _openness(self, column: Column, local: NDArray[np.int16]) -> NDArray[np.uint8]:
+    def _openness(
+        self, column: Column, local: NDArray[np.int16], below: int | None
+    ) -> NDArray[np.uint8]:
         """Tell how much of the sky a voxel sees, from the two layers above it."""
         if not len(local):
             return np.empty(0, dtype=np.uint8)
@@ -192,6 +202,8 @@ class VoxelStore:
         for dx in (-1, 0, 1):
             for dy in (-1, 0, 1):
                 self._fill(solid, (column[0] + dx, column[1] + dy), dx, dy, low)
+        if below is not None:
+            solid[:, :, max(below - low, 0) :] = 0
         rise = solid[:, :, 1:-1] * 2 + solid[:, :, 2:]
         rows = rise[:-2] + rise[1:-1] + rise[2:]
         around = rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]

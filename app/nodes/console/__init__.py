@@ -1,0 +1,1 @@
+"""The console process: the page, and the scene behind it."""

@@ -1,0 +1,55 @@
+"""viser behind the gateway: loopback, any free port, and a secret that only we know."""
+
+import contextlib
+import io
+import secrets
+from dataclasses import dataclass
+from pathlib import Path
+
+import viser
+
+from app.view.viser_private import SECRET_HEADER, demanding_secret, forbid_sharing
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ViserBackend:
+    """A running viser server and how to reach it."""
+
+    server: viser.ViserServer
+    secret: str
+    """Value of the header without which the server refuses every request."""
+
+    @property
+    def url(self) -> str:
+        """Where its WebSocket listens."""
+        return f"ws://127.0.0.1:{self.server.get_port()}"
+
+    @property
+    def headers(self) -> dict[str, str]:
+        """What a request must carry."""
+        return {SECRET_HEADER: self.secret}
+
+    def close(self) -> None:
+        """Stop the server."""
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.server.stop()
+
+
+def start_viser() -> ViserBackend:
+    """Start viser on a free loopback port; it prints nothing and shares nothing."""
+    secret = secrets.token_urlsafe(32)
+    with demanding_secret(secret), contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host="127.0.0.1", port=0, label="IPPON", verbose=False)
+    forbid_sharing(server)
+    server.gui.configure_theme(
+        dark_mode=True,
+        show_logo=False,
+        show_share_button=False,
+        brand_color=(86, 180, 233),
+    )
+    return ViserBackend(server=server, secret=secret)
+
+
+def client_page() -> Path:
+    """Return viser's client, one HTML file that holds everything."""
+    return Path(viser.__file__).parent / "client" / "build" / "index.html"

@@ -1,0 +1,180 @@
+"""The thread that owns the scene: takes messages, draws, and tells the shells how things are."""
+
+import logging
+import secrets
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from typing import Final, Literal
+
+import msgspec
+import viser
+
+from app.messages import keys
+from app.nodes.console.backend import ViserBackend
+from app.nodes.console.bulletin import Bulletin
+from app.nodes.console.inbox import Inbox
+from app.nodes.console.link import NavigatorLink
+from app.nodes.console.panels.tabs import Tabs
+from app.view.camera_follow import CameraFollow
+from app.view.options import ViewOptions
+from app.view.reader import SceneReader
+from app.view.scene_model import Part, SceneModel
+from app.view.viser_scene import ViserScene
+
+logger = logging.getLogger(__name__)
+
+DRAW_S: Final = 0.05
+"""Changes are gathered this long before they are drawn: at most 20 pictures a second."""
+NOTICE_S: Final = 0.2
+LIVE_S: Final = 2.0
+KEYFRAME_S: Final = 1.0
+
+EVERY: Final = (keys.MAP_VOXELS, keys.MAP_KEYFRAME, keys.EVENT, keys.TF, keys.TF_STATIC)
+"""Topics of which no message may be left out."""
+
+
+class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
+    """What the shell's bar and notices show."""
+
+    instance: str
+    """Changes when the console is started again."""
+    robot: str = ""
+    link: Literal["waiting", "live", "silent"]
+    link_text: str = ""
+    silent_s: float = 0.0
+    state: str | None = None
+    why: str = ""
+    object: str = ""
+    context: str = ""
+    elapsed_s: float = 0.0
+    frame_age_ms: float | None = None
+    has_map: bool = False
+
+
+class Conductor:
+    """Feeds the model from the inbox and draws what changed."""
+
+    def __init__(
+        self, backend: ViserBackend, link: NavigatorLink, inbox: Inbox, bulletin: Bulletin
+    ) -> None:
+        self.model = SceneModel()
+        self.reader = SceneReader(self.model)
+        self._link = link
+        self._inbox = inbox
+        self._bulletin = bulletin
+        self._instance = secrets.token_hex(8)
+        self._follow = CameraFollow()
+        self._scene = ViserScene(backend.server)
+        self._tabs = Tabs(backend.server, link, self._choose, self._follow.recall)
+        self._options = self._tabs.options()
+        self._changed: set[Part] = set()
+        self._fetching = False
+        self._fetched_at = -KEYFRAME_S
+        self._seen_opening = 0
+        self._drawn_at = self._noticed_at = 0.0
+        self._told_rejects = 0
+        self._fetcher = ThreadPoolExecutor(max_workers=1, thread_name_prefix="keyframe")
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="conductor", daemon=True)
+        backend.server.on_client_connect(self._joined)
+        backend.server.on_client_disconnect(self._left)
+
+    def start(self) -> None:
+        """Begin."""
+        self._notice(time.monotonic())
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread."""
+        self._stop.set()
+        self._inbox.wake()
+        self._thread.join(timeout=5.0)
+        self._fetcher.shutdown(wait=False, cancel_futures=True)
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            for key, payload in self._inbox.drain(DRAW_S):
+                self._take(key, payload)
+            self._fetch_if_needed()
+            now = time.monotonic()
+            if now - self._drawn_at >= DRAW_S:
+                self._drawn_at = now
+                self._draw()
+            if now - self._noticed_at >= NOTICE_S:
+                self._notice(now)
+
+    def _take(self, key: str, payload: bytes) -> None:
+        if key == keys.MAP_KEYFRAME and not self.model.needs_keyframe:
+            return
+        if not self.reader.feed(key, payload):
+            total = self.reader.rejected.total()
+            if total >= 2 * self._told_rejects:
+                self._told_rejects = max(total, 1)
+                logger.warning("%d messages skipped, the last one %s", total, self.reader.problem)
+
+    def _fetch_if_needed(self) -> None:
+        if self._link.openings != self._seen_opening:
+            self._seen_opening = self._link.openings
+            self.model.needs_keyframe = True
+        now = time.monotonic()
+        wanted = self.model.needs_keyframe and self._link.is_open and self.model.status is not None
+        if wanted and not self._fetching and now - self._fetched_at >= KEYFRAME_S:
+            self._fetching = True
+            self._fetched_at = now
+            self._fetcher.submit(self._fetch)
+
+    def _fetch(self) -> None:
+        try:
+            payload = self._link.query(keys.MAP_KEYFRAME)
+            if payload is not None:
+                self._inbox.put(keys.MAP_KEYFRAME, payload)
+        finally:
+            self._fetching = False
+
+    def _draw(self) -> None:
+        changed = self.model.take_changes() | self._changed
+        self._changed.clear()
+        if changed:
+            self._scene.draw(self.model, changed, self._options)
+            self._tabs.update(self.model, changed)
+        self._follow.step(self._scene.bounds() if "voxels" in changed else None)
+
+    def _notice(self, now: float) -> None:
+        self._noticed_at = now
+        self._bulletin.post(msgspec.json.encode(self._shell_state()))
+
+    def _shell_state(self) -> ShellState:
+        link, status = self._link, self.model.status
+        silence = link.silence_s()
+        if status is None:
+            return ShellState(
+                instance=self._instance,
+                link="waiting",
+                link_text=f"No navigator answers at {link.endpoint} for robot “{link.robot}”.",
+            )
+        goal = status.goal
+        return ShellState(
+            instance=self._instance,
+            robot=status.robot,
+            link="live" if silence < LIVE_S else "silent",
+            silent_s=round(silence) if silence >= LIVE_S else 0.0,
+            state=status.state,
+            why=status.why,
+            object=goal.object.replace("_", " ") if goal is not None else "",
+            context=goal.context if goal is not None else "",
+            elapsed_s=float(int(status.elapsed_s)),
+            frame_age_ms=round(status.timings.frame_age_ms),
+            has_map=self.model.voxels.count > 0,
+        )
+
+    def _choose(self, options: ViewOptions) -> None:
+        self._options = options
+        self._changed.add("voxels")
+        self._inbox.wake()
+
+    async def _joined(self, client: viser.ClientHandle) -> None:
+        self._follow.add(client)
+
+    async def _left(self, client: viser.ClientHandle) -> None:
+        self._follow.remove(client)

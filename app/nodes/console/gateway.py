@@ -1,0 +1,99 @@
+"""The one public port: our page, viser's client behind it, and the shell's WebSocket."""
+
+from importlib import resources
+from typing import Final
+
+import msgspec
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.requests import Request
+from starlette.responses import JSONResponse, RedirectResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket
+
+from app.messages.control import ControlRequest
+from app.nodes.console.backend import ViserBackend, client_page
+from app.nodes.console.bulletin import Bulletin
+from app.nodes.console.commands import CommandError, Controller
+from app.nodes.console.guard import Guard
+from app.nodes.console.shell_socket import serve_shell
+from app.nodes.console.viser_proxy import pass_through
+
+_TYPES: Final = {"css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
+_ASSETS: Final = ("shell.css", "shell.js", "view.css", "icon.svg")
+_VIEW: Final = "/view/?darkMode"
+
+
+class Gateway:
+    """Builds the ASGI application of one console."""
+
+    def __init__(self, backend: ViserBackend, bulletin: Bulletin, controller: Controller) -> None:
+        self._backend = backend
+        self._bulletin = bulletin
+        self._controller = controller
+        root = resources.files("web_assets")
+        self._page = (root / "index.html").read_bytes()
+        self._assets = {name: (root / name).read_bytes() for name in _ASSETS}
+        self._view = _dressed(client_page().read_bytes())
+
+    def app(self) -> Starlette:
+        """Return the application."""
+        return Starlette(
+            routes=[
+                Route("/", self._shell),
+                Route("/assets/{name}", self._asset),
+                Route("/view", self._view_page),
+                Route("/view/", self._view_page),
+                Route("/health", self._health),
+                Route("/api/stop", self._stop, methods=["POST"]),
+                WebSocketRoute("/view", self._view_socket),
+                WebSocketRoute("/view/", self._view_socket),
+                WebSocketRoute("/api/ws", self._shell_socket),
+            ],
+            middleware=[Middleware(Guard)],
+        )
+
+    async def _shell(self, _: Request) -> Response:
+        return Response(self._page, media_type="text/html", headers={"Cache-Control": "no-store"})
+
+    async def _asset(self, request: Request) -> Response:
+        name = request.path_params["name"]
+        content = self._assets.get(name)
+        if content is None:
+            return Response("no such file\n", status_code=404, media_type="text/plain")
+        kind = _TYPES[name.rpartition(".")[2]]
+        return Response(content, media_type=kind, headers={"Cache-Control": "no-cache"})
+
+    async def _view_page(self, request: Request) -> Response:
+        if "websocket" in request.query_params or request.url.path != "/view/":
+            # The client would take another server's address from the URL.
+            return RedirectResponse(_VIEW, status_code=303)
+        return Response(self._view, media_type="text/html", headers={"Cache-Control": "no-cache"})
+
+    async def _health(self, _: Request) -> Response:
+        notice = self._bulletin.notice
+        state = {} if notice is None else msgspec.json.decode(notice)
+        return JSONResponse({"console": "up", "link": state.get("link"), "state": state})
+
+    async def _stop(self, _: Request) -> Response:
+        """Stop without a WebSocket: the shell's second way."""
+        try:
+            state = await self._controller.control(
+                ControlRequest(action="stop", requester="console")
+            )
+        except CommandError as error:
+            return JSONResponse({"ok": False, "text": str(error)}, status_code=502)
+        return JSONResponse({"ok": True, "text": state})
+
+    async def _view_socket(self, socket: WebSocket) -> None:
+        await pass_through(socket, self._backend)
+
+    async def _shell_socket(self, socket: WebSocket) -> None:
+        await serve_shell(socket, self._bulletin, self._controller)
+
+
+def _dressed(page: bytes) -> bytes:
+    """Give viser's client our looks."""
+    head, mark, rest = page.partition(b"</head>")
+    assert mark, "viser's client page has a head"
+    return head + b'<link rel="stylesheet" href="/assets/view.css">' + mark + rest

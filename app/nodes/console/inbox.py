@@ -1,0 +1,48 @@
+"""Messages on their way from the network's threads to the one that draws."""
+
+import threading
+from collections import deque
+from collections.abc import Iterable
+from typing import Final
+
+_LIMIT: Final = 4096
+
+Message = tuple[str, bytes]
+
+
+class Inbox:
+    """Keeps every message of the topics where each counts, of the others the latest only."""
+
+    def __init__(self, every: Iterable[str]) -> None:
+        self.dropped = 0
+        """Messages of the first kind that came while the inbox was full."""
+        self._every = frozenset(every)
+        self._queue: deque[Message] = deque()
+        self._latest: dict[str, bytes] = {}
+        self._arrived = threading.Condition()
+
+    def put(self, key: str, payload: bytes) -> None:
+        """Hand over a message; never waits."""
+        with self._arrived:
+            if key not in self._every:
+                self._latest[key] = payload
+            elif len(self._queue) < _LIMIT:
+                self._queue.append((key, payload))
+            else:
+                self.dropped += 1
+            self._arrived.notify()
+
+    def wake(self) -> None:
+        """Let `drain` return."""
+        with self._arrived:
+            self._arrived.notify()
+
+    def drain(self, timeout_s: float) -> list[Message]:
+        """Take everything, after waiting for a first message at most so long."""
+        with self._arrived:
+            if not self._queue and not self._latest:
+                self._arrived.wait(timeout_s)
+            batch = [*self._latest.items(), *self._queue]
+            self._latest.clear()
+            self._queue.clear()
+        return batch

@@ -1,0 +1,232 @@
+"""The console's line to the navigator: topics in, requests out, reopened when it breaks."""
+
+import asyncio
+import json
+import logging
+import threading
+import time
+from collections.abc import Callable, Iterable
+from typing import Any, Final
+
+import msgspec
+import zenoh
+
+from app.messages import keys
+from app.messages.control import (
+    Accepted,
+    ControlReply,
+    ControlRequest,
+    ErrorReply,
+    FeedbackRequest,
+    GuidanceRequest,
+    LevelName,
+    M,
+    SearchAccepted,
+    SearchRequest,
+    encode,
+)
+from app.nodes.console.commands import CommandError
+from app.nodes.console.inbox import Inbox
+
+logger = logging.getLogger(__name__)
+
+LATCHED: Final = (
+    keys.STATUS,
+    keys.PROXIMITY,
+    keys.PLAN_TREE,
+    keys.PLAN_PATH,
+    keys.DETECTIONS,
+    keys.CAMERA_INFO,
+    keys.TF_STATIC,
+)
+"""Topics that answer a query with their last message."""
+
+REQUESTER: Final = "console"
+SILENT_S: Final = 4.0
+"""After so long without a status the sessions are opened again."""
+REPLY_S: Final = 2.0
+_CONNECT_MS: Final = 1500
+_RETRY_S: Final = 0.5
+
+
+class NavigatorLink:
+    """Two sessions, one for what comes in and one for commands, so that no map delays a Stop."""
+
+    def __init__(self, endpoint: str, robot: str, topics: Iterable[str], inbox: Inbox) -> None:
+        self.endpoint = endpoint
+        self.robot = robot
+        self.problem = ""
+        """Why the sessions could not be opened."""
+        self.openings = 0
+        """How often the sessions were opened: each time, messages may have been missed."""
+        self._topics = tuple(topics)
+        self._inbox = inbox
+        self._listening: zenoh.Session | None = None
+        self._commanding: zenoh.Session | None = None
+        self._heard_at = time.monotonic()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._keep_open, name="link", daemon=True)
+
+    def start(self) -> None:
+        """Open the sessions, in the background and for as long as it takes."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Close the sessions."""
+        self._stop.set()
+        self._thread.join(timeout=5.0)
+        self._close_sessions()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a router answers at the endpoint."""
+        return self._listening is not None
+
+    def silence_s(self) -> float:
+        """Return how long ago the navigator was heard last, or the console was started."""
+        return time.monotonic() - self._heard_at
+
+    def query(self, topic: str, timeout_s: float = REPLY_S) -> bytes | None:
+        """Ask for the last message of a topic; None when nobody answers."""
+        session = self._listening
+        if session is None:
+            return None
+        try:
+            for reply in session.get(self._key(topic), timeout=timeout_s):
+                if reply.ok is not None:
+                    return reply.ok.payload.to_bytes()
+        except zenoh.ZError as error:
+            logger.debug("query of %s: %s", topic, error)
+        return None
+
+    # What `Controller` and `Actions` promise:
+
+    async def control(self, request: ControlRequest) -> str:
+        """Hand over a control request and return the state that followed."""
+        return await asyncio.to_thread(self._control, request)
+
+    def search(self, wanted: str, context: str) -> str:
+        """Look for an object."""
+        request = SearchRequest(object=wanted, context=context, requester=REQUESTER)
+        accepted = self._request(keys.SEARCH, request, SearchAccepted)
+        name = accepted.object.replace("_", " ")
+        when = "" if accepted.position == 0 else f", after {accepted.position} other goals"
+        return " ".join([f"Looking for: {name}{when}.", *accepted.notes])
+
+    def confirm_find(self) -> str:
+        """Say that the find is the object."""
+        self._request(keys.FEEDBACK, FeedbackRequest(verdict="confirm"), Accepted)
+        return "Confirmed."
+
+    def reject_find(self) -> str:
+        """Say that the find is something else, and go on."""
+        self._request(keys.FEEDBACK, FeedbackRequest(verdict="reject"), Accepted)
+        return "Understood: the search goes on, and this place is remembered."
+
+    def set_level(self, label: str, level: LevelName) -> str:
+        """Change the proximity level of one label."""
+        self._request(keys.GUIDANCE, GuidanceRequest(label=label, level=level), Accepted)
+        return f"{label.replace('_', ' ')} is now {level}."
+
+    def cancel(self) -> str:
+        """End the current search."""
+        return self._control(ControlRequest(action="cancel", requester=REQUESTER))
+
+    def _control(self, request: ControlRequest) -> str:
+        return self._request(keys.CONTROL, request, ControlReply).state
+
+    def _request(self, topic: str, message: msgspec.Struct, kind: type[M]) -> M:
+        session = self._commanding
+        if session is None:
+            raise CommandError(f"no navigator at {self.endpoint}")
+        try:
+            replies = session.get(
+                self._key(topic),
+                payload=encode(message),
+                encoding=zenoh.Encoding.APPLICATION_JSON,
+                timeout=REPLY_S,
+                priority=zenoh.Priority.REAL_TIME,
+                congestion_control=zenoh.CongestionControl.BLOCK,
+                express=True,
+            )
+            for reply in replies:
+                sample = reply.ok if reply.ok is not None else reply.err
+                if sample is not None:
+                    return _read_reply(sample.payload.to_bytes(), kind)
+        except zenoh.ZError as error:
+            raise CommandError(f"the command could not be sent: {error}") from error
+        raise CommandError(f"the navigator gave no answer within {REPLY_S:g} s")
+
+    def _key(self, topic: str) -> str:
+        return f"{self.robot}/{topic}"
+
+    def _keep_open(self) -> None:
+        while not self._stop.is_set():
+            if self._listening is None:
+                self._open()
+            elif self.silence_s() > SILENT_S:
+                logger.info("the navigator at %s is silent: connecting again", self.endpoint)
+                self._close_sessions()
+                continue
+            self._stop.wait(_RETRY_S)
+
+    def _open(self) -> None:
+        try:
+            commanding = zenoh.open(_config(self.endpoint))
+            listening = zenoh.open(_config(self.endpoint))
+        except zenoh.ZError as error:
+            self.problem = str(error)
+            return
+        for topic in self._topics:
+            listening.declare_subscriber(self._key(topic), self._receiver(topic))
+        self._commanding, self._listening = commanding, listening
+        self._heard_at = time.monotonic()
+        self.problem = ""
+        self.openings += 1
+        for topic in LATCHED:
+            payload = self.query(topic, 1.0)
+            if payload is not None:
+                self._inbox.put(topic, payload)
+
+    def _receiver(self, topic: str) -> Callable[[zenoh.Sample], None]:
+        is_status = topic == keys.STATUS
+
+        def receive(sample: zenoh.Sample) -> None:
+            self._inbox.put(topic, sample.payload.to_bytes())
+            if is_status:
+                self._heard_at = time.monotonic()
+
+        return receive
+
+    def _close_sessions(self) -> None:
+        sessions = (self._listening, self._commanding)
+        self._listening = self._commanding = None
+        for session in sessions:
+            if session is not None:
+                session.close()  # pyright: ignore[reportUnknownMemberType]
+
+
+def _config(endpoint: str) -> zenoh.Config:
+    config = zenoh.Config()
+    settings: dict[str, Any] = {
+        "mode": "client",
+        "connect/endpoints": [endpoint],
+        "connect/timeout_ms": _CONNECT_MS,
+        "connect/exit_on_failure": True,
+        "scouting/multicast/enabled": False,
+        "transport/link/tx/lease": 1000,
+    }
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    return config
+
+
+def _read_reply(payload: bytes, kind: type[M]) -> M:
+    try:
+        return msgspec.json.decode(payload, type=kind)
+    except msgspec.DecodeError as error:
+        try:
+            refused = msgspec.json.decode(payload, type=ErrorReply)
+        except msgspec.DecodeError:
+            raise CommandError(f"the navigator's answer is not understood: {error}") from error
+        raise CommandError(refused.error) from None

@@ -1,0 +1,89 @@
+"""The Map tab: what the scene shows, and what its colours mean."""
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from app.nodes.console.panels import markup
+from app.view.colors import TREE_LEGEND, ColorMode, legend
+from app.view.options import LAYERS, Layer, ViewOptions
+
+MODE_WORDS: Final[dict[str, ColorMode]] = {
+    "Camera": "camera",
+    "Object": "ooi",
+    "Proximity": "proximity",
+    "Height": "height",
+}
+LAYER_WORDS: Final[dict[Layer, str]] = {
+    "map": "Surfaces",
+    "object": "Likely object voxels",
+    "tree": "Viewpoints",
+    "path": "Path",
+    "camera": "Camera",
+    "trail": "Trail",
+    "finds": "Finds",
+}
+_NO_CUT_M: Final = 4.0
+
+
+class MapPanel:
+    """Builds the tab inside the current container; calls back with every new choice."""
+
+    def __init__(
+        self, gui: Any, on_change: Callable[[ViewOptions], None], on_follow: Callable[[], None]
+    ) -> None:
+        self._on_change = on_change
+        start = ViewOptions()
+        self._mode = gui.add_button_group("Colour", tuple(MODE_WORDS))
+        self._chosen: ColorMode = start.mode
+        self._legend = gui.add_html("")
+        self._ceiling = gui.add_slider(
+            "Cut above",
+            min=0.4,
+            max=_NO_CUT_M,
+            step=0.1,
+            initial_value=start.ceiling_m or _NO_CUT_M,
+            hint="Hides what is higher, in metres, so that one looks into the rooms; "
+            f"{_NO_CUT_M:g} hides nothing",
+        )
+        self._threshold = gui.add_slider(
+            "Object from",
+            min=0.05,
+            max=0.95,
+            step=0.05,
+            initial_value=start.object_threshold,
+            hint="Voxels at least this likely to be the object stand out as boxes",
+        )
+        with gui.add_folder("Layers"):
+            self._layers: dict[Layer, Any] = {
+                layer: gui.add_checkbox(LAYER_WORDS[layer], initial_value=True) for layer in LAYERS
+            }
+        gui.add_html(markup.legend(TREE_LEGEND))
+        follow = gui.add_button("Frame the whole map")
+        follow.on_click(lambda _: on_follow())
+        self._mode.on_click(lambda event: self._choose(event.target.value))
+        for handle in (self._ceiling, self._threshold, *self._layers.values()):
+            handle.on_update(lambda _: self._changed())
+        self._show_legend()
+
+    def options(self) -> ViewOptions:
+        """Return the current choice."""
+        cut = float(self._ceiling.value)
+        return ViewOptions(
+            mode=self._chosen,
+            ceiling_m=None if cut >= _NO_CUT_M else cut,
+            object_threshold=float(self._threshold.value),
+            layers=frozenset(layer for layer, box in self._layers.items() if box.value),
+        )
+
+    def _choose(self, word: str) -> None:
+        mode = MODE_WORDS.get(word)
+        if mode is not None:
+            self._chosen = mode
+            self._changed()
+
+    def _changed(self) -> None:
+        self._show_legend()
+        self._on_change(self.options())
+
+    def _show_legend(self) -> None:
+        self._legend.content = markup.legend(legend(self._chosen, float(self._ceiling.value)))

@@ -1,0 +1,195 @@
+"""HTML for the panels; every text that comes from outside passes `escape` on its way in.
+
+viser puts HTML into the page as it is, handlers and all, so nothing else may build HTML.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterable
+from html import escape as _escape
+
+from app.messages.control import (
+    Event,
+    GoalStatus,
+    ProximityTable,
+    Status,
+    StreamStatus,
+)
+from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
+from ippon.guidance.levels import Level
+
+LEVEL_ORDER: tuple[Level, ...] = (Level.CERTAIN, Level.NEAR, Level.AVERAGE, Level.FAR)
+
+STATE_WORDS: dict[str, str] = {
+    "starting": "Starting",
+    "looking_around": "Looking around",
+    "searching": "Searching",
+    "approaching": "Approaching",
+    "found": "Found",
+    "exhausted": "Not found",
+    "paused": "Paused",
+    "manual": "Manual",
+    "stopped": "Stopped",
+    "lost": "Waiting for a stream",
+}
+
+
+def escape(text: str, limit: int = 400) -> str:
+    """Make text safe inside HTML: markup escaped, control characters dropped, length bounded."""
+    clean = "".join(c for c in text if c.isprintable() or c == " ")
+    if len(clean) > limit:
+        clean = clean[: limit - 1] + "…"
+    return _escape(clean, quote=True)
+
+
+def words(label: str) -> str:
+    """Write a label the way people do."""
+    return escape(label.replace("_", " "))
+
+
+def swatch(color: Rgb) -> str:
+    """Return a small square of a colour."""
+    return f'<i class="ip-swatch" style="background:{hex_of(color)}"></i>'
+
+
+def now(status: Status | None) -> str:
+    """Say what the robot is doing and why."""
+    if status is None:
+        return '<div class="ip-now"><p class="ip-muted">No word from the navigator yet.</p></div>'
+    state = STATE_WORDS[status.state]
+    goal = f" <b>{words(status.goal.object)}</b>" if status.goal is not None else ""
+    return (
+        f'<div class="ip-now" data-state="{status.state}">'
+        f'<p class="ip-state">{state}{goal}</p>'
+        f'<p class="ip-why">{escape(status.why)}</p></div>'
+    )
+
+
+def answer(text: str, *, ok: bool) -> str:
+    """Show how the last command ended."""
+    if not text:
+        return ""
+    kind = "ok" if ok else "bad"
+    return f'<p class="ip-answer ip-{kind}">{escape(text)}</p>'
+
+
+def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus]) -> str:
+    """List what comes next and what was."""
+    rows = [
+        f"<li><b>{words(goal.object)}</b> <span>{escape(goal.outcome)}</span></li>"
+        for goal in (*queue, *list(history)[::-1][:4])
+    ]
+    return f'<ul class="ip-goals">{"".join(rows)}</ul>' if rows else ""
+
+
+def levels(table: ProximityTable | None) -> str:
+    """Group the labels by level, the nearest first."""
+    if table is None:
+        return (
+            '<div class="ip-levels"><p class="ip-muted">Ask for an object: here stands how near '
+            "to it each kind of thing is likely to be.</p></div>"
+        )
+    by_level: dict[str, list[str]] = defaultdict(list)
+    for row in table.rows:
+        by_level[row.level].append(words(row.label))
+    rows = "".join(
+        f"<tr><th>{swatch(LEVEL_COLORS[level])}{name}</th>"
+        f"<td>{', '.join(by_level[name]) or '–'}</td></tr>"
+        for level in LEVEL_ORDER
+        for name in (level.name.lower(),)
+    )
+    notes = "".join(f'<p class="ip-muted">{escape(note)}</p>' for note in table.notes[:3])
+    return (
+        f'<div class="ip-levels"><p class="ip-title">Where a {words(table.object)} may be near'
+        f"<span>{escape(table.provider, 40)}, {_milliseconds(table.elapsed_ms)}</span></p>"
+        f"<table>{rows}</table>{notes}</div>"
+    )
+
+
+def reasons(table: ProximityTable | None) -> str:
+    """List every label with its level and the reason for it."""
+    if table is None:
+        return '<p class="ip-muted">No levels yet.</p>'
+    order = {level.name.lower(): n for n, level in enumerate(LEVEL_ORDER)}
+    rows = "".join(
+        f"<tr><td>{swatch(LEVEL_COLORS[Level.parse(row.level)])}</td>"
+        f"<th>{words(row.label)}</th><td>{escape(row.reason)}</td></tr>"
+        for row in sorted(table.rows, key=lambda row: order[row.level])
+    )
+    return f'<div class="ip-reasons"><table>{rows}</table></div>'
+
+
+def legend(shown: Legend) -> str:
+    """Draw a legend."""
+    ramp = ""
+    if shown.ramp is not None:
+        stops = ",".join(hex_of((r, g, b)) for r, g, b in shown.ramp[::17].tolist())
+        ramp = (
+            f'<div class="ip-ramp"><span>{escape(shown.low)}</span>'
+            f'<i style="background:linear-gradient(90deg,{stops})"></i>'
+            f"<span>{escape(shown.high)}</span></div>"
+        )
+    entries = "".join(
+        f"<span>{swatch(entry.color)}{escape(entry.text)}</span>" for entry in shown.entries
+    )
+    return (
+        f'<div class="ip-legend"><p class="ip-title">{escape(shown.title)}</p>{ramp}'
+        f'<div class="ip-entries">{entries}</div></div>'
+    )
+
+
+def figures(status: Status | None, voxels: int) -> str:
+    """Show the key figures of the session."""
+    if status is None:
+        return '<p class="ip-muted">No figures yet.</p>'
+    timings = status.timings
+    first = "–" if timings.first_motion_s is None else f"{timings.first_motion_s:.1f} s"
+    cells = [
+        ("Best match", f"{status.best_ooi:.0%}"),
+        ("Explored", f"{status.explored_m2:.1f} m²"),
+        ("Path", f"{status.path_length_m:.1f} m"),
+        ("Frames", f"{status.frames}"),
+        ("Surface voxels", f"{voxels:,}".replace(",", "\u2009")),
+        ("First motion", first),
+        ("Step", _milliseconds(timings.step_ms)),
+        ("Map", _milliseconds(timings.map_ms)),
+        ("Plan", _milliseconds(timings.plan_ms)),
+    ]
+    body = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in cells)
+    return f'<dl class="ip-figures">{body}</dl>'
+
+
+def streams(rows: Iterable[StreamStatus]) -> str:
+    """Show the health of the robot's streams."""
+    body = "".join(
+        f'<tr data-late="{int(row.age_s is None or row.age_s > 1.0)}"><th>{escape(row.name)}</th>'
+        f"<td>{row.rate_hz:.1f} Hz</td><td>{_age(row.age_s)}</td>"
+        f"<td>{row.dropped + row.rejected or ''}</td></tr>"
+        for row in rows
+    )
+    if not body:
+        return '<p class="ip-muted">No streams yet.</p>'
+    head = "<tr><th>Stream</th><td>rate</td><td>age</td><td>lost</td></tr>"
+    return f'<table class="ip-streams"><thead>{head}</thead><tbody>{body}</tbody></table>'
+
+
+def event_log(events: Iterable[Event], start_ns: int) -> str:
+    """List the latest events, the newest first."""
+    rows = "".join(
+        f'<li data-kind="{event.kind}"><time>{_clock(event.stamp_ns - start_ns)}</time>'
+        f"<span>{escape(event.text)}</span></li>"
+        for event in list(events)[-14:][::-1]
+    )
+    return f'<ol class="ip-log">{rows}</ol>' if rows else '<p class="ip-muted">Nothing yet.</p>'
+
+
+def _milliseconds(value: float) -> str:
+    return f"{value:.0f} ms" if value >= 10.0 else f"{value:.1f} ms"
+
+
+def _age(age_s: float | None) -> str:
+    return "never" if age_s is None else f"{age_s:.1f} s"
+
+
+def _clock(nanoseconds: int) -> str:
+    seconds = max(0, nanoseconds // 1_000_000_000)
+    return f"{seconds // 60}:{seconds % 60:02d}"

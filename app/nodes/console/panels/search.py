@@ -1,0 +1,139 @@
+"""The Search tab: ask, watch, understand, and judge a find."""
+
+from collections.abc import Callable
+from typing import Any, Final, get_args
+
+import numpy as np
+import viser
+
+from app.messages.control import FindReport, LevelName, ProximityTable, Status
+from app.nodes.console.commands import Actions, CommandError
+from app.nodes.console.panels import markup
+from app.nodes.console.picture import outlined
+from app.nodes.console.sentence import read_request
+from app.view.scene_model import Part, SceneModel
+from app.view.viser_private import show_jpeg_in_panel
+
+MAX_OBJECT: Final = 80
+MAX_CONTEXT: Final = 2000
+MAX_TYPED: Final = 2100
+_NO_LABEL: Final = "–"
+
+
+class SearchPanel:
+    """Builds the tab inside the current container, and keeps it in step with the model."""
+
+    def __init__(self, gui: Any, actions: Actions) -> None:
+        self._actions = actions
+        self._find: FindReport | None = None
+        self._labels: tuple[str, ...] = ()
+        self._build_query(gui)
+        self._now = gui.add_html(markup.now(None))
+        self._build_find(gui)
+        self._camera = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
+        self._goals = gui.add_html("")
+        self._levels = gui.add_html(markup.levels(None))
+        with gui.add_folder("Reasons and corrections", expand_by_default=False):
+            self._build_corrections(gui)
+            self._reasons = gui.add_html(markup.reasons(None))
+
+    def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
+        """Show what changed."""
+        if "status" in changed and model.status is not None:
+            self._show_status(model.status, model)
+        if "image" in changed and model.image is not None and self._find is None:
+            self._show_camera(model.image.encoded)
+        if "proximity" in changed and model.proximity is not None:
+            self._show_levels(model.proximity)
+
+    def _build_query(self, gui: Any) -> None:
+        with gui.add_form(None) as form:
+            self._wanted = gui.add_text(
+                "Find", "", hint='An object, "hat", or a whole sentence: '
+                '"find my hat, I left it on the sofa"',
+            )  # fmt: skip
+            self._context = gui.add_text(
+                "Context", "", hint="What you know: where you used it last, whose it is"
+            )
+            search = gui.add_button("Search", icon=viser.Icon.SEARCH)
+        self._answer = gui.add_html("")
+        search.on_click(lambda _: form.submit())
+        form.on_submit(lambda _: self._ask())
+
+    def _build_find(self, gui: Any) -> None:
+        with gui.add_folder(None, visible=False) as self._find_box:
+            self._crop = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg")
+            confirm = gui.add_button("Confirm: this is it", color=(0, 158, 115))
+            reject = gui.add_button("Not this: keep looking", color=(70, 78, 90))
+        confirm.on_click(lambda _: self._try(self._actions.confirm_find))
+        reject.on_click(lambda _: self._try(self._actions.reject_find))
+
+    def _build_corrections(self, gui: Any) -> None:
+        self._label = gui.add_dropdown("Things", (_NO_LABEL,))
+        self._level = gui.add_dropdown("are", get_args(LevelName), initial_value="near")
+        change = gui.add_button("Change the level")
+        change.on_click(lambda _: self._change_level())
+
+    def _ask(self) -> None:
+        typed, context = self._wanted.value.strip(), self._context.value.strip()
+        if len(typed) > MAX_TYPED:
+            self._say(f"At most {MAX_TYPED} characters; this is {len(typed)}.", ok=False)
+            return
+        wanted, said = read_request(typed)
+        context = ", ".join(part for part in (said, context) if part)
+        problem = _problem(wanted, context)
+        if problem is not None:
+            self._say(problem, ok=False)
+            return
+        self._try(lambda: self._actions.search(wanted, context))
+
+    def _change_level(self) -> None:
+        label, level = self._label.value, self._level.value
+        if label == _NO_LABEL:
+            self._say("Ask for an object first: then its levels can be changed.", ok=False)
+            return
+        self._try(lambda: self._actions.set_level(label, level))
+
+    def _try(self, command: Callable[[], str]) -> None:
+        try:
+            self._say(command(), ok=True)
+        except CommandError as error:
+            self._say(str(error), ok=False)
+
+    def _say(self, text: str, *, ok: bool) -> None:
+        self._answer.content = markup.answer(text, ok=ok)
+
+    def _show_status(self, status: Status, model: SceneModel) -> None:
+        self._now.content = markup.now(status)
+        self._goals.content = markup.goals(status.queue, status.history)
+        find = status.find
+        if find == self._find:
+            return
+        self._find = find
+        if find is not None and model.image is not None:
+            show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
+        self._find_box.visible = find is not None
+        self._camera.visible = find is None and model.image is not None
+
+    def _show_camera(self, jpeg: bytes) -> None:
+        if jpeg.startswith(b"\xff\xd8"):
+            show_jpeg_in_panel(self._camera, jpeg)
+            self._camera.visible = True
+
+    def _show_levels(self, table: ProximityTable) -> None:
+        self._levels.content = markup.levels(table)
+        self._reasons.content = markup.reasons(table)
+        labels = tuple(sorted(row.label for row in table.rows))
+        if labels and labels != self._labels:
+            self._labels = labels
+            self._label.options = labels
+
+
+def _problem(wanted: str, context: str) -> str | None:
+    if not wanted:
+        return "Type what to look for, for example: hat"
+    if len(wanted) > MAX_OBJECT:
+        return f"The object has at most {MAX_OBJECT} characters; this is {len(wanted)}."
+    if len(context) > MAX_CONTEXT:
+        return f"The context has at most {MAX_CONTEXT} characters; this is {len(context)}."
+    return None

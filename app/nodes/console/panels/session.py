@@ -1,0 +1,71 @@
+"""The Session tab: how it goes, in figures, streams and events."""
+
+from typing import Any, Final
+
+import numpy as np
+from viser import uplot
+
+from app.nodes.console.panels import markup
+from app.view.colors import GREEN, SKY, hex_of
+from app.view.history import History
+from app.view.scene_model import Part, SceneModel
+
+_PLOT_EVERY: Final = 5
+_AXIS: Final = uplot.Axis(stroke="#93a0b0", grid=uplot.Axis_Grid(stroke="#252d38"))
+
+
+class SessionPanel:
+    """Builds the tab inside the current container, and keeps it in step with the model."""
+
+    def __init__(self, gui: Any) -> None:
+        self._updates = 0
+        self._start_ns: int | None = None
+        self._figures = gui.add_html(markup.figures(None, 0))
+        self._plots = [
+            _plot(gui, "Best match", hex_of(GREEN)),
+            _plot(gui, "Explored, m²", hex_of(SKY)),
+        ]
+        with gui.add_folder("Streams"):
+            self._streams = gui.add_html(markup.streams(()))
+        with gui.add_folder("Events"):
+            self._log = gui.add_html(markup.event_log((), 0))
+
+    def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
+        """Show what changed."""
+        status = model.status
+        if status is None:
+            return
+        if self._start_ns is None:
+            self._start_ns = status.stamp_ns
+        if "status" in changed:
+            self._figures.content = markup.figures(status, model.voxels.count)
+            self._streams.content = markup.streams(status.streams)
+            self._updates += 1
+            if self._updates % _PLOT_EVERY == 1:
+                self._draw_plots(model.history)
+        if "events" in changed:
+            self._log.content = markup.event_log(model.events, self._start_ns)
+
+    def _draw_plots(self, history: History) -> None:
+        columns = history.columns()
+        if columns.shape[1] < 2:
+            return
+        for plot, row in zip(self._plots, (1, 2), strict=True):
+            plot.data = (columns[0], columns[row])
+            plot.visible = True
+
+
+def _plot(gui: Any, name: str, color: str) -> Any:
+    return gui.add_uplot(
+        data=(np.zeros(1), np.zeros(1)),
+        series=(
+            uplot.Series(label="s"),
+            uplot.Series(label=name, stroke=color, width=2, points=uplot.Series_Points(show=False)),
+        ),
+        scales={"x": uplot.Scale(time=False)},
+        axes=(_AXIS, _AXIS),
+        title=name,
+        legend=uplot.Legend(show=False),
+        height=120,
+        visible=False,
+    )

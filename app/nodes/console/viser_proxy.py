@@ -1,0 +1,105 @@
+"""Passes a browser's WebSocket on to viser, and drops what no browser may ask for."""
+
+import asyncio
+import logging
+from typing import Any, Final
+
+import msgspec
+from starlette.websockets import WebSocket, WebSocketDisconnect
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
+from websockets.typing import Subprotocol
+
+from app.nodes.console.backend import ViserBackend
+
+logger = logging.getLogger(__name__)
+
+FORBIDDEN: Final = frozenset({"ShareUrlRequest", "ShareUrlDisconnect"})
+MAX_CLIENT_MESSAGE: Final = 8 * 2**20
+MAX_SERVER_MESSAGE: Final = 256 * 2**20
+
+_GOING_AWAY: Final = 1001
+_UNREADABLE: Final = 1007
+_TRY_LATER: Final = 1013
+
+
+class _Kind(msgspec.Struct):
+    type: str
+
+
+_kind = msgspec.msgpack.Decoder(_Kind)
+
+
+async def pass_through(browser: WebSocket, backend: ViserBackend) -> None:
+    """Serve one browser until either side ends."""
+    wanted = [Subprotocol(p) for p in browser.scope.get("subprotocols", [])]
+    try:
+        upstream = await connect(
+            backend.url,
+            additional_headers=backend.headers,
+            subprotocols=wanted or None,
+            compression=None,
+            max_size=MAX_SERVER_MESSAGE,
+            open_timeout=5.0,
+        )
+    except (OSError, InvalidHandshake, TimeoutError) as error:
+        logger.warning("viser cannot be reached: %s", error)
+        await browser.accept()
+        await browser.close(_TRY_LATER, "the scene is not ready")
+        return
+    async with upstream:
+        await browser.accept(subprotocol=upstream.subprotocol)
+        await _race(_to_viser(browser, upstream), _to_browser(browser, upstream))
+
+
+async def _race(*directions: Any) -> None:
+    tasks = [asyncio.create_task(direction) for direction in directions]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        results = await asyncio.gather(*tasks, return_exceptions=True)
+    for result in results:
+        if isinstance(result, Exception):
+            raise result
+
+
+async def _to_viser(browser: WebSocket, upstream: ClientConnection) -> None:
+    try:
+        while True:
+            message = await browser.receive()
+            if message["type"] == "websocket.disconnect":
+                return
+            data = message.get("bytes")
+            if data is None or len(data) > MAX_CLIENT_MESSAGE:
+                await browser.close(_UNREADABLE, "not a message of the scene's client")
+                return
+            if _allowed(data):
+                await upstream.send(data)
+    except (ConnectionClosed, WebSocketDisconnect):
+        return
+
+
+def _allowed(data: bytes) -> bool:
+    try:
+        kind = _kind.decode(data).type
+    except msgspec.DecodeError:
+        logger.warning("a browser sent %d bytes that are no scene message", len(data))
+        return False
+    if kind in FORBIDDEN:
+        logger.warning("a browser asked for %s: refused", kind)
+        return False
+    return True
+
+
+async def _to_browser(browser: WebSocket, upstream: ClientConnection) -> None:
+    try:
+        async for message in upstream:
+            if isinstance(message, bytes):
+                await browser.send_bytes(message)
+            else:
+                await browser.send_text(message)
+        await browser.close(_GOING_AWAY)
+    except (ConnectionClosed, WebSocketDisconnect, RuntimeError):
+        return

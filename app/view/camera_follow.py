@@ -1,0 +1,131 @@
+"""Keeps the whole map in the picture, until the operator takes the camera."""
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from ippon.geometry import Float64Array
+
+FOV_RAD: Final = 0.9
+_ELEVATION_RAD: Final = math.radians(58.0)
+_EASE: Final = 0.16
+"""Share of the remaining way that a step covers."""
+_STILL_M: Final = 0.02
+_SAME_M: Final = 0.03
+_REMEMBERED: Final = 64
+_MARGIN: Final = 1.06
+_SMALLEST_M: Final = 5.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """Where a camera stands and what it looks at, metres in the world."""
+
+    position: tuple[float, float, float]
+    look_at: tuple[float, float, float]
+
+
+def framing(low: Float64Array, high: Float64Array, aspect: float) -> View:
+    """Look from the south and above at a box so that all of it is in the picture.
+
+    Args:
+        low: (2,) least x and y of the map, metres.
+        high: (2,) greatest x and y.
+        aspect: Width of the picture over its height.
+    """
+    center = 0.5 * (low + high)
+    width = max(float(high[0] - low[0]), _SMALLEST_M) * _MARGIN
+    depth = max(float(high[1] - low[1]), _SMALLEST_M * 0.75) * _MARGIN
+    half_v = math.tan(0.5 * FOV_RAD)
+    # The near edge of the floor is the widest part of the picture.
+    near = 0.5 * depth * math.cos(_ELEVATION_RAD)
+    for_width = 0.5 * width / (half_v * max(aspect, 0.3)) + near
+    for_depth = 0.5 * depth * math.sin(_ELEVATION_RAD) / half_v + near
+    distance = max(for_width, for_depth)
+    back, up = distance * math.cos(_ELEVATION_RAD), distance * math.sin(_ELEVATION_RAD)
+    x, y = float(center[0]), float(center[1])
+    return View(position=(x, y - back, up), look_at=(x, y, 0.4))
+
+
+@dataclass(slots=True)
+class _Watcher:
+    camera: Any
+    sent: deque[View] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
+    free: bool = False
+    now: View | None = None
+
+
+class CameraFollow:
+    """Moves the cameras of the browsers that have not been moved by hand."""
+
+    def __init__(self) -> None:
+        self._watchers: dict[int, _Watcher] = {}
+        self._bounds: tuple[Float64Array, Float64Array] | None = None
+
+    def add(self, client: Any) -> None:
+        """Take over a browser that has just connected."""
+        watcher = _Watcher(camera=client.camera)
+        self._watchers[client.client_id] = watcher
+
+        @client.camera.on_update
+        async def _(camera: Any) -> None:
+            self._moved(watcher, camera)
+
+    def remove(self, client: Any) -> None:
+        """Forget a browser that has left."""
+        self._watchers.pop(client.client_id, None)
+
+    def recall(self) -> None:
+        """Frame the whole map again, in every browser."""
+        for watcher in tuple(self._watchers.values()):
+            watcher.free = False
+
+    def step(self, bounds: tuple[Float64Array, Float64Array] | None) -> None:
+        """Move every camera a part of the way to where it frames the map."""
+        if bounds is not None:
+            self._bounds = bounds
+        if self._bounds is None:
+            return
+        for watcher in tuple(self._watchers.values()):
+            if not watcher.free:
+                self._move(watcher, framing(*self._bounds, watcher.camera.aspect))
+
+    def _move(self, watcher: _Watcher, wanted: View) -> None:
+        now = watcher.now
+        if now is None:
+            shown = wanted
+        elif _distance(now, wanted) < _STILL_M:
+            return
+        else:
+            shown = _between(now, wanted, _EASE)
+        watcher.now = shown
+        watcher.sent.append(shown)
+        watcher.camera.position = shown.position
+        watcher.camera.look_at = shown.look_at
+
+    def _moved(self, watcher: _Watcher, camera: Any) -> None:
+        """Let go of a camera that stands where nobody but the operator has put it."""
+        seen = View(position=tuple(camera.position), look_at=tuple(camera.look_at))
+        if watcher.sent and all(_distance(seen, sent) > _SAME_M for sent in watcher.sent):
+            watcher.free = True
+            watcher.now = None
+
+
+def _between(a: View, b: View, share: float) -> View:
+    def mix(p: tuple[float, ...], q: tuple[float, ...]) -> tuple[float, float, float]:
+        x, y, z = (u + share * (v - u) for u, v in zip(p, q, strict=True))
+        return (x, y, z)
+
+    return View(position=mix(a.position, b.position), look_at=mix(a.look_at, b.look_at))
+
+
+def _distance(a: View, b: View) -> float:
+    return float(
+        max(
+            np.abs(np.subtract(a.position, b.position)).max(),
+            np.abs(np.subtract(a.look_at, b.look_at)).max(),
+        )
+    )

@@ -1,0 +1,1 @@
+"""The page that the console serves: HTML, CSS and JavaScript."""

@@ -1,0 +1,237 @@
+// The shell: status bar, Stop, reconnecting. The scene and its panels live in the frame below.
+
+const PING_MS = 2000;
+const SILENT_MS = 5000;
+const RETRY_MS = [250, 500, 1000, 2000];
+const STOP_PATIENCE_MS = 700;
+
+const WORDS = {
+  connecting: "Connecting",
+  disconnected: "Disconnected",
+  waiting: "Waiting",
+  starting: "Starting",
+  looking_around: "Looking around",
+  searching: "Searching",
+  approaching: "Approaching",
+  found: "Found",
+  exhausted: "Not found",
+  paused: "Paused",
+  manual: "Manual",
+  stopped: "Stopped",
+  lost: "Lost",
+};
+
+const at = (id) => document.getElementById(id);
+const view = at("view");
+
+let socket = null;
+let attempt = 0;
+let heardAt = 0;
+let instance = null;
+let state = null;
+let nextCommand = 1;
+const pending = new Map();
+
+function connect() {
+  const scheme = location.protocol === "https:" ? "wss" : "ws";
+  socket = new WebSocket(`${scheme}://${location.host}/api/ws`);
+  socket.onopen = () => {
+    attempt = 0;
+    heardAt = performance.now();
+    ping();
+  };
+  socket.onmessage = (event) => {
+    heardAt = performance.now();
+    receive(JSON.parse(event.data));
+  };
+  socket.onclose = () => {
+    socket = null;
+    state = null;
+    for (const settle of pending.values()) settle(null);
+    pending.clear();
+    render();
+    setTimeout(connect, RETRY_MS[Math.min(attempt, RETRY_MS.length - 1)]);
+    attempt += 1;
+  };
+}
+
+function receive(message) {
+  if (message.type === "pong") {
+    const trip = performance.now() - message.t;
+    at("latency").textContent = `${Math.max(1, Math.round(trip))} ms`;
+    at("latency").classList.toggle("slow", trip > 200);
+  } else if (message.type === "reply") {
+    pending.get(message.id)?.(message);
+    pending.delete(message.id);
+  } else if (message.type === "state") {
+    instance = message.instance;
+    state = message;
+    render();
+  }
+}
+
+function ping() {
+  if (socket?.readyState !== WebSocket.OPEN) return;
+  if (performance.now() - heardAt > SILENT_MS) {
+    socket.close();
+    return;
+  }
+  socket.send(JSON.stringify({ type: "ping", t: performance.now() }));
+}
+
+function command(action) {
+  return new Promise((settle) => {
+    if (socket?.readyState !== WebSocket.OPEN) {
+      settle(null);
+      return;
+    }
+    const id = nextCommand++;
+    pending.set(id, settle);
+    socket.send(JSON.stringify({ type: "control", id, action }));
+  });
+}
+
+let notDelivered = null;
+
+// Stop goes by the socket; without a quick answer it goes by plain HTTP as well.
+async function stop() {
+  const button = at("stop");
+  button.dataset.pending = "";
+  const late = new Promise((settle) => setTimeout(() => settle(null), STOP_PATIENCE_MS));
+  let reply = await Promise.race([command("stop"), late]);
+  if (!reply?.ok) {
+    try {
+      reply = await (await fetch("/api/stop", { method: "POST" })).json();
+    } catch {
+      reply = { ok: false, text: "the console does not answer" };
+    }
+  }
+  delete button.dataset.pending;
+  notDelivered = reply.ok ? null : reply.text;
+  render();
+}
+
+async function resume() {
+  const reply = await command("resume");
+  notDelivered = null;
+  if (reply !== null && !reply.ok) notDelivered = reply.text;
+  render();
+}
+
+function clock(seconds) {
+  const whole = Math.max(0, Math.floor(seconds));
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
+}
+
+function shownState() {
+  if (socket?.readyState !== WebSocket.OPEN || state === null) {
+    return instance === null ? "connecting" : "disconnected";
+  }
+  if (state.link === "waiting") return "waiting";
+  return state.state ?? "waiting";
+}
+
+function render() {
+  const shown = shownState();
+  const live = state !== null;
+  document.body.dataset.state = shown;
+  at("state").textContent = WORDS[shown] ?? shown;
+  at("robot").textContent = state?.robot || "no robot yet";
+  at("goal").textContent = state?.object ?? "";
+  at("elapsed").textContent = state?.object ? clock(state.elapsed_s) : "";
+  document.title = state?.object ? `${WORDS[shown]}: ${state.object} – IPPON` : "IPPON";
+  const age = live && state.link === "live" ? state.frame_age_ms : null;
+  at("frame-age").textContent = age === null ? "–" : `${Math.round(age)} ms`;
+  at("frame-age").classList.toggle("slow", age !== null && age > 400);
+  at("link").dataset.link = live ? state.link : "down";
+  at("link").lastElementChild.textContent = live
+    ? { live: "live", silent: `silent ${Math.round(state.silent_s)} s`, waiting: "none" }[state.link]
+    : "none";
+  at("resume").hidden = shown !== "stopped";
+  renderNotice(shown);
+  renderVeil(shown);
+}
+
+function renderNotice(shown) {
+  const [title, text] = notice(shown);
+  at("notice").hidden = title === "";
+  at("notice-title").textContent = title;
+  at("notice-text").textContent = text;
+}
+
+function notice(shown) {
+  if (notDelivered !== null) return ["Command not delivered", notDelivered];
+  if (state === null) return ["", ""];
+  if (state.link === "silent") {
+    return ["The navigator is silent", `last heard ${Math.round(state.silent_s)} s ago`];
+  }
+  switch (shown) {
+    case "stopped":
+      return ["Stopped", "Nothing moves until you resume."];
+    case "found":
+      return [`Found: ${state.object}`, "Confirm it, or let the search go on, in the panel."];
+    case "exhausted":
+      return ["Not found", `Everything that can be reached was seen; no ${state.object}.`];
+    case "lost":
+      return ["The robot waits", state.why];
+    case "paused":
+      return ["Paused", state.why];
+    default:
+      return ["", ""];
+  }
+}
+
+function renderVeil(shown) {
+  const texts = {
+    connecting: ["Connecting", "The page is reaching for the console.", ""],
+    disconnected: [
+      "The console does not answer",
+      "The robot goes on by itself; the page reconnects as soon as the console is back.",
+      "Stop still tries to get through. If this stays, start the console again: ippon console",
+    ],
+    waiting: [
+      "Waiting for the navigator",
+      state?.link_text ?? "",
+      "Start it with: ippon navigate, or everything at once with: ippon demo",
+    ],
+  };
+  const text = texts[shown];
+  at("veil").hidden = text === undefined || (shown === "waiting" && state?.has_map);
+  if (text === undefined) return;
+  at("veil-title").textContent = text[0];
+  at("veil-text").textContent = text[1];
+  at("veil-hint").textContent = text[2];
+}
+
+function isTyping(target) {
+  return target?.closest?.("input, textarea, select, [contenteditable]") != null;
+}
+
+function onKey(event) {
+  if (event.code !== "Space" || event.repeat || event.ctrlKey || event.altKey || event.metaKey) {
+    return;
+  }
+  if (isTyping(event.target)) return;
+  event.preventDefault();
+  event.stopImmediatePropagation();
+  stop();
+}
+
+// viser's client reconnects only while its document has the focus. A wall display never has it,
+// and neither does the frame while the operator uses our bar; so the frame is told that it does.
+function adoptView() {
+  const inner = view.contentDocument;
+  if (inner === null || inner.location.pathname !== "/view/") return;
+  inner.hasFocus = () => true;
+  view.contentWindow.addEventListener("keydown", onKey, true);
+  view.contentWindow.dispatchEvent(new Event("focus"));
+}
+
+window.addEventListener("keydown", onKey, true);
+view.addEventListener("load", adoptView);
+at("stop").addEventListener("click", stop);
+at("resume").addEventListener("click", resume);
+setInterval(ping, PING_MS);
+adoptView();
+connect();
+render();
