@@ -1,0 +1,216 @@
+"""Driving along a path: smooth, inside the robot's limits, never through what appeared on it."""
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ippon.command import Command
+from ippon.control.obstacles import near_obstacles, room_at
+from ippon.geometry import Float64Array, wrap_angle, yaw_of
+from ippon.mapping.arrays import MapArrays
+from ippon.planning.plan import Plan, Viewpoint
+from ippon.robot import RobotProfile
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FollowerConfig:
+    """How the robot drives along its path."""
+
+    lookahead_m: float = 0.35
+    """Distance along the path of the point steered for; more is smoother and cuts corners."""
+    turn_in_place_rad: float = 0.6
+    """With the path farther off the heading than this the robot stops and turns."""
+    go_on_rad: float = 0.25
+    """It drives on once the path is closer to the heading than this."""
+    position_tolerance_m: float = 0.08
+    """The target counts as reached within this; less takes longer to settle."""
+    angle_tolerance_rad: float = 0.08
+    """Tolerance of the final yaw and tilt."""
+    slow_clearance_m: float = 0.25
+    """With less room beside the body than this the robot slows down."""
+    slow_fraction: float = 0.4
+    """Fraction of the top speed left when something all but touches."""
+    braking_share: float = 0.6
+    """Share of the possible deceleration that is planned with; less brakes earlier."""
+    stop_margin_m: float = 0.05
+    """Distance kept from an obstacle on the path."""
+
+    def __post_init__(self) -> None:
+        """Reject tolerances that never settle."""
+        if not 0.0 < self.go_on_rad < self.turn_in_place_rad < math.pi:
+            raise ValueError(
+                "angles must grow: 0 < go_on_rad < turn_in_place_rad < pi; got "
+                f"{self.go_on_rad}, {self.turn_in_place_rad}"
+            )
+        if min(self.position_tolerance_m, self.angle_tolerance_rad, self.lookahead_m) <= 0.0:
+            raise ValueError("tolerances and lookahead must be positive")
+        if not (0.0 < self.slow_fraction <= 1.0 and 0.0 < self.braking_share <= 1.0):
+            raise ValueError("slow_fraction and braking_share must lie in (0, 1]")
+
+
+class PathFollower:
+    """Remembers what it commanded last, to stay inside the acceleration limits."""
+
+    def __init__(self, config: FollowerConfig, robot: RobotProfile) -> None:
+        self.config = config
+        self._robot = robot
+        self._linear = 0.0
+        self._yaw_rate = 0.0
+        self._turning = False
+        self._settling = False
+        self._reached = False
+        self._blocked = False
+
+    @property
+    def reached(self) -> bool:
+        """The robot stands at the target of the last step and looks the way it should."""
+        return self._reached
+
+    @property
+    def blocked(self) -> bool:
+        """Something on the path keeps the robot from driving on."""
+        return self._blocked
+
+    def step(
+        self,
+        plan: Plan,
+        T_world_base: Float64Array,
+        tilt_rad: float,
+        map_arrays: MapArrays,
+        dt_s: float,
+    ) -> Command:
+        """Return the command for the next moment.
+
+        Args:
+            plan: Target and path.
+            T_world_base: Where the robot stands.
+            tilt_rad: Its camera's tilt.
+            map_arrays: The map, to look for obstacles that the plan does not know.
+            dt_s: Seconds since the last step.
+        """
+        self._reached = self._blocked = False
+        if plan.target is None or len(plan.path_world) == 0:
+            self._settling = False
+            return self._ease(0.0, 0.0, tilt_rad, dt_s)
+        target = plan.target
+        here = T_world_base[:2, 3]
+        away = math.hypot(target.position_world[0] - here[0], target.position_world[1] - here[1])
+        # Once arrived, a little drift does not send the robot back and forth.
+        tolerance = self.config.position_tolerance_m * (2.0 if self._settling else 1.0)
+        self._settling = away <= tolerance
+        if self._settling:
+            return self._settle(target, T_world_base, tilt_rad, dt_s)
+        path = remaining_points(plan.path_world[:, :2], here)
+        return self._drive(path, target, T_world_base, map_arrays, dt_s)
+
+    def _settle(
+        self, target: Viewpoint, T_world_base: Float64Array, tilt_rad: float, dt_s: float
+    ) -> Command:
+        yaw_error = wrap_angle(target.yaw_rad - yaw_of(T_world_base))
+        tilt = self._clamp_tilt(target.tilt_rad)
+        limit = self.config.angle_tolerance_rad
+        self._reached = (
+            abs(yaw_error) <= limit and abs(tilt - tilt_rad) <= limit and abs(self._linear) < 0.05
+        )
+        self._turning = False
+        return self._ease(0.0, self._turn_rate(yaw_error, dt_s), tilt, dt_s)
+
+    def _drive(
+        self,
+        path: Float64Array,
+        target: Viewpoint,
+        T_world_base: Float64Array,
+        map_arrays: MapArrays,
+        dt_s: float,
+    ) -> Command:
+        config, robot = self.config, self._robot
+        reach = max(config.lookahead_m, 1.5 * self._linear * dt_s)
+        aim = point_along(path, reach)
+        off = wrap_angle(
+            math.atan2(aim[1] - path[0, 1], aim[0] - path[0, 0]) - yaw_of(T_world_base)
+        )
+        threshold = config.go_on_rad if self._turning else config.turn_in_place_rad
+        self._turning = abs(off) > threshold
+        rate = self._turn_rate(off, dt_s)
+        tilt = self._clamp_tilt(target.tilt_rad)
+        if self._turning:
+            return self._ease(0.0, rate, tilt, dt_s)
+        braking = config.braking_share * robot.max_linear_acceleration_m_s2
+        remaining = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+        room, free = self._look_ahead(path, T_world_base, map_arrays)
+        speed = robot.max_linear_m_s * self._caution(room) * max(0.2, math.cos(1.5 * off))
+        self._blocked = free < 0.02
+        for distance in (remaining, free):
+            # At a coarse rate the robot still drives for a whole step after the command.
+            speed = min(speed, math.sqrt(2.0 * braking * distance), distance / (1.5 * dt_s))
+        return self._ease(speed, rate, tilt, dt_s)
+
+    def _look_ahead(
+        self, path: Float64Array, T_world_base: Float64Array, map_arrays: MapArrays
+    ) -> tuple[float, float]:
+        """Return the room beside the body now, and how far along the path it is free."""
+        robot = self._robot
+        braking = self.config.braking_share * robot.max_linear_acceleration_m_s2
+        reach = 0.5 * robot.max_linear_m_s**2 / braking + 0.4
+        obstacles = near_obstacles(map_arrays, robot, T_world_base, reach + robot.radius_m)
+        if len(obstacles) == 0:
+            return math.inf, math.inf
+        steps = np.arange(0.0, reach, 0.04)
+        points = np.array([point_along(path, s) for s in steps])
+        room = room_at(points, obstacles) - robot.radius_m
+        # Standing too close already is no reason to stay: it must only not get closer.
+        needed = np.minimum(-0.5 * self.config.stop_margin_m, room[0] - 0.01)
+        hit = np.flatnonzero(room < needed)
+        free = math.inf
+        if hit.size:
+            free = max(0.0, float(steps[hit[0]]) - self.config.stop_margin_m)
+        return float(room[: max(1, len(room) // 3)].min()), free
+
+    def _caution(self, room: float) -> float:
+        share = min(1.0, max(0.0, room / self.config.slow_clearance_m))
+        return self.config.slow_fraction + (1.0 - self.config.slow_fraction) * share
+
+    def _turn_rate(self, error: float, dt_s: float) -> float:
+        """Turn rate that closes an error of heading without overshooting it."""
+        limit = self._robot.max_yaw_rate_rad_s
+        braking = self.config.braking_share * self._robot.max_yaw_acceleration_rad_s2
+        rate = min(limit, math.sqrt(2.0 * braking * abs(error)), abs(error) / max(2.0 * dt_s, 0.2))
+        return math.copysign(rate, error)
+
+    def _clamp_tilt(self, tilt: float) -> float:
+        return min(max(tilt, self._robot.min_tilt_rad), self._robot.max_tilt_rad)
+
+    def _ease(self, linear: float, yaw_rate: float, tilt: float, dt_s: float) -> Command:
+        """Approach the wanted velocities as fast as the acceleration limits let the robot."""
+        up = self._robot.max_linear_acceleration_m_s2 * dt_s
+        turn = self._robot.max_yaw_acceleration_rad_s2 * dt_s
+        self._linear += min(max(linear - self._linear, -up), up)
+        self._yaw_rate += min(max(yaw_rate - self._yaw_rate, -turn), turn)
+        return Command(linear_m_s=self._linear, yaw_rate_rad_s=self._yaw_rate, tilt_rad=tilt)
+
+
+def remaining_points(path: Float64Array, here: Float64Array) -> Float64Array:
+    """Return what is left of a (K, 2) path for a robot near it, the robot's place first."""
+    best, at = math.inf, 0
+    for n in range(len(path) - 1):
+        step = path[n + 1] - path[n]
+        length2 = float(step @ step)
+        t = 0.0
+        if length2 > 0.0:
+            t = float(np.clip((here - path[n]) @ step / length2, 0.0, 1.0))
+        distance = float(np.linalg.norm(path[n] + t * step - here))
+        if distance <= best + 1e-9:
+            best, at = distance, n
+    return np.vstack([here, path[at + 1 :]]) if len(path) > 1 else np.vstack([here, path])
+
+
+def point_along(path: Float64Array, distance: float) -> Float64Array:
+    """Return the point `distance` metres along a (K, 2) path, its end beyond that."""
+    for a, b in pairwise(path):
+        length = float(np.linalg.norm(b - a))
+        if distance <= length and length > 0.0:
+            return a + distance / length * (b - a)
+        distance -= length
+    return path[-1]

@@ -1,0 +1,110 @@
+"""The last word before a command: no sphere of the robot meets an obstacle."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from ippon.command import Command
+from ippon.control.obstacles import body_room, near_obstacles
+from ippon.geometry import Float64Array, yaw_of
+from ippon.mapping.arrays import MapArrays
+from ippon.robot import RobotProfile
+
+GRACE_M = 0.02
+"""A voxel is up to half its edge off the surface: this much overlap is not yet a collision."""
+_SHARES = (1.0, 0.75, 0.5, 0.3, 0.15, 0.0)
+
+
+def filter_command(
+    command: Command,
+    T_world_base: Float64Array,
+    robot: RobotProfile,
+    map_arrays: MapArrays,
+    horizon_s: float,
+) -> tuple[Command, str | None]:
+    """Scale a command down until the robot could carry it out and still stop in time.
+
+    The robot is taken along the command's arc for the horizon and its braking way. One that stands
+    too close to something already may do whatever does not bring it closer. Driving and turning are
+    scaled together, so that the arc stays the arc; when no part of it is free, turning on the spot
+    is tried alone.
+
+    Args:
+        command: What was asked for.
+        T_world_base: Where the robot stands.
+        robot: Its body and limits.
+        map_arrays: The map; unknown space is no obstacle here.
+        horizon_s: How long the command may hold before the next one.
+
+    Returns:
+        The command that is safe, and why it differs; None when it does not.
+    """
+    speed = abs(command.linear_m_s)
+    reach = robot.radius_m + speed * (horizon_s + speed / robot.max_linear_acceleration_m_s2) + 0.3
+    obstacles = near_obstacles(map_arrays, robot, T_world_base, reach)
+    if len(obstacles) == 0:
+        return command, None
+    allowed = _least_room(robot, T_world_base, obstacles)
+    for share in _SHARES:
+        tried = replace(
+            command,
+            linear_m_s=share * command.linear_m_s,
+            yaw_rate_rad_s=share * command.yaw_rate_rad_s,
+        )
+        room = _room_along(tried, T_world_base, robot, obstacles, horizon_s)
+        if share == 1.0 and room >= allowed:
+            return command, None
+        if share > 0.0 and room >= allowed:
+            return tried, f"slowed to {share:.0%}: {_where(command, T_world_base, obstacles)}"
+    turning = replace(command, linear_m_s=0.0)
+    if _room_along(turning, T_world_base, robot, obstacles, horizon_s) < allowed:
+        turning = replace(turning, yaw_rate_rad_s=0.0)
+    return turning, f"stopped: {_where(command, T_world_base, obstacles)}"
+
+
+def _least_room(robot: RobotProfile, T_world_base: Float64Array, obstacles: Float64Array) -> float:
+    """Room that every pose must keep; less for a robot that stands closer than that already."""
+    pose = np.array([[T_world_base[0, 3], T_world_base[1, 3], yaw_of(T_world_base)]])
+    now = float(body_room(robot, pose, obstacles)[0])
+    return min(-GRACE_M, now - 0.002)
+
+
+def _room_along(
+    command: Command,
+    T_world_base: Float64Array,
+    robot: RobotProfile,
+    obstacles: Float64Array,
+    horizon_s: float,
+) -> float:
+    speed = abs(command.linear_m_s)
+    duration = horizon_s + 0.5 * speed / robot.max_linear_acceleration_m_s2
+    # Samples a few centimetres or degrees apart, the present pose left out.
+    count = max(2, math.ceil(max(speed * duration / 0.03, abs(command.yaw_rate_rad_s) / 0.1)))
+    t = np.arange(1, count + 1) / count * duration
+    yaw = yaw_of(T_world_base) + command.yaw_rate_rad_s * t
+    middle = yaw_of(T_world_base) + 0.5 * command.yaw_rate_rad_s * t
+    # The chord of an arc points to its middle heading.
+    half = 0.5 * command.yaw_rate_rad_s * t
+    chord = command.linear_m_s * t * np.sinc(half / math.pi)
+    poses = np.column_stack(
+        [
+            T_world_base[0, 3] + chord * np.cos(middle),
+            T_world_base[1, 3] + chord * np.sin(middle),
+            yaw,
+        ]
+    )
+    return float(body_room(robot, poses, obstacles).min())
+
+
+def _where(command: Command, T_world_base: Float64Array, obstacles: Float64Array) -> str:
+    """Say where the nearest obstacle in the way of a command is."""
+    offset = obstacles - T_world_base[:2, 3]
+    heading = yaw_of(T_world_base) + (math.pi if command.linear_m_s < 0.0 else 0.0)
+    ahead = offset @ np.array([math.cos(heading), math.sin(heading)])
+    distance = np.hypot(offset[:, 0], offset[:, 1])
+    in_way = ahead > 0.5 * distance if command.linear_m_s != 0.0 else np.ones(len(ahead), bool)
+    side = "behind" if command.linear_m_s < 0.0 else "ahead"
+    if not in_way.any():
+        in_way, side = np.ones(len(ahead), dtype=np.bool_), "beside"
+    return f"obstacle {float(distance[in_way].min()):.2f} m {side}"

@@ -1,0 +1,269 @@
+"""Connecting viewpoints: straight where that is free, by OMPL where it is not."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.geometry import Float64Array
+from ippon.planning.clearance import move_between
+from ippon.planning.local_planner import LocalPlannerConfig, plan_locally
+from ippon.planning.roadmap import Roadmap, Seeds, ShortestTree, path_time, turning_time
+from ippon.planning.traversability import Traversability
+from ippon.robot import RobotProfile
+
+RADIUS_M = 2.5
+"""Neighbours farther away than this are not connected directly."""
+NEIGHBOURS = 10
+COMFORT_M = 0.05
+"""Room beside the body that a straight edge should leave; tighter places are for OMPL, whose
+objective keeps to their middle."""
+RETRY_STEPS = 10
+"""Steps after which a pair that could not be joined may be tried again, if the map changed."""
+
+
+class Connector:
+    """Adds edges to the roadmap and finds the ways from the robot into it."""
+
+    def __init__(
+        self,
+        config: LocalPlannerConfig,
+        road: Roadmap,
+        floor: Traversability,
+        robot: RobotProfile,
+        seed: int,
+    ) -> None:
+        self._config = config
+        self._road = road
+        self._floor = floor
+        self._turn_rate = robot.max_yaw_rate_rad_s
+        self._seed = seed
+        self._queries = 0
+        self._step = 0
+        self._next = 0
+        self._failed: dict[tuple[int, int], int] = {}
+
+    @property
+    def _margin(self) -> float:
+        return self._floor.config.margin_m
+
+    def follow(self, box: tuple[int, int, int, int]) -> list[int]:
+        """Recheck the roadmap where the floor changed.
+
+        Args:
+            box: Cells (i0, i1, j0, j1) that changed.
+
+        Returns:
+            Nodes that were dropped.
+        """
+        self._step += 1
+        grid = self._floor.grid
+        gone, _ = self._road.recheck(grid, self._floor.limits, box, self._margin)
+        self._failed = {
+            pair: step
+            for pair, step in self._failed.items()
+            if self._step - step < RETRY_STEPS or not self._touches(pair, box)
+        }
+        self._rejoin(box)
+        return gone
+
+    def connect(self, node: int) -> int:
+        """Add the straight edges of a new node; returns their number."""
+        return self._road.connect(
+            node,
+            self._floor.grid,
+            self._floor.limits,
+            radius=RADIUS_M,
+            most=NEIGHBOURS,
+            margin=self._margin + COMFORT_M,
+        )
+
+    def seeds(self, x: float, y: float, target: int | None, path: Float64Array | None) -> Seeds:
+        """Find the moves from the robot into the roadmap.
+
+        Args:
+            x: Robot, metres.
+            y: Robot, metres.
+            target: Node that the robot is on its way to, None for none.
+            path: (K, 2) points of that way.
+        """
+        found: list[tuple[int, float, Float64Array]] = []
+        if target is not None and path is not None:
+            rest = remaining_path(path, x, y)
+            time = self._drive_time(rest)
+            if time is not None:
+                found.append((target, time, rest))
+        nodes = self._road.near(x, y, RADIUS_M, 2 * NEIGHBOURS)
+        for node in nodes:
+            move = self._straight_from_robot(x, y, int(node))
+            if move is not None:
+                found.append(move)
+        if not found:
+            found = self._plan_from_robot(x, y, nodes[:3])
+        return Seeds(
+            node=np.array([f[0] for f in found], dtype=np.int64),
+            time=np.array([f[1] for f in found], dtype=np.float64),
+            depart=np.array([_direction(f[2], 0) for f in found], dtype=np.float64),
+            arrive=np.array([_direction(f[2], -2) for f in found], dtype=np.float64),
+            paths=tuple(f[2] for f in found),
+        )
+
+    def bridge(self, tree: ShortestTree, reachable: NDArray[np.uint8], solves: int = 2) -> bool:
+        """Join nodes to the tree that the floor reaches but no straight edge does.
+
+        Returns:
+            Whether an edge was added.
+        """
+        grid, added = self._floor.grid, False
+        nodes = self._road.nodes
+        reached = nodes[np.isfinite(tree.cost[nodes])]
+        lost = nodes[~np.isfinite(tree.cost[nodes])]
+        if not len(reached) or not len(lost):
+            return False
+        cells = np.floor(self._road.xy[lost] / grid.voxel_size).astype(np.int64) - grid.origin
+        lost = lost[reachable[cells[:, 0], cells[:, 1]] > 0]
+        apart = np.linalg.norm(self._road.xy[lost, None] - self._road.xy[None, reached], axis=2)
+        for flat in np.argsort(apart, axis=None, kind="stable"):
+            if solves == 0:
+                break
+            row, column = np.unravel_index(int(flat), apart.shape)
+            if apart[row, column] > 2.0 * RADIUS_M:
+                break
+            a, b = int(lost[row]), int(reached[column])
+            if (a, b) in self._failed or self._road.has_edge(a, b):
+                continue
+            if self._join(a, b):
+                added = True
+            else:
+                self._failed[a, b] = self._step
+            solves -= 1
+        return added
+
+    def shorten(self, path: Float64Array) -> Float64Array:
+        """Cut corners of a (K, 2) path wherever that takes less time."""
+        grid, limits = self._floor.grid, self._floor.limits
+        out, at = [path[0]], 0
+        while at < len(path) - 1:
+            best = at + 1
+            spent = 0.0
+            leave = self._floor.clearance(path[0, 0], path[0, 1]) if at == 0 else math.inf
+            for to in range(at + 1, len(path)):
+                free, time, _ = move_between(
+                    grid, limits, path[to - 1], path[to], self._margin, leave
+                )
+                spent += time if free else math.inf
+                if to == at + 1:
+                    continue
+                free, time, _ = move_between(
+                    grid, limits, path[at], path[to], self._margin + COMFORT_M, leave
+                )
+                if free and time <= spent:
+                    best = to
+            out.append(path[best])
+            at = best
+        return np.array(out)
+
+    def _join(self, a: int, b: int) -> bool:
+        """Join two nodes by OMPL, or straight through a tight place; tell whether it worked."""
+        grid, limits, xy = self._floor.grid, self._floor.limits, self._road.xy
+        path = self._solve(xy[a], xy[b]) if self._config.enabled else None
+        if path is not None:
+            time = path_time(grid, limits, path, self._margin)
+            if time is not None:
+                self._road.add_edge(a, b, time, path, turning_time(path, self._turn_rate))
+                return True
+        free, time, _ = move_between(grid, limits, xy[a], xy[b], self._margin)
+        if free:
+            self._road.add_edge(a, b, time)
+        return free
+
+    def _solve(self, start: Float64Array, goal: Float64Array) -> Float64Array | None:
+        self._queries += 1
+        return plan_locally(
+            self._config,
+            self._floor.grid,
+            self._floor.limits,
+            start,
+            goal,
+            margin=self._margin,
+            seed=1 + (self._seed * 7919 + self._queries) % 2_000_000_000,
+        )
+
+    def _straight_from_robot(
+        self, x: float, y: float, node: int
+    ) -> tuple[int, float, Float64Array] | None:
+        grid, limits = self._floor.grid, self._floor.limits
+        goal = self._road.xy[node]
+        start = np.array([x, y])
+        here = self._floor.clearance(x, y)
+        for margin in (self._margin + COMFORT_M, self._margin):
+            free, time, _ = move_between(grid, limits, start, goal, margin, here)
+            if free:
+                return node, time, np.stack([start, goal])
+        return None
+
+    def _plan_from_robot(
+        self, x: float, y: float, nodes: NDArray[np.int64]
+    ) -> list[tuple[int, float, Float64Array]]:
+        if not self._config.enabled:
+            return []
+        for node in nodes:
+            path = self._solve(np.array([x, y]), self._road.xy[node])
+            time = None if path is None else self._drive_time(path)
+            if path is not None and time is not None:
+                return [(int(node), time, path)]
+        return []
+
+    def _drive_time(self, path: Float64Array) -> float | None:
+        """Time along a path that begins at the robot, turns at its inner points included."""
+        grid, limits = self._floor.grid, self._floor.limits
+        total = 0.0
+        leave = self._floor.clearance(path[0, 0], path[0, 1])
+        for a, b in pairwise(path):
+            free, time, _ = move_between(grid, limits, a, b, self._margin, leave)
+            if not free:
+                return None
+            total += time
+            leave = math.inf
+        return total + turning_time(path, self._turn_rate)
+
+    def _rejoin(self, box: tuple[int, int, int, int], count: int = 6) -> None:
+        """Try a few nodes again for straight edges that the change may have opened."""
+        nodes = [int(n) for n in self._road.nodes if self._in_box(self._road.xy[n], box)]
+        if not nodes:
+            return
+        for _ in range(min(count, len(nodes))):
+            self._next += 1
+            self.connect(nodes[self._next % len(nodes)])
+
+    def _touches(self, pair: tuple[int, int], box: tuple[int, int, int, int]) -> bool:
+        if not all(self._road.alive[n] for n in pair):
+            return True
+        middle = self._road.xy[list(pair)].mean(axis=0)
+        return self._in_box(middle, box)
+
+    def _in_box(self, point: Float64Array, box: tuple[int, int, int, int]) -> bool:
+        grid = self._floor.grid
+        i, j = point / grid.voxel_size - grid.origin
+        return box[0] <= i <= box[1] and box[2] <= j <= box[3]
+
+
+def remaining_path(path: Float64Array, x: float, y: float) -> Float64Array:
+    """Return what is left of a (K, 2) path for a robot at (x, y) near it, the robot first."""
+    here = np.array([x, y])
+    best, at = math.inf, len(path) - 2
+    for n in range(len(path) - 1):
+        step = path[n + 1] - path[n]
+        length2 = float(step @ step)
+        t = 0.0 if length2 == 0.0 else float(np.clip((here - path[n]) @ step / length2, 0.0, 1.0))
+        distance = float(np.linalg.norm(path[n] + t * step - here))
+        # On a tie the later piece: the robot has passed the corner.
+        if distance <= best + 1e-9:
+            best, at = distance, n
+    return np.vstack([here, path[at + 1 :]])
+
+
+def _direction(path: Float64Array, at: int) -> float:
+    step = path[at + 1] - path[at] if at >= 0 else path[-1] - path[-2]
+    return math.atan2(step[1], step[0])

@@ -1,0 +1,146 @@
+"""A way between two viewpoints where the straight line is blocked (Sec. Node Connection)."""
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from ompl import base as ob
+from ompl import geometric as og
+from ompl import util as ou
+
+from ippon.geometry import Float64Array
+from ippon.planning.clearance import BodyLimits, FloorGrid, can_stand, straight_move
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LocalPlannerConfig:
+    """The sampling-based planner from OMPL, and what it minimises."""
+
+    enabled: bool = True
+    """Off in the ablation "w/o Local SBP": nodes connect by straight lines or not at all."""
+    clearance: Literal["soft", "hard"] = "soft"
+    """`soft` penalises length by inverse clearance; `hard` forbids less than `hard_margin_m`."""
+    clearance_weight: float = 0.15
+    """Weight of inverse clearance; more makes longer ways through the middle of rooms."""
+    hard_margin_m: float = 0.15
+    """Room beside the body that `hard` demands."""
+    iterations: int = 400
+    """Iterations of RRT* a query; more finds narrower ways and takes longer."""
+    reach_m: float = 1.5
+    """Samples lie in the box of the two ends, this much wider on each side."""
+
+    def __post_init__(self) -> None:
+        """Reject a budget that finds nothing."""
+        if self.iterations < 10:
+            raise ValueError(f"iterations must be at least 10; got {self.iterations}")
+
+
+class _Motion(ob.MotionValidator):
+    """Checks a straight piece on the floor grid. Only the two-argument form is ever called."""
+
+    def __init__(self, space_information: Any, query: Any) -> None:
+        super().__init__(space_information)
+        self._query = query
+
+    def checkMotion(self, a: Any, b: Any, *_last: Any) -> bool:  # noqa: N802
+        return self._query(a[0], a[1], b[0], b[1])[0]
+
+
+class _LengthAndCrowding(ob.OptimizationObjective):
+    """Length, penalised by the inverse of the clearance along the way."""
+
+    def __init__(self, space_information: Any, query: Any, weight: float) -> None:
+        super().__init__(space_information)
+        self._query = query
+        self._weight = weight
+
+    def stateCost(self, s: Any) -> Any:  # noqa: N802
+        return ob.Cost(0.0)
+
+    def motionCost(self, s1: Any, s2: Any) -> Any:  # noqa: N802
+        free, _, crowding = self._query(s1[0], s1[1], s2[0], s2[1])
+        length = math.hypot(s1[0] - s2[0], s1[1] - s2[1])
+        return ob.Cost(length + self._weight * crowding if free else math.inf)
+
+    def motionCostHeuristic(self, s1: Any, s2: Any) -> Any:  # noqa: N802
+        return ob.Cost(math.hypot(s1[0] - s2[0], s1[1] - s2[1]))
+
+    def isSymmetric(self) -> bool:  # noqa: N802
+        return True
+
+
+def plan_locally(
+    config: LocalPlannerConfig,
+    grid: FloorGrid,
+    limits: BodyLimits,
+    start: Float64Array,
+    goal: Float64Array,
+    *,
+    margin: float,
+    seed: int,
+) -> Float64Array | None:
+    """Find a way round what blocks the straight line.
+
+    OMPL holds the GIL while it solves and would burn its whole budget on an invalid goal, so ends
+    are checked first, and the budget is a count of iterations, never a time: the same query gives
+    the same way on any machine.
+
+    Args:
+        config: Budget and objective.
+        grid: The floor.
+        limits: The body.
+        start: (2,) metres.
+        goal: (2,) metres.
+        margin: Room that every move must leave beside the body, metres.
+        seed: Above 0; the same seed gives the same way.
+
+    Returns:
+        (K, 2) points from start to goal, None when no way was found.
+    """
+    if config.clearance == "hard":
+        margin = max(margin, config.hard_margin_m)
+
+    def query(ax: float, ay: float, bx: float, by: float) -> tuple[bool, float, float]:
+        return straight_move(grid, limits, ax, ay, bx, by, margin, math.inf)
+
+    if not (can_stand(grid, limits, start, margin) and can_stand(grid, limits, goal, margin)):
+        return None
+    ou.noOutputHandler()
+    ou.RNG.setSeed(seed)
+    space = ob.RealVectorStateSpace(2)
+    bounds = ob.RealVectorBounds(2)
+    for axis in range(2):
+        bounds.setLow(axis, min(start[axis], goal[axis]) - config.reach_m)
+        bounds.setHigh(axis, max(start[axis], goal[axis]) + config.reach_m)
+    space.setBounds(bounds)
+    setup = og.SimpleSetup(space)
+    information = setup.getSpaceInformation()
+    setup.setStateValidityChecker(lambda s: can_stand(grid, limits, np.array([s[0], s[1]]), margin))
+    information.setMotionValidator(_Motion(information, query))
+    weight = config.clearance_weight if config.clearance == "soft" else 0.0
+    setup.setOptimizationObjective(_LengthAndCrowding(information, query, weight))
+    begin: Any = space.allocState()
+    end: Any = space.allocState()
+    begin[0], begin[1] = float(start[0]), float(start[1])
+    end[0], end[1] = float(goal[0]), float(goal[1])
+    setup.setStartAndGoalStates(begin, end, 0.5 * grid.voxel_size)
+    planner = og.RRTstar(information)
+    planner.setRange(0.8)
+    setup.setPlanner(planner)
+    calls = 0
+
+    def spent() -> bool:
+        nonlocal calls
+        calls += 1
+        return calls > config.iterations
+
+    setup.solve(ob.PlannerTerminationCondition(spent))
+    if not setup.haveExactSolutionPath():
+        return None
+    path = setup.getSolutionPath()
+    states: Any = path
+    points = [states.getState(n)[0:2] for n in range(path.getStateCount())]
+    # The goal counts as reached within half a voxel; end exactly on the node.
+    points[-1] = [float(goal[0]), float(goal[1])]
+    return np.array(points, dtype=np.float64)

@@ -1,0 +1,332 @@
+"""The planner: grows viewpoints, keeps what they promise up to date, says where to go next.
+
+One `step` is one increment of the anytime algorithm (Sec. Informative Path Planning). Its work is
+bounded by counts, not by a clock, so that two runs of one seed are the same run.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.geometry import Float64Array, yaw_of
+from ippon.guidance.levels import Level
+from ippon.mapping.arrays import MapArrays
+from ippon.planning.connection import Connector, LocalPlannerConfig
+from ippon.planning.plan import NodeKind, Plan, TreeView, Viewpoint
+from ippon.planning.roadmap import Roadmap, Seeds, ShortestTree
+from ippon.planning.sampling import (
+    SamplingConfig,
+    cell_centre,
+    cover,
+    draw_place,
+    object_voxels,
+    open_places,
+    reachable_cells,
+)
+from ippon.planning.selection import Scores, SelectionConfig, score_nodes, select
+from ippon.planning.traversability import Traversability, TraversabilityConfig
+from ippon.planning.viewpoints import ViewConfig, Viewpoints
+from ippon.robot import RobotProfile
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannerConfig:
+    """Everything that decides where the robot looks next."""
+
+    ooi_threshold: float = 0.8
+    """p_T: posterior above which a voxel is one of the object; more stops later and errs less."""
+    view: ViewConfig = field(default_factory=ViewConfig)
+    sampling: SamplingConfig = field(default_factory=SamplingConfig)
+    traversability: TraversabilityConfig = field(default_factory=TraversabilityConfig)
+    local_planner: LocalPlannerConfig = field(default_factory=LocalPlannerConfig)
+    selection: SelectionConfig = field(default_factory=SelectionConfig)
+    samples_per_step: int = 10
+    """Viewpoints added in a step at most; more covers new space sooner."""
+    evaluations_per_step: int = 6
+    """Viewpoints evaluated in a step at most, about 1.5 ms each."""
+    max_nodes: int = 1500
+    """Viewpoints kept at most; 1,000 m² of floor takes about 1,000."""
+
+    def __post_init__(self) -> None:
+        """Reject budgets that never get anywhere."""
+        if not 0.0 < self.ooi_threshold < 1.0:
+            raise ValueError(f"ooi_threshold must lie in (0, 1); got {self.ooi_threshold}")
+        if self.samples_per_step < 1 or self.evaluations_per_step < 2 or self.max_nodes < 10:
+            raise ValueError(
+                "samples_per_step must be at least 1, evaluations_per_step 2, max_nodes 10; got "
+                f"{self.samples_per_step}, {self.evaluations_per_step}, {self.max_nodes}"
+            )
+
+
+class ViewpointPlanner:
+    """Owns the tree of viewpoints; lives as long as the map does."""
+
+    def __init__(self, config: PlannerConfig, robot: RobotProfile, seed: int) -> None:
+        self.config = config
+        self._robot = robot
+        self._rng = np.random.default_rng(seed)
+        self._floor = Traversability(config.traversability, robot)
+        self._road = Roadmap(config.max_nodes)
+        self._views = Viewpoints(config.view, robot, config.max_nodes, config.ooi_threshold)
+        self._connector = Connector(config.local_planner, self._road, self._floor, robot, seed)
+        self._termination_min = math.inf
+        self._levels_changed = False
+        self._target: int | None = None
+        self._path: Float64Array | None = None
+        self._given_up: dict[int, int] = {}
+
+    def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
+        """Weigh everything anew for a new goal or other levels; no ray is cast for it.
+
+        Args:
+            probabilities: (4,) p_img by level.
+            termination_min: T_min; viewpoints that show more object voxels end the search.
+        """
+        self._termination_min = termination_min
+        self._views.set_probabilities(probabilities)
+        self._views.memory.forget_surfaces()
+        self._levels_changed = True
+        self._target = self._path = None
+        self._given_up.clear()
+
+    def mark_contact(self, T_world_base: Float64Array) -> None:
+        """Take the triangular region ahead of the robot for untraversable (Sec. Traversability)."""
+        self._floor.mark_contact(T_world_base)
+        self._path = None
+
+    def block_region(self, centre_world: tuple[float, float], radius_m: float) -> None:
+        """Take a disc of the floor for untraversable until the robot has driven over it."""
+        self._floor.block_disc(centre_world, radius_m)
+        self._path = None
+
+    def give_up_target(self, steps: int = 100) -> None:
+        """Do not go to the present target for a while: the robot cannot get there."""
+        if self._target is not None:
+            self._given_up[self._target] = self._views.memory.step + steps
+            self._target = self._path = None
+
+    def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
+        """Grow the tree by one increment and return the best plan so far.
+
+        Args:
+            map_arrays: The map, with the image taken from here in it.
+            T_world_base: Where the robot stands.
+            tilt_rad: Its camera's tilt.
+        """
+        x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
+        box = self._floor.update(map_arrays, T_world_base)
+        self._views.follow(map_arrays, self._floor.floor_z_m, T_world_base, tilt_rad)
+        if self._levels_changed:
+            self._views.recount(map_arrays)
+            self._levels_changed = False
+        if box is not None:
+            for node in self._connector.follow(box):
+                self._forget(node)
+        grid, limits = self._floor.grid, self._floor.limits
+        reachable = reachable_cells(grid, limits, x, y, self.config.traversability.margin_m)
+        saturated = self._sample(map_arrays, reachable, x, y)
+        seeds, tree = self._grow_tree(reachable, x, y, yaw)
+        evaluated = self._evaluate(map_arrays, tree)
+        target, scores = self._choose(map_arrays, tree)
+        path = np.zeros((0, 2))
+        if target is not None:
+            path = self._connector.shorten(self._road.path_to(target, tree, seeds))
+        self._target, self._path = target, (path if target is not None else None)
+        return Plan(
+            target=None if target is None else self._viewpoint(target, tree, scores),
+            path_world=np.column_stack([path, np.full(len(path), self._floor.floor_z_m)]),
+            tree=self._tree_view(tree, x, y, yaw, tilt_rad, scores),
+            exhausted=saturated and target is None and not self._promising_left(map_arrays, tree),
+            evaluated=evaluated,
+        )
+
+    def _forget(self, node: int) -> None:
+        self._views.forget(node)
+        self._given_up.pop(node, None)
+        if self._target == node:
+            self._target = self._path = None
+
+    def _sample(self, arrays: MapArrays, reachable: NDArray[np.uint8], x: float, y: float) -> bool:
+        """Add viewpoints where there is room; tell whether there was none left."""
+        config, grid = self.config.sampling, self._floor.grid
+        near = np.zeros_like(reachable)
+        cover(near, grid, np.array([[x, y]]), config.local_radius_m, 1)
+        objects = np.zeros_like(reachable)
+        voxels = object_voxels(arrays, self.config.ooi_threshold)
+        cover(objects, grid, voxels, config.object_reach_m, 1)
+        left = self.config.samples_per_step
+        # Round an object first, then round the robot, then everywhere.
+        for mask, spacing, share in (
+            (objects, config.object_spacing_m, left // 2),
+            (near, config.local_spacing_m, left),
+            (reachable, config.spacing_m, left),
+        ):
+            for _ in range(min(share, left)):
+                xy = self._road.xy[self._road.nodes]
+                places = np.argwhere(open_places(reachable & mask, grid, xy, spacing))
+                if not len(places) or not self._add(places):
+                    break
+                left -= 1
+        return left > 0
+
+    def _add(self, places: NDArray[np.int64]) -> bool:
+        grid = self._floor.grid
+        i, j = draw_place(places, grid, self._rng, self.config.sampling.choices)
+        node = self._road.add_node(*cell_centre(grid, i, j))
+        if node is None:
+            return False
+        self._connector.connect(node)
+        return True
+
+    def _grow_tree(
+        self, reachable: NDArray[np.uint8], x: float, y: float, yaw: float
+    ) -> tuple[Seeds, ShortestTree]:
+        seeds = self._connector.seeds(x, y, self._target, self._path)
+        rate = self._robot.max_yaw_rate_rad_s
+        tree = self._road.shortest_tree(seeds, yaw, rate)
+        if self._connector.bridge(tree, reachable):
+            tree = self._road.shortest_tree(seeds, yaw, rate)
+        return seeds, tree
+
+    def _evaluate(self, arrays: MapArrays, tree: ShortestTree) -> int:
+        """Bring the most promising viewpoints up to date."""
+        nodes = tree.order
+        nodes = nodes[self._views.stale(nodes, self._road.xy, arrays.voxel_size)]
+        if not len(nodes):
+            return 0
+        promise = self._promise(nodes, arrays) / (tree.cost[nodes] + 1.0)
+        chosen = nodes[np.argsort(-promise, kind="stable")[: self.config.evaluations_per_step - 1]]
+        # One place in each step is for whoever waited longest, so that nobody waits for ever.
+        oldest = nodes[np.argmin(self._views.evaluated[nodes])]
+        for node in dict.fromkeys([*chosen.tolist(), int(oldest)]):
+            self._views.evaluate(int(node), self._road.xy[node], arrays)
+        return len(set(chosen.tolist()) | {int(oldest)})
+
+    def _promise(self, nodes: NDArray[np.int64], arrays: MapArrays) -> Float64Array:
+        """Guess what evaluating each node could bring to light."""
+        views = self._views
+        promise = views.gain[nodes].astype(np.float64) + 0.2 * views.potential[nodes]
+        fresh = views.evaluated[nodes] < 0
+        known = self._road.nodes
+        known = known[views.evaluated[known] >= 0]
+        if fresh.any():
+            guess = np.full(int(fresh.sum()), 100.0)
+            if len(known):
+                apart = np.linalg.norm(
+                    self._road.xy[nodes[fresh], None] - self._road.xy[None, known], axis=2
+                )
+                guess = 1.0 + np.where(apart < 2.0, views.potential[known], 0.0).max(axis=1)
+            promise[fresh] = guess
+        voxels = object_voxels(arrays, self.config.ooi_threshold)
+        if len(voxels):
+            apart = np.linalg.norm(self._road.xy[nodes, None] - voxels[None], axis=2)
+            promise[apart.min(axis=1) <= 1.0] += 1e6
+        if self._target is not None:
+            promise[nodes == self._target] += 1e7
+        return promise
+
+    def _choose(self, arrays: MapArrays, tree: ShortestTree) -> tuple[int | None, Scores]:
+        """Select the target; one whose surroundings changed is looked at again first."""
+        for _ in range(4):
+            scores = self._score(tree)
+            target = select(self.config.selection, scores, self._target)
+            if target is None:
+                return None, scores
+            one = np.array([target])
+            if not self._views.stale(one, self._road.xy, arrays.voxel_size)[0]:
+                return target, scores
+            self._views.evaluate(target, self._road.xy[target], arrays)
+        scores = self._score(tree)
+        return select(self.config.selection, scores, self._target), scores
+
+    def _score(self, tree: ShortestTree) -> Scores:
+        n, views, selection = self._road.count, self._views, self.config.selection
+        now = views.memory.step
+        self._given_up = {k: until for k, until in self._given_up.items() if until > now}
+        eligible = views.potential[:n] >= selection.min_gain
+        yaw = views.yaw[:n].copy()
+        for node in np.flatnonzero(views.termination[:n] > self._termination_min):
+            yaw[node] = views.frames_object(int(node))[0]
+        termination = views.termination[:n].copy()
+        banned = list(self._given_up)
+        eligible[banned] = False
+        termination[banned] = 0.0
+        return score_nodes(
+            selection,
+            tree,
+            gain=views.gain[:n],
+            by_heading=views.by_heading[:n],
+            termination=termination,
+            yaw=yaw,
+            eligible=eligible,
+            termination_min=self._termination_min,
+            turn_rate=self._robot.max_yaw_rate_rad_s,
+        )
+
+    def _promising_left(self, arrays: MapArrays, tree: ShortestTree) -> bool:
+        """Tell whether a viewpoint waits to be evaluated that might be worth going to."""
+        nodes = tree.order
+        stale = nodes[self._views.stale(nodes, self._road.xy, arrays.voxel_size)]
+        unseen = self._views.evaluated[stale] < 0
+        worth = self._views.potential[stale] >= 0.5 * self.config.selection.min_gain
+        return bool((unseen | worth).any())
+
+    def _kind(self, node: int) -> NodeKind:
+        if self._views.termination[node] > self._termination_min:
+            return NodeKind.TERMINATING
+        if self._views.potential[node] < self.config.selection.min_gain:
+            return NodeKind.MINIMAL
+        return NodeKind.EXPLORING
+
+    def _facing(self, node: int, tree: ShortestTree) -> tuple[float, float]:
+        """Yaw and tilt: framing the object, or towards the most gain, or ahead."""
+        kind = self._kind(node)
+        if kind is NodeKind.TERMINATING:
+            return self._views.frames_object(node)
+        if kind is NodeKind.MINIMAL:
+            return float(tree.heading[node]), float(self._views.tilt[node])
+        return float(self._views.yaw[node]), float(self._views.tilt[node])
+
+    def _viewpoint(self, node: int, tree: ShortestTree, scores: Scores) -> Viewpoint:
+        yaw, tilt = self._facing(node, tree)
+        x, y = self._road.xy[node]
+        return Viewpoint(
+            position_world=(float(x), float(y), self._floor.floor_z_m),
+            yaw_rad=yaw,
+            tilt_rad=tilt,
+            gain=float(self._views.gain[node]),
+            termination=float(self._views.termination[node]),
+            level=Level(int(self._views.level[node])),
+            kind=self._kind(node),
+            path_gain=float(scores.path_gain[node]),
+            path_cost_s=float(scores.path_cost[node]),
+        )
+
+    def _tree_view(
+        self, tree: ShortestTree, x: float, y: float, yaw: float, tilt: float, scores: Scores
+    ) -> TreeView:
+        """Write the tree as arrays, the robot as row 0."""
+        nodes = tree.order
+        row = np.zeros(len(tree.cost) + 1, dtype=np.int32)
+        row[nodes] = np.arange(1, len(nodes) + 1)
+        parents = np.where(tree.parent[nodes] < 0, 0, row[tree.parent[nodes]])
+        facing = np.array([self._facing(int(n), tree) for n in nodes]).reshape(-1, 2)
+        views, z = self._views, self._floor.floor_z_m
+
+        def column(root: float, values: NDArray, dtype: type) -> NDArray:
+            return np.concatenate([[root], values]).astype(dtype)
+
+        positions = np.column_stack([self._road.xy[nodes], np.full(len(nodes), z)])
+        return TreeView(
+            positions_world=np.vstack([[x, y, z], positions]).astype(np.float32),
+            parents=column(-1, parents, np.int32),
+            yaws_rad=column(yaw, facing[:, 0], np.float32),
+            tilts_rad=column(tilt, facing[:, 1], np.float32),
+            gains=column(0.0, views.gain[nodes], np.float32),
+            terminations=column(0.0, views.termination[nodes], np.float32),
+            path_costs_s=column(0.0, scores.path_cost[nodes], np.float32),
+            levels=column(int(Level.AVERAGE), views.level[nodes], np.uint8),
+            kinds=column(NodeKind.MINIMAL, np.array([self._kind(int(n)) for n in nodes]), np.uint8),
+        )

@@ -1,0 +1,187 @@
+"""Where the next viewpoints go: dense near the robot first, then the remaining free space."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ippon.geometry import Float64Array
+from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, MapArrays
+from ippon.planning.clearance import OPEN, BodyLimits, FloorGrid, clearance_at
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SamplingConfig:
+    """Density of the viewpoints."""
+
+    local_radius_m: float = 2.0
+    """Within this distance of the robot viewpoints lie densely; more evaluates more."""
+    local_spacing_m: float = 0.6
+    """Least distance between viewpoints near the robot."""
+    spacing_m: float = 1.0
+    """Least distance elsewhere; gains of viewpoints farther apart count as independent."""
+    object_spacing_m: float = 0.3
+    """Least distance of viewpoints round a recognised object."""
+    object_reach_m: float = 0.95
+    """Viewpoints round an object lie within this of one of its voxels: a little less than the
+    metre of the task, so that the robot need not stop exactly on them."""
+    choices: int = 4
+    """Places drawn for each sample; the one with the most room wins."""
+
+    def __post_init__(self) -> None:
+        """Reject densities that contradict each other."""
+        if not 0.0 < self.object_spacing_m <= self.local_spacing_m <= self.spacing_m:
+            raise ValueError(
+                "spacings must grow: 0 < object_spacing_m <= local_spacing_m <= spacing_m; got "
+                f"{self.object_spacing_m}, {self.local_spacing_m}, {self.spacing_m}"
+            )
+
+
+def reachable_cells(
+    grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float
+) -> NDArray[np.uint8]:
+    """Flood the floor from the robot.
+
+    Returns:
+        (X, Y) uint8, 1 where the robot's centre can get to over cells that leave `margin` metres
+        beside the body. The flood begins on the passable cells within 0.5 m of the robot, so that
+        one that stands too close to something is not cut off.
+    """
+    out = np.zeros(grid.kind.shape, dtype=np.uint8)
+    queue = np.empty((grid.kind.size, 2), dtype=np.int32)
+    _flood_kernel(grid, limits, x, y, margin, queue, out)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _passable(grid, limits, i, j, margin):
+    if grid.kind[i, j] != OPEN:
+        return False
+    need = (limits.radius + margin) / grid.voxel_size
+    di, dj = int(grid.obstacle[i, j, 0]), int(grid.obstacle[i, j, 1])
+    if di * di + dj * dj < need * need:
+        return False
+    need = limits.unseen_radius / grid.voxel_size
+    di, dj = int(grid.unseen[i, j, 0]), int(grid.unseen[i, j, 1])
+    return di * di + dj * dj >= need * need
+
+
+@njit(cache=True, nogil=True)
+def _flood_kernel(grid, limits, x, y, margin, queue, out):
+    nx, ny = out.shape
+    fx = x / grid.voxel_size - grid.origin[0] - 0.5
+    fy = y / grid.voxel_size - grid.origin[1] - 0.5
+    reach = 0.5 / grid.voxel_size
+    head, tail = 0, 0
+    for i in range(max(0, int(fx - reach)), min(nx, int(fx + reach) + 2)):
+        for j in range(max(0, int(fy - reach)), min(ny, int(fy + reach) + 2)):
+            if (i - fx) ** 2 + (j - fy) ** 2 <= reach * reach and _passable(
+                grid, limits, i, j, margin
+            ):
+                out[i, j] = 1
+                queue[tail, 0], queue[tail, 1] = i, j
+                tail += 1
+    while head < tail:
+        i, j = queue[head, 0], queue[head, 1]
+        head += 1
+        for n in range(4):
+            a = i + (1 if n == 0 else -1 if n == 1 else 0)
+            b = j + (1 if n == 2 else -1 if n == 3 else 0)
+            if a < 0 or b < 0 or a >= nx or b >= ny or out[a, b]:
+                continue
+            if _passable(grid, limits, a, b, margin):
+                out[a, b] = 1
+                queue[tail, 0], queue[tail, 1] = a, b
+                tail += 1
+
+
+def cover(
+    mask: NDArray[np.uint8],
+    grid: FloorGrid,
+    points: Float64Array,
+    radius_m: float,
+    value: int,
+) -> None:
+    """Write `value` into the cells of (X, Y) `mask` within a radius of any of (N, 2) points."""
+    if len(points):
+        _cover_kernel(mask, grid, np.ascontiguousarray(points), radius_m, value)
+
+
+@njit(cache=True, nogil=True)
+def _cover_kernel(mask, grid, points, radius_m, value):
+    nx, ny = mask.shape
+    reach = radius_m / grid.voxel_size
+    for n in range(points.shape[0]):
+        fx = points[n, 0] / grid.voxel_size - grid.origin[0] - 0.5
+        fy = points[n, 1] / grid.voxel_size - grid.origin[1] - 0.5
+        for i in range(max(0, math.ceil(fx - reach)), min(nx, math.floor(fx + reach) + 1)):
+            for j in range(max(0, math.ceil(fy - reach)), min(ny, math.floor(fy + reach) + 1)):
+                # Strictly inside: cells exactly `radius_m` away are far enough.
+                if (i - fx) ** 2 + (j - fy) ** 2 < reach * reach - 1e-9:
+                    mask[i, j] = value
+
+
+def open_places(
+    reachable: NDArray[np.uint8], grid: FloorGrid, nodes: Float64Array, spacing_m: float
+) -> NDArray[np.uint8]:
+    """Return (X, Y) uint8, 1 where a viewpoint could go without crowding another."""
+    places = reachable.copy()
+    cover(places, grid, nodes, spacing_m, 0)
+    return places
+
+
+def draw_place(
+    places: NDArray[np.int64], grid: FloorGrid, rng: np.random.Generator, choices: int
+) -> tuple[int, int]:
+    """Draw a cell; of a few drawn at random the one with the most room wins.
+
+    Args:
+        places: (M, 2) cells, M > 0.
+        grid: The floor.
+        rng: Source of randomness.
+        choices: Cells to draw.
+    """
+    drawn = places[rng.integers(0, len(places), size=choices)]
+    room = [clearance_at(grid, *cell_centre(grid, int(i), int(j))) for i, j in drawn]
+    # Beyond half a metre more room is no better.
+    best = int(np.argmax(np.minimum(room, 0.5)))
+    return int(drawn[best, 0]), int(drawn[best, 1])
+
+
+def cell_centre(grid: FloorGrid, i: int, j: int) -> tuple[float, float]:
+    """Return the world x and y of a cell's centre."""
+    v = grid.voxel_size
+    return (i + grid.origin[0] + 0.5) * v, (j + grid.origin[1] + 0.5) * v
+
+
+def object_voxels(arrays: MapArrays, threshold: float) -> Float64Array:
+    """Return the (M, 2) horizontal centres of up to 512 occupied voxels above p_T, metres."""
+    out = np.empty((512, 2), dtype=np.float64)
+    count = _object_voxels_kernel(arrays, threshold, out)
+    return out[:count]
+
+
+@njit(cache=True, nogil=True)
+def _object_voxels_kernel(arrays, threshold, out):
+    directory, count = arrays.directory, 0
+    limit = threshold * 254.0
+    for bx in range(directory.shape[0]):
+        for by in range(directory.shape[1]):
+            for bz in range(directory.shape[2]):
+                row = directory[bx, by, bz]
+                if row < 0:
+                    continue
+                for c in range(512):
+                    code = arrays.ooi[row, c]
+                    if code == NOT_MAPPED or code <= limit or arrays.state[row, c] != OCCUPIED:
+                        continue
+                    if count == out.shape[0]:
+                        return count
+                    i = ((bx + arrays.origin_block[0]) << 3) + (c >> 6)
+                    j = ((by + arrays.origin_block[1]) << 3) + ((c >> 3) & 7)
+                    out[count, 0] = (i + 0.5) * arrays.voxel_size
+                    out[count, 1] = (j + 0.5) * arrays.voxel_size
+                    count += 1
+    return count

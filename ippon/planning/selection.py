@@ -1,0 +1,124 @@
+"""Which viewpoint to go to (Sec. Node Selection)."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ippon.geometry import Float64Array
+from ippon.planning.roadmap import ShortestTree
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SelectionConfig:
+    """When a viewpoint is worth going to, and when to change one's mind."""
+
+    min_gain: float = 1.5
+    """Expected object voxels, at the average level, below which a viewpoint explores little; more
+    ends a search earlier."""
+    passing_weight: float = 0.5
+    """Share of the gain of viewpoints on the way that counts: the camera looks ahead there, and
+    views of neighbours overlap. 1 is the paper's sum."""
+    stay_factor: float = 1.3
+    """Another target must be this much better; more dithers less and corrects itself later."""
+    settle_s: float = 1.0
+    """Added to every cost: time to come to rest and look. Keeps the ratio finite at the robot."""
+
+    def __post_init__(self) -> None:
+        """Reject weights without meaning."""
+        if self.stay_factor < 1.0 or self.settle_s <= 0.0 or not 0.0 <= self.passing_weight <= 1.0:
+            raise ValueError(
+                "stay_factor must be at least 1, settle_s above 0, passing_weight in 0 to 1; got "
+                f"{self.stay_factor}, {self.settle_s}, {self.passing_weight}"
+            )
+
+
+class Scores(NamedTuple):
+    """Per node: what its path gathers and takes, and how the two compare."""
+
+    path_gain: NDArray[np.float64]
+    """G(P_n)."""
+    path_cost: NDArray[np.float64]
+    """C(P_n) in seconds, the turn to the final heading included."""
+    ratio: NDArray[np.float64]
+    """G(P_n) / C(P_n), or T(n) / C(P_n) for terminating nodes; -1 where not eligible."""
+    terminating: NDArray[np.bool_]
+
+
+def score_nodes(
+    config: SelectionConfig,
+    tree: ShortestTree,
+    *,
+    gain: NDArray[np.float32],
+    by_heading: NDArray[np.float32],
+    termination: NDArray[np.float32],
+    yaw: Float64Array,
+    eligible: NDArray[np.bool_],
+    termination_min: float,
+    turn_rate: float,
+) -> Scores:
+    """Weigh every node of the tree.
+
+    Args:
+        config: Weights.
+        tree: Cheapest ways.
+        gain: (N,) G(n).
+        by_heading: (N, A) gain of each candidate heading, evenly spaced from just above 0.
+        termination: (N,) T(n).
+        yaw: (N,) final heading of each node.
+        eligible: (N,) nodes that may be chosen.
+        termination_min: T_min; nodes above it terminate.
+        turn_rate: Radians a second.
+    """
+    n = len(tree.cost)
+    path_gain = np.zeros(n)
+    path_cost = np.full(n, np.inf)
+    _path_kernel(
+        tree, gain, by_heading, yaw, config.passing_weight, turn_rate, path_gain, path_cost
+    )
+    reached = np.isfinite(path_cost)
+    terminating = reached & (termination > termination_min)
+    worth = np.where(terminating, termination, path_gain)
+    ratio = np.full(n, -1.0)
+    ok = reached & (eligible | terminating)
+    ratio[ok] = worth[ok] / (path_cost[ok] + config.settle_s)
+    return Scores(path_gain, path_cost, ratio, terminating)
+
+
+@njit(cache=True, nogil=True)
+def _path_kernel(tree, gain, by_heading, yaw, weight, rate, path_gain, path_cost):
+    gathered = np.zeros(gain.shape[0])
+    headings = by_heading.shape[1]
+    for n in range(tree.order.shape[0]):
+        node = tree.order[n]
+        parent = tree.parent[node]
+        before = gathered[parent] if parent >= 0 else 0.0
+        path_gain[node] = before + gain[node]
+        ahead = int(tree.heading[node] / (2.0 * math.pi) * headings + 2 * headings) % headings
+        gathered[node] = before + weight * by_heading[node, ahead]
+        turn = abs((yaw[node] - tree.heading[node] + math.pi) % (2.0 * math.pi) - math.pi)
+        path_cost[node] = tree.cost[node] + turn / rate
+
+
+def select(config: SelectionConfig, scores: Scores, current: int | None) -> int | None:
+    """Choose a node by eq. (5): terminating ones first, then by gain over cost.
+
+    Args:
+        config: Weights.
+        scores: Of every node.
+        current: The target so far, kept unless another is clearly better; None for none.
+
+    Returns:
+        The node, None when none is eligible.
+    """
+    group = scores.terminating if scores.terminating.any() else scores.ratio > 0.0
+    if not group.any():
+        return None
+    ratio = np.where(group, scores.ratio, -1.0)
+    best = int(np.argmax(ratio))
+    if current is not None and group[current] and ratio[best] < config.stay_factor * ratio[current]:
+        return current
+    return best

@@ -1,0 +1,290 @@
+"""Where the robot can stand and drive: a grid of the floor that follows the map."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ippon.geometry import Float64Array, yaw_of
+from ippon.mapping.arrays import MapArrays
+from ippon.planning.clearance import (
+    NO_SITE,
+    OBSTACLE,
+    OPEN,
+    UNSEEN,
+    BodyLimits,
+    FloorGrid,
+    clearance_at,
+    update_sites,
+)
+from ippon.planning.columns import (
+    COLUMN_BLOCKED,
+    COLUMN_CLEAR,
+    FLOOR_ABSENT,
+    FLOOR_SEEN,
+    ColumnBands,
+    changed_block_columns,
+    read_column_blocks,
+)
+from ippon.robot import RobotProfile
+
+DRIVEN: Final = 1
+"""Mark of cells that the robot has stood on."""
+CONTACT: Final = 2
+"""Mark of cells that count as blocked because the robot touched something there."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TraversabilityConfig:
+    """How careful the robot is about what it has not seen and what is close."""
+
+    margin_m: float = 0.0
+    """Room beside the body that every move must leave; more closes narrow doors."""
+    start_margin_m: float = 0.2
+    """The robot starts on floor that it cannot see; a disc this much wider than the body counts
+    as floor. More trusts more unseen floor."""
+    min_seen: float = 0.5
+    """Fraction of the body's height that must be known free; more waits for better views."""
+    unseen_overlap_m: float = 0.15
+    """How far the body may reach over unseen floor; more passes more gaps in the map."""
+    clearance_max_m: float = 1.5
+    """Obstacles farther away than this do not matter to a path."""
+    slow_clearance_m: float = 0.25
+    """The robot slows down with less room beside it than this; more drives more carefully."""
+    slow_fraction: float = 0.4
+    """Fraction of the top speed that is left when something all but touches."""
+    contact_length_m: float = 0.25
+    """How far ahead of the body the triangle reaches that is closed after a contact."""
+    contact_half_angle_rad: float = 0.45
+    """Half the opening angle of that triangle; more closes a wider region."""
+
+    def __post_init__(self) -> None:
+        """Reject values that would close or open everything."""
+        if not (0.0 <= self.margin_m <= 0.5 and 0.0 < self.min_seen <= 1.0):
+            raise ValueError(
+                f"margin_m must lie in 0 to 0.5 and min_seen in 0 to 1; got {self.margin_m}, "
+                f"{self.min_seen}"
+            )
+        if not 0.0 < self.slow_fraction <= 1.0 or self.slow_clearance_m <= 0.0:
+            raise ValueError("slow_fraction must lie in (0, 1] and slow_clearance_m above 0")
+
+
+class Traversability:
+    """The floor as the planner sees it, kept up to date block by block."""
+
+    def __init__(self, config: TraversabilityConfig, robot: RobotProfile) -> None:
+        self.config = config
+        self._robot = robot
+        self.limits = BodyLimits(
+            radius=robot.radius_m,
+            unseen_radius=max(0.5 * robot.radius_m, robot.radius_m - config.unseen_overlap_m),
+            slow_clearance=config.slow_clearance_m,
+            slow_fraction=config.slow_fraction,
+            speed=robot.max_linear_m_s,
+        )
+        self._revision = -1
+        self._bands: ColumnBands | None = None
+        self._columns: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
+        self._marks: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
+        self._grid: FloorGrid | None = None
+        self._floor_z = 0.0
+        self._started = False
+
+    @property
+    def grid(self) -> FloorGrid:
+        """The floor; raises before the first `update`."""
+        assert self._grid is not None, "update() comes first"
+        return self._grid
+
+    @property
+    def floor_z_m(self) -> float:
+        """Height of the floor that the robot stands on."""
+        return self._floor_z
+
+    def update(
+        self, arrays: MapArrays, T_world_base: Float64Array
+    ) -> tuple[int, int, int, int] | None:
+        """Take over what changed in the map.
+
+        Args:
+            arrays: The map.
+            T_world_base: Where the robot stands.
+
+        Returns:
+            Cells (i0, i1, j0, j1) whose distances may have changed, None when nothing did; all of
+            them after the grid has grown or the robot has changed floors.
+        """
+        everything = self._follow_map(arrays, float(T_world_base[2, 3]))
+        assert self._bands is not None
+        grid = self.grid
+        blocks = changed_block_columns(arrays, self._bands, self._revision)
+        if arrays.revision.size:
+            self._revision = max(self._revision, int(arrays.revision.max()))
+        read_column_blocks(
+            arrays, self._bands, blocks, self.config.min_seen, grid.origin, self._columns
+        )
+        self._mark_disc(
+            (float(T_world_base[0, 3]), float(T_world_base[1, 3])),
+            self._robot.radius_m + (0.0 if self._started else self.config.start_margin_m),
+            DRIVEN,
+        )
+        self._started = True
+        window = np.array([1 << 30, -1, 1 << 30, -1], dtype=np.int64)
+        box = (0, grid.kind.shape[0], 0, grid.kind.shape[1])
+        if not everything:
+            box = self._touched_box(blocks, T_world_base)
+        _combine_kernel(self._columns, self._marks, np.array(box), grid.kind, window)
+        if everything:
+            window[:] = box
+        return self._refresh(window)
+
+    def mark_contact(self, T_world_base: Float64Array) -> None:
+        """Close the triangular region ahead of a robot that touched something."""
+        if self._grid is None:
+            return
+        v = self._grid.voxel_size
+        x, y, yaw = T_world_base[0, 3], T_world_base[1, 3], yaw_of(T_world_base)
+        inner = self._robot.radius_m + 0.25 * v
+        outer = self._robot.radius_m + max(self.config.contact_length_m, v)
+        wide = math.tan(self.config.contact_half_angle_rad)
+        i, j, cx, cy = self._cells_around(
+            x, y, outer / math.cos(self.config.contact_half_angle_rad)
+        )
+        ahead = (cx - x) * math.cos(yaw) + (cy - y) * math.sin(yaw)
+        aside = np.abs((cy - y) * math.cos(yaw) - (cx - x) * math.sin(yaw))
+        hit = (np.hypot(cx - x, cy - y) >= inner) & (ahead <= outer)
+        # At least one cell wide, however narrow the triangle is where it begins.
+        hit &= (ahead > 0.0) & (aside <= np.maximum(ahead * wide, 0.75 * v))
+        self._marks[i[hit], j[hit]] |= CONTACT
+
+    def block_disc(self, centre: tuple[float, float], radius_m: float) -> None:
+        """Close a disc of the floor until it is driven over."""
+        if self._grid is not None:
+            self._mark_disc(centre, radius_m, CONTACT)
+
+    def clearance(self, x: float, y: float) -> float:
+        """Return metres from a point of the floor to the nearest obstacle."""
+        return clearance_at(self.grid, float(x), float(y))
+
+    def _follow_map(self, arrays: MapArrays, z: float) -> bool:
+        """Match the extent of the map and the height of the floor; tell whether either is new."""
+        v = arrays.voxel_size
+        new_floor = self._bands is None or abs(z - self._floor_z) > 0.5 * self._robot.max_step_m
+        if new_floor:
+            self._floor_z = z
+            self._bands = ColumnBands.of(self._robot, z, v)
+        origin = arrays.origin_block[:2] * 8
+        shape = (arrays.directory.shape[0] * 8, arrays.directory.shape[1] * 8)
+        old = self._grid
+        same = old is not None and old.kind.shape == shape and bool((old.origin == origin).all())
+        if not same:
+            marks = np.zeros(shape, dtype=np.uint8)
+            if old is not None:
+                _paste(self._marks, old.origin - origin, marks)
+            self._marks = marks
+            self._columns = np.zeros(shape, dtype=np.uint8)
+            self._grid = FloorGrid(
+                voxel_size=v,
+                origin=origin.copy(),
+                kind=np.zeros(shape, dtype=np.uint8),
+                obstacle=np.full((*shape, 2), NO_SITE, dtype=np.int16),
+                unseen=np.full((*shape, 2), NO_SITE, dtype=np.int16),
+                cutoff=max(2, math.ceil(self.config.clearance_max_m / v)),
+            )
+        if new_floor or not same:
+            self._revision = -1
+        return new_floor or not same
+
+    def _touched_box(
+        self, blocks: NDArray[np.int64], T_world_base: Float64Array
+    ) -> tuple[int, int, int, int]:
+        """Cells whose kind may have changed: those of the blocks, and the marks by the robot."""
+        grid = self.grid
+        reach = math.ceil((self._robot.radius_m + 1.0) / grid.voxel_size)
+        at = np.floor(T_world_base[:2, 3] / grid.voxel_size).astype(np.int64) - grid.origin
+        low, high = at - reach, at + reach + 1
+        if len(blocks):
+            low = np.minimum(low, blocks.min(axis=0) * 8 - grid.origin - 1)
+            high = np.maximum(high, blocks.max(axis=0) * 8 - grid.origin + 9)
+        nx, ny = grid.kind.shape
+        return (
+            min(nx, max(0, int(low[0]))),
+            max(0, min(nx, int(high[0]))),
+            min(ny, max(0, int(low[1]))),
+            max(0, min(ny, int(high[1]))),
+        )
+
+    def _refresh(self, window: NDArray[np.int64]) -> tuple[int, int, int, int] | None:
+        if window[1] < window[0]:
+            return None
+        grid = self.grid
+        reach = grid.cutoff
+        box = (
+            max(0, int(window[0]) - reach),
+            min(grid.kind.shape[0], int(window[1]) + reach),
+            max(0, int(window[2]) - reach),
+            min(grid.kind.shape[1], int(window[3]) + reach),
+        )
+        update_sites(grid.kind, OBSTACLE, box, reach, grid.obstacle)
+        update_sites(grid.kind, UNSEEN, box, reach, grid.unseen)
+        return box
+
+    def _cells_around(self, x: float, y: float, radius: float):
+        grid = self.grid
+        v = grid.voxel_size
+        low = np.floor((np.array([x, y]) - radius) / v).astype(np.int64) - grid.origin
+        high = np.floor((np.array([x, y]) + radius) / v).astype(np.int64) - grid.origin + 1
+        low = np.clip(low, 0, grid.kind.shape)
+        high = np.clip(high, 0, grid.kind.shape)
+        i, j = np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1]), indexing="ij")
+        return i, j, (i + grid.origin[0] + 0.5) * v, (j + grid.origin[1] + 0.5) * v
+
+    def _mark_disc(self, centre: tuple[float, float], radius_m: float, mark: int) -> None:
+        i, j, cx, cy = self._cells_around(centre[0], centre[1], radius_m)
+        distance = np.hypot(cx - centre[0], cy - centre[1])
+        inside = distance <= radius_m
+        self._marks[i[inside], j[inside]] |= mark
+        if mark == DRIVEN:
+            # Where the body is, nothing can be: the contact was somewhere else.
+            body = distance <= self._robot.radius_m - 0.5 * self.grid.voxel_size
+            self._marks[i[body], j[body]] &= 255 - CONTACT
+
+
+def _paste(source: NDArray[np.uint8], offset: NDArray[np.int64], target: NDArray[np.uint8]) -> None:
+    """Copy `source` into `target`, its cell (0, 0) at `offset`, as far as it overlaps."""
+    a = np.maximum(offset, 0)
+    b = np.minimum(offset + source.shape, target.shape)
+    if (b > a).all():
+        target[a[0] : b[0], a[1] : b[1]] = source[
+            a[0] - offset[0] : b[0] - offset[0], a[1] - offset[1] : b[1] - offset[1]
+        ]
+
+
+@njit(cache=True, nogil=True)
+def _combine_kernel(columns, marks, box, kind, window):
+    nx, ny = columns.shape
+    for i in range(box[0], box[1]):
+        for j in range(box[2], box[3]):
+            floor, absent = 0, 0
+            for a in range(max(0, i - 1), min(nx, i + 2)):
+                for b in range(max(0, j - 1), min(ny, j + 2)):
+                    floor += 1 if columns[a, b] & FLOOR_SEEN else 0
+                    absent += 1 if columns[a, b] & FLOOR_ABSENT else 0
+            value = columns[i, j] & 3
+            # A floor seen from afar has holes of single voxels, and a ray that slips through the
+            # floor's edge empties one: neighbours decide.
+            if value == COLUMN_BLOCKED or absent >= 5 or marks[i, j] & CONTACT:
+                now = OBSTACLE
+            elif marks[i, j] & DRIVEN or (value == COLUMN_CLEAR and floor >= 3):
+                now = OPEN
+            else:
+                now = UNSEEN
+            if now != kind[i, j]:
+                kind[i, j] = now
+                window[0] = min(window[0], i)
+                window[1] = max(window[1], i + 1)
+                window[2] = min(window[2], j)
+                window[3] = max(window[3], j + 1)

@@ -1,0 +1,314 @@
+"""What every viewpoint promises, and when that was worked out."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ippon.geometry import Float64Array
+from ippon.guidance.levels import Level
+from ippon.mapping.arrays import MapArrays
+from ippon.planning.looks import ViewMemory
+from ippon.planning.orientation import (
+    ViewSums,
+    choose_view,
+    frame_object,
+    recount_levels,
+    sum_sectors,
+    sum_views,
+)
+from ippon.planning.panorama import ViewRules, see
+from ippon.planning.view_table import (
+    Orientations,
+    ViewTable,
+    build_orientations,
+    build_view_table,
+    in_frustum,
+)
+from ippon.robot import RobotProfile
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ViewConfig:
+    """What a voxel counts, and how finely directions are told apart."""
+
+    unknown_occupied: float = 0.1
+    """p_occ of an unknown voxel; more makes exploring worth more against what is known."""
+    unknown_depth_m: float = 1.5
+    """How far a ray goes through unknown space; more looks through gaps in half-seen walls."""
+    unknown_looks: int = 8
+    """Looks after which space that stays unknown no longer attracts."""
+    surface_looks: int = 60
+    """Looks after which a surface no longer attracts, whatever its probability."""
+    surface_look_range_m: float = 3.5
+    """Looks at surfaces count within this range; the goal is not recognised from afar."""
+    ooi_floor: float = 0.05
+    """p(v in O) up to which a voxel is background: thousands of wall voxels at one percent
+    would otherwise outweigh every unexplored room."""
+    band_low_m: float = 0.1
+    """Height above the floor from which voxels count."""
+    band_high_m: float = 2.0
+    """Height above the floor up to which they count; more looks for things on the ceiling."""
+    termination_range_m: float = 0.95
+    """Horizontal reach of N_T: a little less than the metre of the task, so that the robot need
+    not stop exactly on the viewpoint."""
+    level_range_m: float = 2.5
+    """Range within which labelled voxels decide p_img."""
+    min_level_voxels: int = 10
+    """Voxels below which a level counts as empty; more ignores more misread specks."""
+    yaw_bins: int = 160
+    """Directions round the horizon; more sees small gaps better and takes longer."""
+    heading_stride: int = 4
+    """Every so manieth direction is a candidate heading."""
+    tilts: int = 7
+    """Candidate tilts between the camera's limits."""
+
+    def __post_init__(self) -> None:
+        """Reject rasters and probabilities that cannot work."""
+        if self.yaw_bins % self.heading_stride or self.yaw_bins < 16 or self.tilts < 2:
+            raise ValueError(
+                "yaw_bins must be at least 16 and a multiple of heading_stride, tilts at least 2; "
+                f"got {self.yaw_bins}, {self.heading_stride}, {self.tilts}"
+            )
+        if not 0.0 < self.unknown_occupied <= 1.0:
+            raise ValueError(f"unknown_occupied must lie in (0, 1]; got {self.unknown_occupied}")
+
+
+class Viewpoints:
+    """One row a node of the roadmap."""
+
+    def __init__(
+        self, config: ViewConfig, robot: RobotProfile, capacity: int, ooi_threshold: float
+    ) -> None:
+        self.config = config
+        self._robot = robot
+        self._ooi_threshold = ooi_threshold
+        self.memory = ViewMemory()
+        headings = config.yaw_bins // config.heading_stride
+        self.evaluated = np.full(capacity, -1, dtype=np.int64)
+        """Step of the last evaluation, -1 for never."""
+        self.gain = np.zeros(capacity, dtype=np.float32)
+        self.potential = np.zeros(capacity, dtype=np.float32)
+        """Gain if p_img were average: what decides whether a place is worth anything."""
+        self.termination = np.zeros(capacity, dtype=np.float32)
+        self.yaw = np.zeros(capacity)
+        self.tilt = np.zeros(capacity)
+        self.level = np.full(capacity, int(Level.AVERAGE), dtype=np.uint8)
+        self.by_heading = np.zeros((capacity, headings), dtype=np.float32)
+        self._reach = np.zeros((capacity, config.yaw_bins), dtype=np.float32)
+        self._framing = np.full((capacity, 2), np.nan)
+        self._sums: dict[int, ViewSums] = {}
+        self._near: dict[int, NDArray[np.int32]] = {}
+        self._table: ViewTable | None = None
+        self._orientations: Orientations | None = None
+        self._rules: ViewRules | None = None
+        self._layers = (0, 0)
+        self._camera_layer = 0
+        self._probabilities = np.array([0.02, 0.1, 0.25, 0.6], dtype=np.float32)
+
+    @property
+    def headings(self) -> Float64Array:
+        """(A,) candidate headings, radians."""
+        assert self._orientations is not None, "follow() comes first"
+        return self._orientations.yaws
+
+    def follow(
+        self, arrays: MapArrays, floor_z_m: float, T_world_base: Float64Array, tilt_rad: float
+    ) -> None:
+        """Take over the map's changes and the image that was taken from here.
+
+        Args:
+            arrays: The map, with that image in it.
+            floor_z_m: Height of the floor.
+            T_world_base: Where the robot stands.
+            tilt_rad: Its camera's tilt.
+        """
+        self._prepare(arrays, floor_z_m)
+        assert self._table is not None, "_prepare() sets it"
+        assert self._rules is not None, "_prepare() sets it"
+        self.memory.follow(arrays, self._layers, self._rules)
+        T_world_camera = T_world_base @ self._robot.T_base_camera(tilt_rad)
+        ahead = T_world_camera[:3, 2]
+        shown = in_frustum(
+            self._table.rays,
+            self._robot,
+            math.atan2(T_world_base[1, 0], T_world_base[0, 0]),
+            math.asin(max(-1.0, min(1.0, float(ahead[2])))),
+            # The rim of the image may be cut off by its registration.
+            0.97,
+        )
+        x, y = float(T_world_camera[0, 3]), float(T_world_camera[1, 3])
+        self.memory.record(
+            arrays,
+            self._table,
+            self._rules,
+            self._camera_voxel(arrays.voxel_size, x, y),
+            shown,
+            self.config.surface_look_range_m / arrays.voxel_size,
+        )
+
+    def evaluate(self, node: int, xy: Float64Array, arrays: MapArrays) -> None:
+        """Cast the panorama of a node at `xy` (2,) and choose its orientation."""
+        table, orientations, rules = self._table, self._orientations, self._rules
+        assert table is not None, "follow() comes first"
+        assert orientations is not None, "follow() comes first"
+        assert rules is not None, "follow() comes first"
+        camera = self._camera_voxel(arrays.voxel_size, float(xy[0]), float(xy[1]))
+        panorama = see(arrays, table, rules, self.memory.looks, camera)
+        sums = sum_views(panorama, orientations, self._half_fov_columns(table))
+        self._sums[node] = sums
+        self._near[node] = panorama.near
+        self._reach[node] = np.abs(panorama.depth).max(axis=0)
+        self.termination[node] = panorama.ooi.sum()
+        framing = frame_object(sums, panorama, orientations, table.bin_rad, table.pitch_low)
+        self._framing[node] = framing if framing is not None else (math.nan, math.nan)
+        self.evaluated[node] = self.memory.step
+        self._choose(node)
+
+    def set_probabilities(self, probabilities: NDArray[np.float32]) -> None:
+        """Weigh every viewpoint anew by other level probabilities; casts no ray."""
+        self._probabilities = np.asarray(probabilities, dtype=np.float32)
+        for node in self._sums:
+            self._choose(node)
+
+    def recount(self, arrays: MapArrays) -> None:
+        """Count the levels of the map anew at every viewpoint; casts no ray."""
+        table, orientations = self._table, self._orientations
+        if table is None or orientations is None:
+            return
+        for node, sums in self._sums.items():
+            levels = recount_levels(arrays, self._near[node], table.yaw_bins)
+            self._sums[node] = sums._replace(
+                levels=sum_sectors(levels, orientations, self._half_fov_columns(table))
+            )
+            self._choose(node)
+
+    def forget(self, node: int) -> None:
+        """Drop a node's row."""
+        self.evaluated[node] = -1
+        self.gain[node] = self.potential[node] = self.termination[node] = 0.0
+        self.by_heading[node] = 0.0
+        self._sums.pop(node, None)
+        self._near.pop(node, None)
+
+    def stale(
+        self, nodes: NDArray[np.int64], xy: Float64Array, voxel_size: float
+    ) -> NDArray[np.bool_]:
+        """Tell which nodes were never evaluated, or saw space that has changed since.
+
+        Args:
+            nodes: (N,) rows.
+            xy: (capacity, 2) positions of all nodes.
+            voxel_size: Edge of a voxel in metres.
+        """
+        out = np.zeros(len(nodes), dtype=np.bool_)
+        assert self._table is not None
+        _stale_kernel(
+            nodes,
+            xy / voxel_size,
+            self.evaluated,
+            self._reach,
+            self.memory.changed,
+            self.memory.looks.origin,
+            self._table.range_voxels,
+            out,
+        )
+        return out
+
+    def frames_object(self, node: int) -> tuple[float, float]:
+        """Return yaw and tilt that show the most object voxels, or the exploring ones."""
+        yaw, tilt = self._framing[node]
+        if math.isnan(yaw):
+            return float(self.yaw[node]), float(self.tilt[node])
+        return float(yaw), float(tilt)
+
+    def best_tilt(self, node: int, heading: int) -> float:
+        """Return the tilt of highest gain for one candidate heading."""
+        sums = self._sums[node]
+        assert self._orientations is not None
+        level = int(self.level[node])
+        gain = sums.known[heading] + self._probabilities[level] * sums.unknown[heading]
+        return float(self._orientations.tilts[int(np.argmax(gain))])
+
+    def _choose(self, node: int) -> None:
+        assert self._orientations is not None
+        choice = choose_view(self._sums[node], self._probabilities, self.config.min_level_voxels)
+        self.gain[node] = choice.gain
+        self.potential[node] = choice.potential
+        self.level[node] = choice.level
+        self.yaw[node] = self._orientations.yaws[choice.heading]
+        self.tilt[node] = self._orientations.tilts[choice.tilt]
+        self.by_heading[node] = choice.by_heading
+
+    def _camera_voxel(self, voxel_size: float, x: float, y: float) -> tuple[int, int, int]:
+        return math.floor(x / voxel_size), math.floor(y / voxel_size), self._camera_layer
+
+    def _half_fov_columns(self, table: ViewTable) -> int:
+        return round(0.5 * self._robot.horizontal_fov_rad / table.bin_rad)
+
+    def _prepare(self, arrays: MapArrays, floor_z_m: float) -> None:
+        v, config, robot = arrays.voxel_size, self.config, self._robot
+        camera = math.floor((floor_z_m + robot.camera_height_m) / v)
+        layers = (
+            math.ceil((floor_z_m + config.band_low_m) / v - 0.5),
+            math.floor((floor_z_m + config.band_high_m) / v - 0.5),
+        )
+        if self._table is not None and (camera, layers) == (self._camera_layer, self._layers):
+            return
+        self._camera_layer, self._layers = camera, layers
+        half = 0.5 * robot.vertical_fov_rad
+        self._table = build_view_table(
+            yaw_bins=config.yaw_bins,
+            pitch_low=max(-0.5 * math.pi, robot.min_tilt_rad - half),
+            pitch_high=min(0.5 * math.pi, robot.max_tilt_rad + half),
+            range_voxels=robot.max_depth_m / v,
+            layer_low=layers[0] - camera,
+            layer_high=layers[1] - camera,
+        )
+        self._orientations = build_orientations(
+            self._table, robot, config.heading_stride, config.tilts
+        )
+        self._rules = ViewRules(
+            unknown_occupied=config.unknown_occupied,
+            unknown_depth=config.unknown_depth_m / v,
+            unknown_looks=float(config.unknown_looks),
+            surface_looks=float(config.surface_looks),
+            ooi_floor=config.ooi_floor,
+            ooi_threshold=self._ooi_threshold,
+            termination_range=config.termination_range_m / v,
+            level_range=config.level_range_m / v,
+        )
+        # The raster has changed: what was summed over the old one means nothing any more.
+        self.evaluated[:] = -1
+        self._sums.clear()
+        self._near.clear()
+
+
+@njit(cache=True, nogil=True)
+def _stale_kernel(nodes, xy, evaluated, reach, changed, origin, range_voxels, out):
+    columns = reach.shape[1]
+    blocks = int(range_voxels) // 8 + 1
+    for n in range(nodes.shape[0]):
+        node = nodes[n]
+        since = evaluated[node]
+        if since < 0:
+            out[n] = True
+            continue
+        x, y = xy[node, 0] - origin[0], xy[node, 1] - origin[1]
+        bx, by = int(x) >> 3, int(y) >> 3
+        for a in range(max(0, bx - blocks), min(changed.shape[0], bx + blocks + 1)):
+            if out[n]:
+                break
+            for b in range(max(0, by - blocks), min(changed.shape[1], by + blocks + 1)):
+                if changed[a, b] <= since:
+                    continue
+                dx, dy = a * 8 + 4 - x, b * 8 + 4 - y
+                distance = math.hypot(dx, dy)
+                yaw = math.atan2(dy, dx) % (2.0 * math.pi)
+                seen = reach[node, int(yaw / (2.0 * math.pi) * columns) % columns]
+                # A block column counts as visible when its near edge is.
+                if distance - 6.0 <= seen:
+                    out[n] = True
+                    break
