@@ -54,6 +54,8 @@ class Pools(NamedTuple):
     """(B,) 1 while the row belongs to a block."""
     best_ooi: NDArray[np.uint8]
     """(B,) highest `ooi` among the block's voxels, 0 for none."""
+    occupied: NDArray[np.int32]
+    """(B,) occupied voxels of the block."""
     layer_free: NDArray[np.int32]
     """(B,) free voxels of the block in the map's body layer."""
     free: NDArray[np.int32]
@@ -81,6 +83,7 @@ def make_pools(max_blocks: int) -> Pools:
         settled=np.zeros(max_blocks, np.uint8),
         used=np.zeros(max_blocks, np.uint8),
         best_ooi=np.zeros(max_blocks, np.uint8),
+        occupied=np.zeros(max_blocks, np.int32),
         layer_free=np.zeros(max_blocks, np.int32),
         free=np.zeros(max_blocks, np.int32),
         tally=np.zeros(3, np.int64),
@@ -158,6 +161,7 @@ def take_row(pools, x, y, z, distance_max, revision):
     pools.settled[row] = 0
     pools.used[row] = 1
     pools.best_ooi[row] = 0
+    pools.occupied[row] = 0
     pools.layer_free[row] = 0
     return row
 
@@ -168,6 +172,7 @@ def give_row_back(pools, row):
     pools.tally[N_LAYER_FREE] -= pools.layer_free[row]
     pools.layer_free[row] = 0
     pools.best_ooi[row] = 0
+    pools.occupied[row] = 0
     pools.used[row] = 0
     pools.free[pools.tally[N_FREE]] = row
     pools.tally[N_FREE] += 1

@@ -358,10 +358,13 @@ def _after_change(pools, surface, row, layer):
             pools.ooi[row, k] = NOT_MAPPED
             pools.level[row, k] = NOT_MAPPED
     best = 0
+    occupied = 0
     for k in range(512):
+        occupied += state[k] == OCCUPIED
         if pools.ooi[row, k] != NOT_MAPPED:
             best = max(best, pools.ooi[row, k])
     pools.best_ooi[row] = best
+    pools.occupied[row] = occupied
     at = layer - 8 * pools.coord[row, 2]
     if 0 <= at < 8:
         n = 0
