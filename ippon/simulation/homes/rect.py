@@ -1,0 +1,55 @@
+"""Axis-aligned rectangles on the floor."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Rect:
+    """x0 <= x <= x1, y0 <= y <= y1, metres."""
+
+    x0: float
+    y0: float
+    x1: float
+    y1: float
+
+    @property
+    def width(self) -> float:
+        """Extent along x."""
+        return self.x1 - self.x0
+
+    @property
+    def depth(self) -> float:
+        """Extent along y."""
+        return self.y1 - self.y0
+
+    @property
+    def area(self) -> float:
+        """Square metres."""
+        return self.width * self.depth
+
+    @property
+    def center(self) -> tuple[float, float]:
+        """Its middle."""
+        return 0.5 * (self.x0 + self.x1), 0.5 * (self.y0 + self.y1)
+
+    def grown(self, margin: float) -> "Rect":
+        """Return it larger by `margin` on every side; negative shrinks."""
+        return Rect(self.x0 - margin, self.y0 - margin, self.x1 + margin, self.y1 + margin)
+
+    def overlaps(self, other: "Rect", slack: float = 1e-6) -> bool:
+        """Tell whether the two share an area (touching edges do not)."""
+        return (
+            self.x0 < other.x1 - slack
+            and other.x0 < self.x1 - slack
+            and self.y0 < other.y1 - slack
+            and other.y0 < self.y1 - slack
+        )
+
+    def contains(self, other: "Rect", slack: float = 1e-6) -> bool:
+        """Tell whether `other` lies within."""
+        return (
+            self.x0 <= other.x0 + slack
+            and self.y0 <= other.y0 + slack
+            and other.x1 <= self.x1 + slack
+            and other.y1 <= self.y1 + slack
+        )

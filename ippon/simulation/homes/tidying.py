@@ -1,0 +1,195 @@
+"""Takes away what would keep a robot out of a room, and finds places for it to start."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.simulation.homes.config import HomeConfig
+from ippon.simulation.homes.openings import Opening
+from ippon.simulation.homes.placing import Placed
+from ippon.simulation.homes.rect import Rect
+from ippon.simulation.homes.shell import HomePlan, Thing
+from ippon.simulation.homes.style import uniform
+from ippon.simulation.navigation import NavigationGrid, grid_of_triangles
+from ippon.simulation.scene import Scene, StartPose
+from ippon.simulation.sight import LineOfSight
+
+_MAX_REMOVED = 30
+_GOALS = ("bed", "chair", "plant", "sofa", "toilet", "tv")
+_REACH_M = 0.75
+"""How near the robot's centre must come to furniture that is searched for."""
+_EYE_M = 1.25
+
+
+def make_room_for_robot(
+    plan: HomePlan, shell: list[Thing], placed: list[Placed], config: HomeConfig
+) -> list[Placed] | None:
+    """Remove optional things until the robot reaches every room and the large furniture.
+
+    Args:
+        plan: The rooms and their doors.
+        shell: Walls, floors and doors.
+        placed: Everything that stands about.
+        config: The body that must pass.
+
+    Returns:
+        What may stay, or None when taking things away does not help.
+    """
+    walls = np.concatenate([t.mesh.vertices[t.mesh.faces] for t in shell])
+    kept = list(placed)
+    meshes = {id(p): p.mesh() for p in placed}
+    for _ in range(_MAX_REMOVED):
+        parts = [meshes[id(p)].vertices[meshes[id(p)].faces] for p in kept]
+        grid = grid_of_triangles(
+            np.concatenate([walls, *parts]),
+            radius_m=config.passage_radius_m,
+            height_m=config.body_height_m,
+            max_step_m=config.max_step_m,
+        )
+        problem = _first_problem(plan, kept, grid)
+        if problem is None:
+            return kept
+        culprit = _nearest_optional(kept, problem)
+        if culprit is None:
+            return None
+        kept = [p for p in kept if p is not culprit and not _rests_on(p, culprit)]
+    return None
+
+
+def _first_problem(plan: HomePlan, kept: list[Placed], grid: NavigationGrid) -> Rect | None:
+    """Return a doorway or a piece of furniture that the robot cannot get to."""
+    counts = np.bincount(grid.region.ravel())
+    counts[0] = 0
+    main = int(np.argmax(counts))
+    for o in plan.openings:
+        if o.kind in ("door", "passage"):
+            spot = _doorway(o)
+            if not _reaches(grid, main, spot, 0.12):
+                return spot.grown(0.3)
+    for k in range(len(plan.rooms)):
+        floor = plan.interior(k)
+        i0, j0 = grid.cell_at(floor.x0, floor.y0)
+        i1, j1 = grid.cell_at(floor.x1, floor.y1)
+        if np.count_nonzero(grid.region[i0:i1, j0:j1] == main) * grid.cell_m**2 < 0.3:
+            return floor
+    for p in kept:
+        searched = p.model.category in _GOALS and (p.z == 0.0 or p.model.category == "tv")
+        if searched and not _reaches(grid, main, p.rect, _REACH_M):
+            return p.rect
+    return None
+
+
+def _doorway(o: Opening) -> Rect:
+    m = 0.5 * (o.low + o.high)
+    return Rect(m, o.line, m, o.line) if o.along_x else Rect(o.line, m, o.line, m)
+
+
+def _reaches(grid: NavigationGrid, region: int, rect: Rect, within_m: float) -> bool:
+    """Tell whether a region comes within a distance of a rectangle."""
+    near = rect.grown(within_m)
+    i0, j0 = grid.cell_at(near.x0, near.y0)
+    i1, j1 = grid.cell_at(near.x1, near.y1)
+    window = grid.region[max(i0, 0) : i1 + 1, max(j0, 0) : j1 + 1]
+    cells = np.argwhere(window == region) + np.array([max(i0, 0), max(j0, 0)])
+    points = grid.points_of(cells)
+    dx = np.maximum(np.maximum(rect.x0 - points[:, 0], points[:, 0] - rect.x1), 0.0)
+    dy = np.maximum(np.maximum(rect.y0 - points[:, 1], points[:, 1] - rect.y1), 0.0)
+    return bool(np.any(np.hypot(dx, dy) <= within_m))
+
+
+def _nearest_optional(kept: list[Placed], problem: Rect) -> Placed | None:
+    best, least = None, math.inf
+    px, py = problem.center
+    for p in kept:
+        low = p.z + float(p.model.mesh.vertices[:, 2].min())
+        high = p.z + float(p.model.mesh.vertices[:, 2].max())
+        if not p.optional or low > 0.5 or high < 0.06 or p.rect == problem:
+            continue
+        cx, cy = p.rect.center
+        dx = max(abs(cx - px) - 0.5 * (p.rect.width + problem.width), 0.0)
+        dy = max(abs(cy - py) - 0.5 * (p.rect.depth + problem.depth), 0.0)
+        distance = math.hypot(dx, dy) + 0.01 * math.hypot(cx - px, cy - py)
+        if distance < least:
+            best, least = p, distance
+    return best if least < 2.5 else None
+
+
+def _rests_on(thing: Placed, below: Placed) -> bool:
+    return thing.room == below.room and thing.z > 0.0 and thing.rect.overlaps(below.rect)
+
+
+def start_poses(
+    rng: np.random.Generator, scene: Scene, config: HomeConfig
+) -> tuple[StartPose, ...]:
+    """Find places to start: in the open, over all rooms, facing anywhere.
+
+    The first is one from which neither the hat nor, where possible, a piece of furniture that
+    people search for is close.
+    """
+    triangles = scene.vertices[scene.faces].astype(np.float64)
+    grid = grid_of_triangles(
+        triangles,
+        radius_m=config.passage_radius_m,
+        height_m=config.body_height_m,
+        max_step_m=config.max_step_m,
+    )
+    counts = np.bincount(grid.region.ravel())
+    counts[0] = 0
+    open_floor = grid.region == int(np.argmax(counts))
+    for clearance in (config.start_clearance_m, 0.8 * config.start_clearance_m, 0.0):
+        cells = np.argwhere(open_floor & (grid.clearance_m >= clearance))
+        if len(cells) >= 4 * config.start_count:
+            break
+    points = grid.points_of(cells)
+    chosen: list[NDArray[np.float64]] = []
+    first = _away_from_goals(rng, scene, points)
+    if first is None:
+        return ()
+    chosen.append(first)
+    while len(chosen) < config.start_count:
+        # Of a few draws the one farthest from the starts so far, so that they spread.
+        draws = points[rng.integers(len(points), size=4)]
+        distance = [min(float(np.hypot(*(d - c))) for c in chosen) for d in draws]
+        chosen.append(draws[int(np.argmax(distance))])
+    return tuple(
+        StartPose(
+            x=round(float(p[0]), 3),
+            y=round(float(p[1]), 3),
+            z=0.0,
+            yaw=round(uniform(rng, -math.pi, math.pi), 3),
+        )
+        for p in chosen
+    )
+
+
+def _away_from_goals(
+    rng: np.random.Generator,
+    scene: Scene,
+    points: NDArray[np.float64],
+) -> NDArray[np.float64] | None:
+    """Choose a point that does not see the hat, of several the one farthest from any goal."""
+    goals = [i for i in scene.instances if i.category in _GOALS]
+    hat = [k for k, i in enumerate(scene.instances) if i.label == "hat"]
+    hat_corners = scene.vertices[scene.faces[np.isin(scene.face_instance, hat)].ravel()]
+    sight = LineOfSight(scene)
+    best, farthest = None, -1.0
+    for point in points[rng.permutation(len(points))[:60]]:
+        distance = min(_distance_to_box(point, g.aabb_min, g.aabb_max) for g in goals)
+        if distance <= farthest:
+            continue
+        eye = np.array([point[0], point[1], _EYE_M])
+        if hat and sight.is_clear(eye, hat_corners.astype(np.float64)).any():
+            continue
+        best, farthest = point, distance
+        if farthest > 2.0:
+            break
+    return best
+
+
+def _distance_to_box(
+    point: NDArray[np.float64], low: tuple[float, ...], high: tuple[float, ...]
+) -> float:
+    dx = max(low[0] - point[0], point[0] - high[0], 0.0)
+    dy = max(low[1] - point[1], point[1] - high[1], 0.0)
+    return math.hypot(dx, dy)
