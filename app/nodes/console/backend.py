@@ -5,10 +5,16 @@ import io
 import secrets
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
+import numpy as np
 import viser
 
+from app.view.camera_follow import FOV_RAD, framing
 from app.view.viser_private import SECRET_HEADER, demanding_secret, forbid_sharing
+
+_START: Final = framing(np.array([-4.0, -3.0]), np.array([4.0, 3.0]), 1.25)
+"""Before there is a map: a home's worth of floor round the robot's start."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +47,9 @@ def start_viser() -> ViserBackend:
     with demanding_secret(secret), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host="127.0.0.1", port=0, label="IPPON", verbose=False)
     forbid_sharing(server)
+    server.initial_camera.fov = FOV_RAD
+    server.initial_camera.position = _START.position
+    server.initial_camera.look_at = _START.look_at
     server.gui.configure_theme(
         dark_mode=True,
         show_logo=False,
