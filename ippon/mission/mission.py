@@ -30,7 +30,6 @@ from ippon.planning.plan import NodeKind, Plan
 from ippon.planning.planner import PlannerConfig, ViewpointPlanner
 from ippon.robot import RobotProfile
 
-
 WAITING = "waiting for a goal"
 HELD_TEXT = {
     MissionState.STOPPED: "stopped: press Resume to go on",
