@@ -254,6 +254,8 @@ def _polarity(
     asked = " have you " in before or " did you " in before or " could you " in before
     searched = bool(lexicon.SEARCHED & set(scope)) and not asked
     aside = relation in lexicon.NEGATIVE_RELATIONS
+    if relation == "from" and not lexicon.MOVED & set(words):
+        aside = False  # "The bottle from the fridge" is in the fridge, until somebody took it.
     negated = not aside if searched else denied != aside
     if mention.kind == "activity":
         return denied, "maybe"

@@ -84,6 +84,9 @@ NEGATIONS = word_set(
 SEARCHED = word_set("looked checked searched tried inspected combed")
 """Past tense: where somebody has looked, it is not."""
 
+MOVED = word_set("moved took taken take brought carried removed picked")
+"""With these, "from the sofa" says where it no longer is."""
+
 NEUTRAL = (
     "don't know",
     "do not know",

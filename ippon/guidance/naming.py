@@ -84,6 +84,19 @@ def same_object(one: str, other: str) -> bool:
     return first is not None and second is not None and first.label == second.label
 
 
+def is_instance_of(label: str, ooi: str) -> bool:
+    """Tell whether a thing labelled `label` answers the question for `ooi`.
+
+    A baseball cap is a hat and a television is a tv; a hat need not be a baseball cap.
+    """
+    if same_object(label, ooi):
+        return True
+    knowledge = load_knowledge()
+    entry = knowledge.find(canonical_label(label).replace("_", " "))
+    goal = knowledge.find(canonical_label(ooi).replace("_", " "))
+    return entry is not None and goal is not None and goal.label in wider(entry, knowledge)
+
+
 @lru_cache(maxsize=64)
 def vocabulary_labels(vocabulary: tuple[str, ...]) -> dict[str, str]:
     """Map the canonical labels of the table to the labels of a vocabulary that stand for them."""

@@ -1,0 +1,84 @@
+from typing import Any
+
+import pytest
+
+from ippon.guidance.knowledge import build_knowledge, load_knowledge
+
+ROOMS: dict[str, Any] = {"names": {"kitchen": ["kitchen"]}, "activities": {"cooking": ["kitchen"]}}
+
+
+def build(**table: dict[str, Any]) -> None:
+    build_knowledge({"test.yaml": table}, ROOMS)
+
+
+def test_the_table_is_worth_the_name() -> None:
+    knowledge = load_knowledge()
+    assert len(knowledge.things) >= 300
+    assert len(knowledge.phrases) >= 1500
+
+
+def test_rooms_are_distributions() -> None:
+    for thing in load_knowledge().things.values():
+        if thing.rooms:
+            assert sum(thing.rooms.values()) == pytest.approx(1.0)
+            assert min(thing.rooms.values()) > 0.0
+        else:
+            assert thing.spread != "none", thing.name
+
+
+def test_what_is_found_at_a_place_can_be_in_the_room_of_the_place() -> None:
+    knowledge = load_knowledge()
+    for thing in knowledge.things.values():
+        for place in thing.places:
+            other = knowledge.thing(place.name)
+            assert other is not None
+            shared = sum(
+                min(share, other.rooms.get(room, 0.0)) for room, share in thing.rooms.items()
+            )
+            assert shared >= 0.05 or not other.rooms, (thing.name, place.name)
+
+
+def test_kinds_of_a_kind_end() -> None:
+    knowledge = load_knowledge()
+    for thing in knowledge.things.values():
+        seen = {thing.name}
+        queue = list(thing.parents)
+        while queue:
+            name = queue.pop()
+            assert name != thing.name
+            if name not in seen:
+                seen.add(name)
+                parent = knowledge.thing(name)
+                queue += parent.parents if parent else ()
+
+
+def test_finds_plurals() -> None:
+    knowledge = load_knowledge()
+    assert [
+        entry.label for entry in map(knowledge.find, ("knives", "couches", "berries")) if entry
+    ] == [
+        "knife",
+        "sofa",
+    ]
+    assert knowledge.room("bedrooms") == "bedroom"
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"pan": {"room": {}}}, "test.yaml: pan: unknown field .'room'.; known: "),
+        ({"pan": {"rooms": {"moon": 1}}}, "test.yaml: pan: unknown room .'moon'."),
+        ({"pan": {"spread": "wide"}}, "test.yaml: pan: unknown spread 'wide'; known: "),
+        ({"pan": {"by": ["pot"]}}, "pan: 'pot' is not in the table"),
+        ({"pan": {}, "pot": {"also": ["pan"]}}, "test.yaml: pot: 'pan' already stands for pan"),
+    ],
+)
+def test_error_texts(table: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        build(**table)
+
+
+def test_an_activity_needs_a_known_place() -> None:
+    rooms = {"names": {"kitchen": ["kitchen"]}, "activities": {"fishing": ["lake"]}}
+    with pytest.raises(ValueError, match="'fishing': 'lake' is neither a thing nor a type of room"):
+        build_knowledge({}, rooms)
