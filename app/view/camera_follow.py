@@ -17,6 +17,8 @@ _STILL_M: Final = 0.02
 _SAME_M: Final = 0.03
 _REMEMBERED: Final = 64
 _MARGIN: Final = 1.06
+_WALL_M: Final = 1.2
+"""Room for the walls, which rise above the floor that is framed."""
 _SMALLEST_M: Final = 5.0
 
 
@@ -38,7 +40,7 @@ def framing(low: Float64Array, high: Float64Array, aspect: float) -> View:
     """
     center = 0.5 * (low + high)
     width = max(float(high[0] - low[0]), _SMALLEST_M) * _MARGIN
-    depth = max(float(high[1] - low[1]), _SMALLEST_M * 0.75) * _MARGIN
+    depth = max(float(high[1] - low[1]), _SMALLEST_M * 0.75) * _MARGIN + _WALL_M
     half_v = math.tan(0.5 * FOV_RAD)
     # The near edge of the floor is the widest part of the picture.
     near = 0.5 * depth * math.cos(_ELEVATION_RAD)

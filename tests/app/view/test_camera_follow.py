@@ -1,0 +1,95 @@
+import asyncio
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from app.view.camera_follow import FOV_RAD, CameraFollow, framing
+
+
+class Camera:
+    """A browser's camera: it reports back what it was told, and what the hand does."""
+
+    def __init__(self):
+        self.aspect = 1.25
+        self.position = (3.0, 3.0, 3.0)
+        self.look_at = (0.0, 0.0, 0.0)
+        self.callbacks = []
+
+    def on_update(self, callback):
+        self.callbacks.append(callback)
+
+    def report(self):
+        for callback in self.callbacks:
+            asyncio.run(callback(self))
+
+
+@pytest.fixture
+def client():
+    """A browser that has just connected."""
+    return SimpleNamespace(client_id=1, camera=Camera())
+
+
+SMALL = (np.array([0.0, 0.0]), np.array([6.0, 5.0]))
+LARGE = (np.array([-9.0, 0.0]), np.array([12.0, 14.0]))
+
+
+@pytest.mark.parametrize("bounds", [SMALL, LARGE, (np.array([0.0, 0]), np.array([20.0, 3.0]))])
+@pytest.mark.parametrize("aspect", [0.6, 1.25, 2.2])
+def test_all_corners_are_in_the_picture(bounds, aspect):
+    low, high = bounds
+    view = framing(low, high, aspect)
+    eye, target = np.array(view.position), np.array(view.look_at)
+    ahead = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(ahead, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    up = np.cross(right, ahead)
+    limit = math.tan(0.5 * FOV_RAD)
+    for x in (low[0], high[0]):
+        for y in (low[1], high[1]):
+            ray = np.array([x, y, 0.0]) - eye
+            assert abs(ray @ right / (ray @ ahead)) <= limit * aspect
+            assert abs(ray @ up / (ray @ ahead)) <= limit
+
+
+def test_a_new_browser_sees_the_whole_map_at_once(client):
+    follow = CameraFollow()
+    follow.step(SMALL)
+    follow.add(client)
+    follow.step(None)
+    assert client.camera.position == framing(*SMALL, 1.25).position
+
+
+def test_the_camera_glides_after_a_growing_map(client):
+    follow = CameraFollow()
+    follow.add(client)
+    follow.step(SMALL)
+    follow.step(LARGE)
+    between = client.camera.position[2]
+    assert framing(*SMALL, 1.25).position[2] < between < framing(*LARGE, 1.25).position[2]
+    for _ in range(60):
+        client.camera.report()
+        follow.step(LARGE)
+    np.testing.assert_allclose(client.camera.position, framing(*LARGE, 1.25).position, atol=0.05)
+
+
+def test_the_operators_hand_wins_until_recalled(client):
+    follow = CameraFollow()
+    follow.add(client)
+    follow.step(SMALL)
+    client.camera.position = (1.0, 1.0, 9.0)
+    client.camera.report()
+    follow.step(LARGE)
+    assert client.camera.position == (1.0, 1.0, 9.0)
+    follow.recall()
+    follow.step(LARGE)
+    assert client.camera.position != (1.0, 1.0, 9.0)
+
+
+def test_what_the_browser_showed_before_is_not_taken_for_a_hand(client):
+    follow = CameraFollow()
+    follow.add(client)
+    client.camera.report()
+    follow.step(SMALL)
+    assert client.camera.position == framing(*SMALL, 1.25).position

@@ -1,0 +1,198 @@
+"""The layers, drawn into a real viser server; what it would send is what is checked."""
+
+import contextlib
+import io
+
+import numpy as np
+import pytest
+import viser
+
+from app.messages.control import FindReport
+from app.messages.images import CompressedColor, StampedCamera
+from app.messages.motion import StampedPath, StampedTransform
+from app.view.options import LAYERS, ViewOptions
+from app.view.scene_model import SceneModel
+from app.view.viser_scene import ALL_PARTS, ViserScene
+from ippon.camera import PinholeCamera
+from ippon.geometry import base_pose
+from ippon.planning.plan import TreeView
+from ippon.robot import ZED
+
+
+@pytest.fixture
+def server():
+    """A viser server that nobody watches."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        yield server
+        server.stop()
+
+
+@pytest.fixture
+def model(make):
+    """A floor of 4 m by 4 m, with a spot where the object may be."""
+    model = SceneModel()
+    model.on_status(make.status())
+    floor = [(i, j, 0) for i in range(40) for j in range(40)]
+    model.on_voxels(make.cloud(floor))
+    model.on_voxels(make.cloud([(20, 20, 3), (20, 21, 3)], 2, ooi=200))
+    return model
+
+
+def _node(server, name):
+    return server.scene.get_handle_by_name(name)
+
+
+def _sent(server):
+    return server._websock_server._broadcast_buffer.message_counter
+
+
+def _draw(server, model, **options):
+    scene = ViserScene(server)
+    scene.draw(model, ALL_PARTS, ViewOptions(**options))
+    return scene
+
+
+def test_the_map_is_one_cloud_a_column_and_boxes_where_the_object_may_be(server, model):
+    scene = _draw(server, model)
+    assert scene.voxels.shown == 25
+    cloud = _node(server, "/map/1_1")
+    assert cloud.points.shape == (64, 3)
+    assert cloud.points.dtype == np.float16
+    boxes = _node(server, "/object_voxels")
+    np.testing.assert_allclose(boxes.batched_positions, [[2.05, 2.05, 0.35], [2.05, 2.15, 0.35]])
+
+
+def test_world_positions_survive_the_half_precision(server, model, make):
+    model.on_voxels(make.cloud([(-1003, 2005, 29)]))
+    _draw(server, model, ceiling_m=None)
+    cloud = _node(server, f"/map/{-1003 // 8}_{2005 // 8}")
+    world = np.asarray(cloud.position) + cloud.points.astype(float) * cloud.scale
+    np.testing.assert_allclose(world, [[-100.25, 200.55, 2.95]], atol=1e-6)
+
+
+def test_a_change_sends_what_changed_only(server, model, make):
+    scene = _draw(server, model)
+    model.take_changes()
+    before = _sent(server)
+    model.on_voxels(make.cloud([(3, 3, 1)], 5))
+    scene.draw(model, model.take_changes(), ViewOptions())
+    assert 1 <= _sent(server) - before <= 3
+    before = _sent(server)
+    scene.draw(model, model.take_changes(), ViewOptions())
+    assert _sent(server) == before
+
+
+def test_a_colour_mode_changes_colours_and_no_points(server, model):
+    scene = _draw(server, model)
+    before = _node(server, "/map/0_0").colors.copy()
+    scene.draw(model, frozenset(), ViewOptions(mode="proximity"))
+    after = _node(server, "/map/0_0").colors
+    assert before.shape == after.shape
+    assert (before != after).any()
+
+
+def test_the_ceiling_is_cut(server, model, make):
+    model.on_voxels(make.cloud([(0, 0, k) for k in range(30)]))
+    scene = _draw(server, model, ceiling_m=1.0)
+    assert _node(server, "/map/0_0").points[:, 2].max() < 10
+    scene.draw(model, frozenset(), ViewOptions(ceiling_m=None))
+    assert _node(server, "/map/0_0").points[:, 2].max() == 29.5
+
+
+def test_boxes_follow_the_threshold(server, model, make):
+    scene = _draw(server, model, object_threshold=0.5)
+    assert len(_node(server, "/object_voxels").batched_positions) == 2
+    scene.draw(model, frozenset(), ViewOptions(object_threshold=0.9))
+    assert not _node(server, "/object_voxels").visible
+    model.on_voxels(make.cloud([(20, 22, 3)], 9, ooi=254))
+    scene.draw(model, model.take_changes(), ViewOptions(object_threshold=0.9))
+    assert _node(server, "/object_voxels").visible
+    assert len(_node(server, "/object_voxels").batched_positions) == 1
+
+
+def test_a_new_map_replaces_the_old_one(server, model, make):
+    scene = _draw(server, model)
+    model.on_status(make.status(map_revision=0, voxel_size_m=0.1))
+    model.on_keyframe(make.cloud([(0, 0, 0)], 1))
+    scene.draw(model, model.take_changes(), ViewOptions())
+    assert scene.voxels.shown == 1
+    assert not _node(server, "/object_voxels").visible
+
+
+def test_every_layer_can_be_hidden(server, model, make):
+    scene = _draw_everything(server, model, make)
+    assert all(_node(server, name).visible for name in NODES.values())
+    for layer, name in NODES.items():
+        scene.draw(model, frozenset(), ViewOptions(layers=frozenset(LAYERS) - {layer}))
+        assert not _node(server, name).visible, layer
+
+
+NODES = {
+    "map": "/map/0_0",
+    "object": "/object_voxels",
+    "tree": "/tree/nodes",
+    "path": "/path/line",
+    "camera": "/camera",
+    "trail": "/trail",
+    "finds": "/finds/0/label",
+}
+
+
+def _draw_everything(server, model, make):
+    camera = PinholeCamera.from_horizontal_fov(64, 40, 1.2)
+    model.on_camera(StampedCamera(stamp_ns=1, frame_id="optical", camera=camera))
+    for n in range(60):
+        moves = [
+            ("map", "base_link", base_pose(0.05 * n, 1.0, 0.0, 0.0)),
+            ("base_link", "optical", ZED.T_base_camera(-0.3)),
+        ]
+        model.on_transforms(
+            StampedTransform(stamp_ns=n, parent=a, child=b, T_parent_child=T) for a, b, T in moves
+        )
+    model.on_image(CompressedColor(stamp_ns=1, frame_id="optical", encoded=b"\xff\xd8picture"))
+    model.on_path(StampedPath(stamp_ns=1, points_world=np.array([[0.0, 0, 0], [1, 1, 0]])))
+    model.on_tree(_tree(5))
+    find = FindReport(
+        goal_id=1,
+        object="hat",
+        position_world=(2.0, 2.0, 0.3),
+        size_m=(0.2, 0.2, 0.2),
+        probability=0.9,
+        voxels=2,
+    )
+    model.on_status(make.status(find=find))
+    return _draw(server, model)
+
+
+def test_the_picture_travels_as_it_came(server, model, make):
+    _draw_everything(server, model, make)
+    frustum = _node(server, "/camera")
+    assert frustum._image_data == b"\xff\xd8picture"
+    assert frustum._format == "jpeg"
+
+
+def test_a_shrinking_tree_keeps_its_names(server, model, make):
+    scene = _draw_everything(server, model, make)
+    model.on_tree(_tree(2))
+    scene.draw(model, model.take_changes(), ViewOptions())
+    assert len(_node(server, "/tree/nodes").batched_positions) == 2
+    assert len(_node(server, "/tree/edges").points) == 1
+    model.on_tree(_tree(0))
+    scene.draw(model, model.take_changes(), ViewOptions())
+    assert not _node(server, "/tree/nodes").visible
+
+
+def _tree(n):
+    zeros = np.zeros(n, np.float32)
+    return TreeView(
+        positions_world=np.arange(3 * n, dtype=np.float32).reshape(n, 3),
+        parents=np.arange(-1, n - 1, dtype=np.int32),
+        yaws_rad=zeros,
+        tilts_rad=zeros,
+        gains=np.arange(n, dtype=np.float32),
+        terminations=zeros,
+        path_costs_s=zeros,
+        levels=np.zeros(n, np.uint8),
+        kinds=np.zeros(n, np.uint8),
+    )
