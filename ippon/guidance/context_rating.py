@@ -14,12 +14,16 @@ from ippon.guidance.rating import (
     overlap,
     rate,
     rate_identity,
+    rooms_text,
     words,
 )
+from ippon.guidance.words import generic
 
 _STATED = {"sure": "you said", "likely": "you think", "habit": "usually", "maybe": "perhaps"}
+_OWN_ROOM_SHARE = 0.9
+"""Share of a landmark in a room from which it stands for the room: a bed for the bedroom."""
 _TYPICAL_ROOM_SHARE = 0.1
-"""Share of a landmark in the room you named from which a typical place there counts."""
+"""Share of a landmark in the room that was named under which it tells of another room."""
 
 
 def rate_by_claims(
@@ -90,23 +94,27 @@ def rate_claim(
     if identity is not None and identity.level == Level.CERTAIN and reachable:
         return Rating(level=Level.CERTAIN if claim.firm else Level.NEAR, reason=said)
     found = rate(place, landmark, knowledge, goal_rooms=rooms, landmark_rooms=seen_in)
+    if found.level == Level.AVERAGE:
+        return found
     level = min(found.level, Level.NEAR)
-    if not claim.firm and level != Level.AVERAGE:
+    if not claim.firm:
         return Rating(level=Level.AVERAGE, reason=f"{said}: too unsure to tell")
     return Rating(level=level, reason=f"{said}; {found.reason}")
 
 
 def _rate_room(claim: Claim, landmark: Entry, said: str, seen_in: Rooms | None) -> Rating:
+    subject = generic(words(landmark.label))
     if landmark.thing.spread != "none" and seen_in is None:
-        return Rating(level=Level.AVERAGE, reason=f"{words(landmark.label)}: in many rooms")
+        return Rating(level=Level.AVERAGE, reason=f"{subject} in many rooms")
     rooms = landmark.thing.rooms if seen_in is None else seen_in
     share = rooms.get(claim.place, 0.0)
-    name = f"{words(landmark.label)}"
+    if share >= _OWN_ROOM_SHARE and claim.firm:
+        return Rating(level=Level.CERTAIN, reason=f"{said}, and {subject} hardly anywhere else")
     if share >= SAME_ROOM_SHARE:
-        return Rating(level=Level.NEAR, reason=f"{said}, and that is where {name} belongs")
-    if share < FAR_SHARE and claim.firm:
-        return Rating(level=Level.FAR, reason=f"{said}; {name} belongs elsewhere")
-    return Rating(level=Level.AVERAGE, reason=f"{said}; {name} may be there or elsewhere")
+        return Rating(level=Level.NEAR, reason=f"{said}, and {subject} mostly there")
+    if share < _TYPICAL_ROOM_SHARE and claim.firm:
+        return Rating(level=Level.FAR, reason=f"{said}; {subject} in {rooms_text(rooms)}")
+    return Rating(level=Level.AVERAGE, reason=f"no indication: {subject} in {rooms_text(rooms, 3)}")
 
 
 def _denied(landmark: Entry, negative: Sequence[Claim], at_rooms: Rooms) -> Rating | None:

@@ -160,9 +160,10 @@ def _rate_rooms(goal: Entry, landmark: Entry, in_rooms: Rooms, at_rooms: Rooms) 
         return Rating(level=Level.FAR, reason=text + rooms_text(in_rooms))
     if same_room(in_rooms, at_rooms) >= SAME_ROOM_SHARE:
         shared = max(at_rooms, key=lambda room: at_rooms[room] * in_rooms.get(room, 0.0))
-        text = f"{generic(other)} mostly in the {words(shared)}, like {name}"
+        text = f"{generic(other)} mostly in the {words(shared)}, and so {_is(name)}"
         return Rating(level=Level.NEAR, reason=text)
-    return Rating(level=Level.AVERAGE, reason=f"no indication: {rooms_text(at_rooms, 3)}")
+    text = f"no indication: {generic(other)} in {rooms_text(at_rooms, 3)}"
+    return Rating(level=Level.AVERAGE, reason=text)
 
 
 def rooms_text(rooms: Rooms, most: int = 2) -> str:
@@ -170,6 +171,11 @@ def rooms_text(rooms: Rooms, most: int = 2) -> str:
     ranked = sorted(rooms, key=lambda room: -rooms[room])[:most]
     named = [f"the {words(room)}" for room in ranked if rooms[room] >= 0.1]
     return " or ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
+
+
+def _is(name: str) -> str:
+    subject, _, verb = generic(name).rpartition(" ")
+    return f"{verb} {subject}"
 
 
 def _the(entry: Entry) -> str:

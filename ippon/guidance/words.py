@@ -32,7 +32,7 @@ ADJECTIVES = word_set(
 
 _TOKEN = re.compile(r"[^\W_]+(?:['’][^\W_]+)*", re.UNICODE)
 _PLURALS = word_set(
-    "blinds chips clothes cosmetics cookies curtains drawers earphones flowers glasses goggles "
+    "appliances blinds chips clothes cosmetics cookies curtains drawers earphones flowers glasses goggles "
     "groceries headphones jeans keys notes objects others pajamas panties pants pills scissors "
     "shelves shoes slippers sneakers snacks spices stairs sunglasses supplies tongs tools "
     "trousers utensils vitamins weights sweets nuts boots gloves toys papers shorts heels matches "
@@ -45,6 +45,7 @@ _MASS = word_set(
     "wine paint cheese butter honey jam ketchup chocolate cereal rubbish cash luggage deodorant "
     "perfume floss mouthwash fabric yarn litter linen"
 )
+_IRREGULAR_PHRASES = {"chest of drawers": "chests of drawers"}
 _IRREGULAR = {"knife": "knives", "shelf": "shelves", "scarf": "scarves", "loaf": "loaves"} | {
     "leaf": "leaves",
     "person": "people",
@@ -128,6 +129,8 @@ def plural(word: str) -> str:
 def generic(phrase: str) -> str:
     """Write a phrase as the subject of a general statement: "hats are", "toilet paper is"."""
     head, _, last = phrase.rpartition(" ")
+    if phrase in _IRREGULAR_PHRASES:
+        return f"{_IRREGULAR_PHRASES[phrase]} are"
     if last in _MASS:
         return f"{phrase} is"
     if last in _PLURALS:

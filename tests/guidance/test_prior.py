@@ -123,7 +123,8 @@ def test_context_moves_the_search(prior: EmbeddedPrior) -> None:
     assert found["cushion"] == Level.NEAR
     assert found["appliances"] == found["toilet"] == found["sink"] == Level.FAR
     found = levels_of(prior, "hat", "it is in the bathroom")
-    assert found["toilet"] == found["shower"] == Level.NEAR
+    assert found["toilet"] == found["shower"] == Level.CERTAIN
+    assert found["towel"] == Level.NEAR
     assert found["sofa"] == found["bed"] == Level.FAR
     found = levels_of(prior, "hat", "it lies next to my toothbrush")
     assert found["mirror"] == found["sink"] == Level.NEAR
@@ -163,7 +164,7 @@ def test_an_unknown_object_is_average_and_the_operator_is_told(prior: EmbeddedPr
     assert {row.level for row in guidance.rows} == {Level.AVERAGE}
     assert guidance.notes == ("nothing is known about “flux capacitor”: every level is average",)
     found = levels_of(prior, "flux capacitor", "it is in the bedroom")
-    assert found["bed"] == Level.NEAR
+    assert found["bed"] == Level.CERTAIN
     assert found["toilet"] == Level.FAR
 
 
