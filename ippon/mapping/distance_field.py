@@ -142,7 +142,9 @@ def _mark_kernel(changed, fresh, offsets, directory, shift, stale):
             x = changed[n, 0] + offsets[m, 0]
             y = changed[n, 1] + offsets[m, 1]
             z = changed[n, 2] + offsets[m, 2]
-            if not (0 <= x < stale.shape[0] and 0 <= y < stale.shape[1] and 0 <= z < stale.shape[2]):
+            if not (
+                0 <= x < stale.shape[0] and 0 <= y < stale.shape[1] and 0 <= z < stale.shape[2]
+            ):
                 continue
             if directory[x + shift[0], y + shift[1], z + shift[2]] >= 0:
                 stale[x, y, z] = 1
@@ -179,11 +181,11 @@ def _along_y_kernel(volume, reach, first, rows):
         for y in range(1, min(ny, first + rows)):
             for z in range(length):
                 step = np.int16(plane[y - 1, z] + one)
-                plane[y, z] = step if step < plane[y, z] else plane[y, z]
+                plane[y, z] = min(plane[y, z], step)
         for y in range(ny - 2, first - 1, -1):
             for z in range(length):
                 step = np.int16(plane[y + 1, z] + one)
-                plane[y, z] = step if step < plane[y, z] else plane[y, z]
+                plane[y, z] = min(plane[y, z], step)
         for y in range(first, min(ny, first + rows)):
             for z in range(length):
                 d = plane[y, z]
@@ -195,7 +197,7 @@ def _lower(line, other, step):
     """Take the lesser of `line` and `other + step`, element by element."""
     for z in range(line.shape[0]):
         t = np.int16(other[z] + step)
-        line[z] = t if t < line[z] else line[z]
+        line[z] = min(line[z], t)
 
 
 @njit(cache=True, nogil=True)

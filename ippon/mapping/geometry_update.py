@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from ippon.camera import PinholeCamera
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED
 from ippon.mapping.blocks import N_LAYER_FREE
 from ippon.mapping.view_blocks import OPEN
@@ -75,6 +76,26 @@ class Hits(NamedTuple):
     """(n,) the block has hits."""
 
 
+def sample_strides(camera: PinholeCamera, voxel_size: float, far_m: float) -> tuple[int, int]:
+    """Return pixels between the samples for hits, along u and v.
+
+    Along u, at least 2.5 samples fall across a voxel at the greatest range; along v they are twice
+    as dense, because floors are seen at a grazing angle.
+    """
+    across = camera.fx * voxel_size / far_m
+    along_u = max(1, min(4, int(across / 2.5)))
+    along_v = max(1, along_u // 2)
+    # The index of a sample must fit its bits.
+    while n_samples(camera, (along_u, along_v)) > 1 << PIXEL_BITS:
+        along_u, along_v = along_u + 1, along_v + 1
+    return along_u, along_v
+
+
+def n_samples(camera: PinholeCamera, strides: tuple[int, int]) -> int:
+    """Return the number of samples of an image."""
+    return (-(-camera.width // strides[0])) * (-(-camera.height // strides[1]))
+
+
 def make_hits(blocks: int) -> Hits:
     """Reserve room for the hits of a list of `blocks` blocks."""
     return Hits(
@@ -84,73 +105,109 @@ def make_hits(blocks: int) -> Hits:
     )
 
 
-@njit(cache=True, nogil=True)
-def hit_kernel(depth_image, stride, view, rules, origin, directory, rows, list_of_row, n, hits):
-    """Count in which voxels the image's points fall, and keep the most central of each."""
-    depth, slope, shift = depth_image.depth, depth_image.slope, depth_image.slope_shift
-    height, width = depth.shape[0] - 2, depth.shape[1] - 2
-    samples_u = (width + stride - 1) // stride
-    inv = 1.0 / rules.voxel_size
-    m = view.T_world_camera
-    # Blocks are counted from the camera's own, so that float32 is exact enough anywhere.
-    base_x = int(np.floor(m[0, 3] * inv / 8.0)) * 8
-    base_y = int(np.floor(m[1, 3] * inv / 8.0)) * 8
-    base_z = int(np.floor(m[2, 3] * inv / 8.0)) * 8
-    tx = np.float32(m[0, 3] * inv - base_x)
-    ty = np.float32(m[1, 3] * inv - base_y)
-    tz = np.float32(m[2, 3] * inv - base_z)
-    r00, r01, r02 = np.float32(m[0, 0] * inv), np.float32(m[0, 1] * inv), np.float32(m[0, 2] * inv)
-    r10, r11, r12 = np.float32(m[1, 0] * inv), np.float32(m[1, 1] * inv), np.float32(m[1, 2] * inv)
-    r20, r21, r22 = np.float32(m[2, 0] * inv), np.float32(m[2, 1] * inv), np.float32(m[2, 2] * inv)
+@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
+def _locate_row(depth, slope, shift, v, columns, lines, view, rules, size, cells, codes):
+    """Find the directory cell and the voxel that each sample of an image row falls in.
+
+    Args:
+        depth: (W + 2,) padded depth of the row.
+        slope: (w,) slopes of the row.
+        shift: See `DepthImage.slope_shift`.
+        v: Row in pixels.
+        columns: (S,) pixel column of each sample.
+        lines: (3, 4) camera coordinates to voxels counted from the directory's corner.
+        view: The image's geometry.
+        rules: Update rules.
+        size: (3,) of the directory, blocks.
+        cells: (S,) out: linear index in the directory, -1 for none.
+        codes: (S,) out: distance to the voxel's centre in the high bits, the voxel in the low nine.
+    """
     far, near = np.float32(view.far_m), np.float32(view.near_m)
     sink = np.float32(rules.depth_of_hits)
-    base_bx = (base_x >> 3) - origin[0]
-    base_by = (base_y >> 3) - origin[1]
-    base_bz = (base_z >> 3) - origin[2]
-    half = np.float32(0.5)
-    offset = stride // 2
-    for sv in range((height + stride - 1) // stride):
-        v = min(sv * stride + offset, height - 1)
-        yn = np.float32((v - view.cy) / view.fy)
+    yn = (v - view.cy) / view.fy
+    # Ray of the row's pixel u is a + b u, in voxels for one metre along the optical axis.
+    b = lines[:, 0] / view.fx
+    a = lines[:, 1] * yn + lines[:, 2] - b * view.cx
+    ax, ay, az = np.float32(a[0]), np.float32(a[1]), np.float32(a[2])
+    bx, by, bz = np.float32(b[0]), np.float32(b[1]), np.float32(b[2])
+    tx, ty, tz = np.float32(lines[0, 3]), np.float32(lines[1, 3]), np.float32(lines[2, 3])
+    ex, ey, ez = np.float32(8 * size[0]), np.float32(8 * size[1]), np.float32(8 * size[2])
+    zero, half, steps = np.float32(0.0), np.float32(0.5), np.float32(2000.0)
+    for s in range(columns.shape[0]):
+        u = columns[s]
+        d = depth[u + np.uint32(1)]
+        z = d + sink / slope[u >> shift]
+        uf = np.float32(u)
+        px = (ax + bx * uf) * z + tx
+        py = (ay + by * uf) * z + ty
+        pz = (az + bz * uf) * z + tz
+        inside = (d >= near) & (d <= far) & (px >= zero) & (py >= zero) & (pz >= zero)
+        inside = inside & (px < ex) & (py < ey) & (pz < ez)
+        i, j, k = np.int32(px), np.int32(py), np.int32(pz)
+        cell = ((i >> 3) * size[1] + (j >> 3)) * size[2] + (k >> 3)
+        cells[s] = np.int32(cell) if inside else np.int32(-1)
+        dx = px - np.float32(i) - half
+        dy = py - np.float32(j) - half
+        dz = pz - np.float32(k) - half
+        away = np.int32((dx * dx + dy * dy + dz * dz) * steps)
+        codes[s] = np.int32((away << 9) | ((i & 7) << 6) | ((j & 7) << 3) | (k & 7))
+
+
+@njit(cache=True, nogil=True)
+def hit_kernel(depth_image, strides, view, rules, origin, directory, rows, list_of_row, n, hits):
+    """Count in which voxels the image's points fall, and keep the most central of each.
+
+    Args:
+        depth_image: Prepared depth.
+        strides: Pixels between samples along u and v.
+        view: The image's geometry.
+        rules: Update rules.
+        origin: (3,) block index of `directory[0, 0, 0]`.
+        directory: (DX, DY, DZ) rows by block.
+        rows: (n,) pool rows of the blocks in view.
+        list_of_row: Place of each pool row in `rows`; void for rows that are not there.
+        n: Length of the list.
+        hits: Out.
+    """
+    depth, slope, shift = depth_image.depth, depth_image.slope, depth_image.slope_shift
+    height, width = depth.shape[0] - 2, depth.shape[1] - 2
+    samples_u = (width + strides[0] - 1) // strides[0]
+    columns = np.empty(samples_u, np.uint32)
+    for su in range(samples_u):
+        columns[su] = min(su * strides[0] + strides[0] // 2, width - 1)
+    cells = np.empty(samples_u, np.int32)
+    codes = np.empty(samples_u, np.int32)
+    size = np.array(directory.shape)
+    found = directory.ravel()
+    lines = view.T_world_camera[:3] / rules.voxel_size
+    lines[:, 3] -= 8.0 * origin
+    for sv in range((height + strides[1] - 1) // strides[1]):
+        v = min(sv * strides[1] + strides[1] // 2, height - 1)
+        _locate_row(
+            depth[v + 1], slope[v >> shift], shift, v, columns, lines, view, rules, size, cells,
+            codes,
+        )  # fmt: skip
+        last_cell, at = -1, -1
         for su in range(samples_u):
-            u = min(su * stride + offset, width - 1)
-            d = depth[v + 1, u + 1]
-            if d < near or d > far:
+            cell = cells[su]
+            if cell < 0:
                 continue
-            d += sink / slope[v >> shift, u >> shift]
-            xn = np.float32((u - view.cx) / view.fx)
-            px = (r00 * xn + r01 * yn + r02) * d + tx
-            py = (r10 * xn + r11 * yn + r12) * d + ty
-            pz = (r20 * xn + r21 * yn + r22) * d + tz
-            flx, fly, flz = np.floor(px), np.floor(py), np.floor(pz)
-            i, j, k = int(flx), int(fly), int(flz)
-            bx, by, bz = (i >> 3) + base_bx, (j >> 3) + base_by, (k >> 3) + base_bz
-            if (
-                bx < 0
-                or by < 0
-                or bz < 0
-                or bx >= directory.shape[0]
-                or by >= directory.shape[1]
-                or bz >= directory.shape[2]
-            ):
+            if cell != last_cell:
+                last_cell = cell
+                row = found[cell]
+                at = list_of_row[row] if row >= 0 else -1
+                if at >= n or (at >= 0 and rows[at] != row):
+                    at = -1
+                if at >= 0 and hits.any[at] == 0:
+                    hits.any[at] = 1
+                    hits.number[at, :] = 0
+                    hits.best[at, :] = NO_PIXEL
+            if at < 0:
                 continue
-            row = directory[bx, by, bz]
-            if row < 0:
-                continue
-            at = list_of_row[row]
-            if at >= n or rows[at] != row:
-                continue
-            if hits.any[at] == 0:
-                hits.any[at] = 1
-                hits.number[at, :] = 0
-                hits.best[at, :] = NO_PIXEL
-            dx, dy, dz = px - flx - half, py - fly - half, pz - flz - half
-            away = int((dx * dx + dy * dy + dz * dz) * np.float32(4000.0))
-            voxel = ((i & 7) << 6) | ((j & 7) << 3) | (k & 7)
-            code = np.uint32((away << PIXEL_BITS) | (sv * samples_u + su))
+            voxel = codes[su] & 511
+            code = np.uint32(((codes[su] >> 9) << PIXEL_BITS) | (sv * samples_u + su))
             hits.best[at, voxel] = min(hits.best[at, voxel], code)
-            if hits.number[at, voxel] < 65535:
-                hits.number[at, voxel] += np.uint16(1)
+            hits.number[at, voxel] += np.uint16(1)
 
 
 @njit(cache=True, nogil=True)
@@ -188,6 +245,8 @@ def _project_block(
     cx, cy = np.float32(view.cx + 1.5), np.float32(view.cy + 1.5)
     near, far = np.float32(view.near_m), np.float32(view.far_m)
     u_max, v_max = np.float32(width + 1), np.float32(height + 1)
+    u_last, v_last = np.float32(width - 1), np.float32(height - 1)
+    per_cell = np.float32(1.0) / np.float32(1 << shift)
     zero, one = np.float32(0.0), np.float32(1.0)
     stride = np.int32(width + 2)
     for k in range(512):
@@ -198,52 +257,80 @@ def _project_block(
         u = min(max(u, zero), u_max)
         v = min(max(v, zero), v_max)
         ui, vi = np.int32(u), np.int32(v)
-        at = np.int32(vi * stride + ui)
-        index[k] = at if z > near and z <= far else np.int32(0)
+        inside = np.int32(1) if z > near and z <= far else np.int32(0)
+        index[k] = np.uint32(np.int32(vi * stride + ui) * inside)
         # The border maps to the nearest cell; its depth is 0, so the value is never used.
-        uc = max(np.int32(0), np.int32(min(ui, np.int32(width)) - np.int32(1)))
-        vc = max(np.int32(0), np.int32(min(vi, np.int32(height)) - np.int32(1)))
-        cell[k] = np.int32((vc >> shift) * cells_u + (uc >> shift))
+        uc = np.int32(min(max(u - one, zero), u_last) * per_cell)
+        vc = np.int32(min(max(v - one, zero), v_last) * per_cell)
+        cell[k] = np.uint32(vc * cells_u + uc)
         scratch_z[k] = z
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "arcp", "contract"})
-def _mixed_block(pools, row, rules, depth, slope, z, index, cell, count, need):
-    """Update signed distance, evidence and state of one block from the pixels of its voxels."""
-    zero, one = np.float32(0.0), np.float32(1.0)
-    scale = np.float32(TSDF_ONE / rules.truncation)
-    top = np.float32(TSDF_ONE)
-    behind, clear = np.float32(-rules.behind), np.float32(rules.clear)
-    tsdf, weight, evidence = pools.tsdf[row], pools.weight[row], pools.evidence[row]
-    state = pools.state[row]
-    w_max = np.float32(rules.weight_max)
-    hit, miss = np.int32(rules.hit), np.int32(rules.miss)
-    e_max, e_min = np.int32(rules.evidence_max), np.int32(rules.evidence_min)
-    observed = 0
-    changed = 0
-    occupied_changed = 0
+@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz"})
+def _measure_block(depth, slope, index, cell, z, signed):
+    """Write each voxel's signed distance to the surface before it, -1e9 where there is none."""
     for k in range(512):
         d = depth[index[k]]
         s = (d - z[k]) * slope[cell[k]]
-        valid = d > zero and s > behind
-        t = min(s * scale, top)
+        signed[k] = s if d > np.float32(0.0) else np.float32(-1e9)
+
+
+@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract", "arcp"})
+def _fuse_distance(tsdf, weight, signed, rules):
+    """Average the signed distances into the block's, cut off at the truncation distance."""
+    one, top = np.float32(1.0), np.float32(TSDF_ONE)
+    scale = np.float32(TSDF_ONE / rules.truncation)
+    behind = np.float32(-rules.behind)
+    w_max = np.float32(rules.weight_max)
+    for k in range(512):
+        s = signed[k]
         w = np.float32(weight[k])
-        mean = (np.float32(tsdf[k]) * w + t) / (w + one)
-        rounded = np.floor(mean + np.float32(0.5))
-        tsdf[k] = np.int16(rounded) if valid else tsdf[k]
-        weight[k] = np.uint8(min(w + one, w_max)) if valid else weight[k]
-        is_hit = np.float32(count[k]) * z[k] * z[k] >= need and count[k] > 0
-        is_miss = valid and s > clear and not is_hit
-        e = np.int32(evidence[k]) + (hit if is_hit else np.int32(0))
-        e = e - (miss if is_miss else np.int32(0))
+        t = np.float32(tsdf[k])
+        mean = t + (min(s * scale, top) - t) / (w + one)
+        mean = mean + (np.float32(0.5) if mean > 0 else np.float32(-0.5))
+        valid = s > behind
+        tsdf[k] = np.int16(mean if valid else t)
+        weight[k] = np.uint8(min(w + one, w_max) if valid else w)
+
+
+@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "reassoc"})
+def _weigh_evidence(evidence, state, signed, z, number, need, rules):
+    """Add the image's evidence to the block's; return counts of what it changed.
+
+    Everything is float32, the whole numbers too, so that the loop fills whole vector registers.
+    """
+    zero, one = np.float32(0.0), np.float32(1.0)
+    hit, miss = np.float32(rules.hit), np.float32(rules.miss)
+    e_max, e_min = np.float32(rules.evidence_max), np.float32(rules.evidence_min)
+    clear, behind = np.float32(rules.clear), np.float32(-rules.behind)
+    free, occupied = np.float32(FREE), np.float32(OCCUPIED)
+    observed, changed, became, ceased = zero, zero, zero, zero
+    for k in range(512):
+        n = np.float32(number[k])
+        is_hit = one if n * z[k] * z[k] >= need else zero
+        is_miss = (one if signed[k] > clear else zero) * (one - is_hit)
+        e = np.float32(evidence[k]) + hit * is_hit - miss * is_miss
         e = min(max(e, e_min), e_max)
+        old = np.float32(state[k])
+        new = occupied if e > zero else (free if e < zero else old)
         evidence[k] = np.int8(e)
-        old = state[k]
-        new = np.uint8(OCCUPIED) if e > 0 else (np.uint8(FREE) if e < 0 else old)
-        state[k] = new
-        observed += valid or is_hit
-        changed += new != old
-        occupied_changed += (new == OCCUPIED) != (old == OCCUPIED)
+        state[k] = np.uint8(new)
+        observed += (one if signed[k] > behind else zero) + is_hit
+        changed += one if new != old else zero
+        was = one if old == occupied else zero
+        now = one if new == occupied else zero
+        became += now * (one - was)
+        ceased += was * (one - now)
+    return observed, changed, became + ceased
+
+
+@njit(cache=True, nogil=True)
+def _mixed_block(pools, row, rules, z, signed, number, need):
+    """Update signed distance, evidence and state of one block."""
+    _fuse_distance(pools.tsdf[row], pools.weight[row], signed, rules)
+    observed, changed, occupied_changed = _weigh_evidence(
+        pools.evidence[row], pools.state[row], signed, z, number, need, rules
+    )
     flags = OBSERVED if observed > 0 else 0
     if changed > 0:
         flags |= STATE_CHANGED
@@ -255,7 +342,7 @@ def _mixed_block(pools, row, rules, depth, slope, z, index, cell, count, need):
 @njit(cache=True, nogil=True)
 def update_kernel(
     depth_image,
-    stride,
+    strides,
     view,
     rules,
     rows,
@@ -272,7 +359,7 @@ def update_kernel(
 
     Args:
         depth_image: Prepared depth.
-        stride: Pixels between the samples that hits were counted on.
+        strides: Pixels between the samples that hits were counted on, along u and v.
         view: The image's geometry.
         rules: Update rules.
         rows: (n,) pool rows of the blocks.
@@ -299,11 +386,14 @@ def update_kernel(
         for axis in range(3):
             offsets[axis, k] = v * (m[axis, 0] * i + m[axis, 1] * j + m[axis, 2] * l)
     z = np.empty(512, np.float32)
-    index = np.empty(512, np.int32)
-    cell = np.empty(512, np.int32)
+    signed = np.empty(512, np.float32)
+    index = np.empty(512, np.uint32)
+    cell = np.empty(512, np.uint32)
     no_hits = np.zeros(512, np.uint16)
-    # A voxel's face covers (f v / z)^2 pixels, 1 / stride^2 of which were sampled.
-    need = np.float32(rules.hit_share * view.fx * view.fy * v * v / (stride * stride))
+    # A voxel's face covers (f v / z)^2 pixels, one of `strides[0] * strides[1]` was sampled.
+    need = np.float32(
+        max(rules.hit_share * view.fx * view.fy * v * v / (strides[0] * strides[1]), 1e-6)
+    )
     n_entries = 0
     for at in range(n):
         row = rows[at]
@@ -322,7 +412,8 @@ def update_kernel(
                 depth_image.slope_shift, cells_u,
             )  # fmt: skip
             count = hits.number[at] if hits.any[at] == 1 else no_hits
-            flag = _mixed_block(pools, row, rules, depth, slope, z, index, cell, count, need)
+            _measure_block(depth, slope, index, cell, z, signed)
+            flag = _mixed_block(pools, row, rules, z, signed, count, need)
             if hits.any[at] == 1:
                 n_entries = _list_entries(pools, row, count, hits.best[at], entries, n_entries)
         if flag & STATE_CHANGED:

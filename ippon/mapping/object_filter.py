@@ -18,7 +18,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import NOT_MAPPED
-from ippon.mapping.surface_rows import ENERGY_MAX, NO_LABEL, STEPS_PER_NAT, take_surface_row
+from ippon.mapping.surface_rows import ENERGY_MAX, STEPS_PER_NAT, take_surface_row
 
 LOG_ODDS_MAX: Final = 10.0
 """p(O) stays within 4.5e-5 of 0 and 1, so that it can recover."""
@@ -39,6 +39,8 @@ class FusionInput(NamedTuple):
     has_heatmap: bool
     channel: NDArray[np.int64]
     """(N,) channel of each map label, `NONE` for labels that the heatmap lacks."""
+    in_order: bool
+    """The heatmap's first N channels are the map's labels, in order."""
     ooi_channel: int
     """Channel of the map's OOI, `NONE` when the heatmap was not asked for it."""
     ooi_alias: int
@@ -79,33 +81,46 @@ def _exp_of_steps(energy):
 
 
 @njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
-def sum_of_exps(energy, n):
-    """Return the sum of exp(-energy / STEPS_PER_NAT) of the first n entries."""
-    total = np.float32(0.0)
+def _sums(energy, weights, n):
+    """Return the sums over the first n entries of p and of weights * p, p = exp(-energy)."""
+    total, weighted = np.float32(0.0), np.float32(0.0)
     for j in range(n):
-        total += _exp_of_steps(np.float32(energy[j]))
-    return total
+        p = _exp_of_steps(np.float32(energy[j]))
+        total += p
+        weighted += weights[j] * p
+    return total, weighted
 
 
 @njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
-def _weighted_sum(energy, weights, n):
-    total = np.float32(0.0)
+def _observe(energy, heat, table, after, n):
+    """Write energies plus those of the image to `after`; return the least of them."""
     for j in range(n):
-        total += weights[j] * _exp_of_steps(np.float32(energy[j]))
-    return total
-
-
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
-def _least(values, n):
+        after[j] = table[heat[j]]
     low = np.float32(1e9)
     for j in range(n):
-        low = min(low, values[j])
+        t = after[j] + np.float32(energy[j])
+        after[j] = t
+        low = min(low, t)
     return low
+
+
+@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
+def _store(energy, after, low, weights, n):
+    """Store energies relative to the least; return the sums of `_sums` for what was stored."""
+    total, weighted = np.float32(0.0), np.float32(0.0)
+    top = np.float32(ENERGY_MAX)
+    for j in range(n):
+        e = min(after[j] - low, top)
+        energy[j] = np.int16(e)
+        p = _exp_of_steps(e)
+        total += p
+        weighted += weights[j] * p
+    return total, weighted
 
 
 @njit(cache=True, nogil=True)
 def _log_sum_but(energy, n, alias):
-    """Return log of the sum of exp(-energy / STEPS_PER_NAT) over the entries other than `alias`."""
+    """Return log of the sum of exp(-energy) over the entries other than `alias`."""
     low = np.float32(1e9)
     for j in range(n):
         if j != alias:
@@ -118,80 +133,102 @@ def _log_sum_but(energy, n, alias):
 
 
 @njit(cache=True, nogil=True)
-def _observed_energies(surface, row, heat, fusion, n, table, after):
-    """Write energy + observed energy of every label to `after`.
+def _gather(heat, channel, out, n):
+    """Bring a pixel's channels into the map's order; labels that it lacks get 0.
 
-    A label that the heatmap lacks keeps its share: its likelihood is the mean over the others.
+    Returns:
+        True if a label is missing.
     """
-    energy = surface.energy[row]
     missing = False
     for j in range(n):
-        c = fusion.channel[j]
-        if c < 0:
-            missing = True
-        else:
-            after[j] = np.float32(energy[j]) + table[heat[c]]
-    if not missing:
-        return
-    before_sum, after_sum = 0.0, 0.0
-    for j in range(n):
-        if fusion.channel[j] >= 0:
-            before_sum += _exp_of_steps(np.float32(energy[j]))
-            after_sum += np.exp(-after[j] / STEPS_PER_NAT)
-    if before_sum <= 0.0 or after_sum <= 0.0:
-        after[:n] = energy[:n]
-        return
-    neutral = np.float32(np.round(np.log(before_sum / after_sum) * STEPS_PER_NAT))
-    for j in range(n):
-        if fusion.channel[j] < 0:
-            after[j] = np.float32(energy[j]) + neutral
+        c = channel[j]
+        out[j] = heat[c] if c >= 0 else 0
+        missing = missing or c < 0
+    return missing
 
 
 @njit(cache=True, nogil=True)
-def _store_common(surface, row, n, after, fusion, fresh):
-    """Take over the common objects' posterior and what is derived from it."""
-    energy = surface.energy[row]
-    if fusion.mode == MAXIMUM:
-        # `after` holds energy + observation; the maximum of two likelihoods is the lesser energy.
-        for j in range(n):
-            seen = after[j] - np.float32(energy[j])
-            after[j] = seen if fresh else min(seen, np.float32(energy[j]))
-    low = np.float32(0.0) if fusion.mode == MAXIMUM else _least(after, n)
-    top = np.float32(ENERGY_MAX)
+def _fill_missing(energy, channel, after, n):
+    """Let labels that the heatmap lacks keep their share; return the least of `after`.
+
+    Their likelihood is taken to be the mean over the labels that it has.
+    """
+    before_sum, after_sum = 0.0, 0.0
     for j in range(n):
-        energy[j] = np.int16(min(after[j] - low, top))
-    describe_row(surface, row, n, fusion.level_probability)
+        if channel[j] >= 0:
+            before_sum += np.exp(-energy[j] / STEPS_PER_NAT)
+            after_sum += np.exp(-after[j] / STEPS_PER_NAT)
+    neutral = np.float32(0.0)
+    if before_sum > 0.0:
+        neutral = np.float32(np.round(np.log(before_sum / after_sum) * STEPS_PER_NAT))
+    low = np.float32(1e9)
+    for j in range(n):
+        if channel[j] < 0:
+            after[j] = np.float32(energy[j]) + neutral
+        low = min(low, after[j])
+    return low
 
 
 @njit(cache=True, nogil=True)
 def describe_row(surface, row, n, level_probability):
     """Derive label, confidence, proximity and normaliser of a row from its energies."""
+    total, weighted = _sums(surface.energy[row], level_probability, n)
+    _describe(surface, row, n, total, weighted)
+
+
+@njit(cache=True, nogil=True)
+def _describe(surface, row, n, total, weighted):
     energy = surface.energy[row]
-    total = sum_of_exps(energy, n)
     best = 0
     for j in range(1, n):
         if energy[j] < energy[best]:
             best = j
+    one, half, top = np.float32(1.0), np.float32(0.5), np.float32(254.0)
+    share = _exp_of_steps(np.float32(energy[best])) / total
     surface.log_norm[row] = np.log(total)
     surface.label[row] = best
-    share = _exp_of_steps(np.float32(energy[best])) / total
-    surface.confidence[row] = np.uint8(np.float32(254.0) * min(share, np.float32(1.0)) + 0.5)
-    near = _weighted_sum(energy, level_probability, n) / total
-    surface.proximity[row] = np.uint8(np.float32(254.0) * min(near, np.float32(1.0)) + 0.5)
+    surface.confidence[row] = np.uint8(top * min(share, one) + half)
+    surface.proximity[row] = np.uint8(top * min(weighted / total, one) + half)
 
 
 @njit(cache=True, nogil=True)
-def _observe_ooi(surface, row, n, after, heat, fusion, fresh):
-    """Update the OOI's log-odds; `after` holds the common energies of before plus this image's."""
-    h = fusion.energy_of[heat[fusion.ooi_channel]] * np.float32(-1.0 / STEPS_PER_NAT)
-    if fusion.mode == MAXIMUM:
-        p = np.exp(h)
-        odds = np.log(p / max(1.0 - p, 1e-9))
-        log_odds = odds if fresh else max(surface.log_odds[row], odds)
+def _fuse_bayes(surface, row, n, after, low, fusion, h, common, ooi):
+    """One step of the filter; `after` holds the energies plus those of the image."""
+    energy = surface.energy[row]
+    before = surface.log_norm[row]
+    log_mean = np.float32(0.0)
+    if ooi and fusion.ooi_alias >= 0:
+        before = _log_sum_but(energy, n, fusion.ooi_alias)
+        log_mean = _log_sum_but(after, n, fusion.ooi_alias) - before
+    if common:
+        total, weighted = _store(energy, after, low, fusion.level_probability, n)
+        _describe(surface, row, n, total, weighted)
     else:
-        before = _log_sum_but(surface.energy[row], n, fusion.ooi_alias)
-        log_odds = surface.log_odds[row] + h - (_log_sum_but(after, n, fusion.ooi_alias) - before)
+        for j in range(n):
+            after[j] = min(after[j] - low, np.float32(ENERGY_MAX))
+        total, _ = _sums(after, fusion.level_probability, n)
+    if not ooi:
+        return
+    if fusion.ooi_alias < 0:
+        log_mean = np.log(total) - low * np.float32(1.0 / STEPS_PER_NAT) - before
+    log_odds = surface.log_odds[row] + h - log_mean
     surface.log_odds[row] = min(max(log_odds, -LOG_ODDS_MAX), LOG_ODDS_MAX)
+
+
+@njit(cache=True, nogil=True)
+def _fuse_maximum(surface, row, n, after, fusion, h, common, ooi, ooi_is_new):
+    """Keep the highest probability that any image gave (ablation)."""
+    energy = surface.energy[row]
+    if ooi:
+        p = np.exp(h)
+        odds = min(max(np.log(p / max(1.0 - p, 1e-9)), -LOG_ODDS_MAX), LOG_ODDS_MAX)
+        surface.log_odds[row] = odds if ooi_is_new else max(surface.log_odds[row], odds)
+    if common:
+        # A new row starts at the greatest energy, so the least energy is that of the images.
+        for j in range(n):
+            after[j] = min(after[j] - np.float32(energy[j]), np.float32(energy[j]))
+        total, weighted = _store(energy, after, np.float32(0.0), fusion.level_probability, n)
+        _describe(surface, row, n, total, weighted)
 
 
 @njit(cache=True, nogil=True)
@@ -224,7 +261,7 @@ def _blend_color(surface, row, color):
 def fuse_kernel(
     entries,
     n_entries,
-    stride,
+    strides,
     depth,
     color,
     fusion,
@@ -239,7 +276,7 @@ def fuse_kernel(
     Args:
         entries: (n, 3) pool row, voxel, sample (see `update_kernel`).
         n_entries: Rows of `entries`.
-        stride: Pixels between samples.
+        strides: Pixels between samples along u and v.
         depth: (H + 2, W + 2) padded depth.
         color: (H, W, 3) RGB.
         fusion: The heatmap, or none.
@@ -253,17 +290,18 @@ def fuse_kernel(
         Number of voxels that a heatmap updated; `OUT_OF_ROWS` when a voxel found no surface row.
     """
     height, width = color.shape[0], color.shape[1]
-    samples_u = (width + stride - 1) // stride
+    samples_u = (width + strides[0] - 1) // strides[0]
     h, w = fusion.probabilities.shape[0], fusion.probabilities.shape[1]
     start = ENERGY_MAX if fusion.mode == MAXIMUM else 0
     prior = -np.log(max(labels, 1))
     after = np.zeros(surface.energy.shape[1], np.float32)
+    gathered = np.zeros(surface.energy.shape[1], np.uint8)
     table = fusion.energy_of
     fused = 0
     for e in range(n_entries):
         row, k, sample = entries[e, 0], entries[e, 1], entries[e, 2]
-        v = min((sample // samples_u) * stride + stride // 2, height - 1)
-        u = min((sample % samples_u) * stride + stride // 2, width - 1)
+        v = min((sample // samples_u) * strides[1] + strides[1] // 2, height - 1)
+        u = min((sample % samples_u) * strides[0] + strides[0] // 2, width - 1)
         slot = pools.slot[row, k]
         if slot == 0:
             slot = take_surface_row(surface, row * 512 + k, labels, start, prior)
@@ -279,32 +317,48 @@ def fuse_kernel(
         if not common and not ooi:
             continue
         fused += 1
-        heat = fusion.probabilities[
-            ((2 * v + 1) * h) // (2 * height), ((2 * u + 1) * w) // (2 * width)
-        ]
-        _observed_energies(surface, slot, heat, fusion, labels, table, after)
+        hv, hu = ((2 * v + 1) * h) // (2 * height), ((2 * u + 1) * w) // (2 * width)
+        heat = fusion.probabilities[hv, hu]
+        missing = False
+        seen = heat
+        if not fusion.in_order:
+            missing = _gather(heat, fusion.channel, gathered, labels)
+            seen = gathered
+        low = _observe(surface.energy[slot], seen, table, after, labels)
+        if missing:
+            low = _fill_missing(surface.energy[slot], fusion.channel, after, labels)
+        log_h = np.float32(0.0)
         if ooi:
-            _observe_ooi(
-                surface, slot, labels, after, heat, fusion, pools.ooi[row, k] == NOT_MAPPED
-            )
+            log_h = table[heat[fusion.ooi_channel]] * np.float32(-1.0 / STEPS_PER_NAT)
+        if fusion.mode == MAXIMUM:
+            is_new = pools.ooi[row, k] == NOT_MAPPED
+            _fuse_maximum(surface, slot, labels, after, fusion, log_h, common, ooi, is_new)
+        else:
+            _fuse_bayes(surface, slot, labels, after, low, fusion, log_h, common, ooi)
+        if ooi:
             if _is_suppressed(pools, row, k, fusion.suppressed, voxel_size):
                 surface.log_odds[slot] = -LOG_ODDS_MAX
-            code = ooi_code(surface.log_odds[slot])
-            if code != pools.ooi[row, k]:
-                lowered = pools.ooi[row, k] != NOT_MAPPED and code < pools.ooi[row, k]
-                pools.ooi[row, k] = code
-                pools.revision[row] = revision
-                if lowered:
-                    pools.best_ooi[row] = best_of(pools, row)
-                else:
-                    pools.best_ooi[row] = max(pools.best_ooi[row], code)
+            _show_ooi(pools, row, k, ooi_code(surface.log_odds[slot]), revision)
         if common:
-            _store_common(surface, slot, labels, after, fusion, surface.label[slot] == NO_LABEL)
             level = fusion.levels[surface.label[slot]]
             if level != pools.level[row, k]:
                 pools.level[row, k] = level
                 pools.revision[row] = revision
     return fused
+
+
+@njit(cache=True, nogil=True)
+def _show_ooi(pools, row, k, code, revision):
+    """Take a voxel's new OOI code over to the block."""
+    old = pools.ooi[row, k]
+    if code == old:
+        return
+    pools.ooi[row, k] = code
+    pools.revision[row] = revision
+    if old != NOT_MAPPED and old == pools.best_ooi[row] and code < old:
+        pools.best_ooi[row] = best_of(pools, row)
+    else:
+        pools.best_ooi[row] = max(pools.best_ooi[row], code)
 
 
 @njit(cache=True, nogil=True)

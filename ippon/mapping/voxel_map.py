@@ -30,6 +30,8 @@ from ippon.mapping.geometry_update import (
     View,
     hit_kernel,
     make_hits,
+    n_samples,
+    sample_strides,
     update_kernel,
 )
 from ippon.mapping.object_filter import (
@@ -398,20 +400,20 @@ class VoxelMap:
         self._hits.any[:n] = 0
         self._list_of_row[rows] = np.arange(n, dtype=np.int32)
         rules = self._rules()
-        stride = 2 if frame.camera.width >= 480 else 1
+        strides = sample_strides(frame.camera, self.config.voxel_size_m, self.config.max_range_m)
         directory, origin = self._directory.rows, self._directory.origin
         hit_kernel(
-            image, stride, view, rules, origin, directory, rows, self._list_of_row, n, self._hits
+            image, strides, view, rules, origin, directory, rows, self._list_of_row, n, self._hits
         )
         flags = np.zeros(n, np.uint8)
-        entries = np.empty((-(-frame.depth.size // stride**2) + frame.depth.size // 8, 3), np.int32)
+        entries = np.empty((n_samples(frame.camera, strides), 3), np.int32)
         n_entries = update_kernel(
-            image, stride, view, rules, rows, kinds, n, self._hits, self.pools, self.surface,
+            image, strides, view, rules, rows, kinds, n, self._hits, self.pools, self.surface,
             revision, flags, entries,
         )  # fmt: skip
         fusion = self._fusion_input(frame.heatmap)
         labelled = fuse_kernel(
-            entries, n_entries, stride, image.depth, np.ascontiguousarray(frame.color), fusion,
+            entries, n_entries, strides, image.depth, np.ascontiguousarray(frame.color), fusion,
             len(self.labels), self.config.voxel_size_m, self.pools, self.surface, revision,
         )  # fmt: skip
         drop_unobserved_kernel(
@@ -500,6 +502,7 @@ class VoxelMap:
             probabilities=probabilities,
             has_heatmap=heatmap is not None,
             channel=channel,
+            in_order=bool((channel == np.arange(len(channel))).all()),
             ooi_channel=ooi_channel,
             ooi_alias=alias,
             energy_of=self._energy_of,
