@@ -10,6 +10,8 @@ UInt8Array = NDArray[np.uint8]
 
 _TAPS = 5
 _CENTRE_WEIGHT = 0.5
+_REPAID = 4
+"""Units of 1/255 lost in rounding that are simply given to the largest channel."""
 
 
 def sample_instances(
@@ -141,12 +143,27 @@ def _blend_kernel(
                     b = np.float32(255.0 * weight) * rest
                     for c in range(channels):
                         mixed[c] += a * good[k, c] + b * bad[k, c]
-            total, largest = 0, 0
+            total = 0
             for c in range(channels):
                 value = np.uint8(mixed[c] + np.float32(0.5))
                 out[i, j, c] = value
                 total += value
-                if value > out[i, j, largest]:
-                    largest = c
-            # Rounding is repaid where it matters least.
-            out[i, j, largest] = np.uint8(out[i, j, largest] + 255 - total)
+            if 0 <= 255 - total <= _REPAID:
+                largest = 0
+                for c in range(1, channels):
+                    if out[i, j, c] > out[i, j, largest]:
+                        largest = c
+                out[i, j, largest] += np.uint8(255 - total)
+            else:
+                _round_in_turn(mixed, out[i, j])
+
+
+@njit(cache=True, nogil=True)
+def _round_in_turn(mixed: Float32Array, out: UInt8Array) -> None:
+    """Round so that the sum stays: what one channel loses goes to the next."""
+    carry = np.float32(0.5)
+    for c in range(mixed.shape[0]):
+        carry += mixed[c]
+        value = np.uint8(carry)
+        carry -= np.float32(value)
+        out[c] = value

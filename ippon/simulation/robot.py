@@ -13,6 +13,8 @@ from ippon.simulation.support import FloorSupport
 
 _TOUCH_M = 1e-4
 """Penetration that does not count: rounding of the sliding itself."""
+_STUCK_SHARE = 0.2
+"""Sliding on by less than this share of the wanted way is no progress: the wheels stop."""
 _WHEEL_RING = 0.6
 """Distance of the wheels from the centre, as a fraction of the body's radius."""
 
@@ -155,11 +157,24 @@ class SimulatedBase:
             self.x_m, self.y_m = x, y
             return
         self.contact = True
-        slid = self._slide(x, y, allowed, abs(distance)) if self.config.sliding else None
-        if slid is None:
+        end = self._slide(x, y, allowed, abs(distance)) if self.config.sliding else None
+        if end is None:
+            end = self._touch(dx, dy, allowed)
+        moved = math.hypot(end[0] - self.x_m, end[1] - self.y_m)
+        self.x_m, self.y_m = end
+        if moved < _STUCK_SHARE * abs(distance) or not self.config.sliding:
             self.linear_m_s = 0.0
-        else:
-            self.x_m, self.y_m = slid
+
+    def _touch(self, dx: float, dy: float, allowed_m: float) -> tuple[float, float]:
+        """Go as far along the wanted way as nothing is met, within a thousandth of it."""
+        free, blocked = 0.0, 1.0
+        for _ in range(10):
+            middle = 0.5 * (free + blocked)
+            if self._is_allowed(self.x_m + middle * dx, self.y_m + middle * dy, allowed_m):
+                free = middle
+            else:
+                blocked = middle
+        return self.x_m + free * dx, self.y_m + free * dy
 
     def _is_allowed(self, x: float, y: float, allowed_m: float) -> bool:
         if self._contacts.deepest(x, y, self.yaw_rad).depth_m > allowed_m + 1e-9:
