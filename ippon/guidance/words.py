@@ -32,11 +32,11 @@ ADJECTIVES = word_set(
 
 _TOKEN = re.compile(r"[^\W_]+(?:['’][^\W_]+)*", re.UNICODE)
 _PLURALS = word_set(
-    "appliances blinds chips clothes cosmetics cookies curtains drawers earphones flowers glasses goggles "
+    "blinds chips clothes cosmetics cookies curtains drawers earphones flowers glasses goggles "
     "groceries headphones jeans keys notes objects others pajamas panties pants pills scissors "
     "shelves shoes slippers sneakers snacks spices stairs sunglasses supplies tongs tools "
     "trousers utensils vitamins weights sweets nuts boots gloves toys papers shorts heels matches "
-    "tissues leggings crisps wipes"
+    "tissues leggings crisps wipes appliances"
 )
 _MASS = word_set(
     "paper furniture lighting shelving seating equipment bread milk juice soap shampoo detergent "
