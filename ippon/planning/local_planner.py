@@ -55,7 +55,7 @@ class _LengthAndCrowding(ob.OptimizationObjective):
         self._query = query
         self._weight = weight
 
-    def stateCost(self, s: Any) -> Any:  # noqa: N802
+    def stateCost(self, state: Any) -> Any:  # noqa: ARG002, N802
         return ob.Cost(0.0)
 
     def motionCost(self, s1: Any, s2: Any) -> Any:  # noqa: N802
@@ -116,7 +116,11 @@ def plan_locally(
     space.setBounds(bounds)
     setup = og.SimpleSetup(space)
     information = setup.getSpaceInformation()
-    setup.setStateValidityChecker(lambda s: can_stand(grid, limits, np.array([s[0], s[1]]), margin))
+
+    def valid(state: Any) -> bool:
+        return can_stand(grid, limits, np.array([state[0], state[1]]), margin)
+
+    setup.setStateValidityChecker(valid)
     information.setMotionValidator(_Motion(information, query))
     weight = config.clearance_weight if config.clearance == "soft" else 0.0
     setup.setOptimizationObjective(_LengthAndCrowding(information, query, weight))

@@ -6,48 +6,41 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, UNKNOWN, MapArrays
-from ippon.planning.panorama import LookCounts, ViewRules, cast_ray
+from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, UNKNOWN, MapArrays
+from ippon.planning.panorama import ViewField, ViewRules, cast_ray, within_field
 from ippon.planning.view_table import ViewTable
-from ippon.planning.voxels import block_row
-
-MARGIN_BLOCKS = 8
-"""Blocks of unobserved space kept round the map: views reach beyond what was observed."""
 
 
 class ViewMemory:
-    """Looks at each voxel, and the step in which each block column last changed.
+    """State of and looks at each voxel, and the step in which each block column last changed.
 
     Space that stays unknown although the camera looked at it (glass, mirrors, a dark hole, what no
     map keeps) must not attract for ever; neither must a surface that has told all it will. The
     block statistics keep viewpoints from being evaluated again for changes that cannot matter.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, range_voxels: float) -> None:
         self.step = 0
-        self._layers: tuple[int, int] | None = None
-        self._looks = LookCounts(
-            origin=np.zeros(3, dtype=np.int64),
-            unknown=np.zeros((0, 0, 0), dtype=np.uint8),
-            surface=np.zeros((0, 0, 0), dtype=np.uint8),
-        )
+        # Blocks kept round the map, so that no view reaches beyond.
+        self._margin = math.ceil(range_voxels / 8.0) + 1
+        self._field = _empty_field(np.zeros(3, dtype=np.int64), (0, 0, 0))
         self._changed = np.zeros((0, 0), dtype=np.int64)
         self._statistics = np.zeros((0, 4), dtype=np.float32)
         self._revision = -1
 
     @property
-    def looks(self) -> LookCounts:
-        """Counts as the view kernels take them."""
-        return self._looks
+    def field(self) -> ViewField:
+        """States and looks as the view kernels take them."""
+        return self._field
 
     @property
     def changed(self) -> NDArray[np.int64]:
-        """(X, Y) step in which a block column last changed; row 0 at `looks.origin`."""
+        """(X, Y) step in which a block column last changed; (0, 0) at `field.origin`."""
         return self._changed
 
     def forget_surfaces(self) -> None:
         """Count looks at surfaces anew: another object is searched for."""
-        self._looks.surface[:] = 0
+        self._field.surface_looks[:] = 0
         self._changed[:] = self.step
 
     def follow(self, arrays: MapArrays, layers: tuple[int, int], rules: ViewRules) -> None:
@@ -72,7 +65,7 @@ class ViewMemory:
             np.array(layers, dtype=np.int64),
             rules,
             self._statistics,
-            self._looks.origin >> 3,
+            self._field,
             self.step,
             self._changed,
         )
@@ -86,7 +79,6 @@ class ViewMemory:
         rules: ViewRules,
         camera_voxel: tuple[int, int, int],
         shown: NDArray[np.bool_],
-        surface_range: float,
     ) -> None:
         """Count one image: every visible voxel that it left unsettled.
 
@@ -96,53 +88,57 @@ class ViewMemory:
             rules: What a voxel counts.
             camera_voxel: Voxel that held the camera.
             shown: (P * Y,) directions that the image showed.
-            surface_range: Range in voxels within which the goal is recognised.
         """
+        if not within_field(table, self._field, camera_voxel):
+            # The robot drove off the map; there is nothing to settle there.
+            return
         _record_kernel(
             arrays,
             table,
             rules,
-            self._looks,
+            self._field,
             np.array(camera_voxel, dtype=np.int64),
             shown,
-            surface_range,
             self.step,
             self._changed,
         )
 
     def _fit(self, arrays: MapArrays, layers: tuple[int, int]) -> None:
-        origin = np.array(
-            [
-                (arrays.origin_block[0] - MARGIN_BLOCKS) * 8,
-                (arrays.origin_block[1] - MARGIN_BLOCKS) * 8,
-                layers[0],
-            ],
-            dtype=np.int64,
-        )
+        """Match extent and layers; other layers mean another floor, and a fresh start."""
+        margin, old = self._margin, self._field
+        first = (arrays.origin_block[:2] - margin) * 8
+        origin = np.array([first[0], first[1], layers[0]], dtype=np.int64)
         shape = (
-            (arrays.directory.shape[0] + 2 * MARGIN_BLOCKS) * 8,
-            (arrays.directory.shape[1] + 2 * MARGIN_BLOCKS) * 8,
+            (arrays.directory.shape[0] + 2 * margin) * 8,
+            (arrays.directory.shape[1] + 2 * margin) * 8,
             layers[1] - layers[0] + 1,
         )
-        old = self._looks
-        if old.unknown.shape == shape and (old.origin == origin).all() and self._layers == layers:
+        if old.state.shape == shape and (old.origin == origin).all():
             return
-        fresh = LookCounts(
-            origin=origin,
-            unknown=np.zeros(shape, dtype=np.uint8),
-            surface=np.zeros(shape, dtype=np.uint8),
-        )
+        field = _empty_field(origin, shape)
         changed = np.zeros((shape[0] // 8, shape[1] // 8), dtype=np.int64)
-        if self._layers == layers:
-            _paste(old.unknown, old.origin - origin, fresh.unknown)
-            _paste(old.surface, old.origin - origin, fresh.surface)
-            _paste(self._changed, (old.origin[:2] - origin[:2]) >> 3, changed)
+        if old.origin[2] == origin[2] and old.state.shape[2] == shape[2]:
+            offset = old.origin - origin
+            paste(old.state, offset, field.state)
+            paste(old.unknown_looks, offset, field.unknown_looks)
+            paste(old.surface_looks, offset, field.surface_looks)
+            paste(self._changed, offset[:2] >> 3, changed)
         else:
             changed[:] = self.step
-        self._looks, self._changed, self._layers = fresh, changed, layers
+            self._revision = -1
+        self._field, self._changed = field, changed
 
 
-def _paste(source: NDArray, offset: NDArray[np.int64], target: NDArray) -> None:
+def _empty_field(origin: NDArray[np.int64], shape: tuple[int, int, int]) -> ViewField:
+    return ViewField(
+        origin=origin,
+        state=np.full(shape, UNKNOWN, dtype=np.uint8),
+        unknown_looks=np.zeros(shape, dtype=np.uint8),
+        surface_looks=np.zeros(shape, dtype=np.uint8),
+    )
+
+
+def paste(source: NDArray, offset: NDArray[np.int64], target: NDArray) -> None:
     """Copy `source` into `target`, its first element at `offset`, as far as it overlaps."""
     low = np.maximum(offset, 0)
     high = np.minimum(offset + source.shape, target.shape)
@@ -153,8 +149,8 @@ def _paste(source: NDArray, offset: NDArray[np.int64], target: NDArray) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _note_changes_kernel(arrays, since, layers, rules, statistics, origin, step, changed):
-    directory = arrays.directory
+def _note_changes_kernel(arrays, since, layers, rules, statistics, field, step, changed):
+    directory, origin = arrays.directory, field.origin
     for bx in range(directory.shape[0]):
         for by in range(directory.shape[1]):
             for bz in range(directory.shape[2]):
@@ -165,11 +161,14 @@ def _note_changes_kernel(arrays, since, layers, rules, statistics, origin, step,
                 if base + 7 < layers[0] or base > layers[1]:
                     continue
                 unknown, occupied, unlabelled, known = 0, 0, 0, 0.0
+                fx = (bx + arrays.origin_block[0]) * 8 - origin[0]
+                fy = (by + arrays.origin_block[1]) * 8 - origin[1]
                 for c in range(512):
                     k = base + (c & 7)
                     if k < layers[0] or k > layers[1]:
                         continue
                     state = arrays.state[row, c]
+                    field.state[fx + (c >> 6), fy + ((c >> 3) & 7), k - origin[2]] = state
                     if state == UNKNOWN:
                         unknown += 1
                     elif state == OCCUPIED:
@@ -189,17 +188,15 @@ def _note_changes_kernel(arrays, since, layers, rules, statistics, origin, step,
                     or abs(known - old[3]) >= 0.7
                 ):
                     old[0], old[1], old[2], old[3] = unknown, occupied, unlabelled, known
-                    x = bx + arrays.origin_block[0] - origin[0]
-                    y = by + arrays.origin_block[1] - origin[1]
-                    changed[x, y] = step
+                    changed[fx >> 3, fy >> 3] = step
 
 
 @njit(cache=True, nogil=True)
-def _record_kernel(arrays, table, rules, looks, camera, shown, surface_range, step, changed):
+def _record_kernel(arrays, table, rules, field, camera, shown, step, changed):
     cx, cy, cz = camera[0], camera[1], camera[2]
-    ox, oy, oz = looks.origin[0], looks.origin[1], looks.origin[2]
-    nx, ny, nz = looks.unknown.shape
+    fx, fy, fz = cx - field.origin[0], cy - field.origin[1], cz - field.origin[2]
     half = math.ceil(0.5 * rules.unknown_looks)
+    enough = math.ceil(rules.unknown_looks)
     for cell in range(shown.shape[0]):
         if not shown[cell]:
             continue
@@ -211,23 +208,13 @@ def _record_kernel(arrays, table, rules, looks, camera, shown, surface_range, st
             far = table.range[n]
             if far > solid_end:
                 break
-            i = cx + table.offset[n, 0]
-            j = cy + table.offset[n, 1]
-            k = cz + table.offset[n, 2]
-            a, b, c = i - ox, j - oy, k - oz
-            if a < 0 or b < 0 or c < 0 or a >= nx or b >= ny or c >= nz:
-                continue
-            row = block_row(arrays, i, j, k)
-            state = UNKNOWN
-            if row >= 0:
-                state = arrays.state[row, ((i & 7) << 6) | ((j & 7) << 3) | (k & 7)]
-            if state == FREE:
-                continue
+            a, b, c = fx + table.offset[n, 0], fy + table.offset[n, 1], fz + table.offset[n, 2]
+            state = field.state[a, b, c]
             if state == UNKNOWN:
-                if far <= space_end and looks.unknown[a, b, c] < 255:
-                    looks.unknown[a, b, c] += 1
-                    count = looks.unknown[a, b, c]
-                    if count == half or count == math.ceil(rules.unknown_looks):
+                if far <= space_end and field.unknown_looks[a, b, c] < 255:
+                    field.unknown_looks[a, b, c] += 1
+                    count = field.unknown_looks[a, b, c]
+                    if count in (half, enough):
                         changed[a >> 3, b >> 3] = step
-            elif far <= surface_range and looks.surface[a, b, c] < 255:
-                looks.surface[a, b, c] += 1
+            elif state == OCCUPIED and far <= rules.surface_range:
+                field.surface_looks[a, b, c] = min(254, field.surface_looks[a, b, c]) + 1

@@ -9,20 +9,22 @@ from numpy.typing import NDArray
 
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, UNKNOWN, MapArrays
 from ippon.planning.view_table import ViewTable
-from ippon.planning.voxels import block_row
+from ippon.planning.voxels import block_row, voxel_column
 
 
-class LookCounts(NamedTuple):
-    """How often the camera has really looked at a voxel without settling it.
+class ViewField(NamedTuple):
+    """The layers that count, dense: state, and how often the camera looked without settling it.
 
-    Dense over the band of layers that count, at voxel `origin`.
+    Wide enough that no view from a mapped place reaches beyond it; its layers are the table's.
     """
 
     origin: NDArray[np.int64]
     """(3,) voxel index of element (0, 0, 0)."""
-    unknown: NDArray[np.uint8]
+    state: NDArray[np.uint8]
+    """(X, Y, Z) `UNKNOWN`, `FREE` or `OCCUPIED`."""
+    unknown_looks: NDArray[np.uint8]
     """(X, Y, Z) looks after which the voxel was still unknown."""
-    surface: NDArray[np.uint8]
+    surface_looks: NDArray[np.uint8]
     """(X, Y, Z) looks at the voxel as a surface."""
 
 
@@ -37,6 +39,9 @@ class ViewRules(NamedTuple):
     """Looks after which an unknown voxel is believed to stay unknown: glass, or a dark hole."""
     surface_looks: float
     """Looks after which a surface voxel has nothing more to tell."""
+    surface_range: float
+    """Range in voxels within which the goal is recognised: a surface farther away than that
+    gains nothing from a look."""
     ooi_floor: float
     """p(v in O) up to which a voxel counts as background."""
     ooi_threshold: float
@@ -68,7 +73,7 @@ def see(
     arrays: MapArrays,
     table: ViewTable,
     rules: ViewRules,
-    looks: LookCounts,
+    field: ViewField,
     camera_voxel: tuple[int, int, int],
 ) -> Panorama:
     """Evaluate one viewpoint in every direction.
@@ -77,9 +82,14 @@ def see(
         arrays: The map.
         table: Directions and offsets.
         rules: What a voxel counts.
-        looks: What was looked at already.
+        field: States and looks.
         camera_voxel: Voxel that holds the camera.
+
+    Raises:
+        ValueError: The view would reach beyond the field.
     """
+    if not within_field(table, field, camera_voxel):
+        raise ValueError(f"voxel {camera_voxel} lies too close to the rim of the mapped space")
     shape = (table.pitch_bins, table.yaw_bins)
     out = Panorama(
         known=np.zeros(shape, dtype=np.float32),
@@ -90,8 +100,15 @@ def see(
         depth=np.empty(shape, dtype=np.float32),
     )
     camera = np.array(camera_voxel, dtype=np.int64)
-    count = _see_kernel(arrays, table, rules, looks, camera, out)
+    count = _see_kernel(arrays, table, rules, field, camera, out)
     return out._replace(near=out.near[:count].copy())
+
+
+def within_field(table: ViewTable, field: ViewField, voxel: tuple[int, int, int]) -> bool:
+    """Tell whether every voxel that a camera at `voxel` could see is an element of the field."""
+    reach = math.floor(table.range_voxels)
+    low = np.array(voxel[:2]) - reach - field.origin[:2]
+    return bool((low >= 0).all() and (low + 2 * reach < field.state.shape[:2]).all())
 
 
 @njit(cache=True, nogil=True)
@@ -140,7 +157,7 @@ def cast_ray(
             step = max(step, 0.0) + 1e-3
             hidden += step
         else:
-            column = ((i & 7) << 6) | ((j & 7) << 3) | (k & 7)
+            column = voxel_column(i, j, k)
             state = arrays.state[row, column]
             if state == OCCUPIED:
                 return -t
@@ -154,17 +171,22 @@ def cast_ray(
 
 
 @njit(cache=True, nogil=True)
-def _see_kernel(arrays, table, rules, looks, camera, out):
+def _see_kernel(arrays, table, rules, field, camera, out):
     cx, cy, cz = camera[0], camera[1], camera[2]
-    ox, oy, oz = looks.origin[0], looks.origin[1], looks.origin[2]
-    nx, ny, nz = looks.unknown.shape
+    # From offsets to elements of the field.
+    fx, fy, fz = cx - field.origin[0], cy - field.origin[1], cz - field.origin[2]
     reach2 = rules.termination_range * rules.termination_range
     near = 0
     for p in range(table.pitch_bins):
+        group = table.group[p]
+        depth = 0.0
         for y in range(table.yaw_bins):
             cell = p * table.yaw_bins + y
-            ray = table.rays[cell]
-            depth = cast_ray(arrays, table, rules.unknown_depth, cx, cy, cz, ray[0], ray[1], ray[2])
+            if y % group == 0:
+                ray = table.rays[cell + group // 2]
+                depth = cast_ray(
+                    arrays, table, rules.unknown_depth, cx, cy, cz, ray[0], ray[1], ray[2]
+                )
             out.depth[p, y] = depth
             # A surface is seen a voxel deep; space ends a voxel before it, so that the unknown
             # inside of a wall seen at a slant does not count.
@@ -175,39 +197,35 @@ def _see_kernel(arrays, table, rules, looks, camera, out):
                 far = table.range[n]
                 if far > solid_end:
                     break
-                i = cx + table.offset[n, 0]
-                j = cy + table.offset[n, 1]
-                k = cz + table.offset[n, 2]
-                row = block_row(arrays, i, j, k)
-                a, b, c = i - ox, j - oy, k - oz
-                counted = a >= 0 and b >= 0 and c >= 0 and a < nx and b < ny and c < nz
-                if row < 0:
-                    if far <= space_end:
-                        seen = float(looks.unknown[a, b, c]) if counted else 0.0
-                        unknown += max(0.0, 1.0 - seen / rules.unknown_looks)
-                    continue
-                column = ((i & 7) << 6) | ((j & 7) << 3) | (k & 7)
-                state = arrays.state[row, column]
+                dx, dy, dz = table.offset[n, 0], table.offset[n, 1], table.offset[n, 2]
+                a, b, c = fx + dx, fy + dy, fz + dz
+                state = field.state[a, b, c]
                 if state == FREE:
                     continue
                 if state == UNKNOWN:
                     if far <= space_end:
-                        seen = float(looks.unknown[a, b, c]) if counted else 0.0
-                        unknown += max(0.0, 1.0 - seen / rules.unknown_looks)
+                        unknown += rules.unknown_occupied * max(
+                            0.0, 1.0 - field.unknown_looks[a, b, c] / rules.unknown_looks
+                        )
                     continue
-                seen = float(looks.surface[a, b, c]) if counted else 0.0
-                fresh = max(0.0, 1.0 - seen / rules.surface_looks)
+                i, j, k = cx + dx, cy + dy, cz + dz
+                row = block_row(arrays, i, j, k)
+                if row < 0:
+                    # Dropped from a full map: nothing is known of its labels.
+                    continue
+                column = voxel_column(i, j, k)
+                fresh = max(0.0, 1.0 - field.surface_looks[a, b, c] / rules.surface_looks)
                 code = arrays.ooi[row, column]
+                recognised = far <= rules.surface_range
                 if code == NOT_MAPPED:
-                    unknown += fresh / rules.unknown_occupied
+                    if recognised:
+                        unknown += fresh
                 else:
                     posterior = code / 254.0
-                    if posterior > rules.ooi_floor:
+                    if recognised and posterior > rules.ooi_floor:
                         known += posterior * fresh
-                    if posterior > rules.ooi_threshold:
-                        across = table.offset[n, 0] ** 2 + table.offset[n, 1] ** 2
-                        if across <= reach2:
-                            ooi += 1.0
+                    if posterior > rules.ooi_threshold and dx * dx + dy * dy <= reach2:
+                        ooi += 1.0
                 level = arrays.level[row, column]
                 if level != NOT_MAPPED and far <= rules.level_range:
                     out.levels[y, level] += 1
@@ -218,6 +236,6 @@ def _see_kernel(arrays, table, rules, looks, camera, out):
                         out.near[near, 3] = y
                         near += 1
             out.known[p, y] = known
-            out.unknown[p, y] = unknown * rules.unknown_occupied
+            out.unknown[p, y] = unknown
             out.ooi[p, y] = ooi
     return near

@@ -86,7 +86,6 @@ class ViewpointPlanner:
         """
         self._termination_min = termination_min
         self._views.set_probabilities(probabilities)
-        self._views.memory.forget_surfaces()
         self._levels_changed = True
         self._target = self._path = None
         self._given_up.clear()
@@ -119,6 +118,7 @@ class ViewpointPlanner:
         box = self._floor.update(map_arrays, T_world_base)
         self._views.follow(map_arrays, self._floor.floor_z_m, T_world_base, tilt_rad)
         if self._levels_changed:
+            self._views.memory.forget_surfaces()
             self._views.recount(map_arrays)
             self._levels_changed = False
         if box is not None:

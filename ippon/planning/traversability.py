@@ -29,6 +29,7 @@ from ippon.planning.columns import (
     changed_block_columns,
     read_column_blocks,
 )
+from ippon.planning.looks import paste
 from ippon.robot import RobotProfile
 
 DRIVEN: Final = 1
@@ -183,7 +184,7 @@ class Traversability:
         if not same:
             marks = np.zeros(shape, dtype=np.uint8)
             if old is not None:
-                _paste(self._marks, old.origin - origin, marks)
+                paste(self._marks, old.origin - origin, marks)
             self._marks = marks
             self._columns = np.zeros(shape, dtype=np.uint8)
             self._grid = FloorGrid(
@@ -251,16 +252,6 @@ class Traversability:
             # Where the body is, nothing can be: the contact was somewhere else.
             body = distance <= self._robot.radius_m - 0.5 * self.grid.voxel_size
             self._marks[i[body], j[body]] &= 255 - CONTACT
-
-
-def _paste(source: NDArray[np.uint8], offset: NDArray[np.int64], target: NDArray[np.uint8]) -> None:
-    """Copy `source` into `target`, its cell (0, 0) at `offset`, as far as it overlaps."""
-    a = np.maximum(offset, 0)
-    b = np.minimum(offset + source.shape, target.shape)
-    if (b > a).all():
-        target[a[0] : b[0], a[1] : b[1]] = source[
-            a[0] - offset[0] : b[0] - offset[0], a[1] - offset[1] : b[1] - offset[1]
-        ]
 
 
 @njit(cache=True, nogil=True)

@@ -1,7 +1,7 @@
 """The voxels round a viewpoint, sorted by the direction in which they lie."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,9 @@ class ViewTable(NamedTuple):
     layer_low: int
     """Lowest layer that counts, relative to the camera's voxel."""
     layer_high: int
+    group: NDArray[np.int64]
+    """(P,) neighbouring columns of each row that share a ray: towards the nadir and the zenith
+    columns crowd together, and one ray serves several."""
     rays: NDArray[np.float64]
     """(P * Y, 3) unit directions of the cells' centres, pitch-major."""
     start: NDArray[np.int64]
@@ -72,7 +75,7 @@ def build_view_table(
     order = np.lexsort((offset[:, 2], offset[:, 1], offset[:, 0], length[keep], direction))
     counts = np.bincount(direction, minlength=pitch_bins * yaw_bins)
     centre_yaw = (np.arange(yaw_bins) + 0.5) * step
-    centre_pitch = pitch_low + (np.arange(pitch_bins) + 0.5) * step
+    centre_pitch = pitch_low + (np.arange(pitch_bins, dtype=np.float64) + 0.5) * step
     cp, sp = np.cos(centre_pitch)[:, None], np.sin(centre_pitch)[:, None]
     rays = np.stack(
         [cp * np.cos(centre_yaw), cp * np.sin(centre_yaw), sp + 0.0 * centre_yaw], axis=2
@@ -85,11 +88,19 @@ def build_view_table(
         range_voxels=float(range_voxels),
         layer_low=int(layer_low),
         layer_high=int(layer_high),
+        group=_columns_per_ray(centre_pitch, yaw_bins),
         rays=np.ascontiguousarray(rays.reshape(-1, 3), dtype=np.float64),
         start=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
         offset=np.ascontiguousarray(offset[order].astype(np.int16)),
         range=np.ascontiguousarray(length[keep][order].astype(np.float32)),
     )
+
+
+def _columns_per_ray(pitch: NDArray[Any], yaw_bins: int) -> NDArray[np.int64]:
+    """Return the largest power of two that divides `yaw_bins` and keeps rays a cell apart."""
+    wanted = np.clip(1.0 / np.maximum(np.cos(pitch), 1e-9), 1.0, 4.0)
+    group = np.power(2, np.floor(np.log2(wanted) + 0.3).astype(np.int64))
+    return np.minimum(group, math.gcd(yaw_bins, 4))
 
 
 def in_frustum(

@@ -42,8 +42,9 @@ class ViewConfig:
     """Looks after which space that stays unknown no longer attracts."""
     surface_looks: int = 60
     """Looks after which a surface no longer attracts, whatever its probability."""
-    surface_look_range_m: float = 3.5
-    """Looks at surfaces count within this range; the goal is not recognised from afar."""
+    surface_range_m: float = 3.5
+    """Surfaces count within this range, a little less than the map takes the goal's labels from:
+    from farther away a look at them tells nothing."""
     ooi_floor: float = 0.05
     """p(v in O) up to which a voxel is background: thousands of wall voxels at one percent
     would otherwise outweigh every unexplored room."""
@@ -85,7 +86,7 @@ class Viewpoints:
         self.config = config
         self._robot = robot
         self._ooi_threshold = ooi_threshold
-        self.memory = ViewMemory()
+        self._memory: ViewMemory | None = None
         headings = config.yaw_bins // config.heading_stride
         self.evaluated = np.full(capacity, -1, dtype=np.int64)
         """Step of the last evaluation, -1 for never."""
@@ -109,6 +110,12 @@ class Viewpoints:
         self._probabilities = np.array([0.02, 0.1, 0.25, 0.6], dtype=np.float32)
 
     @property
+    def memory(self) -> ViewMemory:
+        """What the camera has looked at; raises before the first `follow`."""
+        assert self._memory is not None, "follow() comes first"
+        return self._memory
+
+    @property
     def headings(self) -> Float64Array:
         """(A,) candidate headings, radians."""
         assert self._orientations is not None, "follow() comes first"
@@ -125,6 +132,8 @@ class Viewpoints:
             T_world_base: Where the robot stands.
             tilt_rad: Its camera's tilt.
         """
+        if self._memory is None:
+            self._memory = ViewMemory(self._robot.max_depth_m / arrays.voxel_size)
         self._prepare(arrays, floor_z_m)
         assert self._table is not None, "_prepare() sets it"
         assert self._rules is not None, "_prepare() sets it"
@@ -146,7 +155,6 @@ class Viewpoints:
             self._rules,
             self._camera_voxel(arrays.voxel_size, x, y),
             shown,
-            self.config.surface_look_range_m / arrays.voxel_size,
         )
 
     def evaluate(self, node: int, xy: Float64Array, arrays: MapArrays) -> None:
@@ -156,7 +164,7 @@ class Viewpoints:
         assert orientations is not None, "follow() comes first"
         assert rules is not None, "follow() comes first"
         camera = self._camera_voxel(arrays.voxel_size, float(xy[0]), float(xy[1]))
-        panorama = see(arrays, table, rules, self.memory.looks, camera)
+        panorama = see(arrays, table, rules, self.memory.field, camera)
         sums = sum_views(panorama, orientations, self._half_fov_columns(table))
         self._sums[node] = sums
         self._near[node] = panorama.near
@@ -211,7 +219,7 @@ class Viewpoints:
             self.evaluated,
             self._reach,
             self.memory.changed,
-            self.memory.looks.origin,
+            self.memory.field.origin,
             self._table.range_voxels,
             out,
         )
@@ -275,6 +283,7 @@ class Viewpoints:
             unknown_depth=config.unknown_depth_m / v,
             unknown_looks=float(config.unknown_looks),
             surface_looks=float(config.surface_looks),
+            surface_range=config.surface_range_m / v,
             ooi_floor=config.ooi_floor,
             ooi_threshold=self._ooi_threshold,
             termination_range=config.termination_range_m / v,
