@@ -11,7 +11,7 @@ UInt8Array = NDArray[np.uint8]
 _TAPS = 5
 _CENTRE_WEIGHT = 0.5
 _REPAID = 4
-"""Units of 1/255 lost in rounding that are simply given to the largest channel."""
+"""Units of 1/255 lost or won in rounding that a large channel takes upon itself."""
 
 
 def sample_instances(
@@ -143,17 +143,17 @@ def _blend_kernel(
                     b = np.float32(255.0 * weight) * rest
                     for c in range(channels):
                         mixed[c] += a * good[k, c] + b * bad[k, c]
-            total = 0
+            total, largest = np.int32(0), 0
             for c in range(channels):
-                value = np.uint8(mixed[c] + np.float32(0.5))
-                out[i, j, c] = value
+                value = np.int32(mixed[c] + np.float32(0.5))
+                out[i, j, c] = np.uint8(value)
                 total += value
-            if 0 <= 255 - total <= _REPAID:
-                largest = 0
-                for c in range(1, channels):
-                    if out[i, j, c] > out[i, j, largest]:
-                        largest = c
-                out[i, j, largest] += np.uint8(255 - total)
+            for c in range(1, channels):
+                if mixed[c] > mixed[largest]:
+                    largest = c
+            missing = np.int32(255) - total
+            if abs(missing) <= _REPAID and out[i, j, largest] >= 8 * _REPAID:
+                out[i, j, largest] = np.uint8(out[i, j, largest] + missing)
             else:
                 _round_in_turn(mixed, out[i, j])
 
