@@ -11,6 +11,10 @@ from ippon.camera import PinholeCamera
 MIN_SLOPE: Final = 0.15
 """Least ratio of perpendicular to axial distance: surfaces seen under less than 9 degrees are too
 uncertain to tell from a step in depth."""
+SPAN: Final = 2
+"""Slopes are measured over so many cells, far enough for the depth's noise to matter little."""
+NOTHING: Final = 1e9
+"""Least depth of a tile without any."""
 TILE: Final = 16
 """Edge of the tiles of `DepthImage.tiles` in pixels."""
 
@@ -29,7 +33,7 @@ class DepthImage(NamedTuple):
 
 
 def prepare_depth(
-    depth: NDArray[np.float32], camera: PinholeCamera, voxel_size: float, max_valid_m: float
+    depth: NDArray[np.float32], camera: PinholeCamera, max_valid_m: float
 ) -> DepthImage:
     """Clean and index a depth image.
 
@@ -37,7 +41,6 @@ def prepare_depth(
         depth: (H, W) metres; NaN, infinite, negative values and those above `max_valid_m` count as
             no return.
         camera: Intrinsics of `depth`.
-        voxel_size: Metres; slopes are measured over about half a voxel.
         max_valid_m: Readings above are a sensor's code for "nothing".
     """
     height, width = depth.shape
@@ -47,75 +50,88 @@ def prepare_depth(
     slope = np.empty((-(-height // cell), -(-width // cell)), np.float32)
     tiles = np.empty((-(-height // TILE), -(-width // TILE), 3), np.float32)
     _clean_kernel(np.ascontiguousarray(depth), np.float32(max_valid_m), padded, tiles)
-    reach = np.float32(0.5 * voxel_size * max(camera.fx, camera.fy))
     intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy], np.float32)
-    _slope_kernel(padded, intrinsics, reach, shift, slope)
+    _slope_kernel(padded, intrinsics, shift, slope)
     return DepthImage(padded, slope, shift, tiles)
 
 
-@njit(cache=True, nogil=True, fastmath={"nsz", "contract", "arcp"})
+@njit(cache=True, nogil=True)
 def _clean_kernel(depth, max_valid, padded, tiles):
+    """Copy valid depth into the padded image and take the extremes of each tile."""
     height, width = depth.shape
-    zero = np.float32(0.0)
-    for v in range(height):
-        for u in range(width):
-            d = depth[v, u]
-            # NaN fails both comparisons and so becomes "no return".
-            padded[v + 1, u + 1] = d if d > zero and d <= max_valid else zero
+    low = np.empty(width, np.float32)
+    high = np.empty(width, np.float32)
+    full = np.empty(width, np.float32)
     for ty in range(tiles.shape[0]):
+        low[:] = np.float32(NOTHING)
+        high[:] = np.float32(0.0)
+        full[:] = np.float32(1.0)
+        for v in range(ty * TILE, min(height, ty * TILE + TILE)):
+            _clean_row(depth[v], max_valid, padded[v + 1], low, high, full)
         for tx in range(tiles.shape[1]):
-            low = np.float32(1e9)
-            high = zero
-            full = np.float32(1.0)
-            for v in range(ty * TILE, min(height, ty * TILE + TILE)):
-                for u in range(tx * TILE, min(width, tx * TILE + TILE)):
-                    d = padded[v + 1, u + 1]
-                    full = full if d > zero else zero
-                    low = min(low, d if d > zero else np.float32(1e9))
-                    high = max(high, d)
-            tiles[ty, tx, 0] = low
-            tiles[ty, tx, 1] = high
-            tiles[ty, tx, 2] = full
+            first, last = tx * TILE, min(width, tx * TILE + TILE)
+            tiles[ty, tx, 0] = low[first:last].min()
+            tiles[ty, tx, 1] = high[first:last].max()
+            tiles[ty, tx, 2] = full[first:last].min()
 
 
 @njit(cache=True, nogil=True)
-def _gradient(depth, here, offset, inverse):
-    """Return the smaller one-sided difference of inverse depth a pixel step `offset` away."""
-    flat = depth
-    a = flat[here - offset]
-    b = flat[here + offset]
-    back = inverse - np.float32(1.0) / a if a > 0 else np.float32(1e9)
-    ahead = np.float32(1.0) / b - inverse if b > 0 else np.float32(1e9)
-    best = back if abs(back) < abs(ahead) else ahead
-    return best if abs(best) < np.float32(1e8) else np.float32(0.0)
+def _clean_row(depth, max_valid, out, low, high, full):
+    """Clean a row; keep each column's extremes, and 0 in `full` where a pixel had no depth."""
+    zero, nothing = np.float32(0.0), np.float32(NOTHING)
+    for u in range(depth.shape[0]):
+        d = depth[u]
+        # NaN fails both comparisons and so becomes "no return".
+        valid = (d > zero) & (d <= max_valid)
+        clean = d if valid else zero
+        out[u + 1] = clean
+        high[u] = max(high[u], clean)
+        low[u] = min(low[u], clean if valid else nothing)
+        full[u] = full[u] if valid else zero
 
 
-@njit(cache=True, nogil=True)
-def _slope_kernel(padded, intrinsics, reach, shift, slope):
-    # Inverse depth of a plane is affine in (u, v), so its gradient gives the plane's normal, and
-    # w / |n| turns a distance along the optical axis into one along the normal.
-    height, width = padded.shape[0] - 2, padded.shape[1] - 2
-    stride = padded.shape[1]
-    flat = padded.ravel()
+@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract", "arcp"})
+def _slope_row(here, above, below, v, intrinsics, cell, out):
+    """Measure the slopes of a row of cells from inverse depths, `SPAN` cells apart.
+
+    Inverse depth of a plane is affine in (u, v), so its gradient gives the plane's normal n, and
+    w / |n| turns a distance along the optical axis into one along the normal. Of the two one-sided
+    differences the lesser does not cross a step in depth.
+    """
     fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
-    half = 1 << (shift - 1)
-    one = np.float32(1.0)
-    for cv in range(slope.shape[0]):
-        v = min(cv * 2 * half + half, height - 1)
-        for cu in range(slope.shape[1]):
-            u = min(cu * 2 * half + half, width - 1)
-            here = (v + 1) * stride + u + 1
-            d = flat[here]
-            if d <= 0:
-                slope[cv, cu] = one
-                continue
-            step = int(reach / d)
-            step = max(1, min(step, 12, u + 1, v + 1, width - u, height - v))
-            w = one / d
-            a = _gradient(flat, here, step, w) / np.float32(step)
-            b = _gradient(flat, here, step * stride, w) / np.float32(step)
-            nx = a * fx
-            ny = b * fy
-            nz = w - a * (np.float32(u) - cx) - b * (np.float32(v) - cy)
-            s = w / np.sqrt(nx * nx + ny * ny + nz * nz)
-            slope[cv, cu] = min(one, max(np.float32(MIN_SLOPE), s))
+    one, zero, big = np.float32(1.0), np.float32(0.0), np.float32(1e8)
+    per_pixel = np.float32(1.0 / (SPAN * cell))
+    y = np.float32(v) - cy
+    x_first = np.float32(cell // 2) - cx
+    for c in range(out.shape[0]):
+        w = here[c + SPAN]
+        back = w - here[c] if here[c] > zero else big
+        ahead = here[c + 2 * SPAN] - w if here[c + 2 * SPAN] > zero else big
+        a = back if abs(back) < abs(ahead) else ahead
+        a = a * per_pixel if abs(a) < big else zero
+        back = w - above[c + SPAN] if above[c + SPAN] > zero else big
+        ahead = below[c + SPAN] - w if below[c + SPAN] > zero else big
+        b = back if abs(back) < abs(ahead) else ahead
+        b = b * per_pixel if abs(b) < big else zero
+        nx, ny = a * fx, b * fy
+        nz = w - a * (x_first + np.float32(c) * np.float32(cell)) - b * y
+        s = w / np.sqrt(nx * nx + ny * ny + nz * nz + np.float32(1e-12))
+        out[c] = min(one, max(np.float32(MIN_SLOPE), s)) if w > zero else one
+
+
+@njit(cache=True, nogil=True)
+def _slope_kernel(padded, intrinsics, shift, slope):
+    height, width = padded.shape[0] - 2, padded.shape[1] - 2
+    cell = 1 << shift
+    rows, columns = slope.shape
+    inverse = np.zeros((rows + 2 * SPAN, columns + 2 * SPAN), np.float32)
+    for c in range(rows):
+        line = padded[min(c * cell + (cell >> 1), height - 1) + 1]
+        for k in range(columns):
+            d = line[min(k * cell + (cell >> 1), width - 1) + 1]
+            inverse[c + SPAN, k + SPAN] = np.float32(1.0) / d if d > 0 else np.float32(0.0)
+    for c in range(rows):
+        v = c * cell + (cell >> 1)
+        _slope_row(
+            inverse[c + SPAN], inverse[c], inverse[c + 2 * SPAN], v, intrinsics, cell, slope[c]
+        )

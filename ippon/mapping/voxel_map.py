@@ -205,7 +205,7 @@ class VoxelMap:
         """
         cfg = self.config
         self._check(frame)
-        image = prepare_depth(frame.depth, frame.camera, cfg.voxel_size_m, cfg.max_valid_depth_m)
+        image = prepare_depth(frame.depth, frame.camera, cfg.max_valid_depth_m)
         view = View(
             invert_transform(frame.T_world_camera),
             np.ascontiguousarray(frame.T_world_camera),
