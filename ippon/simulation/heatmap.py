@@ -108,7 +108,9 @@ def blend(
         (h, w, C) uint8 in units of 1/255; the channels of each pixel sum to 255.
     """
     out = np.empty((*samples.shape[:2], good.shape[1]), dtype=np.uint8)
-    _blend_kernel(samples, good, bad, field, np.empty(good.shape[1], dtype=np.float32), out)
+    largest = (good + bad).argmax(axis=1)
+    mixed = np.empty(good.shape[1], dtype=np.float32)
+    _blend_kernel(samples, good, bad, field, largest, mixed, out)
     return out
 
 
@@ -118,6 +120,7 @@ def _blend_kernel(
     good: Float32Array,
     bad: Float32Array,
     field: Float32Array,
+    largest: NDArray[np.int64],
     mixed: Float32Array,
     out: UInt8Array,
 ) -> None:
@@ -128,6 +131,7 @@ def _blend_kernel(
             share = np.float32(min(max(share, 0.0), 1.0))
             rest = np.float32(1.0) - share
             k = samples[i, j, 0]
+            large = largest[k]
             uniform = True
             for t in range(1, _TAPS):
                 uniform = uniform and samples[i, j, t] == k
@@ -143,17 +147,14 @@ def _blend_kernel(
                     b = np.float32(255.0 * weight) * rest
                     for c in range(channels):
                         mixed[c] += a * good[k, c] + b * bad[k, c]
-            total, largest = np.int32(0), 0
+            total = np.int32(0)
             for c in range(channels):
                 value = np.int32(mixed[c] + np.float32(0.5))
                 out[i, j, c] = np.uint8(value)
                 total += value
-            for c in range(1, channels):
-                if mixed[c] > mixed[largest]:
-                    largest = c
             missing = np.int32(255) - total
-            if abs(missing) <= _REPAID and out[i, j, largest] >= 8 * _REPAID:
-                out[i, j, largest] = np.uint8(out[i, j, largest] + missing)
+            if abs(missing) <= _REPAID and out[i, j, large] >= 8 * _REPAID:
+                out[i, j, large] = np.uint8(out[i, j, large] + missing)
             else:
                 _round_in_turn(mixed, out[i, j])
 
