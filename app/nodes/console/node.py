@@ -5,6 +5,7 @@ import socket
 from dataclasses import dataclass
 
 import uvicorn
+from starlette.types import ASGIApp
 
 from app.nodes.console.backend import start_viser
 from app.nodes.console.bulletin import Bulletin
@@ -13,6 +14,7 @@ from app.nodes.console.gateway import Gateway
 from app.nodes.console.guard import LOOPBACK
 from app.nodes.console.inbox import Inbox
 from app.nodes.console.link import NavigatorLink
+from app.nodes.console.viser_proxy import MAX_CLIENT_MESSAGE
 from app.view.reader import SceneReader
 from app.view.scene_model import SceneModel
 
@@ -65,7 +67,8 @@ def run_console(config: ConsoleConfig) -> None:
     conductor.start()
     logger.info("console at http://%s:%d", *listener.getsockname()[:2])
     try:
-        _serve(Gateway(backend, bulletin, link), listener)
+        gateway = Gateway(backend, bulletin, link)
+        uvicorn.Server(server_settings(gateway.app())).run(sockets=[listener])
     finally:
         conductor.stop()
         link.close()
@@ -88,15 +91,16 @@ def _listen(config: ConsoleConfig) -> socket.socket:
     return listener
 
 
-def _serve(gateway: Gateway, listener: socket.socket) -> None:
-    settings = uvicorn.Config(
-        gateway.app(),
+def server_settings(app: ASGIApp, port: int = 0) -> uvicorn.Config:
+    """Return how the gateway's application is served; the address is that of the given socket."""
+    return uvicorn.Config(
+        app,
+        port=port,
         log_level="warning",
         access_log=False,
         server_header=False,
         ws="websockets-sansio",
-        ws_max_size=8 * 2**20,
+        ws_max_size=MAX_CLIENT_MESSAGE,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=1,
     )
-    uvicorn.Server(settings).run(sockets=[listener])

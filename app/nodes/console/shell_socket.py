@@ -84,25 +84,29 @@ async def _listen(
     commands: set[asyncio.Task[None]] = set()
     try:
         while True:
-            text = await socket.receive_text()
-            message = _read(text)
+            received = await socket.receive()
+            if received["type"] == "websocket.disconnect":
+                break
+            message = _read(received.get("text"))
             if message is None:
                 await socket.close(_BAD_MESSAGE, "not a message of the shell")
-                return
+                break
             if isinstance(message, ShellPing):
                 await put(msgspec.json.encode(ShellPong(t=message.t)))
                 continue
             task = asyncio.create_task(_command(message, put, controller))
             commands.add(task)
             task.add_done_callback(commands.discard)
-    except (WebSocketDisconnect, KeyError):
+    finally:
         # A command that is under way ends even when the browser has left: it may be a stop.
         if commands:
-            await asyncio.wait(commands, timeout=5.0)
+            _, late = await asyncio.wait(commands, timeout=5.0)
+            for task in late:
+                task.cancel()
 
 
-def _read(text: str) -> ShellPing | ShellCommand | None:
-    if len(text) > MAX_MESSAGE:
+def _read(text: str | None) -> ShellPing | ShellCommand | None:
+    if text is None or len(text) > MAX_MESSAGE:
         return None
     try:
         return _decoder.decode(text)

@@ -4,6 +4,7 @@ import dataclasses
 import itertools
 import math
 import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -15,7 +16,10 @@ import httpx
 import msgspec
 import numpy as np
 import pytest
+import viser
+import websockets.sync.client
 import zenoh
+import zstandard
 
 from app.messages import keys
 from app.messages.control import (
@@ -438,6 +442,51 @@ class ConsoleProcess:
             self.kill()
 
 
+class SceneWatcher:
+    """A browser's scene without the browser: reads what viser sends, as viser's client does."""
+
+    def __init__(self, url):
+        self.points = {}
+        """Points of every cloud of the map, by name."""
+        self.bytes = 0
+        self._socket = websockets.sync.client.connect(
+            url.replace("http:", "ws:") + "/view",
+            origin=url,
+            subprotocols=[f"viser-v{viser.__version__}"],
+            max_size=None,
+        )
+
+    def close(self):
+        self._socket.close()
+
+    def read(self, quiet_s=0.5, timeout_s=10.0):
+        """Read until nothing has come for a while."""
+        deadline = time.monotonic() + timeout_s
+        while time.monotonic() < deadline:
+            try:
+                self._take(self._socket.recv(timeout=quiet_s))
+            except TimeoutError:
+                return
+
+    def read_until(self, condition, timeout_s=20.0):
+        deadline = time.monotonic() + timeout_s
+        while not condition(self):
+            self._take(self._socket.recv(timeout=max(deadline - time.monotonic(), 0.01)))
+
+    def _take(self, data):
+        self.bytes += len(data)
+        size, packed = struct.unpack_from("<QQ", data)
+        text = zstandard.ZstdDecompressor().decompress(data[16 : 16 + packed], size)
+        content = msgspec.msgpack.decode(text)
+        lengths = content.get("binaryBufferLengths") or ()
+        for message in content["messages"]:
+            name = message.get("name", "")
+            if name.startswith("/map/"):
+                changed = message.get("props") or message.get("updates") or {}
+                if isinstance(changed.get("points"), dict):
+                    self.points[name] = lengths[changed["points"]["__binary_index"]] // 6
+
+
 @pytest.fixture
 def stage():
     """The drawn home, as functions."""
@@ -452,4 +501,5 @@ def stage():
         PublishedHome=PublishedHome,
         ConsoleProcess=ConsoleProcess,
         free_port=free_port,
+        SceneWatcher=SceneWatcher,
     )

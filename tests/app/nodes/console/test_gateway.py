@@ -1,0 +1,288 @@
+import json
+import threading
+import time
+
+import httpx
+import msgspec
+import pytest
+import uvicorn
+import websockets.sync.client
+from viser import __version__ as viser_version
+from viser._messages import ShareUrlRequest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from app.nodes.console.backend import start_viser
+from app.nodes.console.bulletin import Bulletin
+from app.nodes.console.commands import CommandError
+from app.nodes.console.gateway import Gateway
+from app.nodes.console.node import server_settings
+
+
+class Navigator:
+    """Takes control requests."""
+
+    def __init__(self):
+        self.actions = []
+        self.problem = None
+
+    async def control(self, request):
+        self.actions.append(request.action)
+        if self.problem is not None:
+            raise CommandError(self.problem)
+        return "stopped"
+
+
+@pytest.fixture(scope="module")
+def backend():
+    """A viser server behind its secret."""
+    backend = start_viser()
+    yield backend
+    backend.close()
+
+
+@pytest.fixture
+def navigator():
+    """A navigator that remembers what it was asked."""
+    return Navigator()
+
+
+@pytest.fixture
+def bulletin():
+    """A bulletin with one notice."""
+    bulletin = Bulletin()
+    bulletin.post(b'{"type":"state","link":"live"}')
+    return bulletin
+
+
+class Served:
+    """The gateway on a real socket, and a browser's requests to it."""
+
+    def __init__(self, gateway):
+        self._server = uvicorn.Server(server_settings(gateway.app(), port=0))
+        self._thread = threading.Thread(target=self._server.run, daemon=True)
+        self._thread.start()
+        deadline = time.monotonic() + 20.0
+        while not self._server.started:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        self.port = self._server.servers[0].sockets[0].getsockname()[1]
+        self.host = f"127.0.0.1:{self.port}"
+        self.origin = f"http://{self.host}"
+        self.http = httpx.Client(base_url=self.origin, headers={"Origin": self.origin})
+        self.get, self.post = self.http.get, self.http.post
+
+    def socket(self, path, *, origin=None, subprotocols=None):
+        return websockets.sync.client.connect(
+            f"ws://{self.host}{path}",
+            origin=origin or self.origin,
+            subprotocols=subprotocols,
+            max_size=None,
+        )
+
+    def close(self):
+        self.http.close()
+        self._server.should_exit = True
+        self._thread.join(10)
+
+
+@pytest.fixture
+def client(backend, bulletin, navigator):
+    """A browser's requests, without the browser."""
+    served = Served(Gateway(backend, bulletin, navigator))
+    yield served
+    served.close()
+
+
+def test_the_page_is_ours_and_runs_nothing_inline(client):
+    page = client.get("/")
+    assert page.status_code == 200
+    assert "IPPON" in page.text
+    assert "<script>" not in page.text
+    assert "style=" not in page.text
+    policy = page.headers["content-security-policy"]
+    assert "script-src 'self';" in policy
+    assert "frame-ancestors 'none'" in policy
+    assert page.headers["x-content-type-options"] == "nosniff"
+
+
+@pytest.mark.parametrize("name", ["shell.css", "shell.js", "view.css", "icon.svg"])
+def test_assets_are_served_with_their_type(client, name):
+    answer = client.get(f"/assets/{name}")
+    assert answer.status_code == 200
+    assert answer.headers["content-type"].split(";")[0] in {
+        "text/css",
+        "text/javascript",
+        "image/svg+xml",
+    }
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["/assets/index.html", "/assets/..%2f__init__.py", "/assets/../../pyproject.toml", "/x"],
+)
+def test_no_other_file_is_served(client, path):
+    assert client.get(path).status_code == 404
+
+
+def test_the_scene_may_connect_to_this_server_only(client):
+    page = client.get("/view/?darkMode")
+    assert page.status_code == 200
+    assert '<link rel="stylesheet" href="/assets/view.css">' in page.text
+    policy = page.headers["content-security-policy"]
+    assert "connect-src 'self' data: blob:" in policy
+    assert "'unsafe-eval'" not in policy
+
+
+def test_another_servers_address_in_the_url_is_dropped(client):
+    answer = client.get("/view/?darkMode&websocket=ws://evil.example", follow_redirects=False)
+    assert answer.status_code == 303
+    assert answer.headers["location"] == "/view/?darkMode"
+
+
+@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example:8080", "", "[::", "a b"])
+def test_foreign_host_names_are_refused(client, host):
+    answer = client.get("/", headers={"Host": host})
+    assert answer.status_code == 403
+    assert "answers to 127.0.0.1" in answer.text
+
+
+@pytest.mark.parametrize("host", ["localhost:8080", "127.0.0.1:9", "[::1]:8080"])
+def test_every_name_of_this_machine_is_served(client, host):
+    answer = client.get("/health", headers={"Host": host, "Origin": f"http://{host}"})
+    assert answer.status_code == 200
+
+
+@pytest.mark.parametrize("path", ["/api/ws", "/view"])
+@pytest.mark.parametrize("origin", ["http://evil.example", "null", "http://127.0.0.1:9999"])
+def test_websockets_from_other_pages_are_refused(client, path, origin):
+    with pytest.raises(InvalidStatus) as refused:
+        client.socket(path, origin=origin)
+    assert refused.value.response.status_code == 403
+
+
+def test_stop_from_another_page_is_refused(client, navigator):
+    answer = client.post("/api/stop", headers={"Origin": "http://evil.example"})
+    assert answer.status_code == 403
+    assert navigator.actions == []
+
+
+def test_stop_by_http(client, navigator):
+    assert client.post("/api/stop").json() == {"ok": True, "text": "stopped"}
+    navigator.problem = "no navigator at tcp/127.0.0.1:7447"
+    answer = client.post("/api/stop")
+    assert (answer.status_code, answer.json()["ok"]) == (502, False)
+    assert "no navigator" in answer.json()["text"]
+    assert navigator.actions == ["stop", "stop"]
+
+
+def test_health_tells_the_state(client):
+    assert client.get("/health").json()["link"] == "live"
+
+
+def _hear(socket):
+    return json.loads(socket.recv(timeout=10))
+
+
+def test_the_shell_hears_the_state_and_its_echo(client, bulletin):
+    with client.socket("/api/ws") as shell:
+        assert _hear(shell) == {"type": "state", "link": "live"}
+        shell.send('{"type":"ping","t":12.5}')
+        assert _hear(shell) == {"type": "pong", "t": 12.5}
+        bulletin.post(b'{"type":"state","link":"silent"}')
+        assert _hear(shell)["link"] == "silent"
+
+
+def test_the_shell_gets_an_answer_to_every_command(client, navigator):
+    with client.socket("/api/ws") as shell:
+        _hear(shell)
+        shell.send('{"type":"control","id":7,"action":"stop"}')
+        assert _hear(shell) == {"type": "reply", "id": 7, "ok": True, "text": "stopped"}
+        navigator.problem = "the navigator gave no answer within 2 s"
+        shell.send('{"type":"control","id":8,"action":"resume"}')
+        reply = _hear(shell)
+        assert (reply["id"], reply["ok"], reply["text"]) == (8, False, navigator.problem)
+
+
+def _closing_code(socket):
+    with pytest.raises(ConnectionClosed) as closed:
+        _drain(socket)
+    received = closed.value.rcvd
+    assert received is not None
+    return received.code
+
+
+def _drain(socket):
+    while True:
+        socket.recv(timeout=10)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "no json", "[]", '{"type":"shoot"}', '{"type":"control","id":1,"action":"explode"}',
+     '{"type":"ping","t":1,"more":2}', '{"type":"ping","t":1}' + " " * 5000, b"\x00\xff"],
+)  # fmt: skip
+def test_what_is_no_message_ends_the_shell_and_commands_nothing(client, navigator, text):
+    with client.socket("/api/ws") as shell:
+        _hear(shell)
+        shell.send(text)
+        assert _closing_code(shell) == 1007
+    assert navigator.actions == []
+
+
+PROTOCOL = f"viser-v{viser_version}"
+
+
+def test_the_scene_comes_through_with_its_subprotocol(client):
+    with client.socket("/view", subprotocols=[PROTOCOL]) as scene:
+        assert scene.subprotocol == PROTOCOL
+        assert len(scene.recv(timeout=10)) > 100
+
+
+def test_nobody_can_ask_for_a_public_tunnel(client, backend, monkeypatch):
+    asked = []
+    monkeypatch.setattr(backend.server, "request_share_url", lambda *_, **__: asked.append(1))
+    request = msgspec.msgpack.encode({"type": "ShareUrlRequest"})
+    with client.socket("/view", subprotocols=[PROTOCOL]) as scene:
+        scene.recv(timeout=10)
+        scene.send(request)
+        scene.send(b"\xc1 no msgpack")
+        scene.send(b"")
+    # Past the proxy too: viser itself has no handler left.
+    with websockets.sync.client.connect(
+        backend.url, additional_headers=backend.headers, subprotocols=[PROTOCOL], max_size=None
+    ) as direct:
+        direct.recv(timeout=10)
+        direct.send(request)
+    assert ShareUrlRequest not in backend.server._websock_server._incoming_handlers
+    assert asked == []
+
+
+@pytest.mark.parametrize("headers", [{}, {"X-Ippon-Backend": "guess"}])
+def test_viser_refuses_whoever_lacks_the_secret(backend, headers):
+    with pytest.raises(InvalidStatus) as refused:
+        websockets.sync.client.connect(
+            backend.url, additional_headers=headers, subprotocols=[PROTOCOL]
+        )
+    assert refused.value.response.status_code == 403
+    plain = httpx.get(backend.url.replace("ws:", "http:"), headers=headers)
+    assert plain.status_code == 403
+
+
+def test_text_is_no_scene_message_and_ends_the_scene(client):
+    with client.socket("/view", subprotocols=[PROTOCOL]) as scene:
+        scene.recv(timeout=10)
+        scene.send("hello")
+        assert _closing_code(scene) == 1007
+
+
+def test_an_oversized_message_ends_the_scene(client):
+    scene = client.socket("/view", subprotocols=[PROTOCOL])
+    scene.recv(timeout=10)
+    with pytest.raises(ConnectionClosed):
+        _send_and_drain(scene, b"x" * (8 * 2**20 + 1))
+    assert client.get("/health").status_code == 200
+
+
+def _send_and_drain(socket, message):
+    socket.send(message)
+    _drain(socket)

@@ -1,0 +1,102 @@
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.messages.control import Event, GoalStatus, ProximityRow, ProximityTable, StreamStatus
+from app.nodes.console.panels import markup
+from app.view.colors import COLOR_MODES, TREE_LEGEND, legend
+
+ATTACKS = [
+    "<img src=x onerror=alert(1)>",
+    '"><script>alert(1)</script>',
+    "' onmouseover='alert(1)",
+    "</table></div><svg onload=alert(1)>",
+    "javascript:alert(1)",
+    "a\x00b\x1b[31mc\u202egnp.exe",
+]
+
+# What our own code writes; everything else in the output must be text.
+OWN_TAGS = {
+    "div", "p", "b", "span", "table", "tr", "td", "th", "thead", "tbody", "i", "ul", "ol", "li",
+    "dl", "dt", "dd", "time",
+}  # fmt: skip
+
+
+def _assert_harmless(html):
+    assert set(re.findall(r"<\s*/?\s*([a-zA-Z0-9]+)", html)) <= OWN_TAGS
+    for attributes in re.findall(r"<[a-z]+([^>]*)>", html):
+        names = re.findall(r'([a-z-]+)="[^"]*"', attributes)
+        assert set(names) <= {"class", "style", "data-state", "data-late", "data-kind"}
+        assert re.sub(r'\s*[a-z-]+="[^"]*"', "", attributes).strip() == ""
+    assert not re.search(r"[\x00-\x1f\u202a-\u202e]", html)
+
+
+@pytest.mark.parametrize("text", ATTACKS)
+def test_no_text_from_outside_becomes_markup(text, stage):
+    goal = GoalStatus(goal_id=1, object=text, context=text)
+    table = ProximityTable(
+        goal_id=1,
+        object=text,
+        context=text,
+        provider=text,
+        elapsed_ms=1.0,
+        rows=[ProximityRow(label=text, level="near", reason=text)],
+        notes=[text],
+    )
+    status = stage.status_of(why=text, goal=goal, robot=text)
+    for html in (
+        markup.now(status),
+        markup.answer(text, ok=False),
+        markup.goals([goal], [goal]),
+        markup.levels(table),
+        markup.reasons(table),
+        markup.figures(status, 3),
+        markup.streams([StreamStatus(name=text, age_s=None, rate_hz=0.0)]),
+        markup.event_log([Event(stamp_ns=1, kind="error", text=text)], 0),
+    ):
+        _assert_harmless(html)
+
+
+@given(st.text(max_size=900))
+def test_escape_is_short_printable_and_without_markup(text):
+    safe = markup.escape(text)
+    assert not set(safe) & {"<", ">", '"', "'"}
+    assert all(c.isprintable() for c in safe)
+
+
+def test_levels_stand_in_the_order_of_nearness(stage):
+    html = markup.levels(stage.proximity_of())
+    places = [html.index(f"</i>{name}<") for name in ("certain", "near", "average", "far")]
+    assert places == sorted(places)
+    assert "embedded common sense" in html
+    assert "bed, plant" in html
+
+
+@pytest.mark.parametrize("mode", COLOR_MODES)
+def test_every_mode_has_a_legend(mode):
+    html = markup.legend(legend(mode, 2.0))
+    _assert_harmless(html)
+    assert "ip-title" in html
+
+
+def test_the_tree_legend_names_the_colours_of_the_paper():
+    html = markup.legend(TREE_LEGEND)
+    assert "#ffffff" in html
+    assert "ends the search" in html
+
+
+def test_late_streams_stand_out():
+    fresh = StreamStatus(name="a", age_s=0.1, rate_hz=5.0)
+    late = StreamStatus(name="b", age_s=3.0, rate_hz=0.0, dropped=2)
+    html = markup.streams([fresh, late])
+    assert 'data-late="0"><th>a' in html
+    assert 'data-late="1"><th>b' in html
+
+
+def test_nothing_yet_is_said_in_words():
+    assert "No word from the navigator yet" in markup.now(None)
+    assert "Ask for an object" in markup.levels(None)
+    assert markup.answer("", ok=True) == ""
+    assert markup.goals([], []) == ""

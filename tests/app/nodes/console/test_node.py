@@ -1,0 +1,162 @@
+"""The console as a process, against a navigator on real sockets."""
+
+import json
+import signal
+import socket
+import time
+
+import httpx
+import pytest
+import websockets.sync.client
+
+from app.nodes.console.node import ConsoleConfig, ConsoleError, run_console
+
+
+@pytest.mark.parametrize(
+    ("fields", "text"),
+    [
+        ({"host": "0.0.0.0"}, "listens on 127.0.0.1 only"),
+        ({"host": "192.168.1.5"}, "it has no login yet"),
+        ({"port": 70_000}, "a port lies in 0 to 65535"),
+        ({"robot": "a/**"}, "no wildcard"),
+        ({"robot": ""}, "no wildcard"),
+    ],
+)
+def test_a_bad_configuration_is_refused_with_a_reason(fields, text):
+    with pytest.raises(ConsoleError, match=text.replace("*", r"\*")):
+        ConsoleConfig(**fields)
+
+
+def test_a_taken_port_is_told_before_anything_starts():
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(ConsoleError, match=f"port {port} on 127.0.0.1 cannot be used"):
+            run_console(ConsoleConfig(port=port))
+
+
+class Shell:
+    """The shell's socket, without the page."""
+
+    def __init__(self, url):
+        self.socket = websockets.sync.client.connect(
+            url.replace("http:", "ws:") + "/api/ws", origin=url, max_size=None
+        )
+        self.state = None
+        self.replies = {}
+
+    def hear(self, until, timeout_s=20.0):
+        """Read until the condition holds for this shell."""
+        deadline = time.monotonic() + timeout_s
+        while not until(self):
+            message = json.loads(self.socket.recv(timeout=max(deadline - time.monotonic(), 0.01)))
+            if message["type"] == "state":
+                self.state = message
+            elif message["type"] == "reply":
+                self.replies[message["id"]] = message
+        return self.state
+
+    def command(self, action, number):
+        self.socket.send(json.dumps({"type": "control", "id": number, "action": action}))
+        self.hear(lambda shell: number in shell.replies)
+        return self.replies[number]
+
+
+@pytest.fixture
+def zenoh_port(stage):
+    """A port for the navigator."""
+    return stage.free_port()
+
+
+@pytest.fixture
+def console(stage, zenoh_port):
+    """A console whose navigator may or may not exist."""
+    console = stage.ConsoleProcess(zenoh_port, stage.free_port())
+    console.wait_until_up()
+    yield console
+    console.close()
+
+
+@pytest.fixture
+def shell(console):
+    """A shell of that console."""
+    shell = Shell(console.url)
+    yield shell
+    shell.socket.close()
+
+
+def _live(shell):
+    return shell.state is not None and shell.state["link"] == "live"
+
+
+@pytest.mark.process
+def test_waits_for_a_navigator_and_finds_it_again(stage, zenoh_port, shell):
+    waiting = shell.hear(lambda s: s.state is not None)
+    assert waiting["link"] == "waiting"
+    assert f"tcp/127.0.0.1:{zenoh_port}" in waiting["link_text"]
+    reply = shell.command("stop", 1)
+    assert not reply["ok"]
+    assert "no navigator at" in reply["text"]
+
+    home = stage.PublishedHome(zenoh_port)
+    state = shell.hear(lambda s: _live(s) and s.state["has_map"])
+    assert (state["state"], state["object"], state["robot"]) == ("searching", "hat", "ippon")
+    assert shell.command("stop", 2)["text"] == "stopped"
+    assert shell.hear(lambda s: s.state["state"] == "stopped")
+    home.close()
+
+    shell.hear(lambda s: s.state["link"] == "silent")
+    home = stage.PublishedHome(zenoh_port)
+    shell.hear(lambda s: _live(s) and s.state["state"] == "searching")
+    assert shell.command("stop", 3)["ok"]
+    home.close()
+
+
+@pytest.fixture
+def home(stage, zenoh_port):
+    """A navigator that is there before the console."""
+    home = stage.PublishedHome(zenoh_port)
+    yield home
+    home.close()
+
+
+@pytest.mark.process
+def test_a_restarted_console_shows_the_whole_map_again(stage, home, zenoh_port):
+    for _ in range(25):
+        home.tick()
+    home.hz = 0.2
+    heights = home.keyframe().centers_world[:, 2]
+    below_the_cut = int((heights < 1.6).sum())
+    port = stage.free_port()
+    for _ in range(2):
+        console = stage.ConsoleProcess(zenoh_port, port)
+        console.wait_until_up()
+        watcher = stage.SceneWatcher(console.url)
+        watcher.read_until(lambda w: sum(w.points.values()) >= 0.95 * below_the_cut)
+        watcher.read()
+        shown = sum(watcher.points.values())
+        watcher.close()
+        console.kill()
+        assert 0.95 * below_the_cut <= shown <= below_the_cut, "the likeliest voxels are boxes"
+
+
+@pytest.mark.process
+def test_broken_messages_neither_end_the_console_nor_reach_the_scene(home, shell, console):
+    shell.hear(_live)
+    for key in ("status", "map/voxels", "plan/tree", "tf", "camera/color/image_raw/compressed"):
+        for payload in (b"", b"{}", b"\xff" * 5000):
+            home.put(key, payload)
+    home.put("status", json.dumps({"robot": "<b>"}).encode())
+    time.sleep(0.5)
+    shell.hear(_live)
+    assert console.process.poll() is None
+    assert httpx.get(f"{console.url}/health").json()["state"]["robot"] == "ippon"
+
+
+@pytest.mark.process
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
+def test_ends_when_told_to_even_while_watched(home, shell, console, end):
+    shell.hear(_live)
+    console.process.send_signal(end)
+    assert console.process.wait(10) in {0, -end}
