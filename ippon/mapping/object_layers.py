@@ -1,20 +1,175 @@
-"""Changes of what is searched for: passes over the surface rows, not over the map."""
+"""The labels that the map tells apart, the object that is searched for, and changes of either."""
+
+from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from ippon.frame import Heatmap
 from ippon.mapping.arrays import NOT_MAPPED
+from ippon.mapping.blocks import N_ROWS, BlockDirectory, Pools
+from ippon.mapping.map_config import SURFACE_ROWS_PER_BLOCK, MapConfig
 from ippon.mapping.object_filter import (
+    BAYES,
     LOG_ODDS_MAX,
-    best_of,
+    MAXIMUM,
+    NONE,
+    FusionInput,
     describe_row,
+    energy_table,
     ooi_code,
 )
-from ippon.mapping.surface_rows import ENERGY_MAX, NO_LABEL, STEPS_PER_NAT
+from ippon.mapping.surface_rows import (
+    ENERGY_MAX,
+    N_FREE,
+    N_USED,
+    NO_LABEL,
+    STEPS_PER_NAT,
+    SurfaceRows,
+    make_surface_rows,
+)
+from ippon.mapping.surface_update import best_of
+
+AVERAGE_LEVEL: Final = 1
+MAX_LABELS: Final = 255
+
+
+class ObjectLayers:
+    """Surface rows and what they mean; see `VoxelMap` for the methods of the same names."""
+
+    def __init__(self, config: MapConfig, labels: Sequence[str], pools: Pools) -> None:
+        if not 1 <= len(labels) <= MAX_LABELS or len(set(labels)) != len(labels):
+            raise ValueError(
+                f"a map takes 1 to {MAX_LABELS} different labels; got {len(labels)}, "
+                f"{len(set(labels))} of them different"
+            )
+        self.labels = tuple(labels)
+        self.ooi: str | None = None
+        self.surface: SurfaceRows = make_surface_rows(
+            config.max_blocks * SURFACE_ROWS_PER_BLOCK, len(labels)
+        )
+        self.levels = np.full(len(labels), AVERAGE_LEVEL, np.uint8)
+        self.level_probabilities = np.array([0.02, 0.1, 0.25, 0.6], np.float32)
+        self.suppressed: NDArray[np.float64] = np.empty((0, 4), np.float64)
+        self._config = config
+        self._pools = pools
+        self._energy_of = energy_table(config.likelihood_floor)
+
+    def has_room_for(self, blocks: int) -> bool:
+        """Tell whether every voxel on the surface of so many blocks would find a row."""
+        rows = self.surface
+        left = len(rows.voxel) - int(rows.tally[N_USED]) + int(rows.tally[N_FREE])
+        return left >= blocks * SURFACE_ROWS_PER_BLOCK // 2
+
+    def set_ooi(self, ooi: str | None, revision: int) -> None:
+        """Start anew for another object of interest."""
+        self.ooi = ooi
+        self.suppressed = np.empty((0, 4), np.float64)
+        rows = int(self._pools.tally[N_ROWS])
+        _reset_ooi_kernel(
+            self._pools, self.surface, rows, len(self.labels), self._alias(), revision
+        )
+
+    def set_levels(
+        self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32], revision: int
+    ) -> None:
+        """Derive level and proximity of every labelled voxel from new levels."""
+        if levels.shape != (len(self.labels),) or probabilities.shape != (4,):
+            raise ValueError(
+                f"levels are one for each of {len(self.labels)} labels and probabilities four; got "
+                f"{levels.shape} and {probabilities.shape}"
+            )
+        if int(levels.max()) > 3:
+            raise ValueError(f"levels are 0 to 3; got {int(levels.max())}")
+        self.levels = levels.astype(np.uint8)
+        self.level_probabilities = probabilities.astype(np.float32)
+        self._relevel(revision)
+
+    def add_label(self, label: str, revision: int) -> None:
+        """Make room for one more label in every row."""
+        if label in self.labels:
+            raise ValueError(f"{label!r} is already a label of this map")
+        n = len(self.labels)
+        if n == MAX_LABELS:
+            raise ValueError(f"a map takes at most {MAX_LABELS} labels")
+        if n == self.surface.energy.shape[1]:
+            wider = make_surface_rows(len(self.surface.voxel), n + 1).energy
+            used = int(self.surface.tally[N_USED])
+            wider[:used] = ENERGY_MAX
+            wider[:used, :n] = self.surface.energy[:used]
+            self.surface = self.surface._replace(energy=wider)
+        _new_label_kernel(self.surface, n)
+        self.labels = (*self.labels, label)
+        self.levels = np.append(self.levels, np.uint8(AVERAGE_LEVEL))
+        self._relevel(revision)
+
+    def suppress_ooi(
+        self,
+        centre_world: NDArray[np.float64],
+        radius_m: float,
+        directory: BlockDirectory,
+        revision: int,
+    ) -> None:
+        """Rule a ball out for the current object of interest."""
+        ball = np.array([*centre_world, radius_m], np.float64)
+        if ball.shape != (4,) or not np.isfinite(ball).all() or radius_m <= 0.0:
+            raise ValueError(
+                f"a ball is a finite (3,) centre and a positive radius; got {centre_world}, "
+                f"{radius_m}"
+            )
+        self.suppressed = np.concatenate([self.suppressed, ball[None]])
+        voxel_size = self._config.voxel_size_m
+        _suppress_kernel(
+            self._pools, self.surface, directory.rows, directory.origin, ball, voxel_size, revision
+        )
+
+    def fusion_input(self, heatmap: Heatmap | None) -> FusionInput:
+        """Return a frame's heatmap as the kernel takes it."""
+        cfg, n = self._config, len(self.labels)
+        channel = np.full(n, NONE, np.int64)
+        ooi_channel = NONE
+        probabilities = np.zeros((1, 1, 1), np.uint8)
+        if heatmap is not None:
+            probabilities = np.ascontiguousarray(heatmap.probabilities)
+            index = {label: i for i, label in enumerate(heatmap.labels)}
+            channel = np.array([index.get(label, NONE) for label in self.labels], np.int64)
+            if self.ooi is not None and heatmap.ooi == self.ooi:
+                at = heatmap.ooi_channel
+                ooi_channel = NONE if at is None else at
+        return FusionInput(
+            probabilities=probabilities,
+            has_heatmap=heatmap is not None,
+            channel=channel,
+            in_order=bool((channel == np.arange(n)).all()),
+            ooi_channel=ooi_channel,
+            ooi_alias=self._alias(),
+            energy_of=self._energy_of,
+            common_max_m=cfg.common_max_range_m,
+            ooi_max_m=cfg.ooi_max_range_m,
+            mode=BAYES if cfg.fusion == "bayes" else MAXIMUM,
+            levels=self.levels,
+            level_probability=self.level_probabilities[self.levels],
+            suppressed=self.suppressed,
+        )
+
+    def _alias(self) -> int:
+        return self.labels.index(self.ooi) if self.ooi in self.labels else NONE
+
+    def _relevel(self, revision: int) -> None:
+        _relevel_kernel(
+            self._pools,
+            self.surface,
+            len(self.labels),
+            self.levels,
+            self.level_probabilities[self.levels],
+            revision,
+        )
 
 
 @njit(cache=True, nogil=True)
-def reset_ooi_kernel(pools, surface, rows, labels, alias, revision):
+def _reset_ooi_kernel(pools, surface, rows, labels, alias, revision):
     """Forget the object of interest; where the new one is common label `alias`, start from it."""
     for row in range(rows):
         if pools.best_ooi[row] > 0:
@@ -40,7 +195,7 @@ def reset_ooi_kernel(pools, surface, rows, labels, alias, revision):
 
 
 @njit(cache=True, nogil=True)
-def relevel_kernel(pools, surface, labels, levels, level_probability, revision):
+def _relevel_kernel(pools, surface, labels, levels, level_probability, revision):
     """Derive level and proximity of every labelled voxel again."""
     for slot in range(1, surface.tally[0]):
         at = surface.voxel[slot]
@@ -56,7 +211,7 @@ def relevel_kernel(pools, surface, labels, levels, level_probability, revision):
 
 
 @njit(cache=True, nogil=True)
-def suppress_kernel(pools, surface, directory, origin, ball, voxel_size, revision):
+def _suppress_kernel(pools, surface, directory, origin, ball, voxel_size, revision):
     """Put the OOI's probability of every mapped voxel in a ball to its floor."""
     edge = 8.0 * voxel_size
     code = ooi_code(-LOG_ODDS_MAX)
@@ -100,7 +255,7 @@ def suppress_kernel(pools, surface, directory, origin, ball, voxel_size, revisio
 
 
 @njit(cache=True, nogil=True)
-def new_label_kernel(surface, labels):
+def _new_label_kernel(surface, labels):
     """Give label number `labels` the share of its prior, 1 / (labels + 1), in every row."""
     for slot in range(1, surface.tally[0]):
         # x / (Z + x) = 1 / (N + 1) for x = Z / N.

@@ -1,0 +1,278 @@
+"""One frame into the map: its blocks, their geometry, the object probabilities, the distances."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.errors import FrameRejectedError
+from ippon.frame import Frame
+from ippon.geometry import invert_transform
+from ippon.mapping.arrays import BLOCK_EDGE
+from ippon.mapping.blocks import BlockDirectory, Pools
+from ippon.mapping.depth_image import DepthImage, prepare_depth
+from ippon.mapping.distance_field import DistanceField
+from ippon.mapping.eviction import drop_blocks_kernel, drop_unobserved_kernel, oldest_blocks
+from ippon.mapping.geometry_update import (
+    OBSERVED,
+    OCCUPIED_CHANGED,
+    update_kernel,
+)
+from ippon.mapping.hits import Rules, View, hit_kernel, make_hits, n_samples, sample_strides
+from ippon.mapping.map_config import MapConfig
+from ippon.mapping.object_layers import ObjectLayers
+from ippon.mapping.surface_update import fuse_kernel
+from ippon.mapping.view_blocks import OVER_BOUND, frustum_box, select_kernel
+
+CLEAR_VOXELS = 0.4
+"""A voxel's centre at least this far before the surface, in voxels, is seen free."""
+HIT_DEPTH_VOXELS = 0.2
+"""Hits are taken this far under the surface: a floor on the boundary of two voxels is in one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IntegrationReport:
+    """What one frame did to the map."""
+
+    revision: int
+    blocks_seen: int
+    blocks_new: int
+    blocks_changed: int
+    """Blocks in which a voxel changed between unknown, free and occupied."""
+    surface_hits: int
+    """Surface voxels that the image's points fell in."""
+    labelled: int
+    """Surface voxels that a heatmap updated."""
+    distances: int
+    """Voxels whose distance was computed again."""
+    blocks_dropped: int
+    """Blocks given up to stay within `MapConfig.memory_limit_mb`."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Selection:
+    """The blocks that a frame sees."""
+
+    rows: NDArray[np.int32]
+    kinds: NDArray[np.int8]
+    is_new: NDArray[np.uint8]
+    dropped: list[NDArray[np.int64]]
+    """Blocks that were given up to make room."""
+
+
+class FrameIntegrator:
+    """Takes frames into pools; owns what is kept from one frame to the next."""
+
+    def __init__(self, config: MapConfig, pools: Pools, directory: BlockDirectory) -> None:
+        self._config = config
+        self._pools = pools
+        self._directory = directory
+        self._field = DistanceField(config.voxel_size_m, config.distance_max_m)
+        self._hits = make_hits(0)
+        self._list_of_row = np.zeros(config.max_blocks, np.int32)
+        self._last_pose: tuple[int, NDArray[np.float64]] | None = None
+        self.layer: int | None = None
+        """Voxel layer at body height, once the first frame told where the floor is."""
+
+    def integrate(self, frame: Frame, layers: ObjectLayers, revision: int) -> IntegrationReport:
+        """Take one frame in; see `VoxelMap.integrate`."""
+        cfg = self._config
+        self._check(frame)
+        image = prepare_depth(frame.depth, frame.camera, cfg.max_valid_depth_m)
+        deepest = min(float(image.tiles[..., 1].max()), cfg.max_range_m)
+        margin = cfg.voxel_size_m * (cfg.behind_voxels + 2.0)
+        low, high = frustum_box(
+            _corner_rays(frame), frame.T_world_camera, deepest + margin, self._block_m
+        )
+        if not self._directory.fits(low, high):
+            raise FrameRejectedError(
+                f"camera at {_text(frame.T_world_camera[:3, 3])} m is too far from the map to hold "
+                f"both in {cfg.directory_max_cells} blocks; raise MapConfig.directory_max_cells"
+            )
+        if self.layer is None:
+            height = float(frame.T_world_base[2, 3]) + cfg.body_height_m
+            self.layer = math.floor(height / cfg.voxel_size_m)
+        self._last_pose = (frame.stamp_ns, frame.T_world_camera[:3, 3].copy())
+        self._directory.cover(low, high)
+        view = View(
+            invert_transform(frame.T_world_camera),
+            np.ascontiguousarray(frame.T_world_camera),
+            frame.camera.fx,
+            frame.camera.fy,
+            frame.camera.cx,
+            frame.camera.cy,
+            cfg.min_range_m,
+            cfg.max_range_m,
+        )
+        seen = self._select(frame, image, layers, (low, high), revision)
+        return self._update(frame, image, view, seen, layers, revision)
+
+    @property
+    def _block_m(self) -> float:
+        return BLOCK_EDGE * self._config.voxel_size_m
+
+    def _check(self, frame: Frame) -> None:
+        if not np.isfinite(frame.depth).any():
+            raise FrameRejectedError("depth has no finite value: NaN or infinite everywhere")
+        if self._last_pose is None:
+            return
+        stamp, position = self._last_pose
+        jump = float(np.linalg.norm(frame.T_world_camera[:3, 3] - position))
+        elapsed_s = (frame.stamp_ns - stamp) * 1e-9
+        # A clock that went back is another run's: its first pose may be anywhere.
+        if elapsed_s >= 0.0 and jump > 1.0 + self._config.max_camera_speed_m_s * elapsed_s:
+            raise FrameRejectedError(
+                f"the camera jumped {jump:.2f} m in {elapsed_s:.3f} s; at most "
+                f"{self._config.max_camera_speed_m_s} m/s is believed"
+            )
+
+    def _rules(self) -> Rules:
+        cfg, v = self._config, self._config.voxel_size_m
+        assert self.layer is not None
+        return Rules(
+            voxel_size=v,
+            truncation=cfg.truncation_voxels * v,
+            behind=cfg.behind_voxels * v,
+            clear=CLEAR_VOXELS * v,
+            depth_of_hits=HIT_DEPTH_VOXELS * v,
+            weight_max=cfg.weight_max,
+            hit=cfg.hit_evidence,
+            miss=cfg.miss_evidence,
+            evidence_max=cfg.max_evidence,
+            evidence_min=cfg.min_evidence,
+            hit_share=cfg.hit_share,
+            layer=self.layer,
+        )
+
+    def _select(
+        self,
+        frame: Frame,
+        image: DepthImage,
+        layers: ObjectLayers,
+        box: tuple[NDArray[np.int64], NDArray[np.int64]],
+        revision: int,
+    ) -> _Selection:
+        cfg, camera = self._config, frame.camera
+        low, high = box
+        most = int(np.prod(high - low))
+        rows, kinds = np.empty(most, np.int32), np.empty(most, np.int8)
+        is_new = np.empty(most, np.uint8)
+        v = cfg.voxel_size_m
+        depths = (
+            cfg.min_range_m,
+            cfg.max_range_m,
+            cfg.truncation_voxels * v,
+            cfg.behind_voxels * v,
+        )
+        dropped: list[NDArray[np.int64]] = []
+        while True:
+            n = select_kernel(
+                low,
+                high,
+                invert_transform(frame.T_world_camera),
+                v,
+                depths,
+                (camera.fx, camera.fy, camera.cx, camera.cy),
+                (camera.width, camera.height),
+                image.tiles,
+                self._directory.origin,
+                self._directory.rows,
+                self._pools,
+                np.float32(cfg.distance_max_m),
+                revision,
+                rows,
+                kinds,
+                is_new,
+            )
+            if n != OVER_BOUND and layers.has_room_for(n):
+                return _Selection(rows[:n], kinds[:n], is_new[:n], dropped)
+            gone = self._drop_blocks(layers, frame.T_world_camera[:3, 3], revision)
+            dropped.append(gone)
+            if len(gone) == 0:
+                self._release_blocks_of(revision)
+                raise FrameRejectedError(
+                    f"one view needs more than the {cfg.max_blocks} blocks of "
+                    f"memory_limit_mb {cfg.memory_limit_mb}; raise it"
+                )
+
+    def _release_blocks_of(self, revision: int) -> None:
+        """Take back the blocks that a frame made before it was refused."""
+        made = (self._pools.appearance == revision) & (self._pools.used == 1)
+        rows = np.flatnonzero(made).astype(np.int32)
+        yes = np.ones(len(rows), np.uint8)
+        drop_unobserved_kernel(
+            rows, yes, yes == 1, len(rows), self._pools, self._directory.rows,
+            self._directory.origin,
+        )  # fmt: skip
+
+    def _drop_blocks(
+        self, layers: ObjectLayers, position: NDArray[np.float64], revision: int
+    ) -> NDArray[np.int64]:
+        """Give up an eighth of the blocks: the longest unseen, those near the camera last."""
+        reach = self._config.max_range_m / self._block_m
+        rows = oldest_blocks(self._pools, position / self._block_m, reach, revision)
+        coords = self._pools.coord[rows].copy()
+        drop_blocks_kernel(
+            rows, self._pools, layers.surface, self._directory.rows, self._directory.origin
+        )
+        return coords
+
+    def _update(
+        self,
+        frame: Frame,
+        image: DepthImage,
+        view: View,
+        seen: _Selection,
+        layers: ObjectLayers,
+        revision: int,
+    ) -> IntegrationReport:
+        cfg, pools = self._config, self._pools
+        directory, origin = self._directory.rows, self._directory.origin
+        rows, n = seen.rows, len(seen.rows)
+        if len(self._hits.any) < n:
+            self._hits = make_hits(n + n // 2)
+        self._hits.any[:n] = 0
+        self._list_of_row[rows] = np.arange(n, dtype=np.int32)
+        rules = self._rules()
+        strides = sample_strides(frame.camera, cfg.voxel_size_m, cfg.max_range_m)
+        hit_kernel(
+            image, strides, view, rules, origin, directory, rows, self._list_of_row, n, self._hits
+        )
+        flags = np.zeros(n, np.uint8)
+        entries = np.empty((n_samples(frame.camera, strides), 3), np.int32)
+        n_entries = update_kernel(
+            image, strides, view, rules, rows, seen.kinds, n, self._hits, pools, layers.surface,
+            revision, flags, entries,
+        )  # fmt: skip
+        labelled = fuse_kernel(
+            entries, n_entries, strides, image.depth, np.ascontiguousarray(frame.color),
+            layers.fusion_input(frame.heatmap), len(layers.labels), cfg.voxel_size_m, pools,
+            layers.surface, revision,
+        )  # fmt: skip
+        observed = (flags & OBSERVED) > 0
+        drop_unobserved_kernel(rows, seen.is_new, ~observed, n, pools, directory, origin)
+        coords = pools.coord[rows]
+        changed = np.concatenate([coords[(flags & OCCUPIED_CHANGED) > 0], *seen.dropped])
+        fresh = coords[(seen.is_new == 1) & observed]
+        return IntegrationReport(
+            revision=revision,
+            blocks_seen=n,
+            blocks_new=len(fresh),
+            blocks_changed=int(np.count_nonzero(pools.revision[rows] == revision)),
+            surface_hits=int(n_entries),
+            labelled=int(labelled),
+            distances=self._field.update(pools, directory, origin, changed, fresh),
+            blocks_dropped=sum(len(d) for d in seen.dropped),
+        )
+
+
+def _corner_rays(frame: Frame) -> NDArray[np.float64]:
+    c = frame.camera
+    u = np.array([-0.5, c.width - 0.5, -0.5, c.width - 0.5])
+    v = np.array([-0.5, -0.5, c.height - 0.5, c.height - 0.5])
+    return np.stack([(u - c.cx) / c.fx, (v - c.cy) / c.fy, np.ones(4)], axis=1)
+
+
+def _text(point: NDArray[np.float64]) -> str:
+    return "(" + ", ".join(f"{x:.2f}" for x in point) + ")"

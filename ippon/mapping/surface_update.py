@@ -1,0 +1,158 @@
+"""One image into the surface voxels that it hit: colour and label probabilities."""
+
+from typing import Final
+
+import numpy as np
+from numba import njit
+
+from ippon.mapping.arrays import NOT_MAPPED
+from ippon.mapping.object_filter import (
+    LOG_ODDS_MAX,
+    MAXIMUM,
+    fill_missing,
+    fuse_bayes,
+    fuse_maximum,
+    gather,
+    observe,
+    ooi_code,
+)
+from ippon.mapping.surface_rows import ENERGY_MAX, STEPS_PER_NAT, take_surface_row
+
+COLOR_MEMORY: Final = 8
+"""Observations that the running mean of the colour remembers."""
+
+
+@njit(cache=True, nogil=True)
+def _is_suppressed(pools, row, k, suppressed, voxel_size):
+    for s in range(suppressed.shape[0]):
+        x = (pools.coord[row, 0] * 8 + (k >> 6) + 0.5) * voxel_size - suppressed[s, 0]
+        y = (pools.coord[row, 1] * 8 + ((k >> 3) & 7) + 0.5) * voxel_size - suppressed[s, 1]
+        z = (pools.coord[row, 2] * 8 + (k & 7) + 0.5) * voxel_size - suppressed[s, 2]
+        if x * x + y * y + z * z <= suppressed[s, 3] * suppressed[s, 3]:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _blend_color(surface, row, color):
+    count = min(int(surface.color_count[row]) + 1, COLOR_MEMORY)
+    for c in range(3):
+        old = int(surface.color[row, c])
+        surface.color[row, c] = np.uint8((old * (count - 1) + int(color[c]) + count // 2) // count)
+    surface.color_count[row] = count
+
+
+@njit(cache=True, nogil=True)
+def fuse_kernel(
+    entries,
+    n_entries,
+    strides,
+    depth,
+    color,
+    fusion,
+    labels,
+    voxel_size,
+    pools,
+    surface,
+    revision,
+):
+    """Give each listed surface voxel this image's colour and label probabilities, once.
+
+    Args:
+        entries: (n, 3) pool row, voxel, sample (see `update_kernel`).
+        n_entries: Rows of `entries`.
+        strides: Pixels between samples along u and v.
+        depth: (H + 2, W + 2) padded depth.
+        color: (H, W, 3) RGB.
+        fusion: The heatmap, or none.
+        labels: Number of common labels.
+        voxel_size: Metres.
+        pools: The map's pools, updated.
+        surface: Surface rows, updated.
+        revision: Map revision of this image.
+
+    Returns:
+        Number of voxels that a heatmap updated.
+    """
+    height, width = color.shape[0], color.shape[1]
+    samples_u = (width + strides[0] - 1) // strides[0]
+    h, w = fusion.probabilities.shape[0], fusion.probabilities.shape[1]
+    start = ENERGY_MAX if fusion.mode == MAXIMUM else 0
+    prior = -np.log(max(labels, 1))
+    after = np.zeros(surface.energy.shape[1], np.float32)
+    gathered = np.zeros(surface.energy.shape[1], np.uint8)
+    table = fusion.energy_of
+    fused = 0
+    for e in range(n_entries):
+        row, k, sample = entries[e, 0], entries[e, 1], entries[e, 2]
+        v = min((sample // samples_u) * strides[1] + strides[1] // 2, height - 1)
+        u = min((sample % samples_u) * strides[0] + strides[0] // 2, width - 1)
+        slot = pools.slot[row, k]
+        if slot == 0:
+            slot = take_surface_row(surface, row * 512 + k, labels, start, prior)
+            if slot == 0:
+                # Bound reached; the blocks' share of rows makes room before the next frame.
+                continue
+            pools.slot[row, k] = slot
+        _blend_color(surface, slot, color[v, u])
+        pools.appearance[row] = revision
+        if not fusion.has_heatmap:
+            continue
+        d = depth[v + 1, u + 1]
+        common, ooi = d <= fusion.common_max_m, d <= fusion.ooi_max_m and fusion.ooi_channel >= 0
+        if not common and not ooi:
+            continue
+        fused += 1
+        hv, hu = ((2 * v + 1) * h) // (2 * height), ((2 * u + 1) * w) // (2 * width)
+        heat = fusion.probabilities[hv, hu]
+        missing = False
+        seen = heat
+        if not fusion.in_order:
+            missing = gather(heat, fusion.channel, gathered, labels)
+            seen = gathered
+        low = observe(surface.energy[slot], seen, table, after, labels)
+        if missing:
+            low = fill_missing(surface.energy[slot], fusion.channel, after, labels)
+        log_h = np.float32(0.0)
+        if ooi:
+            log_h = table[heat[fusion.ooi_channel]] * np.float32(-1.0 / STEPS_PER_NAT)
+        if fusion.mode == MAXIMUM:
+            is_new = pools.ooi[row, k] == NOT_MAPPED
+            fuse_maximum(surface, slot, labels, after, fusion, log_h, common, ooi, is_new)
+        else:
+            fuse_bayes(surface, slot, labels, after, low, fusion, log_h, common, ooi)
+        if ooi:
+            if _is_suppressed(pools, row, k, fusion.suppressed, voxel_size):
+                surface.log_odds[slot] = -LOG_ODDS_MAX
+            _show_ooi(pools, row, k, ooi_code(surface.log_odds[slot]), revision)
+        if common:
+            level = fusion.levels[surface.label[slot]]
+            if level != pools.level[row, k]:
+                pools.level[row, k] = level
+                pools.revision[row] = revision
+    return fused
+
+
+@njit(cache=True, nogil=True)
+def _show_ooi(pools, row, k, code, revision):
+    """Take a voxel's new OOI code over to the block."""
+    old = pools.ooi[row, k]
+    if code == old:
+        return
+    pools.ooi[row, k] = code
+    pools.revision[row] = revision
+    if old != NOT_MAPPED and old == pools.best_ooi[row] and code < old:
+        pools.best_ooi[row] = best_of(pools, row)
+    else:
+        pools.best_ooi[row] = max(pools.best_ooi[row], code)
+
+
+@njit(cache=True, nogil=True)
+def best_of(pools, row):
+    """Return the highest OOI code of a block's voxels, 0 for none."""
+    best = 0
+    for k in range(512):
+        code = pools.ooi[row, k]
+        if code != NOT_MAPPED and code > best:
+            best = code
+    return best
