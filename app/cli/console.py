@@ -1,0 +1,20 @@
+"""`ippon console`: the operator's page."""
+
+from app.cli.errors import UsageError
+from app.cli.options import Console
+from app.links.parent import end_with_parent
+from app.nodes.console.node import ConsoleConfig, ConsoleError, run_console
+
+
+def run_console_command(command: Console) -> int:
+    """Serve the page until the process is stopped."""
+    end_with_parent(command.parent_pid)
+    try:
+        run_console(
+            ConsoleConfig(
+                connect=command.connect, robot=command.robot, host=command.host, port=command.port
+            )
+        )
+    except ConsoleError as error:
+        raise UsageError(str(error)) from error
+    return 0

@@ -1,0 +1,5 @@
+"""What a command says when it cannot do what it was asked."""
+
+
+class UsageError(Exception):
+    """The command was asked for something impossible; its text says what would work."""

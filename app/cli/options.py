@@ -1,0 +1,152 @@
+"""The commands and their options; docstrings are the text of `--help`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+Positional = tyro.conf.Positional
+Speed = Literal["1", "2", "max"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Demo:
+    """A simulated robot looks for an object in a simulated home, live in the browser.
+
+    Starts the navigator, the console and the simulated robot on this machine, prints the address
+    of the page, and searches. Ctrl-C ends all of them.
+    """
+
+    home: str = "3"
+    """Seed of a generated home, or a folder with scene.glb and scene.json."""
+    object: str = "hat"
+    """What to look for."""
+    context: str | None = None
+    """What you know about where it is, in plain words. The default object comes with one."""
+    port: int | None = None
+    """Port of the page; without one the first free from 8080 on."""
+    speed: Speed = "1"
+    """Simulated time against real time; max goes as fast as the navigator answers."""
+    seed: int = 0
+    """Of the camera's noise and the planner's samples."""
+    headless: bool = False
+    """Without the console."""
+    exit_when_done: bool = False
+    """End with the search: the last line of standard output is its result as JSON, and the exit
+    status is 0 when the object was found."""
+    no_search: bool = False
+    """Wait for a query from the page or from `ippon ask` instead of searching at once."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sim:
+    """A simulated robot in a simulated home, on zenoh; or a picture of the home from above."""
+
+    home: str = "3"
+    """Seed of a generated home, or a folder with scene.glb and scene.json."""
+    picture: Path | None = None
+    """Write a picture of the home from above to this PNG, and end."""
+    export: Path | None = None
+    """Write the home as scene.glb and scene.json into this folder, and end."""
+    connect: str = "tcp/127.0.0.1:7447"
+    """zenoh endpoint of the navigator."""
+    robot: str = "ippon"
+    """Key prefix of the robot."""
+    speed: Speed = "1"
+    """Simulated time against real time; max waits for the navigator's answer to each frame."""
+    seed: int = 0
+    """Of the camera's noise and the segmentation's errors."""
+    start: int = 0
+    """Which of the home's start poses to begin at."""
+    rate_hz: float = 5.0
+    """Frames per simulated second."""
+    width: int = 400
+    """Width of the camera's images in pixels; their height follows from the robot's camera."""
+    parent_pid: int | None = None
+    """End when this process is gone."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Navigate:
+    """The navigator: map, common sense, plan; turns frames into commands."""
+
+    listen: str = "tcp/127.0.0.1:7447"
+    """zenoh endpoint to listen on; robot and console connect to it."""
+    robot: str = "ippon"
+    """Key prefix of the robot."""
+    seed: int = 0
+    """Of the planner's samples."""
+    voxel_size_m: float = 0.1
+    """Edge of a voxel. Smaller shows more detail and costs more time."""
+    parent_pid: int | None = None
+    """End when this process is gone."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Console:
+    """The operator console: a page that shows what the navigator does, and steers it."""
+
+    connect: str = "tcp/127.0.0.1:7447"
+    """zenoh endpoint of the navigator."""
+    robot: str = "ippon"
+    """Key prefix of the robot."""
+    host: str = "127.0.0.1"
+    """Address that the page is served on."""
+    port: int = 8080
+    """Port of the page; 0 takes any free one."""
+    parent_pid: int | None = None
+    """End when this process is gone."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ask:
+    """Ask a running navigator to look for something, from any terminal that reaches it."""
+
+    object: Positional[str]
+    """What to look for: "hat", or a whole sentence: "find my hat, I left it on the sofa"."""
+    context: str = ""
+    """What you know about where it is, in plain words."""
+    follow: bool = False
+    """Stay, print what happens, and end with the search; exit status 0 when it was found."""
+    json: bool = False
+    """Print one JSON object per line instead of text."""
+    connect: str | None = None
+    """zenoh endpoint of the navigator; without one, the navigator running on this machine."""
+    robot: str | None = None
+    """Key prefix of the robot; without one, that of the navigator running on this machine."""
+    timeout_s: float = 5.0
+    """How long to wait for an answer."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Levels:
+    """What common sense says about where an object is: a level for each common object."""
+
+    object: Positional[str]
+    """The object, in your own words."""
+    context: str = ""
+    """What you know about where it is."""
+    json: bool = False
+    """Print JSON instead of a table."""
+    vocabulary: Literal["matterport", "laboratory"] = "matterport"
+    """Which list of common objects to rate."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Doctor:
+    """What is installed, reachable and fast enough."""
+
+    json: bool = False
+    """Print JSON instead of a table."""
+
+
+Command = (
+    Annotated[Demo, tyro.conf.subcommand("demo")]
+    | Annotated[Sim, tyro.conf.subcommand("sim")]
+    | Annotated[Navigate, tyro.conf.subcommand("navigate")]
+    | Annotated[Console, tyro.conf.subcommand("console")]
+    | Annotated[Ask, tyro.conf.subcommand("ask")]
+    | Annotated[Levels, tyro.conf.subcommand("levels")]
+    | Annotated[Doctor, tyro.conf.subcommand("doctor")]
+)

@@ -1,0 +1,79 @@
+"""`ippon sim`: a simulated robot on zenoh, or a picture of its home."""
+
+from pathlib import Path
+
+from app.cli.errors import UsageError
+from app.cli.homes import load_home
+from app.cli.options import Sim
+
+
+PIXELS_PER_METRE = 80.0
+
+
+def run_sim(command: Sim) -> int:
+    """Draw or export the home, or drive a robot in it until it is stopped."""
+    if command.picture is not None:
+        draw_home(command.home, command.picture)
+        return 0
+    if command.export is not None:
+        export_home(command.home, command.export)
+        return 0
+    from app.nodes.robot_sim import RobotSimConfig, run_robot_sim
+
+    scene = load_home(command.home)
+    if not 0 <= command.start < len(scene.start_poses):
+        raise UsageError(
+            f"home {command.home} has start poses 0 to {len(scene.start_poses) - 1}; "
+            f"got {command.start}"
+        )
+    run_robot_sim(
+        RobotSimConfig(
+            connect=command.connect,
+            robot=command.robot,
+            speed=command.speed,
+            seed=command.seed,
+            rate_hz=command.rate_hz,
+            image_width=command.width,
+        ),
+        scene,
+        scene.start_poses[command.start],
+    )
+    return 0
+
+
+def draw_home(home: str, picture: Path) -> None:
+    """Write a picture of the home from above.
+
+    Raises:
+        UsageError: The file cannot be written.
+    """
+    scene = load_home(home)
+    from PIL import Image
+
+    from ippon.simulation.picture import picture_from_above
+
+    image = picture_from_above(scene, pixels_per_metre=PIXELS_PER_METRE)
+    try:
+        Image.fromarray(image).save(picture)
+    except (OSError, ValueError) as error:
+        raise UsageError(
+            f"cannot write the picture to {picture}: {error}; name a file that ends in .png, in a "
+            "folder that exists"
+        ) from error
+    print(f"{picture}: {image.shape[1]} x {image.shape[0]} pixels")  # noqa: T201
+
+
+def export_home(home: str, folder: Path) -> None:
+    """Write the home as a folder that `--home` takes.
+
+    Raises:
+        UsageError: The folder cannot be written.
+    """
+    scene = load_home(home)
+    from ippon.simulation.writer import save_scene
+
+    try:
+        save_scene(scene, folder)
+    except OSError as error:
+        raise UsageError(f"cannot write the home to {folder}: {error}") from error
+    print(f"{folder}: scene.glb and scene.json with {len(scene.instances)} objects")  # noqa: T201

@@ -1,0 +1,319 @@
+"""Proximity levels from a language model, with the embedded prior to fall back on."""
+
+import hashlib
+import json
+import logging
+import os
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import httpx
+
+from app.links.chat import ChatConfig, ChatEndpoint, ChatError, Message, ResponseForm
+from ippon.guidance.levels import Guidance, LabelLevel, Level
+from ippon.guidance.naming import ResolvedObject, resolve_object
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.guidance.prompt import (
+    ParsedReply,
+    build_prompt,
+    build_reminder,
+    parse_reply,
+    reply_schema,
+)
+
+LOGGER = logging.getLogger(__name__)
+
+KEY_VARIABLES = ("IPPON_API_KEY", "OPENAI_API_KEY")
+MAX_WAIT_S = 5.0
+"""The longest pause before the second attempt, whatever the endpoint asks for."""
+_MIN_SHARE = 0.5
+"""An answer for fewer categories than this share is nonsense and counts as none."""
+_CACHE_VERSION = 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Answer:
+    """Levels, and what was said to get them."""
+
+    guidance: Guidance
+    prompt: str
+    """The exact question."""
+    reply: str
+    """The exact answer, both where the model was asked twice; empty if there was none."""
+    elapsed_ms: float
+    from_cache: bool
+    failed: str
+    """Why the embedded prior answered in the model's place; empty when the model did."""
+
+
+def read_api_key(environment: Mapping[str, str], file: Path | None = None) -> str | None:
+    """Take the key from a file, or else from the first variable of `KEY_VARIABLES` that is set.
+
+    Raises:
+        ValueError: The file cannot be read or holds more than one line.
+    """
+    if file is None:
+        return next((environment[name] for name in KEY_VARIABLES if environment.get(name)), None)
+    try:
+        text = file.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"cannot read the API key from {file}: {type(error).__name__}") from None
+    if not text or len(text.split()) != 1:
+        raise ValueError(f"{file} must hold the API key alone, on one line")
+    return text
+
+
+class LanguageModel:
+    """Asks a language model; answers itself from the embedded prior where that fails.
+
+    `levels` blocks for up to two requests: call it on a thread of its own, start on the prior, and
+    swap when the answer comes.
+    """
+
+    def __init__(
+        self,
+        config: ChatConfig,
+        *,
+        cache_dir: Path | None = None,
+        prior: EmbeddedPrior | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._config = config
+        self._endpoint = ChatEndpoint(config, clock=clock)
+        self._cache_dir = cache_dir
+        self._prior = prior or EmbeddedPrior()
+        self._clock = clock
+        self._closed = threading.Event()
+
+    @property
+    def name(self) -> str:
+        """What the console shows as provider."""
+        return f"{self._config.model} at {httpx.URL(self._config.base_url).host}"
+
+    def close(self) -> None:
+        """End a request that is under way and refuse further ones."""
+        self._closed.set()
+        self._endpoint.close()
+
+    def levels(
+        self,
+        ooi: ResolvedObject | str,
+        context: str,
+        vocabulary: Sequence[str],
+        *,
+        scenario: str = "",
+    ) -> Answer:
+        """Rate the proximity of every common object to the goal.
+
+        Never raises for what the endpoint does.
+
+        Args:
+            ooi: The goal, as typed or resolved.
+            context: The operator's words; may be empty.
+            vocabulary: Labels of the common objects.
+            scenario: Where the search takes place, such as "a robotics lab"; may be empty.
+
+        Raises:
+            ValueError: `ooi` holds no word.
+        """
+        start = self._clock()
+        goal = resolve_object(ooi, vocabulary) if isinstance(ooi, str) else ooi
+        question = build_prompt(goal.display, context, scenario, vocabulary)
+        cached = self._load(question, vocabulary)
+        if cached is not None:
+            rows, reply = cached
+            return Answer(
+                guidance=self._guidance(goal, context, rows, ()),
+                prompt=question,
+                reply=reply,
+                elapsed_ms=1e3 * (self._clock() - start),
+                from_cache=True,
+                failed="",
+            )
+        asked = _Conversation(goal.display, context, scenario, tuple(vocabulary))
+        failed = ""
+        try:
+            parsed = self._ask(asked)
+            guidance = self._complete(goal, context, vocabulary, parsed)
+            if not parsed.missing:
+                self._store(question, parsed.rows, asked.reply)
+        except ChatError as error:
+            failed = str(error)
+            LOGGER.warning("%s: %s; the embedded prior answers", self.name, failed)
+            guidance = self._fall_back(goal, context, vocabulary, failed)
+        return Answer(
+            guidance=guidance,
+            prompt=asked.prompt or question,
+            reply=asked.reply,
+            elapsed_ms=1e3 * (self._clock() - start),
+            from_cache=False,
+            failed=failed,
+        )
+
+    def _ask(self, asked: "_Conversation") -> ParsedReply:
+        """Ask, once more after a failure, and once more for what was left out."""
+        try:
+            parsed = self._attempt(asked)
+        except ChatError as error:
+            if not error.retry or self._closed.wait(min(error.wait_s, MAX_WAIT_S)):
+                raise
+            parsed = self._attempt(asked)
+        if not parsed.missing:
+            return parsed
+        try:
+            more = asked.remind(self._endpoint, parsed.missing)
+        except ChatError as error:
+            LOGGER.info("%s: no answer to the reminder: %s", self.name, error)
+            return parsed
+        return _merge(parsed, more, asked.vocabulary)
+
+    def _attempt(self, asked: "_Conversation") -> ParsedReply:
+        if self._closed.is_set():
+            raise ChatError("the provider was closed", retry=False)
+        parsed = asked.ask(self._endpoint)
+        if len(parsed.rows) < _MIN_SHARE * len(asked.vocabulary):
+            text = f"the answer rates {len(parsed.rows)} of {len(asked.vocabulary)} categories"
+            raise ChatError(text, retry=True)
+        return parsed
+
+    def _complete(
+        self,
+        goal: ResolvedObject,
+        context: str,
+        vocabulary: Sequence[str],
+        parsed: ParsedReply,
+    ) -> Guidance:
+        rated = {row.label: row for row in parsed.rows}
+        rows = tuple(
+            rated.get(label)
+            or LabelLevel(label=label, level=Level.AVERAGE, reason="the model left it out")
+            for label in vocabulary
+        )
+        notes: list[str] = []
+        if parsed.missing:
+            notes.append(f"the model left out: {', '.join(parsed.missing)}; taken as average")
+        if parsed.unknown:
+            notes.append(f"the model rated what nobody asked for: {', '.join(parsed.unknown)}")
+        return self._guidance(goal, context, rows, tuple(notes))
+
+    def _guidance(
+        self,
+        goal: ResolvedObject,
+        context: str,
+        rows: tuple[LabelLevel, ...],
+        notes: tuple[str, ...],
+    ) -> Guidance:
+        return Guidance(
+            ooi=goal.canonical, context=context, provider=self.name, rows=rows, notes=notes
+        )
+
+    def _fall_back(
+        self, goal: ResolvedObject, context: str, vocabulary: Sequence[str], failed: str
+    ) -> Guidance:
+        answer = self._prior.levels(goal, context, vocabulary)
+        note = f"{self.name}: {failed}; the embedded prior answered instead"
+        return Guidance(
+            ooi=answer.ooi,
+            context=context,
+            provider=answer.provider,
+            rows=answer.rows,
+            notes=(note, *answer.notes),
+        )
+
+    def _cache_file(self, question: str) -> Path | None:
+        if self._cache_dir is None:
+            return None
+        key = json.dumps([_CACHE_VERSION, self._config.base_url, self._config.model, question])
+        return self._cache_dir / f"{hashlib.sha256(key.encode()).hexdigest()}.json"
+
+    def _load(
+        self, question: str, vocabulary: Sequence[str]
+    ) -> tuple[tuple[LabelLevel, ...], str] | None:
+        """Read a kept answer; a damaged or foreign file counts as none."""
+        file = self._cache_file(question)
+        if file is None:
+            return None
+        try:
+            kept = cast("dict[str, Any]", json.loads(file.read_text(encoding="utf-8")))
+            reply = str(kept["reply"])
+            rows = tuple(
+                LabelLevel(label=str(label), level=Level.parse(level), reason=str(reason)[:200])
+                for label, level, reason in kept["rows"]
+            )
+        except (OSError, ValueError, LookupError, TypeError, AttributeError):
+            return None
+        if tuple(row.label for row in rows) != tuple(vocabulary):
+            return None
+        return rows, reply
+
+    def _store(self, question: str, rows: tuple[LabelLevel, ...], reply: str) -> None:
+        """Keep an answer; a full disk costs the cache, not the answer."""
+        file = self._cache_file(question)
+        if file is None:
+            return
+        kept = {
+            "model": self._config.model,
+            "prompt": question,
+            "reply": reply,
+            "rows": [[row.label, row.level.name, row.reason] for row in rows],
+        }
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            with tempfile.NamedTemporaryFile(
+                "w", encoding="utf-8", dir=file.parent, suffix=".part", delete=False
+            ) as part:
+                json.dump(kept, part)
+            os.replace(part.name, file)  # noqa: PTH105 - atomic, by name
+        except OSError as error:
+            LOGGER.warning("the answer was not cached in %s: %s", file.parent, error.strerror)
+
+
+class _Conversation:
+    """What was asked and answered for one goal."""
+
+    def __init__(self, name: str, context: str, scenario: str, vocabulary: tuple[str, ...]) -> None:
+        self.vocabulary = vocabulary
+        self.prompt = ""
+        self.reply = ""
+        self._goal = (name, context, scenario)
+
+    def _messages(self, form: ResponseForm) -> list[Message]:
+        reply = "lines" if form == "text" else "json"
+        self.prompt = build_prompt(*self._goal, self.vocabulary, reply=reply)
+        return [{"role": "user", "content": self.prompt}]
+
+    def ask(self, endpoint: ChatEndpoint) -> ParsedReply:
+        answer = endpoint.ask(self._messages, reply_schema(self.vocabulary))
+        self.reply = answer.text
+        return parse_reply(answer.text, self.vocabulary)
+
+    def remind(self, endpoint: ChatEndpoint, missing: Sequence[str]) -> ParsedReply:
+        first = self.reply
+
+        def messages(form: ResponseForm) -> list[Message]:
+            return [
+                *self._messages(form),
+                {"role": "assistant", "content": first},
+                {"role": "user", "content": build_reminder(missing)},
+            ]
+
+        answer = endpoint.ask(messages, reply_schema(missing))
+        self.reply = f"{first}\n\n{answer.text}"
+        return parse_reply(answer.text, missing)
+
+
+def _merge(first: ParsedReply, more: ParsedReply, vocabulary: Sequence[str]) -> ParsedReply:
+    rated = {row.label: row for row in (*first.rows, *more.rows)}
+    asked = frozenset(vocabulary)
+    return ParsedReply(
+        rows=tuple(rated[label] for label in vocabulary if label in rated),
+        missing=more.missing,
+        unknown=tuple(
+            dict.fromkeys(name for name in (*first.unknown, *more.unknown) if name not in asked)
+        ),
+    )
