@@ -13,7 +13,7 @@ ResponseForm = Literal["schema", "json", "text"]
 
 MAX_REPLY_BYTES = 1_000_000
 _FORMS: tuple[ResponseForm, ...] = ("schema", "json", "text")
-_REFUSED_PARAMETER = frozenset({400, 404, 415, 422, 501})
+_REFUSED_PARAMETER = frozenset({400, 415, 422, 501})
 _PERMANENT = frozenset({401, 402, 403, 404, 405, 410})
 
 
@@ -117,8 +117,8 @@ class ChatEndpoint:
         while True:
             form = self.form
             status, body, headers = self._post(self._body(form, messages(form), schema), deadline)
-            if status == httpx.codes.OK:
-                return _read_completion(body, form)
+            if status == 200:
+                return self._completion(body, form)
             if status in _REFUSED_PARAMETER and self._give_way(body):
                 continue
             raise self._error(status, body, headers)
@@ -140,8 +140,11 @@ class ChatEndpoint:
         headers = {"Accept": "application/json"}
         if self._config.api_key:
             headers["Authorization"] = f"Bearer {self._config.api_key}"
+        left = max(deadline - self._clock(), 0.01)
         try:
-            with self._client.stream("POST", self._url, json=body, headers=headers) as response:
+            with self._client.stream(
+                "POST", self._url, json=body, headers=headers, timeout=left
+            ) as response:
                 received = bytearray()
                 for chunk in response.iter_bytes():
                     received += chunk
@@ -177,11 +180,15 @@ class ChatEndpoint:
             self._clean(text), retry=status not in _PERMANENT, wait_s=_retry_after(headers)
         )
 
+    def _completion(self, body: bytes, form: ResponseForm) -> ChatReply:
+        text, complete = _read_completion(body)
+        return ChatReply(text=self._clean(text), complete=complete, form=form)
+
     def _late(self) -> str:
         return f"no answer within {self._config.timeout_s:g} s"
 
     def _clean(self, text: str) -> str:
-        """Take the key out of a text that an endpoint may have echoed it into."""
+        """Take the key out of a text: an endpoint may have echoed it."""
         key = self._config.api_key
         return text.replace(key, "***") if key else text
 
@@ -195,7 +202,7 @@ def _is_local(host: str) -> bool:
         return False
 
 
-def _read_completion(body: bytes, form: ResponseForm) -> ChatReply:
+def _read_completion(body: bytes) -> tuple[str, bool]:
     try:
         value = json.loads(body)
         choice = value["choices"][0]
@@ -206,7 +213,7 @@ def _read_completion(body: bytes, form: ResponseForm) -> ChatReply:
     if not isinstance(text, str) or not text.strip():
         why = f": {_short(refusal)}" if isinstance(refusal, str) else ""
         raise ChatError(f"the model gave no answer{why}", retry=True)
-    return ChatReply(text=text, complete=choice.get("finish_reason") != "length", form=form)
+    return text, choice.get("finish_reason") != "length"
 
 
 def _error_detail(body: bytes) -> str:

@@ -71,8 +71,8 @@ def read_api_key(environment: Mapping[str, str], file: Path | None = None) -> st
 class LanguageModel:
     """Asks a language model; answers itself from the embedded prior where that fails.
 
-    `levels` blocks for up to two requests: call it on a thread of its own, start on the prior, and
-    swap when the answer comes.
+    `levels` blocks for up to three requests: call it on a thread of its own, start on the prior,
+    and swap when the answer comes.
     """
 
     def __init__(
@@ -126,11 +126,10 @@ class LanguageModel:
         question = build_prompt(goal.display, context, scenario, vocabulary)
         cached = self._load(question, vocabulary)
         if cached is not None:
-            rows, reply = cached
             return Answer(
-                guidance=self._guidance(goal, context, rows, ()),
-                prompt=question,
-                reply=reply,
+                guidance=self._guidance(goal, context, cached.rows, ()),
+                prompt=cached.prompt,
+                reply=cached.reply,
                 elapsed_ms=1e3 * (self._clock() - start),
                 from_cache=True,
                 failed="",
@@ -141,7 +140,7 @@ class LanguageModel:
             parsed = self._ask(asked)
             guidance = self._complete(goal, context, vocabulary, parsed)
             if not parsed.missing:
-                self._store(question, parsed.rows, asked.reply)
+                self._store(question, _Kept(parsed.rows, asked.prompt, asked.reply))
         except ChatError as error:
             failed = str(error)
             LOGGER.warning("%s: %s; the embedded prior answers", self.name, failed)
@@ -231,16 +230,14 @@ class LanguageModel:
         key = json.dumps([_CACHE_VERSION, self._config.base_url, self._config.model, question])
         return self._cache_dir / f"{hashlib.sha256(key.encode()).hexdigest()}.json"
 
-    def _load(
-        self, question: str, vocabulary: Sequence[str]
-    ) -> tuple[tuple[LabelLevel, ...], str] | None:
+    def _load(self, question: str, vocabulary: Sequence[str]) -> "_Kept | None":
         """Read a kept answer; a damaged or foreign file counts as none."""
         file = self._cache_file(question)
         if file is None:
             return None
         try:
             kept = cast("dict[str, Any]", json.loads(file.read_text(encoding="utf-8")))
-            reply = str(kept["reply"])
+            prompt, reply = str(kept["prompt"]), str(kept["reply"])
             rows = tuple(
                 LabelLevel(label=str(label), level=Level.parse(level), reason=str(reason)[:200])
                 for label, level, reason in kept["rows"]
@@ -249,18 +246,18 @@ class LanguageModel:
             return None
         if tuple(row.label for row in rows) != tuple(vocabulary):
             return None
-        return rows, reply
+        return _Kept(rows, prompt, reply)
 
-    def _store(self, question: str, rows: tuple[LabelLevel, ...], reply: str) -> None:
+    def _store(self, question: str, answer: "_Kept") -> None:
         """Keep an answer; a full disk costs the cache, not the answer."""
         file = self._cache_file(question)
         if file is None:
             return
         kept = {
             "model": self._config.model,
-            "prompt": question,
-            "reply": reply,
-            "rows": [[row.label, row.level.name, row.reason] for row in rows],
+            "prompt": answer.prompt,
+            "reply": answer.reply,
+            "rows": [[row.label, row.level.name, row.reason] for row in answer.rows],
         }
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -271,6 +268,15 @@ class LanguageModel:
             os.replace(part.name, file)  # noqa: PTH105 - atomic, by name
         except OSError as error:
             LOGGER.warning("the answer was not cached in %s: %s", file.parent, error.strerror)
+
+
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """An answer as the cache holds it."""
+
+    rows: tuple[LabelLevel, ...]
+    prompt: str
+    reply: str
 
 
 class _Conversation:
