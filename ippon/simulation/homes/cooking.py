@@ -1,6 +1,6 @@
 """Furnishes kitchens: runs of cupboards and machines along the walls."""
 
-from ippon.simulation.homes import decor, kitchen, seating, tables
+from ippon.simulation.homes import decor, kitchen, seating
 from ippon.simulation.homes.furnisher import Furnisher
 from ippon.simulation.homes.model import Model
 from ippon.simulation.homes.placing import Placed, WallSpan
@@ -22,9 +22,7 @@ def furnish_kitchen(f: Furnisher, *, dining: bool) -> None:
     if area > 15.0 and f.chance(0.4):
         _island(f)
     elif dining or f.chance(0.4):
-        width, depth = f.one_of(0.9, 1.2, 1.4), f.one_of(0.8, 0.9)
-        if f.dining_group(width, depth) is None:
-            f.at_wall(tables.dining_table(f.rng, f.style, 0.9, 0.6), clearance=0.5)
+        f.place_to_eat(f.one_of(0.9, 1.2, 1.4), f.one_of(0.8, 0.9))
     if f.chance(0.3):
         f.in_corner(seating.stool(f.rng, f.style))
     f.finish(pictures=f.some(0, 2), plants=f.some(0, 1))
@@ -39,12 +37,17 @@ def kitchen_run(f: Furnisher, *, second: bool) -> None:
     length = min(high - low, uniform(f.rng, 3.0, 4.2))
     at_low = f.chance(0.5)
     start = low if at_low else high - length
-    _fill(f, side, start, start + length, first=True)
+    if not _fill(f, side, start, start + length, first=True):
+        # A window took its place in the row; it stands somewhere else then.
+        f.at_wall(kitchen.fridge(f.rng), clearance=0.7, where="corner")
     if not second:
         return
     for other, lo, hi in _free_runs(f):
         if other != side and hi - lo > 0.8:
-            _fill(f, other, lo, min(hi, lo + uniform(f.rng, 1.2, 2.4)), first=False)
+            length = min(hi - lo, uniform(f.rng, 1.2, 2.4))
+            low, high = f.space.wall_length(other)
+            start = lo if lo - low < high - hi else hi - length
+            _fill(f, other, start, start + length, first=False)
             return
 
 
@@ -65,18 +68,25 @@ def _free_runs(f: Furnisher) -> list[tuple[int, float, float]]:
     return sorted(found, key=lambda r: -(r[2] - r[1]))
 
 
-def _fill(f: Furnisher, side: int, low: float, high: float, *, first: bool) -> None:
-    """Fill a stretch: the refrigerator at one end, then counters with sink and stove between."""
+def _fill(f: Furnisher, side: int, low: float, high: float, *, first: bool) -> bool:
+    """Fill a stretch: the refrigerator at one end, then counters with sink and stove between.
+
+    Returns:
+        Whether the refrigerator found its place.
+    """
     rng, style, space = f.rng, f.style, f.space
-    low, high = low + 0.01, high - 0.01
+    low, high, cooled = low + 0.01, high - 0.01, False
     if first and high - low > 2.0:
         fridge = kitchen.fridge(rng)
         w = fridge.width_m + 0.02
-        at_low = f.chance(0.5)
-        u = low + w / 2 if at_low else high - w / 2
-        if space.wall_is_free(side, u - w / 2, u + w / 2, 0.0, fridge.height_m):
-            _stand(f, fridge, side, u)
-            low, high = (low + w, high) if at_low else (low, high - w)
+        turned = f.chance(0.5)
+        for at_low in (turned, not turned):
+            u = low + w / 2 if at_low else high - w / 2
+            if space.wall_is_free(side, u - w / 2, u + w / 2, 0.0, fridge.height_m):
+                _stand(f, fridge, side, u)
+                low, high = (low + w, high) if at_low else (low, high - w)
+                cooled = True
+                break
     inset: list[Model] = []
     if first:
         inset.append(kitchen.sink_unit(rng, style))
@@ -90,7 +100,7 @@ def _fill(f: Furnisher, side: int, low: float, high: float, *, first: bool) -> N
         _stand(f, kitchen.dishwasher(rng, style), side, high - 0.3)
         high -= 0.605
     if high - low < 0.4:
-        return
+        return cooled
     width = high - low
     counter = _stand(f, kitchen.counter(rng, style, width), side, 0.5 * (low + high))
     step = width / max(1, len(inset))
@@ -103,6 +113,7 @@ def _fill(f: Furnisher, side: int, low: float, high: float, *, first: bool) -> N
                 _over(f, kitchen.range_hood(rng), side, 0.5 * (low + high) + sign * along, 1.5)
     _machines(f, counter, width, inset_count=len(inset))
     _cupboards(f, side, low, high)
+    return cooled
 
 
 def _stand(f: Furnisher, model: Model, side: int, u: float) -> Placed:

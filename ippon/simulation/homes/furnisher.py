@@ -39,6 +39,7 @@ class Furnisher:
         sides: list[int] | None = None,
         where: str = "any",
         gap: float = 0.015,
+        height_m: float | None = None,
         optional: bool = True,
     ) -> Placed | None:
         """Stand a model with its back at a wall.
@@ -49,12 +50,13 @@ class Furnisher:
             sides: Walls to try, in order; all in random order by default.
             where: "any", "middle" of the wall, or "corner".
             gap: Metres between wall and back.
+            height_m: Height up to which the wall must be free; the model's own by default.
             optional: Whether it may be removed again for the robot's sake.
 
         Returns:
             The placement, or None where it does not fit.
         """
-        height = model.height_m
+        height = model.height_m if height_m is None else height_m
         for side in self.sides() if sides is None else sides:
             fits = self.space.positions(side, model.width_m, model.depth_m, height, clearance, gap)
             if not fits:
@@ -171,7 +173,7 @@ class Furnisher:
         turned = self.chance(0.5)
         for swap in (turned, not turned):
             w, d = (depth, width) if swap else (width, depth)
-            spots = space.free_spots(w + 1.0, d + 1.0, 0.1)
+            spots = space.free_spots(w + 0.9, d + 0.9, 0.05)
             if not spots:
                 continue
             cx, cy = space.floor.center
@@ -191,6 +193,21 @@ class Furnisher:
                 return table
         return None
 
+    def place_to_eat(self, width: float, depth: float) -> Placed | None:
+        """Put a table with chairs: as large as asked, else smaller, else with a side at a wall."""
+        for w, d in ((width, depth), (1.2, 0.8), (0.9, 0.9), (0.8, 0.7)):
+            if w <= width:
+                table = self.dining_group(w, d)
+                if table is not None:
+                    return table
+        for w, d in ((1.2, 0.75), (0.9, 0.65)):
+            model = tables.dining_table(self.rng, self.style, w, d)
+            table = self.at_wall(model, clearance=0.75)
+            if table is not None:
+                self._chairs_round(table, w, d)
+                return table
+        return None
+
     def _chairs_round(self, table: Placed, width: float, depth: float) -> None:
         """Set chairs at the four edges of a table, pushed in more or less, a little askew."""
         rng = self.rng
@@ -206,7 +223,7 @@ class Furnisher:
                 (-width / 2, depth / 2, -0.5 * math.pi),
                 (width / 2, depth / 2, 0.5 * math.pi),
             ]
-        taken = [p for p in places if self.chance(0.9)] or places[:1]
+        taken = [p for p in places if self.chance(0.92)] or places[:1]
         for px, py, turn in taken:
             chair = seating.chair(np.random.default_rng(int(state)), self.style)
             out = chair.depth_m - uniform(rng, 0.04, 0.2)

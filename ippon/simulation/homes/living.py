@@ -18,7 +18,7 @@ def furnish_living_room(f: Furnisher, *, dining: bool) -> None:
     """
     television_group(f)
     if dining:
-        f.dining_group(f.one_of(1.0, 1.4, 1.6), f.one_of(0.8, 0.9, 1.0))
+        f.place_to_eat(f.one_of(1.0, 1.4, 1.6), f.one_of(0.8, 0.9, 1.0))
     area = f.space.floor.area
     if f.chance(0.12):
         f.at_wall(decor.fireplace(f.rng), clearance=0.7, where="middle")
@@ -48,6 +48,7 @@ def television_group(f: Furnisher) -> Placed | None:
             clearance=1.3,
             sides=[side],
             where="middle",
+            height_m=1.7,
             optional=False,
         )
         if stand is None:
@@ -158,7 +159,7 @@ def furnish_dining_room(f: Furnisher) -> None:
         width = 1.15
     depth = 1.15 if width == 1.15 else uniform(f.rng, 0.85, 1.0)
     if f.dining_group(width, depth, optional=False) is None:
-        f.dining_group(1.2, 0.8)
+        f.place_to_eat(1.2, 0.8)
     if f.chance(0.8):
         f.at_wall(storage.chest_of_drawers(f.rng, f.style), clearance=0.4)
     if f.chance(0.3):

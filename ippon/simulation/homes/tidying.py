@@ -17,6 +17,7 @@ from ippon.simulation.sight import LineOfSight
 
 _MAX_REMOVED = 30
 _GOALS = ("bed", "chair", "plant", "sofa", "toilet", "tv")
+_SPARE = ("chair", "plant")
 _REACH_M = 0.75
 """How near the robot's centre must come to furniture that is searched for."""
 _EYE_M = 1.25
@@ -50,10 +51,12 @@ def make_room_for_robot(
         problem = _first_problem(plan, kept, grid)
         if problem is None:
             return kept
-        culprit = _nearest_optional(kept, problem)
+        # A chair or plant that nobody gets to goes itself, not the table before it.
+        own = [p for p in kept if p.rect is problem and p.optional and p.model.category in _SPARE]
+        culprit = own[0] if own else _nearest_optional(kept, problem)
         if culprit is None:
             return None
-        kept = [p for p in kept if p is not culprit and not _rests_on(p, culprit)]
+        kept = [p for p in kept if p is not culprit and not _goes_with(p, culprit)]
     return None
 
 
@@ -115,8 +118,16 @@ def _nearest_optional(kept: list[Placed], problem: Rect) -> Placed | None:
     return best if least < 2.5 else None
 
 
-def _rests_on(thing: Placed, below: Placed) -> bool:
-    return thing.room == below.room and thing.z > 0.0 and thing.rect.overlaps(below.rect)
+def _goes_with(thing: Placed, other: Placed) -> bool:
+    """Tell whether a thing has no business here without the other: it lies on it or sits at it."""
+    if thing.room != other.room:
+        return False
+    if thing.z > 0.0:
+        return thing.rect.overlaps(other.rect)
+    at_table = other.model.category == "table" and thing.model.category == "chair"
+    return (
+        at_table and thing.model.label != "armchair" and thing.rect.overlaps(other.rect.grown(0.3))
+    )
 
 
 def start_poses(
