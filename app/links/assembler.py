@@ -1,0 +1,182 @@
+"""Joins the streams of a camera and a pose into frames."""
+
+import math
+from dataclasses import dataclass
+from typing import Final, TypeVar
+
+from app.links.transforms import TransformBuffer
+from app.messages.images import (
+    CompressedColor,
+    DepthImage,
+    StampedCamera,
+    StampedHeatmap,
+    decompress_color,
+)
+from app.messages.motion import StampedTransform
+from ippon.frame import Frame
+from ippon.geometry import invert_transform
+
+KEPT: Final = 4
+"""Messages of each stream that wait for their partners."""
+T = TypeVar("T", CompressedColor, DepthImage, StampedHeatmap)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AssemblerConfig:
+    """Names of coordinate frames, and how far stamps may differ."""
+
+    world_frame: str = "map"
+    base_frame: str = "base_link"
+    tolerance_s: float = 0.02
+    """Stamps of colour, depth and heatmap that differ by less belong together."""
+    heatmap_wait_s: float = 1.0
+    """Robot time to wait for a late heatmap before a frame goes without."""
+    backwards_s: float = 1.0
+    """A stamp so far before the last frame's means that the robot's clock started anew."""
+
+
+class FrameAssembler:
+    """Takes messages in any order; gives the newest frame that is complete."""
+
+    def __init__(self, config: AssemblerConfig | None = None) -> None:
+        self._config = config or AssemblerConfig()
+        self._tolerance_ns = round(1e9 * self._config.tolerance_s)
+        self._colors: dict[int, CompressedColor] = {}
+        self._depths: dict[int, DepthImage] = {}
+        self._heatmaps: dict[int, StampedHeatmap] = {}
+        self._camera: StampedCamera | None = None
+        self._transforms = TransformBuffer()
+        self._contact = False
+        self._newest_ns = -1
+        self._taken_ns = -1
+        self.skipped = 0
+        """Colour images that never became a frame: newer ones overtook them."""
+        self.restarts = 0
+        """How often the robot's clock started anew."""
+
+    @property
+    def has_camera(self) -> bool:
+        """Intrinsics have arrived."""
+        return self._camera is not None
+
+    def add_color(self, color: CompressedColor) -> None:
+        """Take a colour image."""
+        self._check_clock(color.stamp_ns)
+        self._newest_ns = max(self._newest_ns, color.stamp_ns)
+        self._put(self._colors, color)
+
+    def add_depth(self, depth: DepthImage) -> None:
+        """Take a depth image."""
+        self._check_clock(depth.stamp_ns)
+        self._put(self._depths, depth)
+
+    def add_heatmap(self, heatmap: StampedHeatmap) -> None:
+        """Take a heatmap."""
+        self._check_clock(heatmap.stamp_ns)
+        self._put(self._heatmaps, heatmap)
+
+    def add_camera(self, camera: StampedCamera) -> None:
+        """Take intrinsics; the last ones count."""
+        self._camera = camera
+
+    def add_transforms(
+        self, transforms: tuple[StampedTransform, ...], *, fixed: bool = False
+    ) -> None:
+        """Take transforms of `tf`, or of `tf_static` when fixed."""
+        for transform in transforms:
+            self._transforms.add(transform, fixed=fixed)
+
+    def add_contact(self, pressed: bool) -> None:
+        """Take the bumper's state; a press counts until a frame has carried it."""
+        self._contact = self._contact or pressed
+
+    def take(self) -> Frame | None:
+        """Return the newest complete frame that was not taken yet, None while there is none.
+
+        Raises:
+            FrameRejectedError: Its parts contradict one another; it is not offered again.
+        """
+        for stamp in sorted(self._colors, reverse=True):
+            if stamp <= self._taken_ns:
+                break
+            color = self._colors[stamp]
+            parts = self._parts(color)
+            if parts is not None:
+                self._taken_ns = stamp
+                self._forget_up_to(stamp)
+                return self._frame(color, *parts)
+        return None
+
+    def _parts(self, color: CompressedColor) -> tuple[DepthImage, StampedHeatmap | None] | None:
+        depth = self._match(self._depths, color.stamp_ns)
+        if depth is None or self._camera is None:
+            return None
+        frame = self._camera.frame_id
+        config = self._config
+        known = (
+            self._transforms.lookup(config.world_frame, frame, color.stamp_ns),
+            self._transforms.lookup(config.world_frame, config.base_frame, color.stamp_ns),
+        )
+        if known[0] is None or known[1] is None:
+            return None
+        heatmap = self._match(self._heatmaps, color.stamp_ns)
+        waited_ns = self._newest_ns - color.stamp_ns
+        if heatmap is None and self._heatmaps and waited_ns < 1e9 * config.heatmap_wait_s:
+            return None
+        return depth, heatmap
+
+    def _frame(
+        self, color: CompressedColor, depth: DepthImage, heatmap: StampedHeatmap | None
+    ) -> Frame:
+        assert self._camera is not None
+        config, stamp = self._config, color.stamp_ns
+        T_world_camera = self._transforms.lookup(config.world_frame, self._camera.frame_id, stamp)
+        T_world_base = self._transforms.lookup(config.world_frame, config.base_frame, stamp)
+        assert T_world_camera is not None
+        assert T_world_base is not None
+        T_base_camera = invert_transform(T_world_base) @ T_world_camera
+        contact, self._contact = self._contact, False
+        return Frame(
+            stamp_ns=stamp,
+            color=decompress_color(color.encoded),
+            depth=depth.depth,
+            camera=self._camera.camera,
+            T_world_camera=T_world_camera,
+            T_world_base=T_world_base,
+            tilt_rad=math.asin(min(1.0, max(-1.0, float(T_base_camera[2, 2])))),
+            heatmap=heatmap.heatmap if heatmap is not None else None,
+            contact=contact,
+        )
+
+    def _check_clock(self, stamp_ns: int) -> None:
+        if self._taken_ns - stamp_ns > 1e9 * self._config.backwards_s:
+            self._colors.clear()
+            self._depths.clear()
+            self._heatmaps.clear()
+            self._transforms.clear()
+            self._newest_ns = self._taken_ns = -1
+            self.restarts += 1
+
+    def _put(self, store: dict[int, T], message: T) -> None:
+        store[message.stamp_ns] = message
+        while len(store) > KEPT:
+            oldest = min(store)
+            if store is self._colors and oldest > self._taken_ns:
+                self.skipped += 1
+            del store[oldest]
+
+    def _match(self, store: dict[int, T], stamp_ns: int) -> T | None:
+        if stamp_ns in store:
+            return store[stamp_ns]
+        near = min(store, key=lambda s: abs(s - stamp_ns), default=None)
+        if near is None or abs(near - stamp_ns) > self._tolerance_ns:
+            return None
+        return store[near]
+
+    def _forget_up_to(self, stamp_ns: int) -> None:
+        self.skipped += sum(1 for s in self._colors if s < stamp_ns)
+        self._colors = {s: m for s, m in self._colors.items() if s > stamp_ns}
+        self._depths = {s: m for s, m in self._depths.items() if s > stamp_ns}
+        # The last heatmap stays: that there are heatmaps is why a frame waits for its own.
+        newest = max(self._heatmaps, default=-1)
+        self._heatmaps = {s: m for s, m in self._heatmaps.items() if s > stamp_ns or s == newest}

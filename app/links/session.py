@@ -1,0 +1,69 @@
+"""zenoh sessions: explicit endpoints, no multicast, a dead peer noticed within a second."""
+
+import json
+from typing import Any, Final
+
+import zenoh
+
+LEASE_MS: Final = 1000
+"""After this long without a sign of life a peer counts as gone."""
+
+
+class LinkError(Exception):
+    """No session; the text says what was tried and what would work."""
+
+
+def open_router(listen: str) -> zenoh.Session:
+    """Open a session that others connect to.
+
+    Args:
+        listen: Endpoint, for example `tcp/127.0.0.1:7447`.
+
+    Raises:
+        LinkError: The endpoint cannot be listened on.
+    """
+    settings = {"mode": "router", "listen/endpoints": [listen], "listen/exit_on_failure": True}
+    try:
+        return zenoh.open(_config(settings))
+    except zenoh.ZError as error:
+        raise LinkError(
+            f"cannot listen on {listen}: another navigator may be running there; choose another "
+            f"endpoint ({error})"
+        ) from error
+
+
+def open_client(connect: str, timeout_s: float = 5.0) -> zenoh.Session:
+    """Open a session to a router.
+
+    Args:
+        connect: Endpoint of the router, for example `tcp/127.0.0.1:7447`.
+        timeout_s: How long to try.
+
+    Raises:
+        LinkError: Nobody answers there.
+    """
+    settings = {
+        "mode": "client",
+        "connect/endpoints": [connect],
+        "connect/timeout_ms": round(1e3 * timeout_s),
+        "connect/exit_on_failure": True,
+    }
+    try:
+        return zenoh.open(_config(settings))
+    except zenoh.ZError as error:
+        raise LinkError(
+            f"no navigator answers at {connect} within {timeout_s:g} s: is it running, and is the "
+            "endpoint right?"
+        ) from error
+
+
+def _config(settings: dict[str, Any]) -> zenoh.Config:
+    config = zenoh.Config()
+    always = {
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "transport/link/tx/lease": LEASE_MS,
+    }
+    for key, value in {**always, **settings}.items():
+        config.insert_json5(key, json.dumps(value))
+    return config

@@ -1,0 +1,80 @@
+"""The tree of coordinate frames, as tf messages build it."""
+
+from bisect import bisect_left
+from collections import deque
+from typing import Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from app.messages.motion import StampedTransform
+from ippon.geometry import Float64Array, make_transform
+
+HISTORY: Final = 200
+MAX_CHAIN: Final = 20
+
+
+class TransformBuffer:
+    """Looks poses up at a stamp; interpolates between two messages, never guesses ahead."""
+
+    def __init__(self, tolerance_s: float = 0.05) -> None:
+        self._tolerance_ns = round(1e9 * tolerance_s)
+        self._moving: dict[str, deque[StampedTransform]] = {}
+        self._fixed: dict[str, StampedTransform] = {}
+
+    def add(self, transform: StampedTransform, *, fixed: bool = False) -> None:
+        """Take a transform; `fixed` ones hold for ever."""
+        if fixed:
+            self._fixed[transform.child] = transform
+            return
+        history = self._moving.setdefault(transform.child, deque(maxlen=HISTORY))
+        if history and transform.stamp_ns < history[-1].stamp_ns:
+            if transform.stamp_ns > history[0].stamp_ns:
+                return
+            history.clear()
+        history.append(transform)
+
+    def clear(self) -> None:
+        """Forget everything that moves: time went backwards."""
+        self._moving.clear()
+
+    def lookup(self, target: str, source: str, stamp_ns: int) -> Float64Array | None:
+        """Return T_target_source (4, 4) at a stamp, None while it is not known."""
+        T = np.eye(4)
+        frame = source
+        for _ in range(MAX_CHAIN):
+            if frame == target:
+                return T
+            step = self._at(frame, stamp_ns)
+            if step is None:
+                return None
+            T = step.T_parent_child @ T
+            frame = step.parent
+        return None
+
+    def _at(self, child: str, stamp_ns: int) -> StampedTransform | None:
+        history = self._moving.get(child)
+        if not history:
+            return self._fixed.get(child)
+        stamps = [t.stamp_ns for t in history]
+        k = bisect_left(stamps, stamp_ns)
+        if k < len(stamps) and stamps[k] == stamp_ns:
+            return history[k]
+        if k == len(stamps):
+            return history[-1] if stamp_ns - stamps[-1] <= self._tolerance_ns else None
+        if k == 0:
+            return history[0] if stamps[0] - stamp_ns <= self._tolerance_ns else None
+        return _between(history[k - 1], history[k], stamp_ns)
+
+
+def _between(a: StampedTransform, b: StampedTransform, stamp_ns: int) -> StampedTransform:
+    w = (stamp_ns - a.stamp_ns) / (b.stamp_ns - a.stamp_ns)
+    rotations = Rotation.from_matrix(np.stack([a.T_parent_child[:3, :3], b.T_parent_child[:3, :3]]))
+    rotation = Slerp([0.0, 1.0], rotations)(w).as_matrix()
+    translation = (1 - w) * a.T_parent_child[:3, 3] + w * b.T_parent_child[:3, 3]
+    return StampedTransform(
+        stamp_ns=stamp_ns,
+        parent=a.parent,
+        child=a.child,
+        T_parent_child=make_transform(rotation, translation),
+    )
