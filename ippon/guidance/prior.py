@@ -8,6 +8,7 @@ from ippon.guidance.knowledge import Entry, Knowledge, load_knowledge
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.naming import ResolvedObject, resolve_object
 from ippon.guidance.rating import Rating, rate, words
+from ippon.guidance.words import singular
 from ippon.vocabulary import canonical_label
 
 PROVIDER = "embedded prior"
@@ -21,6 +22,10 @@ class EmbeddedPrior:
 
     def __init__(self) -> None:
         self._knowledge: Knowledge = load_knowledge()
+
+    def warm_up(self) -> None:
+        """Pay what the first question with an unknown plural costs, about a second, in advance."""
+        singular("gazebos")
 
     def levels(
         self,

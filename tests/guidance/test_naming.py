@@ -2,7 +2,7 @@ import json
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ippon.guidance.naming import is_instance_of, resolve_object, same_object
@@ -12,6 +12,7 @@ SCENES = Path(__file__).parents[3] / "shared" / "scenes"
 
 
 @given(text=st.text(alphabet=st.characters(categories=("L", "N", "Zs", "P")), max_size=80))
+@settings(deadline=None)
 def test_any_text_is_an_object_or_an_error(text: str) -> None:
     if not any(char.isalnum() for char in text):
         with pytest.raises(ValueError, match="no object in"):

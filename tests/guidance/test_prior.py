@@ -183,6 +183,12 @@ def test_a_correction_is_told(prior: EmbeddedPrior) -> None:
     )
 
 
+def test_warming_up_changes_no_answer(prior: EmbeddedPrior) -> None:
+    before = prior.levels("gazebos", "", MATTERPORT_40)
+    prior.warm_up()
+    assert prior.levels("gazebos", "", MATTERPORT_40) == before
+
+
 def test_takes_a_resolved_object(prior: EmbeddedPrior) -> None:
     resolved = resolve_object("my red hat", MATTERPORT_40)
     assert prior.levels(resolved, "", MATTERPORT_40) == prior.levels("hat", "", MATTERPORT_40)

@@ -1,7 +1,7 @@
 import json
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ippon.guidance.levels import Level
@@ -150,6 +150,7 @@ def test_no_answer_is_no_answer(text: str) -> None:
 
 
 @given(text=st.text(max_size=400))
+@settings(deadline=None)
 def test_nothing_but_levels_comes_out(text: str) -> None:
     reply = parse_reply(text, VOCABULARY)
     assert {row.label for row in reply.rows} | set(reply.missing) == set(VOCABULARY)

@@ -1,5 +1,5 @@
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ippon.guidance.sentence import MAX_OBJECT_CHARS, read_query
@@ -100,6 +100,7 @@ def test_a_second_object_is_no_place_of_the_first() -> None:
 
 
 @given(sentence=st.text(max_size=300))
+@settings(deadline=None)
 def test_any_text_is_read(sentence: str) -> None:
     query = read_query(sentence)
     assert len(query.object) <= MAX_OBJECT_CHARS
