@@ -1,29 +1,28 @@
 """The console's line to the navigator: topics in, requests out, reopened when it breaks."""
 
 import asyncio
-import json
 import logging
 import threading
 import time
 from collections.abc import Callable, Iterable
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 import zenoh
 
+from app.links.requests import RequestRefusedError, ask, last_message
+from app.links.session import LinkError, open_client
 from app.messages import keys
 from app.messages.control import (
     Accepted,
     ControlReply,
     ControlRequest,
-    ErrorReply,
     FeedbackRequest,
     GuidanceRequest,
     LevelName,
     M,
     SearchAccepted,
     SearchRequest,
-    encode,
 )
 from app.nodes.console.commands import CommandError
 from app.nodes.console.inbox import Inbox
@@ -45,7 +44,7 @@ REQUESTER: Final = "console"
 SILENT_S: Final = 4.0
 """After so long without a status the sessions are opened again."""
 REPLY_S: Final = 2.0
-_CONNECT_MS: Final = 1500
+_CONNECT_S: Final = 1.5
 _RETRY_S: Final = 0.5
 
 
@@ -92,12 +91,10 @@ class NavigatorLink:
         if session is None:
             return None
         try:
-            for reply in session.get(self._key(topic), timeout=timeout_s):
-                if reply.ok is not None:
-                    return reply.ok.payload.to_bytes()
+            return last_message(session, self._key(topic), timeout_s)
         except zenoh.ZError as error:
             logger.debug("query of %s: %s", topic, error)
-        return None
+            return None
 
     # What `Controller` and `Actions` promise:
 
@@ -140,22 +137,11 @@ class NavigatorLink:
         if session is None:
             raise CommandError(f"no navigator at {self.endpoint}")
         try:
-            replies = session.get(
-                self._key(topic),
-                payload=encode(message),
-                encoding=zenoh.Encoding.APPLICATION_JSON,
-                timeout=REPLY_S,
-                priority=zenoh.Priority.REAL_TIME,
-                congestion_control=zenoh.CongestionControl.BLOCK,
-                express=True,
-            )
-            for reply in replies:
-                sample = reply.ok if reply.ok is not None else reply.err
-                if sample is not None:
-                    return _read_reply(sample.payload.to_bytes(), kind)
+            return ask(session, self._key(topic), message, kind, REPLY_S)
+        except (RequestRefusedError, LinkError) as error:
+            raise CommandError(str(error)) from error
         except zenoh.ZError as error:
             raise CommandError(f"the command could not be sent: {error}") from error
-        raise CommandError(f"the navigator gave no answer within {REPLY_S:g} s")
 
     def _key(self, topic: str) -> str:
         return f"{self.robot}/{topic}"
@@ -172,14 +158,15 @@ class NavigatorLink:
 
     def _open(self) -> None:
         try:
-            commanding = zenoh.open(_config(self.endpoint))
-            listening = zenoh.open(_config(self.endpoint))
-        except zenoh.ZError as error:
+            self._commanding = open_client(self.endpoint, _CONNECT_S)
+            listening = open_client(self.endpoint, _CONNECT_S)
+        except LinkError as error:
             self.problem = str(error)
+            self._close_sessions()
             return
         for topic in self._topics:
             listening.declare_subscriber(self._key(topic), self._receiver(topic))
-        self._commanding, self._listening = commanding, listening
+        self._listening = listening
         self._heard_at = time.monotonic()
         self.problem = ""
         self.openings += 1
@@ -204,29 +191,3 @@ class NavigatorLink:
         for session in sessions:
             if session is not None:
                 session.close()  # pyright: ignore[reportUnknownMemberType]
-
-
-def _config(endpoint: str) -> zenoh.Config:
-    config = zenoh.Config()
-    settings: dict[str, Any] = {
-        "mode": "client",
-        "connect/endpoints": [endpoint],
-        "connect/timeout_ms": _CONNECT_MS,
-        "connect/exit_on_failure": True,
-        "scouting/multicast/enabled": False,
-        "transport/link/tx/lease": 1000,
-    }
-    for key, value in settings.items():
-        config.insert_json5(key, json.dumps(value))
-    return config
-
-
-def _read_reply(payload: bytes, kind: type[M]) -> M:
-    try:
-        return msgspec.json.decode(payload, type=kind)
-    except msgspec.DecodeError as error:
-        try:
-            refused = msgspec.json.decode(payload, type=ErrorReply)
-        except msgspec.DecodeError:
-            raise CommandError(f"the navigator's answer is not understood: {error}") from error
-        raise CommandError(refused.error) from None

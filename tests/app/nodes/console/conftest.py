@@ -260,6 +260,9 @@ class PublishedHome:
         )
         self.find = None
         self.ticks = 0
+        self.status_changes = {}
+        self.frozen = False
+        """Nothing changes, and only the status is published."""
         self.stamp_ns = 10_000_000_000
         self._indices, self._labels = home_voxels()
         self._order = np.argsort(np.linalg.norm(self._indices[:, :2] - [46, 26], axis=1))
@@ -304,6 +307,7 @@ class PublishedHome:
             explored_m2=self._shown * 0.004,
             best_ooi=min(0.95, self.ticks / 100),
             map_revision=self.ticks,
+            **self.status_changes,
         )
 
     def keyframe(self):
@@ -346,7 +350,10 @@ class PublishedHome:
 
     def _run(self):
         while not self._stop.wait(1.0 / self.hz):
-            self.tick()
+            if self.frozen:
+                self.put(keys.STATUS, encode(self.status()))
+            else:
+                self.tick()
 
     def _responder(self, key, answer):
         def respond(query):

@@ -123,9 +123,9 @@ def home(stage, zenoh_port):
 
 @pytest.mark.process
 def test_a_restarted_console_shows_the_whole_map_again(stage, home, zenoh_port):
+    home.frozen = True
     for _ in range(25):
         home.tick()
-    home.hz = 0.2
     heights = home.keyframe().centers_world[:, 2]
     below_the_cut = int((heights < 1.6).sum())
     port = stage.free_port()

@@ -1,0 +1,277 @@
+"""The page in a real browser."""
+
+import time
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect, sync_playwright
+
+from app.messages import keys
+
+pytestmark = pytest.mark.browser
+
+CHROMIUM = ("/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome")
+ARGUMENTS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-dev-shm-usage",
+]
+PATIENCE_MS = 30_000
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Chromium of the system, else Playwright's own; without one the tests fail."""
+    path = next((p for p in CHROMIUM if Path(p).exists()), None)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def zenoh_port(stage):
+    """A port for the navigator."""
+    return stage.free_port()
+
+
+@pytest.fixture
+def home(stage, zenoh_port):
+    """A navigator in the middle of a search."""
+    home = stage.PublishedHome(zenoh_port)
+    yield home
+    home.close()
+
+
+@pytest.fixture
+def console(stage, zenoh_port):
+    """A console for that navigator."""
+    console = stage.ConsoleProcess(zenoh_port, stage.free_port())
+    console.wait_until_up()
+    yield console
+    console.close()
+
+
+@pytest.fixture
+def page(browser, console):
+    """The page, opened as an operator would."""
+    page = browser.new_page(viewport={"width": 1440, "height": 900})
+    page.goto(console.url)
+    yield page
+    page.close()
+
+
+def _view(page):
+    return page.frame_locator("#view")
+
+
+def _field(page, label):
+    """The text field beside a label; viser does not tie the two together."""
+    return _view(page).locator(f"xpath=//label[text()='{label}']/ancestor::div[.//input][1]//input")
+
+
+def _state(page, text):
+    expect(page.locator("#state")).to_have_text(text, timeout=PATIENCE_MS)
+
+
+def _picture(page, tmp_path):
+    """Return the scene's pixels, (H, W, 3)."""
+    import numpy as np
+    from PIL import Image
+
+    path = tmp_path / f"{time.monotonic_ns()}.png"
+    page.screenshot(path=path, clip={"x": 60, "y": 120, "width": 900, "height": 740})
+    return np.asarray(Image.open(path).convert("RGB")).astype(int)
+
+
+def _drawn(page, tmp_path):
+    """Wait until the map fills a good part of the picture."""
+    deadline = time.monotonic() + 30.0
+    while time.monotonic() < deadline:
+        picture = _picture(page, tmp_path)
+        if (picture.max(axis=2) > 90).mean() > 0.2:
+            return picture
+        page.wait_for_timeout(200)
+    raise TimeoutError("the scene stays dark")
+
+
+def test_shows_the_search_as_it_goes(home, page, tmp_path):
+    _state(page, "Searching")
+    expect(page.locator("#goal")).to_have_text("hat")
+    expect(page.locator("#robot")).to_have_text("ippon")
+    expect(page.locator("#link")).to_contain_text("live")
+    expect(page.locator("#veil")).to_be_hidden()
+    view = _view(page)
+    expect(view.get_by_text("going to the viewpoint by the sofa")).to_be_visible(
+        timeout=PATIENCE_MS
+    )
+    expect(view.get_by_text("embedded common sense", exact=False)).to_be_visible()
+    _drawn(page, tmp_path)
+
+
+def test_everything_of_the_search_fits_without_scrolling(home, page):
+    view = _view(page)
+    folder = view.get_by_text("Reasons and corrections")
+    expect(folder).to_be_visible(timeout=PATIENCE_MS)
+    page.wait_for_timeout(1500)
+    box = folder.bounding_box()
+    assert box is not None
+    assert box["y"] + box["height"] < 900
+
+
+def test_a_typed_query_reaches_the_navigator(home, page):
+    view = _view(page)
+    _field(page, "Find").fill("find my student card, I just used it on the printer")
+    view.get_by_role("button", name="Search").click()
+    expect(view.get_by_text("Looking for: student card.")).to_be_visible(timeout=PATIENCE_MS)
+    expect(page.locator("#goal")).to_have_text("student card", timeout=PATIENCE_MS)
+    key, payload = home.requests[-1]
+    assert key == keys.SEARCH
+    assert b'"object":"student card"' in payload
+    assert b'"context":"I just used it on the printer"' in payload
+
+
+def test_a_refused_query_says_why(home, page):
+    view = _view(page)
+    _field(page, "Find").fill("unicorn", timeout=PATIENCE_MS)
+    view.get_by_role("button", name="Search").click()
+    expect(view.get_by_text("nobody has ever seen a unicorn")).to_be_visible(timeout=PATIENCE_MS)
+    _field(page, "Find").fill("")
+    view.get_by_role("button", name="Search").click()
+    expect(view.get_by_text("Type what to look for")).to_be_visible(timeout=PATIENCE_MS)
+    _field(page, "Find").fill("hat")
+    _field(page, "Context").fill("x" * 10_000)
+    view.get_by_role("button", name="Search").click()
+    expect(view.get_by_text("The context has at most 2000 characters")).to_be_visible(
+        timeout=PATIENCE_MS
+    )
+    assert [key for key, _ in home.requests] == [keys.SEARCH]
+
+
+def test_stop_by_click_and_by_space_and_resume(home, page):
+    _state(page, "Searching")
+    page.locator("#stop").click()
+    _state(page, "Stopped")
+    expect(page.locator("#notice")).to_contain_text("Nothing moves until you resume")
+    page.locator("#resume").click()
+    _state(page, "Searching")
+    _view(page).locator("canvas").last.click(timeout=PATIENCE_MS)
+    page.keyboard.press("Space")
+    _state(page, "Stopped")
+    actions = [payload for key, payload in home.requests if key == keys.CONTROL]
+    assert [b"stop" in a for a in actions] == [True, False, True]
+
+
+def test_a_space_in_a_text_field_is_a_space(home, page):
+    field = _field(page, "Find")
+    field.click(timeout=PATIENCE_MS)
+    page.keyboard.type("student card")
+    expect(field).to_have_value("student card")
+    assert not [key for key, _ in home.requests if key == keys.CONTROL]
+
+
+def test_stop_works_while_the_scene_is_gone(home, page):
+    _state(page, "Searching")
+    page.locator("#view").evaluate("frame => frame.remove()")
+    page.locator("#stop").click()
+    _state(page, "Stopped")
+
+
+def test_stop_goes_by_http_when_the_socket_hangs(home, page):
+    _state(page, "Searching")
+    page.evaluate("WebSocket.prototype.send = () => {}")
+    page.locator("#stop").click()
+    _state(page, "Stopped")
+
+
+def test_the_colours_can_be_switched(home, page, tmp_path):
+    home.frozen = True
+    for _ in range(30):
+        home.tick()
+    before = _drawn(page, tmp_path)
+    view = _view(page)
+    view.get_by_text("Map", exact=True).click()
+    view.get_by_role("button", name="Proximity").click()
+    expect(view.get_by_text("How near the object is likely to be")).to_be_visible()
+    page.wait_for_timeout(1500)
+    near = _picture(page, tmp_path)
+    assert (abs(near - before).max(axis=2) > 40).mean() > 0.1
+    blue = (near[..., 2] > near[..., 0] + 40).mean()
+    assert blue > 0.1, "walls and floor are far from a hat"
+    view.get_by_role("button", name="Object", exact=True).click()
+    expect(view.get_by_text("Probability of the object")).to_be_visible()
+
+
+def test_a_find_is_shown_and_can_be_rejected(home, stage, page):
+    home.find, home.state = stage.find_of(), "found"
+    _state(page, "Found")
+    view = _view(page)
+    reject = view.get_by_role("button", name="Not this: keep looking")
+    expect(reject).to_be_visible(timeout=PATIENCE_MS)
+    expect(view.get_by_role("button", name="Confirm: this is it")).to_be_visible()
+    reject.click()
+    _state(page, "Searching")
+    expect(reject).to_be_hidden(timeout=PATIENCE_MS)
+    assert home.requests[-1] == (keys.FEEDBACK, b'{"verdict":"reject"}')
+
+
+def test_a_level_can_be_corrected(home, page):
+    view = _view(page)
+    view.get_by_text("Reasons and corrections").click(timeout=PATIENCE_MS)
+    view.get_by_text("a hat and a sofa").wait_for(timeout=PATIENCE_MS)
+    view.get_by_role("button", name="Change the level").click()
+    expect(view.get_by_text("bed is now near.")).to_be_visible(timeout=PATIENCE_MS)
+    assert home.requests[-1] == (keys.GUIDANCE, b'{"label":"bed","level":"near"}')
+
+
+def test_a_page_opened_before_the_navigator_waits_for_it(page, stage, zenoh_port, tmp_path):
+    _state(page, "Waiting")
+    expect(page.locator("#veil")).to_contain_text(f"tcp/127.0.0.1:{zenoh_port}")
+    home = stage.PublishedHome(zenoh_port)
+    try:
+        _state(page, "Searching")
+        expect(page.locator("#veil")).to_be_hidden()
+        _drawn(page, tmp_path)
+    finally:
+        home.close()
+
+
+def test_the_page_comes_back_by_itself_when_the_console_does(home, page, console, stage, tmp_path):
+    _drawn(page, tmp_path)
+    console.kill()
+    _state(page, "Disconnected")
+    expect(page.locator("#veil")).to_contain_text("The console does not answer")
+    page.locator("#stop").click()
+    expect(page.locator("#notice")).to_contain_text("Command not delivered")
+    again = stage.ConsoleProcess(int(console.process.args[-2].rpartition(":")[2]), _port(console))
+    try:
+        _state(page, "Searching")
+        _drawn(page, tmp_path)
+        expect(_view(page).get_by_text("going to the viewpoint")).to_be_visible(timeout=PATIENCE_MS)
+    finally:
+        again.close()
+
+
+def _port(console):
+    return int(console.url.rpartition(":")[2])
+
+
+def test_text_from_outside_runs_nothing(home, page):
+    attack = "<img src=x onerror=\"parent.document.title='owned'\">"
+    home.status_changes = {"why": attack, "robot": attack}
+    expect(page.locator("#robot")).to_have_text(attack, timeout=PATIENCE_MS)
+    expect(_view(page).get_by_text(attack)).to_be_visible(timeout=PATIENCE_MS)
+    page.wait_for_timeout(500)
+    assert "owned" not in page.title()
+
+
+def test_another_servers_address_in_the_url_leads_nowhere(home, page, console):
+    asked = []
+    page.on("websocket", lambda socket: asked.append(socket.url))
+    page.goto(f"{console.url}/view/?websocket=ws://127.0.0.1:9/evil")
+    page.wait_for_timeout(3000)
+    assert asked
+    assert all(url.startswith(console.url.replace("http", "ws")) for url in asked)
