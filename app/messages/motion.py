@@ -203,8 +203,8 @@ def _read_transform(entry: Any) -> StampedTransform:
     name = f"tf {entry.header.frame_id[:40]!r} -> {entry.child_frame_id[:40]!r}"
     translation = np.array([t.x, t.y, t.z])
     check_positions(translation, name)
-    wxyz = np.array([q.w, q.x, q.y, q.z])
-    if not abs(float(np.linalg.norm(wxyz)) - 1.0) < 0.01:
+    wxyz = (q.w, q.x, q.y, q.z)
+    if not abs(math.hypot(*wxyz) - 1.0) < 0.01:
         raise MessageError(f"{name}: rotation is not a unit quaternion")
     return StampedTransform(
         stamp_ns=stamp_ns_of(entry.header),

@@ -207,17 +207,17 @@ def decode_detections(payload: bytes) -> tuple[int, tuple[Detection, ...]]:
 
 
 def _voxel_fields() -> list[Any]:
-    fields: dict[str, Any] = dict(VOXEL_DTYPE.fields or {})
-    del fields["padding"]
+    names = [str(name) for name in VOXEL_DTYPE.names or () if name != "padding"]
+    layout: Any = VOXEL_DTYPE.fields
     return [
         make(
             "sensor_msgs/msg/PointField",
             name=name,
-            offset=offset,
-            datatype=_FLOAT32 if dtype.itemsize == 4 else _UINT8,
+            offset=layout[name][1],
+            datatype=_FLOAT32 if layout[name][0].itemsize == 4 else _UINT8,
             count=1,
         )
-        for name, (dtype, offset, *_) in fields.items()
+        for name in names
     ]
 
 
