@@ -1,0 +1,215 @@
+import io
+import struct
+
+import numpy as np
+import pytest
+import simplejpeg
+import zstandard
+from PIL import Image
+
+from app.messages.cdr import MessageError, decode, encode, header
+from app.messages.images import (
+    decode_camera,
+    decode_color,
+    decode_depth,
+    decode_depth_raw,
+    decode_heatmap,
+    decompress_color,
+    encode_camera,
+    encode_color,
+    encode_depth,
+    encode_depth_raw,
+    encode_heatmap,
+)
+from ippon.camera import PinholeCamera
+from ippon.frame import Heatmap
+
+STAMP = 12_345_678_901
+FRAME = "camera_color_optical_frame"
+
+
+@pytest.fixture
+def color():
+    v, u = np.mgrid[0:60, 0:80]
+    return np.stack([3 * u, 4 * v, 255 - u], axis=2).astype(np.uint8)
+
+
+@pytest.fixture
+def depth():
+    values = np.random.default_rng(1).uniform(0.3, 5.0, (60, 80)).astype(np.float32)
+    values[:5] = 0.0
+    return values
+
+
+@pytest.fixture
+def heatmap():
+    probabilities = np.random.default_rng(2).integers(0, 255, (6, 8, 3), dtype=np.uint8)
+    return Heatmap(labels=("wall", "sofa"), ooi="hat", probabilities=probabilities)
+
+
+def compressed(format_, data):
+    return encode(
+        "sensor_msgs/msg/CompressedImage",
+        header=header(STAMP, FRAME),
+        format=format_,
+        data=np.frombuffer(data, np.uint8),
+    )
+
+
+def png(array):
+    out = io.BytesIO()
+    Image.fromarray(array).save(out, "PNG")
+    return out.getvalue()
+
+
+def test_color_comes_back_as_the_jpeg_that_was_sent(color):
+    message = decode_color(encode_color(color, STAMP, FRAME))
+    assert (message.stamp_ns, message.frame_id) == (STAMP, FRAME)
+    assert np.abs(decompress_color(message.encoded).astype(int) - color).mean() < 4.0
+
+
+def test_png_color_is_exact(color):
+    message = decode_color(compressed("png", png(color)))
+    np.testing.assert_array_equal(decompress_color(message.encoded), color)
+
+
+def test_what_is_neither_jpeg_nor_png_is_refused():
+    with pytest.raises(MessageError, match="JPEG or PNG"):
+        decode_color(compressed("h264", b"\0\0\0\1abc"))
+
+
+def test_a_huge_jpeg_is_refused_before_it_is_decompressed(color):
+    jpeg = bytearray(simplejpeg.encode_jpeg(color))
+    frame_header = jpeg.index(b"\xff\xc0")
+    jpeg[frame_header + 5 : frame_header + 9] = struct.pack(">HH", 65000, 65000)
+    with pytest.raises(MessageError, match="65000x65000 pixels is not accepted"):
+        decompress_color(bytes(jpeg))
+
+
+@pytest.mark.parametrize(
+    ("encode_", "decode_"), [(encode_depth, decode_depth), (encode_depth_raw, decode_depth_raw)]
+)
+def test_depth_keeps_millimetres_and_holes(depth, encode_, decode_):
+    message = decode_(encode_(depth, STAMP, FRAME))
+    assert (message.stamp_ns, message.frame_id) == (STAMP, FRAME)
+    assert message.depth.dtype == np.float32
+    assert np.abs(message.depth - depth).max() <= 0.0005 + 1e-6
+    assert (message.depth[:5] == 0.0).all()
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -1.0, 70.0])
+def test_depth_that_millimetres_cannot_hold_is_no_return(value):
+    depth = np.full((4, 4), value, np.float32)
+    assert (decode_depth(encode_depth(depth, STAMP, FRAME)).depth == 0.0).all()
+
+
+def raw_image(encoding, values, *, big=0, pad=0):
+    rows = values.view(np.uint8).reshape(len(values), -1)
+    rows = np.pad(rows, ((0, 0), (0, pad)))
+    return encode(
+        "sensor_msgs/msg/Image",
+        header=header(STAMP, FRAME),
+        height=values.shape[0],
+        width=values.shape[1],
+        encoding=encoding,
+        is_bigendian=big,
+        step=rows.shape[1],
+        data=np.ascontiguousarray(rows).reshape(-1),
+    )
+
+
+def test_float_depth_with_padded_rows_and_nan():
+    values = np.array([[1.5, np.nan], [np.inf, -2.0]], np.float32)
+    message = decode_depth_raw(raw_image("32FC1", values, pad=6))
+    np.testing.assert_array_equal(message.depth, [[1.5, 0.0], [0.0, 0.0]])
+
+
+def test_big_endian_millimetres():
+    values = np.array([[1500, 0]], ">u2")
+    message = decode_depth_raw(raw_image("16UC1", values, big=1))
+    np.testing.assert_allclose(message.depth, [[1.5, 0.0]])
+
+
+def test_other_depth_encodings_are_refused():
+    with pytest.raises(MessageError, match="16UC1 in mm or 32FC1 in m; got encoding 'rgb8'"):
+        decode_depth_raw(raw_image("rgb8", np.zeros((2, 3), np.uint8)))
+    data = struct.pack("<iff", 0, 0, 0) + png(np.zeros((3, 3), np.uint8))
+    with pytest.raises(MessageError, match="16-bit grey PNG; got mode L"):
+        decode_depth(compressed("16UC1; compressedDepth png", data))
+    with pytest.raises(MessageError, match="compressed depth is 16UC1; got format '32FC1"):
+        decode_depth(compressed("32FC1; compressedDepth png", b"0" * 40))
+
+
+def test_camera_round_trip():
+    camera = PinholeCamera.from_horizontal_fov(400, 250, 1.2)
+    message = decode_camera(encode_camera(camera, STAMP, FRAME))
+    assert (message.camera, message.stamp_ns, message.frame_id) == (camera, STAMP, FRAME)
+
+
+def test_a_distorted_camera_is_refused():
+    typename = "sensor_msgs/msg/CameraInfo"
+    info = decode(encode_camera(PinholeCamera.from_horizontal_fov(40, 25, 1.2), 0, ""), typename)
+    fields = {name: getattr(info, name) for name in info.__dataclass_fields__ if name[0] != "_"}
+    fields["d"] = np.array([0.1, 0.0, 0.0, 0.0, 0.0])
+    with pytest.raises(MessageError, match="publish the rectified image"):
+        decode_camera(encode(typename, **fields))
+
+
+def test_heatmap_round_trip(heatmap):
+    message = decode_heatmap(encode_heatmap(heatmap, STAMP, FRAME))
+    assert (message.stamp_ns, message.frame_id) == (STAMP, FRAME)
+    assert (message.heatmap.labels, message.heatmap.ooi) == (heatmap.labels, heatmap.ooi)
+    np.testing.assert_array_equal(message.heatmap.probabilities, heatmap.probabilities)
+
+
+def heatmap_message(**changes):
+    fields = {
+        "header": header(STAMP, FRAME),
+        "height": 2,
+        "width": 2,
+        "labels": ["wall"],
+        "ooi": "",
+        "encoding": "raw",
+        "data": np.arange(4, dtype=np.uint8),
+    }
+    return encode("ippon_msgs/msg/Heatmap", **{**fields, **changes})
+
+
+def test_uncompressed_heatmap_without_an_object():
+    heatmap = decode_heatmap(heatmap_message()).heatmap
+    assert heatmap.ooi is None
+    np.testing.assert_array_equal(heatmap.probabilities[..., 0], [[0, 1], [2, 3]])
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"width": 3}, "data are 4 bytes, the size says 6"),
+        ({"labels": []}, "1 to 512 channels; got 0"),
+        ({"encoding": "lz4"}, "raw or zstd; got 'lz4'"),
+        ({"height": 2**31, "width": 2**31}, "pixels is not accepted"),
+        ({"height": 4096, "width": 4096, "labels": [str(i) for i in range(40)]}, "is over"),
+        ({"encoding": "zstd"}, "damaged heatmap data"),
+    ],
+)
+def test_contradictions_in_a_heatmap_are_refused(changes, text):
+    with pytest.raises(MessageError, match=text):
+        decode_heatmap(heatmap_message(**changes))
+
+
+def test_a_heatmap_bomb_is_refused_unopened():
+    bomb = zstandard.ZstdCompressor().compress(bytes(10_000_000))
+    with pytest.raises(MessageError, match="do not unpack to 4 bytes"):
+        decode_heatmap(heatmap_message(encoding="zstd", data=np.frombuffer(bomb, np.uint8)))
+
+
+def test_damaged_bytes_never_do_more_than_a_message_error(survives_damage, color, depth, heatmap):
+    def color_all_the_way(payload):
+        decompress_color(decode_color(payload).encoded)
+
+    camera = PinholeCamera.from_horizontal_fov(40, 25, 1.2)
+    survives_damage(color_all_the_way, encode_color(color, STAMP, FRAME))
+    survives_damage(decode_depth, encode_depth(depth, STAMP, FRAME))
+    survives_damage(decode_depth_raw, encode_depth_raw(depth[:3, :4], STAMP, FRAME))
+    survives_damage(decode_camera, encode_camera(camera, STAMP, FRAME))
+    survives_damage(decode_heatmap, encode_heatmap(heatmap, STAMP, FRAME))
