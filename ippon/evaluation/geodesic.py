@@ -172,17 +172,27 @@ def _field_kernel(free, sources, distance, corner, heap_cost, heap_cell):
             continue
         done[i, j] = True
         ci, cj = corner[i, j, 0], corner[i, j, 1]
-        # The corner was taken over from a neighbour on trust; now it is looked at.
+        # The corner was taken over from a neighbour on trust; now it is looked at, and so are
+        # the corners of the other neighbours, which may give a shorter way round an obstacle.
+        best = distance[i, j]
         if not _is_straight_kernel(free, float(i), float(j), float(ci), float(cj)):
             best = np.inf
-            for a in range(max(i - 1, 0), min(i + 2, nx)):
-                for b in range(max(j - 1, 0), min(j + 2, ny)):
-                    if done[a, b] and (a != i or b != j) and (free[i, b] or free[a, j]):
-                        d = distance[a, b] + math.hypot(a - i, b - j)
-                        if d < best:
-                            best, ci, cj = d, a, b
-            corner[i, j, 0], corner[i, j, 1] = ci, cj
-            distance[i, j] = best
+        for a in range(max(i - 1, 0), min(i + 2, nx)):
+            for b in range(max(j - 1, 0), min(j + 2, ny)):
+                if not done[a, b] or (a == i and b == j):
+                    continue
+                if free[i, b] or free[a, j]:
+                    d = distance[a, b] + math.hypot(a - i, b - j)
+                    if d < best - 1e-12:
+                        best, ci, cj = d, a, b
+                p, q = corner[a, b, 0], corner[a, b, 1]
+                d = distance[p, q] + math.hypot(p - i, q - j)
+                if d < best - 1e-12 and _is_straight_kernel(
+                    free, float(i), float(j), float(p), float(q)
+                ):
+                    best, ci, cj = d, p, q
+        corner[i, j, 0], corner[i, j, 1] = ci, cj
+        distance[i, j] = best
         base = distance[ci, cj]
         for a in range(max(i - 1, 0), min(i + 2, nx)):
             for b in range(max(j - 1, 0), min(j + 2, ny)):
