@@ -61,6 +61,12 @@ def energy_table(likelihood_floor: float) -> NDArray[np.float32]:
     return np.round(-np.log(p) * STEPS_PER_NAT).astype(np.float32)
 
 
+@njit(cache=True, nogil=True)
+def prior_log_odds(labels, alias):
+    """Return log p(O) / p(not O) before any image: the labels and the OOI are equally likely."""
+    return np.float32(-np.log(max(labels if alias < 0 else labels - 1, 1)))
+
+
 @njit(cache=True, nogil=True, inline="always")
 def _exp_of_steps(energy):
     """Return exp(-energy / STEPS_PER_NAT), absolute error below 1e-6, in vectorisable float32."""

@@ -20,6 +20,7 @@ from ippon.mapping.object_filter import (
     describe_row,
     energy_table,
     ooi_code,
+    prior_log_odds,
 )
 from ippon.mapping.surface_rows import (
     ENERGY_MAX,
@@ -177,7 +178,7 @@ def _reset_ooi_kernel(pools, surface, rows, labels, alias, revision):
             pools.appearance[row] = revision
         pools.best_ooi[row] = 0
         pools.ooi[row, :] = NOT_MAPPED
-    prior = np.float32(-np.log(max(labels, 1)))
+    prior = prior_log_odds(labels, alias)
     for slot in range(1, surface.tally[0]):
         surface.log_odds[slot] = prior
         at = surface.voxel[slot]

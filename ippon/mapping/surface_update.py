@@ -15,6 +15,7 @@ from ippon.mapping.object_filter import (
     gather,
     observe,
     ooi_code,
+    prior_log_odds,
 )
 from ippon.mapping.surface_rows import ENERGY_MAX, STEPS_PER_NAT, take_surface_row
 
@@ -78,7 +79,7 @@ def fuse_kernel(
     samples_u = (width + strides[0] - 1) // strides[0]
     h, w = fusion.probabilities.shape[0], fusion.probabilities.shape[1]
     start = ENERGY_MAX if fusion.mode == MAXIMUM else 0
-    prior = -np.log(max(labels, 1))
+    prior = prior_log_odds(labels, fusion.ooi_alias)
     after = np.zeros(surface.energy.shape[1], np.float32)
     gathered = np.zeros(surface.energy.shape[1], np.uint8)
     table = fusion.energy_of

@@ -1,12 +1,16 @@
 """The map: geometry, object probabilities and distances of everything that was observed."""
 
+import dataclasses
 from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.errors import MapFileError
 from ippon.frame import Frame
-from ippon.mapping import queries
+from ippon.mapping import map_file, queries, snapshot
 from ippon.mapping.arrays import BLOCK_EDGE, MapArrays
 from ippon.mapping.blocks import N_LAYER_FREE, N_ROWS, BlockDirectory, Pools, make_pools
 from ippon.mapping.integration import FrameIntegrator, IntegrationReport
@@ -149,6 +153,60 @@ class VoxelMap:
     def explored_m2(self) -> float:
         """Return the floor area that was seen free at `MapConfig.body_height_m`."""
         return float(self.pools.tally[N_LAYER_FREE]) * self.config.voxel_size_m**2
+
+    def save(self, path: Path) -> None:
+        """Write the whole map to one file (see `map_file`); raises OSError."""
+        header = {
+            "config": dataclasses.asdict(self.config),
+            "labels": list(self.labels),
+            "ooi": self.ooi,
+            "revision": self.revision,
+            "layer": self._integrator.layer,
+            "levels": self._layers.levels.tolist(),
+            "level_probabilities": [float(p) for p in self._layers.level_probabilities],
+            "suppressed": self._layers.suppressed.tolist(),
+        }
+        map_file.write(path, header, snapshot.capture(self.pools, self.surface, len(self.labels)))
+
+    @classmethod
+    def load(cls, path: Path, config: MapConfig | None = None) -> "VoxelMap":
+        """Read a saved map.
+
+        Args:
+            path: The file.
+            config: Replaces the saved configuration; voxel size and cut-off must be the same.
+
+        Raises:
+            MapFileError: The file is damaged, of another version, or no map; or `config` does not
+                fit it.
+        """
+        header, arrays = map_file.read(path)
+        try:
+            saved = MapConfig(**header["config"])
+            voxel_map = cls(config or saved, header["labels"])
+            voxel_map._restore(header, arrays)
+        except (KeyError, TypeError, ValueError) as error:
+            raise MapFileError(f"{path.name} is no usable map: {error}") from error
+        same = ("voxel_size_m", "distance_max_m", "truncation_voxels", "fusion")
+        for name in same:
+            mine, theirs = getattr(voxel_map.config, name), getattr(saved, name)
+            if mine != theirs:
+                raise MapFileError(f"{path.name} was made with {name} {theirs}; asked for {mine}")
+        return voxel_map
+
+    def _restore(self, header: dict[str, Any], arrays: snapshot.Arrays) -> None:
+        if arrays["surface_energy"].shape[1:] != (len(self.labels),):
+            raise ValueError("probabilities do not belong to the labels")
+        snapshot.restore(arrays, self.pools, self.surface, self._directory)
+        layers = self._layers
+        layers.ooi = header["ooi"]
+        layers.levels = np.array(header["levels"], np.uint8)
+        layers.level_probabilities = np.array(header["level_probabilities"], np.float32)
+        layers.suppressed = np.array(header["suppressed"], np.float64).reshape(-1, 4)
+        if layers.levels.shape != (len(self.labels),) or layers.level_probabilities.shape != (4,):
+            raise ValueError("levels do not belong to the labels")
+        self.revision = int(header["revision"])
+        self._integrator.layer = header["layer"]
 
     @property
     def _block_m(self) -> float:
