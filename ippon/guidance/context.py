@@ -252,10 +252,12 @@ def _polarity(
     scope = before.split()
     denied = bool(lexicon.NEGATIONS & set(scope)) and not conditional
     asked = " have you " in before or " did you " in before or " could you " in before
-    searched = bool(lexicon.SEARCHED & set(scope)) and not asked
     aside = relation in lexicon.NEGATIVE_RELATIONS
     if relation == "from" and not lexicon.MOVED & set(words):
         aside = False  # "The bottle from the fridge" is in the fridge, until somebody took it.
+    searched = bool(lexicon.SEARCHED & set(scope)) and not asked
+    if denied and not aside and lexicon.SEARCHES & set(scope) and mention.kind != "activity":
+        return False, "maybe"  # "I haven't checked the bedroom yet."
     negated = not aside if searched else denied != aside
     if mention.kind == "activity":
         return denied, "maybe"
@@ -309,7 +311,9 @@ def _not_understood(
     }
     notes: list[str] = []
     for index in range(1, len(words)):
-        if lexicon.RELATIONS.get(words[index - 1]) is None or words[index] not in DETERMINERS:
+        if words[index - 1] not in lexicon.RELATIONS or words[index - 1] in ("with", "where"):
+            continue
+        if words[index] not in DETERMINERS:
             continue
         noun: list[str] = []
         for position in range(index + 1, min(index + 4, len(words))):
@@ -318,7 +322,8 @@ def _not_understood(
                 break
             if words[position] in lexicon.RELATIONS or words[position] in {"and", "or", "i"}:
                 break
-            noun.append(words[position])
+            if words[position] not in ADJECTIVES:
+                noun.append(words[position])
         if noun and noun[0] not in lexicon.CLAUSE_STARTS:
             start = clause.tokens[index + 1].start
             if not any(claim.start <= start < claim.end for claim in found):

@@ -45,6 +45,7 @@ RELATIONS: dict[str, str] = {
     "to": "to",
     "towards": "to",
     "through": "in",
+    "where": "near",
     "from": "from",
     "off": "from",
     "out of": "from",
@@ -70,22 +71,25 @@ RELATIONS: dict[str, str] = {
 NEGATIVE_RELATIONS = frozenset({"from", "away from", "outside"})
 
 PARTS = word_set(
-    "side sides top bottom foot head edge corner end back front left right middle center centre "
-    "inside outside surface arm arms seat part area one some rest base legs leg lid compartment "
-    "shelf drawer"
+    "side sides top bottom foot head edge corner end back front left right middle center "
+    "centre inside outside surface arm arms seat part area one some rest base legs leg lid "
+    "compartment shelf drawer"
 )
 """Nouns after which "of the bed" still says where."""
 
 NEGATIONS = word_set(
-    "not no never nor neither nowhere without cannot isn't wasn't aren't weren't don't doesn't "
-    "didn't can't couldn't won't wouldn't haven't hasn't hadn't isnt wasnt dont doesnt didnt cant "
-    "couldnt wont havent hasnt hadnt unlikely impossible ain't"
+    "not no never nor neither nowhere without cannot isn't wasn't aren't weren't don't "
+    "doesn't didn't can't couldn't won't wouldn't haven't hasn't hadn't isnt wasnt dont "
+    "doesnt didnt cant couldnt wont havent hasnt hadnt unlikely impossible ain't"
 )
 SEARCHED = word_set("looked checked searched tried inspected combed")
 """Past tense: where somebody has looked, it is not."""
 
 MOVED = word_set("moved took taken take brought carried removed picked")
 """With these, "from the sofa" says where it no longer is."""
+
+SEARCHES = word_set("look check search try looked checked searched tried been")
+"""With a negation, these name a place that is still to be searched."""
 
 NEUTRAL = (
     "don't know",
@@ -117,13 +121,11 @@ NEUTRAL = (
 )
 """Phrases that hold a negation or "looked" but deny no place."""
 
-DOUBTS = word_set(
-    "maybe perhaps might could possibly sometimes whether if unless may wonder somewhere"
-)
+DOUBTS = word_set("maybe perhaps might could possibly sometimes whether if unless may wonder")
 DOUBT_PHRASES = ("not sure", "not certain", "don't know", "do not know", "can be", "no idea")
 BELIEFS = word_set(
-    "think believe guess suppose probably likely assume suspect presumably seem seems apparently "
-    "should must"
+    "think believe guess suppose probably likely assume suspect presumably seem seems "
+    "apparently should must"
 )
 HABITS = word_set("usually normally often typically generally mostly regularly habitually commonly")
 HABIT_PHRASES = ("tend to", "tends to", "used to", "most of the time", "as a rule", "as usual")
@@ -146,9 +148,10 @@ STALE_PHRASES = (
 
 CLAUSE_WORDS = word_set("but however although though because")
 CLAUSE_STARTS = word_set(
-    "i i'm i've it it's he she we they you my his her our their this that there but so then maybe "
-    "perhaps probably possibly check try look please because while when after before last "
-    "yesterday not usually normally often sometimes somebody someone nobody mum mom dad"
+    "don't i i'm i've it it's he she we they you my his her our their this that there but so "
+    "then maybe perhaps probably possibly check try look please because while when after "
+    "before last yesterday not usually normally often sometimes somebody someone nobody mum "
+    "mom dad"
 )
 """A comma before one of these ends a clause."""
 
@@ -165,6 +168,13 @@ ABSENT_PHRASES = (
     "nothing there",
     "wasn't",
     "don't think so",
+    "today not",
+    "not today",
+    "not this time",
+    "not now",
+    "don't go there",
+    "do not go there",
+    "don't look there",
 )
 """A clause without a place that takes the claims of the clause before it back."""
 
@@ -183,17 +193,17 @@ SUGGESTIONS = (
 )
 
 ABSTRACT = word_set(
-    "morning evening afternoon night noon day week month year monday tuesday wednesday thursday "
-    "friday saturday sunday time hour minute second way home house apartment flat hurry rush case "
-    "fact moment place spot somewhere anywhere everywhere nowhere there here it him her them me "
-    "you us once all least most first last mind purpose accident mistake trip holiday holidays "
-    "vacation today yesterday tomorrow tonight while mine yours work school party usual weekend "
-    "birthday christmas pile mess top side back front middle corner right left other same "
-    "something someone that this which what where when who one two three next general particular "
-    "order question plain sight view reach line display loan use danger trouble love january "
-    "february march april may june july august september october november december spring summer "
-    "autumn winter dark rain snow sun weather possible best new few some many years days months "
-    "weeks ago"
+    "room rooms morning evening afternoon night noon day week month year monday tuesday "
+    "wednesday thursday friday saturday sunday time hour minute second way home house "
+    "apartment flat hurry rush case fact moment place spot somewhere anywhere everywhere "
+    "nowhere there here it him her them me you us once all least most first last mind purpose "
+    "accident mistake trip holiday holidays vacation today yesterday tomorrow tonight while "
+    "mine yours work school party usual weekend birthday christmas pile mess top side back "
+    "front middle corner right left other same something someone that this which what where "
+    "when who one two three next general particular order question plain sight view reach "
+    "line display loan use danger trouble love january february march april may june july "
+    "august september october november december spring summer autumn winter dark rain snow "
+    "sun weather possible best new few some many years days months weeks ago"
 )
 """Nouns after a preposition that name no place in a home."""
 

@@ -80,7 +80,7 @@ def _mention_at(words: list[str], index: int, knowledge: Knowledge) -> Mention |
         if length == 1 and not _is_noun(words, index):
             continue
         entry = knowledge.find(phrase)
-        if entry is not None:
+        if entry is not None and entry.thing.spread != "broad":
             inside = knowledge.room(words[index]) if length > 1 else None
             return Mention(start=index, end=end, kind="thing", places=(entry.label,), room=inside)
     return _misspelt(words, index, knowledge)

@@ -11,6 +11,9 @@ from ippon.guidance.words import ADJECTIVES, DETERMINERS, Token, tokenize, word_
 MAX_OBJECT_CHARS = 80
 
 _ASK = (
+    r"(?:look|search|check|scan|comb|explore)\b[^.,;!?]*?\bfor",
+    r"where did (?:\w+ ){1,3}?(?:leave|put|place|forget|drop|lose|see)",
+    r"(?:what happened to|what about|how about)",
     r"(?:look|search|hunt|check|keep an eye out|watch out)(?:ing)?(?: around| out)? for",
     (
         r"(?:find|locate|seek|fetch|get|bring|grab|retrieve|spot|track down|pick up|hand|pass)"
@@ -33,14 +36,14 @@ _ASK = (
     r"(?:i'm|i am|we are|we're) (?:looking|searching) for|(?:i'm|i am) missing",
     r"(?:the|your|our) (?:object|goal|target|item) is",
     r"is there",
-    r"missing|lost|wanted",
+    r"missing|lost|wanted|search",
     r"where",
 )
 _TELL = (
     r"(?:left|forgot|forgotten|put|placed|dropped|kept|laid|stored|hid|hung|had|saw|seen|leave|"
     r"took|taken|hidden|moved|brought|carried)"
 )
-_ASKED = re.compile(rf"\b(?:{'|'.join(_ASK)})\s+(?=\S)", re.IGNORECASE)
+_ASKED = re.compile(rf"\b(?:{'|'.join(_ASK)})(?:\s*:)?\s+(?=\S)", re.IGNORECASE)
 _TOLD = re.compile(
     rf"\b(?:i|we|he|she|they|i've|we've|somebody|someone|(?:my|our) \w+)\b[^.,;!?]*?\b{_TELL}\s+",
     re.IGNORECASE,
@@ -48,10 +51,10 @@ _TOLD = re.compile(
 _PRONOUNS = word_set("it them him her one that this something")
 _STOP = word_set(
     "i i'm i've i'd it it's he she we they you my which that who where when while because since "
-    "maybe perhaps probably possibly please is are was were has have had should must might could "
-    "can may will would but so and or if somewhere anywhere again now today yesterday quickly "
-    "usually normally often sometimes last thanks thank asap also not went seems right here there "
-    "lying sitting standing hanging left be been"
+    "maybe perhaps probably possibly please is are was were has have had should must might "
+    "could that's who's can may will would but so and or if somewhere anywhere again now today "
+    "yesterday quickly usually normally often sometimes last thanks thank asap also not went "
+    "seems right here there lying sitting standing hanging left be been"
 )
 """Words that end the name of the object."""
 _PLACE = frozenset(RELATIONS) - {"with"}
@@ -62,11 +65,13 @@ _LEAD = re.compile(
 )
 _TAIL = re.compile(r"[\s,]+(?:please|thanks|thank you|asap|for me)[\s.!?]*$", re.IGNORECASE)
 _LEFTOVER = re.compile(
-    r"^(?:(?:is|are|was|were|has|have)(?: been)? (?:missing|gone|lost|misplaced)"
+    r"^(?:(?:is|are|was|were|has|have)(?: been)? (?:missing|gone|lost|misplaced)|went|context\b:?"
     r"|and|but|so|then|please|is|are|be)"
     r"(?:[\s,.?!]+|$)",
     re.IGNORECASE,
 )
+_WHERE = re.compile(r"\s+for\s+$", re.IGNORECASE)
+"""What stands before the last word of "search the kitchen for" is a place."""
 _ALSO = re.compile(r"[\s,]*(?:and|then|or)\b", re.IGNORECASE)
 _BREAK = re.compile(r"[,.!?;:\n()…]|\s[-–—]+\s")
 
@@ -90,11 +95,14 @@ def read_query(sentence: str) -> Query:
     knowledge = load_knowledge()
     text = _TAIL.sub("", _LEAD.sub("", sentence.strip()))
     asked = list(_ASKED.finditer(text))
-    for match in asked:
-        span = _noun_span(text, match.end(), knowledge)
-        if span is not None:
-            noun, before, after = text[slice(*span)], text[: match.start()], text[span[1] :]
-            return _query(noun, before, after, sure=True)
+    spans = [(match, _noun_span(text, match.end(), knowledge)) for match in asked]
+    named = [(match, span) for match, span in spans if span is not None]
+    # "Go to the kitchen and find a mug": the room is no object where a better one follows.
+    named.sort(key=lambda pair: _is_room(text[slice(*pair[1])], knowledge))
+    for match, span in named:
+        inner = _WHERE.search(match.group())
+        before = text[: match.start()] + (match.group()[: inner.start()] if inner else "")
+        return _query(text[slice(*span)], before, text[span[1] :], sure=True)
     for match in _TOLD.finditer(text):
         span = _noun_span(text, match.end(), knowledge)
         if span is not None:
@@ -103,6 +111,12 @@ def read_query(sentence: str) -> Query:
     if span is None:
         return _any_object(text, knowledge)
     return _query(text[span[0] : span[1]], "", text[span[1] :], sure=False)
+
+
+def _is_room(noun: str, knowledge: Knowledge) -> bool:
+    return (
+        knowledge.room(" ".join(token.word for token in tokenize(_strip_article(noun)))) is not None
+    )
 
 
 def _query(noun: str, before: str, after: str, *, sure: bool) -> Query:
@@ -148,6 +162,8 @@ def _noun_span(text: str, start: int, knowledge: Knowledge) -> tuple[int, int] |
         ends = token.word in _STOP or token.word in _PLACE
         if ends and not (named and token.word not in _STOP) and _has_noun(taken):
             break
+        if ends and not taken and not (token.word in DETERMINERS or named):
+            return None
         if token.word in _STOP and not (token.word in DETERMINERS or token.word in ADJECTIVES):
             return None
         taken.append(token)
@@ -181,7 +197,8 @@ def _any_object(text: str, knowledge: Knowledge) -> Query:
 def _tidy(text: str) -> str:
     text = text.strip(_TRIM)
     text = _LEFTOVER.sub("", text)
-    return _TAIL.sub("", text).strip(_TRIM)
+    text = _TAIL.sub("", text).strip(_TRIM)
+    return re.sub(r"\s+(?:and|then|to)$", "", text, flags=re.IGNORECASE)
 
 
 def _strip_article(noun: str) -> str:

@@ -66,6 +66,18 @@ SURE = [
         "passport",
         "Usually it is in the drawer of the desk",
     ),
+    ("Find me the hat that I left on the sofa", "hat", "that I left on the sofa"),
+    ("Where did my son leave his teddy bear?", "teddy bear", ""),
+    ("Find: hat. Context: on the sofa", "hat", "on the sofa"),
+    ("search hat", "hat", ""),
+    ("what happened to my mug", "mug", ""),
+    ("have you any idea where the scissors went", "scissors", ""),
+    ("Search the kitchen for a knife", "knife", "Search the kitchen."),
+    ("look on the sofa for my hat", "hat", "look on the sofa."),
+    ("go to the kitchen and find a mug", "mug", "go to the kitchen."),
+    ("Look for keys in the hallway", "keys", "in the hallway"),
+    ("find the cup on the left of the sink", "cup", "on the left of the sink"),
+    ("Find a bottle of water", "bottle of water", ""),
 ]
 
 
@@ -82,6 +94,9 @@ def test_sentences(sentence: str, object_: str, context: str) -> None:
         "",
         "???",
         "find it",
+        "find something to drink",
+        "i want to sit down",
+        "can u find my fone",
         "asdf qwer",
         "look for the thing that holds umbrellas",
         "show me the way to the bathroom",
