@@ -63,8 +63,13 @@ class SimulatedWorld:
         self._segmenter: SimulatedSegmenter | None = None
 
     @property
+    def T_world_base_estimated(self) -> Float64Array:  # noqa: N802
+        """Return the pose that the robot's odometry believes in, (4, 4)."""
+        return self._drift.T_world_base
+
+    @property
     def trajectory(self) -> Float64Array:
-        """Return the (K, 3) true positions of the base, the start first, then one a step."""
+        """Return the (K, 3) true positions of the base: the start, then each that a step led to."""
         return np.array(self._trajectory, dtype=np.float64)
 
     @property
@@ -92,7 +97,9 @@ class SimulatedWorld:
         """Let `dt_s` seconds pass; `command` is what arrived at their beginning, if anything."""
         self.base.step(command, dt_s)
         self.stamp_ns += round(dt_s * 1e9)
-        self._trajectory.append((self.base.x_m, self.base.y_m, self.base.z_m))
+        position = (self.base.x_m, self.base.y_m, self.base.z_m)
+        if position != self._trajectory[-1]:  # A robot that stands for hours fills no memory.
+            self._trajectory.append(position)
         self._drift.follow(self.base.T_world_base)
 
     def observe(self) -> Frame:

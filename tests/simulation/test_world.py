@@ -87,6 +87,15 @@ def test_frames_say_when_and_where(furnished, camera):
     assert world.path_length_m() > 0.2
 
 
+def test_standing_still_adds_nothing_to_the_trajectory(furnished, camera):
+    world = world_of(furnished, camera)
+    for _ in range(50):
+        world.step(None, 0.2)
+    assert world.stamp_ns == 10_000_000_000
+    assert len(world.trajectory) == 1
+    assert world.path_length_m() == 0.0
+
+
 def test_labels_can_change_and_be_turned_off(furnished, camera):
     world = world_of(furnished, camera)
     world.set_labels(MATTERPORT_40, "chair")
