@@ -1,6 +1,6 @@
 """What a frame of the simulated robot costs; `pytest -m benchmark` prints the table.
 
-AMD EPYC, one of two cores, the other busy; step, segmentation and noise included; mean of 60 frames:
+AMD EPYC, one of two cores, the other busy; step, noise and segmentation included; mean of 60:
 
 | home | 240x150 | 320x200 | 400x250 |
 | generated, 13 k triangles | 4.7 ms | 5.8 ms | 7.3 ms |
