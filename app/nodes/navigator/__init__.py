@@ -1,0 +1,1 @@
+"""The navigator: a thin shell round one mission."""

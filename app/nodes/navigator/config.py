@@ -1,0 +1,33 @@
+"""What the navigator can be told."""
+
+from dataclasses import dataclass, field
+
+from ippon.mission.mission import MissionConfig
+from ippon.robot import ZED, RobotProfile
+from ippon.vocabulary import MATTERPORT_40
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NavigatorConfig:
+    """Where it listens, for which robot, and how it searches."""
+
+    listen: str = "tcp/127.0.0.1:7447"
+    """zenoh endpoint that robot, console and requesters connect to."""
+    robot: str = "ippon"
+    """Key prefix of the robot."""
+    profile: RobotProfile = ZED
+    mission: MissionConfig = field(default_factory=MissionConfig)
+    labels: tuple[str, ...] = MATTERPORT_40
+    """Common objects that the segmentation is asked to tell apart."""
+    seed: int = 0
+    """Of the planner's samples."""
+    command_hz: float = 20.0
+    """Rate of the command stream."""
+    stale_s: float = 0.5
+    """A command is repeated for at most this long after the frame that it answers."""
+    lost_s: float = 1.0
+    """A stream that is silent for longer counts as lost."""
+    keyframe_every_s: float = 10.0
+    """How often the whole map is published for those who record."""
+    max_queue: int = 20
+    """Goals that may wait."""

@@ -1,0 +1,194 @@
+"""The navigator's counter: requests in, answers at once, work for the mission's thread."""
+
+import dataclasses
+import queue
+import time
+from collections.abc import Callable
+from functools import partial
+
+import zenoh
+
+from app.links.requests import RequestRefusedError, serve
+from app.messages import keys
+from app.messages.control import (
+    Accepted,
+    ControlReply,
+    ControlRequest,
+    FeedbackRequest,
+    GuidanceRequest,
+    MissionState,
+    SearchAccepted,
+    SearchRequest,
+)
+from app.nodes.navigator.goals import GoalBook, PlannedSearch
+from ippon.guidance.levels import Guidance, LabelLevel, Level
+from ippon.guidance.naming import resolve_object
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission.goal import Goal
+from ippon.mission.mission import Mission
+from ippon.vocabulary import canonical_label
+
+Operation = Callable[[Mission], None]
+BY_OPERATOR = "set by the operator"
+
+
+class Desk:
+    """Validates and queues; the mission's thread runs what was queued between two frames."""
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        robot: str,
+        labels: tuple[str, ...],
+        goals: GoalBook,
+        *,
+        halt: Callable[[], None],
+        release: Callable[[], None],
+        wake: Callable[[], None],
+    ) -> None:
+        self._labels = labels
+        self._goals = goals
+        self._halt = halt
+        self._release = release
+        self._wake = wake
+        self._prior = EmbeddedPrior()
+        self._operations: queue.SimpleQueue[Operation] = queue.SimpleQueue()
+        self.state: MissionState = "starting"
+        """State that a control request is answered with; kept up to date by the node."""
+        self.asked_at = 0.0
+        """Monotonic time of the last search request."""
+        self._queryables = [
+            serve(session, f"{robot}/{keys.SEARCH}", SearchRequest, self.search),
+            serve(session, f"{robot}/{keys.CONTROL}", ControlRequest, self.control),
+            serve(session, f"{robot}/{keys.GUIDANCE}", GuidanceRequest, self.guidance),
+            serve(session, f"{robot}/{keys.FEEDBACK}", FeedbackRequest, self.feedback),
+        ]
+
+    def run_queued(self, mission: Mission) -> None:
+        """Run what was queued, in order. Called by the mission's thread."""
+        while True:
+            try:
+                operation = self._operations.get_nowait()
+            except queue.Empty:
+                return
+            operation(mission)
+
+    def put(self, operation: Operation) -> None:
+        """Queue something for the mission's thread."""
+        self._operations.put(operation)
+        self._wake()
+
+    def search(self, request: SearchRequest) -> SearchAccepted:
+        """Take a goal over."""
+        text = request.object.strip()
+        if not text:
+            raise RequestRefusedError('the object is empty; say what to look for, like "hat"')
+        started = time.perf_counter()
+        resolved = resolve_object(text, self._labels)
+        guidance = self._prior.levels(resolved, request.context, self._labels)
+        goal = Goal(
+            goal_id=0,
+            object=resolved.canonical,
+            display=resolved.display,
+            context=request.context,
+            category=resolved.category,
+        )
+        elapsed_ms = 1e3 * (time.perf_counter() - started)
+        place = self._goals.add(PlannedSearch(goal=goal, guidance=guidance, elapsed_ms=elapsed_ms))
+        if place is None:
+            raise RequestRefusedError("too many goals wait already; cancel some first")
+        self.asked_at = time.monotonic()
+        self._wake()
+        goal_id, position = place
+        return SearchAccepted(
+            goal_id=goal_id,
+            object=goal.object,
+            position=max(0, position),
+            notes=list(guidance.notes),
+        )
+
+    def control(self, request: ControlRequest) -> ControlReply:
+        """Stop, resume, pause or cancel."""
+        match request.action:
+            case "stop":
+                # The wheels first; the mission learns of it between two frames.
+                self._halt()
+                self.put(self._stop)
+                state: MissionState = "stopped"
+            case "pause":
+                self.put(lambda mission: mission.pause())
+                state = "paused"
+            case "resume":
+                self.put(self._resume)
+                state = "searching" if self._goals.active() is not None else "starting"
+            case "cancel":
+                active = self._goals.active()
+                if active is None:
+                    raise RequestRefusedError("there is no goal to cancel")
+                self.put(partial(self._cancel, active.goal.goal_id))
+                state = self.state if self.state == "stopped" else "starting"
+        return ControlReply(state=state)
+
+    def guidance(self, request: GuidanceRequest) -> Accepted:
+        """Change one level of the active goal."""
+        active = self._goals.active()
+        if active is None:
+            raise RequestRefusedError("levels belong to a goal, and there is none")
+        label = canonical_label(request.label)
+        if label not in self._labels:
+            raise RequestRefusedError(
+                f"no common object {request.label!r}; there are {', '.join(self._labels)}"
+            )
+        level = Level.parse(request.level)
+        self.put(partial(self._set_level, active.goal.goal_id, label, level))
+        return Accepted(detail=f"{label} is {request.level} now")
+
+    def feedback(self, request: FeedbackRequest) -> Accepted:
+        """Take the operator's word on a find."""
+        if self.state != "found":
+            raise RequestRefusedError("nothing was found that could be confirmed or rejected")
+        if request.verdict == "confirm":
+            return Accepted(detail="confirmed")
+
+        self.put(self._reject)
+        return Accepted(detail="searching on; this find counts as something else")
+
+    # -- in the mission's thread -------------------------------------------------------------
+
+    def _stop(self, mission: Mission) -> None:
+        mission.stop()
+        # A resume that was queued before this stop has let commands pass again.
+        self._halt()
+
+    def _resume(self, mission: Mission) -> None:
+        mission.resume()
+        self._release()
+
+    def _cancel(self, goal_id: int, mission: Mission) -> None:
+        if self._still_active(goal_id) is not None:
+            self._goals.conclude("cancelled")
+            mission.cancel_goal()
+
+    def _set_level(self, goal_id: int, label: str, level: Level, mission: Mission) -> None:
+        search = self._still_active(goal_id)
+        if search is not None:
+            changed = _with_level(search.guidance, label, level)
+            self._goals.relevel(changed)
+            mission.set_guidance(changed)
+
+    def _reject(self, mission: Mission) -> None:
+        if mission.reject_find():
+            self._goals.reopen()
+
+    def _still_active(self, goal_id: int) -> PlannedSearch | None:
+        """Return the goal that a request meant, None when another has taken over meanwhile."""
+        active = self._goals.active()
+        return active if active is not None and active.goal.goal_id == goal_id else None
+
+
+def _with_level(guidance: Guidance, label: str, level: Level) -> Guidance:
+    rows = tuple(
+        LabelLevel(label=label, level=level, reason=BY_OPERATOR) if row.label == label else row
+        for row in guidance.rows
+    )
+    return dataclasses.replace(guidance, rows=rows)

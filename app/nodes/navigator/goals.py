@@ -1,0 +1,103 @@
+"""The goals: which is searched for, which wait, which are over."""
+
+import dataclasses
+import threading
+from typing import Literal
+
+from app.messages.control import GoalStatus
+from ippon.guidance.levels import Guidance
+from ippon.mission.goal import Goal
+
+Outcome = Literal["found", "exhausted", "cancelled"]
+HISTORY = 50
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedSearch:
+    """A goal with the levels to start with."""
+
+    goal: Goal
+    guidance: Guidance
+    elapsed_ms: float
+    """How long the levels took."""
+
+
+class GoalBook:
+    """Hands out goal numbers and keeps the order; safe from any thread."""
+
+    def __init__(self, max_queue: int) -> None:
+        self._lock = threading.Lock()
+        self._max_queue = max_queue
+        self._next_id = 1
+        self._active: PlannedSearch | None = None
+        self._active_is_over: Outcome | None = None
+        self._queue: list[PlannedSearch] = []
+        self._history: list[GoalStatus] = []
+
+    def add(self, search: PlannedSearch) -> tuple[int, int] | None:
+        """Queue a search; returns its number and its place, or None when too many wait."""
+        with self._lock:
+            if len(self._queue) >= self._max_queue:
+                return None
+            goal_id = self._next_id
+            self._next_id += 1
+            goal = dataclasses.replace(search.goal, goal_id=goal_id)
+            self._queue.append(dataclasses.replace(search, goal=goal))
+            busy = self._active is not None and self._active_is_over is None
+            return goal_id, len(self._queue) - (0 if busy else 1)
+
+    def next(self) -> PlannedSearch | None:
+        """Make the first waiting goal the active one, where none is active; returns it."""
+        with self._lock:
+            if not self._queue or (self._active is not None and self._active_is_over is None):
+                return None
+            self._archive()
+            self._active = self._queue.pop(0)
+            self._active_is_over = None
+            return self._active
+
+    def active(self) -> PlannedSearch | None:
+        """Return the goal that is searched for, or was last."""
+        with self._lock:
+            return self._active
+
+    def relevel(self, guidance: Guidance) -> None:
+        """Keep other levels for the active goal."""
+        with self._lock:
+            if self._active is not None:
+                self._active = dataclasses.replace(self._active, guidance=guidance)
+
+    def conclude(self, outcome: Outcome) -> None:
+        """The active goal is over; it stays in view until the next one starts."""
+        with self._lock:
+            self._active_is_over = outcome
+            if outcome == "cancelled":
+                self._archive()
+                self._active, self._active_is_over = None, None
+
+    def reopen(self) -> None:
+        """The active goal goes on after all: its find was rejected."""
+        with self._lock:
+            self._active_is_over = None
+
+    def statuses(self) -> tuple[GoalStatus | None, list[GoalStatus], list[GoalStatus]]:
+        """Return the active goal, those that wait, and those that are over."""
+        with self._lock:
+            active = None
+            if self._active is not None:
+                active = _status(self._active.goal, self._active_is_over or "active")
+            queue = [_status(search.goal, "queued") for search in self._queue]
+            return active, queue, list(self._history)
+
+    def _archive(self) -> None:
+        if self._active is not None:
+            status = _status(self._active.goal, self._active_is_over or "cancelled")
+            self._history = [*self._history, status][-HISTORY:]
+
+
+def _status(
+    goal: Goal, outcome: Literal["queued", "active", "found", "exhausted", "cancelled"]
+) -> GoalStatus:
+    return GoalStatus(
+        goal_id=goal.goal_id, object=goal.object, context=goal.context, outcome=outcome
+    )

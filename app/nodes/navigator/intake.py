@@ -1,0 +1,148 @@
+"""The navigator's ears: messages of the robot in, frames out."""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any, Final
+
+import zenoh
+
+from app.links.assembler import FrameAssembler
+from app.links.streams import StreamMonitor
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.images import (
+    decode_camera,
+    decode_color,
+    decode_depth,
+    decode_depth_raw,
+    decode_heatmap,
+)
+from app.messages.motion import decode_flag, decode_transforms
+from ippon.errors import FrameRejectedError
+from ippon.frame import Frame
+
+WAITING: Final = 4
+"""Messages of one topic that may wait to be decoded; older ones are dropped and counted."""
+NEEDED: Final = ("colour", "depth", "pose")
+"""Streams without which there is no frame."""
+
+
+class Intake:
+    """Callbacks only put bytes aside; `take` decodes in the caller's thread."""
+
+    def __init__(self, session: zenoh.Session, robot: str, report: Callable[[str], None]) -> None:
+        self.assembler = FrameAssembler()
+        self.monitors = {
+            name: StreamMonitor(name) for name in ("colour", "depth", "pose", "heatmap")
+        }
+        self.frames = 0
+        """Frames taken so far."""
+        self.arrived_at = 0.0
+        """`time.perf_counter` when the last colour image arrived."""
+        self._report = report
+        self._arrived = threading.Condition()
+        self._waiting: dict[str, deque[bytes]] = {}
+        self._take_in: dict[str, tuple[str, Callable[[bytes], None]]] = {}
+        add = self.assembler
+        tf_static = keys.TF_STATIC
+        topics: tuple[tuple[str, str, Callable[[bytes], None]], ...] = (
+            (keys.TF, "pose", lambda p: add.add_transforms(decode_transforms(p))),
+            (tf_static, "", lambda p: add.add_transforms(decode_transforms(p), fixed=True)),
+            (keys.CAMERA_INFO, "", lambda p: add.add_camera(decode_camera(p))),
+            (keys.CONTACT, "", lambda p: add.add_contact(decode_flag(p))),
+            (keys.HEATMAP, "heatmap", lambda p: add.add_heatmap(decode_heatmap(p))),
+            (keys.DEPTH, "depth", lambda p: add.add_depth(decode_depth(p))),
+            (keys.DEPTH_RAW, "depth", lambda p: add.add_depth(decode_depth_raw(p))),
+            (keys.COLOR, "colour", lambda p: add.add_color(decode_color(p))),
+        )
+        for topic, stream, take_in in topics:
+            # Poses come faster than images, and each is needed to place an image between two.
+            size = 100 if topic in (keys.TF, keys.CONTACT) else WAITING
+            self._waiting[topic] = deque(maxlen=size)
+            self._take_in[topic] = (stream, take_in)
+            session.declare_subscriber(f"{robot}/{topic}", self._receiver(topic, stream))
+
+    def _receiver(self, topic: str, stream: str) -> Callable[[zenoh.Sample], None]:
+        waiting = self._waiting[topic]
+        monitor = self.monitors.get(stream)
+
+        def receive(sample: zenoh.Sample) -> None:
+            payload = sample.payload.to_bytes()
+            with self._arrived:
+                if monitor is not None:
+                    monitor.arrived()
+                    if len(waiting) == waiting.maxlen:
+                        monitor.dropped()
+                waiting.append(payload)
+                if topic == keys.COLOR:
+                    self.arrived_at = time.perf_counter()
+                    self._arrived.notify()
+
+        return receive
+
+    def wake(self) -> None:
+        """End a wait for a frame early: there is something else to do."""
+        with self._arrived:
+            self._arrived.notify()
+
+    def take(self, timeout_s: float) -> Frame | None:
+        """Return the newest complete frame, None when none came within the time."""
+        with self._arrived:
+            if not self._waiting[keys.COLOR]:
+                self._arrived.wait(timeout_s)
+            batches = {topic: list(waiting) for topic, waiting in self._waiting.items()}
+            for waiting in self._waiting.values():
+                waiting.clear()
+        for topic, payloads in batches.items():
+            for payload in payloads:
+                self._decode(topic, payload)
+        try:
+            frame = self.assembler.take()
+        except (FrameRejectedError, MessageError, ValueError) as error:
+            self.refuse("colour", str(error))
+            return None
+        if frame is not None:
+            self.frames += 1
+        return frame
+
+    def refuse(self, stream: str, problem: str) -> None:
+        """Count a message or frame that could not be used, and say so the first time."""
+        if self.monitors[stream].rejected(problem) == 1:
+            self._report(f"{stream}: {problem}")
+
+    def lost(self, after_s: float) -> list[tuple[str, float | None]]:
+        """Return the needed streams that are silent, each with its age."""
+        ages = [(name, self.monitors[name].age_s()) for name in NEEDED]
+        return [(name, age) for name, age in ages if age is None or age > after_s]
+
+    def _decode(self, topic: str, payload: bytes) -> None:
+        stream, take_in = self._take_in[topic]
+        try:
+            take_in(payload)
+        except (MessageError, FrameRejectedError, ValueError) as error:
+            self.refuse(stream or "pose", f"{topic}: {error}")
+
+
+class Stopwatch:
+    """Rolling medians of durations."""
+
+    def __init__(self, size: int = 50) -> None:
+        self._size = size
+        self._durations: dict[str, deque[float]] = {}
+
+    def add(self, name: str, seconds: float) -> None:
+        """Take one duration."""
+        self._durations.setdefault(name, deque(maxlen=self._size)).append(seconds)
+
+    def lap(self, name: str, since: float) -> float:
+        """Take the time since `since` as one duration, and return the present time."""
+        now = time.perf_counter()
+        self.add(name, now - since)
+        return now
+
+    def median_ms(self, name: str) -> float:
+        """Return the median in milliseconds, 0 before the first."""
+        values: Any = sorted(self._durations.get(name, ()))
+        return 1e3 * values[len(values) // 2] if values else 0.0

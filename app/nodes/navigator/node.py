@@ -1,0 +1,248 @@
+"""The navigator as a process: frames and requests in, commands and pictures of the search out."""
+
+import logging
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from typing import Final
+
+import zenoh
+
+from app.links.latched import Latched
+from app.links.registry import RunningNavigator, register
+from app.links.session import open_router
+from app.messages import keys
+from app.messages.control import (
+    Event,
+    LabelRequest,
+    ProximityRow,
+    ProximityTable,
+    encode,
+)
+from app.nodes.navigator.commander import Commander
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.desk import Desk
+from app.nodes.navigator.goals import GoalBook, PlannedSearch
+from app.nodes.navigator.intake import Intake, Stopwatch
+from app.nodes.navigator.publisher import MapPublisher
+from app.nodes.navigator.report import StatusReport
+from app.nodes.navigator.warm_up import warm_up
+from ippon.command import Command
+from ippon.errors import FrameRejectedError
+from ippon.frame import Frame
+from ippon.mission.mission import Mission
+from ippon.mission.snapshot import MissionState, Snapshot
+
+logger = logging.getLogger(__name__)
+
+IDLE_S: Final = 0.05
+STATUS_EVERY_S: Final = 0.4
+OUTCOMES: Final = {MissionState.FOUND: "found", MissionState.EXHAUSTED: "exhausted"}
+
+
+class Navigator:
+    """Owns the mission; everything that touches it runs in the thread that calls `run`."""
+
+    def __init__(self, config: NavigatorConfig, session: zenoh.Session) -> None:
+        robot = config.robot
+        self.config = config
+        self._mission = Mission(config.mission, config.profile, config.labels, config.seed)
+        self._goals = GoalBook(config.max_queue)
+        self._watch = Stopwatch()
+        self._commander = Commander(session, robot, config.command_hz, config.stale_s)
+        self._events = session.declare_publisher(
+            f"{robot}/{keys.EVENT}", congestion_control=zenoh.CongestionControl.BLOCK
+        )
+        self._intake = Intake(session, robot, self._report_bad_message)
+        self._desk = Desk(
+            session,
+            robot,
+            config.labels,
+            self._goals,
+            halt=self._commander.halt,
+            release=self._commander.release,
+            wake=self._intake.wake,
+        )
+        self._map = MapPublisher(session, robot, self._mission.voxel_map, config.keyframe_every_s)
+        self._status = Latched(session, f"{robot}/{keys.STATUS}")
+        self._labels = Latched(session, f"{robot}/{keys.LABELS}")
+        self._proximity = Latched(session, f"{robot}/{keys.PROXIMITY}")
+        self._keyframes = session.declare_queryable(
+            f"{robot}/{keys.MAP_KEYFRAME}", self._queue_keyframe
+        )
+        self._alive = session.liveliness().declare_token(f"{robot}/alive/navigator")
+        self._report = StatusReport(config, version("ippon"))
+        self._snapshot: Snapshot | None = None
+        self._status_at = 0.0
+        self._lost: tuple[str, ...] = ()
+        self._shown_guidance: object = None
+        self._labels.put(encode(LabelRequest(labels=list(config.labels), ooi=None)))
+
+    def run(self, stop: threading.Event) -> None:
+        """Answer frames and requests until stopped."""
+        while not stop.is_set():
+            self._desk.run_queued(self._mission)
+            self._start_next_goal()
+            self._show_guidance()
+            frame = self._intake.take(IDLE_S)
+            if frame is not None:
+                self._step(frame)
+            self._watch_streams()
+            if frame is not None or time.monotonic() - self._status_at > STATUS_EVERY_S:
+                self._publish_status()
+
+    def close(self) -> None:
+        """Leave the robot standing."""
+        self._commander.close()
+
+    # -- a frame -----------------------------------------------------------------------------
+
+    def _step(self, frame: Frame) -> None:
+        started = time.perf_counter()
+        try:
+            self._mission.observe(frame)
+        except FrameRejectedError as error:
+            self._intake.refuse("depth", str(error))
+            self._commander.give(Command(tilt_rad=frame.tilt_rad), frame.stamp_ns)
+            return
+        fused = self._watch.lap("map", started)
+        result = self._mission.decide(frame)
+        self._watch.lap("plan", fused)
+        self._watch.lap("step", started)
+        snapshot = self._snapshot = result.snapshot
+        self._commander.give(result.command, frame.stamp_ns)
+        self._report.command_given(result.command, self._desk.asked_at)
+        answered = self._watch.lap("answer", self._intake.arrived_at)
+        self._map.publish(snapshot)
+        self._watch.lap("publish", answered)
+        self._take_note(snapshot)
+
+    def _take_note(self, snapshot: Snapshot) -> None:
+        for event in snapshot.events:
+            self._say(event.kind, event.text)
+        outcome = OUTCOMES.get(snapshot.state)
+        goal, _, _ = self._goals.statuses()
+        if outcome is not None and goal is not None and goal.outcome == "active":
+            self._goals.conclude(outcome)  # pyright: ignore[reportArgumentType]
+
+    # -- goals and levels --------------------------------------------------------------------
+
+    def _start_next_goal(self) -> None:
+        search = self._goals.next()
+        if search is None:
+            return
+        self._mission.set_goal(search.goal, search.guidance)
+        self._report.goal_set()
+        request = LabelRequest(labels=list(self.config.labels), ooi=search.goal.object)
+        self._labels.put(encode(request))
+        logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)
+
+    def _show_guidance(self) -> None:
+        active = self._goals.active()
+        if active is None or active.guidance is self._shown_guidance:
+            return
+        self._shown_guidance = active.guidance
+        self._proximity.put(encode(_proximity_table(active)))
+
+    # -- streams and status ------------------------------------------------------------------
+
+    def _watch_streams(self) -> None:
+        if self._intake.frames == 0:
+            return
+        lost = self._intake.lost(self.config.lost_s)
+        names = tuple(name for name, _ in lost)
+        if names and not self._lost:
+            self._commander.drop()
+            self._say("stream_lost", f"no {', '.join(names)} for {self.config.lost_s:g} s: waiting")
+        elif self._lost and not names:
+            self._say("stream_back", f"{', '.join(self._lost)} is back")
+        self._lost = names
+
+    def _publish_status(self) -> None:
+        self._status_at = time.monotonic()
+        status = self._report.status(
+            self._snapshot,
+            self._mission,
+            goals=self._goals,
+            intake=self._intake,
+            watch=self._watch,
+            lost=self._lost,
+        )
+        self._desk.state = status.state
+        self._status.put(encode(status))
+
+    def _queue_keyframe(self, query: zenoh.Query) -> None:
+        key = f"{self.config.robot}/{keys.MAP_KEYFRAME}"
+
+        def answer(_: Mission) -> None:
+            with query:
+                query.reply(key, self._map.keyframe())
+
+        self._desk.put(answer)
+
+    def _report_bad_message(self, text: str) -> None:
+        logger.warning("message skipped: %s", text)
+        self._say("bad_message", text)
+
+    def _say(self, kind: str, text: str) -> None:
+        snapshot, (goal, _, _) = self._snapshot, self._goals.statuses()
+        event = Event(
+            stamp_ns=snapshot.stamp_ns if snapshot else 0,
+            kind=kind,  # pyright: ignore[reportArgumentType]
+            text=text,
+            goal_id=goal.goal_id if goal else None,
+        )
+        self._events.put(encode(event))
+        logger.info("%s: %s", kind, text)
+
+
+def _proximity_table(search: PlannedSearch) -> ProximityTable:
+    guidance = search.guidance
+    return ProximityTable(
+        goal_id=search.goal.goal_id,
+        object=guidance.ooi,
+        context=guidance.context,
+        provider=guidance.provider,
+        elapsed_ms=search.elapsed_ms,
+        rows=[
+            ProximityRow(label=row.label, level=row.level.name.lower(), reason=row.reason)  # pyright: ignore[reportArgumentType]
+            for row in guidance.rows
+        ],
+        notes=list(guidance.notes),
+    )
+
+
+def run_navigator(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
+    """Compile, listen, and navigate until SIGINT or SIGTERM.
+
+    Args:
+        config: Where to listen and how to search.
+        progress: Called with the fraction of the preparation that is done; 1 means ready.
+
+    Raises:
+        LinkError: The endpoint is taken.
+    """
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    session = open_router(config.listen)
+    entry = None
+    try:
+        warm_up(config, lambda fraction: progress(0.98 * fraction))
+        navigator = Navigator(config, session)
+        entry = register(
+            RunningNavigator(pid=os.getpid(), robot=config.robot, endpoint=config.listen)
+        )
+        progress(1.0)
+        logger.info("navigator ready at %s, prefix %s", config.listen, config.robot)
+        try:
+            navigator.run(stop)
+        finally:
+            navigator.close()
+    finally:
+        if entry is not None:
+            entry.unlink(missing_ok=True)
+        session.close()  # pyright: ignore[reportUnknownMemberType]

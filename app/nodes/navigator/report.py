@@ -1,0 +1,114 @@
+"""The status message: what the navigator says of itself, twice a second and after each step."""
+
+import time
+
+from app.messages.control import FindReport, MissionState, Status, Timings
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.goals import GoalBook
+from app.nodes.navigator.intake import Intake, Stopwatch
+from ippon.command import Command
+from ippon.mapping.surface_rows import N_FREE, N_USED
+from ippon.mission.goal import Goal
+from ippon.mission.mission import Mission
+from ippon.mission.snapshot import Find, Snapshot
+
+STILL = 1e-3
+
+
+class StatusReport:
+    """Puts the status together, and times how soon a query moves the robot."""
+
+    def __init__(self, config: NavigatorConfig, version: str) -> None:
+        self._config = config
+        self._version = version
+        self._first_motion_s: float | None = None
+        self._last_tilt: float | None = None
+
+    def goal_set(self) -> None:
+        """Another goal: its first motion is still to come."""
+        self._first_motion_s = None
+
+    def command_given(self, command: Command, asked_at: float) -> None:
+        """Take note of a command, for the time from query to first motion."""
+        turned = self._last_tilt is not None and abs(command.tilt_rad - self._last_tilt) > STILL
+        moves = abs(command.linear_m_s) > STILL or abs(command.yaw_rate_rad_s) > STILL or turned
+        self._last_tilt = command.tilt_rad
+        if moves and self._first_motion_s is None and asked_at > 0.0:
+            self._first_motion_s = time.monotonic() - asked_at
+
+    def status(
+        self,
+        snapshot: Snapshot | None,
+        mission: Mission,
+        *,
+        goals: GoalBook,
+        intake: Intake,
+        watch: Stopwatch,
+        lost: tuple[str, ...],
+    ) -> Status:
+        """Return the navigator's state as it is now."""
+        active, queue, history = goals.statuses()
+        state, why = _state(snapshot, mission, lost, intake)
+        find = snapshot.find if snapshot is not None and mission.goal is not None else None
+        return Status(
+            robot=self._config.robot,
+            version=self._version,
+            stamp_ns=snapshot.stamp_ns if snapshot else 0,
+            wall_ns=time.time_ns(),
+            state=state,
+            why=why,
+            goal=active,
+            queue=queue,
+            history=history,
+            find=_find_report(find, mission.goal) if find and mission.goal else None,
+            streams=[monitor.status() for monitor in intake.monitors.values()],
+            timings=Timings(
+                step_ms=watch.median_ms("step"),
+                map_ms=watch.median_ms("map"),
+                plan_ms=watch.median_ms("plan"),
+                publish_ms=watch.median_ms("publish"),
+                frame_age_ms=watch.median_ms("answer"),
+                first_motion_s=self._first_motion_s,
+            ),
+            frames=intake.frames,
+            elapsed_s=snapshot.elapsed_s if snapshot else 0.0,
+            path_length_m=snapshot.path_length_m if snapshot else 0.0,
+            best_ooi=snapshot.best_ooi if snapshot else 0.0,
+            explored_m2=snapshot.explored_m2 if snapshot else 0.0,
+            surface_voxels=_surface_voxels(mission),
+            voxel_size_m=mission.config.map.voxel_size_m,
+            map_revision=mission.voxel_map.revision,
+        )
+
+
+def _state(
+    snapshot: Snapshot | None, mission: Mission, lost: tuple[str, ...], intake: Intake
+) -> tuple[MissionState, str]:
+    if snapshot is None:
+        if intake.frames == 0:
+            return "starting", "waiting for the robot's first images"
+        return "starting", "waiting"
+    if mission.state.value == "stopped":
+        return "stopped", "stopped: press Resume to go on"
+    if lost:
+        ages = dict(intake.lost(0.0))
+        silent = ", ".join(f"{name} ({ages[name] or 0.0:.1f} s)" for name in lost if name in ages)
+        return "lost", f"waiting for {silent}"
+    return mission.state.value, snapshot.why
+
+
+def _surface_voxels(mission: Mission) -> int:
+    tally = mission.voxel_map.surface.tally
+    return int(tally[N_USED] - 1 - tally[N_FREE])
+
+
+def _find_report(find: Find, goal: Goal) -> FindReport:
+    return FindReport(
+        goal_id=goal.goal_id,
+        object=goal.object,
+        position_world=find.position_world,
+        size_m=find.size_m,
+        probability=find.probability,
+        voxels=find.voxels,
+        box_px=find.box_px,
+    )

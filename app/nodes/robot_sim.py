@@ -1,0 +1,295 @@
+"""The simulated robot as a process: a camera, a pose and wheels on zenoh."""
+
+import logging
+import queue
+import signal
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+import msgspec
+import zenoh
+
+from app.links.requests import last_message
+from app.links.session import open_client
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.control import LabelRequest
+from app.messages.control import decode as decode_json
+from app.messages.images import encode_camera, encode_color, encode_depth, encode_heatmap
+from app.messages.motion import (
+    StampedTransform,
+    StampedTwist,
+    decode_number,
+    decode_twist,
+    encode_flag,
+    encode_transforms,
+)
+from ippon.camera import PinholeCamera
+from ippon.command import Command
+from ippon.frame import Frame
+from ippon.robot import ZED
+from ippon.simulation.scene import Scene, StartPose
+from ippon.simulation.world import SimulatedWorld
+
+logger = logging.getLogger(__name__)
+
+PHYSICS_HZ: Final = 50.0
+TF_HZ: Final = 25.0
+LABELS_WAIT_S: Final = 20.0
+ANSWER_WAIT_S: Final = 30.0
+"""In lock-step: after so long without an answer the navigator counts as gone."""
+CAMERA_FRAME: Final = "camera_color_optical_frame"
+
+
+class SimulatedRobotError(Exception):
+    """The simulated robot cannot go on; the text says why."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotSimConfig:
+    """Where the navigator is, and how the simulation runs."""
+
+    connect: str
+    robot: str
+    speed: Literal["1", "2", "max"] = "1"
+    seed: int = 0
+    rate_hz: float = 5.0
+    image_width: int = 400
+
+
+class Truth(msgspec.Struct, frozen=True, kw_only=True):
+    """What really happened, for scoring: the reply on `sim/truth`."""
+
+    trajectory: list[tuple[float, float, float]]
+    collisions: int
+    frames: int
+    stamp_ns: int
+
+
+class RobotSim:
+    """Steps the world and exchanges its messages."""
+
+    def __init__(
+        self, config: RobotSimConfig, session: zenoh.Session, scene: Scene, start: StartPose
+    ) -> None:
+        profile = ZED
+        height = round(config.image_width / profile.image_aspect)
+        camera = PinholeCamera.from_horizontal_fov(
+            config.image_width, height, profile.horizontal_fov_rad
+        )
+        self.world = SimulatedWorld(scene, profile, camera, start, config.seed)
+        self._config = config
+        self._session = session
+        self._lock = threading.Lock()
+        self._tilt_rad = self.world.base.tilt_rad
+        self._twist: StampedTwist | None = None
+        self._answers: queue.SimpleQueue[StampedTwist] = queue.SimpleQueue()
+        self._labels: LabelRequest | None = None
+        self._publishers: dict[str, zenoh.Publisher] = {}
+        self._subscribe(keys.CMD_VEL, self._on_twist)
+        self._subscribe(keys.CMD_TILT, self._on_tilt)
+        self._subscribe(keys.LABELS, self._on_labels)
+        self._truth = session.declare_queryable(self._key(keys.SIM_TRUTH), self._answer_truth)
+
+    def await_labels(self, timeout_s: float = LABELS_WAIT_S) -> None:
+        """Ask the navigator what to tell apart, until it answers.
+
+        Raises:
+            SimulatedRobotError: It does not.
+        """
+        deadline = time.monotonic() + timeout_s
+        while time.monotonic() < deadline:
+            payload = last_message(self._session, self._key(keys.LABELS), 1.0)
+            if payload is not None:
+                self._take_labels(payload)
+                return
+            time.sleep(0.1)
+        raise SimulatedRobotError(
+            f"no navigator says at {self._key(keys.LABELS)} what to tell apart; is one running at "
+            f"{self._config.connect} under the prefix {self._config.robot}?"
+        )
+
+    def run_real_time(self, stop: threading.Event) -> None:
+        """Step the physics by the clock and take pictures at the camera's rate until stopped."""
+        factor = float(self._config.speed)
+        dt = 1.0 / PHYSICS_HZ
+        frame_every = max(1, round(PHYSICS_HZ / self._config.rate_hz))
+        tf_every = max(1, round(PHYSICS_HZ / TF_HZ))
+        due = time.monotonic()
+        tick = 0
+        while not stop.is_set():
+            if tick % frame_every == 0:
+                self.publish(self._observe())
+            elif tick % tf_every == 0:
+                self._publish_transforms()
+            self.world.step(self._fresh_command(), dt)
+            tick += 1
+            due += dt / factor
+            late = time.monotonic() - due
+            if late > 1.0:
+                # A machine that cannot keep up runs slower than real time instead of skipping.
+                due = time.monotonic()
+            elif late < 0.0:
+                stop.wait(-late)
+
+    def run_lock_step(self, stop: threading.Event) -> None:
+        """Take a picture, wait for the command that answers it, step; as fast as answers come.
+
+        Raises:
+            SimulatedRobotError: The navigator stopped answering.
+        """
+        dt = 1.0 / self._config.rate_hz
+        while not stop.is_set():
+            frame = self._observe()
+            self.publish(frame)
+            twist = self._await_answer(frame.stamp_ns, stop)
+            if twist is None:
+                return
+            self.world.step(self._command(twist), dt)
+
+    def publish(self, frame: Frame) -> None:
+        """Send one frame, its heatmap first and its colour image last."""
+        stamp = frame.stamp_ns
+        self._publish_transforms()
+        if frame.heatmap is not None:
+            self._put(keys.HEATMAP, encode_heatmap(frame.heatmap, stamp, CAMERA_FRAME))
+        self._put(keys.CAMERA_INFO, encode_camera(frame.camera, stamp, CAMERA_FRAME))
+        self._put(keys.CONTACT, encode_flag(frame.contact))
+        self._put(keys.DEPTH, encode_depth(frame.depth, stamp, CAMERA_FRAME))
+        self._put(keys.COLOR, encode_color(frame.color, stamp, CAMERA_FRAME))
+
+    def _observe(self) -> Frame:
+        with self._lock:
+            request = self._labels
+        if request is not None:
+            self.world.set_labels(request.labels, request.ooi)
+        return self.world.observe()
+
+    def _await_answer(self, stamp_ns: int, stop: threading.Event) -> StampedTwist | None:
+        deadline = time.monotonic() + ANSWER_WAIT_S
+        while not stop.is_set():
+            try:
+                twist = self._answers.get(timeout=0.2)
+            except queue.Empty:
+                if time.monotonic() > deadline:
+                    raise SimulatedRobotError(
+                        f"no command answered the frame of {stamp_ns / 1e9:.1f} s within "
+                        f"{ANSWER_WAIT_S:g} s: the navigator is gone"
+                    ) from None
+                continue
+            if twist.stamp_ns == stamp_ns:
+                return twist
+        return None
+
+    def _fresh_command(self) -> Command | None:
+        """Return what arrived since the last step; silence lets the base's watchdog count."""
+        with self._lock:
+            twist, self._twist = self._twist, None
+        return None if twist is None else self._command(twist)
+
+    def _command(self, twist: StampedTwist) -> Command:
+        with self._lock:
+            tilt = self._tilt_rad
+        return Command(
+            linear_m_s=twist.linear_m_s, yaw_rate_rad_s=twist.yaw_rate_rad_s, tilt_rad=tilt
+        )
+
+    def _publish_transforms(self) -> None:
+        stamp, base = self.world.stamp_ns, self.world.base
+        transforms = (
+            StampedTransform(
+                stamp_ns=stamp,
+                parent="map",
+                child="base_link",
+                T_parent_child=self.world.T_world_base_estimated,
+            ),
+            StampedTransform(
+                stamp_ns=stamp,
+                parent="base_link",
+                child=CAMERA_FRAME,
+                T_parent_child=self.world.robot.T_base_camera(base.tilt_rad),
+            ),
+        )
+        self._put(keys.TF, encode_transforms(transforms))
+
+    def _on_twist(self, payload: bytes) -> None:
+        twist = decode_twist(payload)
+        with self._lock:
+            self._twist = twist
+        if self._config.speed == "max":
+            self._answers.put(twist)
+
+    def _on_tilt(self, payload: bytes) -> None:
+        tilt = decode_number(payload)
+        with self._lock:
+            self._tilt_rad = tilt
+
+    def _on_labels(self, payload: bytes) -> None:
+        self._take_labels(payload)
+
+    def _take_labels(self, payload: bytes) -> None:
+        request = decode_json(payload, LabelRequest)
+        with self._lock:
+            self._labels = request
+
+    def _answer_truth(self, query: zenoh.Query) -> None:
+        with query:
+            truth = Truth(
+                trajectory=[tuple(p) for p in self.world.trajectory.tolist()],
+                collisions=self.world.collisions,
+                frames=self.world.frames,
+                stamp_ns=self.world.stamp_ns,
+            )
+            query.reply(self._key(keys.SIM_TRUTH), msgspec.json.encode(truth))
+
+    def _subscribe(self, topic: str, take: Any) -> None:
+        def receive(sample: zenoh.Sample) -> None:
+            try:
+                take(sample.payload.to_bytes())
+            except (MessageError, msgspec.DecodeError) as error:
+                logger.warning("%s: message skipped: %s", topic, error)
+
+        self._session.declare_subscriber(self._key(topic), receive)
+
+    def _put(self, topic: str, payload: bytes) -> None:
+        publisher = self._publishers.get(topic)
+        if publisher is None:
+            # In lock-step a lost frame would never be answered.
+            control = (
+                zenoh.CongestionControl.BLOCK
+                if self._config.speed == "max"
+                else zenoh.CongestionControl.DROP
+            )
+            publisher = self._session.declare_publisher(
+                self._key(topic), congestion_control=control
+            )
+            self._publishers[topic] = publisher
+        publisher.put(payload)
+
+    def _key(self, topic: str) -> str:
+        return f"{self._config.robot}/{topic}"
+
+
+def run_robot_sim(config: RobotSimConfig, scene: Scene, start: StartPose) -> None:
+    """Drive a simulated robot until SIGINT or SIGTERM.
+
+    Raises:
+        LinkError: No navigator answers.
+        SimulatedRobotError: It stopped answering.
+    """
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    session = open_client(config.connect)
+    try:
+        robot = RobotSim(config, session, scene, start)
+        robot.await_labels()
+        logger.info("simulated robot in %s, %d objects", scene.name, len(scene.instances))
+        if config.speed == "max":
+            robot.run_lock_step(stop)
+        else:
+            robot.run_real_time(stop)
+    finally:
+        session.close()  # pyright: ignore[reportUnknownMemberType]
