@@ -29,6 +29,7 @@ let attempt = 0;
 let heardAt = 0;
 let instance = null;
 let state = null;
+let robot = "no robot yet";
 let nextCommand = 1;
 const pending = new Map();
 
@@ -136,7 +137,10 @@ function render() {
   const live = state !== null;
   document.body.dataset.state = shown;
   at("state").textContent = WORDS[shown] ?? shown;
-  at("robot").textContent = state?.robot || "no robot yet";
+  if (state?.robot) robot = state.robot;
+  at("robot").textContent = robot;
+  at("why").textContent = state?.link === "live" ? state.why : "";
+  at("why").title = at("why").textContent;
   at("goal").textContent = state?.object ?? "";
   at("elapsed").textContent = state?.object ? clock(state.elapsed_s) : "";
   document.title = state?.object ? `${WORDS[shown]}: ${state.object} – IPPON` : "IPPON";

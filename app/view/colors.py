@@ -87,8 +87,8 @@ _LEVEL_TABLE: Final = np.full((256, 3), UNMAPPED, dtype=np.uint8)
 for _level, _color in LEVEL_COLORS.items():
     _LEVEL_TABLE[_level] = _color
 
-# 0..254 over the ramp without its blackest tenth, which would vanish in a dark scene.
-_OOI_TABLE: Final = INFERNO[np.linspace(26.0, 255.0, 256).round().astype(int)]
+# 0..254 over the ramp without its blackest part, which would vanish in a dark scene.
+_OOI_TABLE: Final = INFERNO[np.linspace(36.0, 255.0, 256).round().astype(int)]
 _OOI_TABLE[NOT_MAPPED] = UNMAPPED
 
 

@@ -13,6 +13,10 @@ from app.view.voxel_store import EDGE, Column, ColumnVoxels, VoxelStore
 POINT_SIZE: Final = 1.3
 """In voxels: a square of this size hides the gaps to its neighbours from any side."""
 
+_DARKEST: Final = 150
+_DARKEST_DATA: Final = 192
+"""Of 255: what is left of a colour in the deepest shade; more where a colour is a figure."""
+
 MAX_BOXES: Final = 6000
 DEFAULT_TOP_M: Final = 3.0
 """End of the height ramp where no ceiling is cut."""
@@ -111,7 +115,8 @@ class VoxelLayer:
             height_m=(local[:, 2] + np.float32(0.5)) * np.float32(self._voxel_size_m),
             top_m=options.ceiling_m or DEFAULT_TOP_M,
         )
-        colors = _shade(colors, voxels.openness[kept], local)
+        darkest = _DARKEST if options.mode == "camera" else _DARKEST_DATA
+        colors = _shade(colors, voxels.openness[kept], local, darkest)
         # Half integers below 1024 are exact in float16: 6 bytes a point instead of 12.
         points = (local + np.float16(0.5)).astype(np.float16)
         if cloud is None:
@@ -174,10 +179,13 @@ class VoxelLayer:
 
 
 def _shade(
-    colors: NDArray[np.uint8], openness: NDArray[np.uint8], local: NDArray[np.int16]
+    colors: NDArray[np.uint8],
+    openness: NDArray[np.uint8],
+    local: NDArray[np.int16],
+    darkest: int,
 ) -> NDArray[np.uint8]:
     """Darken what lies under or beside something, and set each voxel off a little."""
     i, j, k = local.T.astype(np.int64)
     grain = (((i * 73_856_093) ^ (j * 19_349_663) ^ (k * 83_492_791)) >> 4) & 15
-    factor = 150 + (openness.astype(np.int64) * 90) // 255 + grain
+    factor = darkest + (openness.astype(np.int64) * (240 - darkest)) // 255 + grain
     return ((colors * factor[:, None]) >> 8).astype(np.uint8)

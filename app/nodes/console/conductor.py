@@ -28,7 +28,8 @@ DRAW_S: Final = 0.05
 """Changes are gathered this long before they are drawn: at most 20 pictures a second."""
 NOTICE_S: Final = 0.2
 LIVE_S: Final = 2.0
-KEYFRAME_S: Final = 1.0
+FETCH_S: Final = 1.0
+"""Pause between two attempts to fetch what was published before we listened."""
 
 EVERY: Final = (keys.MAP_VOXELS, keys.MAP_KEYFRAME, keys.EVENT, keys.TF, keys.TF_STATIC)
 """Topics of which no message may be left out."""
@@ -70,7 +71,7 @@ class Conductor:
         self._options = self._tabs.options()
         self._changed: set[Part] = set()
         self._fetching = False
-        self._fetched_at = -KEYFRAME_S
+        self._fetched_at = -FETCH_S
         self._seen_opening = 0
         self._drawn_at = self._noticed_at = 0.0
         self._told_rejects = 0
@@ -118,17 +119,29 @@ class Conductor:
             self._seen_opening = self._link.openings
             self.model.needs_keyframe = True
         now = time.monotonic()
-        wanted = self.model.needs_keyframe and self._link.is_open and self.model.status is not None
-        if wanted and not self._fetching and now - self._fetched_at >= KEYFRAME_S:
+        if self._fetching or not self._link.is_open or now - self._fetched_at < FETCH_S:
+            return
+        missing = self._missing()
+        if missing:
             self._fetching = True
             self._fetched_at = now
-            self._fetcher.submit(self._fetch)
+            self._fetcher.submit(self._fetch, missing)
 
-    def _fetch(self) -> None:
+    def _missing(self) -> list[str]:
+        """Name the topics whose last message came before we listened."""
+        status, table = self.model.status, self.model.proximity
+        if status is None:
+            return []
+        goal = status.goal
+        wanted = goal is not None and (table is None or table.goal_id != goal.goal_id)
+        return [keys.MAP_KEYFRAME] * self.model.needs_keyframe + [keys.PROXIMITY] * wanted
+
+    def _fetch(self, topics: list[str]) -> None:
         try:
-            payload = self._link.query(keys.MAP_KEYFRAME)
-            if payload is not None:
-                self._inbox.put(keys.MAP_KEYFRAME, payload)
+            for topic in topics:
+                payload = self._link.query(topic)
+                if payload is not None:
+                    self._inbox.put(topic, payload)
         finally:
             self._fetching = False
 

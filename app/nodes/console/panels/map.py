@@ -15,7 +15,7 @@ MODE_WORDS: Final[dict[str, ColorMode]] = {
 }
 LAYER_WORDS: Final[dict[Layer, str]] = {
     "map": "Surfaces",
-    "object": "Likely object voxels",
+    "object": "Object boxes",
     "tree": "Viewpoints",
     "path": "Path",
     "camera": "Camera",
@@ -86,4 +86,6 @@ class MapPanel:
         self._on_change(self.options())
 
     def _show_legend(self) -> None:
-        self._legend.content = markup.legend(legend(self._chosen, float(self._ceiling.value)))
+        self._legend.content = markup.legend(
+            legend(self._chosen, float(self._ceiling.value)), self._chosen
+        )

@@ -118,8 +118,8 @@ def reasons(table: ProximityTable | None) -> str:
     return f'<div class="ip-reasons"><table>{rows}</table></div>'
 
 
-def legend(shown: Legend) -> str:
-    """Draw a legend."""
+def legend(shown: Legend, mode: str = "") -> str:
+    """Draw a legend; the style sheet marks the button of the mode that it carries."""
     ramp = ""
     if shown.ramp is not None:
         stops = ",".join(hex_of((r, g, b)) for r, g, b in shown.ramp[::17].tolist())
@@ -132,7 +132,8 @@ def legend(shown: Legend) -> str:
         f"<span>{swatch(entry.color)}{escape(entry.text)}</span>" for entry in shown.entries
     )
     return (
-        f'<div class="ip-legend"><p class="ip-title">{escape(shown.title)}</p>{ramp}'
+        f'<div class="ip-legend" data-mode="{escape(mode)}">'
+        f'<p class="ip-title">{escape(shown.title)}</p>{ramp}'
         f'<div class="ip-entries">{entries}</div></div>'
     )
 
@@ -169,7 +170,9 @@ def streams(rows: Iterable[StreamStatus]) -> str:
     if not body:
         return '<p class="ip-muted">No streams yet.</p>'
     head = "<tr><th>Stream</th><td>rate</td><td>age</td><td>lost</td></tr>"
-    return f'<table class="ip-streams"><thead>{head}</thead><tbody>{body}</tbody></table>'
+    return (
+        f'<div class="ip-streams"><table><thead>{head}</thead><tbody>{body}</tbody></table></div>'
+    )
 
 
 def event_log(events: Iterable[Event], start_ns: int) -> str:

@@ -67,5 +67,6 @@ def _plot(gui: Any, name: str, color: str) -> Any:
         title=name,
         legend=uplot.Legend(show=False),
         height=120,
+        padding=(12, 8, 0, 0),
         visible=False,
     )

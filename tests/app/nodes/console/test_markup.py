@@ -28,7 +28,7 @@ def _assert_harmless(html):
     assert set(re.findall(r"<\s*/?\s*([a-zA-Z0-9]+)", html)) <= OWN_TAGS
     for attributes in re.findall(r"<[a-z]+([^>]*)>", html):
         names = re.findall(r'([a-z-]+)="[^"]*"', attributes)
-        assert set(names) <= {"class", "style", "data-state", "data-late", "data-kind"}
+        assert set(names) <= {"class", "style", "data-state", "data-late", "data-kind", "data-mode"}
         assert re.sub(r'\s*[a-z-]+="[^"]*"', "", attributes).strip() == ""
     assert not re.search(r"[\x00-\x1f\u202a-\u202e]", html)
 
