@@ -34,7 +34,7 @@ def run_levels(command: Levels) -> int:
     guidance = prior.levels(resolved, command.context, vocabulary)
     elapsed_ms = 1e3 * (time.perf_counter() - started)
     if command.json:
-        print(json.dumps(_as_dict(guidance, elapsed_ms), ensure_ascii=False))  # noqa: T201
+        print(json.dumps(_as_dict(guidance, elapsed_ms), ensure_ascii=False))
     else:
         _print_table(guidance, elapsed_ms)
     return 0

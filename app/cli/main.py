@@ -31,7 +31,7 @@ def run(arguments: Sequence[str]) -> int:
     try:
         return _dispatch(command)
     except UsageError as error:
-        print(f"ippon: {error}", file=sys.stderr)  # noqa: T201
+        print(f"ippon: {error}", file=sys.stderr)
         return EXIT_USAGE
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED

@@ -6,7 +6,6 @@ from app.cli.errors import UsageError
 from app.cli.homes import load_home
 from app.cli.options import Sim
 
-
 PIXELS_PER_METRE = 80.0
 
 
@@ -18,26 +17,29 @@ def run_sim(command: Sim) -> int:
     if command.export is not None:
         export_home(command.home, command.export)
         return 0
-    from app.nodes.robot_sim import RobotSimConfig, run_robot_sim
+    from app.links.parent import end_with_parent
+    from app.links.session import LinkError
+    from app.nodes.robot_sim import RobotSimConfig, SimulatedRobotError, run_robot_sim
 
+    end_with_parent(command.parent_pid)
     scene = load_home(command.home)
     if not 0 <= command.start < len(scene.start_poses):
         raise UsageError(
             f"home {command.home} has start poses 0 to {len(scene.start_poses) - 1}; "
             f"got {command.start}"
         )
-    run_robot_sim(
-        RobotSimConfig(
-            connect=command.connect,
-            robot=command.robot,
-            speed=command.speed,
-            seed=command.seed,
-            rate_hz=command.rate_hz,
-            image_width=command.width,
-        ),
-        scene,
-        scene.start_poses[command.start],
+    config = RobotSimConfig(
+        connect=command.connect,
+        robot=command.robot,
+        speed=command.speed,
+        seed=command.seed,
+        rate_hz=command.rate_hz,
+        image_width=command.width,
     )
+    try:
+        run_robot_sim(config, scene, scene.start_poses[command.start])
+    except (LinkError, SimulatedRobotError) as error:
+        raise UsageError(str(error)) from error
     return 0
 
 
@@ -60,7 +62,7 @@ def draw_home(home: str, picture: Path) -> None:
             f"cannot write the picture to {picture}: {error}; name a file that ends in .png, in a "
             "folder that exists"
         ) from error
-    print(f"{picture}: {image.shape[1]} x {image.shape[0]} pixels")  # noqa: T201
+    print(f"{picture}: {image.shape[1]} x {image.shape[0]} pixels")
 
 
 def export_home(home: str, folder: Path) -> None:
@@ -76,4 +78,4 @@ def export_home(home: str, folder: Path) -> None:
         save_scene(scene, folder)
     except OSError as error:
         raise UsageError(f"cannot write the home to {folder}: {error}") from error
-    print(f"{folder}: scene.glb and scene.json with {len(scene.instances)} objects")  # noqa: T201
+    print(f"{folder}: scene.glb and scene.json with {len(scene.instances)} objects")

@@ -196,7 +196,19 @@ class Mission:
         Raises:
             FrameRejectedError: The frame contradicts itself or the map; nothing has changed.
         """
+        self.observe(frame)
+        return self.decide(frame)
+
+    def observe(self, frame: Frame) -> None:
+        """Fuse a frame: the first half of `step`.
+
+        Raises:
+            FrameRejectedError: The frame contradicts itself or the map; nothing has changed.
+        """
         self.voxel_map.integrate(frame)
+
+    def decide(self, frame: Frame) -> StepResult:
+        """Decide what to do next, after `observe` of the same frame: the second half of `step`."""
         dt_s = self._travelled(frame)
         self._update_candidates(frame)
         command = self._act(frame, dt_s)

@@ -1,0 +1,85 @@
+"""Processes that a command starts and that end with it."""
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from typing import IO, Final
+
+GRACE_S: Final = 5.0
+
+
+class Child:
+    """One process of this program, in a process group of its own."""
+
+    def __init__(self, name: str, arguments: Sequence[str], log: IO[bytes] | None = None) -> None:
+        self.name = name
+        # A session of its own: Ctrl-C reaches the parent alone, which ends the children in order.
+        self._process = subprocess.Popen(  # noqa: S603 (this program itself)
+            [sys.executable, "-m", "app", *arguments, "--parent-pid", str(os.getpid())],
+            start_new_session=True,
+            stdin=subprocess.DEVNULL,
+            stdout=sys.stderr,
+            stderr=log if log is not None else None,
+        )
+
+    @property
+    def pid(self) -> int:
+        """Process id."""
+        return self._process.pid
+
+    def ended(self) -> int | None:
+        """Return the exit status, None while it runs."""
+        return self._process.poll()
+
+    def stop(self) -> None:
+        """Ask it to end; kill it when it does not."""
+        if self._process.poll() is not None:
+            return
+        with contextlib.suppress(ProcessLookupError):
+            self._process.terminate()
+        try:
+            self._process.wait(GRACE_S)
+        except subprocess.TimeoutExpired:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.wait()
+
+
+def wait_for_end(children: Sequence[Child], seconds: float) -> Child | None:
+    """Wait at most `seconds` and return the first child that has ended."""
+    deadline = time.monotonic() + seconds
+    while True:
+        for child in children:
+            if child.ended() is not None:
+                return child
+        if time.monotonic() >= deadline:
+            return None
+        time.sleep(0.05)
+
+
+def free_port(first: int, tries: int = 100) -> int:
+    """Return the first port from `first` on that can be listened on at 127.0.0.1.
+
+    Raises:
+        OSError: None of `tries` ports.
+    """
+    for port in range(first, first + tries):
+        if port_is_free(port):
+            return port
+    raise OSError(f"no free port among {first} to {first + tries - 1}")
+
+
+def port_is_free(port: int) -> bool:
+    """Tell whether 127.0.0.1 can be listened on at a port."""
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError:
+            return False
+    return True
