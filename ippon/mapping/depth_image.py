@@ -96,7 +96,8 @@ def _slope_row(here, above, below, v, intrinsics, cell, out):
 
     Inverse depth of a plane is affine in (u, v), so its gradient gives the plane's normal n, and
     w / |n| turns a distance along the optical axis into one along the normal. Of the two one-sided
-    differences the lesser does not cross a step in depth.
+    differences the lesser does not cross a step in depth; where they differ in sign there is a
+    ridge, such as a chair leg before the floor, and no slope.
     """
     fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
     one, zero, big = np.float32(1.0), np.float32(0.0), np.float32(1e8)
@@ -108,11 +109,13 @@ def _slope_row(here, above, below, v, intrinsics, cell, out):
         back = w - here[c] if here[c] > zero else big
         ahead = here[c + 2 * SPAN] - w if here[c + 2 * SPAN] > zero else big
         a = back if abs(back) < abs(ahead) else ahead
-        a = a * per_pixel if abs(a) < big else zero
+        ridge = (back * ahead < zero) & (abs(back) < big) & (abs(ahead) < big)
+        a = a * per_pixel if (abs(a) < big) & (not ridge) else zero
         back = w - above[c + SPAN] if above[c + SPAN] > zero else big
         ahead = below[c + SPAN] - w if below[c + SPAN] > zero else big
         b = back if abs(back) < abs(ahead) else ahead
-        b = b * per_pixel if abs(b) < big else zero
+        ridge = (back * ahead < zero) & (abs(back) < big) & (abs(ahead) < big)
+        b = b * per_pixel if (abs(b) < big) & (not ridge) else zero
         nx, ny = a * fx, b * fy
         nz = w - a * (x_first + np.float32(c) * np.float32(cell)) - b * y
         s = w / np.sqrt(nx * nx + ny * ny + nz * nz + np.float32(1e-12))
