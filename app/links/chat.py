@@ -130,7 +130,7 @@ class ChatEndpoint:
         if self._temperature is not None:
             body["temperature"] = self._temperature
         if form == "schema":
-            named = {"name": "proximity_levels", "strict": True, "schema": schema}
+            named = {"name": "answer", "strict": True, "schema": schema}
             body["response_format"] = {"type": "json_schema", "json_schema": named}
         elif form == "json":
             body["response_format"] = {"type": "json_object"}

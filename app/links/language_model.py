@@ -1,19 +1,15 @@
 """Proximity levels from a language model, with the embedded prior to fall back on."""
 
-import hashlib
-import json
 import logging
-import os
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
 
 import httpx
 
+from app.links.answer_cache import AnswerCache, CachedAnswer
 from app.links.chat import ChatConfig, ChatEndpoint, ChatError, Message, ResponseForm
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.naming import ResolvedObject, resolve_object
@@ -25,6 +21,11 @@ from ippon.guidance.prompt import (
     parse_reply,
     reply_schema,
 )
+from ippon.guidance.sentence import Query, read_query
+from ippon.guidance.sentence_prompt import QUERY_SCHEMA, build_query_prompt, parse_query_reply
+
+RULES = "rules"
+"""Provider of a sentence that no model read."""
 
 LOGGER = logging.getLogger(__name__)
 
@@ -33,7 +34,6 @@ MAX_WAIT_S = 5.0
 """The longest pause before the second attempt, whatever the endpoint asks for."""
 _MIN_SHARE = 0.5
 """An answer for fewer categories than this share is nonsense and counts as none."""
-_CACHE_VERSION = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,6 +49,18 @@ class Answer:
     from_cache: bool
     failed: str
     """Why the embedded prior answered in the model's place; empty when the model did."""
+
+
+@dataclass(frozen=True, slots=True)
+class SentenceAnswer:
+    """Object and context of one sentence, and who read them."""
+
+    query: Query
+    provider: str
+    prompt: str
+    reply: str
+    failed: str
+    """Why rules read it in the model's place; empty when the model did."""
 
 
 def read_api_key(environment: Mapping[str, str], file: Path | None = None) -> str | None:
@@ -85,7 +97,11 @@ class LanguageModel:
     ) -> None:
         self._config = config
         self._endpoint = ChatEndpoint(config, clock=clock)
-        self._cache_dir = cache_dir
+        self._cache = (
+            AnswerCache(cache_dir, endpoint=config.base_url, model=config.model)
+            if cache_dir is not None
+            else None
+        )
         self._prior = prior or EmbeddedPrior()
         self._clock = clock
         self._closed = threading.Event()
@@ -124,7 +140,7 @@ class LanguageModel:
         start = self._clock()
         goal = resolve_object(ooi, vocabulary) if isinstance(ooi, str) else ooi
         question = build_prompt(goal.display, context, scenario, vocabulary)
-        cached = self._load(question, vocabulary)
+        cached = self._cache.load(question, vocabulary) if self._cache else None
         if cached is not None:
             return Answer(
                 guidance=self._guidance(goal, context, cached.rows, ()),
@@ -139,8 +155,9 @@ class LanguageModel:
         try:
             parsed = self._ask(asked)
             guidance = self._complete(goal, context, vocabulary, parsed)
-            if not parsed.missing:
-                self._store(question, _Kept(parsed.rows, asked.prompt, asked.reply))
+            if self._cache and not parsed.missing:
+                kept = CachedAnswer(rows=parsed.rows, prompt=asked.prompt, reply=asked.reply)
+                self._cache.store(question, kept)
         except ChatError as error:
             failed = str(error)
             LOGGER.warning("%s: %s; the embedded prior answers", self.name, failed)
@@ -153,6 +170,22 @@ class LanguageModel:
             from_cache=False,
             failed=failed,
         )
+
+    def read_query(self, sentence: str) -> SentenceAnswer:
+        """Read object and context from one sentence, by rules where the model does not answer."""
+        prompt = build_query_prompt(sentence)
+        reply, failed = "", ""
+        try:
+            self._check_open()
+            question: list[Message] = [{"role": "user", "content": prompt}]
+            reply = self._endpoint.ask(lambda _: question, QUERY_SCHEMA).text
+            query = parse_query_reply(reply, sentence)
+            if query is not None and query.object:
+                return SentenceAnswer(query, self.name, prompt, reply, "")
+            failed = "the model found no object"
+        except ChatError as error:
+            failed = str(error)
+        return SentenceAnswer(read_query(sentence), RULES, prompt, reply, failed)
 
     def _ask(self, asked: "_Conversation") -> ParsedReply:
         """Ask, once more after a failure, and once more for what was left out."""
@@ -171,9 +204,12 @@ class LanguageModel:
             return parsed
         return _merge(parsed, more, asked.vocabulary)
 
-    def _attempt(self, asked: "_Conversation") -> ParsedReply:
+    def _check_open(self) -> None:
         if self._closed.is_set():
             raise ChatError("the provider was closed", retry=False)
+
+    def _attempt(self, asked: "_Conversation") -> ParsedReply:
+        self._check_open()
         parsed = asked.ask(self._endpoint)
         if len(parsed.rows) < _MIN_SHARE * len(asked.vocabulary):
             text = f"the answer rates {len(parsed.rows)} of {len(asked.vocabulary)} categories"
@@ -223,60 +259,6 @@ class LanguageModel:
             rows=answer.rows,
             notes=(note, *answer.notes),
         )
-
-    def _cache_file(self, question: str) -> Path | None:
-        if self._cache_dir is None:
-            return None
-        key = json.dumps([_CACHE_VERSION, self._config.base_url, self._config.model, question])
-        return self._cache_dir / f"{hashlib.sha256(key.encode()).hexdigest()}.json"
-
-    def _load(self, question: str, vocabulary: Sequence[str]) -> "_Kept | None":
-        """Read a kept answer; a damaged or foreign file counts as none."""
-        file = self._cache_file(question)
-        if file is None:
-            return None
-        try:
-            kept = cast("dict[str, Any]", json.loads(file.read_text(encoding="utf-8")))
-            prompt, reply = str(kept["prompt"]), str(kept["reply"])
-            rows = tuple(
-                LabelLevel(label=str(label), level=Level.parse(level), reason=str(reason)[:200])
-                for label, level, reason in kept["rows"]
-            )
-        except (OSError, ValueError, LookupError, TypeError, AttributeError):
-            return None
-        if tuple(row.label for row in rows) != tuple(vocabulary):
-            return None
-        return _Kept(rows, prompt, reply)
-
-    def _store(self, question: str, answer: "_Kept") -> None:
-        """Keep an answer; a full disk costs the cache, not the answer."""
-        file = self._cache_file(question)
-        if file is None:
-            return
-        kept = {
-            "model": self._config.model,
-            "prompt": answer.prompt,
-            "reply": answer.reply,
-            "rows": [[row.label, row.level.name, row.reason] for row in answer.rows],
-        }
-        try:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            with tempfile.NamedTemporaryFile(
-                "w", encoding="utf-8", dir=file.parent, suffix=".part", delete=False
-            ) as part:
-                json.dump(kept, part)
-            os.replace(part.name, file)  # noqa: PTH105 - atomic, by name
-        except OSError as error:
-            LOGGER.warning("the answer was not cached in %s: %s", file.parent, error.strerror)
-
-
-@dataclass(frozen=True, slots=True)
-class _Kept:
-    """An answer as the cache holds it."""
-
-    rows: tuple[LabelLevel, ...]
-    prompt: str
-    reply: str
 
 
 class _Conversation:

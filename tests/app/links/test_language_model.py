@@ -322,6 +322,32 @@ def test_a_key_that_is_echoed_is_taken_out(chat_server: Any, speak: Any, make_mo
     assert KEY not in repr(answer)
 
 
+def test_reads_one_sentence(chat_server: Any, speak: Any, make_model: Make) -> None:
+    chat_server.script = speak('{"object": "hat", "context": "on the sofa"}')
+    answer = make_model().read_query("my hat please, on the sofa")
+    assert (answer.query.object, answer.query.context) == ("hat", "on the sofa")
+    assert (answer.provider, answer.failed) == ("tiny at 127.0.0.1", "")
+    assert chat_server.requests[0]["messages"][0]["content"] == answer.prompt
+
+
+@pytest.mark.parametrize("reply", ["I do not know", '{"object": "", "context": ""}'])
+def test_rules_read_the_sentence_that_the_model_does_not(
+    chat_server: Any, speak: Any, make_model: Make, reply: str
+) -> None:
+    chat_server.script = speak(reply)
+    answer = make_model().read_query("find my hat, it is on the sofa")
+    assert (answer.query.object, answer.query.context) == ("hat", "it is on the sofa")
+    assert (answer.provider, answer.failed) == ("rules", "the model found no object")
+
+
+def test_rules_read_the_sentence_where_the_endpoint_fails(
+    chat_server: Any, reply_with: Any, make_model: Make
+) -> None:
+    chat_server.script = reply_with(500, b"")
+    answer = make_model().read_query("find my hat")
+    assert (answer.query.object, answer.failed) == ("hat", "HTTP 500")
+
+
 def test_closing_ends_the_waiting(chat_server: Any, reply_with: Any, make_model: Make) -> None:
     chat_server.script = reply_with(429, b"", Retry_After="3600")
     model = make_model()
@@ -334,25 +360,6 @@ def test_closing_ends_the_waiting(chat_server: Any, reply_with: Any, make_model:
     thread.join(timeout=3.0)
     assert not thread.is_alive()
     assert is_prior(answers[0])
-
-
-@pytest.mark.parametrize(
-    ("config", "message"),
-    [
-        ({"base_url": "ftp://x"}, "base_url 'ftp://x' is no HTTP address; give one such as"),
-        ({"base_url": "http://me:secret@x/v1"}, "base_url must not hold a password"),
-        ({"model": " "}, "model is empty"),
-        ({"timeout_s": 0.0}, r"timeout_s must be in \(0, 600\], got 0.0"),
-    ],
-)
-def test_config_errors(config: dict[str, Any], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        ChatConfig(**({"base_url": "http://127.0.0.1/v1", "model": "tiny"} | config))
-
-
-def test_the_key_is_not_shown() -> None:
-    config = ChatConfig(base_url="http://127.0.0.1/v1", model="tiny", api_key=KEY)
-    assert KEY not in repr(config)
 
 
 def test_reads_the_key(tmp_path: Path) -> None:

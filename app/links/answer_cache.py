@@ -1,0 +1,76 @@
+"""Answers of language models on disk, by prompt and model."""
+
+import hashlib
+import json
+import logging
+import os
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+from ippon.guidance.levels import LabelLevel, Level
+
+LOGGER = logging.getLogger(__name__)
+
+_VERSION = 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CachedAnswer:
+    """An answer as it is kept."""
+
+    rows: tuple[LabelLevel, ...]
+    prompt: str
+    """The exact question."""
+    reply: str
+
+
+class AnswerCache:
+    """One small file an answer; files of a damaged or other format count as absent."""
+
+    def __init__(self, folder: Path, *, endpoint: str, model: str) -> None:
+        self._folder = folder
+        self._scope = (_VERSION, endpoint, model)
+
+    def load(self, question: str, vocabulary: Sequence[str]) -> CachedAnswer | None:
+        """Read the answer to a question; None where there is none for exactly this vocabulary."""
+        try:
+            text = self._file(question).read_text(encoding="utf-8")
+            kept = cast("dict[str, Any]", json.loads(text))
+            answer = CachedAnswer(
+                rows=tuple(
+                    LabelLevel(label=str(label), level=Level.parse(level), reason=str(reason)[:200])
+                    for label, level, reason in kept["rows"]
+                ),
+                prompt=str(kept["prompt"]),
+                reply=str(kept["reply"]),
+            )
+        except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+            return None
+        same = tuple(row.label for row in answer.rows) == tuple(vocabulary)
+        return answer if same else None
+
+    def store(self, question: str, answer: CachedAnswer) -> None:
+        """Keep an answer; a full disk costs the cache, not the answer."""
+        file = self._file(question)
+        kept = {
+            "model": self._scope[-1],
+            "prompt": answer.prompt,
+            "reply": answer.reply,
+            "rows": [[row.label, row.level.name, row.reason] for row in answer.rows],
+        }
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            with tempfile.NamedTemporaryFile(
+                "w", encoding="utf-8", dir=file.parent, suffix=".part", delete=False
+            ) as part:
+                json.dump(kept, part)
+            os.replace(part.name, file)  # noqa: PTH105 - atomic, by name
+        except OSError as error:
+            LOGGER.warning("the answer was not cached in %s: %s", file.parent, error.strerror)
+
+    def _file(self, question: str) -> Path:
+        key = json.dumps([*self._scope, question])
+        return self._folder / f"{hashlib.sha256(key.encode()).hexdigest()}.json"
