@@ -41,9 +41,8 @@ class Model:
 
     @property
     def height_m(self) -> float:
-        """Height of its top above its lowest point."""
-        v = self.mesh.vertices
-        return float(v[:, 2].max() - v[:, 2].min())
+        """Height of its top above z = 0, where it stands or hangs."""
+        return float(self.mesh.vertices[:, 2].max())
 
 
 def make_model(

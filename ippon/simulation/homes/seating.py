@@ -25,7 +25,7 @@ def chair(rng: np.random.Generator, style: Style) -> Model:
     seat, back = uniform(rng, 0.43, 0.47), uniform(rng, 0.82, 1.02)
     frame = wood(rng, style) if chance(rng, 0.75) else style.metal
     b = MeshBuilder()
-    _legs(b, w, d, seat, 0.04, frame)
+    _legs(b, w, d, seat, 0.04, shade(frame, 0.88))
     top = fabric(rng, style) if chance(rng, 0.5) else frame
     b.box((-w / 2, 0.0, seat - 0.03), (w / 2, d, seat + 0.03), top)
     if chance(rng, 0.5):
@@ -138,7 +138,7 @@ def stool(rng: np.random.Generator, style: Style, *, bar: bool = False) -> Model
             (0.6 * r * x, r + 0.6 * r * y, h - 0.04),
             (0.95 * r * x, r + 0.95 * r * y, 0.0),
             0.035,
-            color,
+            shade(color, 0.85),
         )
     surface = Surface(x0=-0.1, y0=r - 0.1, x1=0.1, y1=r + 0.1, z=h, kind="seat")
     return make_model("stool", "bar stool" if bar else "stool", b, (surface,))

@@ -109,7 +109,7 @@ def nightstand(rng: np.random.Generator, style: Style) -> Model:
             )
             b.box((-0.05, d + 0.012, z + 0.08), (0.05, d + 0.03, z + 0.1), style.metal)
         return make_model("cabinet", "nightstand", b, (surface,))
-    b.box((-w / 2, 0.0, h - 0.04), (w / 2, d, h), color)
+    b.box((-w / 2, 0.0, h - 0.04), (w / 2, d, h), shade(color, 1.1))
     b.box((-w / 2 + 0.02, 0.02, 0.14), (w / 2 - 0.02, d - 0.02, 0.17), color)
     for x in (-w / 2, w / 2 - 0.035):
         for y in (0.0, d - 0.035):

@@ -290,6 +290,9 @@ def _suitcase(rng: np.random.Generator, b: MeshBuilder) -> None:
     for x in (-0.12, 0.0, 0.12):
         b.box((x - 0.01, 0.1, 0.08), (x + 0.01, 0.125, 0.58), shade(color, 0.75))
     b.box((-0.08, -0.02, 0.62), (0.08, 0.02, 0.66), _DARK)
+    for x in (-0.17, 0.12):
+        for y in (-0.1, 0.06):
+            b.box((x, y, 0.0), (x + 0.05, y + 0.04, 0.03), _DARK)
 
 
 def _basket(rng: np.random.Generator, b: MeshBuilder) -> None:

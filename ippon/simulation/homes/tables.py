@@ -69,7 +69,7 @@ def coffee_table(rng: np.random.Generator, style: Style) -> Model:
         return make_model("table", "coffee table", b, (surface,))
     w, d = uniform(rng, 0.85, 1.2), uniform(rng, 0.5, 0.65)
     b.box((-w / 2, 0.0, h - 0.04), (w / 2, d, h), color)
-    _four_legs(b, w, d, h - 0.04, 0.05, color if chance(rng, 0.5) else style.metal)
+    _four_legs(b, w, d, h - 0.04, 0.05, shade(color, 0.88) if chance(rng, 0.5) else style.metal)
     if chance(rng, 0.5):
         b.box((-w / 2 + 0.04, 0.04, 0.13), (w / 2 - 0.04, d - 0.04, 0.15), shade(color, 0.9))
     return make_model("table", "coffee table", b, (_top_surface(w, d, h, "table"),))
