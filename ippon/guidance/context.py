@@ -170,6 +170,8 @@ def _read_clause(
         inherited = relation
         if relation is None:
             continue
+        if len(claims) >= 2 * MAX_CLAIMS:
+            break
         start, end = clause.tokens[begin].start, clause.tokens[mention.end - 1].end
         if relation == "outside" and mention.kind == "thing":
             relation = "near"  # Outside the door is at the door.

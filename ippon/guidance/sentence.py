@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from itertools import islice
 
 from ippon.guidance.context_words import RELATIONS
 from ippon.guidance.knowledge import Knowledge, load_knowledge
@@ -9,9 +10,12 @@ from ippon.guidance.naming import resolve_object
 from ippon.guidance.words import ADJECTIVES, DETERMINERS, Token, tokenize, word_set
 
 MAX_OBJECT_CHARS = 80
+MAX_SENTENCE_CHARS = 2000
+"""What follows is not read."""
+_MAX_TRIGGERS = 8
 
 _ASK = (
-    r"(?:look|search|check|scan|comb|explore)\b[^.,;!?]*?\bfor",
+    r"(?:look|search|check|scan|comb|explore)\b[^.,;!?]{0,200}?\bfor",
     r"where did (?:\w+ ){1,3}?(?:leave|put|place|forget|drop|lose|see)",
     r"(?:what happened to|what about|how about)",
     r"(?:look|search|hunt|check|keep an eye out|watch out)(?:ing)?(?: around| out)? for",
@@ -45,7 +49,8 @@ _TELL = (
 )
 _ASKED = re.compile(rf"\b(?:{'|'.join(_ASK)})(?:\s*:)?\s+(?=\S)", re.IGNORECASE)
 _TOLD = re.compile(
-    rf"\b(?:i|we|he|she|they|i've|we've|somebody|someone|(?:my|our) \w+)\b[^.,;!?]*?\b{_TELL}\s+",
+    r"\b(?:i|we|he|she|they|i've|we've|somebody|someone|(?:my|our) \w+)\b[^.,;!?]{0,200}?"
+    rf"\b{_TELL}\s+",
     re.IGNORECASE,
 )
 _PRONOUNS = word_set("it them him her one that this something")
@@ -93,8 +98,8 @@ def read_query(sentence: str) -> Query:
     "Find my hat, I think I left it on the sofa" gives "hat" and "I think I left it on the sofa".
     """
     knowledge = load_knowledge()
-    text = _TAIL.sub("", _LEAD.sub("", sentence.strip()))
-    asked = list(_ASKED.finditer(text))
+    text = _TAIL.sub("", _LEAD.sub("", sentence.strip()[:MAX_SENTENCE_CHARS]))
+    asked = list(islice(_ASKED.finditer(text), _MAX_TRIGGERS))
     spans = [(match, _noun_span(text, match.end(), knowledge)) for match in asked]
     named = [(match, span) for match, span in spans if span is not None]
     # "Go to the kitchen and find a mug": the room is no object where a better one follows.
@@ -103,7 +108,7 @@ def read_query(sentence: str) -> Query:
         inner = _WHERE.search(match.group())
         before = text[: match.start()] + (match.group()[: inner.start()] if inner else "")
         return _query(text[slice(*span)], before, text[span[1] :], sure=True)
-    for match in _TOLD.finditer(text):
+    for match in islice(_TOLD.finditer(text), _MAX_TRIGGERS):
         span = _noun_span(text, match.end(), knowledge)
         if span is not None:
             return _query(text[slice(*span)], "", text, sure=True)
@@ -147,7 +152,9 @@ def _is_request(text: str) -> bool:
 
 def _noun_span(text: str, start: int, knowledge: Knowledge) -> tuple[int, int] | None:
     """Find the noun phrase that begins at an offset; None where there is none."""
-    tokens = [token for token in tokenize(text) if token.start >= start]
+    # A name is never longer than this, and a request may be.
+    window = tokenize(text[start : start + 3 * MAX_OBJECT_CHARS])
+    tokens = [Token(token.word, token.start + start, token.end + start) for token in window]
     if not tokens or (tokens[0].word in _PRONOUNS and not _is_head(tokens)):
         return None
     taken: list[Token] = []

@@ -120,3 +120,9 @@ def test_any_text_is_read(sentence: str) -> None:
     query = read_query(sentence)
     assert len(query.object) <= MAX_OBJECT_CHARS
     assert query.object or query.doubtful
+
+
+@pytest.mark.timeout(20)
+@pytest.mark.parametrize("word", ["find ", "i ", "where did a ", "look for ", "my hat left "])
+def test_a_very_long_sentence_is_read_in_bounded_time(word: str) -> None:
+    assert len(read_query(word * 5000).object) <= MAX_OBJECT_CHARS
