@@ -16,7 +16,7 @@ from app.messages.motion import StampedTransform
 from ippon.frame import Frame
 from ippon.geometry import invert_transform
 
-KEPT: Final = 4
+KEPT: Final = 16
 """Messages of each stream that wait for their partners."""
 T = TypeVar("T", CompressedColor, DepthImage, StampedHeatmap)
 
@@ -30,7 +30,7 @@ class AssemblerConfig:
     tolerance_s: float = 0.02
     """Stamps of colour, depth and heatmap that differ by less belong together."""
     heatmap_wait_s: float = 1.0
-    """Robot time to wait for a late heatmap before a frame goes without."""
+    """Frames go without heatmap once the last one is this much older, in robot time."""
     backwards_s: float = 1.0
     """A stamp so far before the last frame's means that the robot's clock started anew."""
 
@@ -47,7 +47,6 @@ class FrameAssembler:
         self._camera: StampedCamera | None = None
         self._transforms = TransformBuffer()
         self._contact = False
-        self._newest_ns = -1
         self._taken_ns = -1
         self.skipped = 0
         """Colour images that never became a frame: newer ones overtook them."""
@@ -62,7 +61,6 @@ class FrameAssembler:
     def add_color(self, color: CompressedColor) -> None:
         """Take a colour image."""
         self._check_clock(color.stamp_ns)
-        self._newest_ns = max(self._newest_ns, color.stamp_ns)
         self._put(self._colors, color)
 
     def add_depth(self, depth: DepthImage) -> None:
@@ -120,10 +118,14 @@ class FrameAssembler:
         if known[0] is None or known[1] is None:
             return None
         heatmap = self._match(self._heatmaps, color.stamp_ns)
-        waited_ns = self._newest_ns - color.stamp_ns
-        if heatmap is None and self._heatmaps and waited_ns < 1e9 * config.heatmap_wait_s:
+        if heatmap is None and self._heatmaps_come():
             return None
         return depth, heatmap
+
+    def _heatmaps_come(self) -> bool:
+        """Tell whether the stream of heatmaps keeps up, so that one is worth waiting for."""
+        behind_ns = max(self._colors) - max(self._heatmaps, default=-(2**62))
+        return behind_ns < 1e9 * self._config.heatmap_wait_s
 
     def _frame(
         self, color: CompressedColor, depth: DepthImage, heatmap: StampedHeatmap | None
@@ -153,14 +155,15 @@ class FrameAssembler:
             self._colors.clear()
             self._depths.clear()
             self._heatmaps.clear()
-            self._transforms.clear()
-            self._newest_ns = self._taken_ns = -1
+            self._taken_ns = -1
             self.restarts += 1
 
     def _put(self, store: dict[int, T], message: T) -> None:
+        store.pop(message.stamp_ns, None)
         store[message.stamp_ns] = message
         while len(store) > KEPT:
-            oldest = min(store)
+            # The first that came, not the least stamp: stamps from the future must not stay.
+            oldest = next(iter(store))
             if store is self._colors and oldest > self._taken_ns:
                 self.skipped += 1
             del store[oldest]

@@ -7,11 +7,15 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
+from app.messages.cdr import MessageError
 from app.messages.motion import StampedTransform
 from ippon.geometry import Float64Array, make_transform
 
 HISTORY: Final = 200
 MAX_CHAIN: Final = 20
+BACKWARDS_NS: Final = 1_000_000_000
+"""A stamp so far before the last one means that the clock started anew; less is bad order."""
+MAX_FRAMES: Final = 500
 
 
 class TransformBuffer:
@@ -23,20 +27,23 @@ class TransformBuffer:
         self._fixed: dict[str, StampedTransform] = {}
 
     def add(self, transform: StampedTransform, *, fixed: bool = False) -> None:
-        """Take a transform; `fixed` ones hold for ever."""
+        """Take a transform; `fixed` ones hold for ever.
+
+        Raises:
+            MessageError: It names yet another frame, and there are too many already.
+        """
+        known = self._moving.keys() | self._fixed.keys()
+        if transform.child not in known and len(known) >= MAX_FRAMES:
+            raise MessageError(f"tf names more than {MAX_FRAMES} coordinate frames")
         if fixed:
             self._fixed[transform.child] = transform
             return
         history = self._moving.setdefault(transform.child, deque(maxlen=HISTORY))
         if history and transform.stamp_ns < history[-1].stamp_ns:
-            if transform.stamp_ns > history[0].stamp_ns:
+            if history[-1].stamp_ns - transform.stamp_ns < BACKWARDS_NS:
                 return
             history.clear()
         history.append(transform)
-
-    def clear(self) -> None:
-        """Forget everything that moves: time went backwards."""
-        self._moving.clear()
 
     def lookup(self, target: str, source: str, stamp_ns: int) -> Float64Array | None:
         """Return T_target_source (4, 4) at a stamp, None while it is not known."""
