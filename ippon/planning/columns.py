@@ -44,13 +44,13 @@ class ColumnBands:
         # A surface that is a step high shows in voxels up to almost half an edge above it.
         above = floor_z_m + robot.max_step_m + 0.45 * voxel_size
         below = floor_z_m - robot.max_step_m - 0.5 * voxel_size
-        top = floor_z_m + max(s.z_m + s.radius_m for s in robot.spheres) + 0.5 * voxel_size
+        top = floor_z_m + max(s.z_m + s.radius_m for s in robot.spheres)
         floor_high = math.floor(above / voxel_size - 0.5)
         return cls(
             floor_low=min(floor_high, math.ceil(below / voxel_size - 0.5)),
             floor_high=floor_high,
             body_low=floor_high + 1,
-            body_high=max(floor_high + 1, math.floor(top / voxel_size - 0.5)),
+            body_high=max(floor_high + 1, math.ceil(top / voxel_size - 1e-6) - 1),
         )
 
 

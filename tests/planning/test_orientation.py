@@ -1,0 +1,134 @@
+"""Choosing where to look from sums over directions."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ippon.guidance.levels import Level, LevelProbabilities
+from ippon.mapping.arrays import OCCUPIED
+from ippon.planning.orientation import (
+    choose_view,
+    frame_object,
+    imagined_level,
+    recount_levels,
+    sum_views,
+)
+from ippon.planning.panorama import Panorama
+from ippon.planning.view_table import build_orientations, build_view_table
+from ippon.robot import ZED
+from tests.reference import planning_view as reference
+
+PROBABILITIES = LevelProbabilities().as_array()
+
+
+@pytest.fixture(scope="module")
+def table():
+    return build_view_table(
+        yaw_bins=40, pitch_low=-1.6, pitch_high=0.87, range_voxels=4.0, layer_low=-3, layer_high=3
+    )
+
+
+@pytest.fixture(scope="module")
+def orientations(table):
+    return build_orientations(table, ZED, 4, 5)
+
+
+def empty(table) -> Panorama:
+    shape = (table.pitch_bins, table.yaw_bins)
+    image = np.zeros(shape, dtype=np.float32)
+    return Panorama(
+        known=image.copy(),
+        unknown=image.copy(),
+        ooi=image.copy(),
+        levels=np.zeros((table.yaw_bins, 4), dtype=np.int32),
+        near=np.zeros((0, 4), dtype=np.int32),
+        depth=image.copy(),
+    )
+
+
+def test_sums_equal_adding_up_each_image(table, orientations):
+    rng = np.random.default_rng(4)
+    panorama = empty(table)
+    panorama.known[:] = rng.random(panorama.known.shape)
+    panorama.unknown[:] = rng.random(panorama.known.shape)
+    panorama.ooi[:] = rng.integers(0, 3, panorama.known.shape)
+    panorama.levels[:] = rng.integers(0, 9, panorama.levels.shape)
+    sums = sum_views(panorama, orientations, 4)
+    for a in range(len(orientations.yaws)):
+        for b in range(len(orientations.tilts)):
+            for name in ("known", "unknown", "ooi"):
+                expected = reference.window(getattr(panorama, name), orientations, a, b)
+                assert getattr(sums, name)[a, b] == pytest.approx(expected, rel=1e-5)
+        columns = [(a * 4 + d) % table.yaw_bins for d in range(-4, 5)]
+        np.testing.assert_array_equal(sums.levels[a], panorama.levels[columns].sum(axis=0))
+
+
+@given(st.lists(st.integers(0, 30), min_size=4, max_size=4))
+def test_the_highest_ranking_level_that_is_not_empty_is_taken(counts):
+    order = [Level.CERTAIN, Level.FAR, Level.NEAR]
+    expected = next((level for level in order if counts[level] >= 10), Level.AVERAGE)
+    assert imagined_level(np.array(counts, dtype=np.int32), 10) == expected
+
+
+def test_unknown_space_by_a_promising_object_is_worth_more(table, orientations):
+    panorama = empty(table)
+    middle = table.pitch_bins // 2
+    panorama.unknown[middle, 5] = 10.0
+    panorama.unknown[middle, 25] = 8.0
+    panorama.levels[:, Level.AVERAGE] = 50
+    choice = choose_view(sum_views(panorama, orientations, 4), PROBABILITIES, 10)
+    assert choice.gain == pytest.approx(10.0 * PROBABILITIES[Level.AVERAGE])
+    panorama.levels[25, Level.NEAR] = 30
+    choice = choose_view(sum_views(panorama, orientations, 4), PROBABILITIES, 10)
+    assert choice.level == Level.NEAR
+    assert choice.gain == pytest.approx(8.0 * PROBABILITIES[Level.NEAR])
+    assert choice.potential == pytest.approx(10.0 * PROBABILITIES[Level.AVERAGE])
+    off = orientations.yaws[choice.heading] - 25.5 * table.bin_rad
+    assert abs(math.remainder(off, 2 * math.pi)) < ZED.horizontal_fov_rad / 2
+    assert choice.by_heading.max() == pytest.approx(choice.gain)
+
+
+def test_other_probabilities_weigh_the_same_sums_anew(table, orientations):
+    panorama = empty(table)
+    panorama.unknown[:] = 1.0
+    panorama.known[table.pitch_bins // 2, 3] = 2.0
+    sums = sum_views(panorama, orientations, 4)
+    gains = [choose_view(sums, p * np.ones(4, np.float32), 10).gain for p in (0.0, 0.1, 0.5)]
+    assert gains[0] == pytest.approx(2.0)
+    assert gains[0] < gains[1] < gains[2]
+
+
+def test_an_object_is_framed_whole_and_in_the_middle(table, orientations):
+    panorama = empty(table)
+    for row in range(table.pitch_bins):
+        pitch = table.pitch_low + (row + 0.5) * table.bin_rad
+        if -0.6 < pitch < -0.2:
+            panorama.ooi[row, [38, 39, 0, 1]] = 1.0
+    sums = sum_views(panorama, orientations, 4)
+    framed = frame_object(sums, panorama, orientations, table.bin_rad, table.pitch_low)
+    assert framed is not None
+    yaw, tilt = framed
+    assert abs(math.remainder(yaw, 2 * math.pi)) <= 0.5 * 4 * table.bin_rad + 1e-9
+    assert -0.7 < tilt < -0.1
+    assert sums.ooi.max() == panorama.ooi.sum(), "one image holds it all"
+
+
+def test_without_an_object_there_is_nothing_to_frame(table, orientations):
+    panorama = empty(table)
+    sums = sum_views(panorama, orientations, 4)
+    assert frame_object(sums, panorama, orientations, table.bin_rad, table.pitch_low) is None
+
+
+def test_levels_are_counted_anew_without_a_ray(dense_map):
+    volume = dense_map((1.6, 1.6, 1.6))
+    volume.fill((0.2, 0.2, 0.2), (0.4, 0.4, 0.4), OCCUPIED, ooi=0.0, level=Level.AVERAGE)
+    near = np.array([[2, 2, 2, 7], [3, 3, 3, 7], [3, 2, 3, 9], [9, 9, 9, 9]], dtype=np.int32)
+    counts = recount_levels(volume.arrays(), near, 12)
+    assert counts[7].tolist() == [0, 2, 0, 0]
+    volume.fill((0.2, 0.2, 0.2), (0.4, 0.4, 0.4), OCCUPIED, ooi=0.0, level=Level.CERTAIN)
+    counts = recount_levels(volume.arrays(), near, 12)
+    assert counts[7].tolist() == [0, 0, 0, 2]
+    assert counts.sum() == 3, "a voxel that lost its label counts no more"

@@ -1,0 +1,87 @@
+"""Reachable floor and the places where viewpoints may go."""
+
+import numpy as np
+import pytest
+
+from ippon.mapping.arrays import OCCUPIED
+from ippon.planning.clearance import OBSTACLE, OPEN, BodyLimits
+from ippon.planning.sampling import (
+    SamplingConfig,
+    cell_centre,
+    cover,
+    draw_place,
+    object_voxels,
+    open_places,
+    reachable_cells,
+)
+from tests.planning.test_clearance import make_grid, random_kind
+from tests.reference import planning_floor as reference
+
+LIMITS = BodyLimits(
+    radius=0.2, unseen_radius=0.12, slow_clearance=0.25, slow_fraction=0.4, speed=0.8
+)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_flood_agrees_with_a_plain_search(seed):
+    grid = make_grid(random_kind(seed, share=0.015), origin=(4, -9))
+    rng = np.random.default_rng(seed)
+    x, y = (grid.origin + rng.random(2) * grid.kind.shape) * 0.1
+    out = reachable_cells(grid, LIMITS, x, y, 0.03)
+    np.testing.assert_array_equal(out, reference.reachable(grid, LIMITS, x, y, 0.03))
+
+
+def test_a_closed_wall_cuts_the_floor_in_two():
+    kind = np.full((40, 20), OPEN)
+    kind[20, :] = OBSTACLE
+    out = reachable_cells(make_grid(kind), LIMITS, 1.0, 1.0, 0.0)
+    assert out[:18].any()
+    assert not out[20:].any()
+
+
+def test_a_robot_too_close_to_a_wall_is_not_cut_off():
+    kind = np.full((40, 20), OPEN)
+    kind[20, :] = OBSTACLE
+    out = reachable_cells(make_grid(kind), LIMITS, 1.95, 1.0, 0.0)
+    assert out[:18].any()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_filling_every_open_place_leaves_none_and_crowds_nobody(seed):
+    grid = make_grid(random_kind(seed, share=0.01))
+    reachable = reachable_cells(grid, LIMITS, 1.5, 1.5, 0.0)
+    rng = np.random.default_rng(seed)
+    nodes = np.zeros((0, 2))
+    for _ in range(500):
+        places = np.argwhere(open_places(reachable, grid, nodes, 0.5))
+        if not len(places):
+            break
+        nodes = np.vstack([nodes, cell_centre(grid, *draw_place(places, grid, rng, 4))])
+    apart = np.linalg.norm(nodes[:, None] - nodes[None], axis=2) + 10.0 * np.eye(len(nodes))
+    assert apart.min() >= 0.5 - 1e-9
+    covered = np.zeros_like(reachable)
+    cover(covered, grid, nodes, 0.5, 1)
+    assert not (reachable & ~covered & 1).any()
+
+
+def test_roomy_places_are_preferred():
+    kind = np.full((40, 40), OPEN)
+    kind[:, 0] = OBSTACLE
+    grid = make_grid(kind)
+    places = np.array([[20, 2], [20, 10]])
+    rng = np.random.default_rng(0)
+    drawn = [draw_place(places, grid, rng, 6)[1] for _ in range(60)]
+    assert drawn.count(10) > 50
+
+
+def test_object_voxels_are_the_occupied_ones_above_the_threshold(dense_map):
+    volume = dense_map((1.6, 1.6, 1.6))
+    volume.fill((0.2, 0.3, 0.2), (0.4, 0.4, 0.4), OCCUPIED, ooi=0.9)
+    volume.fill((1.0, 1.0, 0.2), (1.1, 1.1, 0.4), OCCUPIED, ooi=0.6)
+    found = object_voxels(volume.arrays(), 0.8)
+    assert sorted(map(tuple, found.round(3).tolist())) == [(0.25, 0.35)] * 2 + [(0.35, 0.35)] * 2
+
+
+def test_spacings_that_contradict_each_other_are_refused():
+    with pytest.raises(ValueError, match="spacings must grow"):
+        SamplingConfig(local_spacing_m=2.0)

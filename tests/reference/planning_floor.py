@@ -1,0 +1,95 @@
+"""The planner's floor the slow way: every column, every obstacle, every cell one by one."""
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN, MapArrays
+from ippon.planning.clearance import NO_SITE, OPEN, BodyLimits, FloorGrid
+from ippon.planning.columns import (
+    COLUMN_BLOCKED,
+    COLUMN_CLEAR,
+    COLUMN_UNSEEN,
+    FLOOR_ABSENT,
+    FLOOR_SEEN,
+    ColumnBands,
+)
+
+
+def state_of(arrays: MapArrays, i: int, j: int, k: int) -> int:
+    block = np.array([i // 8, j // 8, k // 8]) - arrays.origin_block
+    if (block < 0).any() or (block >= arrays.directory.shape).any():
+        return UNKNOWN
+    row = arrays.directory[tuple(block)]
+    return UNKNOWN if row < 0 else int(arrays.state[row, (i % 8) * 64 + (j % 8) * 8 + k % 8])
+
+
+def column(arrays: MapArrays, bands: ColumnBands, i: int, j: int, min_seen: float) -> int:
+    body = [state_of(arrays, i, j, k) for k in range(bands.body_low, bands.body_high + 1)]
+    floor = [state_of(arrays, i, j, k) for k in range(bands.floor_low, bands.floor_high + 1)]
+    below = state_of(arrays, i, j, bands.floor_low - 1)
+    value = COLUMN_UNSEEN
+    if OCCUPIED in body:
+        value = COLUMN_BLOCKED
+    elif body.count(FREE) >= min_seen * len(body):
+        value = COLUMN_CLEAR
+    if OCCUPIED in floor:
+        value |= FLOOR_SEEN
+    elif all(s == FREE for s in [below, *floor]):
+        value |= FLOOR_ABSENT
+    return value
+
+
+def nearest_distance(kind: NDArray[np.uint8], value: int, i: int, j: int, cutoff: int) -> float:
+    """Distance in cells to the nearest cell of a kind, infinite beyond the cut-off."""
+    sites = np.argwhere(kind == value)
+    if not len(sites):
+        return math.inf
+    d2 = int(((sites - (i, j)) ** 2).sum(axis=1).min())
+    return math.sqrt(d2) if d2 <= cutoff * cutoff else math.inf
+
+
+def clearance(grid: FloorGrid, obstacle_kind: int, x: float, y: float) -> float:
+    """Distance from a point to the nearest obstacle centre, all obstacles tried."""
+    sites = np.argwhere(grid.kind == obstacle_kind)
+    limit = grid.cutoff * grid.voxel_size
+    if not len(sites):
+        return limit
+    centres = (sites + grid.origin + 0.5) * grid.voxel_size
+    return min(limit, float(np.hypot(centres[:, 0] - x, centres[:, 1] - y).min()))
+
+
+def reachable(grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float):
+    """Breadth-first search over passable cells, from those within half a metre of (x, y)."""
+    nx, ny = grid.kind.shape
+
+    def far_enough(site: NDArray[np.int16], need_m: float) -> bool:
+        return site[0] == NO_SITE or math.hypot(*site.astype(float)) >= need_m / grid.voxel_size
+
+    passable = np.array(
+        [
+            [
+                grid.kind[i, j] == OPEN
+                and far_enough(grid.obstacle[i, j], limits.radius + margin)
+                and far_enough(grid.unseen[i, j], limits.unseen_radius)
+                for j in range(ny)
+            ]
+            for i in range(nx)
+        ]
+    )
+    out = np.zeros((nx, ny), dtype=np.uint8)
+    queue: deque[tuple[int, int]] = deque()
+    for i, j in np.argwhere(passable):
+        cx, cy = (np.array([i, j]) + grid.origin + 0.5) * grid.voxel_size
+        if math.hypot(cx - x, cy - y) <= 0.5:
+            out[i, j] = 1
+            queue.append((i, j))
+    while queue:
+        i, j = queue.popleft()
+        for a, b in ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)):
+            if 0 <= a < nx and 0 <= b < ny and passable[a, b] and not out[a, b]:
+                out[a, b] = 1
+                queue.append((a, b))
+    return out
