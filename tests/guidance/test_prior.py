@@ -1,5 +1,10 @@
+import json
+import math
 import sys
 import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -24,6 +29,11 @@ HAT_ON_SOFA = {
     Level.FAR: {
         "sink", "kitchen_cabinet", "fridge", "microwave_oven", "coffee_machine", "dishwasher",
     },
+}  # fmt: skip
+SCENES = Path(__file__).parents[3] / "shared" / "scenes"
+EVERYWHERE = {
+    "wall", "floor", "ceiling", "door", "window", "lighting", "column", "beam", "others",
+    "furniture",
 }  # fmt: skip
 HAT_CONTEXT = (
     "I think I forgot my hat on the sofa. I left it there yesterday when I was taking a nap."
@@ -98,6 +108,46 @@ def test_agrees_with_what_people_expect(
     with capsys.disabled():
         sys.stdout.write(f"\n{source}: {1 - len(wrong) / total:.1%} of {total} levels\n")
     assert 1 - len(wrong) / total >= least, wrong
+
+
+def test_levels_tell_where_things_are_in_homes_of_others(
+    prior: EmbeddedPrior, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of the landmarks of a level, the share with the goal within 1.5 m must rise with it."""
+    files = sorted(SCENES.glob("*/scene.json"))
+    if not files:
+        pytest.skip("the shared homes are not beside this checkout")
+    landmarks: Counter[Level] = Counter()
+    hits: Counter[Level] = Counter()
+    for file in files:
+        instances = json.loads(file.read_text(encoding="utf-8"))["instances"]
+        for ooi in {i["label"] for i in instances if i["category"] not in EVERYWHERE}:
+            found = levels_of(prior, ooi)
+            goals = [i for i in instances if i["label"] == ooi]
+            for landmark in instances:
+                level = found.get(landmark["category"])
+                if level is None or landmark["label"] == ooi or landmark["category"] in EVERYWHERE:
+                    continue
+                landmarks[level] += 1
+                hits[level] += min(gap(landmark, goal) for goal in goals) < 1.5
+    shares = {level: hits[level] / landmarks[level] for level in Level}
+    with capsys.disabled():
+        text = ", ".join(f"{level.name.lower()} {share:.2f}" for level, share in shares.items())
+        sys.stdout.write(f"\ngoal within 1.5 m of a landmark: {text}\n")
+    assert 1.5 * shares[Level.FAR] < shares[Level.AVERAGE] < shares[Level.NEAR] / 1.5
+
+
+def gap(one: dict[str, Any], other: dict[str, Any]) -> float:
+    """Horizontal distance of two boxes in metres."""
+    sides = [
+        max(
+            one["aabb_min"][axis] - other["aabb_max"][axis],
+            other["aabb_min"][axis] - one["aabb_max"][axis],
+            0.0,
+        )
+        for axis in (0, 1)
+    ]
+    return math.hypot(*sides)
 
 
 def test_distance_is_not_symmetric(prior: EmbeddedPrior) -> None:
