@@ -5,14 +5,16 @@ import queue
 import signal
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import msgspec
 import zenoh
 
 from app.links.requests import last_message
 from app.links.session import open_client
+from app.links.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import LabelRequest
@@ -244,14 +246,14 @@ class RobotSim:
             )
             query.reply(self._key(keys.SIM_TRUTH), msgspec.json.encode(truth))
 
-    def _subscribe(self, topic: str, take: Any) -> None:
-        def receive(sample: zenoh.Sample) -> None:
+    def _subscribe(self, topic: str, take: Callable[[bytes], None]) -> None:
+        def receive(payload: bytes) -> None:
             try:
-                take(sample.payload.to_bytes())
+                take(payload)
             except (MessageError, msgspec.DecodeError) as error:
                 logger.warning("%s: message skipped: %s", topic, error)
 
-        self._session.declare_subscriber(self._key(topic), receive)
+        subscribe(self._session, self._key(topic), receive)
 
     def _put(self, topic: str, payload: bytes) -> None:
         publisher = self._publishers.get(topic)

@@ -10,6 +10,7 @@ import zenoh
 
 from app.links.assembler import FrameAssembler
 from app.links.streams import StreamMonitor
+from app.links.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import (
@@ -62,14 +63,13 @@ class Intake:
             size = 100 if topic in (keys.TF, keys.CONTACT) else WAITING
             self._waiting[topic] = deque(maxlen=size)
             self._take_in[topic] = (stream, take_in)
-            session.declare_subscriber(f"{robot}/{topic}", self._receiver(topic, stream))
+            subscribe(session, f"{robot}/{topic}", self._receiver(topic, stream))
 
-    def _receiver(self, topic: str, stream: str) -> Callable[[zenoh.Sample], None]:
+    def _receiver(self, topic: str, stream: str) -> Callable[[bytes], None]:
         waiting = self._waiting[topic]
         monitor = self.monitors.get(stream)
 
-        def receive(sample: zenoh.Sample) -> None:
-            payload = sample.payload.to_bytes()
+        def receive(payload: bytes) -> None:
             with self._arrived:
                 if monitor is not None:
                     monitor.arrived()

@@ -1,16 +1,12 @@
 """A chat endpoint on loopback that does what a test tells it."""
 
 import json
-import socket
 import threading
 from collections.abc import Callable, Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 import pytest
-import zenoh
-
-from app.links.session import open_client, open_router
 
 Script = Callable[["ChatServer", dict[str, Any], BaseHTTPRequestHandler], None]
 
@@ -104,16 +100,3 @@ def reply_with() -> Callable[..., Script]:
 @pytest.fixture
 def completed() -> Callable[..., bytes]:
     return completion
-
-
-@pytest.fixture
-def sessions() -> Iterator[tuple[zenoh.Session, zenoh.Session]]:
-    """Yield a router on a free loopback port, and a client of it."""
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{listener.getsockname()[1]}"
-    router = open_router(endpoint)
-    client = open_client(endpoint)
-    yield router, client
-    client.close()
-    router.close()

@@ -1,15 +1,6 @@
-import socket
-
 import pytest
 
 from app.links.session import LinkError, open_client, open_router
-
-
-@pytest.fixture
-def free_endpoint():
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{listener.getsockname()[1]}"
 
 
 def test_a_client_hears_a_router(free_endpoint):

@@ -1,0 +1,101 @@
+import queue
+import time
+
+import pytest
+
+from app.links.subscription import subscribe
+from app.messages import keys
+from app.messages.motion import decode_number, decode_twist
+from app.nodes.navigator.commander import Commander
+from ippon.command import Command
+
+DRIVE = Command(linear_m_s=0.5, yaw_rate_rad_s=0.2, tilt_rad=-0.3)
+
+
+@pytest.fixture
+def heard(sessions):
+    """Everything that reaches the robot, in order: ("twist" | "tilt", value)."""
+    _, robot = sessions
+    messages = queue.SimpleQueue()
+    subscribe(robot, f"r/{keys.CMD_VEL}", lambda p: messages.put(("twist", decode_twist(p))))
+    subscribe(robot, f"r/{keys.CMD_TILT}", lambda p: messages.put(("tilt", decode_number(p))))
+    time.sleep(0.1)
+    return messages
+
+
+@pytest.fixture
+def commander(sessions, heard):
+    commander = Commander(sessions[0], "r", rate_hz=50.0, stale_s=0.2)
+    yield commander
+    commander.close()
+
+
+def drain(messages):
+    found = []
+    while True:
+        try:
+            found.append(messages.get(timeout=0.1))
+        except queue.Empty:
+            return found
+
+
+def twists(messages):
+    return [value for kind, value in drain(messages) if kind == "twist"]
+
+
+def test_the_tilt_comes_before_the_twist_that_a_robot_in_lock_step_waits_for(commander, heard):
+    for k in range(20):
+        commander.give(Command(linear_m_s=0.1, tilt_rad=0.01 * k), stamp_ns=k)
+    tilt, at_stamp = None, {}
+    for kind, value in drain(heard):
+        if kind == "tilt":
+            tilt = value
+        else:
+            at_stamp.setdefault(value.stamp_ns, tilt)
+    assert at_stamp == {k: 0.01 * k for k in range(20)}
+
+
+def test_a_command_is_repeated_while_fresh_and_then_zero(commander, heard):
+    commander.give(DRIVE, stamp_ns=7)
+    sent = twists(heard)
+    assert len(sent) > 5
+    assert {(t.linear_m_s, t.yaw_rate_rad_s, t.stamp_ns) for t in sent[:-1]} == {(0.5, 0.2, 7)}
+    assert (sent[-1].linear_m_s, sent[-1].yaw_rate_rad_s) == (0.0, 0.0)
+
+
+def test_stop_is_at_once_and_holds_whatever_is_given(commander, heard):
+    commander.give(DRIVE, stamp_ns=1)
+    commander.halt()
+    sent = []
+    for k in range(5):
+        commander.give(DRIVE, stamp_ns=2 + k)
+    sent = twists(heard)
+    first_zero = next(k for k, t in enumerate(sent) if t.linear_m_s == 0.0)
+    assert all(t.linear_m_s == 0.0 and t.yaw_rate_rad_s == 0.0 for t in sent[first_zero:])
+    assert sent[-1].stamp_ns == 6, "a robot in lock-step is answered also while it is stopped"
+    commander.release()
+    commander.give(DRIVE, stamp_ns=9)
+    assert any(t.linear_m_s == 0.5 for t in twists(heard))
+
+
+def test_nothing_moves_by_itself_after_a_release(commander, heard):
+    commander.give(DRIVE, stamp_ns=1)
+    commander.halt()
+    drain(heard)
+    commander.release()
+    assert not any(t.linear_m_s for t in twists(heard))
+
+
+def test_a_dropped_command_is_not_repeated(commander, heard):
+    commander.give(DRIVE, stamp_ns=1)
+    commander.drop()
+    sent = twists(heard)
+    assert sent[-1].linear_m_s == 0.0
+    assert not any(t.linear_m_s for t in twists(heard))
+
+
+def test_the_last_word_is_zero(sessions, heard):
+    commander = Commander(sessions[0], "r", rate_hz=50.0, stale_s=10.0)
+    commander.give(DRIVE, stamp_ns=1)
+    commander.close()
+    assert twists(heard)[-1].linear_m_s == 0.0

@@ -1,0 +1,166 @@
+from types import SimpleNamespace
+
+import msgspec
+import pytest
+
+from app.links.requests import RequestRefusedError
+from app.messages import keys
+from app.messages.control import (
+    ControlRequest,
+    FeedbackRequest,
+    GuidanceRequest,
+    SearchRequest,
+)
+from app.nodes.navigator.desk import Desk
+from app.nodes.navigator.goals import GoalBook
+from ippon.guidance.levels import Level
+from ippon.vocabulary import MATTERPORT_40
+
+
+class Recorder:
+    """Stands where the mission would, and notes what it is told."""
+
+    def __init__(self):
+        self.calls = []
+        self.has_find = True
+
+    def __getattr__(self, name):
+        def call(*arguments):
+            self.calls.append((name, *arguments))
+            return self.has_find
+
+        return call
+
+    def names(self):
+        return [call[0] for call in self.calls]
+
+
+@pytest.fixture
+def office(sessions):
+    router, client = sessions
+    goals = GoalBook(max_queue=3)
+    wheels = []
+    desk = Desk(
+        router,
+        "r",
+        MATTERPORT_40,
+        goals,
+        halt=lambda: wheels.append("halt"),
+        release=lambda: wheels.append("release"),
+        wake=lambda: None,
+    )
+    return SimpleNamespace(desk=desk, goals=goals, wheels=wheels, mission=Recorder(), client=client)
+
+
+def start(office, wanted="hat"):
+    office.desk.search(SearchRequest(object=wanted))
+    return office.goals.next()
+
+
+def test_a_search_over_the_wire(office):
+    request = b'{"object": "my hat", "context": "I left it on the sofa"}'
+    replies = list(office.client.get(f"r/{keys.SEARCH}", payload=request, timeout=5.0))
+    reply = msgspec.json.decode(replies[0].ok.payload.to_bytes())
+    assert (reply["goal_id"], reply["object"], reply["position"]) == (1, "hat", 0)
+    planned = office.goals.next()
+    levels = {row.label: row.level for row in planned.guidance.rows}
+    assert levels["sofa"] is Level.CERTAIN
+    assert tuple(levels) == MATTERPORT_40
+
+
+def test_an_empty_object_and_a_full_queue_are_refused(office):
+    with pytest.raises(RequestRefusedError, match="the object is empty"):
+        office.desk.search(SearchRequest(object="  "))
+    for _ in range(3):
+        office.desk.search(SearchRequest(object="hat"))
+    with pytest.raises(RequestRefusedError, match="too many goals wait already"):
+        office.desk.search(SearchRequest(object="hat"))
+
+
+def test_stop_reaches_the_wheels_before_the_mission(office):
+    reply = office.desk.control(ControlRequest(action="stop"))
+    assert (reply.state, office.wheels, office.mission.calls) == ("stopped", ["halt"], [])
+    office.desk.run_queued(office.mission)
+    assert office.mission.names() == ["stop"]
+
+
+def test_a_stop_right_after_a_resume_holds(office):
+    office.desk.control(ControlRequest(action="resume"))
+    office.desk.control(ControlRequest(action="stop"))
+    office.desk.run_queued(office.mission)
+    assert office.mission.names() == ["resume", "stop"]
+    assert office.wheels[-1] == "halt"
+
+
+def test_only_resume_releases_the_wheels(office):
+    office.desk.control(ControlRequest(action="stop"))
+    office.desk.control(ControlRequest(action="pause"))
+    start(office)
+    office.desk.run_queued(office.mission)
+    assert "release" not in office.wheels
+    office.desk.control(ControlRequest(action="resume"))
+    office.desk.run_queued(office.mission)
+    assert office.wheels[-1] == "release"
+
+
+def test_cancel_ends_the_goal_it_was_said_of_and_no_other(office):
+    with pytest.raises(RequestRefusedError, match="no goal to cancel"):
+        office.desk.control(ControlRequest(action="cancel"))
+    start(office, "hat")
+    office.desk.control(ControlRequest(action="cancel"))
+    # Before the mission's thread gets to it, the goal is found and the next one starts.
+    office.goals.conclude("found")
+    assert start(office, "mug").goal.object == "mug"
+    office.desk.run_queued(office.mission)
+    assert office.mission.calls == []
+    assert office.goals.active().goal.object == "mug"
+
+
+def test_cancel(office):
+    start(office)
+    office.desk.control(ControlRequest(action="cancel"))
+    office.desk.run_queued(office.mission)
+    assert office.mission.names() == ["cancel_goal"]
+    assert office.goals.active() is None
+
+
+def test_the_operator_changes_a_level(office):
+    with pytest.raises(RequestRefusedError, match="there is none"):
+        office.desk.guidance(GuidanceRequest(label="bed", level="certain"))
+    start(office)
+    with pytest.raises(RequestRefusedError, match="no common object 'spaceship'; there are wall"):
+        office.desk.guidance(GuidanceRequest(label="spaceship", level="certain"))
+    office.desk.guidance(GuidanceRequest(label="chest of drawers", level="certain"))
+    office.desk.guidance(GuidanceRequest(label="bed", level="far"))
+    office.desk.run_queued(office.mission)
+    assert office.mission.names() == ["set_guidance", "set_guidance"]
+    rows = {row.label: row for row in office.mission.calls[-1][1].rows}
+    assert rows["chest_of_drawers"].level is Level.CERTAIN
+    assert (rows["bed"].level, rows["bed"].reason) == (Level.FAR, "set by the operator")
+    assert office.goals.active().guidance is office.mission.calls[-1][1]
+
+
+def test_a_level_for_a_goal_that_is_over_changes_nothing(office):
+    start(office)
+    office.desk.guidance(GuidanceRequest(label="bed", level="certain"))
+    office.goals.conclude("found")
+    start(office, "mug")
+    before = office.goals.active().guidance
+    office.desk.run_queued(office.mission)
+    assert office.mission.calls == []
+    assert office.goals.active().guidance is before
+
+
+def test_feedback_belongs_to_a_find(office):
+    with pytest.raises(RequestRefusedError, match="nothing was found"):
+        office.desk.feedback(FeedbackRequest(verdict="reject"))
+    start(office)
+    office.goals.conclude("found")
+    office.desk.state = "found"
+    office.desk.feedback(FeedbackRequest(verdict="confirm"))
+    office.desk.run_queued(office.mission)
+    assert office.goals.statuses()[0].outcome == "found"
+    office.desk.feedback(FeedbackRequest(verdict="reject"))
+    office.desk.run_queued(office.mission)
+    assert "reject_find" in office.mission.names()
+    assert office.goals.statuses()[0].outcome == "active"

@@ -1,0 +1,88 @@
+from app.nodes.navigator.goals import HISTORY, GoalBook, PlannedSearch
+from ippon.guidance.levels import Guidance
+from ippon.mission.goal import Goal
+
+
+def search(name="hat", provider="test"):
+    guidance = Guidance(ooi=name, context="", provider=provider, rows=())
+    return PlannedSearch(
+        goal=Goal(goal_id=0, object=name, display=name), guidance=guidance, elapsed_ms=0.0
+    )
+
+
+def names(book):
+    active, queue, history = book.statuses()
+    return (
+        (active.object, active.outcome) if active else None,
+        [goal.object for goal in queue],
+        [(goal.object, goal.outcome) for goal in history],
+    )
+
+
+def test_numbers_count_from_one_and_places_from_zero():
+    book = GoalBook(5)
+    assert book.add(search("hat")) == (1, 0)
+    assert book.next().goal.goal_id == 1
+    assert book.add(search("mug")) == (2, 1)
+    assert book.add(search("key")) == (3, 2)
+
+
+def test_one_after_the_other():
+    book = GoalBook(5)
+    for name in ("hat", "mug"):
+        book.add(search(name))
+    assert book.next().goal.object == "hat"
+    assert book.next() is None
+    assert names(book) == (("hat", "active"), ["mug"], [])
+    book.conclude("found")
+    assert names(book) == (("hat", "found"), ["mug"], [])
+    assert book.next().goal.object == "mug"
+    assert names(book) == (("mug", "active"), [], [("hat", "found")])
+
+
+def test_a_query_after_a_find_starts_at_once():
+    book = GoalBook(5)
+    book.add(search("hat"))
+    book.next()
+    book.conclude("found")
+    assert book.add(search("mug")) == (2, 0)
+    assert book.next().goal.object == "mug"
+
+
+def test_a_cancelled_goal_leaves_the_stage():
+    book = GoalBook(5)
+    book.add(search("hat"))
+    book.next()
+    book.conclude("cancelled")
+    assert names(book) == (None, [], [("hat", "cancelled")])
+    assert book.active() is None
+
+
+def test_a_rejected_find_goes_on():
+    book = GoalBook(5)
+    book.add(search("hat"))
+    book.add(search("mug"))
+    book.next()
+    book.conclude("found")
+    book.reopen()
+    assert book.next() is None
+    assert names(book) == (("hat", "active"), ["mug"], [])
+
+
+def test_other_levels_belong_to_the_active_goal_only():
+    book = GoalBook(5)
+    book.relevel(search(provider="nobody").guidance)
+    book.add(search("hat"))
+    book.next()
+    book.relevel(search("hat", provider="operator").guidance)
+    assert book.active().guidance.provider == "operator"
+
+
+def test_queue_and_history_are_bounded():
+    book = GoalBook(3)
+    assert [book.add(search()) is not None for _ in range(5)] == [True, True, True, False, False]
+    for _ in range(2 * HISTORY):
+        book.next()
+        book.conclude("exhausted")
+        book.add(search())
+    assert len(book.statuses()[2]) == HISTORY
