@@ -174,5 +174,6 @@ def give_row_back(pools, row):
     pools.best_ooi[row] = 0
     pools.occupied[row] = 0
     pools.used[row] = 0
+    pools.revision[row] = 0
     pools.free[pools.tally[N_FREE]] = row
     pools.tally[N_FREE] += 1

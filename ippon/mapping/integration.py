@@ -259,7 +259,7 @@ class FrameIntegrator:
             revision=revision,
             blocks_seen=n,
             blocks_new=len(fresh),
-            blocks_changed=int(np.count_nonzero(pools.revision[rows] == revision)),
+            blocks_changed=int(np.count_nonzero(pools.revision[rows[observed]] == revision)),
             surface_hits=int(n_entries),
             labelled=int(labelled),
             distances=self._field.update(pools, directory, origin, changed, fresh),

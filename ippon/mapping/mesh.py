@@ -100,10 +100,10 @@ def _mesh_chunk(distances: SignedDistances, low: NDArray[np.int64]) -> Mesh | No
         return None
     cells = observed.copy()
     for axis in range(3):
-        # A cell counts when its far corners were observed, too.
-        ahead = np.roll(cells, -1, axis=axis)
-        ahead[(slice(None),) * axis + (-1,)] = False
-        cells &= ahead
+        # A cell counts when all its corners were observed; the mask names it by its last corner.
+        before = np.roll(cells, 1, axis=axis)
+        before[(slice(None),) * axis + (0,)] = False
+        cells &= before
     if not cells.any() or not (volume.min() < 0.0 < volume.max()):
         return None
     try:

@@ -37,12 +37,12 @@ def frustum_box(
 
 
 @njit(cache=True, nogil=True)
-def classify_block(center, radius, depth_range, intrinsics, tiles, size):
-    """Tell how an image sees a ball: `CULLED`, `OPEN` or `MIXED`.
+def classify_block(center, axes, depth_range, intrinsics, tiles, size):
+    """Tell how an image sees a box: `CULLED`, `OPEN` or `MIXED`.
 
     Args:
-        center: (3,) of the ball in the camera frame, metres.
-        radius: Metres.
+        center: (3,) of the box in the camera frame, metres.
+        axes: (3, 3) half edges of the box in the camera frame, one a column.
         depth_range: Nearest depth fused, farthest, and how far before and behind a surface the
             signed distance is graded; metres.
         intrinsics: fx, fy, cx, cy.
@@ -51,32 +51,37 @@ def classify_block(center, radius, depth_range, intrinsics, tiles, size):
     """
     x, y, z = center
     near_m, far_m, ahead_m, behind_m = depth_range
-    if z + radius <= near_m or z - radius >= far_m:
+    reach = abs(axes[2, 0]) + abs(axes[2, 1]) + abs(axes[2, 2])
+    z0, z1 = z - reach, z + reach
+    if z1 <= near_m or z0 > far_m:
         return CULLED
     fx, fy, cx, cy = intrinsics
     width, height = size
-    z_near = z - radius
-    if z_near > radius:
-        # Every point of the ball projects into the rectangle of its circumscribed cube.
-        u0 = fx * min((x - radius) / z_near, (x - radius) / (z + radius)) + cx
-        u1 = fx * max((x + radius) / z_near, (x + radius) / (z + radius)) + cx
-        v0 = fy * min((y - radius) / z_near, (y - radius) / (z + radius)) + cy
-        v1 = fy * max((y + radius) / z_near, (y + radius) / (z + radius)) + cy
-        if u1 < -1.0 or v1 < -1.0 or u0 > width or v0 > height:
+    u0, u1, v0, v1 = 1e9, -1e9, 1e9, -1e9
+    if z0 > 0.5 * near_m:
+        for corner in range(8):
+            a = 1.0 if corner & 1 else -1.0
+            b = 1.0 if corner & 2 else -1.0
+            c = 1.0 if corner & 4 else -1.0
+            inverse = 1.0 / (z + a * axes[2, 0] + b * axes[2, 1] + c * axes[2, 2])
+            u = fx * (x + a * axes[0, 0] + b * axes[0, 1] + c * axes[0, 2]) * inverse + cx
+            v = fy * (y + a * axes[1, 0] + b * axes[1, 1] + c * axes[1, 2]) * inverse + cy
+            u0, u1, v0, v1 = min(u0, u), max(u1, u), min(v0, v), max(v1, v)
+        # One pixel of slack, because the kernels round in float32.
+        u0, v0, u1, v1 = u0 - 1.0, v0 - 1.0, u1 + 1.0, v1 + 1.0
+        if u1 < 0.0 or v1 < 0.0 or u0 > width - 1.0 or v0 > height - 1.0:
             return CULLED
-        inside = u0 >= 1.0 and v0 >= 1.0 and u1 <= width - 2.0 and v1 <= height - 2.0
-        tx0 = int(max(u0, 0.0)) // TILE
-        tx1 = int(min(max(u1 + 1.0, 0.0), width - 1.0)) // TILE
-        ty0 = int(max(v0, 0.0)) // TILE
-        ty1 = int(min(max(v1 + 1.0, 0.0), height - 1.0)) // TILE
+        inside = u0 >= 0.0 and v0 >= 0.0 and u1 <= width - 1.0 and v1 <= height - 1.0
+        tx0, ty0 = int(max(u0, 0.0)) // TILE, int(max(v0, 0.0)) // TILE
+        tx1, ty1 = int(min(u1, width - 1.0)) // TILE, int(min(v1, height - 1.0)) // TILE
     else:
         inside = False
         tx0, ty0 = 0, 0
         tx1, ty1 = tiles.shape[1] - 1, tiles.shape[0] - 1
-    behind = z_near - behind_m
-    before = z + radius + ahead_m
+    behind = max(z0 - behind_m, 0.0)
+    before = z1 + ahead_m
     seen = False
-    is_open = inside and z_near >= near_m and z + radius <= far_m
+    is_open = inside and z0 >= near_m and z1 <= far_m
     for ty in range(ty0, ty1 + 1):
         for tx in range(tx0, tx1 + 1):
             if tiles[ty, tx, 1] > behind:
@@ -85,9 +90,7 @@ def classify_block(center, radius, depth_range, intrinsics, tiles, size):
                 is_open = False
             if seen and not is_open:
                 return MIXED
-    if not seen:
-        return CULLED
-    return OPEN
+    return OPEN if seen else CULLED
 
 
 @njit(cache=True, nogil=True)
@@ -115,7 +118,10 @@ def select_kernel(
         Length of the list in `rows`, `kinds` and `is_new`; `OVER_BOUND` when there was no row left.
     """
     edge = voxel_size * BLOCK_EDGE
-    radius = 0.5 * np.sqrt(3.0) * edge
+    m = T_camera_world
+    half = 0.5 * edge
+    axes = np.ascontiguousarray(m[:3, :3]) * half
+    radius = np.sqrt(3.0) * half
     n = 0
     for bx in range(low[0], high[0]):
         for by in range(low[1], high[1]):
@@ -123,11 +129,12 @@ def select_kernel(
                 wx = (bx + 0.5) * edge
                 wy = (by + 0.5) * edge
                 wz = (bz + 0.5) * edge
-                m = T_camera_world
                 x = m[0, 0] * wx + m[0, 1] * wy + m[0, 2] * wz + m[0, 3]
                 y = m[1, 0] * wx + m[1, 1] * wy + m[1, 2] * wz + m[1, 3]
                 z = m[2, 0] * wx + m[2, 1] * wy + m[2, 2] * wz + m[2, 3]
-                kind = classify_block((x, y, z), radius, depth_range, intrinsics, tiles, size)
+                if z + radius <= depth_range[0] or z - radius > depth_range[1]:
+                    continue
+                kind = classify_block((x, y, z), axes, depth_range, intrinsics, tiles, size)
                 if kind == CULLED:
                     continue
                 ix, iy, iz = bx - origin[0], by - origin[1], bz - origin[2]

@@ -1,0 +1,53 @@
+"""Questions about points."""
+
+import numpy as np
+import pytest
+
+from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN
+from ippon.mapping.map_config import MapConfig
+from ippon.mapping.voxel_map import VoxelMap
+
+
+@pytest.fixture(scope="module")
+def room(tools):
+    world = tools.World.room()
+    voxel_map = VoxelMap(MapConfig(), ("thing",))
+    for n, pose in enumerate(tools.tour([(1.0, 1.0), (3.0, 3.0)])):
+        voxel_map.integrate(world.frame(pose, stamp_ns=n * 10**9))
+    return voxel_map
+
+
+def test_states(room):
+    points = np.array([[2.0, 2.0, 1.0], [2.0, 2.0, -0.05], [2.0, 2.0, -0.65], [1e5, 0, 0]])
+    assert room.state_at(points).tolist() == [FREE, OCCUPIED, UNKNOWN, UNKNOWN]
+    assert room.state_at(np.empty((0, 3))).shape == (0,)
+
+
+def test_distances_and_unknown_policy(room):
+    points = np.array([[2.0, 0.55, 1.2], [2.0, 2.0, 1.2], [2.0, 2.0, -0.65], [80.0, 0, 0]])
+    free = room.distance_at(points, unknown="free")
+    assert free == pytest.approx([0.6, 1.0, 0.6, 1.0], abs=0.101)
+    obstacle = room.distance_at(points, unknown="obstacle")
+    assert (obstacle[:2] == free[:2]).all()
+    assert (obstacle[2:] == 0.0).all()
+
+
+def test_gradient_points_away_from_the_wall(room):
+    gradient = room.gradient_at(np.array([[2.0, 0.55, 1.25], [2.0, 3.45, 1.25], [0.55, 2.0, 1.25]]))
+    assert gradient == pytest.approx(np.array([[0, 1, 0], [0, -1, 0], [1, 0, 0]]), abs=0.05)
+
+
+def test_spheres(room):
+    centers = np.array([[2.0, 2.0, 1.2], [2.0, 0.25, 1.2], [2.0, 2.0, -0.65]])
+    radii = np.array([0.5, 0.4, 0.1])
+    assert room.spheres_are_free(centers, radii, unknown="free").tolist() == [True, False, True]
+    assert room.spheres_are_free(centers, radii, unknown="obstacle").tolist() == [
+        True, False, False,
+    ]  # fmt: skip
+    with pytest.raises(ValueError, match=r"make MapConfig\.distance_max_m larger"):
+        room.spheres_are_free(centers, np.array([0.5, 0.95, 0.1]), unknown="free")
+
+
+def test_points_of_the_wrong_shape_are_refused(room):
+    with pytest.raises(ValueError, match=r"\(N, 3\)"):
+        room.state_at(np.zeros(3))
