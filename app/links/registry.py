@@ -19,7 +19,9 @@ class RunningNavigator(msgspec.Struct, frozen=True, kw_only=True):
 
 def registry_folder() -> Path:
     """Return the folder that holds one file for each running navigator."""
-    return platformdirs.user_runtime_path("ippon", ensure_exists=False) / "navigators"
+    if "XDG_RUNTIME_DIR" in os.environ:
+        return platformdirs.user_runtime_path("ippon") / "navigators"
+    return platformdirs.user_cache_path("ippon") / "navigators"
 
 
 def register(navigator: RunningNavigator) -> Path:
