@@ -112,28 +112,72 @@ def grid_of_triangles(
     cell_m: float = CELL_M,
 ) -> NavigationGrid:
     """Draw the grid of (T, 3, 3) triangles whose floor is at z = 0; see `navigation_grid`."""
-    low, shape = _extent(triangles, max_step_m, cell_m)
-    taken = np.zeros(shape, np.uint8)
-    floor = np.zeros(shape, np.uint8)
-    _draw_kernel(triangles, low[0], low[1], cell_m, max_step_m, height_m, taken)
-    _draw_kernel(triangles, low[0], low[1], cell_m, -max_step_m, max_step_m, floor)
-    # A lift of the grid's rim would count as a drop; the closing must not touch it.
-    gap = max(1, round(_FLOOR_GAP_M / cell_m / 2))
-    closed: NDArray[np.bool_] = _ndimage.binary_closing(
-        floor, structure=np.ones((2 * gap + 1, 2 * gap + 1))
-    )
-    blocked: NDArray[np.bool_] = (taken > 0) | ~(closed | (floor > 0))
-    blocked[0, :] = blocked[-1, :] = blocked[:, 0] = blocked[:, -1] = True
-    clearance: NDArray[np.float64] = _ndimage.distance_transform_edt(~blocked) * cell_m
-    free = clearance > radius_m
-    region, _ = _ndimage.label(free, structure=np.ones((3, 3)))
-    return NavigationGrid(
-        origin=(float(low[0] + 0.5 * cell_m), float(low[1] + 0.5 * cell_m)),
-        cell_m=cell_m,
-        clearance_m=clearance,
-        free=free,
-        region=region.astype(np.int32),
-    )
+    sheet = Sheet.under(triangles, max_step_m, cell_m)
+    taken = sheet.cells_between(triangles, max_step_m, height_m)
+    return sheet.grid(taken | ~sheet.floor(triangles, max_step_m), radius_m)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sheet:
+    """The cells that a home is drawn on, before a body is chosen."""
+
+    low: tuple[float, float]
+    """World x and y of the low corner of cell (0, 0), metres."""
+    shape: tuple[int, int]
+    cell_m: float
+
+    @classmethod
+    def under(cls, triangles: NDArray[np.float64], max_step_m: float, cell_m: float) -> "Sheet":
+        """Lay a sheet under every triangle at floor level.
+
+        Raises:
+            SceneError: There is none, or the sheet would be absurdly large.
+        """
+        z = triangles[..., 2]
+        at_floor = (z.min(axis=1) <= max_step_m) & (z.max(axis=1) >= -max_step_m)
+        if not at_floor.any():
+            raise SceneError("the home has no floor at the height of its start poses")
+        xy = triangles[at_floor][..., :2].reshape(-1, 2)
+        low = xy.min(axis=0) - _MARGIN_M
+        nx, ny = (int(n) for n in np.ceil((xy.max(axis=0) + _MARGIN_M - low) / cell_m))
+        if nx * ny > _MAX_CELLS:
+            raise SceneError(
+                f"the home is {nx * cell_m:.0f} by {ny * cell_m:.0f} m, too large for a floor grid"
+            )
+        return cls(low=(float(low[0]), float(low[1])), shape=(nx, ny), cell_m=cell_m)
+
+    def cells_between(
+        self, triangles: NDArray[np.float64], z_low: float, z_high: float
+    ) -> NDArray[np.bool_]:
+        """Return (X, Y), which cells a triangle's part between two heights overlaps."""
+        out = np.zeros(self.shape, np.uint8)
+        _draw_kernel(triangles, *self.low, self.cell_m, z_low, z_high, out)
+        return out > 0
+
+    def floor(self, triangles: NDArray[np.float64], max_step_m: float) -> NDArray[np.bool_]:
+        """Return (X, Y), which cells have a floor within a step of z = 0, narrow gaps closed."""
+        floor = self.cells_between(triangles, -max_step_m, max_step_m)
+        gap = max(1, round(_FLOOR_GAP_M / self.cell_m / 2))
+        square = np.ones((2 * gap + 1, 2 * gap + 1))
+        closed: NDArray[np.bool_] = _ndimage.binary_closing(floor, structure=square)
+        return closed | floor
+
+    def grid(self, blocked: NDArray[np.bool_], radius_m: float) -> NavigationGrid:
+        """Make the grid of a body of some radius from the cells that it must keep off."""
+        blocked = blocked.copy()
+        blocked[0, :] = blocked[-1, :] = blocked[:, 0] = blocked[:, -1] = True
+        distance: NDArray[np.float64] = _ndimage.distance_transform_edt(~blocked)
+        clearance = distance * self.cell_m
+        free = clearance > radius_m
+        region, _ = _ndimage.label(free, structure=np.ones((3, 3)))
+        half = 0.5 * self.cell_m
+        return NavigationGrid(
+            origin=(self.low[0] + half, self.low[1] + half),
+            cell_m=self.cell_m,
+            clearance_m=clearance,
+            free=free,
+            region=region.astype(np.int32),
+        )
 
 
 def robot_grid(scene: Scene, robot: RobotProfile) -> NavigationGrid:
@@ -145,24 +189,6 @@ def robot_grid(scene: Scene, robot: RobotProfile) -> NavigationGrid:
         max_step_m=robot.max_step_m,
         floor_z_m=scene.start_poses[0].z if scene.start_poses else 0.0,
     )
-
-
-def _extent(
-    triangles: NDArray[np.float64], max_step_m: float, cell_m: float
-) -> tuple[NDArray[np.float64], tuple[int, int]]:
-    """Return the low corner and the size of a grid over every triangle at floor level."""
-    z = triangles[..., 2]
-    at_floor = (z.min(axis=1) <= max_step_m) & (z.max(axis=1) >= -max_step_m)
-    if not at_floor.any():
-        raise SceneError("the home has no floor at the height of its start poses")
-    xy = triangles[at_floor][..., :2].reshape(-1, 2)
-    low = xy.min(axis=0) - _MARGIN_M
-    nx, ny = (int(n) for n in np.ceil((xy.max(axis=0) + _MARGIN_M - low) / cell_m))
-    if nx * ny > _MAX_CELLS:
-        raise SceneError(
-            f"the home is {nx * cell_m:.0f} by {ny * cell_m:.0f} m, too large for a floor grid"
-        )
-    return low, (nx, ny)
 
 
 @njit(cache=True, nogil=True)

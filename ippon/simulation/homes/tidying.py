@@ -11,12 +11,15 @@ from ippon.simulation.homes.placing import Placed
 from ippon.simulation.homes.rect import Rect
 from ippon.simulation.homes.shell import HomePlan, Thing
 from ippon.simulation.homes.style import uniform
-from ippon.simulation.navigation import NavigationGrid, grid_of_triangles
+from ippon.simulation.navigation import CELL_M, NavigationGrid, Sheet, grid_of_triangles
 from ippon.simulation.scene import Scene, StartPose
 from ippon.simulation.sight import LineOfSight
 
 _MAX_REMOVED = 30
 _GOALS = ("bed", "chair", "plant", "sofa", "toilet", "tv")
+_ENCLOSED_M2 = 0.5
+"""Greatest free floor that may stay shut in behind furniture."""
+
 _SPARE = ("chair", "plant")
 _REACH_M = 0.75
 """How near the robot's centre must come to furniture that is searched for."""
@@ -38,17 +41,20 @@ def make_room_for_robot(
         What may stay, or None when taking things away does not help.
     """
     walls = np.concatenate([t.mesh.vertices[t.mesh.faces] for t in shell])
+    sheet = Sheet.under(walls, config.max_step_m, CELL_M)
+    heights = config.max_step_m, config.body_height_m
+    no_floor = ~sheet.floor(walls, config.max_step_m)
+    # How many things take each cell, so that one can be lifted off again.
+    count = sheet.cells_between(walls, *heights).astype(np.int16)
+    taken_by: dict[int, NDArray[np.bool_]] = {}
+    for p in placed:
+        mesh = p.mesh()
+        taken_by[id(p)] = sheet.cells_between(mesh.vertices[mesh.faces], *heights)
+        count += taken_by[id(p)]
     kept = list(placed)
-    meshes = {id(p): p.mesh() for p in placed}
     for _ in range(_MAX_REMOVED):
-        parts = [meshes[id(p)].vertices[meshes[id(p)].faces] for p in kept]
-        grid = grid_of_triangles(
-            np.concatenate([walls, *parts]),
-            radius_m=config.passage_radius_m,
-            height_m=config.body_height_m,
-            max_step_m=config.max_step_m,
-        )
-        problem = _first_problem(plan, kept, grid)
+        grid = sheet.grid((count > 0) | no_floor, config.passage_radius_m)
+        problem = _first_problem(plan, kept, grid, config)
         if problem is None:
             return kept
         # A chair or plant that nobody gets to goes itself, not the table before it.
@@ -56,12 +62,18 @@ def make_room_for_robot(
         culprit = own[0] if own else _nearest_optional(kept, problem)
         if culprit is None:
             return None
-        kept = [p for p in kept if p is not culprit and not _goes_with(p, culprit)]
+        gone = [p for p in kept if p is culprit or _goes_with(p, culprit)]
+        for p in gone:
+            count -= taken_by[id(p)]
+        left = {id(p) for p in gone}
+        kept = [p for p in kept if id(p) not in left]
     return None
 
 
-def _first_problem(plan: HomePlan, kept: list[Placed], grid: NavigationGrid) -> Rect | None:
-    """Return a doorway or a piece of furniture that the robot cannot get to."""
+def _first_problem(
+    plan: HomePlan, kept: list[Placed], grid: NavigationGrid, config: HomeConfig
+) -> Rect | None:
+    """Return a doorway, a room, a piece of furniture or a patch of floor out of reach."""
     counts = np.bincount(grid.region.ravel())
     counts[0] = 0
     main = int(np.argmax(counts))
@@ -77,9 +89,14 @@ def _first_problem(plan: HomePlan, kept: list[Placed], grid: NavigationGrid) -> 
         if np.count_nonzero(grid.region[i0:i1, j0:j1] == main) * grid.cell_m**2 < 0.3:
             return floor
     for p in kept:
-        searched = p.model.category in _GOALS and (p.z == 0.0 or p.model.category == "tv")
-        if searched and not _reaches(grid, main, p.rect, _REACH_M):
+        searched = p.model.category in _GOALS or p.model.label == "hat"
+        if searched and not _reaches(grid, main, p.rect, _REACH_M, plan.interior(p.room)):
             return p.rect
+    for k in np.flatnonzero(counts * grid.cell_m**2 > _ENCLOSED_M2).tolist():
+        if k != main:
+            points = grid.points_of(np.argwhere(grid.region == k))
+            (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
+            return Rect(float(x0), float(y0), float(x1), float(y1)).grown(config.passage_radius_m)
     return None
 
 
@@ -88,9 +105,13 @@ def _doorway(o: Opening) -> Rect:
     return Rect(m, o.line, m, o.line) if o.along_x else Rect(o.line, m, o.line, m)
 
 
-def _reaches(grid: NavigationGrid, region: int, rect: Rect, within_m: float) -> bool:
-    """Tell whether a region comes within a distance of a rectangle."""
+def _reaches(
+    grid: NavigationGrid, region: int, rect: Rect, within_m: float, room: Rect | None = None
+) -> bool:
+    """Tell whether a region comes, in the same room, within a distance of a rectangle."""
     near = rect.grown(within_m)
+    if room is not None:
+        near = near.clipped(room)
     i0, j0 = grid.cell_at(near.x0, near.y0)
     i1, j1 = grid.cell_at(near.x1, near.y1)
     window = grid.region[max(i0, 0) : i1 + 1, max(j0, 0) : j1 + 1]
