@@ -26,6 +26,7 @@ from ippon.mission.recovery import NANOSECONDS, Recovery, RecoveryConfig
 from ippon.mission.snapshot import Find, MissionEvent, MissionState, Snapshot, StepResult
 from ippon.mission.termination import termination_voxels
 from ippon.mission.travel_pitch import TravelPitch, TravelPitchConfig
+from ippon.planning.interface import Planner
 from ippon.planning.plan import NodeKind, Plan
 from ippon.planning.planner import PlannerConfig, ViewpointPlanner
 from ippon.robot import RobotProfile
@@ -74,15 +75,23 @@ class _Search:
 
 
 class Mission:
-    """Owns the map, the planner and the goal; takes frames one by one."""
+    """Owns the map, the planner and the goal; takes frames one by one.
+
+    Another `planner` may take the place of the paper's, for comparison with other methods.
+    """
 
     def __init__(
-        self, config: MissionConfig, robot: RobotProfile, labels: Sequence[str], seed: int
+        self,
+        config: MissionConfig,
+        robot: RobotProfile,
+        labels: Sequence[str],
+        seed: int,
+        planner: Planner | None = None,
     ) -> None:
         self.config = config
         self.robot = robot
         self.voxel_map = VoxelMap(config.map, labels)
-        self._planner = ViewpointPlanner(config.planner, robot, seed)
+        self._planner: Planner = planner or ViewpointPlanner(config.planner, robot, seed)
         self._follower = PathFollower(config.follower, robot)
         self._look_around = LookAround(config.look_around, robot)
         self._travel_pitch = TravelPitch(config.travel_pitch, robot)

@@ -55,6 +55,8 @@ class SimulatedWorld:
         """Simulated clock."""
         self.frames = 0
         """Frames observed so far."""
+        self.rendering: Rendering | None = None
+        """What a perfect camera saw in the last frame, with the true instance of every pixel."""
         self._seed = seed
         self._trajectory = [(start.x, start.y, start.z)]
         self._renderer = SceneRenderer(scene)
@@ -109,7 +111,7 @@ class SimulatedWorld:
         rng = np.random.Generator(np.random.PCG64([self._seed, 0xF7A3E, index]))
         T_base_camera = self.robot.T_base_camera(self.base.tilt_rad)
         T_world_camera = self.base.T_world_base @ T_base_camera
-        rendering = self._renderer.render(self.camera, T_world_camera)
+        rendering = self.rendering = self._renderer.render(self.camera, T_world_camera)
         T_world_base = self._drift.T_world_base
         return Frame(
             stamp_ns=self.stamp_ns,

@@ -1,0 +1,31 @@
+"""What a mission needs of a planner, so that another method can take its place."""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.geometry import Float64Array
+from ippon.mapping.arrays import MapArrays
+from ippon.planning.plan import Plan
+
+
+class Planner(Protocol):
+    """Decides where the robot goes; `ViewpointPlanner` is the one of the paper."""
+
+    def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
+        """Take over a new goal or other levels.
+
+        Args:
+            probabilities: (4,) p_img by level.
+            termination_min: T_min; viewpoints that show more object voxels end the search.
+        """
+        ...
+
+    def mark_contact(self, T_world_base: Float64Array) -> None:
+        """Take note that the robot touched something ahead of where it stands."""
+        ...
+
+    def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
+        """Return the best plan for a robot that stands here and has just updated the map."""
+        ...
