@@ -32,13 +32,16 @@ from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.frame import Frame
 from ippon.robot import ZED
+from ippon.simulation.robot import BaseConfig
 from ippon.simulation.scene import Scene, StartPose
-from ippon.simulation.world import SimulatedWorld
+from ippon.simulation.world import SimulatedWorld, WorldConfig
 
 logger = logging.getLogger(__name__)
 
 PHYSICS_HZ: Final = 50.0
 TF_HZ: Final = 25.0
+WATCHDOG_S: Final = 0.25
+"""Silence after which the robot brakes: it must stand 0.5 s after the last command."""
 LABELS_WAIT_S: Final = 20.0
 ANSWER_WAIT_S: Final = 30.0
 """In lock-step: after so long without an answer the navigator counts as gone."""
@@ -81,7 +84,8 @@ class RobotSim:
         camera = PinholeCamera.from_horizontal_fov(
             config.image_width, height, profile.horizontal_fov_rad
         )
-        self.world = SimulatedWorld(scene, profile, camera, start, config.seed)
+        world = WorldConfig(base=BaseConfig(command_timeout_s=WATCHDOG_S))
+        self.world = SimulatedWorld(scene, profile, camera, start, config.seed, world)
         self._config = config
         self._session = session
         self._lock = threading.Lock()

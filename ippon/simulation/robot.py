@@ -27,6 +27,8 @@ class BaseConfig:
     """Slide along what blocks the way; else stop there."""
     command_timeout_s: float = 0.5
     """Without a command for longer than this the base brakes to a stand."""
+    brake_factor: float = 5.0
+    """How much harder than it accelerates the base brakes when commands cease."""
     latency_s: float = 0.0
     """A command acts this much later than it is given."""
     tick_s: float = 0.02
@@ -34,6 +36,8 @@ class BaseConfig:
 
     def __post_init__(self) -> None:
         """Reject times that make no motion."""
+        if not self.brake_factor >= 1.0:
+            raise ValueError(f"brake_factor must be at least 1; got {self.brake_factor}")
         if not (self.command_timeout_s > 0.0 and self.latency_s >= 0.0 and self.tick_s > 0.0):
             raise ValueError(
                 "command_timeout_s and tick_s must be positive and latency_s at least 0; got "
@@ -113,21 +117,26 @@ class SimulatedBase:
             self._command_ns, self._command = self._pending.popleft()
         linear, yaw_rate = self._wanted_velocities()
         robot = self.robot
+        gain_s = dt_s * (self.config.brake_factor if self._is_abandoned() else 1.0)
         self.linear_m_s = _approach(
-            self.linear_m_s, linear, robot.max_linear_acceleration_m_s2 * dt_s
+            self.linear_m_s, linear, robot.max_linear_acceleration_m_s2 * gain_s
         )
         self.yaw_rate_rad_s = _approach(
-            self.yaw_rate_rad_s, yaw_rate, robot.max_yaw_acceleration_rad_s2 * dt_s
+            self.yaw_rate_rad_s, yaw_rate, robot.max_yaw_acceleration_rad_s2 * gain_s
         )
         tilt = min(max(self._command.tilt_rad, robot.min_tilt_rad), robot.max_tilt_rad)
         self.tilt_rad = _approach(self.tilt_rad, tilt, robot.max_tilt_rate_rad_s * dt_s)
         self._turn(self.yaw_rate_rad_s * dt_s)
         self._drive(self.linear_m_s * dt_s)
 
+    def _is_abandoned(self) -> bool:
+        """Tell whether commands have ceased."""
+        timeout_ns = round(self.config.command_timeout_s * 1e9)
+        return self._command_ns is None or self._time_ns - self._command_ns > timeout_ns
+
     def _wanted_velocities(self) -> tuple[float, float]:
         """Clip the last command to the limits; zero once it is too old."""
-        timeout_ns = round(self.config.command_timeout_s * 1e9)
-        if self._command_ns is None or self._time_ns - self._command_ns > timeout_ns:
+        if self._is_abandoned():
             return 0.0, 0.0
         robot = self.robot
         slowest = -robot.max_linear_m_s if robot.can_reverse else 0.0

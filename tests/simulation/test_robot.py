@@ -73,15 +73,24 @@ def test_the_camera_tilts_at_its_rate_to_its_limits(room):
         assert base.tilt_rad == limit
 
 
+def test_a_robot_at_full_speed_stands_half_a_second_after_the_last_command(room):
+    base = base_in(room, command_timeout_s=0.25)
+    base.linear_m_s, base.yaw_rate_rad_s = ZED.max_linear_m_s, ZED.max_yaw_rate_rad_s
+    base.step(Command(linear_m_s=ZED.max_linear_m_s, yaw_rate_rad_s=ZED.max_yaw_rate_rad_s), 0.02)
+    for _ in range(25):
+        base.step(None, 0.02)
+    assert (base.linear_m_s, base.yaw_rate_rad_s) == (0.0, 0.0)
+
+
 def test_without_commands_it_stands_within_the_timeout_and_its_braking(room):
     base = base_in(room)
     for _ in range(10):
         base.step(Command(linear_m_s=0.4, yaw_rate_rad_s=0.3), 0.1)
     assert base.linear_m_s == 0.4
-    for _ in range(5):
+    for _ in range(4):
         base.step(None, 0.1)
     assert base.linear_m_s > 0.0
-    braking_s = 0.4 / ZED.max_linear_acceleration_m_s2
+    braking_s = 0.4 / (base.config.brake_factor * ZED.max_linear_acceleration_m_s2)
     for _ in range(math.ceil(braking_s / 0.1)):
         base.step(None, 0.1)
     assert (base.linear_m_s, base.yaw_rate_rad_s) == (0.0, 0.0)
