@@ -10,7 +10,7 @@ import numpy as np
 from ippon.geometry import Float64Array
 
 FOV_RAD: Final = 0.9
-_ELEVATION_RAD: Final = math.radians(58.0)
+_ELEVATION_RAD: Final = math.radians(62.0)
 _EASE: Final = 0.16
 """Share of the remaining way that a step covers."""
 _STILL_M: Final = 0.02

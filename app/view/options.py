@@ -14,7 +14,7 @@ class ViewOptions:
     """One choice for everyone who watches."""
 
     mode: ColorMode = "camera"
-    ceiling_m: float | None = 1.6
+    ceiling_m: float | None = 1.4
     """Voxels higher than this are hidden, so that one looks into the rooms; None hides nothing."""
     object_threshold: float = 0.3
     """p(v in O) from which a voxel is drawn as a box; fewer boxes the greater it is."""

@@ -20,7 +20,7 @@ _MAST_RADIUS_M: Final = 0.035
 _DARK: Final = (0x1B, 0x24, 0x2E)
 _LIFT_M: Final = 0.06
 """Trail and path lie this far above the floor voxels."""
-_CHEVRON_EVERY_M: Final = 0.8
+_CHEVRON_EVERY_M: Final = 1.2
 _CHEVRON_M: Final = 0.16
 
 
@@ -175,12 +175,16 @@ def _ring(center: NDArray[np.float32], radius_m: float) -> NDArray[np.float32]:
 def _chevrons(points: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
     """Return (2 C, 2, 3) strokes of C chevrons along a trail, and (2 C,) the step each is at."""
     steps = np.diff(points[:, :2], axis=0)
-    length = np.hypot(steps[:, 0], steps[:, 1])
-    marks = np.floor(np.cumsum(length) / _CHEVRON_EVERY_M)
+    marks = np.floor(np.cumsum(np.hypot(steps[:, 0], steps[:, 1])) / _CHEVRON_EVERY_M)
     at = np.flatnonzero(np.diff(marks) > 0) + 1
+    # The direction over some steps: a single one also holds the wobble of the drive.
+    course = points[np.minimum(at + 3, len(points) - 1), :2] - points[np.maximum(at - 3, 0), :2]
+    length = np.hypot(course[:, 0], course[:, 1])
+    moved = length > 0.5 * _CHEVRON_M
+    at = at[moved]
     if not len(at):
         return np.empty((0, 2, 3), np.float32), np.empty(0, np.int64)
-    ahead = steps[at] / np.maximum(length[at], 1e-6)[:, None]
+    ahead = course[moved] / length[moved, None]
     side = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
     tip = points[at + 1]
     strokes = []

@@ -2,7 +2,7 @@
 
 from typing import Any, Final
 
-from app.view.find_layer import FindLayer, finds_to_show
+from app.view.find_layer import FindLayer, marks_of
 from app.view.options import ViewOptions
 from app.view.robot_layer import RobotLayer
 from app.view.scene_model import Part, SceneModel
@@ -26,7 +26,13 @@ class ViserScene:
         self._robot = RobotLayer(scene)
         self._finds = FindLayer(scene)
         self._options: ViewOptions | None = None
-        scene.configure_default_lights(cast_shadow=False)
+        # The default picture of surroundings keeps the whole scene dim until it is decoded.
+        scene.configure_environment_map(hdri=None)
+        scene.configure_default_lights(enabled=False)
+        scene.add_light_ambient("/lights/all_round", color=(255, 255, 255), intensity=1.6)
+        scene.add_light_directional(
+            "/lights/sun", color=(255, 250, 240), intensity=2.2, position=(-2.0, -3.0, 5.0)
+        )
         scene.add_grid(
             "/floor",
             width=40.0,
@@ -58,7 +64,7 @@ class ViserScene:
                 self._draw_robot(model, changed, options)
             if changed & {"status", "detections"}:
                 report = model.status.find if model.status is not None else None
-                self._finds.draw(finds_to_show(report, model.detections), "finds" in layers)
+                self._finds.draw(marks_of(report, model.detections), "finds" in layers)
 
     def bounds(self) -> tuple[Float64Array, Float64Array] | None:
         """Return the least and greatest (x, y) of the drawn map in metres; None without one."""

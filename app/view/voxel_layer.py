@@ -13,8 +13,8 @@ from app.view.voxel_store import EDGE, Column, ColumnVoxels, VoxelStore
 POINT_SIZE: Final = 1.3
 """In voxels: a square of this size hides the gaps to its neighbours from any side."""
 
-_DARKEST: Final = 150
-_DARKEST_DATA: Final = 192
+_DARKEST: Final = 164
+_DARKEST_DATA: Final = 176
 """Of 255: what is left of a colour in the deepest shade; more where a colour is a figure."""
 
 MAX_BOXES: Final = 6000

@@ -43,6 +43,14 @@ class Actions(Protocol):
         """Change the proximity level of one label."""
         ...
 
+    def pause(self) -> str:
+        """Wait where the robot is."""
+        ...
+
+    def resume(self) -> str:
+        """Go on after a pause or a stop."""
+        ...
+
     def cancel(self) -> str:
         """End the current search."""
         ...

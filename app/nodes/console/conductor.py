@@ -26,6 +26,8 @@ logger = logging.getLogger(__name__)
 
 DRAW_S: Final = 0.05
 """Changes are gathered this long before they are drawn: at most 20 pictures a second."""
+PICTURE_S: Final = 0.4
+"""Between two pictures in the scene; the panel shows every one."""
 NOTICE_S: Final = 0.2
 LIVE_S: Final = 2.0
 FETCH_S: Final = 1.0
@@ -73,7 +75,7 @@ class Conductor:
         self._fetching = False
         self._fetched_at = -FETCH_S
         self._seen_opening = 0
-        self._drawn_at = self._noticed_at = 0.0
+        self._drawn_at = self._noticed_at = self._pictured_at = 0.0
         self._told_rejects = 0
         self._fetcher = ThreadPoolExecutor(max_workers=1, thread_name_prefix="keyframe")
         self._stop = threading.Event()
@@ -149,9 +151,23 @@ class Conductor:
         changed = self.model.take_changes() | self._changed
         self._changed.clear()
         if changed:
-            self._scene.draw(self.model, changed, self._options)
             self._tabs.update(self.model, changed)
+            self._scene.draw(self.model, self._without_haste(changed), self._options)
         self._follow.step(self._scene.bounds() if "voxels" in changed else None)
+
+    def _without_haste(self, changed: frozenset[Part]) -> frozenset[Part]:
+        """Leave the picture for later when the last one is fresh.
+
+        viser's client drops a texture that is not decoded before the next one comes: a slow
+        browser would never show any.
+        """
+        if "image" not in changed:
+            return changed
+        if self._drawn_at - self._pictured_at >= PICTURE_S:
+            self._pictured_at = self._drawn_at
+            return changed
+        self._changed.add("image")
+        return changed - {"image"}
 
     def _notice(self, now: float) -> None:
         self._noticed_at = now

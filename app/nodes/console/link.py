@@ -125,9 +125,20 @@ class NavigatorLink:
         self._request(keys.GUIDANCE, GuidanceRequest(label=label, level=level), Accepted)
         return f"{label.replace('_', ' ')} is now {level}."
 
+    def pause(self) -> str:
+        """Wait where the robot is."""
+        self._control(ControlRequest(action="pause", requester=REQUESTER))
+        return "The robot waits."
+
+    def resume(self) -> str:
+        """Go on after a pause or a stop."""
+        self._control(ControlRequest(action="resume", requester=REQUESTER))
+        return "The robot goes on."
+
     def cancel(self) -> str:
         """End the current search."""
-        return self._control(ControlRequest(action="cancel", requester=REQUESTER))
+        self._control(ControlRequest(action="cancel", requester=REQUESTER))
+        return "The search is cancelled; the map stays."
 
     def _control(self, request: ControlRequest) -> str:
         return self._request(keys.CONTROL, request, ControlReply).state

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from app.messages.control import GoalStatus, Status, Timings
+from app.messages.control import FindReport, GoalStatus, Status, Timings
 from app.messages.scene import VoxelCloud
 
 
@@ -51,7 +51,19 @@ def make_cloud(indices, stamp_ns=1, *, removed=False, ooi=10):
     )
 
 
+def make_find(**changes):
+    find = {
+        "goal_id": 1,
+        "object": "hat",
+        "position_world": (2.0, 2.0, 0.3),
+        "size_m": (0.2, 0.2, 0.2),
+        "probability": 0.9,
+        "voxels": 2,
+    }
+    return FindReport(**(find | changes))
+
+
 @pytest.fixture
 def make():
     """Builders of messages."""
-    return SimpleNamespace(status=make_status, cloud=make_cloud)
+    return SimpleNamespace(status=make_status, cloud=make_cloud, find=make_find)

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import viser
 
-from app.messages.control import FindReport
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
+from app.messages.scene import Detection
+from app.view.find_layer import marks_of
 from app.view.options import LAYERS, ViewOptions
 from app.view.scene_model import SceneModel
 from app.view.viser_scene import ALL_PARTS, ViserScene
@@ -153,15 +154,7 @@ def _draw_everything(server, model, make):
     model.on_image(CompressedColor(stamp_ns=1, frame_id="optical", encoded=b"\xff\xd8picture"))
     model.on_path(StampedPath(stamp_ns=1, points_world=np.array([[0.0, 0, 0], [1, 1, 0]])))
     model.on_tree(_tree(5))
-    find = FindReport(
-        goal_id=1,
-        object="hat",
-        position_world=(2.0, 2.0, 0.3),
-        size_m=(0.2, 0.2, 0.2),
-        probability=0.9,
-        voxels=2,
-    )
-    model.on_status(make.status(find=find))
+    model.on_status(make.status(find=make.find()))
     return _draw(server, model)
 
 
@@ -170,6 +163,17 @@ def test_the_picture_travels_as_it_came(server, model, make):
     frustum = _node(server, "/camera")
     assert frustum._image_data == b"\xff\xd8picture"
     assert frustum._format == "jpeg"
+
+
+def test_likely_places_are_amber_and_the_find_is_green(make):
+    report = make.find(position_world=(2.0, 2.0, 0.3))
+    places = (
+        Detection(label="hat", probability=0.9, center_world=(2.0, 2.1, 0.3), size_m=(1, 1, 1)),
+        Detection(label="hat", probability=0.4, center_world=(5.0, 2.0, 0.3), size_m=(1, 1, 1)),
+    )
+    marks = marks_of(report, places)
+    assert [(mark.text, mark.found) for mark in marks] == [("hat 90%", True), ("hat? 40%", False)]
+    assert [mark.found for mark in marks_of(None, places)] == [False, False]
 
 
 def test_a_shrinking_tree_keeps_its_names(server, model, make):

@@ -29,6 +29,8 @@ class SearchPanel:
         self._labels: tuple[str, ...] = ()
         self._build_query(gui)
         self._now = gui.add_html(markup.now(None))
+        self._steer = gui.add_button_group("Control", ("Pause", "Resume", "End"), visible=False)
+        self._steer.on_click(lambda event: self._control(event.target.value))
         self._build_find(gui)
         self._camera = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
         self._goals = gui.add_html("")
@@ -87,6 +89,10 @@ class SearchPanel:
             return
         self._try(lambda: self._actions.search(wanted, context))
 
+    def _control(self, word: str) -> None:
+        actions = self._actions
+        self._try({"Pause": actions.pause, "Resume": actions.resume, "End": actions.cancel}[word])
+
     def _change_level(self) -> None:
         label, level = self._label.value, self._level.value
         if label == _NO_LABEL:
@@ -106,6 +112,7 @@ class SearchPanel:
     def _show_status(self, status: Status, model: SceneModel) -> None:
         self._now.content = markup.now(status)
         self._goals.content = markup.goals(status.queue, status.history)
+        self._steer.visible = status.goal is not None
         find = status.find
         if find == self._find:
             return

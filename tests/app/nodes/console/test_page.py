@@ -218,6 +218,19 @@ def test_a_find_is_shown_and_can_be_rejected(home, stage, page):
     assert home.requests[-1] == (keys.FEEDBACK, b'{"verdict":"reject"}')
 
 
+def test_the_search_can_be_paused_resumed_and_ended(home, page):
+    view = _view(page)
+    for word, action, state in [
+        ("Pause", b"pause", "Paused"),
+        ("Resume", b"resume", "Searching"),
+        ("End", b"cancel", "Searching"),
+    ]:
+        view.get_by_role("button", name=word, exact=True).click(timeout=PATIENCE_MS)
+        _state(page, state)
+        page.wait_for_timeout(300)
+        assert action in home.requests[-1][1]
+
+
 def test_a_level_can_be_corrected(home, page):
     view = _view(page)
     view.get_by_text("Reasons and corrections").click(timeout=PATIENCE_MS)
