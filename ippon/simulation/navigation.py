@@ -16,6 +16,9 @@ _ndimage: Any = ndimage
 """Untyped on purpose: its functions return other types by argument."""
 
 CELL_M = 0.05
+FINE_CELL_M = 0.025
+"""For scoring: at 5 cm, gaps that the body just fits through come out shut."""
+
 _MARGIN_M = 0.3
 _MAX_CELLS = 4_000_000
 _FLOOR_GAP_M = 0.15
@@ -188,6 +191,7 @@ def robot_grid(scene: Scene, robot: RobotProfile) -> NavigationGrid:
         height_m=max(s.z_m + s.radius_m for s in robot.spheres),
         max_step_m=robot.max_step_m,
         floor_z_m=scene.start_poses[0].z if scene.start_poses else 0.0,
+        cell_m=FINE_CELL_M,
     )
 
 

@@ -1,3 +1,4 @@
+import dataclasses
 import json
 from pathlib import Path
 
@@ -124,6 +125,17 @@ def test_reachable_floor_agrees_with_what_the_scenes_state(name, radius):
     covered = ndimage.distance_transform_edt(~reached) * grid.cell_m <= radius
     area = covered.sum() * grid.cell_m**2
     assert area == pytest.approx(stated[f"radius_{radius}"], rel=0.02)
+
+
+@pytest.mark.skipif(not SCENES.is_dir(), reason="the shared scenes are not beside the repository")
+@pytest.mark.parametrize("name", ["sh3d_1bedroom_roundwall", "sh3d_4bedroom_house", "sh3d_studio"])
+def test_the_starts_of_a_scene_lie_in_one_area_as_it_states(name):
+    scene = load_scene(SCENES / name)
+    robot = dataclasses.replace(ZED, max_step_m=0.1)
+    grid = robot_grid(scene, robot)
+    regions = {int(grid.region[grid.cell_at(p.x, p.y)]) for p in scene.start_poses}
+    assert len(regions) == 1
+    assert regions != {0}
 
 
 def test_the_grid_of_a_robot_takes_its_body(furnished):

@@ -11,7 +11,7 @@ from ippon.simulation.homes.config import HomeConfig
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.homes.scatter import HAT_PLACES
 from ippon.simulation.loader import load_scene
-from ippon.simulation.navigation import navigation_grid
+from ippon.simulation.navigation import navigation_grid, robot_grid
 from ippon.simulation.sight import LineOfSight
 from ippon.simulation.writer import save_scene
 from ippon.vocabulary import MATTERPORT_40
@@ -150,8 +150,9 @@ def test_starts_keep_off_things_and_face_anywhere(home, seed):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_six_goals_are_there_and_can_be_reached(home, seed, robot):
     scene = home(seed)
+    grid = robot_grid(scene, robot)
     for goal in GOALS:
-        judge = Judge(scene, robot, goal)
+        judge = Judge(scene, robot, goal, grid=grid)
         assert judge.instances, goal
         assert np.isfinite(judge.shortest_path_m(scene.start_poses[0])), goal
 
