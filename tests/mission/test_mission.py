@@ -1,0 +1,170 @@
+"""Whole searches in a generated home: frames in, commands out, no processes."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from ippon.camera import PinholeCamera
+from ippon.errors import FrameRejectedError
+from ippon.evaluation.episode import EpisodeLimits, run_episode
+from ippon.evaluation.metrics import Judge
+from ippon.guidance.levels import Level
+from ippon.guidance.naming import resolve_object
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission.goal import Goal
+from ippon.mission.mission import Mission, MissionConfig
+from ippon.mission.snapshot import MissionState
+from ippon.robot import ZED
+from ippon.simulation.homes.generator import generate_home
+from ippon.simulation.world import SimulatedWorld
+from ippon.vocabulary import MATTERPORT_40
+
+CAMERA = PinholeCamera.from_horizontal_fov(192, 120, math.radians(74.0))
+LIMITS = EpisodeLimits(max_time_s=240.0)
+HOME = 4
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return generate_home(HOME)
+
+
+def start(scene, seed=0):
+    world = SimulatedWorld(scene, ZED, CAMERA, scene.start_poses[0], seed=seed)
+    return world, Mission(MissionConfig(), ZED, MATTERPORT_40, seed=seed)
+
+
+def ask(mission, text, context="", goal_id=1):
+    resolved = resolve_object(text, MATTERPORT_40)
+    guidance = EmbeddedPrior().levels(resolved, context, MATTERPORT_40)
+    goal = Goal(
+        goal_id=goal_id,
+        object=resolved.canonical,
+        display=resolved.display,
+        context=context,
+        category=resolved.category,
+    )
+    mission.set_goal(goal, guidance)
+    return guidance
+
+
+def search(world, mission):
+    results = list(run_episode(world, mission, LIMITS))
+    assert results, "an episode has at least one step"
+    return results
+
+
+@pytest.mark.slow
+def test_finds_two_objects_in_a_row_on_one_map(scene) -> None:
+    world, mission = start(scene)
+    ask(mission, "toilet")
+    first = search(world, mission)
+    assert first[-1].snapshot.state is MissionState.FOUND
+    assert Judge(scene, ZED, "toilet").is_success(world.trajectory[-1])
+    states = [r.snapshot.state for r in first]
+    assert states[0] is MissionState.LOOKING_AROUND
+    assert MissionState.APPROACHING in states
+    find = first[-1].snapshot.find
+    assert find is not None
+    assert find.box_px is not None, "the object is in view at the end"
+
+    revision = mission.voxel_map.revision
+    known = mission.voxel_map.explored_m2()
+    ask(mission, "sofa", goal_id=2)
+    second = search(world, mission)
+    assert mission.voxel_map.revision > revision
+    assert second[0].snapshot.explored_m2 >= known, "the second search starts on the first map"
+    assert MissionState.LOOKING_AROUND not in [r.snapshot.state for r in second]
+    assert second[-1].snapshot.state is MissionState.FOUND
+    assert Judge(scene, ZED, "sofa").is_success(world.trajectory[-1])
+
+
+@pytest.mark.slow
+def test_a_rejected_find_is_not_found_again(scene) -> None:
+    world, mission = start(scene)
+    ask(mission, "toilet")
+    first = search(world, mission)[-1].snapshot
+    assert first.find is not None
+    assert mission.reject_find()
+    assert not mission.reject_find(), "there is nothing left to reject"
+    assert mission.state is MissionState.SEARCHING
+    again = list(run_episode(world, mission, EpisodeLimits(max_time_s=20.0)))[-1].snapshot
+    if again.find is not None:
+        apart = np.subtract(again.find.position_world[:2], first.find.position_world[:2])
+        assert np.hypot(*apart) > 0.5
+
+
+def test_two_runs_of_one_seed_are_the_same_run(scene) -> None:
+    runs = []
+    for _ in range(2):
+        world, mission = start(scene, seed=5)
+        ask(mission, "plant")
+        steps = list(run_episode(world, mission, EpisodeLimits(max_time_s=12.0)))
+        runs.append(([s.command for s in steps], world.trajectory))
+    assert runs[0][0] == runs[1][0]
+    assert np.array_equal(runs[0][1], runs[1][1])
+
+
+def test_a_stopped_robot_stands_until_it_is_resumed(scene) -> None:
+    world, mission = start(scene)
+    ask(mission, "hat")
+    world.set_labels(MATTERPORT_40, "hat")
+    mission.step(world.observe())
+    mission.stop()
+    mission.pause()
+    for _ in range(3):
+        result = mission.step(world.observe())
+        assert result.snapshot.state is MissionState.STOPPED, "a pause does not weaken a stop"
+        assert result.command.linear_m_s == result.command.yaw_rate_rad_s == 0.0
+        world.step(result.command, 0.2)
+    mission.resume()
+    result = mission.step(world.observe())
+    assert result.snapshot.state is MissionState.LOOKING_AROUND
+    assert [e.kind for e in result.snapshot.events] == ["resumed"]
+
+
+def test_without_a_goal_it_maps_and_waits(scene) -> None:
+    world, mission = start(scene)
+    world.set_labels(MATTERPORT_40, None)
+    result = mission.step(world.observe())
+    assert result.snapshot.why == "waiting for a goal"
+    assert result.snapshot.goal is None
+    assert mission.voxel_map.bounds() is not None, "the map grows all the same"
+    assert not mission.reject_find()
+    with pytest.raises(ValueError, match="set a goal first"):
+        mission.set_guidance(EmbeddedPrior().levels("hat", "", MATTERPORT_40))
+
+
+def test_levels_of_another_vocabulary_are_refused(scene) -> None:
+    _, mission = start(scene)
+    guidance = EmbeddedPrior().levels("hat", "", MATTERPORT_40[:10])
+    with pytest.raises(ValueError, match="guidance speaks of 10 labels, the map of 40"):
+        mission.set_goal(Goal(goal_id=1, object="hat", display="hat"), guidance)
+
+
+def test_a_changed_level_recolours_the_map(scene) -> None:
+    world, mission = start(scene)
+    guidance = ask(mission, "hat")
+    for result in run_episode(world, mission, EpisodeLimits(max_time_s=2.0)):
+        assert result.snapshot.goal is not None
+    arrays = mission.voxel_map.arrays()
+    before = arrays.level[arrays.level != 255].copy()
+    rows = tuple(dataclasses.replace(row, level=Level.FAR) for row in guidance.rows)
+    mission.set_guidance(dataclasses.replace(guidance, rows=rows))
+    after = mission.voxel_map.arrays().level
+    assert len(before)
+    assert set(np.unique(after[after != 255])) == {Level.FAR}
+
+
+def test_a_frame_without_any_depth_changes_nothing(scene) -> None:
+    world, mission = start(scene)
+    ask(mission, "hat")
+    frame = world.observe()
+    mission.step(frame)
+    revision = mission.voxel_map.revision
+    nothing = np.full_like(frame.depth, np.nan)
+    with pytest.raises(FrameRejectedError):
+        mission.step(dataclasses.replace(frame, stamp_ns=frame.stamp_ns + 1, depth=nothing))
+    assert mission.voxel_map.revision == revision
