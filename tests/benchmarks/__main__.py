@@ -1,0 +1,47 @@
+"""`scripts/benchmark NAME [--json]`."""
+
+import argparse
+import os
+import sys
+from collections.abc import Iterator
+
+from tests.benchmarks.rows import Row, as_json, as_table
+
+
+def map_rows(frame_count: int, quick: bool) -> Iterator[Row]:
+    """Measure the map; results are compared with the peers' before times count."""
+    from tests.benchmarks import frames, map_quality, map_speed
+
+    sets = frames.available(frame_count)
+    if "redkitchen" not in sets:
+        sys.stderr.write(f"left out: the recorded kitchen is not at {frames.KITCHEN}\n")
+    for voxel_size in (0.1, 0.05):
+        for name, images in sets.items():
+            yield from map_speed.speed_rows(name, images, voxel_size)
+    if quick:
+        return
+    yield from map_speed.growth_rows(sets["home"][:20], 0.1)
+    yield from map_speed.start_rows()
+    for voxel_size in (0.1, 0.05):
+        yield from map_quality.quality_rows(voxel_size)
+
+
+BENCHMARKS = {"map": map_rows}
+
+
+def main() -> None:
+    """Run one benchmark on one core and print its rows."""
+    parser = argparse.ArgumentParser(prog="scripts/benchmark")
+    parser.add_argument("name", choices=sorted(BENCHMARKS))
+    parser.add_argument("--json", action="store_true", help="one object a row")
+    parser.add_argument("--frames", type=int, default=60, help="frames of each data set")
+    parser.add_argument("--quick", action="store_true", help="times only")
+    options = parser.parse_args()
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    rows = list(BENCHMARKS[options.name](options.frames, options.quick))
+    sys.stdout.write((as_json(rows) if options.json else as_table(rows)) + "\n")
+
+
+if __name__ == "__main__":
+    main()
