@@ -1,12 +1,21 @@
-"""Real zenoh sessions over loopback."""
+"""Real zenoh sessions over loopback, and whole processes."""
 
+import contextlib
+import os
+import signal
 import socket
-from collections.abc import Iterator
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 
 import pytest
 import zenoh
 
 from app.links.session import open_client, open_router
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -25,3 +34,61 @@ def sessions(free_endpoint: str) -> Iterator[tuple[zenoh.Session, zenoh.Session]
     yield router, client
     client.close()
     router.close()
+
+
+class Process:
+    """One process of the product, with its log."""
+
+    def __init__(self, arguments: Sequence[str], log: Path, environment: Mapping[str, str]) -> None:
+        self._log = log
+        with log.open("wb") as stream:
+            self.child = subprocess.Popen(
+                [sys.executable, "-m", "app", *arguments],
+                cwd=ROOT,
+                env={**os.environ, **environment},
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=stream,
+                start_new_session=True,
+                text=True,
+            )
+
+    def log(self) -> str:
+        """Return what it wrote to standard error so far."""
+        return self._log.read_text(errors="replace")
+
+    def wait_for_log(self, text: str, timeout_s: float = 60.0) -> None:
+        """Wait until the log holds a text."""
+        deadline = time.monotonic() + timeout_s
+        while text not in self.log():
+            assert self.child.poll() is None, f"it ended with {self.child.poll()}:\n{self.log()}"
+            assert time.monotonic() < deadline, f"no {text!r} in:\n{self.log()}"
+            time.sleep(0.02)
+
+    def finish(self, timeout_s: float = 60.0) -> tuple[int, str]:
+        """Wait for the end; return exit status and standard output."""
+        out, _ = self.child.communicate(timeout=timeout_s)
+        return self.child.returncode, out
+
+
+@pytest.fixture
+def runtime(tmp_path: Path) -> dict[str, str]:
+    """Environment that keeps the list of running navigators to this test."""
+    return {"XDG_RUNTIME_DIR": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path)}
+
+
+@pytest.fixture
+def launch(tmp_path: Path, runtime: dict[str, str]) -> Iterator[Callable[..., Process]]:
+    """Start `ippon ...`; whatever still runs at the end of the test is killed."""
+    started: list[Process] = []
+
+    def start(*arguments: str) -> Process:
+        log = tmp_path / f"{len(started)}-{arguments[0]}.log"
+        started.append(Process(arguments, log, runtime))
+        return started[-1]
+
+    yield start
+    for process in started:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.child.pid, signal.SIGKILL)
+        process.child.communicate()

@@ -1,0 +1,234 @@
+import hashlib
+import math
+import queue
+import signal
+import time
+
+import msgspec
+import numpy as np
+import pytest
+
+from app.links.latched import Latched
+from app.links.requests import last_message
+from app.links.session import open_router
+from app.links.subscription import subscribe
+from app.messages import keys
+from app.messages.control import LabelRequest, encode
+from app.messages.images import decode_camera, decode_color, decode_depth, decode_heatmap
+from app.messages.motion import (
+    StampedTwist,
+    decode_flag,
+    decode_transforms,
+    encode_number,
+    encode_twist,
+)
+from app.nodes.robot_sim import Truth
+from ippon.geometry import yaw_of
+from ippon.vocabulary import MATTERPORT_40
+
+pytestmark = pytest.mark.process
+
+DECODERS = {
+    keys.COLOR: decode_color,
+    keys.DEPTH: decode_depth,
+    keys.CAMERA_INFO: decode_camera,
+    keys.HEATMAP: decode_heatmap,
+    keys.CONTACT: decode_flag,
+    keys.TF: decode_transforms,
+}
+
+
+class Station:
+    """What a navigator is to a robot: labels, ears and commands."""
+
+    def __init__(self, endpoint):
+        self.session = open_router(endpoint)
+        self.heard = queue.SimpleQueue()
+        for topic in DECODERS:
+            subscribe(self.session, f"r/{topic}", self._receiver(topic))
+        self._labels = Latched(self.session, f"r/{keys.LABELS}")
+        self._labels.put(encode(LabelRequest(labels=list(MATTERPORT_40), ooi="hat")))
+        self.last = {}
+
+    def _receiver(self, topic):
+        return lambda payload: self.heard.put((topic, payload))
+
+    def wait_for(self, topic, timeout_s=60.0):
+        """Return the next message of a topic, decoded; the others are kept in `last`."""
+        deadline = time.monotonic() + timeout_s
+        while True:
+            heard, payload = self.heard.get(timeout=max(0.01, deadline - time.monotonic()))
+            self.last[heard] = payload
+            if heard == topic:
+                return DECODERS[topic](payload)
+
+    def pose(self):
+        """Return the newest pose of the base and its stamp in seconds."""
+        while not self.heard.empty():
+            topic, payload = self.heard.get()
+            self.last[topic] = payload
+        base = next(t for t in decode_transforms(self.last[keys.TF]) if t.child == "base_link")
+        return base.T_parent_child, base.stamp_ns / 1e9
+
+    def drive(self, linear, yaw_rate=0.0, stamp_ns=0):
+        twist = StampedTwist(stamp_ns=stamp_ns, linear_m_s=linear, yaw_rate_rad_s=yaw_rate)
+        self.session.put(f"r/{keys.CMD_VEL}", encode_twist(twist))
+
+    def tilt(self, angle):
+        self.session.put(f"r/{keys.CMD_TILT}", encode_number(angle))
+
+    def truth(self):
+        payload = last_message(self.session, f"r/{keys.SIM_TRUTH}", 10.0)
+        return msgspec.json.decode(payload, type=Truth)
+
+
+@pytest.fixture
+def station(free_endpoint):
+    station = Station(free_endpoint)
+    yield station
+    if not station.session.is_closed():
+        station.session.close()
+
+
+@pytest.fixture
+def start_robot(launch, free_endpoint):
+    def start(*extra):
+        where = ("--connect", free_endpoint, "--robot", "r", "--home", "3", "--width", "96")
+        return launch("sim", *where, *extra)
+
+    return start
+
+
+def test_it_publishes_what_a_ros_2_robot_would(station, start_robot):
+    start_robot()
+    color = station.wait_for(keys.COLOR)
+    depth = decode_depth(station.last[keys.DEPTH])
+    heatmap = decode_heatmap(station.last[keys.HEATMAP])
+    camera = decode_camera(station.last[keys.CAMERA_INFO])
+    assert color.stamp_ns == depth.stamp_ns == heatmap.stamp_ns
+    assert color.frame_id == camera.frame_id
+    assert depth.depth.shape == (camera.camera.height, camera.camera.width) == (60, 96)
+    assert 0.3 < np.median(depth.depth[depth.depth > 0]) < 5.0
+    assert heatmap.heatmap.labels == MATTERPORT_40
+    children = {t.child for t in decode_transforms(station.last[keys.TF])}
+    assert children == {"base_link", camera.frame_id}
+    stamps = [color.stamp_ns, *(station.wait_for(keys.COLOR).stamp_ns for _ in range(4))]
+    assert np.diff(stamps).tolist() == [200_000_000] * 4
+
+
+def test_it_obeys_within_its_limits(station, start_robot):
+    start_robot()
+    station.wait_for(keys.COLOR)
+    before, t0 = station.pose()
+    station.tilt(-0.5)
+    for _ in range(20):
+        station.drive(0.0, 100.0)
+        time.sleep(0.05)
+    after, t1 = station.pose()
+    turned = (yaw_of(after) - yaw_of(before)) % (2 * math.pi)
+    assert 0.3 < turned <= 1.2 * (t1 - t0) + 1e-6
+    camera = next(
+        t
+        for t in decode_transforms(station.last[keys.TF])
+        if t.child == "camera_color_optical_frame"
+    )
+    assert math.asin(camera.T_parent_child[2, 2]) == pytest.approx(-0.5, abs=1e-6)
+
+
+TF_PERIOD_S = 0.04
+
+
+def drive_off(station, speed=0.4):
+    """Drive forward for a second; return the pose and the stamp at the last command."""
+    for _ in range(20):
+        station.drive(speed)
+        time.sleep(0.05)
+    station.drive(speed)
+    return station.pose()
+
+
+def test_it_stands_half_a_second_after_the_last_command(station, start_robot):
+    start_robot()
+    station.wait_for(keys.COLOR)
+    _, last_command_s = drive_off(station)
+    x, moved_s = None, 0.0
+    while True:
+        station.wait_for(keys.TF)
+        T, stamp_s = station.pose()
+        if x is not None and not np.array_equal(T[:3, 3], x):
+            moved_s = stamp_s
+        x = T[:3, 3]
+        if stamp_s > last_command_s + 1.5:
+            break
+    assert last_command_s < moved_s <= last_command_s + 0.5 + 2 * TF_PERIOD_S
+
+
+def test_it_stands_when_the_link_is_gone_and_comes_back_by_itself(
+    station, start_robot, free_endpoint
+):
+    start_robot()
+    station.wait_for(keys.COLOR)
+    T, _ = drive_off(station, speed=0.4)
+    station.session.close()
+    again = Station(free_endpoint)
+    try:
+        again.wait_for(keys.COLOR, timeout_s=20.0)
+        now, _ = again.pose()
+        went_m = float(np.linalg.norm(now[:3, 3] - T[:3, 3]))
+        assert went_m < 0.4 * (0.5 + 2 * TF_PERIOD_S)
+        again.wait_for(keys.COLOR)
+        assert np.array_equal(again.pose()[0], now)
+    finally:
+        again.session.close()
+
+
+def test_hostile_commands_are_skipped(station, start_robot):
+    robot = start_robot()
+    station.wait_for(keys.COLOR)
+    for payload in (b"", b"\0\1\0\0", b"\xff" * 1000, encode_twist_nan(), bytes(1_000_000)):
+        station.session.put(f"r/{keys.CMD_VEL}", payload)
+        station.session.put(f"r/{keys.CMD_TILT}", payload)
+        station.session.put(f"r/{keys.LABELS}", payload)
+    robot.wait_for_log("message skipped")
+    stamp = station.wait_for(keys.COLOR).stamp_ns
+    assert station.wait_for(keys.COLOR).stamp_ns > stamp
+    assert len(robot.log()) < 20_000
+
+
+def encode_twist_nan():
+    return encode_twist(StampedTwist(stamp_ns=0, linear_m_s=math.nan, yaw_rate_rad_s=0.0))
+
+
+def lock_step_run(station, frames=12):
+    """Answer frames with fixed commands; return a digest of all that the robot sent."""
+    digest = hashlib.sha256()
+    for k in range(frames):
+        color = station.wait_for(keys.COLOR)
+        assert color.stamp_ns == k * 200_000_000
+        for topic in DECODERS:
+            digest.update(station.last[topic])
+        # A command of another stamp, as a repeating navigator sends, moves nothing.
+        station.drive(0.8, stamp_ns=color.stamp_ns - 1)
+        station.tilt(-0.05 * k)
+        station.drive(0.2, 0.4, stamp_ns=color.stamp_ns)
+    return digest.hexdigest()
+
+
+def test_lock_step_waits_for_answers_and_repeats_itself(station, start_robot):
+    robot = start_robot("--speed", "max")
+    first = lock_step_run(station)
+    time.sleep(1.0)
+    station.wait_for(keys.COLOR)
+    assert station.heard.empty(), "no frame without an answer to the one before"
+    robot.child.send_signal(signal.SIGTERM)
+    assert robot.finish()[0] == 0
+    start_robot("--speed", "max")
+    assert lock_step_run(station) == first
+
+
+def test_no_navigator(launch, free_endpoint):
+    robot = launch("sim", "--connect", free_endpoint, "--home", "3")
+    status, out = robot.finish()
+    assert (status, out) == (2, "")
+    assert f"no navigator answers at {free_endpoint}" in robot.log()
+    assert "Traceback" not in robot.log()
