@@ -10,6 +10,7 @@ import pytest
 import websockets.sync.client
 
 from app.nodes.console.node import ConsoleConfig, ConsoleError, run_console
+from app.view.options import ViewOptions
 
 
 @pytest.mark.parametrize(
@@ -127,17 +128,19 @@ def test_a_restarted_console_shows_the_whole_map_again(stage, home, zenoh_port):
     for _ in range(25):
         home.tick()
     heights = home.keyframe().centers_world[:, 2]
-    below_the_cut = int((heights < 1.6).sum())
+    below_the_cut = int((heights < ViewOptions().ceiling_m).sum())
     port = stage.free_port()
     for _ in range(2):
         console = stage.ConsoleProcess(zenoh_port, port)
-        console.wait_until_up()
-        watcher = stage.SceneWatcher(console.url)
-        watcher.read_until(lambda w: sum(w.points.values()) >= 0.95 * below_the_cut)
-        watcher.read()
-        shown = sum(watcher.points.values())
-        watcher.close()
-        console.kill()
+        try:
+            console.wait_until_up()
+            watcher = stage.SceneWatcher(console.url)
+            watcher.read_until(lambda w: sum(w.points.values()) >= 0.95 * below_the_cut)
+            watcher.read()
+            shown = sum(watcher.points.values())
+            watcher.close()
+        finally:
+            console.kill()
         assert 0.95 * below_the_cut <= shown <= below_the_cut, "the likeliest voxels are boxes"
 
 
