@@ -92,7 +92,16 @@ function command(action) {
   });
 }
 
+const COMPLAINT_MS = 8000;
 let notDelivered = null;
+let complaint = 0;
+
+function complain(text) {
+  notDelivered = text;
+  clearTimeout(complaint);
+  if (text !== null) complaint = setTimeout(() => complain(null), COMPLAINT_MS);
+  render();
+}
 
 // Stop goes by the socket; without a quick answer it goes by plain HTTP as well.
 async function stop() {
@@ -108,15 +117,12 @@ async function stop() {
     }
   }
   delete button.dataset.pending;
-  notDelivered = reply.ok ? null : reply.text;
-  render();
+  complain(reply.ok ? null : reply.text);
 }
 
 async function resume() {
   const reply = await command("resume");
-  notDelivered = null;
-  if (reply !== null && !reply.ok) notDelivered = reply.text;
-  render();
+  complain(reply === null ? "the console does not answer" : reply.ok ? null : reply.text);
 }
 
 function clock(seconds) {

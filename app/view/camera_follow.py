@@ -54,7 +54,7 @@ def framing(low: Float64Array, high: Float64Array, aspect: float) -> View:
 
 @dataclass(slots=True)
 class _Watcher:
-    camera: Any
+    client: Any
     sent: deque[View] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
     free: bool = False
     now: View | None = None
@@ -69,7 +69,7 @@ class CameraFollow:
 
     def add(self, client: Any) -> None:
         """Take over a browser that has just connected."""
-        watcher = _Watcher(camera=client.camera)
+        watcher = _Watcher(client=client)
         self._watchers[client.client_id] = watcher
 
         @client.camera.on_update
@@ -93,7 +93,7 @@ class CameraFollow:
             return
         for watcher in tuple(self._watchers.values()):
             if not watcher.free:
-                self._move(watcher, framing(*self._bounds, watcher.camera.aspect))
+                self._move(watcher, framing(*self._bounds, watcher.client.camera.aspect))
 
     def _move(self, watcher: _Watcher, wanted: View) -> None:
         now = watcher.now
@@ -105,8 +105,10 @@ class CameraFollow:
             shown = _between(now, wanted, _EASE)
         watcher.now = shown
         watcher.sent.append(shown)
-        watcher.camera.position = shown.position
-        watcher.camera.look_at = shown.look_at
+        camera = watcher.client.camera
+        with watcher.client.atomic():
+            camera.position = shown.position
+            camera.look_at = shown.look_at
 
     def _moved(self, watcher: _Watcher, camera: Any) -> None:
         """Let go of a camera that stands where nobody but the operator has put it."""

@@ -1,4 +1,5 @@
 import asyncio
+import contextlib
 import math
 from types import SimpleNamespace
 
@@ -28,7 +29,7 @@ class Camera:
 @pytest.fixture
 def client():
     """A browser that has just connected."""
-    return SimpleNamespace(client_id=1, camera=Camera())
+    return SimpleNamespace(client_id=1, camera=Camera(), atomic=contextlib.nullcontext)
 
 
 SMALL = (np.array([0.0, 0.0]), np.array([6.0, 5.0]))

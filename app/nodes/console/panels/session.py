@@ -35,7 +35,7 @@ class SessionPanel:
         status = model.status
         if status is None:
             return
-        if self._start_ns is None:
+        if self._start_ns is None or status.stamp_ns < self._start_ns:
             self._start_ns = status.stamp_ns
         if "status" in changed:
             self._figures.content = markup.figures(status, model.voxels.count)
