@@ -34,8 +34,14 @@ class FollowerConfig:
     """Fraction of the top speed left when something all but touches."""
     braking_share: float = 0.6
     """Share of the possible deceleration that is planned with; less brakes earlier."""
+    overlap_m: float = 0.05
+    """The path counts as blocked where an obstacle voxel's centre lies this far inside the body."""
     stop_margin_m: float = 0.05
     """Distance kept from an obstacle on the path."""
+    side_margin_m: float = 0.1
+    """Room beside the body that steering aims for; more swings wider round corners."""
+    side_weight: float = 8.0
+    """How much steering gives up of the path for that room; more avoids more and weaves more."""
 
     def __post_init__(self) -> None:
         """Reject tolerances that never settle."""
@@ -98,7 +104,7 @@ class PathFollower:
         here = T_world_base[:2, 3]
         away = math.hypot(target.position_world[0] - here[0], target.position_world[1] - here[1])
         # Once arrived, a little drift does not send the robot back and forth.
-        tolerance = self.config.position_tolerance_m * (2.0 if self._settling else 1.0)
+        tolerance = self.config.position_tolerance_m * (1.5 if self._settling else 1.0)
         self._settling = away <= tolerance
         if self._settling:
             return self._settle(target, T_world_base, tilt_rad, dt_s)
@@ -139,34 +145,60 @@ class PathFollower:
             return self._ease(0.0, rate, tilt, dt_s)
         braking = config.braking_share * robot.max_linear_acceleration_m_s2
         remaining = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-        room, free = self._look_ahead(path, T_world_base, map_arrays)
+        reach = 0.5 * robot.max_linear_m_s**2 / braking + 0.4
+        obstacles = near_obstacles(map_arrays, robot, T_world_base, reach + robot.radius_m)
+        room, free = self._look_ahead(path, obstacles, reach)
         speed = robot.max_linear_m_s * self._caution(room) * max(0.2, math.cos(1.5 * off))
         self._blocked = free < 0.02
+        rate = self._steer_clear(T_world_base, max(speed, 0.2), rate, obstacles)
         for distance in (remaining, free):
             # At a coarse rate the robot still drives for a whole step after the command.
             speed = min(speed, math.sqrt(2.0 * braking * distance), distance / (1.5 * dt_s))
         return self._ease(speed, rate, tilt, dt_s)
 
     def _look_ahead(
-        self, path: Float64Array, T_world_base: Float64Array, map_arrays: MapArrays
+        self, path: Float64Array, obstacles: Float64Array, reach: float
     ) -> tuple[float, float]:
-        """Return the room beside the body now, and how far along the path it is free."""
-        robot = self._robot
-        braking = self.config.braking_share * robot.max_linear_acceleration_m_s2
-        reach = 0.5 * robot.max_linear_m_s**2 / braking + 0.4
-        obstacles = near_obstacles(map_arrays, robot, T_world_base, reach + robot.radius_m)
+        """Return the room beside the body soon, and how far along the path it is free."""
         if len(obstacles) == 0:
             return math.inf, math.inf
         steps = np.arange(0.0, reach, 0.04)
         points = np.array([point_along(path, s) for s in steps])
-        room = room_at(points, obstacles) - robot.radius_m
-        # Standing too close already is no reason to stay: it must only not get closer.
-        needed = np.minimum(-0.5 * self.config.stop_margin_m, room[0] - 0.01)
+        room = room_at(points, obstacles) - self._robot.radius_m
+        # A voxel is up to half its edge off the surface, and standing too close already is no
+        # reason to stay: it must only not get closer.
+        needed = np.minimum(-self.config.overlap_m, room[0] - 0.01)
         hit = np.flatnonzero(room < needed)
         free = math.inf
         if hit.size:
             free = max(0.0, float(steps[hit[0]]) - self.config.stop_margin_m)
         return float(room[: max(1, len(room) // 3)].min()), free
+
+    def _steer_clear(
+        self, T_world_base: Float64Array, speed: float, rate: float, obstacles: Float64Array
+    ) -> float:
+        """Return a turn rate near `rate` whose arc leaves room beside the body.
+
+        Steering for a point ahead cuts corners; a few arcs beside the wanted one are weighed by
+        how far they leave it and how close they pass.
+        """
+        if len(obstacles) == 0:
+            return rate
+        limit = self._robot.max_yaw_rate_rad_s
+        rates = np.clip(rate + limit * np.linspace(-0.6, 0.6, 9), -limit, limit)
+        # The wanted rate first: on a tie it stays.
+        rates = np.concatenate([[rate], rates])
+        t = np.linspace(0.15, 0.8, 6)
+        half = 0.5 * rates[:, None] * t
+        chord = speed * t * np.sinc(half / math.pi)
+        heading = yaw_of(T_world_base) + half
+        points = T_world_base[:2, 3] + np.stack(
+            [chord * np.cos(heading), chord * np.sin(heading)], axis=2
+        )
+        room = room_at(points.reshape(-1, 2), obstacles).reshape(len(rates), -1).min(axis=1)
+        short = np.maximum(0.0, self.config.side_margin_m - (room - self._robot.radius_m))
+        cost = np.abs(rates - rate) / limit + self.config.side_weight * short
+        return float(rates[int(np.argmin(cost))])
 
     def _caution(self, room: float) -> float:
         share = min(1.0, max(0.0, room / self.config.slow_clearance_m))

@@ -46,7 +46,7 @@ class Connector:
 
     @property
     def _margin(self) -> float:
-        return self._floor.config.margin_m
+        return self._floor.margin_m
 
     def follow(self, box: tuple[int, int, int, int]) -> list[int]:
         """Recheck the roadmap where the floor changed.

@@ -46,6 +46,9 @@ class PlannerConfig:
     """Viewpoints added in a step at most; more covers new space sooner."""
     evaluations_per_step: int = 6
     """Viewpoints evaluated in a step at most, about 1.5 ms each."""
+    second_chances: int = 2
+    """Times a search that would end opens again what contacts closed and tries gaps that are all
+    but too narrow; more tries harder and takes longer to give up."""
     max_nodes: int = 1500
     """Viewpoints kept at most; 1,000 m² of floor takes about 1,000."""
 
@@ -76,6 +79,7 @@ class ViewpointPlanner:
         self._target: int | None = None
         self._path: Float64Array | None = None
         self._given_up: dict[int, int] = {}
+        self._second_chances = 0
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
         """Weigh everything anew for a new goal or other levels; no ray is cast for it.
@@ -89,6 +93,7 @@ class ViewpointPlanner:
         self._levels_changed = True
         self._target = self._path = None
         self._given_up.clear()
+        self._second_chances = self.config.second_chances
 
     def mark_contact(self, T_world_base: Float64Array) -> None:
         """Take the triangular region ahead of the robot for untraversable (Sec. Traversability)."""
@@ -125,7 +130,7 @@ class ViewpointPlanner:
             for node in self._connector.follow(box):
                 self._forget(node)
         grid, limits = self._floor.grid, self._floor.limits
-        reachable = reachable_cells(grid, limits, x, y, self.config.traversability.margin_m)
+        reachable = reachable_cells(grid, limits, x, y, self._floor.margin_m)
         saturated = self._sample(map_arrays, reachable, x, y)
         seeds, tree = self._grow_tree(reachable, x, y, yaw)
         evaluated = self._evaluate(map_arrays, tree)
@@ -134,11 +139,16 @@ class ViewpointPlanner:
         if target is not None:
             path = self._connector.shorten(self._road.path_to(target, tree, seeds))
         self._target, self._path = target, (path if target is not None else None)
+        exhausted = saturated and target is None and not self._promising_left(map_arrays, tree)
+        if exhausted and self._second_chances > 0:
+            # Before giving up, try what contacts closed, and the narrowest gaps.
+            self._second_chances -= 1
+            exhausted = not self._floor.relax()
         return Plan(
             target=None if target is None else self._viewpoint(target, tree, scores),
             path_world=np.column_stack([path, np.full(len(path), self._floor.floor_z_m)]),
             tree=self._tree_view(tree, x, y, yaw, tilt_rad, scores),
-            exhausted=saturated and target is None and not self._promising_left(map_arrays, tree),
+            exhausted=exhausted,
             evaluated=evaluated,
         )
 
@@ -161,11 +171,11 @@ class ViewpointPlanner:
         for mask, spacing, share in (
             (objects, config.object_spacing_m, left // 2),
             (near, config.local_spacing_m, left),
-            (reachable, config.spacing_m, left),
+            (np.ones_like(reachable), config.spacing_m, left),
         ):
             for _ in range(min(share, left)):
                 xy = self._road.xy[self._road.nodes]
-                places = np.argwhere(open_places(reachable & mask, grid, xy, spacing))
+                places = np.argwhere(open_places(reachable * mask, grid, xy, spacing))
                 if not len(places) or not self._add(places):
                     break
                 left -= 1

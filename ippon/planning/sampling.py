@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numba import njit
@@ -10,6 +11,10 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, MapArrays
 from ippon.planning.clearance import OPEN, BodyLimits, FloorGrid, clearance_at
+
+PASSED: Final = 1
+STANDABLE: Final = 2
+SLACK_CELLS: Final = 0.4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,9 +29,9 @@ class SamplingConfig:
     """Least distance elsewhere; gains of viewpoints farther apart count as independent."""
     object_spacing_m: float = 0.3
     """Least distance of viewpoints round a recognised object."""
-    object_reach_m: float = 0.95
-    """Viewpoints round an object lie within this of one of its voxels: a little less than the
-    metre of the task, so that the robot need not stop exactly on them."""
+    object_reach_m: float = 0.85
+    """Viewpoints round an object lie within this of one of its voxels: less than the metre of the
+    task, so that the robot need not stop exactly on them."""
     choices: int = 4
     """Places drawn for each sample; the one with the most room wins."""
 
@@ -44,10 +49,14 @@ def reachable_cells(
 ) -> NDArray[np.uint8]:
     """Flood the floor from the robot.
 
+    A gap may have room for the body between the centres of cells but on none of them, so the flood
+    runs over cells that miss the margin by up to `SLACK_CELLS`; whether the gap can be passed is
+    for the moves to say, which are exact below a cell. It begins on such cells within 0.5 m of the
+    robot, so that one that stands too close to something is not cut off.
+
     Returns:
-        (X, Y) uint8, 1 where the robot's centre can get to over cells that leave `margin` metres
-        beside the body. The flood begins on the passable cells within 0.5 m of the robot, so that
-        one that stands too close to something is not cut off.
+        (X, Y) uint8: `STANDABLE` where the robot could stand with `margin` metres beside the body,
+        `PASSED` where the flood merely went through, 0 elsewhere.
     """
     out = np.zeros(grid.kind.shape, dtype=np.uint8)
     queue = np.empty((grid.kind.size, 2), dtype=np.int32)
@@ -58,14 +67,17 @@ def reachable_cells(
 @njit(cache=True, nogil=True)
 def _passable(grid, limits, i, j, margin):
     if grid.kind[i, j] != OPEN:
-        return False
-    need = (limits.radius + margin) / grid.voxel_size
-    di, dj = int(grid.obstacle[i, j, 0]), int(grid.obstacle[i, j, 1])
-    if di * di + dj * dj < need * need:
-        return False
+        return 0
     need = limits.unseen_radius / grid.voxel_size
     di, dj = int(grid.unseen[i, j, 0]), int(grid.unseen[i, j, 1])
-    return di * di + dj * dj >= need * need
+    if di * di + dj * dj < need * need:
+        return 0
+    need = (limits.radius + margin) / grid.voxel_size
+    di, dj = int(grid.obstacle[i, j, 0]), int(grid.obstacle[i, j, 1])
+    room = di * di + dj * dj
+    if room >= need * need:
+        return STANDABLE
+    return PASSED if room >= (need - SLACK_CELLS) ** 2 else 0
 
 
 @njit(cache=True, nogil=True)
@@ -77,10 +89,10 @@ def _flood_kernel(grid, limits, x, y, margin, queue, out):
     head, tail = 0, 0
     for i in range(max(0, int(fx - reach)), min(nx, int(fx + reach) + 2)):
         for j in range(max(0, int(fy - reach)), min(ny, int(fy + reach) + 2)):
-            if (i - fx) ** 2 + (j - fy) ** 2 <= reach * reach and _passable(
-                grid, limits, i, j, margin
-            ):
-                out[i, j] = 1
+            if (i - fx) ** 2 + (j - fy) ** 2 > reach * reach:
+                continue
+            out[i, j] = _passable(grid, limits, i, j, margin)
+            if out[i, j]:
                 queue[tail, 0], queue[tail, 1] = i, j
                 tail += 1
     while head < tail:
@@ -91,8 +103,8 @@ def _flood_kernel(grid, limits, x, y, margin, queue, out):
             b = j + (1 if n == 2 else -1 if n == 3 else 0)
             if a < 0 or b < 0 or a >= nx or b >= ny or out[a, b]:
                 continue
-            if _passable(grid, limits, a, b, margin):
-                out[a, b] = 1
+            out[a, b] = _passable(grid, limits, a, b, margin)
+            if out[a, b]:
                 queue[tail, 0], queue[tail, 1] = a, b
                 tail += 1
 
@@ -127,7 +139,7 @@ def open_places(
     reachable: NDArray[np.uint8], grid: FloorGrid, nodes: Float64Array, spacing_m: float
 ) -> NDArray[np.uint8]:
     """Return (X, Y) uint8, 1 where a viewpoint could go without crowding another."""
-    places = reachable.copy()
+    places = (reachable == STANDABLE).astype(np.uint8)
     cover(places, grid, nodes, spacing_m, 0)
     return places
 

@@ -36,14 +36,20 @@ DRIVEN: Final = 1
 """Mark of cells that the robot has stood on."""
 CONTACT: Final = 2
 """Mark of cells that count as blocked because the robot touched something there."""
+SWEPT: Final = 4
+"""Mark of cells that the body has covered with room to spare: a contact was not there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TraversabilityConfig:
     """How careful the robot is about what it has not seen and what is close."""
 
-    margin_m: float = 0.0
-    """Room beside the body that every move must leave; more closes narrow doors."""
+    margin_m: float = 0.02
+    """Room beside the body that every move must leave; more closes narrow doors, less squeezes
+    through gaps that the map shows a few centimetres too wide."""
+    squeeze_margin_m: float = -0.04
+    """The same, once nothing else is left to see: the map is up to half a voxel off, and a door
+    that it shows a little too narrow may be wide enough. Less squeezes more, and touches more."""
     start_margin_m: float = 0.2
     """The robot starts on floor that it cannot see; a disc this much wider than the body counts
     as floor. More trusts more unseen floor."""
@@ -64,6 +70,8 @@ class TraversabilityConfig:
 
     def __post_init__(self) -> None:
         """Reject values that would close or open everything."""
+        if self.squeeze_margin_m > self.margin_m:
+            raise ValueError("squeeze_margin_m must not exceed margin_m")
         if not (0.0 <= self.margin_m <= 0.5 and 0.0 < self.min_seen <= 1.0):
             raise ValueError(
                 f"margin_m must lie in 0 to 0.5 and min_seen in 0 to 1; got {self.margin_m}, "
@@ -86,6 +94,8 @@ class Traversability:
             slow_fraction=config.slow_fraction,
             speed=robot.max_linear_m_s,
         )
+        self.margin_m = config.margin_m
+        """Room beside the body that every move must leave now."""
         self._revision = -1
         self._bands: ColumnBands | None = None
         self._columns: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
@@ -93,6 +103,7 @@ class Traversability:
         self._grid: FloorGrid | None = None
         self._floor_z = 0.0
         self._started = False
+        self._reread = False
 
     @property
     def grid(self) -> FloorGrid:
@@ -135,31 +146,65 @@ class Traversability:
         self._started = True
         window = np.array([1 << 30, -1, 1 << 30, -1], dtype=np.int64)
         box = (0, grid.kind.shape[0], 0, grid.kind.shape[1])
-        if not everything:
+        if not (everything or self._reread):
             box = self._touched_box(blocks, T_world_base)
         _combine_kernel(self._columns, self._marks, np.array(box), grid.kind, window)
+        self._reread = False
         if everything:
             window[:] = box
         return self._refresh(window)
 
     def mark_contact(self, T_world_base: Float64Array) -> None:
-        """Close the triangular region ahead of a robot that touched something."""
+        """Close the triangular region ahead of a robot that touched something.
+
+        Where an obstacle of the map is so close before the robot that it explains the contact, only
+        the rim of the body towards it is closed: the map was a few centimetres off there, and a
+        triangle ahead would close the door that the robot brushed against. Where the body has been
+        nothing is closed, so that the way back stays open.
+        """
         if self._grid is None:
             return
-        v = self._grid.voxel_size
+        v, radius = self._grid.voxel_size, self._robot.radius_m
         x, y, yaw = T_world_base[0, 3], T_world_base[1, 3], yaw_of(T_world_base)
-        inner = self._robot.radius_m + 0.25 * v
-        outer = self._robot.radius_m + max(self.config.contact_length_m, v)
-        wide = math.tan(self.config.contact_half_angle_rad)
-        i, j, cx, cy = self._cells_around(
-            x, y, outer / math.cos(self.config.contact_half_angle_rad)
-        )
-        ahead = (cx - x) * math.cos(yaw) + (cy - y) * math.sin(yaw)
-        aside = np.abs((cy - y) * math.cos(yaw) - (cx - x) * math.sin(yaw))
-        hit = (np.hypot(cx - x, cy - y) >= inner) & (ahead <= outer)
-        # At least one cell wide, however narrow the triangle is where it begins.
-        hit &= (ahead > 0.0) & (aside <= np.maximum(ahead * wide, 0.75 * v))
-        self._marks[i[hit], j[hit]] |= CONTACT
+        half_angle = self.config.contact_half_angle_rad
+        outer = radius + max(self.config.contact_length_m, v)
+        i, j, cx, cy = self._cells_around(x, y, outer / math.cos(half_angle))
+        open_yet = self._marks[i, j] & (CONTACT | SWEPT) == 0
+        away = np.hypot(cx - x, cy - y)
+        bearing = np.arctan2(cy - y, cx - x)
+        touched = self._touched_obstacle(T_world_base)
+        rim = np.zeros_like(open_yet)
+        if touched is not None:
+            off = np.abs((bearing - touched + np.pi) % (2.0 * np.pi) - np.pi)
+            rim = open_yet & (off <= 0.3) & (away >= radius) & (away <= radius + 0.75 * v)
+        if not rim.any():
+            ahead, aside = away * np.cos(bearing - yaw), away * np.abs(np.sin(bearing - yaw))
+            rim = open_yet & (away >= radius + 0.25 * v) & (ahead > 0.0) & (ahead <= outer)
+            # At least one cell wide, however narrow the triangle is where it begins.
+            rim &= aside <= np.maximum(ahead * math.tan(half_angle), 0.75 * v)
+        self._marks[i[rim], j[rim]] |= CONTACT
+
+    def relax(self) -> bool:
+        """Open what contacts closed and squeeze through gaps; tell whether that is anything new."""
+        new = bool((self._marks & CONTACT).any()) or self.margin_m > self.config.squeeze_margin_m
+        self._marks &= 255 - CONTACT
+        self.margin_m = self.config.squeeze_margin_m
+        self._reread = True
+        return new
+
+    def _touched_obstacle(self, T_world_base: Float64Array) -> float | None:
+        """Return the direction of the obstacle that the robot ran into, None for none."""
+        grid = self.grid
+        x, y = float(T_world_base[0, 3]), float(T_world_base[1, 3])
+        reach = self._robot.radius_m + 0.75 * grid.voxel_size
+        i, j, cx, cy = self._cells_around(x, y, reach)
+        away = np.hypot(cx - x, cy - y)
+        off = np.arctan2(cy - y, cx - x) - yaw_of(T_world_base)
+        away[(grid.kind[i, j] != OBSTACLE) | (np.cos(off) < -0.2)] = np.inf
+        if away.size == 0 or away.min() > reach:
+            return None
+        n = np.unravel_index(int(np.argmin(away)), away.shape)
+        return math.atan2(cy[n] - y, cx[n] - x)
 
     def block_disc(self, centre: tuple[float, float], radius_m: float) -> None:
         """Close a disc of the floor until it is driven over."""
@@ -249,9 +294,9 @@ class Traversability:
         inside = distance <= radius_m
         self._marks[i[inside], j[inside]] |= mark
         if mark == DRIVEN:
-            # Where the body is, nothing can be: the contact was somewhere else.
-            body = distance <= self._robot.radius_m - 0.5 * self.grid.voxel_size
+            body = distance <= self._robot.radius_m - 0.75 * self.grid.voxel_size
             self._marks[i[body], j[body]] &= 255 - CONTACT
+            self._marks[i[body], j[body]] |= SWEPT
 
 
 @njit(cache=True, nogil=True)

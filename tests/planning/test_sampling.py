@@ -6,6 +6,7 @@ import pytest
 from ippon.mapping.arrays import OCCUPIED
 from ippon.planning.clearance import OBSTACLE, OPEN, BodyLimits
 from ippon.planning.sampling import (
+    STANDABLE,
     SamplingConfig,
     cell_centre,
     cover,
@@ -61,7 +62,7 @@ def test_filling_every_open_place_leaves_none_and_crowds_nobody(seed):
     assert apart.min() >= 0.5 - 1e-9
     covered = np.zeros_like(reachable)
     cover(covered, grid, nodes, 0.5, 1)
-    assert not (reachable & ~covered & 1).any()
+    assert not ((reachable == STANDABLE) & (covered == 0)).any()
 
 
 def test_roomy_places_are_preferred():

@@ -16,6 +16,7 @@ from ippon.planning.columns import (
     FLOOR_SEEN,
     ColumnBands,
 )
+from ippon.planning.sampling import SLACK_CELLS
 
 
 def state_of(arrays: MapArrays, i: int, j: int, k: int) -> int:
@@ -68,28 +69,25 @@ def reachable(grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: f
     def far_enough(site: NDArray[np.int16], need_m: float) -> bool:
         return site[0] == NO_SITE or math.hypot(*site.astype(float)) >= need_m / grid.voxel_size
 
-    passable = np.array(
-        [
-            [
-                grid.kind[i, j] == OPEN
-                and far_enough(grid.obstacle[i, j], limits.radius + margin)
-                and far_enough(grid.unseen[i, j], limits.unseen_radius)
-                for j in range(ny)
-            ]
-            for i in range(nx)
-        ]
-    )
+    def passable_at(i: int, j: int) -> int:
+        if grid.kind[i, j] != OPEN or not far_enough(grid.unseen[i, j], limits.unseen_radius):
+            return 0
+        need = limits.radius + margin
+        slack = SLACK_CELLS * grid.voxel_size
+        return sum(bool(far_enough(grid.obstacle[i, j], n)) for n in (need - slack, need))
+
+    passable = np.array([[passable_at(i, j) for j in range(ny)] for i in range(nx)])
     out = np.zeros((nx, ny), dtype=np.uint8)
     queue: deque[tuple[int, int]] = deque()
-    for i, j in np.argwhere(passable):
+    for i, j in np.argwhere(passable > 0):
         cx, cy = (np.array([i, j]) + grid.origin + 0.5) * grid.voxel_size
         if math.hypot(cx - x, cy - y) <= 0.5:
-            out[i, j] = 1
+            out[i, j] = passable[i, j]
             queue.append((i, j))
     while queue:
         i, j = queue.popleft()
         for a, b in ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)):
             if 0 <= a < nx and 0 <= b < ny and passable[a, b] and not out[a, b]:
-                out[a, b] = 1
+                out[a, b] = passable[a, b]
                 queue.append((a, b))
     return out
