@@ -1,0 +1,104 @@
+"""The whole product as a newcomer meets it: one command, one page, one search."""
+
+import os
+import socket
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from playwright.sync_api import Page, expect, sync_playwright
+
+pytestmark = [pytest.mark.browser, pytest.mark.process, pytest.mark.slow]
+
+ROOT = Path(__file__).parents[2]
+CHROMIUM = ("/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome")
+ARGUMENTS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-dev-shm-usage",
+]
+SEARCH_MS = 240_000
+PATIENCE_MS = 30_000
+KEEP_PICTURES = "IPPON_KEEP_PICTURES"
+"""Set it to a folder to keep the pictures; the README shows `console.png` of them."""
+
+
+@pytest.fixture
+def port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return listener.getsockname()[1]
+
+
+@pytest.fixture
+def pictures(tmp_path: Path) -> Path:
+    folder = Path(os.environ.get(KEEP_PICTURES, tmp_path))
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+@pytest.fixture
+def page(launch: Callable[..., Any], port: int):
+    """The page of a running demo that waits for a query."""
+    demo = launch(
+        "demo", "--home", "3", "--port", str(port), "--speed", "2", "--no-search", "--seed", "1"
+    )
+    demo.wait_for_log("simulated robot in home-3", timeout_s=300.0)
+    assert httpx.get(f"http://127.0.0.1:{port}/health").is_success
+    path = next((p for p in CHROMIUM if Path(p).exists()), None)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        page.goto(f"http://127.0.0.1:{port}")
+        yield page
+        browser.close()
+
+
+def field(page: Page, label: str):
+    """The text field beside a label; viser does not tie the two together."""
+    return page.frame_locator("#view").locator(
+        f"xpath=//label[text()='{label}']/ancestor::div[.//input][1]//input"
+    )
+
+
+def ask(page: Page, sentence: str) -> None:
+    field(page, "Find").fill(sentence, timeout=PATIENCE_MS)
+    page.frame_locator("#view").get_by_role("button", name="Search").click()
+
+
+def expect_state(page: Page, text: str, timeout_ms: int = PATIENCE_MS) -> None:
+    expect(page.locator("#state")).to_have_text(text, timeout=timeout_ms)
+
+
+def test_a_typed_query_finds_the_hat_and_the_next_one_starts_at_once(
+    page: Page, pictures: Path
+) -> None:
+    expect_state(page, "Starting")
+    page.screenshot(path=pictures / "waiting.png")
+
+    ask(page, "find my hat, I think I left it on the sofa")
+    expect(page.locator("#goal")).to_have_text("hat", timeout=PATIENCE_MS)
+    expect_state(page, "Looking around")
+    expect_state(page, "Searching", timeout_ms=60_000)
+    view = page.frame_locator("#view")
+    expect(view.get_by_text("embedded prior", exact=False)).to_be_visible()
+    page.wait_for_timeout(12_000)
+    page.screenshot(path=pictures / "searching.png")
+
+    expect_state(page, "Found", timeout_ms=SEARCH_MS)
+    expect(view.get_by_role("button", name="Confirm")).to_be_visible(timeout=PATIENCE_MS)
+    page.wait_for_timeout(3_000)
+    page.screenshot(path=pictures / "console.png")
+
+    ask(page, "plant")
+    expect(page.locator("#goal")).to_have_text("plant", timeout=PATIENCE_MS)
+    expect(page.locator("#state")).to_have_text("Searching", timeout=PATIENCE_MS)
+
+    page.locator("#stop").click()
+    expect_state(page, "Stopped")
+    page.screenshot(path=pictures / "stopped.png")
