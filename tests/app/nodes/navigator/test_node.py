@@ -1,0 +1,263 @@
+"""The navigator as a process, with the simulated robot as another."""
+
+import queue
+import signal
+import statistics
+import time
+
+import msgspec
+import numpy as np
+import pytest
+
+from app.links.requests import RequestRefusedError, ask, last_message
+from app.links.session import open_client
+from app.links.subscription import subscribe
+from app.messages import keys
+from app.messages.control import (
+    Accepted,
+    ControlReply,
+    ControlRequest,
+    Event,
+    FeedbackRequest,
+    GuidanceRequest,
+    ProximityTable,
+    SearchAccepted,
+    SearchRequest,
+    Status,
+    decode,
+)
+from app.messages.motion import decode_path, decode_transforms, decode_twist
+from app.messages.scene import decode_detections, decode_tree, decode_voxels
+
+pytestmark = pytest.mark.process
+
+MINUTES_S = 240.0
+
+
+class Operator:
+    """A client that sees everything the navigator publishes."""
+
+    def __init__(self, endpoint):
+        self.session = open_client(endpoint, 120.0)
+        self.statuses = queue.SimpleQueue()
+        self.events = []
+        self.voxels = []
+        self.twists = []
+        self.poses = []
+        hear = self._hear
+        hear(keys.STATUS, lambda p: self.statuses.put(decode(p, Status)))
+        hear(keys.EVENT, lambda p: self.events.append(decode(p, Event)))
+        hear(keys.MAP_VOXELS, lambda p: self.voxels.append(decode_voxels(p)))
+        hear(keys.CMD_VEL, lambda p: self.twists.append((time.monotonic(), decode_twist(p))))
+        hear(keys.TF, lambda p: self.poses.append((time.monotonic(), decode_transforms(p)[0])))
+
+    def _hear(self, topic, take):
+        subscribe(self.session, f"r/{topic}", take)
+
+    def ready(self):
+        deadline = time.monotonic() + 180.0
+        while last_message(self.session, f"r/{keys.STATUS}", 1.0) is None:
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+
+    def search(self, wanted, context=""):
+        request = SearchRequest(object=wanted, context=context)
+        return self.ask(keys.SEARCH, request, SearchAccepted)
+
+    def ask(self, topic, request, kind, timeout_s=5.0):
+        return ask(self.session, f"r/{topic}", request, kind, timeout_s)
+
+    def last(self, topic):
+        return last_message(self.session, f"r/{topic}", 5.0)
+
+    def wait_for(self, test, timeout_s=MINUTES_S):
+        """Return the first status from now on that passes a test."""
+        deadline = time.monotonic() + timeout_s
+        while not self.statuses.empty():
+            self.statuses.get()
+        while True:
+            status = self.statuses.get(timeout=max(0.01, deadline - time.monotonic()))
+            if test(status):
+                return status
+
+    def wait_for_state(self, *states, timeout_s=MINUTES_S):
+        return self.wait_for(lambda s: s.state in states, timeout_s)
+
+    def wait_until_moving(self):
+        return self.wait_for(lambda _: any(t.linear_m_s > 0.2 for _, t in self.twists[-5:]))
+
+
+@pytest.fixture
+def navigator(launch, free_endpoint):
+    return launch("navigate", "--listen", free_endpoint, "--robot", "r")
+
+
+@pytest.fixture
+def operator(navigator, free_endpoint):
+    operator = Operator(free_endpoint)
+    operator.ready()
+    yield operator
+    operator.session.close()
+
+
+@pytest.fixture
+def start_robot(launch, free_endpoint):
+    def start(speed="1"):
+        where = ("--connect", free_endpoint, "--robot", "r", "--home", "3", "--width", "240")
+        return launch("sim", *where, "--speed", speed)
+
+    return start
+
+
+@pytest.mark.slow
+def test_a_search_from_the_query_to_the_find_and_on(operator, start_robot, navigator):
+    accepted = operator.search("couch", "it is in the living room")
+    assert (accepted.goal_id, accepted.object, accepted.position) == (1, "sofa", 0)
+    table = decode(operator.last(keys.PROXIMITY), ProximityTable)
+    assert (table.object, table.goal_id, len(table.rows)) == ("sofa", 1, 40)
+    assert operator.search("bed").position == 1
+
+    start_robot("max")
+    # The queued goal starts by itself, on the same map.
+    status = operator.wait_for(lambda s: s.goal is not None and s.goal.object == "bed")
+    assert [(goal.object, goal.outcome) for goal in status.history] == [("sofa", "found")]
+    assert status.surface_voxels > 1000
+    status = operator.wait_for_state("found")
+    assert status.find is not None
+    assert status.find.object == "bed"
+    assert status.timings.step_ms > 0.0
+    assert [e.kind for e in operator.events].count("found") == 2
+
+    # What is shown agrees with itself: deltas add up to the keyframe.
+    keyframe = decode_voxels(operator.last(keys.MAP_KEYFRAME))
+    operator.wait_for(lambda s: s.stamp_ns > keyframe.stamp_ns)
+    shown = {}
+    for cloud in [c for c in operator.voxels if c.stamp_ns <= keyframe.stamp_ns]:
+        for index, removed in zip(
+            map(tuple, cloud.indices(0.1).tolist()), cloud.removed.tolist(), strict=True
+        ):
+            shown.pop(index, None) if removed else shown.setdefault(index)
+    assert set(shown) == {tuple(i) for i in keyframe.indices(0.1).tolist()}
+    _, tree = decode_tree(operator.last(keys.PLAN_TREE))
+    assert len(tree.parents) > 10
+    assert decode_path(operator.last(keys.PLAN_PATH)).stamp_ns > 0
+    assert decode_detections(operator.last(keys.DETECTIONS))[1]
+
+    # A rejected find: it goes on with the same goal.
+    assert operator.ask(keys.FEEDBACK, FeedbackRequest(verdict="reject"), Accepted)
+    status = operator.wait_for(lambda s: s.goal is not None and s.goal.outcome == "active")
+    assert status.goal.object == "bed"
+    navigator.child.send_signal(signal.SIGTERM)
+    assert navigator.finish()[0] == 0
+
+
+@pytest.mark.slow
+def test_stop_resume_and_requests_while_it_drives(operator, start_robot):
+    operator.search("toilet")
+    start_robot()
+    operator.wait_until_moving()
+
+    durations = []
+    for level in ("far", "near") * 10:
+        started = time.monotonic()
+        operator.ask(keys.GUIDANCE, GuidanceRequest(label="bed", level=level), Accepted)
+        durations.append(time.monotonic() - started)
+        time.sleep(0.03)
+    assert statistics.median(durations) < 0.05
+
+    stopped_at = time.monotonic()
+    reply = operator.ask(keys.CONTROL, ControlRequest(action="stop"), ControlReply)
+    answered_at = time.monotonic()
+    assert reply.state == "stopped"
+    assert answered_at - stopped_at < 0.5
+    time.sleep(1.5)
+    late = [t for at, t in operator.twists if at > answered_at + 0.05]
+    assert late, "a stopped robot still hears commands"
+    assert all(t.linear_m_s == 0.0 and t.yaw_rate_rad_s == 0.0 for t in late)
+    where = {tuple(t.T_parent_child[:3, 3]) for at, t in operator.poses if at > answered_at + 1.2}
+    assert len(where) == 1
+    assert operator.wait_for(lambda _: True).state == "stopped"
+
+    operator.ask(keys.CONTROL, ControlRequest(action="resume"), ControlReply)
+    operator.wait_until_moving()
+    operator.ask(keys.CONTROL, ControlRequest(action="cancel"), ControlReply)
+    status = operator.wait_for(lambda s: s.goal is None)
+    assert status.history[-1].outcome == "cancelled"
+
+
+def test_a_killed_navigator_leaves_a_standing_robot_and_its_successor_finds_it(
+    operator, start_robot, navigator, launch, free_endpoint
+):
+    operator.search("toilet")
+    start_robot()
+    operator.wait_until_moving()
+    before = operator.poses[-1][1].T_parent_child[:3, 3]
+    navigator.child.kill()
+    operator.session.close()
+    successor = launch("navigate", "--listen", free_endpoint, "--robot", "r")
+    again = Operator(free_endpoint)
+    try:
+        successor.wait_for_log("navigator ready")
+        status = again.wait_for(lambda s: s.frames > 3, 60.0)
+        assert status.goal is None
+        after = again.poses[-1][1].T_parent_child[:3, 3]
+        assert np.linalg.norm(after - before) < 0.8 * 0.58
+    finally:
+        again.session.close()
+
+
+def test_a_robot_that_falls_silent_and_comes_back(operator, start_robot):
+    operator.search("toilet")
+    robot = start_robot()
+    operator.wait_until_moving()
+    robot.child.send_signal(signal.SIGSTOP)
+    frozen_at = time.monotonic()
+    status = operator.wait_for_state("lost", timeout_s=5.0)
+    assert "colour" in status.why
+    assert time.monotonic() - frozen_at < 2.5
+    assert operator.twists[-1][1].linear_m_s == 0.0
+    robot.child.send_signal(signal.SIGCONT)
+    operator.wait_for(lambda s: s.state != "lost", timeout_s=10.0)
+    kinds = [event.kind for event in operator.events]
+    assert kinds.count("stream_lost") == 1
+    assert kinds.count("stream_back") == 1
+
+
+def test_hostile_messages_are_counted_and_nothing_else(operator, start_robot, navigator):
+    start_robot()
+    operator.wait_for(lambda s: s.frames > 3)
+    for topic in keys.ROS_TYPES:
+        for payload in (b"", b"\0\1\0\0", b"\xff" * 500, bytes(200_000)):
+            operator.session.put(f"r/{topic}", payload)
+    status = operator.wait_for(lambda s: sum(t.rejected for t in s.streams) >= 20, 20.0)
+    assert {t.name for t in status.streams if t.rejected} >= {"colour", "depth", "pose"}
+    frames = status.frames
+    assert operator.wait_for(lambda s: s.frames > frames + 3, 20.0).state != "lost"
+    assert sum(e.kind == "bad_message" for e in operator.events) <= len(status.streams)
+    assert "Traceback" not in navigator.log()
+
+
+@pytest.mark.parametrize("topic", [keys.SEARCH, keys.CONTROL, keys.GUIDANCE, keys.FEEDBACK])
+def test_malformed_requests_get_an_answer(operator, topic):
+    for payload in (None, b"", b"{", b"\xff\xfe", b'{"surprise": 1}', b"[" * 5000):
+        replies = list(operator.session.get(f"r/{topic}", payload=payload, timeout=5.0))
+        assert len(replies) == 1
+        assert msgspec.json.decode(replies[0].ok.payload.to_bytes())["error"]
+
+
+def test_requests_out_of_place_are_refused(operator):
+    for topic, request, kind, text in (
+        (keys.CONTROL, ControlRequest(action="cancel"), ControlReply, "no goal to cancel"),
+        (keys.FEEDBACK, FeedbackRequest(verdict="confirm"), Accepted, "nothing was found"),
+        (keys.GUIDANCE, GuidanceRequest(label="bed", level="far"), Accepted, "there is none"),
+    ):
+        with pytest.raises(RequestRefusedError, match=text):
+            operator.ask(topic, request, kind)
+
+
+def test_a_taken_endpoint(operator, launch, free_endpoint):
+    second = launch("navigate", "--listen", free_endpoint, "--robot", "r")
+    status, out = second.finish(120.0)
+    assert (status, out) == (2, "")
+    assert f"cannot listen on {free_endpoint}: another navigator may be running" in second.log()
+    assert operator.last(keys.STATUS) is not None
