@@ -1,8 +1,9 @@
 """One search in a simulated home, without processes: the world and the mission, step by step."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from ippon.frame import Frame
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import MissionState, StepResult
 from ippon.simulation.world import SimulatedWorld
@@ -15,25 +16,48 @@ class EpisodeLimits:
     """How an episode is clocked and when it is given up."""
 
     time_step_s: float = 0.2
-    """Simulated time between two frames."""
+    """Simulated time that one command lasts; path length is summed over these steps."""
+    steps_per_frame: int = 1
+    """Time steps from one image to the next; more is faster and reacts later."""
     max_time_s: float = 500.0
     """Simulated time after which the episode ends without a stop."""
 
+    def __post_init__(self) -> None:
+        """Reject times in which nothing happens."""
+        if not (self.time_step_s > 0.0 and self.steps_per_frame >= 1 and self.max_time_s > 0.0):
+            raise ValueError(
+                "time_step_s and max_time_s must be positive and steps_per_frame at least 1; got "
+                f"{self.time_step_s}, {self.max_time_s}, {self.steps_per_frame}"
+            )
+
 
 def run_episode(
-    world: SimulatedWorld, mission: Mission, limits: EpisodeLimits
+    world: SimulatedWorld,
+    mission: Mission,
+    limits: EpisodeLimits,
+    watch: Callable[[Frame], None] | None = None,
 ) -> Iterator[StepResult]:
     """Yield what the mission answers to each frame until it ends the search or time is up.
 
     The mission must have a goal; the world is asked to segment the labels of the mission's map.
+
+    Args:
+        world: Home and robot.
+        mission: Searches.
+        limits: Clock.
+        watch: Sees each frame before the mission does.
     """
     goal = mission.goal
     if goal is None:
         raise ValueError("an episode needs a goal: call mission.set_goal first")
     world.set_labels(mission.voxel_map.labels, goal.object)
-    for _ in range(round(limits.max_time_s / limits.time_step_s)):
-        result = mission.step(world.observe())
+    for _ in range(round(limits.max_time_s / limits.time_step_s / limits.steps_per_frame)):
+        frame = world.observe()
+        if watch is not None:
+            watch(frame)
+        result = mission.step(frame)
         yield result
         if result.snapshot.state in ENDED:
             return
-        world.step(result.command, limits.time_step_s)
+        for _ in range(limits.steps_per_frame):
+            world.step(result.command, limits.time_step_s)

@@ -65,6 +65,28 @@ class GeodesicField:
         px, py = grid.point_at(*cell)
         return math.hypot(px - x, py - y) + float(self._distance[cell])
 
+    def path_from(self, x: float, y: float) -> NDArray[np.float64]:
+        """Return the (K, 2) corners of the shortest way from a point, itself first; K = 0 for none.
+
+        A point a little outside the free cells starts at the free cell nearest to it.
+        """
+        grid = self._grid
+        cell = grid.nearest_free(x, y, _SNAP_M)
+        if cell is None or not np.isfinite(self._distance[cell]):
+            return np.empty((0, 2))
+        corners = [(x, y)]
+        here = cell
+        u, v = (x - grid.origin[0]) / grid.cell_m, (y - grid.origin[1]) / grid.cell_m
+        ahead = (int(self._corner[cell][0]), int(self._corner[cell][1]))
+        if not _is_straight_kernel(grid.free, u, v, float(ahead[0]), float(ahead[1])):
+            corners.append(grid.point_at(*cell))
+        while here != ahead:
+            corners.append(grid.point_at(*ahead))
+            here, ahead = ahead, (int(self._corner[ahead][0]), int(self._corner[ahead][1]))
+        if len(corners) == 1:
+            corners.append(grid.point_at(*cell))
+        return np.array(corners, dtype=np.float64)
+
     def _by_corner(self, x: float, y: float, a: int, b: int) -> float:
         """Return the length of the way that goes straight to the last corner of a cell's way."""
         grid = self._grid

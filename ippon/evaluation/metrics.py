@@ -105,6 +105,11 @@ class Judge:
         """Return the length of the shortest way to success, infinite where there is none."""
         return self.distance_m((start.x, start.y))
 
+    def path_from(self, position: ArrayLike) -> NDArray[np.float64]:
+        """Return the (K, 2) corners of the shortest way to a viewpoint; see `GeodesicField`."""
+        x, y = (float(v) for v in np.asarray(position, np.float64)[:2])
+        return self._field.path_from(x, y)
+
     def is_success(self, position: ArrayLike) -> bool:
         """Tell whether stopping at (x, y, ...) counts as having found the object."""
         return self.distance_m(position) < SUCCESS_DISTANCE_M

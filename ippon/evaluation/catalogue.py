@@ -1,0 +1,201 @@
+"""Which searches to run in a home: start, goal, context, seed; the same for every method."""
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from ippon.evaluation.goals import matching_instances
+from ippon.evaluation.metrics import SUCCESS_DISTANCE_M, Judge
+from ippon.evaluation.supports import context_sentence
+from ippon.robot import RobotProfile
+from ippon.simulation.navigation import robot_grid
+from ippon.simulation.scene import Scene, StartPose
+from ippon.vocabulary import HABITAT_GOALS, canonical_label
+
+SMALL_GOALS: Final[tuple[str, ...]] = (
+    "hat", "backpack", "handbag", "teddy_bear", "laptop", "book", "vase", "bottle", "mug", "basket",
+)  # fmt: skip
+"""Small objects that are none of the 40 common ones."""
+
+ContextMode = Literal["none", "support", "both"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CatalogueConfig:
+    """Which searches a home gives."""
+
+    goals: tuple[str, ...] = (*HABITAT_GOALS, *SMALL_GOALS)
+    """Canonical labels to search for, where the home has them."""
+    starts_per_goal: int = 1
+    """Start poses drawn for each goal; more averages out lucky starts."""
+    small_per_home: int = 3
+    """Goals drawn of those that are none of the six Habitat categories."""
+    context: ContextMode = "none"
+    """"support": tell small goals with a truthful sentence; "both": once with and once without."""
+    seed: int = 0
+    """Draws starts, goals and the noise of each search."""
+
+    def __post_init__(self) -> None:
+        """Reject a catalogue without entries."""
+        if not self.goals or self.starts_per_goal < 1 or self.small_per_home < 0:
+            raise ValueError(
+                "a catalogue needs goals, starts_per_goal of at least 1 and small_per_home of at "
+                f"least 0; got {self.goals}, {self.starts_per_goal}, {self.small_per_home}"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EpisodeSpec:
+    """One search, but for the method: everything needed to repeat it."""
+
+    home: str
+    """Seed or folder of the home."""
+    start_index: int
+    """Row of `Scene.start_poses`."""
+    start: StartPose
+    goal: str
+    """Canonical label."""
+    context: str
+    """What the searcher is told; empty for nothing."""
+    seed: int
+    """Of the camera's noise, the segmentation's errors and the planner's samples."""
+    shortest_path_m: float
+    """d0."""
+
+    @property
+    def episode_id(self) -> str:
+        """Return a name for the episode that is the same in every run and fit for a file."""
+        told = "told" if self.context else "untold"
+        home = "".join(c if c.isalnum() or c in "_-" else "_" for c in home_name(self.home))
+        return f"{home}.{self.goal}.{self.start_index}.{told}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dropped:
+    """A search that was not taken into the catalogue, and why."""
+
+    home: str
+    goal: str
+    start_index: int | None
+    reason: Literal["absent", "starts at a viewpoint", "no way", "no start left"]
+
+
+def list_episodes(
+    scene: Scene, home: str, robot: RobotProfile, config: CatalogueConfig
+) -> tuple[tuple[EpisodeSpec, ...], tuple[Dropped, ...]]:
+    """List the searches of one home, filtered as Habitat's: a way exists, and is not already over.
+
+    What is drawn depends on the seed, the home's own name and the goal alone, so that asking for
+    other goals or more homes changes no episode.
+
+    Args:
+        scene: The home.
+        home: What it is called in the rows: seed or folder.
+        robot: Decides what is reachable and visible.
+        config: What to list.
+
+    Returns:
+        The searches, and what was left out.
+    """
+    grid = robot_grid(scene, robot)
+    episodes: list[EpisodeSpec] = []
+    dropped: list[Dropped] = []
+    for goal in _drawn_goals(scene, home, config, dropped):
+        judge = Judge(scene, robot, goal, grid=grid)
+        rng = _rng(config.seed, home_name(home), goal)
+        taken = 0
+        for index in rng.permutation(len(scene.start_poses)).tolist():
+            if taken == config.starts_per_goal:
+                break
+            d0 = judge.shortest_path_m(scene.start_poses[index])
+            if not np.isfinite(d0):
+                dropped.append(Dropped(home=home, goal=goal, start_index=index, reason="no way"))
+                continue
+            if d0 < SUCCESS_DISTANCE_M:
+                dropped.append(
+                    Dropped(home=home, goal=goal, start_index=index, reason="starts at a viewpoint")
+                )
+                continue
+            taken += 1
+            episodes += _specs(scene, home, judge, goal, index, d0, config)
+        if taken < config.starts_per_goal:
+            dropped.append(Dropped(home=home, goal=goal, start_index=None, reason="no start left"))
+    return tuple(episodes), tuple(dropped)
+
+
+def _drawn_goals(
+    scene: Scene, home: str, config: CatalogueConfig, dropped: list[Dropped]
+) -> list[str]:
+    """Return the goals that the home has, all Habitat ones and a draw of the others."""
+    present: list[str] = []
+    for goal in dict.fromkeys(canonical_label(g) for g in config.goals):
+        if matching_instances(scene, goal):
+            present.append(goal)
+        else:
+            dropped.append(Dropped(home=home, goal=goal, start_index=None, reason="absent"))
+    common = [g for g in present if g in HABITAT_GOALS]
+    # Each goal draws its own lot, so that one goal more or less does not change the others' lots.
+    lots = {
+        g: float(_rng(config.seed, home_name(home), g).random()) for g in present if g not in common
+    }
+    return common + sorted(lots, key=lambda g: lots[g])[: config.small_per_home]
+
+
+def _specs(
+    scene: Scene,
+    home: str,
+    judge: Judge,
+    goal: str,
+    index: int,
+    d0: float,
+    config: CatalogueConfig,
+) -> list[EpisodeSpec]:
+    """Return one search, or two, for a goal and a start."""
+    sentences = [""]
+    if config.context != "none" and goal not in HABITAT_GOALS:
+        told = next(filter(None, (context_sentence(scene, k) for k in judge.instances)), None)
+        if told is not None:
+            sentences = [told] if config.context == "support" else ["", told]
+    seed = int(_rng(config.seed, home_name(home), goal, str(index)).integers(2**31))
+    return [
+        EpisodeSpec(
+            home=home,
+            start_index=index,
+            start=scene.start_poses[index],
+            goal=goal,
+            context=sentence,
+            seed=seed,
+            shortest_path_m=d0,
+        )
+        for sentence in sentences
+    ]
+
+
+def home_name(home: str) -> str:
+    """Return a seed as it is, and a folder's own name wherever it lies."""
+    return home.rstrip("/").rsplit("/", maxsplit=1)[-1]
+
+
+def _rng(seed: int, *names: str) -> np.random.Generator:
+    words = [zlib.crc32(name.encode()) for name in names]
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, *words])))
+
+
+def goals_of(kinds: Sequence[str]) -> tuple[str, ...]:
+    """Return the goals that some words mean: "habitat", "small", or labels.
+
+    Args:
+        kinds: For example ("habitat", "hat").
+    """
+    out: list[str] = []
+    for kind in kinds:
+        if kind == "habitat":
+            out += HABITAT_GOALS
+        elif kind == "small":
+            out += SMALL_GOALS
+        else:
+            out.append(canonical_label(kind))
+    return tuple(dict.fromkeys(out))

@@ -1,0 +1,82 @@
+"""One row of an evaluation: a search by one method, with everything needed to repeat it."""
+
+from dataclasses import dataclass, fields
+from typing import Any, Final
+
+from ippon.evaluation.outcome import Ending, Failure
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EpisodeRow:
+    """A search and how it went. All but `TIMING_COLUMNS` repeats exactly for the same seed."""
+
+    episode_id: str
+    method: str
+    home: str
+    start_index: int
+    start_x_m: float
+    start_y_m: float
+    start_yaw_rad: float
+    goal: str
+    context: str
+    seed: int
+    robot: str
+    image_width: int
+    image_height: int
+    config_hash: str
+    """Of robot, camera, world, limits, mission and method."""
+    version: str
+    """Of this program, its commit, and of numpy, numba and ompl."""
+    success: bool
+    spl: float
+    soft_spl: float
+    path_length_m: float
+    shortest_path_m: float
+    distance_to_goal_m: float
+    ending: Ending
+    failure: Failure
+    time_s: float
+    """Simulated time."""
+    frames: int
+    hits: int
+    """Times that the base began to touch something."""
+    first_seen_s: float
+    """When the object first came into view, -1 for never."""
+    explored_m2: float
+    best_ooi: float
+    candidates: int
+    """Clusters that looked like the object at the end."""
+    path_x_m: tuple[float, ...]
+    """The way, a point every 10 cm or so."""
+    path_y_m: tuple[float, ...]
+    planner_ms_p50: float
+    """Median processor time of a planner step."""
+    planner_ms_p95: float
+    step_ms_p50: float
+    """Median processor time of a mission step: map, plan and command."""
+    wall_s: float
+    cpu_s: float
+    """Processor time of the whole episode, rendering and segmentation included."""
+    realtime_factor: float
+    """Simulated time over processor time: how much faster than real time one core is."""
+
+
+TIMING_COLUMNS: Final = (
+    "planner_ms_p50", "planner_ms_p95", "step_ms_p50", "wall_s", "cpu_s", "realtime_factor",
+)  # fmt: skip
+"""Columns that differ from run to run."""
+
+
+def row_from(values: dict[str, Any]) -> EpisodeRow:
+    """Read a row from plain values.
+
+    Raises:
+        ValueError: Columns are missing or unknown.
+    """
+    expected = {f.name for f in fields(EpisodeRow)}
+    if set(values) != expected:
+        odd = sorted(expected ^ set(values))
+        raise ValueError(f"a row of another version: it lacks or adds {', '.join(odd)}")
+    for name in ("path_x_m", "path_y_m"):
+        values = {**values, name: tuple(values[name])}
+    return EpisodeRow(**values)

@@ -1,0 +1,77 @@
+"""What a thing stands on, and a truthful sentence about it."""
+
+import numpy as np
+
+from ippon.simulation.scene import Instance, Scene
+from ippon.vocabulary import canonical_label
+
+_GAP_M = 0.08
+"""Greatest gap between a thing's underside and the surface below it."""
+_NOT_NAMED = frozenset({"wall", "ceiling", "beam", "column", "objects", "others", "furniture"})
+
+
+def support_of(scene: Scene, instance: int) -> Instance | None:
+    """Return what a thing stands or lies on, None where nothing tells.
+
+    Seats and beds are lower inside their box than at its top, so that a surface counts when the
+    scene has a triangle of it right below the thing; of several the highest counts.
+
+    Args:
+        scene: The home.
+        instance: Row of `scene.instances`.
+    """
+    thing = scene.instances[instance]
+    low, high = np.array(thing.aabb_min), np.array(thing.aabb_max)
+    centre = 0.5 * (low[:2] + high[:2])
+    best: tuple[float, Instance] | None = None
+    for k, other in enumerate(scene.instances):
+        if k == instance or canonical_label(other.category) in _NOT_NAMED:
+            continue
+        a, b = np.array(other.aabb_min), np.array(other.aabb_max)
+        if (centre < a[:2]).any() or (centre > b[:2]).any() or a[2] > low[2] + 0.5 * _GAP_M:
+            continue
+        top = _surface_below(scene, k, centre, float(low[2]) + 0.5 * _GAP_M)
+        if low[2] - top <= _GAP_M and (best is None or top > best[0]):
+            best = (top, other)
+    return None if best is None else best[1]
+
+
+def context_sentence(scene: Scene, instance: int) -> str | None:
+    """Say truthfully, as a person would, on what a thing lies; None where nothing tells.
+
+    On the floor the room says more than the floor does.
+    """
+    support = support_of(scene, instance)
+    if support is None:
+        return None
+    category = canonical_label(support.category)
+    if category == "floor":
+        room = scene.instances[instance].room
+        return None if room is None else f"It is on the floor in the {_words(room.split('.')[0])}."
+    named = canonical_label(support.label) if category == "appliances" else category
+    return f"I left it on the {_words(named)}."
+
+
+def _surface_below(scene: Scene, instance: int, point: np.ndarray, z_max: float) -> float:
+    """Return the height of an object's highest triangle over a point up to z_max, -inf for none."""
+    triangles = scene.vertices[scene.faces[scene.face_instance == instance]].astype(np.float64)
+    a, b, c = (triangles[:, k, :2] - point for k in range(3))
+    # Signs of the areas that the point spans with each edge: all alike where it lies inside.
+    s = np.stack([_cross(a, b), _cross(b, c), _cross(c, a)])
+    area = s.sum(axis=0)
+    inside = ((s >= -1e-12).all(axis=0) | (s <= 1e-12).all(axis=0)) & (np.abs(area) > 1e-9)
+    if not inside.any():
+        return -np.inf
+    weights = s[:, inside] / area[inside]
+    z = triangles[inside, :, 2]
+    heights = weights[1] * z[:, 0] + weights[2] * z[:, 1] + weights[0] * z[:, 2]
+    below = heights[heights <= z_max]
+    return float(below.max()) if len(below) else -np.inf
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+
+
+def _words(label: str) -> str:
+    return label.replace("_", " ")
