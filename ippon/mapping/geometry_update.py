@@ -51,33 +51,55 @@ def _open_block(pools, row, rules):
 
 
 @njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "arcp", "contract"})
-def _project_block(
-    ox, oy, oz, offsets, view, width, height, scratch_z, index, cell, shift, cells_u
-):
-    """Find the pixel of each voxel's centre; pixel 0, which has no depth, when there is none."""
-    fx, fy = np.float32(view.fx), np.float32(view.fy)
-    cx, cy = np.float32(view.cx + 1.5), np.float32(view.cy + 1.5)
-    near, far = np.float32(view.near_m), np.float32(view.far_m)
-    u_max, v_max = np.float32(width + 1), np.float32(height + 1)
-    u_last, v_last = np.float32(width - 1), np.float32(height - 1)
-    per_cell = np.float32(1.0) / np.float32(1 << shift)
-    zero, one = np.float32(0.0), np.float32(1.0)
-    stride = np.int32(width + 2)
+def _project(offset, origin, inverse_z, focal, center, last, out):
+    """Write one pixel coordinate of the padded image, its fraction kept, clamped to 0 .. last."""
+    zero = np.float32(0.0)
     for k in range(512):
-        z = oz + offsets[2, k]
-        inverse = one / max(z, near)
-        u = (ox + offsets[0, k]) * inverse * fx + cx
-        v = (oy + offsets[1, k]) * inverse * fy + cy
-        u = min(max(u, zero), u_max)
-        v = min(max(v, zero), v_max)
-        ui, vi = np.int32(u), np.int32(v)
-        inside = np.int32(1) if z > near and z <= far else np.int32(0)
-        index[k] = np.uint32(np.int32(vi * stride + ui) * inside)
-        # The border maps to the nearest cell; its depth is 0, so the value is never used.
-        uc = np.int32(min(max(u - one, zero), u_last) * per_cell)
-        vc = np.int32(min(max(v - one, zero), v_last) * per_cell)
-        cell[k] = np.uint32(vc * cells_u + uc)
-        scratch_z[k] = z
+        at = (origin + offset[k]) * inverse_z[k] * focal + center
+        out[k] = min(max(at, zero), last)
+
+
+@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "arcp", "contract"})
+def _depths(offset, origin, near, z, inverse_z):
+    for k in range(512):
+        z[k] = origin + offset[k]
+        inverse_z[k] = np.float32(1.0) / max(origin + offset[k], near)
+
+
+@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
+def _name_pixels(u, v, z, near, far, stride, out):
+    """Write the index of each voxel's pixel; 0, which has no depth, when it is out of range."""
+    for k in range(512):
+        inside = np.int32(1) if (z[k] > near) & (z[k] <= far) else np.int32(0)
+        out[k] = np.uint32((np.int32(v[k]) * stride + np.int32(u[k])) * inside)
+
+
+@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
+def _name_slopes(u, v, u_last, v_last, per_cell, cells_u, out):
+    """Write the index of each voxel's slope; the border's is the nearest, and never used."""
+    zero, one = np.float32(0.0), np.float32(1.0)
+    for k in range(512):
+        uc = np.int32(min(max(u[k] - one, zero), u_last) * per_cell)
+        vc = np.int32(min(max(v[k] - one, zero), v_last) * per_cell)
+        out[k] = np.uint32(vc * cells_u + uc)
+
+
+@njit(cache=True, nogil=True)
+def _project_block(ox, oy, oz, offsets, view, width, height, scratch, index, cell, shift, cells_u):
+    """Find the pixel of each voxel's centre. Loops of few arrays each, see `hit_kernel`."""
+    z, inverse_z, u, v = scratch[0], scratch[1], scratch[2], scratch[3]
+    near, far = np.float32(view.near_m), np.float32(view.far_m)
+    fx, fy = np.float32(view.fx), np.float32(view.fy)
+    # One pixel of border, and half a one so that cutting off the fraction rounds.
+    cx, cy = np.float32(view.cx + 1.5), np.float32(view.cy + 1.5)
+    _depths(offsets[2], oz, near, z, inverse_z)
+    _project(offsets[0], ox, inverse_z, fx, cx, np.float32(width + 1), u)
+    _project(offsets[1], oy, inverse_z, fy, cy, np.float32(height + 1), v)
+    _name_pixels(u, v, z, near, far, np.int32(width + 2), index)
+    per_cell = np.float32(1.0) / np.float32(1 << shift)
+    _name_slopes(
+        u, v, np.float32(width - 1), np.float32(height - 1), per_cell, np.int32(cells_u), cell
+    )
 
 
 @njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz"})
@@ -199,7 +221,8 @@ def update_kernel(
         i, j, l = (k >> 6) + 0.5, ((k >> 3) & 7) + 0.5, (k & 7) + 0.5  # noqa: E741
         for axis in range(3):
             offsets[axis, k] = v * (m[axis, 0] * i + m[axis, 1] * j + m[axis, 2] * l)
-    z = np.empty(512, np.float32)
+    scratch = np.empty((4, 512), np.float32)
+    z = scratch[0]
     signed = np.empty(512, np.float32)
     index = np.empty(512, np.uint32)
     cell = np.empty(512, np.uint32)
@@ -222,7 +245,7 @@ def update_kernel(
             oy = np.float32(edge * (m[1, 0] * c[0] + m[1, 1] * c[1] + m[1, 2] * c[2]) + m[1, 3])
             oz = np.float32(edge * (m[2, 0] * c[0] + m[2, 1] * c[1] + m[2, 2] * c[2]) + m[2, 3])
             _project_block(
-                ox, oy, oz, offsets, view, width, height, z, index, cell,
+                ox, oy, oz, offsets, view, width, height, scratch, index, cell,
                 depth_image.slope_shift, cells_u,
             )  # fmt: skip
             count = hits.number[at] if hits.any[at] == 1 else no_hits

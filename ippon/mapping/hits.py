@@ -90,51 +90,44 @@ def make_hits(blocks: int) -> Hits:
 
 
 @njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
-def _locate_row(depth, slope, shift, v, columns, lines, view, rules, size, cells, codes):
-    """Find the directory cell and the voxel that each sample of an image row falls in.
-
-    Args:
-        depth: (W + 2,) padded depth of the row.
-        slope: (w,) slopes of the row.
-        shift: See `DepthImage.slope_shift`.
-        v: Row in pixels.
-        columns: (S,) pixel column of each sample.
-        lines: (3, 4) camera coordinates to voxels counted from the directory's corner.
-        view: The image's geometry.
-        rules: Update rules.
-        size: (3,) of the directory, blocks.
-        cells: (S,) out: linear index in the directory, -1 for none.
-        codes: (S,) out: distance to the voxel's centre in the high bits, the voxel in the low nine.
-    """
-    far, near = np.float32(view.far_m), np.float32(view.near_m)
-    sink = np.float32(rules.depth_of_hits)
-    yn = (v - view.cy) / view.fy
-    # Ray of the row's pixel u is a + b u, in voxels for one metre along the optical axis.
-    b = lines[:, 0] / view.fx
-    a = lines[:, 1] * yn + lines[:, 2] - b * view.cx
-    ax, ay, az = np.float32(a[0]), np.float32(a[1]), np.float32(a[2])
-    bx, by, bz = np.float32(b[0]), np.float32(b[1]), np.float32(b[2])
-    tx, ty, tz = np.float32(lines[0, 3]), np.float32(lines[1, 3]), np.float32(lines[2, 3])
-    ex, ey, ez = np.float32(8 * size[0]), np.float32(8 * size[1]), np.float32(8 * size[2])
-    zero, half, steps = np.float32(0.0), np.float32(0.5), np.float32(2000.0)
+def _lift_row(depth, slope, columns, cells_u, near, far, sink, out):
+    """Write each sample's depth, taken `sink` under the surface; -1 outside near .. far."""
     for s in range(columns.shape[0]):
-        u = columns[s]
-        d = depth[u + np.uint32(1)]
-        z = d + sink / slope[u >> shift]
-        uf = np.float32(u)
-        px = (ax + bx * uf) * z + tx
-        py = (ay + by * uf) * z + ty
-        pz = (az + bz * uf) * z + tz
-        inside = (d >= near) & (d <= far) & (px >= zero) & (py >= zero) & (pz >= zero)
-        inside = inside & (px < ex) & (py < ey) & (pz < ez)
-        i, j, k = np.int32(px), np.int32(py), np.int32(pz)
-        cell = ((i >> 3) * size[1] + (j >> 3)) * size[2] + (k >> 3)
-        cells[s] = np.int32(cell) if inside else np.int32(-1)
-        dx = px - np.float32(i) - half
-        dy = py - np.float32(j) - half
-        dz = pz - np.float32(k) - half
+        d = depth[columns[s]]
+        z = d + sink / slope[cells_u[s]]
+        out[s] = z if (d >= near) & (d <= far) else np.float32(-1.0)
+
+
+@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
+def _along_axis(depth, columns, start, step, shift, out):
+    """Write one coordinate of the samples of a row: (start + step * u) * depth + shift."""
+    for s in range(depth.shape[0]):
+        out[s] = (start + step * np.float32(columns[s])) * depth[s] + shift
+
+
+@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
+def _name_cells(depth, x, y, z, size_x, size_y, size_z, out):
+    """Write each sample's linear index in the directory, -1 where it lies in no block."""
+    zero, per_block = np.float32(0.0), np.float32(1.0 / 8.0)
+    for s in range(depth.shape[0]):
+        i, j, k = x[s] * per_block, y[s] * per_block, z[s] * per_block
+        inside = (depth[s] > zero) & (i >= zero) & (j >= zero) & (k >= zero)
+        inside = inside & (i < size_x) & (j < size_y) & (k < size_z)
+        cell = (np.int32(i) * np.int32(size_y) + np.int32(j)) * np.int32(size_z) + np.int32(k)
+        out[s] = np.int32(cell if inside else -1)
+
+
+@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
+def _name_voxels(x, y, z, out):
+    """Write each sample's distance to its voxel's centre, coarsely, above nine bits of voxel."""
+    half, steps = np.float32(0.5), np.float32(2000.0)
+    for s in range(x.shape[0]):
+        i, j, k = np.int32(x[s]), np.int32(y[s]), np.int32(z[s])
+        dx = x[s] - np.float32(i) - half
+        dy = y[s] - np.float32(j) - half
+        dz = z[s] - np.float32(k) - half
         away = np.int32((dx * dx + dy * dy + dz * dz) * steps)
-        codes[s] = np.int32((away << 9) | ((i & 7) << 6) | ((j & 7) << 3) | (k & 7))
+        out[s] = np.int32((away << 9) | ((i & 7) << 6) | ((j & 7) << 3) | (k & 7))
 
 
 @njit(cache=True, nogil=True)
@@ -157,20 +150,38 @@ def hit_kernel(depth_image, strides, view, rules, origin, directory, rows, list_
     height, width = depth.shape[0] - 2, depth.shape[1] - 2
     samples_u = (width + strides[0] - 1) // strides[0]
     columns = np.empty(samples_u, np.uint32)
+    padded_columns = np.empty(samples_u, np.uint32)
+    slope_columns = np.empty(samples_u, np.uint32)
     for su in range(samples_u):
-        columns[su] = min(su * strides[0] + strides[0] // 2, width - 1)
+        u = min(su * strides[0] + strides[0] // 2, width - 1)
+        columns[su], padded_columns[su], slope_columns[su] = u, u + 1, u >> shift
+    # Loops of a few arrays each: LLVM gives up on vectors when one loop has more.
+    z = np.empty(samples_u, np.float32)
+    points = np.empty((3, samples_u), np.float32)
     cells = np.empty(samples_u, np.int32)
     codes = np.empty(samples_u, np.int32)
-    size = np.array(directory.shape)
+    size = directory.shape
+    size_x, size_y, size_z = np.float32(size[0]), np.float32(size[1]), np.float32(size[2])
+    near, far = np.float32(view.near_m), np.float32(view.far_m)
+    sink = np.float32(rules.depth_of_hits)
     found = directory.ravel()
+    # Camera coordinates to voxels counted from the directory's corner.
     lines = view.T_world_camera[:3] / rules.voxel_size
     lines[:, 3] -= 8.0 * origin
     for sv in range((height + strides[1] - 1) // strides[1]):
         v = min(sv * strides[1] + strides[1] // 2, height - 1)
-        _locate_row(
-            depth[v + 1], slope[v >> shift], shift, v, columns, lines, view, rules, size, cells,
-            codes,
-        )  # fmt: skip
+        _lift_row(
+            depth[v + 1], slope[v >> shift], padded_columns, slope_columns, near, far, sink, z
+        )
+        yn = (v - view.cy) / view.fy
+        for axis in range(3):
+            # The ray of the row's pixel u is start + step * u, for one metre of depth.
+            step = lines[axis, 0] / view.fx
+            start = lines[axis, 1] * yn + lines[axis, 2] - step * view.cx
+            shift_m = np.float32(lines[axis, 3])
+            _along_axis(z, columns, np.float32(start), np.float32(step), shift_m, points[axis])
+        _name_cells(z, points[0], points[1], points[2], size_x, size_y, size_z, cells)
+        _name_voxels(points[0], points[1], points[2], codes)
         last_cell, at = -1, -1
         for su in range(samples_u):
             cell = cells[su]

@@ -173,22 +173,27 @@ class ObjectLayers:
 def _reset_ooi_kernel(pools, surface, rows, labels, alias, revision):
     """Forget the object of interest; where the new one is common label `alias`, start from it."""
     for row in range(rows):
-        if pools.best_ooi[row] > 0:
+        if pools.best_ooi[row] > 0 or (pools.ooi[row] != NOT_MAPPED).any():
+            pools.ooi[row, :] = NOT_MAPPED
+            pools.best_ooi[row] = 0
             pools.revision[row] = revision
             pools.appearance[row] = revision
-        pools.best_ooi[row] = 0
-        pools.ooi[row, :] = NOT_MAPPED
     prior = prior_log_odds(labels, alias)
+    floor_code = ooi_code(-LOG_ODDS_MAX)
     for slot in range(1, surface.tally[0]):
         surface.log_odds[slot] = prior
         at = surface.voxel[slot]
         if alias < 0 or at < 0 or surface.label[slot] == NO_LABEL:
             continue
-        q = np.exp(-surface.energy[slot, alias] / STEPS_PER_NAT - surface.log_norm[slot])
-        odds = min(max(np.log(q / max(1.0 - q, 1e-9)), -LOG_ODDS_MAX), LOG_ODDS_MAX)
+        # Most labels are far from most voxels: log q below -LOG_ODDS_MAX needs no logarithm.
+        log_q = -surface.energy[slot, alias] / STEPS_PER_NAT - surface.log_norm[slot]
+        odds = -LOG_ODDS_MAX
+        if log_q > -LOG_ODDS_MAX:
+            q = np.exp(log_q)
+            odds = min(max(log_q - np.log(max(1.0 - q, 1e-9)), odds), LOG_ODDS_MAX)
         surface.log_odds[slot] = odds
         row, k = at // 512, at % 512
-        code = ooi_code(odds)
+        code = floor_code if odds == -LOG_ODDS_MAX else ooi_code(odds)
         pools.ooi[row, k] = code
         pools.best_ooi[row] = max(pools.best_ooi[row], code)
         pools.revision[row] = revision
