@@ -15,7 +15,7 @@ _EASE: Final = 0.16
 """Share of the remaining way that a step covers."""
 _STILL_M: Final = 0.02
 _SAME_M: Final = 0.03
-_REMEMBERED: Final = 64
+_REMEMBERED: Final = 512
 _MARGIN: Final = 1.06
 _WALL_M: Final = 1.2
 """Room for the walls, which rise above the floor that is framed."""
@@ -70,6 +70,8 @@ class CameraFollow:
     def add(self, client: Any) -> None:
         """Take over a browser that has just connected."""
         watcher = _Watcher(client=client)
+        # A slow browser goes on to report where it started, long after it was told to move.
+        watcher.sent.append(_view_of(client.camera))
         self._watchers[client.client_id] = watcher
 
         @client.camera.on_update
@@ -112,8 +114,8 @@ class CameraFollow:
 
     def _moved(self, watcher: _Watcher, camera: Any) -> None:
         """Let go of a camera that stands where nobody but the operator has put it."""
-        seen = View(position=tuple(camera.position), look_at=tuple(camera.look_at))
-        if watcher.sent and all(_distance(seen, sent) > _SAME_M for sent in watcher.sent):
+        seen = _view_of(camera)
+        if all(_distance(seen, sent) > _SAME_M for sent in reversed(watcher.sent)):
             watcher.free = True
             watcher.now = None
 
@@ -126,10 +128,11 @@ def _between(a: View, b: View, share: float) -> View:
     return View(position=mix(a.position, b.position), look_at=mix(a.look_at, b.look_at))
 
 
+def _view_of(camera: Any) -> View:
+    (x, y, z), (u, v, w) = (tuple(map(float, p)) for p in (camera.position, camera.look_at))
+    return View(position=(x, y, z), look_at=(u, v, w))
+
+
 def _distance(a: View, b: View) -> float:
-    return float(
-        max(
-            np.abs(np.subtract(a.position, b.position)).max(),
-            np.abs(np.subtract(a.look_at, b.look_at)).max(),
-        )
-    )
+    ends = zip((*a.position, *a.look_at), (*b.position, *b.look_at), strict=True)
+    return max(abs(p - q) for p, q in ends)

@@ -26,7 +26,7 @@ logger = logging.getLogger(__name__)
 
 DRAW_S: Final = 0.05
 """Changes are gathered this long before they are drawn: at most 20 pictures a second."""
-PICTURE_S: Final = 0.4
+PICTURE_S: Final = 0.7
 """Between two pictures in the scene; the panel shows every one."""
 NOTICE_S: Final = 0.2
 LIVE_S: Final = 2.0

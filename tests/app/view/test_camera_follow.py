@@ -89,8 +89,29 @@ def test_the_operators_hand_wins_until_recalled(client):
 
 
 def test_what_the_browser_showed_before_is_not_taken_for_a_hand(client):
+    before = client.camera.position, client.camera.look_at
     follow = CameraFollow()
     follow.add(client)
-    client.camera.report()
     follow.step(SMALL)
-    assert client.camera.position == framing(*SMALL, 1.25).position
+    now = client.camera.position, client.camera.look_at
+    client.camera.position, client.camera.look_at = before
+    client.camera.report()
+    client.camera.position, client.camera.look_at = now
+    for _ in range(100):
+        follow.step(LARGE)
+    np.testing.assert_allclose(client.camera.position, framing(*LARGE, 1.25).position, atol=0.05)
+
+
+def test_a_camera_that_lags_behind_is_not_taken_for_a_hand(client):
+    follow = CameraFollow()
+    follow.add(client)
+    follow.step(SMALL)
+    lagging = []
+    for _ in range(100):
+        follow.step(LARGE)
+        lagging.append((client.camera.position, client.camera.look_at))
+    for position, look_at in lagging:
+        client.camera.position, client.camera.look_at = position, look_at
+        client.camera.report()
+    follow.step(SMALL)
+    assert client.camera.position[2] < framing(*LARGE, 1.25).position[2]
