@@ -111,10 +111,18 @@ def _mesh_chunk(distances: SignedDistances, low: NDArray[np.int64]) -> Mesh | No
     except (ValueError, RuntimeError):
         # No cell of the mask crosses zero.
         return None
-    nearest = np.minimum(np.rint(points).astype(np.int64), np.array(volume.shape) - 1)
     index = points + (low * BLOCK_EDGE) + 0.5
     return Mesh(
         vertices=(index * distances.voxel_size).astype(np.float32),
         faces=faces.astype(np.int32),
-        colors=color[nearest[:, 0], nearest[:, 1], nearest[:, 2]],
+        colors=_colors_at(points, color),
     )
+
+
+def _colors_at(points: NDArray[np.float32], color: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return each vertex's colour from the two voxels that it lies between, the known one first."""
+    low = np.floor(points).astype(np.int64)
+    high = np.minimum(np.ceil(points).astype(np.int64), np.array(color.shape[:3]) - 1)
+    behind, before = color[tuple(low.T)], color[tuple(high.T)]
+    unknown = (behind == UNSEEN_COLOR).all(axis=1)
+    return np.where(unknown[:, None], before, behind)

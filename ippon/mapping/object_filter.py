@@ -174,19 +174,23 @@ def fill_missing(energy, channel, after, n):
 @njit(cache=True, nogil=True)
 def describe_row(surface, row, n, level_probability):
     """Derive label, confidence, proximity and normaliser of a row from its energies."""
-    total, weighted = _sums(surface.energy[row], level_probability, n)
-    _describe(surface, row, n, total, weighted)
+    energy = surface.energy[row]
+    total, weighted = _sums(energy, level_probability, n)
+    least = energy[0]
+    for j in range(1, n):
+        least = min(least, energy[j])
+    _describe(surface, row, n, total, weighted, least)
 
 
 @njit(cache=True, nogil=True)
-def _describe(surface, row, n, total, weighted):
+def _describe(surface, row, n, total, weighted, least):
+    """Write what follows from a row's sums and its least energy."""
     energy = surface.energy[row]
     best = 0
-    for j in range(1, n):
-        if energy[j] < energy[best]:
-            best = j
+    while best < n - 1 and energy[best] != least:
+        best += 1
     one, half, top = np.float32(1.0), np.float32(0.5), np.float32(254.0)
-    share = _exp_of_steps(np.float32(energy[best])) / total
+    share = _exp_of_steps(np.float32(least)) / total
     surface.log_norm[row] = np.log(total)
     surface.label[row] = best
     surface.confidence[row] = np.uint8(top * min(share, one) + half)
@@ -204,7 +208,7 @@ def fuse_bayes(surface, row, n, after, low, fusion, h, common, ooi):
         log_mean = _log_sum_but(after, n, fusion.ooi_alias) - before
     if common:
         total, weighted = _store(energy, after, low, fusion.level_probability, n)
-        _describe(surface, row, n, total, weighted)
+        _describe(surface, row, n, total, weighted, 0)
     else:
         for j in range(n):
             after[j] = min(after[j] - low, np.float32(ENERGY_MAX))
@@ -230,7 +234,10 @@ def fuse_maximum(surface, row, n, after, fusion, h, common, ooi, ooi_is_new):
         for j in range(n):
             after[j] = min(after[j] - np.float32(energy[j]), np.float32(energy[j]))
         total, weighted = _store(energy, after, np.float32(0.0), fusion.level_probability, n)
-        _describe(surface, row, n, total, weighted)
+        least = energy[0]
+        for j in range(1, n):
+            least = min(least, energy[j])
+        _describe(surface, row, n, total, weighted, least)
 
 
 @njit(cache=True, nogil=True)

@@ -35,11 +35,24 @@ def _is_suppressed(pools, row, k, suppressed, voxel_size):
 
 
 @njit(cache=True, nogil=True)
+def _sample_places(size, stride, heat_size):
+    """Return each sample's pixel along one image axis, and the heatmap's pixel there."""
+    n = (size + stride - 1) // stride
+    pixel, heat = np.empty(n, np.int64), np.empty(n, np.int64)
+    for s in range(n):
+        pixel[s] = min(s * stride + stride // 2, size - 1)
+        heat[s] = ((2 * pixel[s] + 1) * heat_size) // (2 * size)
+    return pixel, heat
+
+
+@njit(cache=True, nogil=True)
 def _blend_color(surface, row, color):
     count = min(int(surface.color_count[row]) + 1, COLOR_MEMORY)
+    share = np.float32(1.0) / np.float32(count)
     for c in range(3):
-        old = int(surface.color[row, c])
-        surface.color[row, c] = np.uint8((old * (count - 1) + int(color[c]) + count // 2) // count)
+        old = np.float32(surface.color[row, c])
+        mean = old + (np.float32(color[c]) - old) * share
+        surface.color[row, c] = np.uint8(mean + np.float32(0.5))
     surface.color_count[row] = count
 
 
@@ -75,9 +88,10 @@ def fuse_kernel(
     Returns:
         Number of voxels that a heatmap updated.
     """
-    height, width = color.shape[0], color.shape[1]
-    samples_u = (width + strides[0] - 1) // strides[0]
     h, w = fusion.probabilities.shape[0], fusion.probabilities.shape[1]
+    image_v, heat_v = _sample_places(color.shape[0], strides[1], h)
+    image_u, heat_u = _sample_places(color.shape[1], strides[0], w)
+    samples_u = len(image_u)
     start = ENERGY_MAX if fusion.mode == MAXIMUM else 0
     prior = prior_log_odds(labels, fusion.ooi_alias)
     after = np.zeros(surface.energy.shape[1], np.float32)
@@ -86,8 +100,9 @@ def fuse_kernel(
     fused = 0
     for e in range(n_entries):
         row, k, sample = entries[e, 0], entries[e, 1], entries[e, 2]
-        v = min((sample // samples_u) * strides[1] + strides[1] // 2, height - 1)
-        u = min((sample % samples_u) * strides[0] + strides[0] // 2, width - 1)
+        sv = sample // samples_u
+        su = sample - sv * samples_u
+        v, u = image_v[sv], image_u[su]
         slot = pools.slot[row, k]
         if slot == 0:
             slot = take_surface_row(surface, row * 512 + k, labels, start, prior)
@@ -104,8 +119,7 @@ def fuse_kernel(
         if not common and not ooi:
             continue
         fused += 1
-        hv, hu = ((2 * v + 1) * h) // (2 * height), ((2 * u + 1) * w) // (2 * width)
-        heat = fusion.probabilities[hv, hu]
+        heat = fusion.probabilities[heat_v[sv], heat_u[su]]
         missing = False
         seen = heat
         if not fusion.in_order:
