@@ -5,8 +5,6 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-import numpy as np
-
 from ippon.geometry import Float64Array
 
 FOV_RAD: Final = 0.9
