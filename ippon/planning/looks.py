@@ -39,9 +39,12 @@ class ViewMemory:
         return self._changed
 
     def forget_surfaces(self) -> None:
-        """Count looks at surfaces anew: another object is searched for."""
+        """Count looks at surfaces anew: another object is searched for.
+
+        Viewpoints stay as they are until the map itself changes: a new goal resets the labels of
+        the object, which shows in every block, while other levels alone need no new ray.
+        """
         self._field.surface_looks[:] = 0
-        self._changed[:] = self.step
 
     def follow(self, arrays: MapArrays, layers: tuple[int, int], rules: ViewRules) -> None:
         """Match the map's extent and note which block columns changed in a way that matters.

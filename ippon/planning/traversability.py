@@ -170,13 +170,16 @@ class Traversability:
         outer = radius + max(self.config.contact_length_m, v)
         i, j, cx, cy = self._cells_around(x, y, outer / math.cos(half_angle))
         open_yet = self._marks[i, j] & (CONTACT | SWEPT) == 0
+        open_yet &= self._grid.kind[i, j] != OBSTACLE
         away = np.hypot(cx - x, cy - y)
         bearing = np.arctan2(cy - y, cx - x)
         touched = self._touched_obstacle(T_world_base)
         rim = np.zeros_like(open_yet)
         if touched is not None:
-            off = np.abs((bearing - touched + np.pi) % (2.0 * np.pi) - np.pi)
-            rim = open_yet & (off <= 0.3) & (away >= radius) & (away <= radius + 0.75 * v)
+            from_touch = np.hypot(
+                cx - x - radius * math.cos(touched), cy - y - radius * math.sin(touched)
+            )
+            rim = open_yet & (from_touch <= 1.2 * v) & (away >= radius - 0.3 * v)
         if not rim.any():
             ahead, aside = away * np.cos(bearing - yaw), away * np.abs(np.sin(bearing - yaw))
             rim = open_yet & (away >= radius + 0.25 * v) & (ahead > 0.0) & (ahead <= outer)
@@ -210,6 +213,7 @@ class Traversability:
         """Close a disc of the floor until it is driven over."""
         if self._grid is not None:
             self._mark_disc(centre, radius_m, CONTACT)
+            self._reread = True
 
     def clearance(self, x: float, y: float) -> float:
         """Return metres from a point of the floor to the nearest obstacle."""

@@ -1,0 +1,90 @@
+"""OMPL between two viewpoints: round corners, deterministic, bounded."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from ippon.planning.clearance import OBSTACLE, OPEN, clearance_at, move_between
+from ippon.planning.local_planner import LocalPlannerConfig, plan_locally
+from tests.planning.test_clearance import LIMITS, make_grid
+
+START, GOAL = np.array([0.65, 3.05]), np.array([3.05, 0.65])
+
+
+def l_corridor(width: int = 10):
+    """A corridor along x, then along y, `width` cells wide."""
+    kind = np.full((42, 42), OBSTACLE)
+    kind[2:40, 40 - width - 6 : 40 - 6] = OPEN
+    kind[40 - width - 6 : 40 - 6, 2:36] = OPEN
+    return make_grid(kind)
+
+
+def plan(grid, seed=1, start=START, goal=GOAL, **config):
+    return plan_locally(
+        LocalPlannerConfig(**config), grid, LIMITS, start, goal, margin=0.0, seed=seed
+    )
+
+
+def test_a_way_round_the_corner_where_the_line_is_blocked():
+    grid = l_corridor()
+    assert not move_between(grid, LIMITS, START, GOAL, 0.0)[0]
+    path = plan(grid)
+    assert path is not None
+    np.testing.assert_allclose(path[0], START)
+    np.testing.assert_allclose(path[-1], GOAL)
+    for a, b in pairwise(path):
+        assert move_between(grid, LIMITS, a, b, 0.0)[0]
+
+
+def test_the_same_seed_gives_the_same_way_whatever_came_before():
+    grid = l_corridor()
+    first = plan(grid, seed=7)
+    plan(grid, seed=3)
+    np.testing.assert_array_equal(first, plan(grid, seed=7))
+    assert not np.array_equal(first, plan(grid, seed=8))
+
+
+def test_soft_clearance_keeps_to_the_middle():
+    grid = l_corridor(14)
+
+    def least_room(path):
+        steps = [a + t * (b - a) for a, b in pairwise(path) for t in np.linspace(0, 1, 20)]
+        return np.mean([min(0.6, clearance_at(grid, *p)) for p in steps])
+
+    rooms = {
+        weight: np.mean(
+            [
+                least_room(plan(grid, seed, clearance_weight=weight, iterations=800))
+                for seed in range(1, 5)
+            ]
+        )
+        for weight in (0.0, 0.6)
+    }
+    assert rooms[0.6] > rooms[0.0]
+
+
+def test_hard_clearance_forbids_what_soft_allows():
+    narrow = l_corridor(7)
+    assert plan(narrow) is not None
+    assert plan(narrow, clearance="hard", hard_margin_m=0.15) is None
+
+
+def test_ends_inside_an_obstacle_are_refused_at_once():
+    grid = l_corridor()
+    assert plan(grid, goal=np.array([0.65, 0.65])) is None
+    assert plan(grid, start=np.array([9.0, 9.0])) is None
+
+
+def test_without_a_way_the_budget_ends_the_search():
+    kind = np.full((42, 42), OPEN)
+    kind[20, :] = OBSTACLE
+    grid = make_grid(kind)
+    assert plan(grid, start=np.array([1.0, 2.0]), goal=np.array([3.0, 2.0])) is None
+
+
+def test_a_budget_that_finds_nothing_is_refused():
+    with pytest.raises(ValueError, match="iterations must be at least 10"):
+        LocalPlannerConfig(iterations=3)
+    assert math.isfinite(LocalPlannerConfig().clearance_weight)

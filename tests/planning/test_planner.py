@@ -1,0 +1,269 @@
+"""The planner as a whole, on maps whose every voxel is known."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ippon.geometry import base_pose
+from ippon.guidance.levels import Level, LevelProbabilities
+from ippon.mapping.arrays import FREE, OCCUPIED
+from ippon.planning import viewpoints as viewpoints_module
+from ippon.planning.clearance import move_between
+from ippon.planning.plan import NodeKind, Plan
+from ippon.planning.planner import PlannerConfig, ViewpointPlanner
+from ippon.robot import HABITAT, ZED
+
+PROBABILITIES = LevelProbabilities().as_array()
+POSE = base_pose(2.0, 2.8, 0.0, 0.0)
+
+
+def make(robot=ZED, seed=0, t_min=4.0, **config) -> ViewpointPlanner:
+    planner = ViewpointPlanner(PlannerConfig(**config), robot, seed)
+    planner.set_goal(probabilities=PROBABILITIES, termination_min=t_min)
+    return planner
+
+
+def run(planner, volume, steps=12, pose=POSE, tilt=-0.2) -> Plan:
+    for _ in range(steps):
+        plan = planner.step(volume.arrays(), pose, tilt)
+    return plan
+
+
+def l_shape(dense_map):
+    """A corridor 1 m wide along x, then along y; nothing but its floor is known."""
+    volume = dense_map((6.4, 6.4, 2.4))
+    volume.fill((0.7, 0.7, -0.1), (5.3, 1.9, 2.0), OCCUPIED, ooi=0.0, level=1)
+    volume.fill((4.1, 0.7, -0.1), (5.3, 5.3, 2.0), OCCUPIED, ooi=0.0, level=1)
+    volume.fill((0.8, 0.8, 0.0), (5.2, 1.8, 2.0), FREE)
+    return volume.fill((4.2, 0.8, 0.0), (5.2, 5.2, 2.0), FREE)
+
+
+def assert_consistent(plan: Plan, volume) -> None:
+    tree = plan.tree
+    n = len(tree.parents)
+    assert tree.parents[0] == -1
+    assert ((tree.parents[1:] >= 0) & (tree.parents[1:] < n)).all()
+    for row in range(1, n):
+        hops, at = 0, row
+        while at != 0:
+            at = int(tree.parents[at])
+            hops += 1
+            assert hops <= n, "a cycle"
+        assert tree.path_costs_s[row] > 0.0
+    for name in ("yaws_rad", "tilts_rad", "gains", "terminations", "levels", "kinds"):
+        assert len(getattr(tree, name)) == n
+    if plan.target is not None:
+        np.testing.assert_allclose(plan.path_world[-1], plan.target.position_world, atol=1e-9)
+        assert len(plan.path_world) >= 2
+
+
+def test_a_closed_room_that_was_seen_is_exhausted(dense_map):
+    volume = dense_map().room((0.8, 0.8), (4.8, 4.8))
+    plan = run(make(), volume, 25)
+    assert plan.exhausted
+    assert plan.target is None
+    assert len(plan.path_world) == 0
+    assert len(plan.tree.parents) > 8, "low-gain nodes stay as a road map"
+    assert (plan.tree.kinds[1:] == NodeKind.MINIMAL).all()
+    assert_consistent(plan, volume)
+
+
+def test_a_door_to_the_unknown_attracts(dense_map):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
+    volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
+    plan = run(make(), volume, 12)
+    assert not plan.exhausted
+    assert plan.target is not None
+    assert plan.target.kind is NodeKind.EXPLORING
+    x, y, _ = plan.target.position_world
+    assert math.hypot(4.9 - x, 2.8 - y) < math.hypot(4.9 - 2.0, 0.0) + 0.5
+    facing = np.array([math.cos(plan.target.yaw_rad), math.sin(plan.target.yaw_rad)])
+    to_door = np.array([5.4 - x, 2.8 - y])
+    assert facing @ to_door / np.linalg.norm(to_door) > 0.6
+    assert_consistent(plan, volume)
+
+
+def test_what_was_looked_at_and_stays_unknown_attracts_no_more(dense_map):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
+    # A window: free to look through, impossible to settle.
+    volume.fill((4.8, 2.3, 0.9), (4.9, 3.3, 1.6), FREE)
+    planner = make()
+    plan = run(planner, volume, 8)
+    assert plan.target is not None
+    for _ in range(60):
+        pose = POSE
+        if plan.target is not None:
+            x, y, _ = plan.target.position_world
+            pose = base_pose(x, y, 0.0, plan.target.yaw_rad)
+        plan = planner.step(volume.arrays(), pose, plan.target.tilt_rad if plan.target else 0.0)
+        if plan.exhausted:
+            break
+    assert plan.exhausted
+
+
+def test_an_object_is_approached_and_framed(dense_map):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (6.4, 4.8))
+    volume.fill((5.6, 2.4, 0.0), (6.2, 3.2, 0.6), OCCUPIED, ooi=0.97, level=Level.NEAR)
+    plan = run(make(), volume, 10)
+    assert plan.target is not None
+    assert plan.target.kind is NodeKind.TERMINATING
+    assert plan.target.termination > 4.0
+    x, y, _ = plan.target.position_world
+    nearest = np.array([min(max(x, 5.6), 6.2) - x, min(max(y, 2.4), 3.2) - y])
+    assert np.linalg.norm(nearest) <= 0.9
+    to_object = math.atan2(2.8 - y, 5.9 - x)
+    assert abs(math.remainder(plan.target.yaw_rad - to_object, 2 * math.pi)) < 0.7
+    assert plan.target.tilt_rad < 0.0, "it stands on the floor"
+    assert_consistent(plan, volume)
+
+
+def test_an_object_behind_glass_does_not_terminate_from_afar(dense_map):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.0, 4.8))
+    volume.fill((4.0, 0.8, 0.5), (4.1, 4.8, 1.5), FREE)
+    volume.fill((5.6, 2.4, 0.5), (5.8, 3.2, 1.2), OCCUPIED, ooi=0.97)
+    plan = run(make(), volume, 10)
+    assert (plan.tree.terminations == 0.0).all()
+
+
+def test_levels_weigh_the_gain_without_a_new_ray(dense_map, monkeypatch):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
+    volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
+    planner = make()
+    # Long enough that nothing is left to evaluate.
+    before = run(planner, volume, 40)
+    volume.level[volume.state == OCCUPIED] = Level.FAR
+    arrays = volume.arrays()
+    rays = []
+    see = viewpoints_module.see
+    monkeypatch.setattr(viewpoints_module, "see", lambda *a: rays.append(1) or see(*a))
+    planner.set_goal(probabilities=PROBABILITIES, termination_min=4.0)
+    after = planner.step(arrays, POSE, -0.2)
+    assert len(rays) == 0
+    assert (after.tree.levels[1:] == Level.FAR).mean() > 0.8
+    assert after.tree.gains.sum() < 0.5 * before.tree.gains.sum()
+    assert len(after.tree.parents) >= len(before.tree.parents), "the tree is kept"
+
+
+def test_a_narrow_corner_is_passed_only_with_the_local_planner(dense_map):
+    pose = base_pose(1.3, 1.3, 0.0, 0.0)
+    volume = l_shape(dense_map)
+    plan = run(make(), volume, 15, pose)
+    assert (plan.tree.positions_world[:, 1] > 3.5).any()
+    assert_consistent(plan, volume)
+
+
+def test_paths_keep_the_body_off_walls(two_rooms):
+    volume = two_rooms(0.9)
+    planner = make()
+    plan = run(planner, volume, 20)
+    assert (plan.tree.positions_world[:, 0] > 4.2).sum() >= 3, "the second room is reached"
+    grid, limits = planner._floor.grid, planner._floor.limits
+    tree = plan.tree
+    straight = 0
+    for row in range(1, len(tree.parents)):
+        a = tree.positions_world[tree.parents[row], :2].astype(float)
+        b = tree.positions_world[row, :2].astype(float)
+        straight += move_between(grid, limits, a, b, 0.0)[0]
+    # What is not straight came from the local planner.
+    assert straight + len(planner._road._curves) >= len(tree.parents) - 1
+
+
+def test_a_closed_door_cuts_the_tree_and_an_opened_one_joins_it(two_rooms):
+    volume = two_rooms(0.9)
+    planner = make()
+    run(planner, volume, 20)
+    volume.fill((3.8, 2.2, 0.0), (3.9, 3.4, 2.0), OCCUPIED, ooi=0.0, level=1)
+    plan = run(planner, volume, 1)
+    assert (plan.tree.positions_world[:, 0] < 3.9).all()
+    volume.fill((3.8, 2.3, 0.0), (3.9, 3.3, 2.0), FREE)
+    plan = run(planner, volume, 15)
+    assert (plan.tree.positions_world[:, 0] > 4.2).sum() >= 3
+
+
+def test_the_tree_survives_a_move_of_the_robot(two_rooms):
+    volume = two_rooms(0.9)
+    planner = make()
+    before = run(planner, volume, 20)
+    after = planner.step(volume.arrays(), base_pose(5.4, 2.8, 0.0, 1.0), 0.0)
+    assert len(after.tree.parents) >= len(before.tree.parents)
+    np.testing.assert_allclose(after.tree.positions_world[0, :2], [5.4, 2.8], atol=1e-6)
+    assert after.evaluated <= 7
+    assert_consistent(after, volume)
+
+
+def test_contacts_close_the_way_ahead_and_a_second_chance_opens_it(dense_map):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 2.3), (6.4, 3.3))
+    volume.fill((6.4, 2.3, 0.0), (6.5, 3.3, 2.0), FREE)
+    planner = make()
+    pose = base_pose(2.0, 2.8, 0.0, 0.0)
+    plan = run(planner, volume, 10, pose)
+    assert plan.target is not None
+    for y in (2.55, 2.8, 3.05):
+        planner.mark_contact(base_pose(2.0, y, 0.0, 0.0))
+    plan = planner.step(volume.arrays(), pose, -0.2)
+    assert plan.target is None or plan.target.position_world[0] < 2.4
+    plan = run(planner, volume, 40, pose)
+    assert plan.target is not None
+    assert plan.target.position_world[0] > 2.4
+
+
+def test_a_target_that_was_given_up_is_left_alone_for_a_while(dense_map):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
+    volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
+    planner = make()
+    first = run(planner, volume, 25).target
+    assert first is not None
+    planner.give_up_target(steps=5)
+    second = planner.step(volume.arrays(), POSE, -0.2).target
+    assert second is None or second.position_world != first.position_world
+
+
+@pytest.mark.parametrize("robot", [ZED, HABITAT])
+def test_one_seed_gives_one_plan(two_rooms, robot):
+    def story(seed):
+        volume = two_rooms(1.0)
+        volume.fill((6.9, 2.0, 0.0), (7.0, 3.0, 1.8), FREE)
+        planner = make(robot, seed)
+        return [planner.step(volume.arrays(), POSE, -0.2) for _ in range(8)]
+
+    first, again, other = story(3), story(3), story(4)
+    for a, b in zip(first, again, strict=True):
+        assert a.target == b.target
+        np.testing.assert_array_equal(a.path_world, b.path_world)
+        for name in ("positions_world", "parents", "gains", "path_costs_s"):
+            np.testing.assert_array_equal(getattr(a.tree, name), getattr(b.tree, name))
+    assert not np.array_equal(first[-1].tree.positions_world, other[-1].tree.positions_world)
+
+
+def test_work_per_step_is_bounded(dense_map):
+    volume = dense_map((9.6, 9.6, 2.4)).room((0.8, 0.8), (8.8, 8.8), ooi=None)
+    planner = make(samples_per_step=7, evaluations_per_step=3)
+    sizes = [1]
+    for _ in range(10):
+        plan = planner.step(volume.arrays(), base_pose(4.0, 4.0, 0.0, 0.0), -0.2)
+        assert plan.evaluated <= 4
+        assert len(planner._road.nodes) - sizes[-1] <= 7
+        sizes.append(len(planner._road.nodes))
+
+
+def test_a_robot_inside_an_obstacles_margin_finds_its_way_out(dense_map):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
+    volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
+    plan = run(make(), volume, 12, base_pose(0.95, 2.8, 0.0, math.pi))
+    assert plan.target is not None
+    assert_consistent(plan, volume)
+
+
+def test_an_empty_map_gives_an_empty_plan(dense_map):
+    volume = dense_map()
+    plan = make().step(volume.arrays(), base_pose(3.2, 3.2, 0.0, 0.0), 0.0)
+    assert not plan.exhausted or plan.target is None
+    assert plan.tree.parents[0] == -1
+
+
+def test_budgets_that_get_nowhere_are_refused():
+    with pytest.raises(ValueError, match="samples_per_step must be at least 1"):
+        PlannerConfig(samples_per_step=0)
+    with pytest.raises(ValueError, match="ooi_threshold"):
+        PlannerConfig(ooi_threshold=1.0)

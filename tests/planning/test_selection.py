@@ -1,0 +1,86 @@
+"""Which viewpoint wins, eq. (5)."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ippon.planning.roadmap import ShortestTree
+from ippon.planning.selection import SelectionConfig, score_nodes, select
+
+CONFIG = SelectionConfig(passing_weight=1.0, settle_s=1.0, stay_factor=1.3)
+
+
+def chain(costs: list[float]) -> ShortestTree:
+    """Nodes one after another along +x."""
+    n = len(costs)
+    return ShortestTree(
+        cost=np.array(costs, dtype=float),
+        parent=np.arange(-1, n - 1),
+        via=np.zeros(n, dtype=np.int64),
+        heading=np.zeros(n),
+        order=np.flatnonzero(np.isfinite(costs)),
+    )
+
+
+def score(tree, gain, *, termination=None, yaw=None, t_min=5.0, eligible=None, config=CONFIG):
+    n = len(gain)
+    by_heading = np.repeat(np.array(gain, dtype=np.float32)[:, None], 8, axis=1)
+    return score_nodes(
+        config,
+        tree,
+        gain=np.array(gain, dtype=np.float32),
+        by_heading=by_heading,
+        termination=np.array(termination or [0.0] * n, dtype=np.float32),
+        yaw=np.array(yaw or [0.0] * n),
+        eligible=np.ones(n, dtype=bool) if eligible is None else np.array(eligible),
+        termination_min=t_min,
+        turn_rate=1.2,
+    )
+
+
+def test_gain_adds_up_along_the_path_and_cost_includes_the_last_turn():
+    scores = score(chain([2.0, 4.0, 6.0]), [10.0, 20.0, 5.0], yaw=[0.0, math.pi / 2, 0.0])
+    np.testing.assert_allclose(scores.path_gain, [10.0, 30.0, 35.0])
+    np.testing.assert_allclose(scores.path_cost, [2.0, 4.0 + math.pi / 2 / 1.2, 6.0])
+    np.testing.assert_allclose(scores.ratio, scores.path_gain / (scores.path_cost + 1.0))
+
+
+def test_passing_gain_is_weighed():
+    half = SelectionConfig(passing_weight=0.5)
+    scores = score(chain([2.0, 4.0]), [10.0, 20.0], config=half)
+    np.testing.assert_allclose(scores.path_gain, [10.0, 25.0])
+
+
+def test_the_best_ratio_wins():
+    scores = score(chain([2.0, 4.0, 40.0]), [3.0, 90.0, 95.0])
+    assert select(CONFIG, scores, None) == 1
+
+
+def test_terminating_nodes_come_first_by_voxels_over_cost():
+    scores = score(chain([2.0, 4.0, 6.0]), [900.0, 1.0, 1.0], termination=[5.0, 6.0, 30.0])
+    assert scores.terminating.tolist() == [False, True, True], "T must exceed T_min"
+    assert select(CONFIG, scores, None) == 2
+    assert select(CONFIG, scores, 0) == 2, "whatever the robot was on its way to"
+
+
+def test_a_target_is_kept_unless_another_is_clearly_better():
+    tree = chain([3.0, 3.0])
+    scores = score(tree, [10.0, 11.0], config=SelectionConfig(passing_weight=0.0))
+    assert select(CONFIG, scores, 0) == 0
+    assert select(CONFIG, scores, None) == 1
+    clearly = score(tree, [10.0, 20.0], config=SelectionConfig(passing_weight=0.0))
+    assert select(CONFIG, clearly, 0) == 1
+
+
+def test_nobody_is_chosen_who_cannot_be_reached_or_is_not_eligible():
+    scores = score(chain([2.0, math.inf]), [1.0, 50.0], eligible=[False, True])
+    assert select(CONFIG, scores, None) is None
+    assert select(CONFIG, scores, 1) is None
+
+
+def test_weights_without_meaning_are_refused():
+    with pytest.raises(ValueError, match="stay_factor"):
+        SelectionConfig(stay_factor=0.5)
+    with pytest.raises(ValueError, match="passing_weight"):
+        SelectionConfig(passing_weight=2.0)
