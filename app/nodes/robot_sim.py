@@ -2,7 +2,6 @@
 
 import logging
 import queue
-import signal
 import threading
 import time
 from collections.abc import Callable
@@ -14,6 +13,7 @@ import zenoh
 
 from app.links.requests import last_message
 from app.links.session import open_client
+from app.links.stopping import SignalledStop, Stop
 from app.links.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
@@ -61,7 +61,19 @@ class RobotSimConfig:
     speed: Literal["1", "2", "max"] = "1"
     seed: int = 0
     rate_hz: float = 5.0
+    """Frames per simulated second."""
     image_width: int = 400
+    """Pixels; the height follows from the robot's camera."""
+
+    def __post_init__(self) -> None:
+        """Refuse cameras that the simulation cannot be."""
+        keys.check_prefix(self.robot)
+        if not 0.5 <= self.rate_hz <= PHYSICS_HZ:
+            raise ValueError(
+                f"the camera takes 0.5 to {PHYSICS_HZ:g} frames a second; got {self.rate_hz:g}"
+            )
+        if not 32 <= self.image_width <= 1920:
+            raise ValueError(f"images are 32 to 1920 pixels wide; got {self.image_width}")
 
 
 class Truth(msgspec.Struct, frozen=True, kw_only=True):
@@ -117,7 +129,7 @@ class RobotSim:
             f"{self._config.connect} under the prefix {self._config.robot}?"
         )
 
-    def run_real_time(self, stop: threading.Event) -> None:
+    def run_real_time(self, stop: Stop) -> None:
         """Step the physics by the clock and take pictures at the camera's rate until stopped."""
         factor = float(self._config.speed)
         dt = 1.0 / PHYSICS_HZ
@@ -140,7 +152,7 @@ class RobotSim:
             elif late < 0.0:
                 stop.wait(-late)
 
-    def run_lock_step(self, stop: threading.Event) -> None:
+    def run_lock_step(self, stop: Stop) -> None:
         """Take a picture, wait for the command that answers it, step; as fast as answers come.
 
         Raises:
@@ -173,7 +185,7 @@ class RobotSim:
             self.world.set_labels(request.labels, request.ooi)
         return self.world.observe()
 
-    def _await_answer(self, stamp_ns: int, stop: threading.Event) -> StampedTwist | None:
+    def _await_answer(self, stamp_ns: int, stop: Stop) -> StampedTwist | None:
         deadline = time.monotonic() + ANSWER_WAIT_S
         while not stop.is_set():
             try:
@@ -285,9 +297,7 @@ def run_robot_sim(config: RobotSimConfig, scene: Scene, start: StartPose) -> Non
         LinkError: No navigator answers.
         SimulatedRobotError: It stopped answering.
     """
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
+    stop = SignalledStop()
     session = open_client(config.connect)
     try:
         robot = RobotSim(config, session, scene, start)

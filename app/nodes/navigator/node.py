@@ -2,8 +2,6 @@
 
 import logging
 import os
-import signal
-import threading
 import time
 from collections.abc import Callable
 from importlib.metadata import version
@@ -14,6 +12,7 @@ import zenoh
 from app.links.latched import Latched
 from app.links.registry import RunningNavigator, register
 from app.links.session import open_router
+from app.links.stopping import SignalledStop, Stop
 from app.messages import keys
 from app.messages.control import (
     Event,
@@ -81,7 +80,7 @@ class Navigator:
         self._shown_guidance: object = None
         self._labels.put(encode(LabelRequest(labels=list(config.labels), ooi=None)))
 
-    def run(self, stop: threading.Event) -> None:
+    def run(self, stop: Stop) -> None:
         """Answer frames and requests until stopped."""
         while not stop.is_set():
             self._desk.run_queued(self._mission)
@@ -225,9 +224,7 @@ def run_navigator(config: NavigatorConfig, progress: Callable[[float], None]) ->
     Raises:
         LinkError: The endpoint is taken.
     """
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
+    stop = SignalledStop()
     session = open_router(config.listen)
     entry = None
     try:
