@@ -23,6 +23,8 @@ EXIT_NOT_FOUND = 1
 
 def run_ask(command: Ask) -> int:
     """Send the query; with `--follow` stay until the search is over."""
+    if not command.timeout_s > 0.0:
+        raise UsageError(f"--timeout-s is a positive number of seconds; got {command.timeout_s:g}")
     wanted, context = _read(command)
     check_query(wanted, context)
     endpoint, robot = find_navigator(command.connect, command.robot)

@@ -22,7 +22,7 @@ def check_home(text: str) -> None:
             raise UsageError(f"a home's seed is at most {MAX_SEED}; got {text}")
         return
     folder = Path(text)
-    if not folder.is_dir():
+    if not text or not folder.is_dir():
         raise UsageError(
             f"no home {text!r}: give a seed (a whole number, for example 3) or a folder that holds "
             "scene.glb and scene.json"

@@ -28,14 +28,17 @@ def run_sim(command: Sim) -> int:
             f"home {command.home} has start poses 0 to {len(scene.start_poses) - 1}; "
             f"got {command.start}"
         )
-    config = RobotSimConfig(
-        connect=command.connect,
-        robot=command.robot,
-        speed=command.speed,
-        seed=command.seed,
-        rate_hz=command.rate_hz,
-        image_width=command.width,
-    )
+    try:
+        config = RobotSimConfig(
+            connect=command.connect,
+            robot=command.robot,
+            speed=command.speed,
+            seed=command.seed,
+            rate_hz=command.rate_hz,
+            image_width=command.width,
+        )
+    except ValueError as error:
+        raise UsageError(str(error)) from error
     try:
         run_robot_sim(config, scene, scene.start_poses[command.start])
     except (LinkError, SimulatedRobotError) as error:

@@ -1,6 +1,7 @@
 """zenoh sessions: explicit endpoints, no multicast, a dead peer noticed within a second."""
 
 import json
+import re
 from typing import Any, Final
 
 import zenoh
@@ -13,6 +14,22 @@ class LinkError(Exception):
     """No session; the text says what was tried and what would work."""
 
 
+_ENDPOINT: Final = re.compile(r"(tcp|tls|quic|udp|ws|unixsock-stream)/\S+")
+
+
+def check_endpoint(endpoint: str) -> None:
+    """Refuse what zenoh cannot read as an endpoint.
+
+    Raises:
+        LinkError: With what would do.
+    """
+    if _ENDPOINT.fullmatch(endpoint) is None:
+        raise LinkError(
+            f"{endpoint!r} is no zenoh endpoint; one looks like tcp/127.0.0.1:7447 or "
+            "tls/robot.local:7447"
+        )
+
+
 def open_router(listen: str) -> zenoh.Session:
     """Open a session that others connect to.
 
@@ -22,6 +39,7 @@ def open_router(listen: str) -> zenoh.Session:
     Raises:
         LinkError: The endpoint cannot be listened on.
     """
+    check_endpoint(listen)
     settings = {"mode": "router", "listen/endpoints": [listen], "listen/exit_on_failure": True}
     try:
         return zenoh.open(_config(settings))
@@ -42,6 +60,7 @@ def open_client(connect: str, timeout_s: float = 5.0) -> zenoh.Session:
     Raises:
         LinkError: Nobody answers there.
     """
+    check_endpoint(connect)
     settings = {
         "mode": "client",
         "connect/endpoints": [connect],

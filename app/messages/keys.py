@@ -1,5 +1,23 @@
 """Names of the topics under a robot's prefix."""
 
+import re
+
+_PREFIX = re.compile(r"[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)*")
+
+
+def check_prefix(robot: str) -> None:
+    """Refuse a key prefix that zenoh would read as a pattern, or not at all.
+
+    Raises:
+        ValueError: With what would do.
+    """
+    if len(robot) > 100 or _PREFIX.fullmatch(robot) is None:
+        raise ValueError(
+            f"a robot's key prefix is letters, digits, '_', '.', '-', in parts joined by '/', at "
+            f"most 100 of them, for example ippon/robot-1; got {robot[:100]!r}"
+        )
+
+
 COLOR = "camera/color/image_raw/compressed"
 DEPTH = "camera/depth/image_raw/compressedDepth"
 DEPTH_RAW = "camera/depth/image_raw"

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from app.messages.keys import check_prefix
 from ippon.mission.mission import MissionConfig
 from ippon.robot import ZED, RobotProfile
 from ippon.vocabulary import MATTERPORT_40
@@ -31,3 +32,7 @@ class NavigatorConfig:
     """How often the whole map is published for those who record."""
     max_queue: int = 20
     """Goals that may wait."""
+
+    def __post_init__(self) -> None:
+        """Refuse a prefix that is none."""
+        check_prefix(self.robot)

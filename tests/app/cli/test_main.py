@@ -1,0 +1,133 @@
+"""What the command line says to those who ask for the impossible."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from app.cli.main import run
+from app.links.registry import RunningNavigator, register
+
+LONG = "x" * 10_000
+
+
+@pytest.fixture(autouse=True)
+def own_runtime(runtime, monkeypatch):
+    for name, value in runtime.items():
+        monkeypatch.setenv(name, value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["demo", "--home", "nosuch"], "no home 'nosuch': give a seed"),
+        (["demo", "--home", ""], "no home '': give a seed"),
+        (["demo", "--home", "-3"], "no home '-3': give a seed"),
+        (["demo", "--home", "99999999999"], "a home's seed is at most 2147483647"),
+        (["demo", "--object", ""], "no object given"),
+        (["demo", "--object", "   "], "no object given"),
+        (["demo", "--object", LONG], "at most 80 and a context at most 2000 characters"),
+        (["demo", "--context", LONG], "yours have 3 and 10000"),
+        (["demo", "--port", "99999"], "a port lies in 1 to 65535; got 99999"),
+        (["sim", "--home", "nosuch"], "no home 'nosuch'"),
+        (["sim", "--start", "99"], "start poses 0 to 7; got 99"),
+        (["sim", "--width", "0"], "images are 32 to 1920 pixels wide; got 0"),
+        (["sim", "--rate-hz", "0"], "0.5 to 50 frames a second; got 0"),
+        (["sim", "--robot", "a b"], "a robot's key prefix is letters"),
+        (["sim", "--connect", "nonsense"], "'nonsense' is no zenoh endpoint; one looks like"),
+        (["sim", "--picture", "/nosuch/home.png"], "cannot write the picture"),
+        (["navigate", "--robot", "a/**"], "got 'a/**'"),
+        (["navigate", "--listen", "foo"], "'foo' is no zenoh endpoint"),
+        (["navigate", "--voxel-size-m", "0"], "voxel_size_m must be positive"),
+        (["console", "--port", "99999"], "a port lies in 0 to 65535"),
+        (["console", "--host", "0.0.0.0"], "127.0.0.1 only"),
+        (["ask", ""], "no object given"),
+        (["ask", "hat"], "no navigator runs on this machine; start one with `ippon demo`"),
+        (["ask", "hat", "--timeout-s", "-1"], "--timeout-s is a positive number"),
+        (["ask", "hat", "--context", LONG], "yours have 3 and 10000"),
+        (
+            ["ask", "hat", "--connect", "tcp/127.0.0.1:1", "--timeout-s", "0.5"],
+            "no navigator answers at tcp/127.0.0.1:1 within 0.5 s",
+        ),
+        (["levels", ""], "no object given"),
+    ],
+    ids=lambda value: " ".join(value)[:60] if isinstance(value, list) else "",
+)
+def test_the_impossible_is_refused_in_one_line(arguments, text, capsys):
+    assert run(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert text in err
+    assert len(err) < 1000
+    assert "Traceback" not in err
+
+
+def test_a_taken_port(capsys):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = str(taken.getsockname()[1])
+        assert run(["demo", "--port", port]) == 2
+    assert f"port {port} is taken; name another with --port" in capsys.readouterr().err
+
+
+def test_several_navigators_are_listed(capsys):
+    other = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    try:
+        for pid, robot in ((os.getpid(), "ippon/one"), (other.pid, "ippon/two")):
+            register(RunningNavigator(pid=pid, robot=robot, endpoint="tcp/127.0.0.1:9"))
+        assert run(["ask", "hat"]) == 2
+    finally:
+        other.communicate(b"\n")
+    err = capsys.readouterr().err
+    assert "--robot ippon/one" in err
+    assert "--robot ippon/two" in err
+
+
+def test_levels_as_json(capsys):
+    assert run(["levels", "my hat", "--context", "I left it on the sofa", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["object"] == "hat"
+    assert answer["levels"]["sofa"] == "certain"
+    assert set(answer["levels"]) == set(answer["reasons"])
+
+
+def test_a_picture_of_a_home(tmp_path, capsys):
+    picture = tmp_path / "home.png"
+    assert run(["sim", "--home", "5", "--picture", str(picture)]) == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert str(picture) in capsys.readouterr().out
+
+
+def test_an_exported_home_is_a_home(tmp_path, capsys):
+    folder = tmp_path / "home"
+    assert run(["sim", "--home", "5", "--export", str(folder)]) == 0
+    assert run(["sim", "--home", str(folder), "--picture", str(tmp_path / "again.png")]) == 0
+    capsys.readouterr()
+
+
+@pytest.mark.process
+def test_help_is_quick_and_complete():
+    done = subprocess.run(
+        [sys.executable, "-m", "app", "--help"],
+        cwd=Path(__file__).parents[3],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    for command in ("demo", "sim", "navigate", "console", "ask", "levels", "doctor"):
+        assert command in done.stdout
+
+
+@pytest.mark.process
+def test_ctrl_c_while_waiting_says_nothing_odd(launch, free_endpoint):
+    robot = launch("sim", "--connect", free_endpoint, "--home", "3")
+    robot.child.send_signal(signal.SIGINT)
+    robot.finish()
+    assert "Exception ignored" not in robot.log()
