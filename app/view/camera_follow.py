@@ -54,6 +54,8 @@ def framing(low: Float64Array, high: Float64Array, aspect: float) -> View:
 class _Watcher:
     client: Any
     sent: deque[View] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
+    arrived: bool = False
+    """It has been seen where it was sent; before that it reports where it started."""
     free: bool = False
     now: View | None = None
 
@@ -68,8 +70,6 @@ class CameraFollow:
     def add(self, client: Any) -> None:
         """Take over a browser that has just connected."""
         watcher = _Watcher(client=client)
-        # A slow browser goes on to report where it started, long after it was told to move.
-        watcher.sent.append(_view_of(client.camera))
         self._watchers[client.client_id] = watcher
 
         @client.camera.on_update
@@ -113,7 +113,9 @@ class CameraFollow:
     def _moved(self, watcher: _Watcher, camera: Any) -> None:
         """Let go of a camera that stands where nobody but the operator has put it."""
         seen = _view_of(camera)
-        if all(_distance(seen, sent) > _SAME_M for sent in reversed(watcher.sent)):
+        if any(_distance(seen, sent) <= _SAME_M for sent in reversed(watcher.sent)):
+            watcher.arrived = True
+        elif watcher.arrived:
             watcher.free = True
             watcher.now = None
 

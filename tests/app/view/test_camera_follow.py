@@ -79,6 +79,7 @@ def test_the_operators_hand_wins_until_recalled(client):
     follow = CameraFollow()
     follow.add(client)
     follow.step(SMALL)
+    client.camera.report()
     client.camera.position = (1.0, 1.0, 9.0)
     client.camera.report()
     follow.step(LARGE)
@@ -94,9 +95,9 @@ def test_what_the_browser_showed_before_is_not_taken_for_a_hand(client):
     follow.add(client)
     follow.step(SMALL)
     now = client.camera.position, client.camera.look_at
-    client.camera.position, client.camera.look_at = before
-    client.camera.report()
-    client.camera.position, client.camera.look_at = now
+    for pose in (before, ((7.0, 7.0, 7.0), (0.0, 0.0, 0.0)), now):
+        client.camera.position, client.camera.look_at = pose
+        client.camera.report()
     for _ in range(100):
         follow.step(LARGE)
     np.testing.assert_allclose(client.camera.position, framing(*LARGE, 1.25).position, atol=0.05)

@@ -112,6 +112,17 @@ def test_shows_the_search_as_it_goes(home, page, tmp_path):
     _drawn(page, tmp_path)
 
 
+def test_the_camera_follows_the_growing_map_in_the_browser(home, page, tmp_path):
+    _drawn(page, tmp_path)
+    page.wait_for_timeout(6000)
+    picture = _picture(page, tmp_path)
+    lit = picture.max(axis=2) > 90
+    across = lit.any(axis=0).nonzero()[0]
+    assert across[0] < 0.3 * lit.shape[1]
+    assert across[-1] > 0.7 * lit.shape[1]
+    assert lit[:, 0].mean() < 0.2, "the whole map is in the picture"
+
+
 def test_everything_of_the_search_fits_without_scrolling(home, page):
     view = _view(page)
     folder = view.get_by_text("Reasons and corrections")
