@@ -1,0 +1,158 @@
+"""The demo as whole processes."""
+
+import json
+import os
+import re
+import signal
+import socket
+import time
+from pathlib import Path
+
+import httpx
+import pytest
+
+from app.links.requests import last_message
+from app.links.session import open_client
+from app.messages import keys
+from app.messages.control import Status, decode
+
+pytestmark = [pytest.mark.process, pytest.mark.slow]
+
+ONE_SEARCH = ("--headless", "--exit-when-done", "--speed", "max", "--home", "3")
+
+
+def _stat(pid):
+    """Return the fields of /proc/PID/stat after the name; empty when the process is gone."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    except (FileNotFoundError, ProcessLookupError):
+        return []
+
+
+def children_of(parent):
+    """Return {pid: command line} of the processes that a process has started."""
+    found = {}
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit() and _stat(entry.name)[1:2] == [str(parent)]:
+            found[int(entry.name)] = (entry / "cmdline").read_text().replace("\0", " ")
+    return found
+
+
+def alive(pid):
+    return _stat(pid)[:1] not in ([], ["Z"])
+
+
+def wait_until_gone(pids, timeout_s):
+    deadline = time.monotonic() + timeout_s
+    while [pid for pid in pids if alive(pid)]:
+        left = [pid for pid in pids if alive(pid)]
+        assert time.monotonic() < deadline, f"still running: {left}"
+        time.sleep(0.05)
+
+
+@pytest.fixture
+def free_page_port():
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return str(listener.getsockname()[1])
+
+
+@pytest.fixture
+def demo(launch, free_page_port):
+    """A demo with its page, searching, and its children."""
+    demo = launch("demo", "--home", "3", "--object", "toilet", "--port", free_page_port)
+    demo.wait_for_log("simulated robot in home-3", timeout_s=240.0)
+    demo.children = children_of(demo.child.pid)
+    assert len(demo.children) == 3, demo.children
+    return demo
+
+
+def test_lock_step_finds_the_bed_and_repeats_itself(launch):
+    results = []
+    for _ in range(2):
+        demo = launch("demo", *ONE_SEARCH, "--object", "bed")
+        status, out = demo.finish(280.0)
+        assert status == 0, demo.log()
+        results.append(json.loads(out.splitlines()[-1]))
+    assert results[0] == results[1]
+    result = results[0]
+    assert (result["object"], result["found"], result["correct"]) == ("bed", True, True)
+    assert 0.0 < result["spl"] <= 1.0
+    assert result["frames"] > 10
+    assert result["path_length_m"] > 0.0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ending_the_demo_leaves_no_process(demo, number, free_page_port):
+    assert httpx.get(f"http://127.0.0.1:{free_page_port}/health").is_success
+    demo.child.send_signal(number)
+    assert demo.finish(20.0)[0] == 0
+    wait_until_gone(demo.children, 1.0)
+    assert "Traceback" not in demo.log()
+
+
+def test_a_killed_demo_takes_its_children_along(demo):
+    demo.child.kill()
+    wait_until_gone(demo.children, 10.0)
+
+
+def test_a_dead_navigator_ends_the_demo_with_an_error(demo):
+    navigator = next(pid for pid, line in demo.children.items() if " navigate " in line)
+    os.kill(navigator, signal.SIGKILL)
+    status, _ = demo.finish(30.0)
+    assert status == 3
+    assert "the navigator ended" in demo.log()
+    wait_until_gone(demo.children, 5.0)
+
+
+def test_a_dead_console_is_reported_and_the_search_goes_on(demo):
+    console = next(pid for pid, line in demo.children.items() if " console " in line)
+    os.kill(console, signal.SIGKILL)
+    demo.wait_for_log("ippon console --connect", timeout_s=20.0)
+    others = [pid for pid in demo.children if pid != console]
+    assert all(alive(pid) for pid in others)
+    assert demo.child.poll() is None
+
+
+def where(demo):
+    """Return endpoint and prefix of a demo's navigator."""
+    line = next(line for line in demo.children.values() if " navigate " in line)
+    found = re.search(r"--listen (\S+) --robot (\S+)", line)
+    return found.group(1), found.group(2)
+
+
+def test_two_demos_side_by_side_do_not_hear_each_other(launch, demo):
+    second = launch("demo", "--home", "4", "--object", "bed", "--headless")
+    second.wait_for_log("simulated robot in home-4", timeout_s=240.0)
+    second.children = children_of(second.child.pid)
+    places = [where(demo), where(second)]
+    assert len({endpoint for endpoint, _ in places}) == 2
+    assert len({robot for _, robot in places}) == 2
+    goals = []
+    for endpoint, robot in places:
+        session = open_client(endpoint)
+        heard = []
+        session.declare_subscriber("**", lambda s, heard=heard: heard.append(str(s.key_expr)))
+        time.sleep(1.5)
+        assert heard
+        assert all(key.startswith(f"{robot}/") for key in heard)
+        goals.append(decode(last_message(session, f"{robot}/{keys.STATUS}", 5.0), Status).goal)
+        session.close()
+    assert [goal.object for goal in goals] == ["toilet", "bed"]
+
+    # Without options `ippon ask` cannot know which one is meant.
+    asked = launch("ask", "hat")
+    assert asked.finish()[0] == 2
+    assert "several navigators run on this machine" in asked.log()
+
+
+def test_asking_and_following_from_another_terminal(launch):
+    demo = launch("demo", "--home", "3", "--headless", "--no-search", "--speed", "2")
+    demo.wait_for_log("simulated robot in home-3", timeout_s=240.0)
+    asked = launch("ask", "find the bed, I think it is in the bedroom", "--follow", "--json")
+    status, out = asked.finish(240.0)
+    assert status == 0, asked.log()
+    lines = [json.loads(line) for line in out.splitlines()]
+    assert lines[0]["object"] == "bed"
+    assert (lines[-1]["state"], lines[-1]["outcome"]) == ("found", "found")
+    assert len(lines[-1]["position_world"]) == 3
