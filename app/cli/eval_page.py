@@ -1,0 +1,237 @@
+"""The report of an evaluation as one HTML page that needs nothing else."""
+
+import json
+import shlex
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any, Final
+
+from app.cli.eval_plots import failure_plot, goal_plot, interval_plot, success_curves
+from ippon.evaluation.catalogue import home_name
+from ippon.evaluation.methods import METHODS
+from ippon.evaluation.row import EpisodeRow
+from ippon.evaluation.statistics import PairedDifference
+from ippon.evaluation.summary import (
+    REFERENCE,
+    Comparison,
+    ContextEffect,
+    MethodSummary,
+    by_method,
+    spl_by_goal,
+)
+
+ENOUGH_EPISODES: Final = 200
+"""Below this the page says that the sample is small."""
+
+_STYLE: Final = """
+:root{color-scheme:dark;--back:#14161a;--text:#e8eaed;--dim:#9aa0a6;--line:#33373d}
+@media print{:root{color-scheme:light;--back:#fff;--text:#111;--dim:#555;--line:#ccc}}
+body{background:var(--back);color:var(--text);font:15px/1.5 system-ui,sans-serif;
+max-width:980px;margin:32px auto;padding:0 16px;font-variant-numeric:tabular-nums}
+h1{font-size:24px}h2{font-size:18px;margin-top:40px}
+table{border-collapse:collapse;width:100%;font-size:14px;margin:8px 0}
+th,td{text-align:right;padding:4px 8px;border-bottom:1px solid var(--line);white-space:nowrap}
+th:first-child,td:first-child{text-align:left}td.wide{white-space:normal;text-align:left}
+.dim{color:var(--dim)}.warn{border-left:4px solid #E69F00;padding:8px 12px;background:#E69F0018}
+.legend span{margin-right:16px;white-space:nowrap}.legend i{display:inline-block;width:12px;
+height:12px;margin-right:6px}svg{width:100%;height:auto}
+code{font-size:12px;overflow-wrap:anywhere;white-space:normal}
+"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportData:
+    """Everything that the page shows."""
+
+    rows: Sequence[EpisodeRow]
+    summaries: Sequence[MethodSummary]
+    comparisons: Sequence[Comparison]
+    contexts: Sequence[ContextEffect]
+    errors: Sequence[str]
+    settings: dict[str, Any]
+
+
+def report_page(data: ReportData) -> str:
+    """Return the page."""
+    groups = by_method(data.rows)
+    parts = [
+        "<h1>Search efficiency</h1>",
+        _facts(data),
+        *_warnings(data),
+        "<h2>Methods</h2>",
+        _methods_table(data.summaries),
+        interval_plot(data.summaries),
+    ]
+    if data.comparisons:
+        parts += [f"<h2>{REFERENCE} against each, on the same episodes</h2>", _pairs_table(data)]
+    if data.contexts:
+        parts += ["<h2>What a truthful sentence is worth</h2>", _context_table(data.contexts)]
+    parts += [
+        "<h2>Success against path length</h2>",
+        success_curves(groups),
+        "<h2>SPL by goal</h2>",
+        goal_plot(spl_by_goal(data.rows), list(groups)),
+        "<h2>Why searches failed</h2>",
+        failure_plot(data.summaries),
+        _causes(),
+        *_failed(data),
+        "<h2>Set-up</h2>",
+        "<details><summary>configuration</summary><pre>",
+        escape(json.dumps(data.settings, indent=1)),
+        "</pre></details>",
+    ]
+    return (
+        '<!doctype html><html lang="en"><meta charset="utf-8"><title>IPPON evaluation</title>'
+        f"<style>{_STYLE}</style><body>{''.join(parts)}</body></html>\n"
+    )
+
+
+def repeat_command(row: EpisodeRow, settings: dict[str, Any]) -> str:
+    """Return the command that runs one episode again."""
+    fixed = settings.get("fixed", {})
+    starts = settings.get("command", {}).get("starts", "1")
+    told = ["--context", "support"] if row.context else []
+    words = [
+        "ippon", "eval", "run", "--out", "again", "--homes", row.home, "--objects", row.goal,
+        "--methods", row.method, "--robot", str(fixed.get("robot", row.robot)),
+        "--image-width", str(row.image_width), "--seed", str(fixed.get("seed", 0)),
+        "--starts", str(starts), *told,
+    ]  # fmt: skip
+    if "voxel_size_m" in fixed:
+        words += ["--voxel-size-m", str(fixed["voxel_size_m"])]
+    return shlex.join(words)
+
+
+def _facts(data: ReportData) -> str:
+    homes = sorted({home_name(row.home) for row in data.rows})
+    versions = sorted({row.version for row in data.rows})
+    first = data.rows[0]
+    shown = ", ".join(homes[:6]) + (f" … {homes[-1]}" if len(homes) > 6 else "")
+    return (
+        f"<p>{len(data.rows)} episodes in {len(homes)} homes ({escape(shown)}); robot "
+        f"{escape(first.robot)}, images {first.image_width} × {first.image_height}.<br>"
+        f'<span class="dim">{"<br>".join(escape(v) for v in versions)}</span></p>'
+    )
+
+
+def _warnings(data: ReportData) -> Iterable[str]:
+    if data.errors:
+        listed = ", ".join(data.errors[:5])
+        yield (
+            f'<p class="warn">{len(data.errors)} episodes could not be run to their end and count '
+            f"nowhere below: {escape(listed)}.</p>"
+        )
+    if min(s.episodes for s in data.summaries) < ENOUGH_EPISODES:
+        yield (
+            f'<p class="warn">A small sample: fewer than {ENOUGH_EPISODES} episodes for some '
+            "method. Read the intervals, not the means.</p>"
+        )
+    if len({s.episodes for s in data.summaries}) > 1:
+        yield (
+            '<p class="warn">Methods ran different numbers of episodes; only the paired table '
+            "compares the same ones.</p>"
+        )
+    if len({row.version for row in data.rows}) > 1:
+        yield '<p class="warn">Rows were made by different versions of the program.</p>'
+
+
+def _methods_table(summaries: Sequence[MethodSummary]) -> str:
+    head = (
+        "method", "episodes", "success", "SPL", "SoftSPL", "contacts", "time, s", "path, m",
+        "planner p95, ms", "× real time",
+    )  # fmt: skip
+    body = [
+        (
+            s.method,
+            str(s.episodes),
+            _with_interval(s.success, s.success_ci95),
+            _with_interval(s.spl, s.spl_ci95),
+            _with_interval(s.soft_spl, s.soft_spl_ci95),
+            f"{s.hits:.2f}",
+            f"{s.time_s:.0f}",
+            f"{s.path_length_m:.1f}",
+            f"{s.planner_ms_p95:.0f}",
+            f"{s.realtime_factor:.1f}",
+        )
+        for s in summaries
+    ]
+    names = "; ".join(f"{s.method}: {METHODS[s.method].summary}" for s in summaries)
+    return _table(head, body) + (
+        '<p class="dim">Brackets: 95 % bootstrap intervals over homes. Times are processor time of '
+        f"one core. {escape(names)}.</p>"
+    )
+
+
+def _pairs_table(data: ReportData) -> str:
+    head = ("less", "pairs", "SPL difference", "p", "SPL ratio", "success difference", "p")
+    body = [
+        (
+            c.method,
+            str(c.spl.pairs),
+            _difference(c.spl),
+            f"{c.spl.p:.3f}",
+            f"{c.spl_ratio:.2f}",
+            _difference(c.success),
+            f"{c.success_p:.3f}",
+        )
+        for c in data.comparisons
+    ]
+    return _table(head, body) + (
+        '<p class="dim">p of SPL: sign flips of whole homes; of success: McNemar, exact.</p>'
+    )
+
+
+def _context_table(contexts: Sequence[ContextEffect]) -> str:
+    head = ("method", "pairs", "SPL told", "SPL untold", "difference", "p")
+    body = [
+        (
+            c.method,
+            str(c.difference.pairs),
+            f"{c.spl_told:.3f}",
+            f"{c.spl_untold:.3f}",
+            _difference(c.difference),
+            f"{c.difference.p:.3f}",
+        )
+        for c in contexts
+    ]
+    return _table(head, body)
+
+
+def _causes() -> str:
+    return (
+        '<p class="dim">never seen: the object never came into view within mapping range; seen and '
+        "missed: it did, and the map does not show it; false stop: the robot said found where it "
+        "is not; stuck: it did not move for the last minute; time: the map shows the object, and "
+        "time or reachable viewpoints ran out first.</p>"
+    )
+
+
+def _failed(data: ReportData) -> Iterable[str]:
+    failed = [r for r in data.rows if not r.success]
+    if not failed:
+        return
+    yield f"<details><summary>{len(failed)} failed episodes, and how to repeat them</summary>"
+    body = (
+        f"<tr><td>{escape(r.episode_id)}</td><td>{r.method}</td><td>{r.failure}</td>"
+        f"<td>{r.distance_to_goal_m:.1f} m away</td>"
+        f'<td class="wide"><code>{escape(repeat_command(r, data.settings))}</code></td></tr>'
+        for r in failed
+    )
+    yield f"<table>{''.join(body)}</table></details>"
+
+
+def _table(head: Sequence[str], body: Iterable[Sequence[str]]) -> str:
+    top = "".join(f"<th>{escape(h)}</th>" for h in head)
+    lines = "".join(
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in line) + "</tr>" for line in body
+    )
+    return f"<table><tr>{top}</tr>{lines}</table>"
+
+
+def _with_interval(value: float, interval: tuple[float, float]) -> str:
+    return f"{value:.3f} [{interval[0]:.2f}, {interval[1]:.2f}]"
+
+
+def _difference(d: PairedDifference) -> str:
+    return f"{d.mean:+.3f} [{d.ci95[0]:+.2f}, {d.ci95[1]:+.2f}]"

@@ -1,0 +1,113 @@
+"""`ippon eval report`: the table on the terminal or as JSON, the rest as a page."""
+
+import dataclasses
+import json
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from app.cli.errors import UsageError
+from app.cli.eval_page import ReportData, report_page
+from app.cli.eval_store import EvaluationFolder
+from app.cli.options import EvalReport
+from ippon.evaluation.summary import (
+    REFERENCE,
+    Comparison,
+    MethodSummary,
+    compare,
+    context_effects,
+    summarise,
+)
+
+
+def run_report(command: EvalReport) -> int:
+    """Print the table; write report.html and report.json beside the rows."""
+    folder = EvaluationFolder(command.folder)
+    rows = folder.rows()
+    data = ReportData(
+        rows=rows,
+        summaries=summarise(rows),
+        comparisons=compare(rows),
+        contexts=context_effects(rows),
+        errors=folder.errors(),
+        settings=folder.settings(),
+    )
+    page, table = command.folder / "report.html", command.folder / "report.json"
+    try:
+        page.write_text(report_page(data), encoding="utf-8")
+        table.write_text(json.dumps(_everything(data), indent=1), encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"cannot write to {command.folder}: {error}") from error
+    if command.json:
+        print(json.dumps([json_line(s) for s in data.summaries], indent=1))
+    else:
+        _print_tables(Console(), data.summaries, data.comparisons)
+        print(f"\n{page}")
+    for name in data.errors:
+        print(f"ippon: {name} could not be run to its end and is not counted", file=sys.stderr)
+    return 0
+
+
+def json_line(s: MethodSummary) -> dict[str, Any]:
+    """Return one method's line of `--json`."""
+    return {
+        "method": s.method,
+        "episodes": s.episodes,
+        "success": round(s.success, 4),
+        "spl": round(s.spl, 4),
+        "soft_spl": round(s.soft_spl, 4),
+        "spl_ci95": [round(v, 4) for v in s.spl_ci95],
+        "hits": round(s.hits, 4),
+        "planner_ms_p95": round(s.planner_ms_p95, 2),
+        "realtime_factor": round(s.realtime_factor, 2),
+    }
+
+
+def _everything(data: ReportData) -> dict[str, Any]:
+    return {
+        "methods": [dataclasses.asdict(s) for s in data.summaries],
+        "comparisons": [dataclasses.asdict(c) for c in data.comparisons],
+        "contexts": [dataclasses.asdict(c) for c in data.contexts],
+        "errors": list(data.errors),
+        "settings": data.settings,
+    }
+
+
+def _print_tables(
+    screen: Console, summaries: Sequence[MethodSummary], comparisons: Sequence[Comparison]
+) -> None:
+    table = Table(title="means over episodes, 95 % intervals over homes")
+    for head in ("method", "episodes", "success", "SPL", "SoftSPL", "contacts", "p95 ms", "× real"):
+        table.add_column(head, justify="left" if head == "method" else "right")
+    for s in summaries:
+        table.add_row(
+            s.method,
+            str(s.episodes),
+            f"{s.success:.2f}",
+            f"{s.spl:.3f} [{s.spl_ci95[0]:.2f}, {s.spl_ci95[1]:.2f}]",
+            f"{s.soft_spl:.3f}",
+            f"{s.hits:.2f}",
+            f"{s.planner_ms_p95:.0f}",
+            f"{s.realtime_factor:.1f}",
+        )
+    screen.print(table)
+    if not comparisons:
+        return
+    pairs = Table(title=f"{REFERENCE} less each, on the same episodes")
+    for head in ("method", "pairs", "SPL", "p", "ratio", "success", "p"):
+        pairs.add_column(head, justify="left" if head == "method" else "right")
+    for c in comparisons:
+        low, high = c.spl.ci95
+        pairs.add_row(
+            c.method,
+            str(c.spl.pairs),
+            f"{c.spl.mean:+.3f} [{low:+.2f}, {high:+.2f}]",
+            f"{c.spl.p:.3f}",
+            f"{c.spl_ratio:.2f}",
+            f"{c.success.mean:+.2f}",
+            f"{c.success_p:.3f}",
+        )
+    screen.print(pairs)

@@ -1,0 +1,168 @@
+"""The folder of an evaluation: one file a row, what it was made with, and a Parquet of all."""
+
+import dataclasses
+import json
+import os
+import typing
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from app.cli.errors import UsageError
+from ippon.evaluation.row import EpisodeRow, row_from
+
+RUN_FILE = "run.json"
+TABLE_FILE = "episodes.parquet"
+_ARROW_TYPES: dict[Any, Any] = {
+    str: pa.string(),
+    bool: pa.bool_(),
+    int: pa.int64(),
+    float: pa.float64(),
+}
+
+
+class EvaluationFolder:
+    """Rows are written whole or not at all, so that a killed run loses what it was doing only."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._rows = path / "rows"
+        self._errors = path / "errors"
+
+    def open_for(self, settings: dict[str, Any]) -> None:
+        """Make the folder, or go on in one with the same settings.
+
+        Args:
+            settings: "fixed" must be the same in every run of a folder; the rest is noted.
+
+        Raises:
+            UsageError: The folder cannot be written, or holds other results.
+        """
+        run = self.path / RUN_FILE
+        try:
+            self._rows.mkdir(parents=True, exist_ok=True)
+            self._errors.mkdir(exist_ok=True)
+            if run.is_file():
+                self._check_same(json.loads(run.read_text(encoding="utf-8")), settings)
+            _write_whole(run, json.dumps(settings, indent=1, sort_keys=True))
+        except OSError as error:
+            raise UsageError(f"cannot write to {self.path}: {error}") from error
+        except ValueError as error:
+            raise UsageError(f"{run} is damaged: {error}; use another folder") from error
+
+    def _check_same(self, old: dict[str, Any], new: dict[str, Any]) -> None:
+        before, now = old.get("fixed", {}), new["fixed"]
+        odd = [k for k in sorted(set(before) | set(now)) if before.get(k) != now.get(k)]
+        if odd:
+            listed = ", ".join(f"{k} {before.get(k)!r} (now {now.get(k)!r})" for k in odd)
+            raise UsageError(
+                f"{self.path} holds results of another set-up: {listed}; use another folder for "
+                "--out, or the same options"
+            )
+
+    def has(self, episode_id: str, method: str, config_hash: str) -> bool:
+        """Tell whether a row is there.
+
+        Raises:
+            UsageError: It was made with another configuration.
+        """
+        path = self._file(self._rows, episode_id, method, "json")
+        if not path.is_file():
+            return False
+        made_with = _read_row(path).config_hash
+        if made_with != config_hash:
+            raise UsageError(
+                f"{path} was made with configuration {made_with}, this would be {config_hash}; use "
+                "another folder for --out"
+            )
+        return True
+
+    def write(self, row: EpisodeRow) -> None:
+        """Add a row; an earlier failure of the same episode is forgotten."""
+        text = json.dumps(dataclasses.asdict(row))
+        _write_whole(self._file(self._rows, row.episode_id, row.method, "json"), text)
+        self._file(self._errors, row.episode_id, row.method, "txt").unlink(missing_ok=True)
+
+    def write_error(self, episode_id: str, method: str, text: str) -> None:
+        """Note that an episode could not be run to its end."""
+        _write_whole(self._file(self._errors, episode_id, method, "txt"), text)
+
+    def errors(self) -> tuple[str, ...]:
+        """Return the names of episodes that could not be run to their end."""
+        if not self._errors.is_dir():
+            return ()
+        return tuple(sorted(p.stem for p in self._errors.glob("*.txt")))
+
+    def rows(self) -> tuple[EpisodeRow, ...]:
+        """Return every row, in the order of methods' and episodes' names.
+
+        Raises:
+            UsageError: The folder holds no results, or damaged ones.
+        """
+        files = sorted(self._rows.glob("*.json")) if self._rows.is_dir() else []
+        if files:
+            return tuple(_read_row(path) for path in files)
+        table = self.path / TABLE_FILE
+        if not table.is_file():
+            raise UsageError(
+                f"{self.path} holds no results; make some with `ippon eval run --out {self.path}`"
+            )
+        try:
+            values = pq.read_table(table).to_pylist()
+            return tuple(row_from(v) for v in values)
+        except (OSError, ValueError) as error:
+            raise UsageError(f"{table} is damaged: {error}") from error
+
+    def settings(self) -> dict[str, Any]:
+        """Return what the folder was made with; empty when that is not known."""
+        run = self.path / RUN_FILE
+        return json.loads(run.read_text(encoding="utf-8")) if run.is_file() else {}
+
+    def merge(self) -> int:
+        """Write all rows into one Parquet file; returns their number."""
+        rows = self.rows()
+        columns = {
+            f.name: [getattr(row, f.name) for row in rows] for f in dataclasses.fields(EpisodeRow)
+        }
+        table = pa.table(columns, schema=_schema())
+        part = self.path / f".{TABLE_FILE}.{os.getpid()}"
+        pq.write_table(table, part, compression="zstd")
+        part.replace(self.path / TABLE_FILE)
+        return len(rows)
+
+    def _file(self, folder: Path, episode_id: str, method: str, ending: str) -> Path:
+        return folder / f"{episode_id}.{method}.{ending}"
+
+
+def _schema() -> Any:
+    """Derive the Parquet schema from the row, so that an empty column has a type, too."""
+    hints = typing.get_type_hints(EpisodeRow)
+    fields: list[Any] = []
+    for field in dataclasses.fields(EpisodeRow):
+        kind = hints[field.name]
+        if typing.get_origin(kind) is tuple:
+            fields.append(pa.field(field.name, pa.list_(pa.float64())))
+        elif typing.get_origin(kind) is typing.Literal:
+            fields.append(pa.field(field.name, pa.string()))
+        else:
+            fields.append(pa.field(field.name, _ARROW_TYPES[kind]))
+    return pa.schema(fields)
+
+
+def _read_row(path: Path) -> EpisodeRow:
+    try:
+        return row_from(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError) as error:
+        raise UsageError(f"{path} is damaged or of another version: {error}") from error
+
+
+def _write_whole(path: Path, text: str) -> None:
+    """Write a file so that it is there whole or not at all, also after a power cut."""
+    part = path.with_name(f".{path.name}.{os.getpid()}")
+    with part.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    part.replace(path)

@@ -1,0 +1,78 @@
+"""What a worker process of `ippon eval run` does: list a home's episodes, run one."""
+
+import functools
+import signal
+import time
+from dataclasses import dataclass
+
+from app.cli.homes import load_home
+from app.links.parent import end_with_parent
+from ippon.evaluation.catalogue import CatalogueConfig, Dropped, EpisodeSpec, list_episodes
+from ippon.evaluation.methods import method_named
+from ippon.evaluation.row import EpisodeRow
+from ippon.evaluation.trial import Clocks, Trial, TrialConfig
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.simulation.scene import Scene
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """One episode by one method."""
+
+    spec: EpisodeSpec
+    method: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorkerSetup:
+    """What every worker is given once."""
+
+    trial: TrialConfig
+    catalogue: CatalogueConfig
+    version: str
+    parent_pid: int
+
+
+_setup: WorkerSetup | None = None
+
+
+def start_worker(setup: WorkerSetup) -> None:
+    """Prepare this process; Ctrl-C is for the process that started it."""
+    global _setup  # noqa: PLW0603 - the one thing a pool's initializer can do
+    _setup = setup
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent(setup.parent_pid)
+
+
+def list_home(home: str) -> tuple[tuple[EpisodeSpec, ...], tuple[Dropped, ...]]:
+    """List the episodes of one home."""
+    setup = _given()
+    return list_episodes(_scene(home), home, setup.trial.robot, setup.catalogue)
+
+
+def run_job(job: Job) -> EpisodeRow:
+    """Run one episode."""
+    return _trial(job.spec.home).run(job.spec, method_named(job.method))
+
+
+def _given() -> WorkerSetup:
+    assert _setup is not None, "start_worker() comes first"
+    return _setup
+
+
+# Jobs come home by home, so that a worker mostly needs the home that it has.
+@functools.lru_cache(maxsize=2)
+def _scene(home: str) -> Scene:
+    return load_home(home)
+
+
+@functools.lru_cache(maxsize=2)
+def _trial(home: str) -> Trial:
+    setup = _given()
+    clocks = Clocks(wall=time.perf_counter, cpu=time.process_time)
+    return Trial(setup.trial, _scene(home), setup.version, clocks, _prior())
+
+
+@functools.lru_cache(maxsize=1)
+def _prior() -> EmbeddedPrior:
+    return EmbeddedPrior()

@@ -1,0 +1,107 @@
+"""Confidence intervals and tests for searches that share homes."""
+
+import itertools
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+
+_RESAMPLES: Final = 10_000
+_EXACT_CLUSTERS: Final = 12
+"""Up to so many homes every pattern of signs is tried; beyond, 10,000 random ones."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairedDifference:
+    """One method less another on the same episodes."""
+
+    pairs: int
+    mean: float
+    ci95: tuple[float, float]
+    """Bootstrap over homes."""
+    p: float
+    """Two-sided, from flipping the sign of each home's differences together."""
+
+
+def mean_interval(values: ArrayLike, clusters: ArrayLike, *, seed: int = 0) -> tuple[float, float]:
+    """Return the 95 % bootstrap interval of a mean over episodes that come in homes.
+
+    Episodes of one home resemble each other, so that homes are drawn with all their episodes; with
+    a single home, episodes are.
+
+    Args:
+        values: (N,) N of at least 1.
+        clusters: (N,) anything that tells homes apart.
+        seed: Of the resampling.
+
+    Returns:
+        Percentiles 2.5 and 97.5 of the resampled means.
+    """
+    sums, counts = _by_cluster(values, clusters)
+    rng = np.random.Generator(np.random.PCG64(seed))
+    drawn = rng.integers(0, len(sums), size=(_RESAMPLES, len(sums)))
+    means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
+    low, high = np.percentile(means, [2.5, 97.5])
+    return float(low), float(high)
+
+
+def paired_difference(
+    one: ArrayLike, other: ArrayLike, clusters: ArrayLike, *, seed: int = 0
+) -> PairedDifference:
+    """Compare two methods on the same episodes.
+
+    Args:
+        one: (N,) values of the first method, N of at least 1.
+        other: (N,) values of the second on the same episodes, in the same order.
+        clusters: (N,) the home of each.
+        seed: Of resampling and sign flips.
+    """
+    difference = np.asarray(one, np.float64) - np.asarray(other, np.float64)
+    sums, _ = _by_cluster(difference, clusters)
+    return PairedDifference(
+        pairs=len(difference),
+        mean=float(difference.mean()),
+        ci95=mean_interval(difference, clusters, seed=seed),
+        p=_sign_flip_p(sums, seed),
+    )
+
+
+def mcnemar_p(wins: int, losses: int) -> float:
+    """Return the exact two-sided p of McNemar's test.
+
+    Args:
+        wins: Episodes that only the first method solved.
+        losses: Episodes that only the second solved.
+    """
+    if wins + losses == 0:
+        return 1.0
+    return float(stats.binomtest(wins, wins + losses, 0.5).pvalue)
+
+
+def _by_cluster(
+    values: ArrayLike, clusters: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return sums and counts of each cluster; of each value when there is only one cluster."""
+    x = np.asarray(values, np.float64)
+    if x.ndim != 1 or len(x) == 0:
+        raise ValueError(f"statistics need at least one value in a row; got shape {x.shape}")
+    names, index = np.unique(np.asarray(clusters).astype(str), return_inverse=True)
+    if len(index) != len(x):
+        raise ValueError(f"{len(x)} values come with {len(index)} clusters")
+    if len(names) == 1:
+        return x, np.ones(len(x))
+    sums = np.bincount(index, weights=x).astype(np.float64)
+    return sums, np.bincount(index).astype(np.float64)
+
+
+def _sign_flip_p(sums: NDArray[np.float64], seed: int) -> float:
+    observed = abs(float(sums.sum())) - 1e-12
+    if len(sums) <= _EXACT_CLUSTERS:
+        signs = np.array(list(itertools.product((1.0, -1.0), repeat=len(sums))))
+        return float((np.abs(signs @ sums) >= observed).mean())
+    rng = np.random.Generator(np.random.PCG64(seed))
+    signs = rng.choice((1.0, -1.0), size=(_RESAMPLES, len(sums)))
+    hits = int((np.abs(signs @ sums) >= observed).sum())
+    return (1.0 + hits) / (1.0 + _RESAMPLES)

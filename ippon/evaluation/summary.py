@@ -1,0 +1,177 @@
+"""From rows to tables: each method's figures, and how they compare."""
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ippon.evaluation.catalogue import home_name
+from ippon.evaluation.methods import METHODS
+from ippon.evaluation.outcome import FAILURES, Failure
+from ippon.evaluation.row import EpisodeRow
+from ippon.evaluation.statistics import (
+    PairedDifference,
+    mcnemar_p,
+    mean_interval,
+    paired_difference,
+)
+
+REFERENCE: Final = "ippon"
+"""The method that all others are compared with."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MethodSummary:
+    """One line of the table: means over episodes, with 95 % intervals over homes."""
+
+    method: str
+    episodes: int
+    homes: int
+    success: float
+    success_ci95: tuple[float, float]
+    spl: float
+    spl_ci95: tuple[float, float]
+    soft_spl: float
+    soft_spl_ci95: tuple[float, float]
+    hits: float
+    time_s: float
+    path_length_m: float
+    planner_ms_p95: float
+    """95th percentile of a planner step, averaged over episodes by their frames."""
+    realtime_factor: float
+    """All simulated time over all processor time."""
+    failures: dict[Failure, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """A method against the reference, on the episodes that both have."""
+
+    method: str
+    spl: PairedDifference
+    """Reference less method."""
+    soft_spl: PairedDifference
+    success: PairedDifference
+    success_p: float
+    """McNemar's exact test."""
+    spl_ratio: float
+    """SPL of the reference over that of the method, on these episodes."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContextEffect:
+    """What a truthful sentence about the place of a small object is worth to a method."""
+
+    method: str
+    spl_told: float
+    spl_untold: float
+    difference: PairedDifference
+
+
+def summarise(rows: Sequence[EpisodeRow]) -> tuple[MethodSummary, ...]:
+    """Summarise each method, in the order of `METHODS`."""
+    return tuple(_summary(name, of) for name, of in by_method(rows).items())
+
+
+def by_method(rows: Iterable[EpisodeRow]) -> dict[str, list[EpisodeRow]]:
+    """Return the rows of each method, in the order of `METHODS`, unknown ones last."""
+    groups: dict[str, list[EpisodeRow]] = defaultdict(list)
+    for row in rows:
+        groups[row.method].append(row)
+    known = [name for name in METHODS if name in groups]
+    return {name: groups[name] for name in (*known, *sorted(set(groups) - set(known)))}
+
+
+def compare(rows: Sequence[EpisodeRow], reference: str = REFERENCE) -> tuple[Comparison, ...]:
+    """Compare every other method with the reference, episode by episode."""
+    groups = by_method(rows)
+    mine = {row.episode_id: row for row in groups.get(reference, [])}
+    out: list[Comparison] = []
+    for name, of in groups.items():
+        pairs = [(mine[row.episode_id], row) for row in of if row.episode_id in mine]
+        if name == reference or not pairs:
+            continue
+        wins = sum(a.success and not b.success for a, b in pairs)
+        losses = sum(b.success and not a.success for a, b in pairs)
+        theirs = float(np.mean([b.spl for _, b in pairs]))
+        out.append(
+            Comparison(
+                method=name,
+                spl=_paired(pairs, lambda r: r.spl),
+                soft_spl=_paired(pairs, lambda r: r.soft_spl),
+                success=_paired(pairs, lambda r: float(r.success)),
+                success_p=mcnemar_p(wins, losses),
+                spl_ratio=float(np.mean([a.spl for a, _ in pairs])) / max(theirs, 1e-9),
+            )
+        )
+    return tuple(out)
+
+
+def context_effects(rows: Sequence[EpisodeRow]) -> tuple[ContextEffect, ...]:
+    """Compare searches with context with those of the same start and goal without."""
+    out: list[ContextEffect] = []
+    for name, of in by_method(rows).items():
+        key = {(r.home, r.goal, r.start_index): r for r in of if not r.context}
+        pairs = [
+            (r, key[r.home, r.goal, r.start_index])
+            for r in of
+            if r.context and (r.home, r.goal, r.start_index) in key
+        ]
+        if pairs:
+            out.append(
+                ContextEffect(
+                    method=name,
+                    spl_told=float(np.mean([a.spl for a, _ in pairs])),
+                    spl_untold=float(np.mean([b.spl for _, b in pairs])),
+                    difference=_paired(pairs, lambda r: r.spl),
+                )
+            )
+    return tuple(out)
+
+
+def spl_by_goal(rows: Sequence[EpisodeRow]) -> dict[str, dict[str, tuple[float, int]]]:
+    """Return, by goal and method, the mean SPL and the number of episodes."""
+    groups: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
+    for row in rows:
+        groups[row.goal][row.method].append(row.spl)
+    return {
+        goal: {m: (float(np.mean(v)), len(v)) for m, v in of.items()}
+        for goal, of in sorted(groups.items())
+    }
+
+
+def _summary(name: str, rows: list[EpisodeRow]) -> MethodSummary:
+    homes = [home_name(row.home) for row in rows]
+    success = [float(row.success) for row in rows]
+    spl, soft = [row.spl for row in rows], [row.soft_spl for row in rows]
+    frames = np.array([row.frames for row in rows], np.float64)
+    causes = Counter(row.failure for row in rows)
+    return MethodSummary(
+        method=name,
+        episodes=len(rows),
+        homes=len(set(homes)),
+        success=float(np.mean(success)),
+        success_ci95=mean_interval(success, homes),
+        spl=float(np.mean(spl)),
+        spl_ci95=mean_interval(spl, homes),
+        soft_spl=float(np.mean(soft)),
+        soft_spl_ci95=mean_interval(soft, homes),
+        hits=float(np.mean([row.hits for row in rows])),
+        time_s=float(np.mean([row.time_s for row in rows])),
+        path_length_m=float(np.mean([row.path_length_m for row in rows])),
+        planner_ms_p95=float(np.average([row.planner_ms_p95 for row in rows], weights=frames)),
+        realtime_factor=sum(r.time_s for r in rows) / max(1e-9, sum(r.cpu_s for r in rows)),
+        failures={cause: causes[cause] for cause in FAILURES if causes[cause]},
+    )
+
+
+def _paired(
+    pairs: list[tuple[EpisodeRow, EpisodeRow]], value: Callable[[EpisodeRow], float]
+) -> PairedDifference:
+    return paired_difference(
+        [value(a) for a, _ in pairs],
+        [value(b) for _, b in pairs],
+        [home_name(a.home) for a, _ in pairs],
+    )
