@@ -19,6 +19,8 @@ NEIGHBOURS = 10
 COMFORT_M = 0.05
 """Room beside the body that a straight edge should leave; tighter places are for OMPL, whose
 objective keeps to their middle."""
+HERE_M = 0.15
+"""A node this close is where the robot stands: no turning to get there."""
 RETRY_STEPS = 10
 """Steps after which a pair that could not be joined may be tried again, if the map changed."""
 
@@ -79,12 +81,15 @@ class Connector:
             margin=self._margin + COMFORT_M,
         )
 
-    def seeds(self, x: float, y: float, target: int | None, path: Float64Array | None) -> Seeds:
+    def seeds(
+        self, x: float, y: float, yaw: float, target: int | None, path: Float64Array | None
+    ) -> Seeds:
         """Find the moves from the robot into the roadmap.
 
         Args:
             x: Robot, metres.
             y: Robot, metres.
+            yaw: Its heading, radians.
             target: Node that the robot is on its way to, None for none.
             path: (K, 2) points of that way.
         """
@@ -104,8 +109,8 @@ class Connector:
         return Seeds(
             node=np.array([f[0] for f in found], dtype=np.int64),
             time=np.array([f[1] for f in found], dtype=np.float64),
-            depart=np.array([_direction(f[2], 0) for f in found], dtype=np.float64),
-            arrive=np.array([_direction(f[2], -2) for f in found], dtype=np.float64),
+            depart=np.array([_direction(f[2], 0, yaw) for f in found], dtype=np.float64),
+            arrive=np.array([_direction(f[2], -2, yaw) for f in found], dtype=np.float64),
             paths=tuple(f[2] for f in found),
         )
 
@@ -264,6 +269,9 @@ def remaining_path(path: Float64Array, x: float, y: float) -> Float64Array:
     return np.vstack([here, path[at + 1 :]])
 
 
-def _direction(path: Float64Array, at: int) -> float:
+def _direction(path: Float64Array, at: int, yaw: float) -> float:
+    """Heading at the beginning (0) or end (-2) of a path; `yaw` for a robot that is there."""
+    if np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < HERE_M:
+        return yaw
     step = path[at + 1] - path[at] if at >= 0 else path[-1] - path[-2]
     return math.atan2(step[1], step[0])

