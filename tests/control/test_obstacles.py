@@ -1,0 +1,67 @@
+"""What stands near the robot at the height of its body."""
+
+import numpy as np
+import pytest
+
+from ippon.control.obstacles import body_room, near_obstacles, room_at
+from ippon.geometry import base_pose
+from ippon.mapping.arrays import OCCUPIED
+from ippon.planning.columns import ColumnBands
+from ippon.planning.voxels import voxel_state
+from ippon.robot import ZED, CollisionSphere, RobotProfile
+
+HERE = base_pose(0.0, 0.0, 0.0, 0.0)
+
+
+def test_the_floor_is_no_obstacle_and_a_box_is(floor_with):
+    assert len(near_obstacles(floor_with(), ZED, HERE, 2.0)) == 0
+    found = near_obstacles(floor_with((1.0, -0.2, 0.0, 1.2, 0.2, 0.5)), ZED, HERE, 2.0)
+    assert found.shape == (8, 2)
+    assert found[:, 0].min() == pytest.approx(1.05)
+    assert len(near_obstacles(floor_with((1.0, -0.2, 1.3, 1.2, 0.2, 1.5)), ZED, HERE, 2.0)) == 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_agrees_with_looking_at_every_column(floor_with, seed):
+    rng = np.random.default_rng(seed)
+    boxes = []
+    for _ in range(8):
+        low = rng.random(3) * (6.0, 6.0, 1.2) - (3.0, 3.0, 0.0)
+        boxes.append((*low, *(low + 0.1 + rng.random(3) * 0.5)))
+    arrays = floor_with(*boxes)
+    x, y = rng.random(2) - 0.5
+    bands = ColumnBands.of(ZED, 0.0, 0.1)
+    expected = set()
+    for i in range(-25, 25):
+        for j in range(-25, 25):
+            cx, cy = (i + 0.5) * 0.1, (j + 0.5) * 0.1
+            layers = range(bands.body_low, bands.body_high + 1)
+            if np.hypot(cx - x, cy - y) <= 1.6 and any(
+                voxel_state(arrays, i, j, k) == OCCUPIED for k in layers
+            ):
+                expected.add((round(cx, 3), round(cy, 3)))
+    found = near_obstacles(arrays, ZED, base_pose(x, y, 0.0, 1.0), 1.6)
+    assert {tuple(p) for p in found.round(3).tolist()} == expected
+
+
+def test_room_is_infinite_without_obstacles():
+    assert np.isinf(room_at(np.zeros((3, 2)), np.zeros((0, 2)))).all()
+    room = room_at(np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[3.0, 4.0], [1.0, 1.0]]))
+    np.testing.assert_allclose(room, [np.sqrt(2.0), 1.0])
+
+
+def test_a_long_robot_has_less_room_sideways_when_it_turns():
+    spheres = tuple(
+        CollisionSphere(x_m=x, y_m=0.0, z_m=0.3, radius_m=0.2) for x in (-0.3, 0.0, 0.3)
+    )
+    robot = RobotProfile(
+        name="dog",
+        spheres=spheres,
+        max_linear_m_s=0.5,
+        max_yaw_rate_rad_s=1.0,
+        max_tilt_rate_rad_s=1.0,
+    )
+    post = np.array([[0.0, 0.6]])
+    along, across = np.array([[0.0, 0.0, 0.0]]), np.array([[0.0, 0.0, np.pi / 2]])
+    assert body_room(robot, along, post)[0] == pytest.approx(0.4)
+    assert body_room(robot, across, post)[0] == pytest.approx(0.1)
