@@ -1,0 +1,150 @@
+"""Joining viewpoints and finding the way into the roadmap."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ippon.geometry import base_pose
+from ippon.mapping.arrays import FREE, OCCUPIED
+from ippon.planning.connection import Connector, remaining_path
+from ippon.planning.local_planner import LocalPlannerConfig
+from ippon.planning.roadmap import Roadmap
+from ippon.planning.sampling import reachable_cells
+from ippon.planning.traversability import Traversability, TraversabilityConfig
+from ippon.robot import ZED
+
+
+class Joined:
+    """Floor, roadmap and connector over one map."""
+
+    def __init__(self, volume, pose=None, **local):
+        self.volume = volume
+        self.pose = base_pose(1.3, 1.3, 0.0, 0.0) if pose is None else pose
+        self.floor = Traversability(TraversabilityConfig(), ZED)
+        self.floor.update(volume.arrays(), self.pose)
+        self.road = Roadmap(30)
+        config = LocalPlannerConfig(**local)
+        self.connector = Connector(config, self.road, self.floor, ZED, 5)
+
+    def add(self, x, y):
+        node = self.road.add_node(x, y)
+        self.connector.connect(node)
+        return node
+
+    def tree(self, yaw=0.0, target=None, path=None):
+        x, y = self.pose[0, 3], self.pose[1, 3]
+        seeds = self.connector.seeds(x, y, yaw, target, path)
+        return seeds, self.road.shortest_tree(seeds, yaw, ZED.max_yaw_rate_rad_s)
+
+
+@pytest.fixture
+def corner(dense_map):
+    """An L of corridors 1 m wide whose legs are 3.6 m long."""
+    volume = dense_map((6.4, 6.4, 2.4))
+    volume.fill((0.7, 0.7, -0.1), (5.3, 1.9, 2.0), OCCUPIED)
+    volume.fill((4.1, 0.7, -0.1), (5.3, 5.3, 2.0), OCCUPIED)
+    volume.fill((0.8, 0.8, 0.0), (5.2, 1.8, 2.0), FREE)
+    return volume.fill((4.2, 0.8, 0.0), (5.2, 5.2, 2.0), FREE)
+
+
+def bridged(joined, tries=5):
+    seeds, tree = joined.tree()
+    cells = reachable_cells(joined.floor.grid, joined.floor.limits, 1.3, 1.3, 0.02)
+    for _ in range(tries):
+        if joined.connector.bridge(tree, cells):
+            seeds, tree = joined.tree()
+    return seeds, tree
+
+
+def test_the_local_planner_joins_what_no_straight_line_does(corner):
+    joined = Joined(corner)
+    near, far = joined.add(3.45, 1.35), joined.add(4.75, 3.35)
+    assert joined.road.edge_count == 0
+    seeds, tree = bridged(joined)
+    assert math.isfinite(tree.cost[far])
+    path = joined.road.path_to(far, tree, seeds)
+    np.testing.assert_allclose(path[0], [1.3, 1.3])
+    np.testing.assert_allclose(path[-1], joined.road.xy[far])
+    length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+    assert tree.cost[far] > length / ZED.max_linear_m_s
+    assert joined.road.has_edge(near, far)
+
+
+def test_without_the_local_planner_the_corner_stays_out_of_reach(corner):
+    joined = Joined(corner, enabled=False)
+    joined.add(3.45, 1.35)
+    far = joined.add(4.75, 3.35)
+    _, tree = bridged(joined)
+    assert math.isinf(tree.cost[far])
+
+
+def test_a_pair_that_failed_is_not_solved_twice_while_nothing_changes(two_rooms, monkeypatch):
+    joined = Joined(two_rooms(0.0), base_pose(2.0, 2.85, 0.0, 0.0))
+    joined.add(3.3, 2.85)
+    joined.add(4.5, 2.85)
+    # As if the wall had not been noticed when the floor was flooded.
+    cells = np.full(joined.floor.grid.kind.shape, 2, dtype=np.uint8)
+    _, tree = joined.tree()
+    solved = []
+    solve = Connector._solve
+    monkeypatch.setattr(Connector, "_solve", lambda *a: solved.append(1) or solve(*a))
+    for _ in range(4):
+        assert not joined.connector.bridge(tree, cells)
+    assert len(solved) == 1
+
+
+def test_the_robot_enters_the_roadmap_along_its_path_or_straight(two_rooms):
+    joined = Joined(two_rooms(1.0), base_pose(3.3, 2.85, 0.0, 0.0))
+    node = joined.add(4.75, 2.85)
+    path = np.array([(1.5, 2.85), (2.5, 2.85), (4.75, 2.85)])
+    seeds, tree = joined.tree(target=node, path=path)
+    assert seeds.node[0] == node
+    np.testing.assert_allclose(seeds.paths[0], [(3.3, 2.85), (4.75, 2.85)])
+    assert tree.cost[node] < 4.0
+
+
+def test_where_the_robot_stands_needs_no_turning(dense_map):
+    volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
+    joined = Joined(volume, base_pose(2.9, 2.85, 0.0, 1.0))
+    node = joined.add(2.85, 2.85)
+    _, tree = joined.tree(yaw=1.0)
+    assert tree.cost[node] < 0.2
+    assert tree.heading[node] == pytest.approx(1.0)
+
+
+def test_shortening_keeps_ends_and_clearance_and_never_lengthens(corner):
+    joined = Joined(corner)
+    zigzag = np.array(
+        [(1.3, 1.3), (1.6, 1.45), (2.2, 1.15), (3.0, 1.45), (4.65, 1.35), (4.75, 2.0), (4.7, 4.0)]
+    )
+    short = joined.connector.shorten(zigzag)
+    np.testing.assert_allclose(short[[0, -1]], zigzag[[0, -1]])
+    assert len(short) < len(zigzag)
+
+    def length(p):
+        return np.linalg.norm(np.diff(p, axis=0), axis=1).sum()
+
+    assert length(short) <= length(zigzag)
+    assert joined.connector._drive_time(short) is not None
+
+
+def test_a_door_that_opens_joins_old_neighbours(two_rooms):
+    volume = two_rooms(1.0)
+    volume.fill((3.8, 2.2, 0.0), (3.9, 3.4, 2.0), OCCUPIED)
+    joined = Joined(volume, base_pose(2.0, 2.85, 0.0, 0.0))
+    a, b = joined.add(3.3, 2.85), joined.add(4.5, 2.85)
+    assert not joined.road.has_edge(a, b)
+    volume.fill((3.8, 2.2, 0.0), (3.9, 3.4, 2.0), FREE)
+    box = joined.floor.update(volume.arrays(), joined.pose)
+    assert box is not None
+    assert joined.connector.follow(box) == []
+    assert joined.road.has_edge(a, b)
+
+
+def test_what_is_left_of_a_path_begins_at_the_robot():
+    path = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
+    np.testing.assert_allclose(
+        remaining_path(path, 0.4, -0.1), [(0.4, -0.1), (1.0, 0.0), (1.0, 1.0)]
+    )
+    np.testing.assert_allclose(remaining_path(path, 1.0, 0.5), [(1.0, 0.5), (1.0, 1.0)])
