@@ -53,10 +53,20 @@ class FrameAssembler:
         self.restarts = 0
         """How often the robot's clock started anew."""
 
-    @property
-    def has_camera(self) -> bool:
-        """Intrinsics have arrived."""
-        return self._camera is not None
+    def missing(self) -> str:
+        """Say what the newest colour image still needs to become a frame, empty for nothing."""
+        config = self._config
+        if not self._colors:
+            return "" if self._taken_ns >= 0 else "colour images"
+        if self._camera is None:
+            return "camera info"
+        stamp = max(self._colors)
+        if self._match(self._depths, stamp) is None:
+            return "a depth image with the stamp of the colour image"
+        for frame in (self._camera.frame_id, config.base_frame):
+            if self._transforms.lookup(config.world_frame, frame, stamp) is None:
+                return f"tf from {config.world_frame} to {frame[:60]} at the stamp of the images"
+        return ""
 
     def add_color(self, color: CompressedColor) -> None:
         """Take a colour image."""

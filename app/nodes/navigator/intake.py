@@ -42,6 +42,7 @@ class Intake:
         """Frames taken so far."""
         self.arrived_at = 0.0
         """`time.perf_counter` when the last colour image arrived."""
+        self._framed_at = 0.0
         self._report = report
         self._arrived = threading.Condition()
         self._waiting: dict[str, deque[bytes]] = {}
@@ -105,6 +106,7 @@ class Intake:
             return None
         if frame is not None:
             self.frames += 1
+            self._framed_at = time.monotonic()
         return frame
 
     def refuse(self, stream: str, problem: str) -> None:
@@ -113,9 +115,16 @@ class Intake:
             self._report(f"{stream}: {problem}")
 
     def lost(self, after_s: float) -> list[tuple[str, float | None]]:
-        """Return the needed streams that are silent, each with its age."""
+        """Return the needed streams that are silent, each with its age.
+
+        Where all of them speak and yet no frame comes of it, what they lack counts as silent.
+        """
         ages = [(name, self.monitors[name].age_s()) for name in NEEDED]
-        return [(name, age) for name, age in ages if age is None or age > after_s]
+        silent = [(name, age) for name, age in ages if age is None or age > after_s]
+        unframed_s = time.monotonic() - self._framed_at
+        if not silent and self.frames and unframed_s > after_s and self.assembler.missing():
+            return [(self.assembler.missing(), unframed_s)]
+        return silent
 
     def _decode(self, topic: str, payload: bytes) -> None:
         stream, take_in = self._take_in[topic]

@@ -89,7 +89,9 @@ class Navigator:
             frame = self._intake.take(IDLE_S)
             if frame is not None:
                 self._step(frame)
-            self._watch_streams()
+            # While frames wait, a slow step is not the robot's silence.
+            if frame is None or self._lost:
+                self._watch_streams()
             if frame is not None or time.monotonic() - self._status_at > STATUS_EVERY_S:
                 self._publish_status()
 

@@ -86,7 +86,8 @@ def _state(
 ) -> tuple[MissionState, str]:
     if snapshot is None:
         if intake.frames == 0:
-            return "starting", "waiting for the robot's first images"
+            missing = intake.assembler.missing()
+            return "starting", f"waiting for the robot's {missing or 'first frame'}"
         return "starting", "waiting"
     if mission.state.value == "stopped":
         return "stopped", "stopped: press Resume to go on"

@@ -215,3 +215,18 @@ def test_the_tilt_is_the_angle_of_the_optical_axis(assembler):
         assembler.add_color(color(stamp))
         assert assembler.take().tilt_rad == pytest.approx(tilt, abs=1e-9)
         assert math.isfinite(tilt)
+
+
+def test_it_says_what_is_missing():
+    assembler = FrameAssembler()
+    assert assembler.missing() == "colour images"
+    assembler.add_color(color(PERIOD))
+    assert assembler.missing() == "camera info"
+    assembler.add_camera(StampedCamera(stamp_ns=0, frame_id=OPTICAL, camera=CAMERA))
+    assert "depth image" in assembler.missing()
+    assembler.add_depth(depth(PERIOD))
+    assert assembler.missing() == f"tf from map to {OPTICAL} at the stamp of the images"
+    assembler.add_transforms(poses(PERIOD))
+    assert assembler.missing() == ""
+    assert assembler.take() is not None
+    assert assembler.missing() == ""

@@ -1,0 +1,144 @@
+import time
+
+import numpy as np
+import pytest
+
+from app.messages import keys
+from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.motion import StampedTransform, encode_flag, encode_transforms
+from app.nodes.navigator.intake import WAITING, Intake, Stopwatch
+from ippon.camera import PinholeCamera
+from ippon.geometry import base_pose
+from ippon.robot import ZED
+
+CAMERA = PinholeCamera.from_horizontal_fov(16, 10, 1.2)
+OPTICAL = "optical"
+PERIOD = 200_000_000
+
+
+@pytest.fixture
+def complaints():
+    return []
+
+
+@pytest.fixture
+def intake(sessions, complaints):
+    return Intake(sessions[0], "r", complaints.append)
+
+
+@pytest.fixture
+def send(sessions):
+    """Publish one frame as a robot does; `without` leaves topics away."""
+    _, robot = sessions
+
+    def put(stamp_ns, *, without=(), depth_shape=(10, 16)):
+        pose = StampedTransform(
+            stamp_ns=stamp_ns,
+            parent="map",
+            child="base_link",
+            T_parent_child=base_pose(1.0, 0.0, 0.0, 0.0),
+        )
+        mount = StampedTransform(
+            stamp_ns=stamp_ns,
+            parent="base_link",
+            child=OPTICAL,
+            T_parent_child=ZED.T_base_camera(0.0),
+        )
+        payloads = {
+            keys.TF: encode_transforms([pose, mount]),
+            keys.CAMERA_INFO: encode_camera(CAMERA, stamp_ns, OPTICAL),
+            keys.CONTACT: encode_flag(True),
+            keys.DEPTH: encode_depth(np.ones(depth_shape, np.float32), stamp_ns, OPTICAL),
+            keys.COLOR: encode_color(np.full((10, 16, 3), 99, np.uint8), stamp_ns, OPTICAL),
+        }
+        for topic, payload in payloads.items():
+            if topic not in without:
+                robot.put(f"r/{topic}", payload)
+
+    return put
+
+
+def take(intake, timeout_s=5.0):
+    deadline = time.monotonic() + timeout_s
+    while time.monotonic() < deadline:
+        frame = intake.take(0.1)
+        if frame is not None:
+            return frame
+    return None
+
+
+def test_a_frame_arrives(intake, send, complaints):
+    send(PERIOD)
+    frame = take(intake)
+    assert (frame.stamp_ns, frame.contact, intake.frames) == (PERIOD, True, 1)
+    assert intake.lost(1.0) == []
+    assert complaints == []
+
+
+def test_a_wait_ends_when_somebody_wakes_it(intake):
+    intake.wake()
+    started = time.monotonic()
+    assert intake.take(0.2) is None
+    assert time.monotonic() - started < 1.0
+
+
+def test_before_the_first_message_everything_is_lost(intake):
+    assert [name for name, _ in intake.lost(1.0)] == ["colour", "depth", "pose"]
+
+
+def test_a_silent_stream_is_named(intake, send):
+    send(PERIOD)
+    take(intake)
+    time.sleep(0.6)
+    send(2 * PERIOD, without=(keys.DEPTH,))
+    assert take(intake, 0.1) is None
+    assert [name for name, _ in intake.lost(0.4)] == ["depth"]
+
+
+def test_streams_that_do_not_fit_together_are_lost_too(intake, send):
+    send(PERIOD)
+    take(intake)
+    time.sleep(0.6)
+    send(2 * PERIOD, without=(keys.COLOR,))
+    send(4 * PERIOD, without=(keys.DEPTH,))
+    assert take(intake, 0.1) is None
+    ((name, age),) = intake.lost(0.4)
+    assert name == "a depth image with the stamp of the colour image"
+    assert age > 0.4
+
+
+def test_a_flood_is_dropped_and_counted_and_the_newest_wins(intake, send):
+    send(PERIOD)
+    take(intake)
+    for k in range(2, 30):
+        send(k * PERIOD)
+    deadline = time.monotonic() + 5.0
+    while intake.monitors["colour"].status().dropped < 28 - WAITING:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    assert take(intake).stamp_ns == 29 * PERIOD
+
+
+def test_what_is_broken_is_refused_and_said_once(intake, send, sessions, complaints):
+    for _ in range(3):
+        sessions[1].put(f"r/{keys.DEPTH}", b"garbage")
+        send(PERIOD, without=(keys.DEPTH,))
+        take(intake, 0.2)
+    assert intake.monitors["depth"].status().rejected == 3
+    assert len(complaints) == 1
+    assert "not a sensor_msgs/msg/CompressedImage (7 bytes)" in complaints[0]
+
+
+def test_a_frame_that_contradicts_itself_is_refused(intake, send, complaints):
+    send(PERIOD, depth_shape=(5, 8))
+    assert take(intake, 0.5) is None
+    assert intake.monitors["colour"].status().rejected == 1
+    assert "depth is (5, 8)" in complaints[0]
+
+
+def test_medians():
+    watch = Stopwatch(size=3)
+    assert watch.median_ms("step") == 0.0
+    for seconds in (9.0, 0.001, 0.003, 0.002):
+        watch.add("step", seconds)
+    assert watch.median_ms("step") == pytest.approx(2.0)
