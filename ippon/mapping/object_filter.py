@@ -176,68 +176,80 @@ def describe_row(surface, row, n, level_probability):
     """Derive label, confidence, proximity and normaliser of a row from its energies."""
     energy = surface.energy[row]
     total, weighted = _sums(energy, level_probability, n)
-    least = energy[0]
-    for j in range(1, n):
-        least = min(least, energy[j])
-    _describe(surface, row, n, total, weighted, least)
-
-
-@njit(cache=True, nogil=True)
-def _describe(surface, row, n, total, weighted, least):
-    """Write what follows from a row's sums and its least energy."""
-    energy = surface.energy[row]
-    best = 0
-    while best < n - 1 and energy[best] != least:
-        best += 1
-    one, half, top = np.float32(1.0), np.float32(0.5), np.float32(254.0)
-    share = _exp_of_steps(np.float32(least)) / total
     surface.log_norm[row] = np.log(total)
+    best = least_energy(energy, n)
     surface.label[row] = best
-    surface.confidence[row] = np.uint8(top * min(share, one) + half)
-    surface.proximity[row] = np.uint8(top * min(weighted / total, one) + half)
+    surface.confidence[row] = share_code(_exp_of_steps(np.float32(energy[best])), total)
+    surface.proximity[row] = share_code(weighted, total)
 
 
 @njit(cache=True, nogil=True)
-def fuse_bayes(surface, row, n, after, low, fusion, h, common, ooi):
-    """One step of the filter; `after` holds the energies plus those of the image."""
-    energy = surface.energy[row]
-    before = surface.log_norm[row]
+def least_energy(energy, n):
+    """Return the first label of least energy."""
+    best = 0
+    for j in range(1, n):
+        if energy[j] < energy[best]:
+            best = j
+    return best
+
+
+@njit(cache=True, nogil=True)
+def share_code(part, total):
+    """Return part / total in units of 1/254."""
+    return np.uint8(np.float32(254.0) * min(part / total, np.float32(1.0)) + np.float32(0.5))
+
+
+@njit(cache=True, nogil=True)
+def fuse_bayes(energy, after, low, weights, n, log_norm, alias, common, ooi):
+    """One step of the filter on one row.
+
+    Args:
+        energy: (M,) of the row, updated if `common`.
+        after: (M,) energies plus those of the image; overwritten.
+        low: Least of `after`.
+        weights: (N,) l(O | C_j).
+        n: Number of labels.
+        log_norm: Of the row before the image.
+        alias: Label that is the OOI itself, `NONE` for none.
+        common: Take the common objects' posterior over.
+        ooi: The mean likelihood is wanted.
+
+    Returns:
+        Sums of p and of weights * p after the image, and log sum_i q_i h_i over the labels that are
+        not the OOI.
+    """
+    step = np.float32(1.0 / STEPS_PER_NAT)
     log_mean = np.float32(0.0)
-    if ooi and fusion.ooi_alias >= 0:
-        before = _log_sum_but(energy, n, fusion.ooi_alias)
-        log_mean = _log_sum_but(after, n, fusion.ooi_alias) - before
+    if ooi and alias >= 0:
+        log_mean = np.float32(_log_sum_but(after, n, alias) - _log_sum_but(energy, n, alias))
     if common:
-        total, weighted = _store(energy, after, low, fusion.level_probability, n)
-        _describe(surface, row, n, total, weighted, 0)
+        total, weighted = _store(energy, after, low, weights, n)
     else:
         for j in range(n):
             after[j] = min(after[j] - low, np.float32(ENERGY_MAX))
-        total, _ = _sums(after, fusion.level_probability, n)
-    if not ooi:
-        return
-    if fusion.ooi_alias < 0:
-        log_mean = np.log(total) - low * np.float32(1.0 / STEPS_PER_NAT) - before
-    log_odds = surface.log_odds[row] + h - log_mean
-    surface.log_odds[row] = min(max(log_odds, -LOG_ODDS_MAX), LOG_ODDS_MAX)
+        total, weighted = _sums(after, weights, n)
+    if ooi and alias < 0:
+        log_mean = np.float32(np.log(total) - low * step - log_norm)
+    return total, weighted, log_mean
 
 
 @njit(cache=True, nogil=True)
-def fuse_maximum(surface, row, n, after, fusion, h, common, ooi, ooi_is_new):
-    """Keep the highest probability that any image gave (ablation)."""
-    energy = surface.energy[row]
-    if ooi:
-        p = np.exp(h)
-        odds = min(max(np.log(p / max(1.0 - p, 1e-9)), -LOG_ODDS_MAX), LOG_ODDS_MAX)
-        surface.log_odds[row] = odds if ooi_is_new else max(surface.log_odds[row], odds)
-    if common:
-        # A new row starts at the greatest energy, so the least energy is that of the images.
-        for j in range(n):
-            after[j] = min(after[j] - np.float32(energy[j]), np.float32(energy[j]))
-        total, weighted = _store(energy, after, np.float32(0.0), fusion.level_probability, n)
-        least = energy[0]
-        for j in range(1, n):
-            least = min(least, energy[j])
-        _describe(surface, row, n, total, weighted, least)
+def fuse_maximum(energy, after, weights, n):
+    """Keep the highest likelihood that any image gave (ablation); returns as `_store`.
+
+    A new row starts at the greatest energy, so the least energy is that of the images.
+    """
+    for j in range(n):
+        after[j] = min(after[j] - np.float32(energy[j]), np.float32(energy[j]))
+    return _store(energy, after, np.float32(0.0), weights, n)
+
+
+@njit(cache=True, nogil=True)
+def maximum_log_odds(log_h, log_odds, is_first):
+    """Return log-odds of the higher of exp(log_h) and what was kept (ablation)."""
+    p = np.exp(log_h)
+    odds = min(max(np.log(p / max(1.0 - p, 1e-9)), -LOG_ODDS_MAX), LOG_ODDS_MAX)
+    return np.float32(odds if is_first else max(log_odds, odds))
 
 
 @njit(cache=True, nogil=True)

@@ -257,7 +257,7 @@ def _suppress_kernel(pools, surface, directory, origin, ball, voxel_size, revisi
                         pools.ooi[row, k] = code
                         pools.revision[row] = revision
                         pools.appearance[row] = revision
-                pools.best_ooi[row] = best_of(pools, row)
+                pools.best_ooi[row] = best_of(pools.ooi[row])
 
 
 @njit(cache=True, nogil=True)

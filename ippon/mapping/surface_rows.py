@@ -47,6 +47,21 @@ class SurfaceRows(NamedTuple):
     """(2,) rows ever used (row 0 included), length of `free`."""
 
 
+_RECORD: Final = np.dtype(
+    [
+        ("log_norm", np.float32),
+        ("log_odds", np.float32),
+        ("voxel", np.int32),
+        ("color", np.uint8, 3),
+        ("color_count", np.uint8),
+        ("label", np.uint8),
+        ("confidence", np.uint8),
+        ("proximity", np.uint8),
+        ("spare", np.uint8),
+    ]
+)
+
+
 def padded_labels(labels: int) -> int:
     """Return the row length for a number of labels: whole vector registers."""
     return max(16, -(-labels // 8) * 8)
@@ -54,16 +69,18 @@ def padded_labels(labels: int) -> int:
 
 def make_surface_rows(max_rows: int, labels: int) -> SurfaceRows:
     """Reserve rows without touching their memory."""
+    # What an update touches beside the energies lies together, so that it costs one cache line.
+    record = np.zeros(max_rows, _RECORD)
     rows = SurfaceRows(
         energy=np.zeros((max_rows, padded_labels(labels)), np.int16),
-        log_norm=np.zeros(max_rows, np.float32),
-        log_odds=np.zeros(max_rows, np.float32),
-        voxel=np.zeros(max_rows, np.int32),
-        color=np.zeros((max_rows, 3), np.uint8),
-        color_count=np.zeros(max_rows, np.uint8),
-        label=np.zeros(max_rows, np.uint8),
-        confidence=np.zeros(max_rows, np.uint8),
-        proximity=np.zeros(max_rows, np.uint8),
+        log_norm=record["log_norm"],
+        log_odds=record["log_odds"],
+        voxel=record["voxel"],
+        color=record["color"],
+        color_count=record["color_count"],
+        label=record["label"],
+        confidence=record["confidence"],
+        proximity=record["proximity"],
         free=np.zeros(max_rows, np.int32),
         tally=np.zeros(2, np.int64),
     )

@@ -13,9 +13,12 @@ from ippon.mapping.object_filter import (
     fuse_bayes,
     fuse_maximum,
     gather,
+    least_energy,
+    maximum_log_odds,
     observe,
     ooi_code,
     prior_log_odds,
+    share_code,
 )
 from ippon.mapping.surface_rows import ENERGY_MAX, STEPS_PER_NAT, take_surface_row
 
@@ -24,11 +27,11 @@ COLOR_MEMORY: Final = 8
 
 
 @njit(cache=True, nogil=True)
-def _is_suppressed(pools, row, k, suppressed, voxel_size):
+def _is_suppressed(coord, k, suppressed, voxel_size):
     for s in range(suppressed.shape[0]):
-        x = (pools.coord[row, 0] * 8 + (k >> 6) + 0.5) * voxel_size - suppressed[s, 0]
-        y = (pools.coord[row, 1] * 8 + ((k >> 3) & 7) + 0.5) * voxel_size - suppressed[s, 1]
-        z = (pools.coord[row, 2] * 8 + (k & 7) + 0.5) * voxel_size - suppressed[s, 2]
+        x = (coord[0] * 8 + (k >> 6) + 0.5) * voxel_size - suppressed[s, 0]
+        y = (coord[1] * 8 + ((k >> 3) & 7) + 0.5) * voxel_size - suppressed[s, 1]
+        z = (coord[2] * 8 + (k & 7) + 0.5) * voxel_size - suppressed[s, 2]
         if x * x + y * y + z * z <= suppressed[s, 3] * suppressed[s, 3]:
             return True
     return False
@@ -46,14 +49,14 @@ def _sample_places(size, stride, heat_size):
 
 
 @njit(cache=True, nogil=True)
-def _blend_color(surface, row, color):
-    count = min(int(surface.color_count[row]) + 1, COLOR_MEMORY)
+def _blend_color(mean, count, color):
+    """Move a voxel's colour towards a pixel's; returns the observations now behind it."""
+    count = min(int(count) + 1, COLOR_MEMORY)
     share = np.float32(1.0) / np.float32(count)
     for c in range(3):
-        old = np.float32(surface.color[row, c])
-        mean = old + (np.float32(color[c]) - old) * share
-        surface.color[row, c] = np.uint8(mean + np.float32(0.5))
-    surface.color_count[row] = count
+        old = np.float32(mean[c])
+        mean[c] = np.uint8(old + (np.float32(color[c]) - old) * share + np.float32(0.5))
+    return count
 
 
 @njit(cache=True, nogil=True)
@@ -96,7 +99,8 @@ def fuse_kernel(
     prior = prior_log_odds(labels, fusion.ooi_alias)
     after = np.zeros(surface.energy.shape[1], np.float32)
     gathered = np.zeros(surface.energy.shape[1], np.uint8)
-    table = fusion.energy_of
+    table, weights, alias = fusion.energy_of, fusion.level_probability, fusion.ooi_alias
+    bayes = fusion.mode != MAXIMUM
     fused = 0
     for e in range(n_entries):
         row, k, sample = entries[e, 0], entries[e, 1], entries[e, 2]
@@ -110,7 +114,9 @@ def fuse_kernel(
                 # Bound reached; the blocks' share of rows makes room before the next frame.
                 continue
             pools.slot[row, k] = slot
-        _blend_color(surface, slot, color[v, u])
+        surface.color_count[slot] = _blend_color(
+            surface.color[slot], surface.color_count[slot], color[v, u]
+        )
         pools.appearance[row] = revision
         if not fusion.has_heatmap:
             continue
@@ -120,54 +126,67 @@ def fuse_kernel(
             continue
         fused += 1
         heat = fusion.probabilities[heat_v[sv], heat_u[su]]
+        energy = surface.energy[slot]
         missing = False
         seen = heat
         if not fusion.in_order:
             missing = gather(heat, fusion.channel, gathered, labels)
             seen = gathered
-        low = observe(surface.energy[slot], seen, table, after, labels)
+        low = observe(energy, seen, table, after, labels)
         if missing:
-            low = fill_missing(surface.energy[slot], fusion.channel, after, labels)
-        log_h = np.float32(0.0)
+            low = fill_missing(energy, fusion.channel, after, labels)
+        log_mean, total, weighted = np.float32(0.0), np.float32(1.0), np.float32(0.0)
+        if bayes:
+            total, weighted, log_mean = fuse_bayes(
+                energy, after, low, weights, labels, surface.log_norm[slot], alias, common, ooi
+            )
+        elif common:
+            total, weighted = fuse_maximum(energy, after, weights, labels)
+        if common:
+            best = least_energy(energy, labels)
+            top = np.exp(np.float32(energy[best]) * np.float32(-1.0 / STEPS_PER_NAT))
+            surface.log_norm[slot] = np.log(total)
+            surface.label[slot] = best
+            surface.confidence[slot] = share_code(top, total)
+            surface.proximity[slot] = share_code(weighted, total)
+            if fusion.levels[best] != pools.level[row, k]:
+                pools.level[row, k] = fusion.levels[best]
+                pools.revision[row] = revision
         if ooi:
             log_h = table[heat[fusion.ooi_channel]] * np.float32(-1.0 / STEPS_PER_NAT)
-        if fusion.mode == MAXIMUM:
-            is_new = pools.ooi[row, k] == NOT_MAPPED
-            fuse_maximum(surface, slot, labels, after, fusion, log_h, common, ooi, is_new)
-        else:
-            fuse_bayes(surface, slot, labels, after, low, fusion, log_h, common, ooi)
-        if ooi:
-            if _is_suppressed(pools, row, k, fusion.suppressed, voxel_size):
-                surface.log_odds[slot] = -LOG_ODDS_MAX
-            _show_ooi(pools, row, k, ooi_code(surface.log_odds[slot]), revision)
-        if common:
-            level = fusion.levels[surface.label[slot]]
-            if level != pools.level[row, k]:
-                pools.level[row, k] = level
+            odds = surface.log_odds[slot] + log_h - log_mean
+            if not bayes:
+                is_first = pools.ooi[row, k] == NOT_MAPPED
+                odds = maximum_log_odds(log_h, surface.log_odds[slot], is_first)
+            if len(fusion.suppressed) > 0 and _is_suppressed(
+                pools.coord[row], k, fusion.suppressed, voxel_size
+            ):
+                odds = np.float32(-LOG_ODDS_MAX)
+            odds = min(max(odds, np.float32(-LOG_ODDS_MAX)), np.float32(LOG_ODDS_MAX))
+            surface.log_odds[slot] = odds
+            code = ooi_code(odds)
+            if code != pools.ooi[row, k]:
+                _show_ooi(pools.ooi[row], pools.best_ooi, row, k, code)
                 pools.revision[row] = revision
     return fused
 
 
 @njit(cache=True, nogil=True)
-def _show_ooi(pools, row, k, code, revision):
-    """Take a voxel's new OOI code over to the block."""
-    old = pools.ooi[row, k]
-    if code == old:
-        return
-    pools.ooi[row, k] = code
-    pools.revision[row] = revision
-    if old != NOT_MAPPED and old == pools.best_ooi[row] and code < old:
-        pools.best_ooi[row] = best_of(pools, row)
+def _show_ooi(codes, best_ooi, row, k, code):
+    """Take a voxel's new OOI code over to its block."""
+    old = codes[k]
+    codes[k] = code
+    if old != NOT_MAPPED and old == best_ooi[row] and code < old:
+        best_ooi[row] = best_of(codes)
     else:
-        pools.best_ooi[row] = max(pools.best_ooi[row], code)
+        best_ooi[row] = max(best_ooi[row], code)
 
 
 @njit(cache=True, nogil=True)
-def best_of(pools, row):
+def best_of(codes):
     """Return the highest OOI code of a block's voxels, 0 for none."""
     best = 0
     for k in range(512):
-        code = pools.ooi[row, k]
-        if code != NOT_MAPPED and code > best:
-            best = code
+        if codes[k] != NOT_MAPPED and codes[k] > best:
+            best = codes[k]
     return best

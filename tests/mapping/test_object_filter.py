@@ -18,8 +18,9 @@ from tests.reference.object_filter import joint_filter, two_part_filter
 LABELS = ("wall", "floor", "chair", "table", "sofa")
 SMALL = MapConfig(memory_limit_mb=64.0)
 
+# From 70 on, six images reach neither floor, where the filter leaves the joint one.
 images = st.lists(
-    st.lists(st.integers(0, 255), min_size=len(LABELS) + 1, max_size=len(LABELS) + 1),
+    st.lists(st.integers(70, 255), min_size=len(LABELS) + 1, max_size=len(LABELS) + 1),
     min_size=1,
     max_size=6,
 )
@@ -66,19 +67,19 @@ def test_two_parts_make_the_joint_filter(wall_frame, pixels):
     assert np.allclose([*(q_plain * (1.0 - p_ooi)), p_ooi], joint, atol=1e-9)
     q, log_odds = posterior(observed(wall_frame, pixels))
     assert q.sum() == pytest.approx(1.0)
-    # Energies are cut off at ENERGY_MAX, which is 8e-7; steps are 1/1024 of a nat an image.
-    assert np.abs(q - q_plain).max() < 1e-5 + len(pixels) / STEPS_PER_NAT
+    # Every likelihood is rounded to half a step of 1/1024 nat.
+    bound = len(pixels) / STEPS_PER_NAT
+    assert np.abs(np.log(q) - np.log(q_plain)).max() < bound
     assert log_odds == pytest.approx(
-        np.clip(log_odds_plain, -LOG_ODDS_MAX, LOG_ODDS_MAX), abs=0.01 * len(pixels)
+        np.clip(log_odds_plain, -LOG_ODDS_MAX, LOG_ODDS_MAX), abs=bound + 1e-4
     )
 
 
 @settings(max_examples=30, deadline=None)
 @given(pixels=images, seed=st.integers(0, 100))
 def test_order_of_images_does_not_matter(wall_frame, pixels, seed):
-    mild = [[max(60, value) for value in pixel] for pixel in pixels]
-    shuffled = np.random.default_rng(seed).permutation(np.array(mild)).tolist()
-    a, b = observed(wall_frame, mild), observed(wall_frame, shuffled)
+    shuffled = np.random.default_rng(seed).permutation(np.array(pixels)).tolist()
+    a, b = observed(wall_frame, pixels), observed(wall_frame, shuffled)
     assert np.array_equal(a.surface.energy[1], b.surface.energy[1])
     assert a.surface.log_odds[1] == pytest.approx(b.surface.log_odds[1], abs=1e-4)
 
@@ -115,7 +116,7 @@ def test_a_common_label_as_the_object_of_interest(wall_frame, pixels):
     voxel_map = observed(wall_frame, common, ooi="chair")
     _, log_odds = posterior(voxel_map)
     assert log_odds == pytest.approx(
-        np.clip(expected, -LOG_ODDS_MAX, LOG_ODDS_MAX), abs=0.01 * len(pixels)
+        np.clip(expected, -LOG_ODDS_MAX, LOG_ODDS_MAX), abs=len(pixels) / STEPS_PER_NAT + 1e-4
     )
     # Asked for later, the same is read from the common objects.
     later = observed(wall_frame, common, ooi=None)
@@ -123,7 +124,7 @@ def test_a_common_label_as_the_object_of_interest(wall_frame, pixels):
     later.set_ooi("chair")
     q, log_odds = posterior(later)
     wanted = np.clip(np.log(q[2] / max(1.0 - q[2], 1e-9)), -LOG_ODDS_MAX, LOG_ODDS_MAX)
-    assert log_odds == pytest.approx(wanted, abs=1e-2)
+    assert log_odds == pytest.approx(wanted, abs=2e-3)
     assert later.best_ooi() == pytest.approx(1.0 / (1.0 + np.exp(-log_odds)), abs=1 / 254)
 
 
