@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.planning.clearance import move_between
 from ippon.planning.local_planner import LocalPlannerConfig, plan_locally
-from ippon.planning.roadmap import Roadmap, Seeds, ShortestTree, path_time, turning_time
+from ippon.planning.roadmap import Roadmap, path_time, turning_time
+from ippon.planning.shortest_tree import Seeds, ShortestTree
 from ippon.planning.traversability import Traversability
 from ippon.robot import RobotProfile
 

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array, yaw_of
-from ippon.guidance.levels import Level
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.connection import Connector, LocalPlannerConfig
-from ippon.planning.plan import NodeKind, Plan, TreeView, Viewpoint
-from ippon.planning.roadmap import Roadmap, Seeds, ShortestTree
+from ippon.planning.picture import TreePicture
+from ippon.planning.plan import Plan
+from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampling import (
     SamplingConfig,
     cell_centre,
@@ -26,6 +26,7 @@ from ippon.planning.sampling import (
     reachable_cells,
 )
 from ippon.planning.selection import Scores, SelectionConfig, score_nodes, select
+from ippon.planning.shortest_tree import Seeds, ShortestTree
 from ippon.planning.traversability import Traversability, TraversabilityConfig
 from ippon.planning.viewpoints import ViewConfig, Viewpoints
 from ippon.robot import RobotProfile
@@ -146,10 +147,19 @@ class ViewpointPlanner:
             # Before giving up, try what contacts closed, and the narrowest gaps.
             self._second_chances -= 1
             exhausted = not self._floor.relax()
+        picture = TreePicture(
+            self._views,
+            self._road.xy,
+            self._floor.floor_z_m,
+            tree,
+            scores,
+            termination_min=self._termination_min,
+            min_gain=self.config.selection.min_gain,
+        )
         return Plan(
-            target=None if target is None else self._viewpoint(target, tree, scores),
+            target=None if target is None else picture.viewpoint(target),
             path_world=np.column_stack([path, np.full(len(path), self._floor.floor_z_m)]),
-            tree=self._tree_view(tree, x, y, yaw, tilt_rad, scores),
+            tree=picture.tree_view(x, y, yaw, tilt_rad),
             exhausted=exhausted,
             evaluated=evaluated,
         )
@@ -291,61 +301,3 @@ class ViewpointPlanner:
         unseen = self._views.evaluated[stale] < 0
         worth = self._views.potential[stale] >= 0.5 * self.config.selection.min_gain
         return bool((unseen | worth).any())
-
-    def _kind(self, node: int) -> NodeKind:
-        if self._views.termination[node] > self._termination_min:
-            return NodeKind.TERMINATING
-        if self._views.potential[node] < self.config.selection.min_gain:
-            return NodeKind.MINIMAL
-        return NodeKind.EXPLORING
-
-    def _facing(self, node: int, tree: ShortestTree) -> tuple[float, float]:
-        """Yaw and tilt: framing the object, or towards the most gain, or ahead."""
-        kind = self._kind(node)
-        if kind is NodeKind.TERMINATING:
-            return self._views.frames_object(node)
-        if kind is NodeKind.MINIMAL:
-            return float(tree.heading[node]), float(self._views.tilt[node])
-        return float(self._views.yaw[node]), float(self._views.tilt[node])
-
-    def _viewpoint(self, node: int, tree: ShortestTree, scores: Scores) -> Viewpoint:
-        yaw, tilt = self._facing(node, tree)
-        x, y = self._road.xy[node]
-        return Viewpoint(
-            position_world=(float(x), float(y), self._floor.floor_z_m),
-            yaw_rad=yaw,
-            tilt_rad=tilt,
-            gain=float(self._views.gain[node]),
-            termination=float(self._views.termination[node]),
-            level=Level(int(self._views.level[node])),
-            kind=self._kind(node),
-            path_gain=float(scores.path_gain[node]),
-            path_cost_s=float(scores.path_cost[node]),
-        )
-
-    def _tree_view(
-        self, tree: ShortestTree, x: float, y: float, yaw: float, tilt: float, scores: Scores
-    ) -> TreeView:
-        """Write the tree as arrays, the robot as row 0."""
-        nodes = tree.order
-        row = np.zeros(len(tree.cost) + 1, dtype=np.int32)
-        row[nodes] = np.arange(1, len(nodes) + 1)
-        parents = np.where(tree.parent[nodes] < 0, 0, row[tree.parent[nodes]])
-        facing = np.array([self._facing(int(n), tree) for n in nodes]).reshape(-1, 2)
-        views, z = self._views, self._floor.floor_z_m
-
-        def column(root: float, values: NDArray, dtype: type) -> NDArray:
-            return np.concatenate([[root], values]).astype(dtype)
-
-        positions = np.column_stack([self._road.xy[nodes], np.full(len(nodes), z)])
-        return TreeView(
-            positions_world=np.vstack([[x, y, z], positions]).astype(np.float32),
-            parents=column(-1, parents, np.int32),
-            yaws_rad=column(yaw, facing[:, 0], np.float32),
-            tilts_rad=column(tilt, facing[:, 1], np.float32),
-            gains=column(0.0, views.gain[nodes], np.float32),
-            terminations=column(0.0, views.termination[nodes], np.float32),
-            path_costs_s=column(0.0, scores.path_cost[nodes], np.float32),
-            levels=column(int(Level.AVERAGE), views.level[nodes], np.uint8),
-            kinds=column(NodeKind.MINIMAL, np.array([self._kind(int(n)) for n in nodes]), np.uint8),
-        )

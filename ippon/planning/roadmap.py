@@ -6,10 +6,8 @@ shortest-path tree over it from wherever the robot is: RRT*'s rewiring carried o
 each move of the root and each change of the map, and nothing is lost when the root moves.
 """
 
-import heapq
 import math
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -17,36 +15,7 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.planning.clearance import BodyLimits, FloorGrid, can_stand, move_between, straight_move
-
-NOWHERE = math.inf
-
-
-class Seeds(NamedTuple):
-    """Moves from the robot to nodes near it."""
-
-    node: NDArray[np.int64]
-    time: NDArray[np.float64]
-    depart: NDArray[np.float64]
-    """Heading in which the move begins, radians."""
-    arrive: NDArray[np.float64]
-    """Heading in which it ends."""
-    paths: tuple[Float64Array, ...]
-    """(K, 2) points, the robot first, the node last."""
-
-
-class ShortestTree(NamedTuple):
-    """Cheapest way from the robot to every node."""
-
-    cost: NDArray[np.float64]
-    """(N,) seconds, infinite where no way is known."""
-    parent: NDArray[np.int64]
-    """(N,) node before, -1 when reached from the robot directly or not at all."""
-    via: NDArray[np.int64]
-    """(N,) edge that leads here, or `-1 - s` for seed s."""
-    heading: NDArray[np.float64]
-    """(N,) heading on arrival."""
-    order: NDArray[np.int64]
-    """Reached nodes, cheapest first."""
+from ippon.planning.shortest_tree import Seeds, ShortestTree, solve_tree
 
 
 class Roadmap:
@@ -236,38 +205,16 @@ class Roadmap:
             yaw: The robot's heading.
             turn_rate: How fast it turns, radians a second.
         """
-        n, m = self.count, self._edges
-        # Both directions of each edge; backwards it departs and arrives turned about.
-        source = np.concatenate([self._ends[:m, 0], self._ends[:m, 1]])
-        target = np.concatenate([self._ends[:m, 1], self._ends[:m, 0]])
-        depart = np.concatenate([self._headings[:m, 0], self._headings[:m, 1] + math.pi])
-        arrive = np.concatenate([self._headings[:m, 1], self._headings[:m, 0] + math.pi])
-        order = np.argsort(source, kind="stable")
-        first = np.zeros(n + 1, dtype=np.int64)
-        first[1:] = np.cumsum(np.bincount(source, minlength=n)[:n])
-        tree = ShortestTree(
-            cost=np.full(n, np.inf),
-            parent=np.full(n, -1, dtype=np.int64),
-            via=np.full(n, -1, dtype=np.int64),
-            heading=np.zeros(n),
-            order=np.empty(n, dtype=np.int64),
-        )
-        reached = _dijkstra_kernel(
-            first,
-            target[order],
-            np.concatenate([self._time[:m], self._time[:m]])[order],
-            depart[order],
-            arrive[order],
-            order % m if m else order,
-            seeds.node,
-            seeds.time,
-            seeds.depart,
-            seeds.arrive,
+        m = self._edges
+        return solve_tree(
+            self.count,
+            self._ends[:m],
+            self._time[:m],
+            self._headings[:m],
+            seeds,
             yaw,
             turn_rate,
-            tree,
         )
-        return tree._replace(order=tree.order[:reached])
 
     def path_to(self, node: int, tree: ShortestTree, seeds: Seeds) -> Float64Array:
         """Return the (K, 2) points from the robot to a node that the tree reaches."""
@@ -340,46 +287,3 @@ def _recheck_kernel(grid, limits, xy, ends, straight, low, high, margin, time, f
         free[e] = ok
         if ok:
             time[e] = seconds
-
-
-@njit(cache=True, nogil=True)
-def _turn(a, b, rate):
-    return abs((b - a + math.pi) % (2.0 * math.pi) - math.pi) / rate
-
-
-@njit(cache=True, nogil=True)
-def _dijkstra_kernel(
-    first, target, time, depart, arrive, edge, s_node, s_time, s_depart, s_arrive, yaw, rate, tree
-):
-    done = np.zeros(tree.cost.shape[0], dtype=np.bool_)
-    queue = [(0.0, -1)]
-    queue.pop()
-    for s in range(s_node.shape[0]):
-        node = s_node[s]
-        cost = s_time[s] + _turn(yaw, s_depart[s], rate)
-        if cost < tree.cost[node]:
-            tree.cost[node] = cost
-            tree.parent[node] = -1
-            tree.via[node] = -1 - s
-            tree.heading[node] = s_arrive[s]
-            heapq.heappush(queue, (cost, node))
-    reached = 0
-    while len(queue) > 0:
-        cost, node = heapq.heappop(queue)
-        if done[node]:
-            continue
-        done[node] = True
-        tree.order[reached] = node
-        reached += 1
-        for n in range(first[node], first[node + 1]):
-            other = target[n]
-            if done[other]:
-                continue
-            through = cost + time[n] + _turn(tree.heading[node], depart[n], rate)
-            if through < tree.cost[other]:
-                tree.cost[other] = through
-                tree.parent[other] = node
-                tree.via[other] = edge[n]
-                tree.heading[other] = arrive[n]
-                heapq.heappush(queue, (through, other))
-    return reached

@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
-from ippon.planning.roadmap import ShortestTree
+from ippon.planning.shortest_tree import ShortestTree
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

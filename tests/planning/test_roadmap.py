@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from ippon.planning.clearance import OBSTACLE, OPEN
-from ippon.planning.roadmap import Roadmap, Seeds, path_time, turning_time
+from ippon.planning.roadmap import Roadmap, path_time, turning_time
+from ippon.planning.shortest_tree import Seeds
 from tests.planning.test_clearance import LIMITS, make_grid, random_kind
 from tests.reference import planning_tree as reference
 

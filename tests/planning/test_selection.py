@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from ippon.planning.roadmap import ShortestTree
 from ippon.planning.selection import SelectionConfig, score_nodes, select
+from ippon.planning.shortest_tree import ShortestTree
 
 CONFIG = SelectionConfig(passing_weight=1.0, settle_s=1.0, stay_factor=1.3)
 

@@ -1,0 +1,92 @@
+"""The tree as others see it: kinds, orientations, and arrays to draw."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.geometry import Float64Array
+from ippon.guidance.levels import Level
+from ippon.planning.plan import NodeKind, TreeView, Viewpoint
+from ippon.planning.selection import Scores
+from ippon.planning.shortest_tree import ShortestTree
+from ippon.planning.viewpoints import Viewpoints
+
+
+class TreePicture:
+    """Reads one step's result out of the planner's arrays."""
+
+    def __init__(
+        self,
+        views: Viewpoints,
+        xy: Float64Array,
+        floor_z_m: float,
+        tree: ShortestTree,
+        scores: Scores,
+        *,
+        termination_min: float,
+        min_gain: float,
+    ) -> None:
+        self._views = views
+        self._xy = xy
+        self._floor_z_m = floor_z_m
+        self._tree = tree
+        self._scores = scores
+        self._termination_min = termination_min
+        self._min_gain = min_gain
+
+    def _kind(self, node: int) -> NodeKind:
+        if self._views.termination[node] > self._termination_min:
+            return NodeKind.TERMINATING
+        if self._views.potential[node] < self._min_gain:
+            return NodeKind.MINIMAL
+        return NodeKind.EXPLORING
+
+    def _facing(self, node: int) -> tuple[float, float]:
+        """Yaw and tilt: framing the object, or towards the most gain, or ahead."""
+        kind = self._kind(node)
+        if kind is NodeKind.TERMINATING:
+            return self._views.frames_object(node)
+        if kind is NodeKind.MINIMAL:
+            return float(self._tree.heading[node]), float(self._views.tilt[node])
+        return float(self._views.yaw[node]), float(self._views.tilt[node])
+
+    def viewpoint(self, node: int) -> Viewpoint:
+        """Say what a node promises and what it takes to get there."""
+        yaw, tilt = self._facing(node)
+        x, y = self._xy[node]
+        return Viewpoint(
+            position_world=(float(x), float(y), self._floor_z_m),
+            yaw_rad=yaw,
+            tilt_rad=tilt,
+            gain=float(self._views.gain[node]),
+            termination=float(self._views.termination[node]),
+            level=Level(int(self._views.level[node])),
+            kind=self._kind(node),
+            path_gain=float(self._scores.path_gain[node]),
+            path_cost_s=float(self._scores.path_cost[node]),
+        )
+
+    def tree_view(self, x: float, y: float, yaw: float, tilt: float) -> TreeView:
+        """Write the tree as arrays, the robot as row 0."""
+        tree = self._tree
+        nodes = tree.order
+        row = np.zeros(len(tree.cost) + 1, dtype=np.int32)
+        row[nodes] = np.arange(1, len(nodes) + 1)
+        parents = np.where(tree.parent[nodes] < 0, 0, row[tree.parent[nodes]])
+        facing = np.array([self._facing(int(n)) for n in nodes]).reshape(-1, 2)
+        views, z = self._views, self._floor_z_m
+
+        def column(root: float, values: NDArray, dtype: type) -> NDArray:
+            return np.concatenate([[root], values]).astype(dtype)
+
+        positions = np.column_stack([self._xy[nodes], np.full(len(nodes), z)])
+        return TreeView(
+            positions_world=np.vstack([[x, y, z], positions]).astype(np.float32),
+            parents=column(-1, parents, np.int32),
+            yaws_rad=column(yaw, facing[:, 0], np.float32),
+            tilts_rad=column(tilt, facing[:, 1], np.float32),
+            gains=column(0.0, views.gain[nodes], np.float32),
+            terminations=column(0.0, views.termination[nodes], np.float32),
+            path_costs_s=column(0.0, self._scores.path_cost[nodes], np.float32),
+            levels=column(int(Level.AVERAGE), views.level[nodes], np.uint8),
+            kinds=column(NodeKind.MINIMAL, np.array([self._kind(int(n)) for n in nodes]), np.uint8),
+        )
