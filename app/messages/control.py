@@ -156,7 +156,8 @@ class Timings(_Message, frozen=True):
     frame_age_ms: float = 0.0
     """From the robot's stamp to the command that answers it."""
     first_motion_s: float | None = None
-    """From the current goal's query to the first command that moves the base or the camera."""
+    """From the current goal's query, or the robot's first frame where that came later, to the first
+    command that moves the base or the camera."""
 
 
 class Status(_Message, frozen=True):

@@ -55,8 +55,6 @@ class Desk:
         self._operations: queue.SimpleQueue[Operation] = queue.SimpleQueue()
         self.state: MissionState = "starting"
         """State that a control request is answered with; kept up to date by the node."""
-        self.asked_at = 0.0
-        """Monotonic time of the last search request."""
         self._queryables = [
             serve(session, f"{robot}/{keys.SEARCH}", SearchRequest, self.search),
             serve(session, f"{robot}/{keys.CONTROL}", ControlRequest, self.control),
@@ -83,7 +81,7 @@ class Desk:
         text = request.object.strip()
         if not text:
             raise RequestRefusedError('the object is empty; say what to look for, like "hat"')
-        started = time.perf_counter()
+        asked_at = time.monotonic()
         resolved = resolve_object(text, self._labels)
         guidance = self._prior.levels(resolved, request.context, self._labels)
         goal = Goal(
@@ -93,11 +91,12 @@ class Desk:
             context=request.context,
             category=resolved.category,
         )
-        elapsed_ms = 1e3 * (time.perf_counter() - started)
-        place = self._goals.add(PlannedSearch(goal=goal, guidance=guidance, elapsed_ms=elapsed_ms))
+        elapsed_ms = 1e3 * (time.monotonic() - asked_at)
+        place = self._goals.add(
+            PlannedSearch(goal=goal, guidance=guidance, elapsed_ms=elapsed_ms, asked_at=asked_at)
+        )
         if place is None:
             raise RequestRefusedError("too many goals wait already; cancel some first")
-        self.asked_at = time.monotonic()
         self._wake()
         goal_id, position = place
         return SearchAccepted(

@@ -20,6 +20,10 @@ class PlannedSearch:
     guidance: Guidance
     elapsed_ms: float
     """How long the levels took."""
+    asked_at: float = 0.0
+    """Monotonic time of the request."""
+    waited: bool = False
+    """Other goals came first."""
 
 
 class GoalBook:
@@ -42,9 +46,10 @@ class GoalBook:
             goal_id = self._next_id
             self._next_id += 1
             goal = dataclasses.replace(search.goal, goal_id=goal_id)
-            self._queue.append(dataclasses.replace(search, goal=goal))
             busy = self._active is not None and self._active_is_over is None
-            return goal_id, len(self._queue) - (0 if busy else 1)
+            position = len(self._queue) + (1 if busy else 0)
+            self._queue.append(dataclasses.replace(search, goal=goal, waited=position > 0))
+            return goal_id, position
 
     def next(self) -> PlannedSearch | None:
         """Make the first waiting goal the active one, where none is active; returns it."""

@@ -115,7 +115,7 @@ class Navigator:
         self._watch.lap("step", started)
         snapshot = self._snapshot = result.snapshot
         self._commander.give(result.command, frame.stamp_ns)
-        self._report.command_given(result.command, self._desk.asked_at)
+        self._report.command_given(result.command)
         answered = self._watch.lap("answer", self._intake.arrived_at)
         self._map.publish(snapshot)
         self._watch.lap("publish", answered)
@@ -136,7 +136,7 @@ class Navigator:
         if search is None:
             return
         self._mission.set_goal(search.goal, search.guidance)
-        self._report.goal_set()
+        self._report.goal_set(time.monotonic() if search.waited else search.asked_at)
         request = LabelRequest(labels=list(self.config.labels), ooi=search.goal.object)
         self._labels.put(encode(request))
         logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)

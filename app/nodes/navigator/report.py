@@ -21,20 +21,28 @@ class StatusReport:
     def __init__(self, config: NavigatorConfig, version: str) -> None:
         self._config = config
         self._version = version
-        self._first_motion_s: float | None = None
+        self._since = 0.0
+        self._first_command_at: float | None = None
+        self.first_motion_s: float | None = None
         self._last_tilt: float | None = None
 
-    def goal_set(self) -> None:
-        """Another goal: its first motion is still to come."""
-        self._first_motion_s = None
+    def goal_set(self, since: float) -> None:
+        """Another goal, asked for at a monotonic time: its first motion is still to come."""
+        self._since = since
+        self.first_motion_s = None
 
-    def command_given(self, command: Command, asked_at: float) -> None:
-        """Take note of a command, for the time from query to first motion."""
+    def command_given(self, command: Command) -> None:
+        """Take note of a command, for the time from query to first motion.
+
+        A robot that was not there yet when the query came is waited for off the clock.
+        """
+        now = time.monotonic()
+        self._first_command_at = self._first_command_at or now
         turned = self._last_tilt is not None and abs(command.tilt_rad - self._last_tilt) > STILL
         moves = abs(command.linear_m_s) > STILL or abs(command.yaw_rate_rad_s) > STILL or turned
         self._last_tilt = command.tilt_rad
-        if moves and self._first_motion_s is None and asked_at > 0.0:
-            self._first_motion_s = time.monotonic() - asked_at
+        if moves and self.first_motion_s is None and self._since > 0.0:
+            self.first_motion_s = now - max(self._since, self._first_command_at)
 
     def status(
         self,
@@ -68,7 +76,7 @@ class StatusReport:
                 plan_ms=watch.median_ms("plan"),
                 publish_ms=watch.median_ms("publish"),
                 frame_age_ms=watch.median_ms("answer"),
-                first_motion_s=self._first_motion_s,
+                first_motion_s=self.first_motion_s,
             ),
             frames=intake.frames,
             elapsed_s=snapshot.elapsed_s if snapshot else 0.0,

@@ -1,0 +1,60 @@
+import time
+
+import pytest
+
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.report import StatusReport
+from ippon.command import Command
+
+STILL = Command(tilt_rad=-0.2)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    return now
+
+
+@pytest.fixture
+def report():
+    return StatusReport(NavigatorConfig(), "test")
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        Command(linear_m_s=0.1, tilt_rad=-0.2),
+        Command(yaw_rate_rad_s=-0.1, tilt_rad=-0.2),
+        Command(tilt_rad=-0.3),
+    ],
+)
+def test_first_motion_counts_from_the_query(report, clock, motion):
+    report.command_given(STILL)
+    clock[0] = 110.0
+    report.goal_set(since=109.0)
+    report.command_given(STILL)
+    assert report.first_motion_s is None
+    clock[0] = 110.5
+    report.command_given(motion)
+    assert report.first_motion_s == pytest.approx(1.5)
+    clock[0] = 120.0
+    report.command_given(motion)
+    assert report.first_motion_s == pytest.approx(1.5)
+
+
+def test_a_robot_that_comes_later_is_waited_for_off_the_clock(report, clock):
+    report.goal_set(since=50.0)
+    report.command_given(STILL)
+    clock[0] += 0.4
+    report.command_given(Command(linear_m_s=0.1))
+    assert report.first_motion_s == pytest.approx(0.4)
+
+
+def test_each_goal_has_its_own(report, clock):
+    report.command_given(STILL)
+    report.goal_set(since=100.0)
+    clock[0] += 1.0
+    report.command_given(Command(linear_m_s=0.1))
+    report.goal_set(since=clock[0])
+    assert report.first_motion_s is None
