@@ -37,6 +37,7 @@ class DistanceField:
             )
         squares = np.arange(FAR + self._reach**2 + 1, dtype=np.float64)
         self._metres = np.minimum(np.sqrt(squares) * voxel_size, distance_max).astype(np.float32)
+        self._extent: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
         self._offsets = _offsets_in_reach(self._reach)
         self._work: list[NDArray[np.int16]] = [np.empty(0, np.int16)] * 2
 
@@ -62,13 +63,9 @@ class DistanceField:
         """
         if len(changed) == 0 and len(fresh) == 0:
             return 0
-        n = int(pools.tally[N_ROWS])
-        used = pools.coord[:n][pools.used[:n] == 1]
-        if len(used) == 0:
-            return 0
+        least, most = self._widen_extent(pools, fresh)
         margin = int(np.abs(self._offsets).max())
         corners = np.concatenate([changed - margin, changed + margin, fresh])
-        least, most = used.min(axis=0), used.max(axis=0) + 1
         low = np.maximum(corners.min(axis=0), least)
         high = np.minimum(corners.max(axis=0) + 1, most)
         if (high <= low).any():
@@ -82,6 +79,24 @@ class DistanceField:
         low = low + box.min(axis=0)
         self._transform(pools, directory, origin, low, np.ascontiguousarray(stale), (least, most))
         return len(box) * 512
+
+    def _widen_extent(
+        self, pools: Pools, fresh: NDArray[np.int64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the box that holds every block so far, without looking at all of them again."""
+        if self._extent is None:
+            n = int(pools.tally[N_ROWS])
+            known = np.concatenate([pools.coord[:n][pools.used[:n] == 1], fresh])
+            if len(known) == 0:
+                return np.zeros(3, np.int64), np.zeros(3, np.int64)
+            self._extent = known.min(axis=0), known.max(axis=0) + 1
+        elif len(fresh):
+            least, most = self._extent
+            self._extent = (
+                np.minimum(least, fresh.min(axis=0)),
+                np.maximum(most, fresh.max(axis=0) + 1),
+            )
+        return self._extent
 
     def _transform(
         self,

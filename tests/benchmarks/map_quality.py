@@ -44,12 +44,8 @@ def thorough_frames(scene: Scene) -> list[Frame]:
 def memory_mb(voxel_map: VoxelMap) -> float:
     """Return the bytes of everything in use, in millions."""
     n, m = int(voxel_map.pools.tally[N_ROWS]), int(voxel_map.surface.tally[N_USED])
-    with_surface = np.count_nonzero(voxel_map.pools.slot[:n].any(axis=1))
     total = voxel_map._directory.rows.nbytes
-    for name in BLOCK_LAYERS:
-        layer = getattr(voxel_map.pools, name)
-        rows = with_surface if name == "slot" else n
-        total += rows * layer[0].nbytes
+    total += sum(n * getattr(voxel_map.pools, name)[0].nbytes for name in BLOCK_LAYERS)
     total += sum(m * getattr(voxel_map.surface, name)[0].nbytes for name in SURFACE_LAYERS)
     total += m * voxel_map.surface.voxel.itemsize
     return total / 1e6
