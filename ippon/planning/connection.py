@@ -18,8 +18,8 @@ RADIUS_M = 2.5
 """Neighbours farther away than this are not connected directly."""
 NEIGHBOURS = 10
 COMFORT_M = 0.05
-"""Room beside the body that a straight edge should leave; tighter places are for OMPL, whose
-objective keeps to their middle."""
+"""Room beside the body, above the margin, that viewpoints and straight edges leave: a voxel is up
+to half its edge off the surface. Tighter places are for OMPL, which keeps to their middle."""
 HERE_M = 0.15
 """A node this close is where the robot stands: no turning to get there."""
 RETRY_STEPS = 10

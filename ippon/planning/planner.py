@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
-from ippon.planning.connection import Connector, LocalPlannerConfig
+from ippon.planning.connection import COMFORT_M, Connector, LocalPlannerConfig
 from ippon.planning.picture import TreePicture
 from ippon.planning.plan import Plan
 from ippon.planning.roadmap import Roadmap
@@ -133,7 +133,7 @@ class ViewpointPlanner:
             for node in self._connector.follow(box):
                 self._forget(node)
         grid, limits = self._floor.grid, self._floor.limits
-        reachable = reachable_cells(grid, limits, x, y, self._floor.margin_m)
+        reachable = reachable_cells(grid, limits, x, y, self._floor.margin_m, COMFORT_M)
         saturated = self._sample(map_arrays, reachable, x, y)
         seeds, tree = self._grow_tree(reachable, x, y, yaw)
         evaluated = self._evaluate(map_arrays, tree)

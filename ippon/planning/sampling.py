@@ -45,7 +45,7 @@ class SamplingConfig:
 
 
 def reachable_cells(
-    grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float
+    grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float, comfort: float
 ) -> NDArray[np.uint8]:
     """Flood the floor from the robot.
 
@@ -55,33 +55,33 @@ def reachable_cells(
     robot, so that one that stands too close to something is not cut off.
 
     Returns:
-        (X, Y) uint8: `STANDABLE` where the robot could stand with `margin` metres beside the body,
-        `PASSED` where the flood merely went through, 0 elsewhere.
+        (X, Y) uint8: `STANDABLE` where the robot could stand with `margin` and `comfort` metres
+        beside the body, `PASSED` where the flood merely went through, 0 elsewhere.
     """
     out = np.zeros(grid.kind.shape, dtype=np.uint8)
     queue = np.empty((grid.kind.size, 2), dtype=np.int32)
-    _flood_kernel(grid, limits, x, y, margin, queue, out)
+    _flood_kernel(grid, limits, x, y, margin, comfort, queue, out)
     return out
 
 
 @njit(cache=True, nogil=True)
-def _passable(grid, limits, i, j, margin):
+def _passable(grid, limits, i, j, margin, comfort):
     if grid.kind[i, j] != OPEN:
         return 0
     need = limits.unseen_radius / grid.voxel_size
     di, dj = int(grid.unseen[i, j, 0]), int(grid.unseen[i, j, 1])
     if di * di + dj * dj < need * need:
         return 0
-    need = (limits.radius + margin) / grid.voxel_size
     di, dj = int(grid.obstacle[i, j, 0]), int(grid.obstacle[i, j, 1])
     room = di * di + dj * dj
-    if room >= need * need:
+    if room >= ((limits.radius + margin + comfort) / grid.voxel_size) ** 2:
         return STANDABLE
+    need = (limits.radius + margin) / grid.voxel_size
     return PASSED if room >= (need - SLACK_CELLS) ** 2 else 0
 
 
 @njit(cache=True, nogil=True)
-def _flood_kernel(grid, limits, x, y, margin, queue, out):
+def _flood_kernel(grid, limits, x, y, margin, comfort, queue, out):
     nx, ny = out.shape
     fx = x / grid.voxel_size - grid.origin[0] - 0.5
     fy = y / grid.voxel_size - grid.origin[1] - 0.5
@@ -91,7 +91,7 @@ def _flood_kernel(grid, limits, x, y, margin, queue, out):
         for j in range(max(0, int(fy - reach)), min(ny, int(fy + reach) + 2)):
             if (i - fx) ** 2 + (j - fy) ** 2 > reach * reach:
                 continue
-            out[i, j] = _passable(grid, limits, i, j, margin)
+            out[i, j] = _passable(grid, limits, i, j, margin, comfort)
             if out[i, j]:
                 queue[tail, 0], queue[tail, 1] = i, j
                 tail += 1
@@ -103,7 +103,7 @@ def _flood_kernel(grid, limits, x, y, margin, queue, out):
             b = j + (1 if n == 2 else -1 if n == 3 else 0)
             if a < 0 or b < 0 or a >= nx or b >= ny or out[a, b]:
                 continue
-            out[a, b] = _passable(grid, limits, a, b, margin)
+            out[a, b] = _passable(grid, limits, a, b, margin, comfort)
             if out[a, b]:
                 queue[tail, 0], queue[tail, 1] = a, b
                 tail += 1

@@ -50,7 +50,7 @@ def corner(dense_map):
 
 def bridged(joined, tries=5):
     seeds, tree = joined.tree()
-    cells = reachable_cells(joined.floor.grid, joined.floor.limits, 1.3, 1.3, 0.02)
+    cells = reachable_cells(joined.floor.grid, joined.floor.limits, 1.3, 1.3, 0.02, 0.05)
     for _ in range(tries):
         if joined.connector.bridge(tree, cells):
             seeds, tree = joined.tree()

@@ -28,14 +28,14 @@ def test_the_flood_agrees_with_a_plain_search(seed):
     grid = make_grid(random_kind(seed, share=0.015), origin=(4, -9))
     rng = np.random.default_rng(seed)
     x, y = (grid.origin + rng.random(2) * grid.kind.shape) * 0.1
-    out = reachable_cells(grid, LIMITS, x, y, 0.03)
-    np.testing.assert_array_equal(out, reference.reachable(grid, LIMITS, x, y, 0.03))
+    out = reachable_cells(grid, LIMITS, x, y, 0.03, 0.05)
+    np.testing.assert_array_equal(out, reference.reachable(grid, LIMITS, x, y, 0.03, 0.05))
 
 
 def test_a_closed_wall_cuts_the_floor_in_two():
     kind = np.full((40, 20), OPEN)
     kind[20, :] = OBSTACLE
-    out = reachable_cells(make_grid(kind), LIMITS, 1.0, 1.0, 0.0)
+    out = reachable_cells(make_grid(kind), LIMITS, 1.0, 1.0, 0.0, 0.05)
     assert out[:18].any()
     assert not out[20:].any()
 
@@ -43,14 +43,14 @@ def test_a_closed_wall_cuts_the_floor_in_two():
 def test_a_robot_too_close_to_a_wall_is_not_cut_off():
     kind = np.full((40, 20), OPEN)
     kind[20, :] = OBSTACLE
-    out = reachable_cells(make_grid(kind), LIMITS, 1.95, 1.0, 0.0)
+    out = reachable_cells(make_grid(kind), LIMITS, 1.95, 1.0, 0.0, 0.05)
     assert out[:18].any()
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_filling_every_open_place_leaves_none_and_crowds_nobody(seed):
     grid = make_grid(random_kind(seed, share=0.01))
-    reachable = reachable_cells(grid, LIMITS, 1.5, 1.5, 0.0)
+    reachable = reachable_cells(grid, LIMITS, 1.5, 1.5, 0.0, 0.05)
     rng = np.random.default_rng(seed)
     nodes = np.zeros((0, 2))
     for _ in range(500):

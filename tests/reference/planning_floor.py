@@ -62,7 +62,9 @@ def clearance(grid: FloorGrid, obstacle_kind: int, x: float, y: float) -> float:
     return min(limit, float(np.hypot(centres[:, 0] - x, centres[:, 1] - y).min()))
 
 
-def reachable(grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float):
+def reachable(
+    grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float, comfort: float
+):
     """Breadth-first search over passable cells, from those within half a metre of (x, y)."""
     nx, ny = grid.kind.shape
 
@@ -74,7 +76,7 @@ def reachable(grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: f
             return 0
         need = limits.radius + margin
         slack = SLACK_CELLS * grid.voxel_size
-        return sum(bool(far_enough(grid.obstacle[i, j], n)) for n in (need - slack, need))
+        return sum(bool(far_enough(grid.obstacle[i, j], n)) for n in (need - slack, need + comfort))
 
     passable = np.array([[passable_at(i, j) for j in range(ny)] for i in range(nx)])
     out = np.zeros((nx, ny), dtype=np.uint8)
