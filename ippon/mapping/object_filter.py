@@ -172,15 +172,16 @@ def fill_missing(energy, channel, after, n):
 
 
 @njit(cache=True, nogil=True)
-def describe_row(surface, row, n, level_probability):
-    """Derive label, confidence, proximity and normaliser of a row from its energies."""
-    energy = surface.energy[row]
-    total, weighted = _sums(energy, level_probability, n)
-    surface.log_norm[row] = np.log(total)
+def describe(energy, weights, n):
+    """Return a row's label, confidence, proximity and normaliser.
+
+    Rows go in and out as arrays, not as `SurfaceRows`: numba counts references to each array of a
+    tuple at each call, which takes longer than the sums.
+    """
+    total, weighted = _sums(energy, weights, n)
     best = least_energy(energy, n)
-    surface.label[row] = best
-    surface.confidence[row] = share_code(_exp_of_steps(np.float32(energy[best])), total)
-    surface.proximity[row] = share_code(weighted, total)
+    confidence = share_code(_exp_of_steps(np.float32(energy[best])), total)
+    return best, confidence, share_code(weighted, total), np.log(total)
 
 
 @njit(cache=True, nogil=True)

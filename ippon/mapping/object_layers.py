@@ -17,7 +17,7 @@ from ippon.mapping.object_filter import (
     MAXIMUM,
     NONE,
     FusionInput,
-    describe_row,
+    describe,
     energy_table,
     ooi_code,
     prior_log_odds,
@@ -207,7 +207,11 @@ def _relevel_kernel(pools, surface, labels, levels, level_probability, revision)
         at = surface.voxel[slot]
         if at < 0 or surface.label[slot] == NO_LABEL:
             continue
-        describe_row(surface, slot, labels, level_probability)
+        best, confidence, proximity, log_norm = describe(
+            surface.energy[slot], level_probability, labels
+        )
+        surface.label[slot], surface.confidence[slot] = best, confidence
+        surface.proximity[slot], surface.log_norm[slot] = proximity, log_norm
         row, k = at // 512, at % 512
         pools.appearance[row] = revision
         level = levels[surface.label[slot]]
