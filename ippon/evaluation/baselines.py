@@ -125,7 +125,9 @@ class BaselinePlanner:
         self._aim = aim
         cell = None if aim is None else routes.nearest_cell(*aim.stand, _NEAR_M)
         if aim is None or cell is None:
-            return replace(plan, target=None, path_world=np.zeros((0, 3)), exhausted=aim is None)
+            # Before it gives up, the paper's planner opens what contacts closed; so do others.
+            over = aim is None and not self._floor.relax()
+            return replace(plan, target=None, path_world=np.zeros((0, 3)), exhausted=over)
         return self._plan_to(aim, cell, plan, routes)
 
     def _is_untried(self, about: tuple[float, float]) -> bool:

@@ -10,12 +10,16 @@ from skimage import graph
 
 from ippon.geometry import Float64Array
 from ippon.planning.clearance import OBSTACLE, OPEN, UNSEEN, FloorGrid, move_between
-from ippon.planning.sampling import cell_centre, reachable_cells
+from ippon.planning.sampling import cell_centre
 from ippon.planning.traversability import Traversability
 
 _ndimage: Any = ndimage
 _graph: Any = graph
 """Untyped on purpose: neither library says what its functions return."""
+
+_SLACK_CELLS = 0.4
+_BEGIN_WITHIN_M = 0.5
+"""A robot that stands too close to something begins on the free cells within this of it."""
 
 
 class FloorRoutes:
@@ -29,8 +33,8 @@ class FloorRoutes:
         """Find them for a robot at (x, y) metres; `floor` must be up to date."""
         self._floor = floor
         self._here = np.array([x, y])
-        grid, limits = floor.grid, floor.limits
-        self.reachable = reachable_cells(grid, limits, x, y, floor.config.margin_m) > 0
+        limits = floor.limits
+        self.reachable = self._flood()
         """(X, Y) cells where the robot could stand."""
         self.time_s = np.full(self.reachable.shape, np.inf)
         """(X, Y) seconds to get there, infinite where there is no way."""
@@ -63,10 +67,25 @@ class FloorRoutes:
         corners = np.vstack([self._here, points[1:] if len(points) > 1 else points])
         return self._straighten(corners.astype(np.float64))
 
+    def _flood(self) -> NDArray[np.bool_]:
+        """Return the cells that are joined to the robot and leave the body room.
+
+        A gap may have room for the body between the centres of cells but on none of them, so a
+        cell may miss the room by 0.4 of its edge, as the paper's planner allows.
+        """
+        grid, limits = self.grid, self._floor.limits
+        room = _site_distance(grid.obstacle)
+        seen = _site_distance(grid.unseen) * grid.voxel_size >= limits.unseen_radius
+        needed = (limits.radius + self._floor.margin_m) / grid.voxel_size - _SLACK_CELLS
+        numbers, _ = _ndimage.label((grid.kind == OPEN) & seen & (room >= needed))
+        cells = np.argwhere(numbers > 0)
+        centres = (cells + grid.origin + 0.5) * grid.voxel_size
+        near = cells[((centres - self._here) ** 2).sum(axis=1) <= _BEGIN_WITHIN_M**2]
+        return np.isin(numbers, np.unique(numbers[near[:, 0], near[:, 1]])) & (numbers > 0)
+
     def _search(self, slow_clearance: float, slow_fraction: float, speed: float) -> None:
         grid = self.grid
-        offset = grid.obstacle.astype(np.float64)
-        room = np.hypot(offset[..., 0], offset[..., 1]) * grid.voxel_size
+        room = _site_distance(grid.obstacle) * grid.voxel_size
         beside = np.clip((room - self._floor.limits.radius) / slow_clearance, 0.0, 1.0)
         speeds = speed * (slow_fraction + (1.0 - slow_fraction) * beside)
         costs = np.where(self.reachable, grid.voxel_size / speeds, -1.0)
@@ -79,7 +98,7 @@ class FloorRoutes:
 
     def _straighten(self, path: Float64Array) -> Float64Array:
         """Cut corners of the grid's staircase wherever the straight move takes no longer."""
-        grid, limits, margin = self.grid, self._floor.limits, self._floor.config.margin_m
+        grid, limits, margin = self.grid, self._floor.limits, self._floor.margin_m
         out, at = [path[0]], 0
         while at < len(path) - 1:
             best, spent = at + 1, 0.0
@@ -93,6 +112,11 @@ class FloorRoutes:
             out.append(path[best])
             at = best
         return np.array(out)
+
+
+def _site_distance(offsets: NDArray[np.int16]) -> Float64Array:
+    """Return (X, Y) cells to the nearest site; very far where none is known."""
+    return np.hypot(offsets[..., 0].astype(np.float64), offsets[..., 1].astype(np.float64))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

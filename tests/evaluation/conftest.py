@@ -1,8 +1,21 @@
 """A room with a partition, a table with a hat and a chair: distances are known by hand."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from ippon.evaluation.row import EpisodeRow
+from ippon.planning.clearance import (
+    NO_SITE,
+    OBSTACLE,
+    OPEN,
+    UNSEEN,
+    BodyLimits,
+    FloorGrid,
+    clearance_at,
+    update_sites,
+)
 from ippon.robot import CollisionSphere, RobotProfile
 from ippon.simulation.scene import Instance, Scene, StartPose
 
@@ -69,3 +82,54 @@ def robot():
         max_yaw_rate_rad_s=1.0,
         max_tilt_rate_rad_s=1.0,
     )
+
+
+@pytest.fixture
+def make_row():
+    """Rows with figures that a test chooses; everything else is plain."""
+
+    def make(**change) -> EpisodeRow:
+        values = {
+            "episode_id": "1.bed.0.untold", "method": "ippon", "home": "1", "start_index": 0,
+            "start_x_m": 0.0, "start_y_m": 0.0, "start_yaw_rad": 0.0, "goal": "bed",
+            "context": "", "seed": 1, "robot": "zed", "image_width": 320, "image_height": 200,
+            "config_hash": "abc", "version": "ippon 0", "success": True, "spl": 0.5,
+            "soft_spl": 0.5, "path_length_m": 10.0, "shortest_path_m": 5.0,
+            "distance_to_goal_m": 0.0, "ending": "found", "failure": "none", "time_s": 60.0,
+            "frames": 100, "hits": 0, "first_seen_s": 3.0, "explored_m2": 20.0, "best_ooi": 1.0,
+            "candidates": 1, "path_x_m": (0.0, 1.0), "path_y_m": (0.0, 0.0),
+            "planner_ms_p50": 5.0, "planner_ms_p95": 20.0, "step_ms_p50": 8.0, "wall_s": 6.0,
+            "cpu_s": 6.0, "realtime_factor": 10.0,
+        }  # fmt: skip
+        return EpisodeRow(**{**values, **change})
+
+    return make
+
+
+@pytest.fixture
+def floor_of():
+    """A floor whose cells a test draws: `.` open, `#` obstacle, space unseen; rows run along x."""
+
+    def make(rows: list[str], voxel_size: float = 0.1, radius: float = 0.15):
+        names = {".": OPEN, "#": OBSTACLE, " ": UNSEEN}
+        kind = np.array([[names[c] for c in row] for row in rows], dtype=np.uint8)
+        box, cutoff = (0, kind.shape[0], 0, kind.shape[1]), 15
+        sites = [np.full((*kind.shape, 2), NO_SITE, dtype=np.int16) for _ in range(2)]
+        for value, site in zip((OBSTACLE, UNSEEN), sites, strict=True):
+            update_sites(kind, value, box, cutoff, site)
+        grid = FloorGrid(
+            voxel_size=voxel_size, origin=np.zeros(2, np.int64), kind=kind,
+            obstacle=sites[0], unseen=sites[1], cutoff=cutoff,
+        )  # fmt: skip
+        limits = BodyLimits(
+            radius=radius, unseen_radius=0.1, slow_clearance=0.25, slow_fraction=0.4, speed=0.5
+        )
+        return SimpleNamespace(
+            grid=grid,
+            limits=limits,
+            margin_m=0.0,
+            floor_z_m=0.0,
+            clearance=lambda x, y: clearance_at(grid, float(x), float(y)),
+        )
+
+    return make

@@ -1,0 +1,87 @@
+import dataclasses
+import math
+
+import pytest
+
+from ippon.evaluation.catalogue import CatalogueConfig, goals_of, home_name, list_episodes
+from ippon.evaluation.metrics import Judge
+from ippon.simulation.scene import StartPose
+from ippon.vocabulary import HABITAT_GOALS
+
+
+@pytest.fixture
+def home(make_scene, flat_boxes):
+    """Starts: far from the hat, right beside it, and inside a wall."""
+    scene = make_scene(flat_boxes)
+    poses = tuple(StartPose(x=x, y=y, z=0.0, yaw=0.0) for x, y in ((1, 1), (5.6, 1.5), (-3, 1)))
+    return dataclasses.replace(scene, start_poses=poses)
+
+
+def _list(home, robot, **config):
+    return list_episodes(home, "7", robot, CatalogueConfig(**config))
+
+
+def test_starts_at_a_viewpoint_or_without_a_way_are_left_out(home, robot):
+    episodes, dropped = _list(home, robot, goals=("hat",), starts_per_goal=3)
+    assert [e.start_index for e in episodes] == [0]
+    assert {(d.start_index, d.reason) for d in dropped} == {
+        (1, "starts at a viewpoint"),
+        (2, "no way"),
+        (None, "no start left"),
+    }
+    (e,) = episodes
+    assert e.shortest_path_m == Judge(home, robot, "hat").shortest_path_m(e.start)
+    assert math.isfinite(e.shortest_path_m)
+    assert e.shortest_path_m > 3.0
+
+
+def test_goals_that_the_home_lacks_are_named(home, robot):
+    episodes, dropped = _list(home, robot, goals=("unicorn", "chair"))
+    assert {e.goal for e in episodes} == {"chair"}
+    assert ("unicorn", "absent") in {(d.goal, d.reason) for d in dropped}
+
+
+def test_a_catalogue_repeats_and_does_not_depend_on_other_goals(home, robot):
+    alone, _ = _list(home, robot, goals=("hat",))
+    both, _ = _list(home, robot, goals=("chair", "hat"))
+    assert alone == tuple(e for e in both if e.goal == "hat")
+    assert both == _list(home, robot, goals=("chair", "hat"))[0]
+    other, _ = _list(home, robot, goals=("hat",), seed=1)
+    assert other[0].seed != alone[0].seed
+
+
+def test_context_is_told_truthfully_and_for_small_objects_only(home, robot):
+    told, _ = _list(home, robot, goals=("chair", "hat"), context="support")
+    assert {e.goal: e.context for e in told} == {"chair": "", "hat": "I left it on the table."}
+    both, _ = _list(home, robot, goals=("hat",), context="both")
+    assert [e.context for e in both] == ["", "I left it on the table."]
+    assert len({e.seed for e in both}) == 1
+    assert [e.episode_id for e in both] == ["7.hat.0.untold", "7.hat.0.told"]
+
+
+def test_small_objects_are_drawn_up_to_a_number(home, robot):
+    goals = ("hat", "dining_table", "chair")
+    assert {e.goal for e in _list(home, robot, goals=goals, small_per_home=0)[0]} == {"chair"}
+    one = {e.goal for e in _list(home, robot, goals=goals, small_per_home=1)[0]}
+    assert len(one) == 2
+    assert "chair" in one
+
+
+def test_a_folder_is_called_by_its_own_name(home, robot):
+    config = CatalogueConfig(goals=("hat",))
+    here, _ = list_episodes(home, "/data/a/studio/", robot, config)
+    there, _ = list_episodes(home, "b/studio", robot, config)
+    assert home_name("/data/a/studio/") == "studio"
+    assert here[0].episode_id == there[0].episode_id == "studio.hat.0.untold"
+    assert here[0].seed == there[0].seed
+
+
+def test_words_for_many_goals():
+    assert goals_of(["habitat"]) == HABITAT_GOALS
+    assert goals_of(["Alarm Clock", "hat", "alarm_clock"]) == ("alarm_clock", "hat")
+    assert len(goals_of(["habitat", "small"])) == 16
+
+
+def test_an_empty_catalogue_is_refused():
+    with pytest.raises(ValueError, match="a catalogue needs goals"):
+        CatalogueConfig(goals=())

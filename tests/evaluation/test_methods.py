@@ -1,0 +1,70 @@
+import dataclasses
+
+import pytest
+
+from ippon.evaluation.methods import ABLATIONS, BASELINES, METHODS, method_named, widened
+from ippon.guidance.levels import Level
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission.mission import MissionConfig
+from ippon.robot import ZED
+from ippon.vocabulary import MATTERPORT_40
+
+
+def _changes(one, other, prefix=""):
+    """Paths of the fields in which two configurations differ."""
+    out = set()
+    for f in dataclasses.fields(one):
+        a, b = getattr(one, f.name), getattr(other, f.name)
+        if dataclasses.is_dataclass(a):
+            out |= _changes(a, b, f"{prefix}{f.name}.")
+        elif a != b:
+            out.add(prefix + f.name)
+    return out
+
+
+@pytest.mark.parametrize(
+    ("name", "changed"),
+    [
+        ("ippon", set()),
+        ("no_bayes", {"map.fusion"}),
+        ("no_guidance", set()),
+        ("no_local_planner", {"planner.local_planner.enabled"}),
+        (
+            "hard_clearance",
+            {
+                "planner.local_planner.clearance",
+                "planner.local_planner.hard_margin_m",
+                "planner.traversability.margin_m",
+                "planner.traversability.slow_fraction",
+            },
+        ),
+        ("no_initial_yaw", {"look_around.turn"}),
+        ("no_travel_pitch", {"travel_pitch.sweep"}),
+        *((name, set()) for name in (*BASELINES, "oracle")),
+    ],
+)
+def test_a_method_changes_what_it_says_and_nothing_else(name, changed):
+    plain = MissionConfig()
+    assert _changes(plain, METHODS[name].configure(plain)) == changed
+
+
+def test_without_guidance_every_level_is_average():
+    guidance = EmbeddedPrior().levels("bed", "", MATTERPORT_40)
+    flat = METHODS["no_guidance"].guide(guidance)
+    assert set(flat.levels().tolist()) == {int(Level.AVERAGE)}
+    assert [row.label for row in flat.rows] == list(MATTERPORT_40)
+    for name in set(METHODS) - {"no_guidance"}:
+        assert METHODS[name].guide(guidance) is guidance
+
+
+def test_groups_name_methods():
+    assert set(ABLATIONS) | set(BASELINES) | {"ippon", "oracle"} == set(METHODS)
+
+
+def test_a_wider_robot_is_wider_by_that_much():
+    assert widened(ZED, 0.05).radius_m == pytest.approx(ZED.radius_m + 0.05)
+
+
+def test_an_unknown_method_is_told_what_there_is():
+    with pytest.raises(ValueError, match="no method 'vlfm'; there are ippon, no_bayes"):
+        method_named("vlfm")

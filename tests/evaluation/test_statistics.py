@@ -1,0 +1,82 @@
+import numpy as np
+import pytest
+
+from ippon.evaluation.statistics import mcnemar_p, mean_interval, paired_difference
+
+
+def test_the_interval_of_equal_values_is_that_value():
+    assert mean_interval([0.25] * 8, list("aabbccdd")) == (0.25, 0.25)
+
+
+def test_homes_are_drawn_whole():
+    # Two homes, all 0 and all 1: their resampled means are 0, 1/2 and 1, each side a quarter.
+    assert mean_interval([0, 0, 0, 1, 1, 1], list("aaabbb")) == (0.0, 1.0)
+
+
+def test_larger_homes_weigh_more():
+    low, high = mean_interval([0.0, 1.0, 1.0, 1.0], list("abbb"))
+    assert (low, high) == (0.0, 1.0)
+    rng = np.random.default_rng(1)
+    homes = np.repeat(np.arange(40), 5)
+    values = rng.random(200)
+    low, high = mean_interval(values, homes)
+    assert low < values.mean() < high
+
+
+def test_a_single_home_is_resampled_by_episode():
+    low, high = mean_interval([0.0] * 50 + [1.0] * 50, ["a"] * 100)
+    # The normal approximation: 0.5 ± 1.96 * 0.05.
+    assert low == pytest.approx(0.40, abs=0.02)
+    assert high == pytest.approx(0.60, abs=0.02)
+
+
+def test_the_interval_repeats_for_a_seed():
+    values, homes = np.arange(9.0), list("aabbccdde")
+    assert mean_interval(values, homes, seed=3) == mean_interval(values, homes, seed=3)
+
+
+@pytest.mark.parametrize(("homes", "p"), [(3, 0.25), (5, 0.0625), (10, 2 / 1024)])
+def test_the_paired_test_is_exact_for_few_homes(homes, p):
+    # All homes differ alike: only the two patterns of equal signs are as extreme.
+    result = paired_difference(np.full(homes, 0.7), np.full(homes, 0.2), np.arange(homes))
+    assert result.p == pytest.approx(p)
+    assert result.mean == pytest.approx(0.5)
+    assert result.ci95 == pytest.approx((0.5, 0.5))
+    assert result.pairs == homes
+
+
+def test_equal_methods_do_not_differ():
+    values = np.random.default_rng(0).random(30)
+    result = paired_difference(values, values, np.arange(30))
+    assert (result.mean, result.p) == (0.0, 1.0)
+
+
+def test_many_homes_are_tested_by_random_signs():
+    rng = np.random.default_rng(5)
+    noise = rng.normal(0.0, 0.1, 60)
+    clear = paired_difference(0.2 + noise, np.zeros(60), np.arange(60))
+    none = paired_difference(noise - noise.mean(), np.zeros(60), np.arange(60))
+    assert clear.p < 0.001
+    assert none.p > 0.9
+    assert clear.ci95[0] > 0.0
+
+
+def test_episodes_of_one_home_are_no_independent_evidence():
+    values = np.full(40, 0.3)
+    by_home = paired_difference(values, np.zeros(40), np.repeat([0, 1], 20))
+    assert by_home.p == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("wins", "losses", "p"),
+    [(0, 0, 1.0), (5, 1, 14 / 64), (3, 3, 1.0), (6, 0, 2 / 64), (0, 6, 2 / 64)],
+)
+def test_mcnemar_by_hand(wins, losses, p):
+    assert mcnemar_p(wins, losses) == pytest.approx(p)
+
+
+def test_nothing_has_no_mean():
+    with pytest.raises(ValueError, match="at least one value"):
+        mean_interval([], [])
+    with pytest.raises(ValueError, match="3 values come with 2 clusters"):
+        mean_interval([1, 2, 3], ["a", "b"])

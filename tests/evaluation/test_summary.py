@@ -1,0 +1,94 @@
+import pytest
+
+from ippon.evaluation.summary import (
+    by_method,
+    compare,
+    context_effects,
+    spl_by_goal,
+    summarise,
+)
+
+
+@pytest.fixture
+def rows(make_row):
+    """Three episodes in two homes by two methods, with round figures."""
+    ids = ("1.bed.0.untold", "1.tv.0.untold", "2.bed.0.untold")
+    figures = {
+        "nearest_frontier": [(True, 0.2, 1), (False, 0.0, 0), (True, 0.4, 0)],
+        "ippon": [(True, 0.6, 0), (True, 0.3, 2), (True, 0.6, 1)],
+    }
+    return [
+        make_row(
+            episode_id=name, home=name[0], goal=name.split(".")[1], method=method,
+            success=success, spl=spl, soft_spl=spl + 0.1, hits=hits,
+            failure="none" if success else "false_stop",
+            frames=100 * (k + 1), planner_ms_p95=10.0 * (k + 1), time_s=60.0, cpu_s=5.0 + k,
+        )
+        for method, of in figures.items()
+        for k, (name, (success, spl, hits)) in enumerate(zip(ids, of, strict=True))
+    ]  # fmt: skip
+
+
+def test_figures_by_hand(rows):
+    ippon, frontier = summarise(rows)
+    assert (ippon.method, ippon.episodes, ippon.homes) == ("ippon", 3, 2)
+    assert ippon.success == 1.0
+    assert ippon.spl == pytest.approx(0.5)
+    assert ippon.soft_spl == pytest.approx(0.6)
+    assert ippon.hits == pytest.approx(1.0)
+    weighted = 100 * 10 + 200 * 20 + 300 * 30
+    assert ippon.planner_ms_p95 == pytest.approx(weighted / 600)
+    assert ippon.realtime_factor == pytest.approx(180.0 / 18.0)
+    # Home 1 has mean 0.45, home 2 has 0.6: the resampled means lie between them.
+    assert ippon.spl_ci95 == pytest.approx((0.45, 0.6))
+    assert frontier.success == pytest.approx(2 / 3)
+    assert frontier.spl == pytest.approx(0.2)
+    assert frontier.failures == {"false_stop": 1}
+
+
+def test_pairs_by_hand(rows):
+    (c,) = compare(rows)
+    assert c.method == "nearest_frontier"
+    assert c.spl.pairs == 3
+    assert c.spl.mean == pytest.approx(0.3)
+    assert c.spl_ratio == pytest.approx(0.5 / 0.2)
+    assert c.success.mean == pytest.approx(1 / 3)
+    assert c.success_p == 1.0
+    # Differences of the homes: 0.4 + 0.3 and 0.2; of four sign patterns two are as extreme.
+    assert c.spl.p == pytest.approx(0.5)
+
+
+def test_only_common_episodes_are_compared(rows, make_row):
+    rows.append(make_row(episode_id="9.bed.0.untold", home="9", method="oracle", spl=1.0))
+    assert [c.method for c in compare(rows)] == ["nearest_frontier"]
+
+
+def test_nothing_is_compared_without_the_reference(make_row):
+    assert compare([make_row(method="oracle")]) == ()
+
+
+def test_methods_stand_in_their_order_and_strangers_last(make_row):
+    rows = [make_row(method=m) for m in ("oracle", "new", "no_bayes", "ippon")]
+    assert list(by_method(rows)) == ["ippon", "no_bayes", "oracle", "new"]
+
+
+def test_context_is_paired_with_the_same_search_untold(make_row):
+    told = {"context": "I left it on the sofa.", "goal": "hat"}
+    rows = [
+        make_row(goal="hat", spl=0.2, home="1"),
+        make_row(**told, spl=0.5, home="1"),
+        make_row(goal="hat", spl=0.4, home="2"),
+        make_row(**told, spl=0.7, home="2"),
+        make_row(**told, spl=1.0, home="3"),
+    ]
+    (effect,) = context_effects(rows)
+    assert effect.difference.pairs == 2
+    assert (effect.spl_told, effect.spl_untold) == (pytest.approx(0.6), pytest.approx(0.3))
+    assert effect.difference.mean == pytest.approx(0.3)
+
+
+def test_goals_have_their_own_means(rows):
+    table = spl_by_goal(rows)
+    assert list(table) == ["bed", "tv"]
+    assert table["bed"]["ippon"] == (pytest.approx(0.6), 2)
+    assert table["tv"]["nearest_frontier"] == (0.0, 1)

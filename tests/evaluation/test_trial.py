@@ -1,0 +1,147 @@
+import dataclasses
+import itertools
+import time
+
+import pytest
+
+from ippon.evaluation.catalogue import CatalogueConfig, list_episodes
+from ippon.evaluation.episode import EpisodeLimits, run_episode
+from ippon.evaluation.methods import METHODS
+from ippon.evaluation.row import TIMING_COLUMNS, row_from
+from ippon.evaluation.trial import Clocks, Trial, TrialConfig, config_hash, habitat_trial
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission.mission import Mission, MissionConfig
+from ippon.simulation.world import SimulatedWorld, WorldConfig
+from ippon.vocabulary import MATTERPORT_40
+
+_CLOCKS = Clocks(wall=time.perf_counter, cpu=time.process_time)
+
+
+@pytest.fixture
+def config(robot):
+    return TrialConfig(
+        robot=robot,
+        image_width=96,
+        limits=EpisodeLimits(time_step_s=0.2, max_time_s=60.0),
+        world=WorldConfig.perfect(),
+    )
+
+
+@pytest.fixture
+def scene(make_scene, flat_boxes):
+    return make_scene(flat_boxes)
+
+
+def _episode(scene, config, goal):
+    (spec, *_), _ = list_episodes(scene, "7", config.robot, CatalogueConfig(goals=(goal,)))
+    return spec
+
+
+def _plain(row):
+    """A row without what differs from run to run."""
+    values = dataclasses.asdict(row)
+    return {k: v for k, v in values.items() if k not in TIMING_COLUMNS}
+
+
+def _trial(config, scene, clocks=_CLOCKS):
+    return Trial(config, scene, "test", clocks, EmbeddedPrior())
+
+
+@pytest.mark.parametrize("goal", ["hat", "chair"])
+def test_the_same_seed_gives_the_same_row(config, scene, goal):
+    limits = EpisodeLimits(time_step_s=0.2, max_time_s=12.0)
+    config = dataclasses.replace(config, world=WorldConfig(), limits=limits)
+    spec = _episode(scene, config, goal)
+    one = _trial(config, scene).run(spec, METHODS["ippon"])
+    used = _trial(config, scene)
+    used.run(spec, METHODS["nearest_frontier"])
+    # Neither a new process nor what ran before in this one makes a difference.
+    assert _plain(one) == _plain(used.run(spec, METHODS["ippon"]))
+    other = dataclasses.replace(spec, seed=spec.seed + 1)
+    assert _plain(used.run(other, METHODS["ippon"])) != _plain(one)
+
+
+@pytest.mark.parametrize("method", list(METHODS))
+def test_every_method_finds_a_chair_in_one_room(config, scene, method):
+    spec = _episode(scene, config, "chair")
+    row = _trial(config, scene).run(spec, METHODS[method])
+    assert row.method == method
+    assert row.success, row
+    assert (row.ending, row.failure) == ("found", "none")
+    assert 0.0 < row.spl <= 1.0
+    assert row.shortest_path_m == spec.shortest_path_m
+    assert row.path_length_m >= row.shortest_path_m - 0.2
+    assert row.first_seen_s >= 0.0
+    assert row.distance_to_goal_m < 0.1
+    assert (row.path_x_m[0], row.path_y_m[0]) == (1.0, 1.0)
+
+
+def test_the_oracle_is_close_to_the_shortest_path(config, scene):
+    row = _trial(config, scene).run(_episode(scene, config, "hat"), METHODS["oracle"])
+    assert row.success
+    assert row.spl > 0.93
+
+
+def test_time_runs_out(config, scene):
+    config = dataclasses.replace(config, limits=EpisodeLimits(max_time_s=2.0))
+    row = _trial(config, scene).run(_episode(scene, config, "hat"), METHODS["ippon"])
+    assert (row.success, row.spl, row.ending, row.failure) == (False, 0.0, "time", "never_seen")
+    assert row.time_s == 2.0
+    assert row.frames == 10
+
+
+def test_times_come_from_the_clocks_that_were_given(config, scene):
+    config = dataclasses.replace(config, limits=EpisodeLimits(max_time_s=1.0))
+    ticks = itertools.count()
+    clocks = Clocks(wall=lambda: 100.0, cpu=lambda: 0.25 * next(ticks))
+    spec = _episode(scene, config, "hat")
+    row = _trial(config, scene, clocks).run(spec, METHODS["ippon"])
+    assert row.planner_ms_p50 == row.planner_ms_p95 == 250.0
+    assert row.wall_s == 0.0
+    # From hand-over to answer the planner asks twice, then the trial.
+    assert row.step_ms_p50 == 750.0
+    assert row.realtime_factor == pytest.approx(1.0 / row.cpu_s)
+
+
+def test_a_row_survives_plain_values(make_row):
+    row = make_row(path_x_m=(1.0, 2.0))
+    values = dataclasses.asdict(row) | {"path_x_m": [1.0, 2.0]}
+    assert row_from(values) == row
+    with pytest.raises(ValueError, match="it lacks or adds spl"):
+        row_from({k: v for k, v in values.items() if k != "spl"})
+
+
+def test_the_hash_tells_set_ups_apart(config):
+    hashes = {config_hash(config, m) for m in METHODS.values()}
+    assert len(hashes) == len(METHODS)
+    assert config_hash(config, METHODS["ippon"]) == config_hash(config, METHODS["ippon"])
+    wider = dataclasses.replace(config, image_width=128)
+    assert config_hash(wider, METHODS["ippon"]) not in hashes
+
+
+def test_the_habitat_set_up_is_the_challenge_s():
+    trial = habitat_trial()
+    assert (trial.camera.width, trial.camera.height) == (240, 320)
+    assert trial.limits.time_step_s == 0.1
+    assert trial.limits.max_time_s == 500.0
+    assert not trial.world.base.sliding
+    assert trial.robot.radius_m == pytest.approx(0.17)
+    assert trial.robot.max_linear_m_s == 0.3
+
+
+def test_a_command_lasts_several_steps(config, scene):
+    world = SimulatedWorld(scene, config.robot, config.camera, scene.start_poses[0])
+    mission = Mission(MissionConfig(), config.robot, MATTERPORT_40, 0)
+    with pytest.raises(ValueError, match="needs a goal"):
+        next(run_episode(world, mission, EpisodeLimits()))
+    spec = _episode(scene, config, "hat")
+    config = dataclasses.replace(
+        config, limits=EpisodeLimits(time_step_s=0.1, steps_per_frame=2, max_time_s=2.0)
+    )
+    row = _trial(config, scene).run(spec, METHODS["ippon"])
+    assert (row.frames, row.time_s) == (10, 2.0)
+
+
+def test_an_episode_takes_time():
+    with pytest.raises(ValueError, match="steps_per_frame at least 1"):
+        EpisodeLimits(steps_per_frame=0)
