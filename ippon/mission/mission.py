@@ -181,6 +181,17 @@ class Mission:
         self._why = f"searching on for {display}"
         return True
 
+    def confirm_find(self) -> bool:
+        """Take the operator's word that the find is the object.
+
+        Returns:
+            Whether there was a find to confirm.
+        """
+        if self._search is None or self._search.find is None:
+            return False
+        self._note("confirmed", f"{self._search.goal.display}: confirmed by the operator")
+        return True
+
     def stop(self) -> None:
         """Hold still until `resume`, whatever happens."""
         if self._held is not MissionState.STOPPED:

@@ -87,7 +87,9 @@ def test_a_rejected_find_is_not_found_again(scene) -> None:
     ask(mission, "toilet")
     first = search(world, mission)[-1].snapshot
     assert first.find is not None
+    assert mission.confirm_find()
     assert mission.reject_find()
+    assert not mission.confirm_find()
     assert not mission.reject_find(), "there is nothing left to reject"
     assert mission.state is MissionState.SEARCHING
     again = list(run_episode(world, mission, EpisodeLimits(max_time_s=20.0)))[-1].snapshot

@@ -12,6 +12,7 @@ import zenoh
 
 from app.links.requests import RequestRefusedError, ask, last_message
 from app.links.session import LinkError, open_client
+from app.links.subscription import subscribe
 from app.messages import keys
 from app.messages.control import (
     Accepted,
@@ -176,7 +177,7 @@ class NavigatorLink:
             self._close_sessions()
             return
         for topic in self._topics:
-            listening.declare_subscriber(self._key(topic), self._receiver(topic))
+            subscribe(listening, self._key(topic), self._receiver(topic))
         self._listening = listening
         self._heard_at = time.monotonic()
         self.problem = ""
@@ -186,11 +187,11 @@ class NavigatorLink:
             if payload is not None:
                 self._inbox.put(topic, payload)
 
-    def _receiver(self, topic: str) -> Callable[[zenoh.Sample], None]:
+    def _receiver(self, topic: str) -> Callable[[bytes], None]:
         is_status = topic == keys.STATUS
 
-        def receive(sample: zenoh.Sample) -> None:
-            self._inbox.put(topic, sample.payload.to_bytes())
+        def receive(payload: bytes) -> None:
+            self._inbox.put(topic, payload)
             if is_status:
                 self._heard_at = time.monotonic()
 

@@ -147,6 +147,7 @@ class Desk:
         if self.state != "found":
             raise RequestRefusedError("nothing was found that could be confirmed or rejected")
         if request.verdict == "confirm":
+            self.put(self._confirm)
             return Accepted(detail="confirmed")
 
         self.put(self._reject)
@@ -158,6 +159,9 @@ class Desk:
         mission.stop()
         # A resume that was queued before this stop has let commands pass again.
         self._halt()
+
+    def _confirm(self, mission: Mission) -> None:
+        mission.confirm_find()
 
     def _resume(self, mission: Mission) -> None:
         mission.resume()
