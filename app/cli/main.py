@@ -10,6 +10,7 @@ import tyro
 
 from app.cli import options
 from app.cli.errors import UsageError
+from app.cli.kernel_cache import use_kernel_cache
 
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
@@ -43,6 +44,7 @@ def prepare_process() -> None:
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     os.environ.setdefault("GOMP_SPINCOUNT", "0")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    use_kernel_cache()
     logging.basicConfig(
         level=os.environ.get("IPPON_LOG", "INFO"),
         format="%(asctime)s %(levelname)-7s %(name)s: %(message)s",

@@ -1,0 +1,59 @@
+"""Where compiled kernels are kept: one folder for each state of their sources.
+
+numba notices that the file of a kernel changed, but not that a kernel or a constant which it took
+from another module did, and would go on running the old one.
+"""
+
+import contextlib
+import hashlib
+import os
+import shutil
+from pathlib import Path
+from typing import Final
+
+import platformdirs
+
+LIBRARY: Final = Path(__file__).parents[2] / "ippon"
+KEPT: Final = 4
+"""Folders of earlier states that stay, for those who switch between two versions."""
+_MARKS: Final = (b"njit", b"Final", b"NamedTuple")
+
+
+def use_kernel_cache() -> Path | None:
+    """Choose the folder for this state of the sources; call it before numba is imported.
+
+    Returns:
+        The folder; None where `NUMBA_CACHE_DIR` is set already or no folder can be made, and numba
+        keeps its files beside the sources.
+    """
+    if "NUMBA_CACHE_DIR" in os.environ:
+        return None
+    parent = platformdirs.user_cache_path("ippon") / "kernels"
+    folder = parent / state_of(LIBRARY)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        folder.touch()
+    except OSError:
+        return None
+    os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    _forget_old(parent, folder)
+    return folder
+
+
+def state_of(library: Path) -> str:
+    """Return a short hash of every module that holds kernels, or constants compiled into them."""
+    digest = hashlib.sha256(str(library).encode())
+    for path in sorted(library.rglob("*.py")):
+        content = path.read_bytes()
+        if any(mark in content for mark in _MARKS):
+            digest.update(path.relative_to(library).as_posix().encode())
+            digest.update(content)
+    return digest.hexdigest()[:16]
+
+
+def _forget_old(parent: Path, current: Path) -> None:
+    with contextlib.suppress(OSError):
+        others = [path for path in parent.iterdir() if path.is_dir() and path != current]
+        others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
+        for path in others[KEPT:]:
+            shutil.rmtree(path, ignore_errors=True)
