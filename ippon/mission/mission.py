@@ -305,6 +305,9 @@ class Mission:
         search = self._search
         if search is not None and search.started_ns is None:
             search.started_ns = frame.stamp_ns
+        elif search is not None and last is not None and frame.stamp_ns < last.stamp_ns:
+            # The robot's clock started anew: the search keeps the age that it had.
+            search.started_ns = frame.stamp_ns - (last.stamp_ns - search.started_ns)
         if last is None:
             return 1e-3
         if search is not None and self._state is not MissionState.FOUND:

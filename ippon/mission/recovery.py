@@ -31,7 +31,7 @@ class Recovery:
     def __init__(self, config: RecoveryConfig, robot: RobotProfile) -> None:
         self._config = config
         self._robot = robot
-        self._until_ns = 0
+        self._freeing_since_ns: int | None = None
         self._moving_since_ns: int | None = None
         self._moving_from = (0.0, 0.0, 0.0)
         self._was_contact = False
@@ -41,14 +41,17 @@ class Recovery:
         touched = contact and not self._was_contact
         self._was_contact = contact
         if touched or self._is_stuck(stamp_ns, T_world_base):
-            duration = self._config.back_up_s if self._robot.can_reverse else self._config.turn_s
-            self._until_ns = stamp_ns + int(duration * NANOSECONDS)
+            self._freeing_since_ns = stamp_ns
             self._moving_since_ns = None
             return True
         return False
 
     def _is_stuck(self, stamp_ns: int, T_world_base: Float64Array) -> bool:
         if self._moving_since_ns is None:
+            return False
+        if stamp_ns < self._moving_since_ns:
+            # The robot's clock started anew: how long it has not moved is not known.
+            self._moving_since_ns = None
             return False
         x, y, yaw = self._moving_from
         moved = math.hypot(T_world_base[0, 3] - x, T_world_base[1, 3] - y)
@@ -59,7 +62,11 @@ class Recovery:
 
     def command(self, stamp_ns: int, tilt_rad: float) -> Command | None:
         """Return the command that gets the robot free, None when nothing needs to be done."""
-        if stamp_ns >= self._until_ns:
+        since = self._freeing_since_ns
+        duration_s = self._config.back_up_s if self._robot.can_reverse else self._config.turn_s
+        # A stamp from before the contact means that the robot's clock started anew: it is over.
+        if since is None or not 0 <= stamp_ns - since < int(duration_s * NANOSECONDS):
+            self._freeing_since_ns = None
             return None
         if self._robot.can_reverse:
             return Command(linear_m_s=-self._config.back_up_m_s, tilt_rad=tilt_rad)

@@ -170,3 +170,12 @@ def test_a_frame_without_any_depth_changes_nothing(scene) -> None:
     with pytest.raises(FrameRejectedError):
         mission.step(dataclasses.replace(frame, stamp_ns=frame.stamp_ns + 1, depth=nothing))
     assert mission.voxel_map.revision == revision
+
+
+def test_a_robot_clock_that_starts_anew_does_not_make_a_search_younger(scene) -> None:
+    world, mission = start(scene)
+    ask(mission, "hat")
+    frame = world.observe()
+    for stamp_s, elapsed_s in ((500, 0.0), (503, 3.0), (2, 3.0), (4, 5.0)):
+        result = mission.step(dataclasses.replace(frame, stamp_ns=stamp_s * 1_000_000_000))
+        assert result.snapshot.elapsed_s == pytest.approx(elapsed_s)

@@ -55,3 +55,22 @@ def test_a_moving_or_waiting_robot_is_not_stuck() -> None:
         moving.watch(stamp, pose, DRIVE)
         assert not waiting.blocked(stamp, HERE, contact=False)
         waiting.watch(stamp, HERE, dataclasses.replace(DRIVE, linear_m_s=0.0))
+
+
+@pytest.mark.parametrize("robot", [ZED, HABITAT])
+def test_a_clock_that_starts_anew_ends_the_recovery(robot: RobotProfile) -> None:
+    recovery = Recovery(RecoveryConfig(), robot)
+    recovery.blocked(1000 * S, HERE, contact=True)
+    assert recovery.command(1000 * S, 0.0) is not None
+    assert recovery.command(3 * S, 0.0) is None
+    # Nor does it go on when the new clock gets to where the old one was.
+    assert recovery.command(1000 * S, 0.0) is None
+
+
+def test_a_clock_that_starts_anew_is_no_reason_to_count_as_stuck() -> None:
+    recovery = Recovery(RecoveryConfig(stuck_after_s=2.0), ZED)
+    recovery.watch(100 * S, HERE, DRIVE)
+    assert not recovery.blocked(S, HERE, contact=False)
+    recovery.watch(S, HERE, DRIVE)
+    assert not recovery.blocked(2 * S, HERE, contact=False)
+    assert recovery.blocked(4 * S, HERE, contact=False), "it counts from the new clock on"
