@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -79,15 +80,15 @@ def _everything(data: ReportData) -> dict[str, Any]:
 def _print_tables(
     screen: Console, summaries: Sequence[MethodSummary], comparisons: Sequence[Comparison]
 ) -> None:
-    table = Table(title="means over episodes, 95 % intervals over homes")
-    for head in ("method", "episodes", "success", "SPL", "SoftSPL", "contacts", "p95 ms", "× real"):
-        table.add_column(head, justify="left" if head == "method" else "right")
+    heads = ("method", "n", "success", "SPL", "95 %", "Soft", "hits", "p95 ms", "× real")
+    table = _table("means over episodes, 95 % intervals over homes", heads)
     for s in summaries:
         table.add_row(
             s.method,
             str(s.episodes),
             f"{s.success:.2f}",
-            f"{s.spl:.3f} [{s.spl_ci95[0]:.2f}, {s.spl_ci95[1]:.2f}]",
+            f"{s.spl:.3f}",
+            f"{s.spl_ci95[0]:.2f}-{s.spl_ci95[1]:.2f}",
             f"{s.soft_spl:.3f}",
             f"{s.hits:.2f}",
             f"{s.planner_ms_p95:.0f}",
@@ -96,18 +97,25 @@ def _print_tables(
     screen.print(table)
     if not comparisons:
         return
-    pairs = Table(title=f"{REFERENCE} less each, on the same episodes")
-    for head in ("method", "pairs", "SPL", "p", "ratio", "success", "p"):
-        pairs.add_column(head, justify="left" if head == "method" else "right")
+    heads = ("method", "n", "SPL", "95 %", "p", "ratio", "success", "p")
+    pairs = _table(f"{REFERENCE} less each, on the same episodes", heads)
     for c in comparisons:
         low, high = c.spl.ci95
         pairs.add_row(
             c.method,
             str(c.spl.pairs),
-            f"{c.spl.mean:+.3f} [{low:+.2f}, {high:+.2f}]",
+            f"{c.spl.mean:+.3f}",
+            f"{low:+.2f} to {high:+.2f}",
             f"{c.spl.p:.3f}",
             f"{c.spl_ratio:.2f}",
             f"{c.success.mean:+.2f}",
             f"{c.success_p:.3f}",
         )
     screen.print(pairs)
+
+
+def _table(title: str, heads: Sequence[str]) -> Table:
+    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False)
+    for head in heads:
+        table.add_column(head, justify="left" if head == "method" else "right", no_wrap=True)
+    return table

@@ -1,0 +1,104 @@
+import json
+import re
+
+import pytest
+
+from app.cli.errors import UsageError
+from app.cli.eval_page import repeat_command
+from app.cli.eval_report import run_report
+from app.cli.eval_store import EvaluationFolder
+from app.cli.options import EvalReport
+
+_SETTINGS = {
+    "fixed": {"seed": 4, "robot": "zed", "image_width": 320, "voxel_size_m": 0.1},
+    "command": {"starts": "2"},
+}
+
+
+@pytest.fixture
+def results(tmp_path, make_row):
+    """Two methods, two homes, two episodes each."""
+    folder = EvaluationFolder(tmp_path / "out")
+    folder.open_for(_SETTINGS)
+    for method, figures in {"ippon": (0.6, 0.4), "oracle": (1.0, 0.0)}.items():
+        for home, spl in zip("12", figures, strict=True):
+            found = spl > 0.0
+            folder.write(
+                make_row(
+                    episode_id=f"{home}.bed.0.untold", home=home, method=method, spl=spl,
+                    soft_spl=spl / 2, success=found, hits=int(home), cpu_s=6.0, time_s=60.0,
+                    failure="none" if found else "stuck", ending="found" if found else "time",
+                )
+            )  # fmt: skip
+    return folder
+
+
+def test_the_json_table_by_hand(results, capsys):
+    assert run_report(EvalReport(folder=results.path, json=True)) == 0
+    ippon, oracle = json.loads(capsys.readouterr().out)
+    assert ippon == {
+        "method": "ippon",
+        "episodes": 2,
+        "success": 1.0,
+        "spl": 0.5,
+        "soft_spl": 0.25,
+        "spl_ci95": [0.4, 0.6],
+        "hits": 1.5,
+        "planner_ms_p95": 20.0,
+        "realtime_factor": 10.0,
+    }
+    assert (oracle["success"], oracle["spl_ci95"]) == (0.5, [0.0, 1.0])
+
+
+def test_the_table_fits_a_narrow_terminal(results, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    run_report(EvalReport(folder=results.path))
+    out = capsys.readouterr().out
+    assert "0.40-0.60" in out
+    assert "means over episodes" in out
+    # The pairs differ by -0.4 and +0.4.
+    assert re.search(r"oracle\s+2\s+\+0\.000\s+-0\.40 to \+0\.40\s+1\.000", out)
+    assert max(len(line) for line in out.splitlines() if "report.html" not in line) <= 80
+
+
+def test_the_page_is_whole_and_needs_nothing_from_elsewhere(results, capsys):
+    run_report(EvalReport(folder=results.path))
+    page = (results.path / "report.html").read_text()
+    assert page.count("<svg") == page.count("</svg>") == 4
+    assert not re.search(r'(src|href)="', page)
+    assert "A small sample" in page
+    assert "0.500 [0.40, 0.60]" in page
+    assert "oracle, stuck: 1" in page
+    assert "--homes 2 --objects bed --methods oracle --robot zed" in page
+    everything = json.loads((results.path / "report.json").read_text())
+    assert everything["comparisons"][0]["spl"]["mean"] == 0.0
+    assert everything["settings"]["fixed"]["seed"] == 4
+
+
+def test_episodes_that_crashed_are_shown(results, capsys):
+    results.write_error("3.bed.0.untold", "ippon", "Traceback")
+    run_report(EvalReport(folder=results.path))
+    assert "3.bed.0.untold.ippon could not be run" in capsys.readouterr().err
+    assert "1 episodes could not be run" in (results.path / "report.html").read_text()
+
+
+def test_names_from_a_home_cannot_break_the_page(results, make_row, capsys):
+    results.write(
+        make_row(home="<script>x</script>", episode_id="evil.bed.0.untold", success=False,
+                 failure="time", ending="time")
+    )  # fmt: skip
+    run_report(EvalReport(folder=results.path))
+    assert "<script>" not in (results.path / "report.html").read_text()
+
+
+def test_the_command_that_repeats_an_episode(make_row):
+    row = make_row(home="a b/studio", context="I left it on the sofa.", goal="hat")
+    assert repeat_command(row, _SETTINGS) == (
+        "ippon eval run --out again --homes 'a b/studio' --objects hat --methods ippon --robot zed "
+        "--image-width 320 --seed 4 --starts 2 --context support --voxel-size-m 0.1"
+    )
+
+
+def test_nothing_to_report_is_a_clear_error(tmp_path):
+    with pytest.raises(UsageError, match="holds no results"):
+        run_report(EvalReport(folder=tmp_path))

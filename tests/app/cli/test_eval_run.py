@@ -1,0 +1,128 @@
+import dataclasses
+import json
+import os
+import signal
+import time
+
+import pytest
+
+from app.cli.errors import UsageError
+from app.cli.eval_run import catalogue_of, expand_homes, expand_methods, trial_of
+from app.cli.eval_store import TABLE_FILE, EvaluationFolder
+from app.cli.options import EvalRun
+from ippon.evaluation.methods import ABLATIONS, METHODS
+from ippon.evaluation.row import TIMING_COLUMNS
+
+
+def test_ranges_of_homes_hold_their_last(room):
+    assert expand_homes(["1001:1003", "7,9", str(room), "7"]) == (
+        "1001", "1002", "1003", "7", "9", str(room),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("homes", "text"),
+    [
+        (["5:3"], "from a smaller seed to a larger one"),
+        (["1:9999999"], "from a smaller seed to a larger one"),
+        (["nowhere"], "no home 'nowhere'"),
+        ([","], "no homes"),
+        (["3:x"], "no home '3:x'"),
+    ],
+)
+def test_homes_that_are_none(homes, text):
+    with pytest.raises(UsageError, match=text):
+        expand_homes(homes)
+
+
+def test_groups_of_methods():
+    assert expand_methods("ippon,ablations,no_bayes") == ("ippon", *ABLATIONS)
+    assert expand_methods("all") == tuple(METHODS)
+    with pytest.raises(UsageError, match=r"no method 'magic'.*or all, ablations, baselines"):
+        expand_methods("ippon,magic")
+    with pytest.raises(UsageError, match="no methods; there are ippon"):
+        expand_methods(" , ")
+
+
+def test_options_reach_the_set_up(tmp_path):
+    command = EvalRun(
+        out=tmp_path, robot="zed", voxel_size_m=0.15, objects="habitat,Alarm Clock", starts=2
+    )
+    trial = trial_of(command)
+    assert (trial.robot.name, trial.image_width) == ("zed", 320)
+    assert trial.mission.map.voxel_size_m == 0.15
+    catalogue = catalogue_of(command)
+    assert catalogue.goals[-1] == "alarm_clock"
+    assert catalogue.starts_per_goal == 2
+    with pytest.raises(ValueError, match="image-width lies in 32 to 4096"):
+        trial_of(dataclasses.replace(command, image_width=2))
+
+
+def _arguments(out, room, workers=1):
+    return (
+        "eval", "run", "--out", str(out), "--homes", str(room), "--objects", "chair,hat",
+        "--methods", "oracle", "--robot", "zed", "--image-width", "64", "--starts", "4",
+        "--workers", str(workers),
+    )  # fmt: skip
+
+
+def _rows(out):
+    return [
+        {k: v for k, v in dataclasses.asdict(row).items() if k not in TIMING_COLUMNS}
+        for row in EvaluationFolder(out).rows()
+    ]
+
+
+@pytest.mark.process
+@pytest.mark.slow
+def test_one_worker_and_two_write_the_same_rows(launch, room, tmp_path):
+    for workers in (1, 2):
+        child = launch(*_arguments(tmp_path / f"out{workers}", room, workers))
+        status, _ = child.finish(240.0)
+        assert status == 0, child.log()
+    one, two = _rows(tmp_path / "out1"), _rows(tmp_path / "out2")
+    assert len(one) >= 6
+    assert one == two
+    assert all(row["success"] for row in one)
+    assert (tmp_path / "out1" / TABLE_FILE).is_file()
+
+
+@pytest.mark.process
+@pytest.mark.slow
+def test_a_killed_run_goes_on_where_it_was(launch, room, tmp_path):
+    out = tmp_path / "out"
+    child = launch(*_arguments(out, room))
+    deadline = time.monotonic() + 200.0
+    while not list((out / "rows").glob("*.json")):
+        assert child.child.poll() is None, child.log()
+        assert time.monotonic() < deadline, child.log()
+        time.sleep(0.02)
+    os.kill(child.child.pid, signal.SIGKILL)
+    child.child.wait()
+    before = {p.name: p.stat().st_mtime_ns for p in (out / "rows").glob("*.json")}
+    assert json.loads(next((out / "rows").glob("*.json")).read_text())["method"] == "oracle"
+    assert not (out / TABLE_FILE).exists()
+    again = launch(*_arguments(out, room))
+    status, _ = again.finish(240.0)
+    assert status == 0, again.log()
+    after = {p.name: p.stat().st_mtime_ns for p in (out / "rows").glob("*.json")}
+    assert len(after) > len(before)
+    assert {name: after[name] for name in before} == before
+    assert len(EvaluationFolder(out).rows()) == len(after)
+    # A third time there is nothing left to do, and other options are refused.
+    status, _ = launch(*_arguments(out, room)).finish(120.0)
+    assert status == 0
+    refused = launch(*_arguments(out, room), "--seed", "5")
+    status, _ = refused.finish(60.0)
+    assert status == 2
+    assert "holds results of another set-up: seed 0 (now 5)" in refused.log().replace("\n", " ")
+
+
+@pytest.mark.process
+def test_a_home_without_the_object_is_a_clear_error(launch, room, tmp_path):
+    arguments = list(_arguments(tmp_path / "out", room))
+    arguments[arguments.index("chair,hat")] = "unicorn"
+    child = launch(*arguments)
+    status, _ = child.finish(120.0)
+    assert status == 2
+    assert "these homes have none of these objects within reach" in child.log()

@@ -1,0 +1,105 @@
+import dataclasses
+import json
+
+import pyarrow.parquet as pq
+import pytest
+
+from app.cli.errors import UsageError
+from app.cli.eval_store import RUN_FILE, TABLE_FILE, EvaluationFolder
+from ippon.evaluation.row import EpisodeRow
+
+_SETTINGS = {"fixed": {"seed": 0, "robot": "zed"}, "version": "1"}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    folder = EvaluationFolder(tmp_path / "out")
+    folder.open_for(_SETTINGS)
+    return folder
+
+
+def test_rows_come_back_as_they_were(folder, make_row):
+    rows = [make_row(method=m, distance_to_goal_m=float("inf")) for m in ("ippon", "oracle")]
+    for row in rows:
+        folder.write(row)
+    assert list(folder.rows()) == rows
+
+
+def test_the_parquet_holds_every_column_with_its_type(folder, make_row):
+    rows = [make_row(), make_row(method="oracle", success=False, path_x_m=())]
+    for row in rows:
+        folder.write(row)
+    assert folder.merge() == 2
+    table = pq.read_table(folder.path / TABLE_FILE)
+    assert table.column_names == [f.name for f in dataclasses.fields(EpisodeRow)]
+    types = {f.name: str(f.type) for f in table.schema}
+    assert types["success"] == "bool"
+    assert types["spl"] == "double"
+    assert types["hits"] == "int64"
+    assert types["failure"] == "string"
+    assert types["path_x_m"].startswith("list<")
+    assert table.column("method").to_pylist() == ["ippon", "oracle"]
+
+
+def test_the_parquet_alone_is_enough_for_a_report(folder, make_row):
+    folder.write(make_row())
+    folder.merge()
+    for path in (folder.path / "rows").iterdir():
+        path.unlink()
+    assert folder.rows() == (make_row(),)
+
+
+def test_a_row_counts_as_done_under_its_own_configuration_only(folder, make_row):
+    row = make_row(config_hash="one")
+    assert not folder.has(row.episode_id, row.method, "one")
+    folder.write(row)
+    assert folder.has(row.episode_id, row.method, "one")
+    assert not folder.has(row.episode_id, "oracle", "one")
+    with pytest.raises(UsageError, match="made with configuration one, this would be two"):
+        folder.has(row.episode_id, row.method, "two")
+
+
+def test_what_a_killed_writer_left_is_no_row(folder, make_row):
+    folder.write(make_row())
+    (folder.path / "rows" / ".2.bed.0.untold.ippon.json.77").write_text('{"epis')
+    assert len(folder.rows()) == 1
+
+
+def test_other_settings_need_another_folder(folder):
+    other = {"fixed": {"seed": 1, "robot": "zed"}, "version": "1"}
+    with pytest.raises(UsageError, match=r"another set-up: seed 0 \(now 1\); use another folder"):
+        folder.open_for(other)
+    folder.open_for({**_SETTINGS, "version": "2"})
+    assert folder.settings()["version"] == "2"
+
+
+def test_damage_is_named(folder, make_row):
+    (folder.path / RUN_FILE).write_text("{")
+    with pytest.raises(UsageError, match=r"run\.json is damaged"):
+        folder.open_for(_SETTINGS)
+    folder.write(make_row())
+    (path,) = (folder.path / "rows").iterdir()
+    values = json.loads(path.read_text())
+    del values["spl"]
+    path.write_text(json.dumps(values))
+    with pytest.raises(UsageError, match="lacks or adds spl"):
+        folder.rows()
+
+
+def test_an_empty_folder_says_how_to_fill_it(tmp_path):
+    with pytest.raises(UsageError, match="holds no results; make some with `ippon eval run"):
+        EvaluationFolder(tmp_path).rows()
+
+
+def test_a_failure_is_forgotten_once_the_episode_ran(folder, make_row):
+    row = make_row()
+    folder.write_error(row.episode_id, row.method, "Traceback")
+    assert folder.errors() == ("1.bed.0.untold.ippon",)
+    folder.write(row)
+    assert folder.errors() == ()
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UsageError, match="cannot write to"):
+        EvaluationFolder(tmp_path / "file" / "out").open_for(_SETTINGS)
