@@ -8,23 +8,24 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from typing import IO, Final
+from typing import Final
 
 GRACE_S: Final = 5.0
+PROGRAM: Final = (sys.executable, "-P", "-m", "app")
+"""How to start this program: with -P, a folder `app` where the user stands is not taken for it."""
 
 
 class Child:
     """One process of this program, in a process group of its own."""
 
-    def __init__(self, name: str, arguments: Sequence[str], log: IO[bytes] | None = None) -> None:
+    def __init__(self, name: str, arguments: Sequence[str]) -> None:
         self.name = name
         # A session of its own: Ctrl-C reaches the parent alone, which ends the children in order.
         self._process = subprocess.Popen(  # noqa: S603 (this program itself)
-            [sys.executable, "-m", "app", *arguments, "--parent-pid", str(os.getpid())],
+            [*PROGRAM, *arguments, "--parent-pid", str(os.getpid())],
             start_new_session=True,
             stdin=subprocess.DEVNULL,
             stdout=sys.stderr,
-            stderr=log if log is not None else None,
         )
 
     @property
