@@ -1,10 +1,14 @@
 """Which navigators run on this machine, so that `ippon ask` needs no address."""
 
+import contextlib
+import logging
 import os
 from pathlib import Path
 
 import msgspec
 import platformdirs
+
+logger = logging.getLogger(__name__)
 
 
 class RunningNavigator(msgspec.Struct, frozen=True, kw_only=True):
@@ -18,27 +22,45 @@ class RunningNavigator(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def registry_folder() -> Path:
-    """Return the folder that holds one file for each running navigator."""
-    if "XDG_RUNTIME_DIR" in os.environ:
-        return platformdirs.user_runtime_path("ippon") / "navigators"
+    """Return the folder that holds one file for each running navigator.
+
+    It lies in the user's cache, not in the runtime folder: a terminal of another login, of `sudo`
+    or of a container has no runtime folder or a different one, and would see no navigator.
+    """
     return platformdirs.user_cache_path("ippon") / "navigators"
 
 
-def register(navigator: RunningNavigator) -> Path:
-    """Write a navigator's file and return its path; the navigator removes it when it ends."""
+def register(navigator: RunningNavigator) -> Path | None:
+    """Write a navigator's file.
+
+    Returns:
+        Its path, for the navigator to remove when it ends; None where it cannot be written: then
+        the navigator runs, and those who ask it must give its address.
+    """
     folder = registry_folder()
-    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
     path = folder / f"{navigator.pid}.json"
     partial = path.with_suffix(".part")
-    partial.write_bytes(msgspec.json.encode(navigator))
-    partial.replace(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        partial.write_bytes(msgspec.json.encode(navigator))
+        partial.replace(path)
+    except OSError as error:
+        logger.warning(
+            "cannot note this navigator in %s (%s): `ippon ask` finds it with --connect %s "
+            "--robot %s only",
+            folder,
+            error.strerror,
+            navigator.endpoint,
+            navigator.robot,
+        )
+        return None
     return path
 
 
 def running_navigators() -> list[RunningNavigator]:
     """Return the navigators that run, oldest first; files of dead ones are removed."""
     found: list[tuple[float, RunningNavigator]] = []
-    for path in registry_folder().glob("*.json"):
+    for path in _files(registry_folder()):
         try:
             started = path.stat().st_mtime
             navigator = msgspec.json.decode(path.read_bytes(), type=RunningNavigator)
@@ -47,8 +69,17 @@ def running_navigators() -> list[RunningNavigator]:
         if _alive(navigator.pid):
             found.append((started, navigator))
         else:
-            path.unlink(missing_ok=True)
+            # A file that cannot be removed is passed over again the next time.
+            with contextlib.suppress(OSError):
+                path.unlink()
     return [navigator for _, navigator in sorted(found, key=lambda entry: entry[0])]
+
+
+def _files(folder: Path) -> list[Path]:
+    try:
+        return [path for path in folder.iterdir() if path.suffix == ".json"]
+    except OSError:
+        return []
 
 
 def _alive(pid: int) -> bool:

@@ -10,8 +10,15 @@ from app.links.registry import RunningNavigator, register, running_navigators
 
 @pytest.fixture(autouse=True)
 def runtime(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert registry.registry_folder().is_relative_to(tmp_path)
+
+
+@pytest.fixture
+def no_folder(tmp_path, monkeypatch):
+    """A cache that cannot hold a folder, for root neither: it is a file."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
 
 
 def navigator(pid, robot="ippon"):
@@ -56,3 +63,19 @@ def test_a_damaged_file_is_skipped(content):
 def test_others_cannot_read_the_folder():
     register(navigator(os.getpid()))
     assert registry.registry_folder().stat().st_mode & 0o077 == 0
+
+
+@pytest.mark.parametrize("folder", [None, "/nosuch/run/user/1000"])
+def test_another_terminal_finds_it_whatever_its_runtime_folder_is(folder, monkeypatch):
+    monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
+    register(navigator(os.getpid()))
+    if folder is not None:
+        monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
+    assert running_navigators() == [navigator(os.getpid())]
+
+
+@pytest.mark.usefixtures("no_folder")
+def test_a_navigator_runs_where_it_cannot_be_noted(caplog):
+    assert register(navigator(os.getpid(), "ippon/one")) is None
+    assert "--connect tcp/127.0.0.1:7447 --robot ippon/one" in caplog.text
+    assert running_navigators() == []
