@@ -28,7 +28,7 @@ _STYLE: Final = """
 :root{color-scheme:dark;--back:#14161a;--text:#e8eaed;--dim:#9aa0a6;--line:#33373d}
 @media print{:root{color-scheme:light;--back:#fff;--text:#111;--dim:#555;--line:#ccc}}
 body{background:var(--back);color:var(--text);font:15px/1.5 system-ui,sans-serif;
-max-width:980px;margin:32px auto;padding:0 16px;font-variant-numeric:tabular-nums}
+max-width:1120px;margin:32px auto;padding:0 16px;font-variant-numeric:tabular-nums}
 h1{font-size:24px}h2{font-size:18px;margin-top:40px}
 table{border-collapse:collapse;width:100%;font-size:14px;margin:8px 0}
 th,td{text-align:right;padding:4px 8px;border-bottom:1px solid var(--line);white-space:nowrap}
@@ -201,9 +201,9 @@ def _context_table(contexts: Sequence[ContextEffect]) -> str:
 def _causes() -> str:
     return (
         '<p class="dim">never seen: the object never came into view within mapping range; seen and '
-        "missed: it did, and the map does not show it; false stop: the robot said found where it "
-        "is not; stuck: it did not move for the last minute; time: the map shows the object, and "
-        "time or reachable viewpoints ran out first.</p>"
+        "missed: it did, and the search went past it; false stop: the robot said found where it is "
+        "not; stuck: it did not move for the last minute; time: the map shows the object, and time "
+        "ran out before the robot stood in front of it.</p>"
     )
 
 

@@ -74,7 +74,7 @@ def colour_of(methods: Sequence[str]) -> dict[str, str]:
 
 def interval_plot(summaries: Sequence[MethodSummary]) -> str:
     """Draw each method's SPL with its 95 % interval."""
-    svg = _Svg(height=_ROW * len(summaries) + 36, title="SPL with 95 % intervals")
+    svg = _Svg(height=_ROW * len(summaries) + 48, title="SPL with 95 % intervals")
     top = max(0.05, *(s.spl_ci95[1] for s in summaries))
     limit = min(1.0, np.ceil(top * 10.0) / 10.0)
     _axis(svg, limit, _ROW * len(summaries) + 6, "SPL")
@@ -91,7 +91,7 @@ def interval_plot(summaries: Sequence[MethodSummary]) -> str:
 
 def success_curves(groups: Mapping[str, Sequence[EpisodeRow]]) -> str:
     """Draw the share of episodes that succeeded within a path length."""
-    height, bottom = 300.0, 250.0
+    height, bottom = 300.0, 256.0
     svg = _Svg(height=height, title="success against path length")
     lengths = [r.path_length_m for rows in groups.values() for r in rows if r.success]
     limit = max(1.0, float(np.ceil(max(lengths, default=1.0) / 5.0) * 5.0))
@@ -118,7 +118,7 @@ def success_curves(groups: Mapping[str, Sequence[EpisodeRow]]) -> str:
 
 def goal_plot(table: Mapping[str, Mapping[str, tuple[float, int]]], methods: Sequence[str]) -> str:
     """Draw each method's mean SPL for each goal."""
-    svg = _Svg(height=_ROW * len(table) + 36, title="SPL by goal")
+    svg = _Svg(height=_ROW * len(table) + 48, title="SPL by goal")
     _axis(svg, 1.0, _ROW * len(table) + 6, "SPL")
     colours = colour_of(methods)
     for k, (goal, of) in enumerate(table.items()):
@@ -127,13 +127,16 @@ def goal_plot(table: Mapping[str, Mapping[str, tuple[float, int]]], methods: Seq
         svg.text(_LEFT - 8, y + 4, f"{goal.replace('_', ' ')} ({count})", "end")
         svg.line(_LEFT, y, _WIDTH - _RIGHT, y, 'stroke="currentColor" stroke-opacity="0.15"')
         for name, (spl, n) in of.items():
-            svg.dot(_x(spl, 1.0), y, colours[name], f"{goal}, {name}: {spl:.3f}, {n} episodes")
+            # Equal values lie side by side, not on top of each other.
+            aside = 6.0 * (list(colours).index(name) / max(1, len(colours) - 1) - 0.5)
+            tip = f"{goal}, {name}: {spl:.3f}, {n} episodes"
+            svg.dot(_x(spl, 1.0), y + aside, colours[name], tip)
     return svg.finish() + legend(colours)
 
 
 def failure_plot(summaries: Sequence[MethodSummary]) -> str:
     """Draw the share of episodes that failed, by cause."""
-    svg = _Svg(height=_ROW * len(summaries) + 36, title="failure causes")
+    svg = _Svg(height=_ROW * len(summaries) + 48, title="failure causes")
     shares = [sum(s.failures.values()) / s.episodes for s in summaries]
     limit = max(0.1, float(np.ceil(max(shares) * 10.0) / 10.0))
     _axis(svg, limit, _ROW * len(summaries) + 6, "share of episodes")
@@ -170,4 +173,4 @@ def _axis(svg: _Svg, limit: float, y: float, label: str) -> None:
         svg.line(x, y, x, y + 4, 'stroke="currentColor"')
         text = f"{value:.0f}" if limit > 5.0 else f"{value:.2f}"
         svg.text(x, y + 17, text, "middle")
-    svg.text(_LEFT - 8, y + 17, label, "end")
+    svg.text(0.5 * (_LEFT + _WIDTH - _RIGHT), y + 36, label, "middle")

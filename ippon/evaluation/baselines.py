@@ -78,11 +78,14 @@ class Rule(Protocol):
 
 
 class BaselinePlanner:
-    """Explores by a rule; approaches and frames the object as the paper's planner does.
+    """Explores by a rule; stops, and gives up, as the paper's planner does.
 
-    The paper's planner runs beside the rule, since finding the object's voxels and the viewpoint
-    that ends the search is the same for all methods. Its own choice of where to explore is not
-    used. A planner step therefore takes longer than that of a bare frontier planner.
+    The paper's planner runs beside the rule, since all methods end a search alike: at a viewpoint
+    that shows enough of the object, or when no reachable viewpoint promises anything. So its own
+    choice of where to explore counts only when the rule has nothing left, which spares a frontier
+    planner the failures of stopping when the floor is seen and the shelves are not. What looks
+    like the object is approached at once, as VLFM does. A planner step takes longer than that of a
+    bare frontier planner.
     """
 
     def __init__(self, config: PlannerConfig, robot: RobotProfile, seed: int, rule: Rule) -> None:
@@ -120,15 +123,31 @@ class BaselinePlanner:
             return plan
         routes = FloorRoutes(self._floor, float(T_world_base[0, 3]), float(T_world_base[1, 3]))
         self._watch(T_world_base)
-        aim = self._rule.choose(plan, routes, self._aim, self._is_untried)
+        aim = self._approach(plan) or self._rule.choose(plan, routes, self._aim, self._is_untried)
         self._age = self._age + 1 if _is_same(aim, self._aim) else 0
         self._aim = aim
         cell = None if aim is None else routes.nearest_cell(*aim.stand, _NEAR_M)
         if aim is None or cell is None:
-            # Before it gives up, the paper's planner opens what contacts closed; so do others.
-            over = aim is None and not self._floor.relax()
-            return replace(plan, target=None, path_world=np.zeros((0, 3)), exhausted=over)
+            return plan
         return self._plan_to(aim, cell, plan, routes)
+
+    def _approach(self, plan: Plan) -> Aim | None:
+        """Go closer to what looks like the object, though it takes more of it to stop there."""
+        tree = plan.tree
+        worth = tree.terminations[1:] / (tree.path_costs_s[1:] + 1.0)
+        for row in np.argsort(-worth, kind="stable").tolist():
+            if worth[row] <= 0.0:
+                return None
+            x, y, _ = tree.positions_world[row + 1].tolist()
+            if self._is_untried((x, y)):
+                return Aim(
+                    stand=(x, y),
+                    yaw_rad=float(tree.yaws_rad[row + 1]),
+                    tilt_rad=float(tree.tilts_rad[row + 1]),
+                    worth=float(worth[row]),
+                    about=(x, y),
+                )
+        return None
 
     def _is_untried(self, about: tuple[float, float]) -> bool:
         return all(math.dist(about, old) > _GIVEN_UP_M for old in self._given_up)
@@ -171,8 +190,8 @@ class NearestFrontier:
         """Ignore it."""
 
     def probabilities(self, probabilities: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Leave them: the tree's gains are not used."""
-        return probabilities
+        """Count every unknown voxel alike."""
+        return _flat(probabilities)
 
     def choose(
         self, plan: Plan, routes: FloorRoutes, last: Aim | None, untried: Untried
@@ -199,7 +218,7 @@ class SemanticFrontier:
         self._values.observe(frame)
 
     def probabilities(self, probabilities: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Leave them: the tree's gains are not used."""
+        """Leave them for when no frontier is left."""
         return probabilities
 
     def choose(
@@ -232,7 +251,7 @@ class GreedyNextBestView:
 
     def probabilities(self, probabilities: NDArray[np.float32]) -> NDArray[np.float32]:
         """Count every unknown voxel alike."""
-        return np.full_like(probabilities, probabilities[int(Level.AVERAGE)])
+        return _flat(probabilities)
 
     def choose(
         self, plan: Plan, routes: FloorRoutes, last: Aim | None, untried: Untried
@@ -262,6 +281,10 @@ class GreedyNextBestView:
             worth=float(worth[best]),
             about=stand,
         )
+
+
+def _flat(probabilities: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.full_like(probabilities, probabilities[int(Level.AVERAGE)])
 
 
 def _nearest_to(frontiers: list[Frontier], about: tuple[float, float]) -> Frontier | None:

@@ -71,9 +71,9 @@ def failure_cause(
 
     Returns:
         `false_stop`: the robot said found where the object is not. `stuck`: it could not move.
-        `never_seen`: the object never came into view. `seen_and_missed`: it did, and the map does
-        not show it. `time`: the map shows it, and time or reachable viewpoints ran out before the
-        robot stood in front of it.
+        `never_seen`: the object never came into view. `time`: the map shows it, and time ran out
+        before the robot stood in front of it. `seen_and_missed`: it came into view, and the search
+        went past it.
     """
     if success:
         return "none"
@@ -83,4 +83,4 @@ def failure_cause(
         return "stuck"
     if not seen:
         return "never_seen"
-    return "time" if recognised else "seen_and_missed"
+    return "time" if recognised and ending == "time" else "seen_and_missed"

@@ -14,7 +14,7 @@ from ippon.evaluation.baselines import (
 from ippon.evaluation.floor_routes import FloorRoutes
 from ippon.geometry import base_pose
 from ippon.planning.plan import NodeKind, Plan, TreeView
-from ippon.planning.planner import PlannerConfig
+from ippon.planning.planner import PlannerConfig, ViewpointPlanner
 
 
 def _plan(nodes=(), *, exhausted=False) -> Plan:
@@ -176,20 +176,37 @@ def test_an_aim_that_stays_although_the_robot_is_there_is_given_up(map_arrays, r
     aim = Aim(stand=(2.0, 2.0), yaw_rad=0.0, tilt_rad=0.0, worth=1.0, about=(2.4, 2.0))
     planner = _planner(robot, aim)
     here = base_pose(2.0, 2.0, 0.0, 0.0)
-    plans = [planner.step(map_arrays, here, 0.0) for _ in range(12)]
-    assert plans[0].target is not None
-    assert plans[-1].target is None
-    assert plans[-1].exhausted
+    aims = [planner.step(map_arrays, here, 0.0) and planner._aim for _ in range(12)]
+    assert aims[0] == aim
+    assert aims[-1] is None
     # Another goal may find it worth a look again.
     planner.set_goal(probabilities=np.array([0.02, 0.1, 0.25, 0.6], np.float32), termination_min=2)
-    assert planner.step(map_arrays, here, 0.0).target is not None
+    planner.step(map_arrays, here, 0.0)
+    assert planner._aim == aim
 
 
-def test_nothing_left_is_exhausted(map_arrays, robot):
+def test_with_nothing_left_the_paper_s_planner_decides_how_to_end(map_arrays, robot):
     planner, here = _planner(robot, None), base_pose(2.0, 2.0, 0.0, 0.0)
-    # First it tries gaps that it had rather not squeeze through.
-    assert not planner.step(map_arrays, here, 0.0).exhausted
-    plan = planner.step(map_arrays, here, 0.0)
-    assert plan.exhausted
-    assert plan.target is None
-    assert plan.path_world.shape == (0, 3)
+    paper = ViewpointPlanner(PlannerConfig(), robot, 0)
+    paper.set_goal(probabilities=np.array([0.02, 0.1, 0.25, 0.6], np.float32), termination_min=2)
+    for _ in range(5):
+        plan, expected = (p.step(map_arrays, here, 0.0) for p in (planner, paper))
+        assert plan.target == expected.target
+        assert plan.exhausted == expected.exhausted
+
+
+def test_what_looks_like_the_object_is_approached_before_anything_else(robot):
+    aim = Aim(stand=(2.0, 3.5), yaw_rad=1.0, tilt_rad=-0.3, worth=0.7, about=(2.0, 4.0))
+    planner = _planner(robot, aim)
+    exploring = NodeKind.EXPLORING
+    plan = _plan([(1.0, 0.0, 1.0, exploring), (2.0, 0.0, 1.0, exploring)])
+    assert planner._approach(plan) is None
+    plan.tree.terminations[1:] = (1.0, 3.0)
+    near = planner._approach(plan)
+    assert near is not None
+    assert near.stand == (2.0, 0.0)
+    # Having looked from there in vain, the next best is tried, and then none.
+    planner._given_up.append(near.about)
+    assert planner._approach(plan).stand == (1.0, 0.0)
+    planner._given_up.append((1.0, 0.0))
+    assert planner._approach(plan) is None

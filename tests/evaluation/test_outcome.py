@@ -17,6 +17,8 @@ from ippon.simulation.scene import Instance
         ({"ending": "time"}, "never_seen"),
         ({"ending": "exhausted"}, "never_seen"),
         ({"ending": "exhausted", "seen": True}, "seen_and_missed"),
+        ({"ending": "exhausted", "seen": True, "recognised": True}, "seen_and_missed"),
+        ({"ending": "time", "seen": True}, "seen_and_missed"),
         ({"ending": "time", "seen": True, "recognised": True}, "time"),
     ],
 )
