@@ -14,6 +14,7 @@ import numpy as np
 
 from ippon.command import Command
 from ippon.control.follower import FollowerConfig, PathFollower
+from ippon.control.safety import filter_command
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, yaw_of
 from ippon.guidance.levels import Guidance, LevelProbabilities
@@ -36,6 +37,8 @@ HELD_TEXT = {
     MissionState.STOPPED: "stopped: press Resume to go on",
     MissionState.PAUSED: "paused",
 }
+MIN_HORIZON_S, MAX_HORIZON_S = 0.1, 0.5
+"""A command holds until the next frame; the last interval tells how long that is, within these."""
 FIND_WITHIN_M = 2.5
 """A find lies at most this far from where the search ended."""
 
@@ -231,11 +234,28 @@ class Mission:
         """Decide what to do next, after `observe` of the same frame: the second half of `step`."""
         dt_s = self._travelled(frame)
         self._update_candidates(frame)
-        command = self._act(frame, dt_s)
-        self._recovery.watch(frame.stamp_ns, frame.T_world_base, command)
-        snapshot = self._snapshot(frame)
+        wanted = self._act(frame, dt_s)
+        # The command before the filter: a robot that is kept from driving is stuck, too.
+        self._recovery.watch(frame.stamp_ns, frame.T_world_base, wanted)
+        command, reason = self._without_collision(wanted, frame, dt_s)
+        snapshot = self._snapshot(frame, reason)
         self._events = []
         return StepResult(command=command, snapshot=snapshot)
+
+    def _without_collision(
+        self, command: Command, frame: Frame, dt_s: float
+    ) -> tuple[Command, str | None]:
+        """Keep a command from driving the body into what the map knows."""
+        if command.linear_m_s == command.yaw_rate_rad_s == 0.0:
+            return command, None
+        horizon_s = min(max(dt_s, MIN_HORIZON_S), MAX_HORIZON_S)
+        arrays = self.voxel_map.arrays()
+        safe, reason = filter_command(command, frame.T_world_base, self.robot, arrays, horizon_s)
+        stands = safe.linear_m_s == safe.yaw_rate_rad_s == 0.0
+        if stands and self._state is MissionState.LOOKING_AROUND:
+            # There is no room to turn: to wait for it would take for ever.
+            self._look_around.skip()
+        return safe, reason
 
     def _act(self, frame: Frame, dt_s: float) -> Command:
         search = self._search
@@ -303,11 +323,12 @@ class Mission:
         """Take note of the robot's way; returns the seconds since the frame before."""
         last, self._last = self._last, frame
         search = self._search
-        if search is not None and search.started_ns is None:
-            search.started_ns = frame.stamp_ns
-        elif search is not None and last is not None and frame.stamp_ns < last.stamp_ns:
-            # The robot's clock started anew: the search keeps the age that it had.
-            search.started_ns = frame.stamp_ns - (last.stamp_ns - search.started_ns)
+        if search is not None:
+            if search.started_ns is None:
+                search.started_ns = frame.stamp_ns
+            elif last is not None and frame.stamp_ns < last.stamp_ns:
+                # The robot's clock started anew: the search keeps the age that it had.
+                search.started_ns += frame.stamp_ns - last.stamp_ns
         if last is None:
             return 1e-3
         if search is not None and self._state is not MissionState.FOUND:
@@ -337,12 +358,13 @@ class Mission:
     def _note(self, kind: str, text: str) -> None:
         self._events.append(MissionEvent(kind=kind, text=text))
 
-    def _snapshot(self, frame: Frame) -> Snapshot:
+    def _snapshot(self, frame: Frame, reason: str | None) -> Snapshot:
         search = self._search
+        why = HELD_TEXT[self._held] if self._held else self._why
         return Snapshot(
             stamp_ns=frame.stamp_ns,
             state=self.state,
-            why=HELD_TEXT[self._held] if self._held else self._why,
+            why=f"{why}; {reason}" if reason else why,
             goal=self.goal,
             plan=self._plan,
             find=search.find if search else None,

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from ippon.camera import PinholeCamera
+from ippon.control.obstacles import body_room, near_obstacles
 from ippon.errors import FrameRejectedError
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.evaluation.metrics import Judge
+from ippon.geometry import base_pose, yaw_of
 from ippon.guidance.levels import Level
 from ippon.guidance.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
@@ -179,3 +181,36 @@ def test_a_robot_clock_that_starts_anew_does_not_make_a_search_younger(scene) ->
     for stamp_s, elapsed_s in ((500, 0.0), (503, 3.0), (2, 3.0), (4, 5.0)):
         result = mission.step(dataclasses.replace(frame, stamp_ns=stamp_s * 1_000_000_000))
         assert result.snapshot.elapsed_s == pytest.approx(elapsed_s)
+
+
+def test_backing_off_stops_at_a_wall_that_the_map_knows(scene) -> None:
+    world, mission = start(scene)
+    ask(mission, "hat")
+    for _ in run_episode(world, mission, EpisodeLimits(max_time_s=10.0)):
+        pass
+    frame = world.observe()
+    obstacles = near_obstacles(mission.voxel_map.arrays(), ZED, frame.T_world_base, 4.0)
+    x, y = obstacles[np.hypot(*(obstacles - frame.T_world_base[:2, 3]).T).argmin()]
+    heading = math.atan2(y - frame.T_world_base[1, 3], x - frame.T_world_base[0, 3])
+    # The robot stands with its back to the wall, all but touching it, when something touches it.
+    away = ZED.radius_m + 0.005
+    pose = base_pose(
+        x - away * math.cos(heading), y - away * math.sin(heading), 0.0, heading + math.pi
+    )
+    frame = dataclasses.replace(
+        frame, stamp_ns=frame.stamp_ns + 200_000_000, T_world_base=pose, contact=True
+    )
+    result = mission.decide(frame)
+    room = body_room(ZED, path_of(result.command, pose), obstacles)
+    assert room.min() > -0.025
+    assert "; s" in result.snapshot.why, "the operator reads why the robot holds back"
+    assert "obstacle" in result.snapshot.why
+
+
+def path_of(command, T_world_base, duration_s=0.2):
+    """Return poses (N, 3) along a straight command."""
+    t = np.linspace(0.0, duration_s, 20)
+    yaw = yaw_of(T_world_base)
+    x = T_world_base[0, 3] + t * command.linear_m_s * math.cos(yaw)
+    y = T_world_base[1, 3] + t * command.linear_m_s * math.sin(yaw)
+    return np.column_stack([x, y, np.full_like(t, yaw)])
