@@ -33,6 +33,7 @@ class Commander:
         self._stamp_ns = 0
         self._given_at = 0.0
         self._halted = False
+        self._halts = 0
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._repeat, name="commander", daemon=True)
         self._thread.start()
@@ -53,13 +54,30 @@ class Commander:
         """Send zero now and until `release`, whatever is given."""
         with self._lock:
             self._halted = True
+            self._halts += 1
             self._send_zero()
 
-    def release(self) -> None:
-        """Let commands pass again, from the next one on."""
+    @property
+    def halts(self) -> int:
+        """How often it was halted so far: what a later `release` is meant for."""
         with self._lock:
+            return self._halts
+
+    def release(self, if_count: int) -> bool:
+        """Let commands pass again, from the next one on.
+
+        Args:
+            if_count: `halts` when the release was asked for; a halt since then stands.
+
+        Returns:
+            Whether commands pass.
+        """
+        with self._lock:
+            if self._halts != if_count:
+                return False
             self._halted = False
             self._command = None
+            return True
 
     def drop(self) -> None:
         """Send zero now: what the last command was for is gone."""

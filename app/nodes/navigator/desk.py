@@ -5,6 +5,7 @@ import queue
 import time
 from collections.abc import Callable
 from functools import partial
+from typing import Protocol
 
 import zenoh
 
@@ -32,6 +33,23 @@ Operation = Callable[[Mission], None]
 BY_OPERATOR = "set by the operator"
 
 
+class Wheels(Protocol):
+    """What a stop reaches at once; safe from any thread."""
+
+    @property
+    def halts(self) -> int:
+        """How often they were halted so far."""
+        ...
+
+    def halt(self) -> None:
+        """Stand, whatever is commanded, until `release`."""
+        ...
+
+    def release(self, if_count: int) -> bool:
+        """Take commands again, unless there was another halt after the `if_count`th."""
+        ...
+
+
 class Desk:
     """Validates and queues; the mission's thread runs what was queued between two frames."""
 
@@ -42,14 +60,12 @@ class Desk:
         labels: tuple[str, ...],
         goals: GoalBook,
         *,
-        halt: Callable[[], None],
-        release: Callable[[], None],
+        wheels: Wheels,
         wake: Callable[[], None],
     ) -> None:
         self._labels = labels
         self._goals = goals
-        self._halt = halt
-        self._release = release
+        self._wheels = wheels
         self._wake = wake
         self._prior = EmbeddedPrior()
         self._operations: queue.SimpleQueue[Operation] = queue.SimpleQueue()
@@ -111,14 +127,14 @@ class Desk:
         match request.action:
             case "stop":
                 # The wheels first; the mission learns of it between two frames.
-                self._halt()
+                self._wheels.halt()
                 self.put(self._stop)
                 state: MissionState = "stopped"
             case "pause":
                 self.put(lambda mission: mission.pause())
                 state = "paused"
             case "resume":
-                self.put(self._resume)
+                self.put(partial(self._resume, self._wheels.halts))
                 state = "searching" if self._goals.active() is not None else "starting"
             case "cancel":
                 active = self._goals.active()
@@ -157,15 +173,14 @@ class Desk:
 
     def _stop(self, mission: Mission) -> None:
         mission.stop()
-        # A resume that was queued before this stop has let commands pass again.
-        self._halt()
 
     def _confirm(self, mission: Mission) -> None:
         mission.confirm_find()
 
-    def _resume(self, mission: Mission) -> None:
-        mission.resume()
-        self._release()
+    def _resume(self, halts: int, mission: Mission) -> None:
+        # A stop that came after this resume has the wheels already; its own turn comes next.
+        if self._wheels.release(if_count=halts):
+            mission.resume()
 
     def _cancel(self, goal_id: int, mission: Mission) -> None:
         if self._still_active(goal_id) is not None:

@@ -61,8 +61,7 @@ class Navigator:
             robot,
             config.labels,
             self._goals,
-            halt=self._commander.halt,
-            release=self._commander.release,
+            wheels=self._commander,
             wake=self._intake.wake,
         )
         self._map = MapPublisher(session, robot, self._mission.voxel_map, config.keyframe_every_s)

@@ -73,16 +73,26 @@ def test_stop_is_at_once_and_holds_whatever_is_given(commander, heard):
     first_zero = next(k for k, t in enumerate(sent) if t.linear_m_s == 0.0)
     assert all(t.linear_m_s == 0.0 and t.yaw_rate_rad_s == 0.0 for t in sent[first_zero:])
     assert sent[-1].stamp_ns == 6, "a robot in lock-step is answered also while it is stopped"
-    commander.release()
+    assert commander.release(if_count=commander.halts)
     commander.give(DRIVE, stamp_ns=9)
     assert any(t.linear_m_s == 0.5 for t in twists(heard))
+
+
+def test_a_release_that_was_asked_for_before_a_halt_does_not_undo_it(commander, heard):
+    commander.halt()
+    asked_at = commander.halts
+    commander.halt()
+    assert not commander.release(if_count=asked_at)
+    commander.give(DRIVE, stamp_ns=1)
+    assert not any(t.linear_m_s for t in twists(heard))
+    assert commander.release(if_count=commander.halts)
 
 
 def test_nothing_moves_by_itself_after_a_release(commander, heard):
     commander.give(DRIVE, stamp_ns=1)
     commander.halt()
     drain(heard)
-    commander.release()
+    assert commander.release(if_count=commander.halts)
     assert not any(t.linear_m_s for t in twists(heard))
 
 

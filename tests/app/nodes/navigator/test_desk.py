@@ -35,18 +35,39 @@ class Recorder:
         return [call[0] for call in self.calls]
 
 
+class Wheels:
+    """Stand where the commander would."""
+
+    def __init__(self):
+        self.calls = []
+        self.halts = 0
+        self.halted = False
+        self.before_release = lambda: None
+
+    def halt(self):
+        self.calls.append("halt")
+        self.halts += 1
+        self.halted = True
+
+    def release(self, if_count):
+        self.before_release()
+        if if_count == self.halts:
+            self.calls.append("release")
+            self.halted = False
+        return if_count == self.halts
+
+
 @pytest.fixture
 def office(sessions):
     router, client = sessions
     goals = GoalBook(max_queue=3)
-    wheels = []
+    wheels = Wheels()
     desk = Desk(
         router,
         "r",
         MATTERPORT_40,
         goals,
-        halt=lambda: wheels.append("halt"),
-        release=lambda: wheels.append("release"),
+        wheels=wheels,
         wake=lambda: None,
     )
     return SimpleNamespace(desk=desk, goals=goals, wheels=wheels, mission=Recorder(), client=client)
@@ -79,7 +100,7 @@ def test_an_empty_object_and_a_full_queue_are_refused(office):
 
 def test_stop_reaches_the_wheels_before_the_mission(office):
     reply = office.desk.control(ControlRequest(action="stop"))
-    assert (reply.state, office.wheels, office.mission.calls) == ("stopped", ["halt"], [])
+    assert (reply.state, office.wheels.calls, office.mission.calls) == ("stopped", ["halt"], [])
     office.desk.run_queued(office.mission)
     assert office.mission.names() == ["stop"]
 
@@ -88,8 +109,20 @@ def test_a_stop_right_after_a_resume_holds(office):
     office.desk.control(ControlRequest(action="resume"))
     office.desk.control(ControlRequest(action="stop"))
     office.desk.run_queued(office.mission)
-    assert office.mission.names() == ["resume", "stop"]
-    assert office.wheels[-1] == "halt"
+    assert office.mission.names() == ["stop"]
+    assert office.wheels.halted
+
+
+def test_a_stop_in_the_middle_of_a_resume_is_never_undone(office):
+    office.desk.control(ControlRequest(action="stop"))
+    office.desk.run_queued(office.mission)
+    office.desk.control(ControlRequest(action="resume"))
+    # The request comes in another thread, just before the mission's thread lets commands pass.
+    office.wheels.before_release = lambda: office.desk.control(ControlRequest(action="stop"))
+    office.desk.run_queued(office.mission)
+    assert office.wheels.calls == ["halt", "halt"]
+    assert office.wheels.halted
+    assert office.mission.names() == ["stop", "stop"]
 
 
 def test_only_resume_releases_the_wheels(office):
@@ -97,10 +130,10 @@ def test_only_resume_releases_the_wheels(office):
     office.desk.control(ControlRequest(action="pause"))
     start(office)
     office.desk.run_queued(office.mission)
-    assert "release" not in office.wheels
+    assert "release" not in office.wheels.calls
     office.desk.control(ControlRequest(action="resume"))
     office.desk.run_queued(office.mission)
-    assert office.wheels[-1] == "release"
+    assert not office.wheels.halted
 
 
 def test_cancel_ends_the_goal_it_was_said_of_and_no_other(office):
