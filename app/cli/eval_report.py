@@ -80,7 +80,7 @@ def _everything(data: ReportData) -> dict[str, Any]:
 def _print_tables(
     screen: Console, summaries: Sequence[MethodSummary], comparisons: Sequence[Comparison]
 ) -> None:
-    heads = ("method", "n", "success", "SPL", "95 %", "Soft", "hits", "p95 ms", "× real")
+    heads = ("method", "n", "succ", "SPL", "95 %", "Soft", "hits", "ms", "×")
     table = _table("means over episodes, 95 % intervals over homes", heads)
     for s in summaries:
         table.add_row(
@@ -95,9 +95,10 @@ def _print_tables(
             f"{s.realtime_factor:.1f}",
         )
     screen.print(table)
+    screen.print("ms: planner step, 95th percentile; ×: simulated over processor time", style="dim")
     if not comparisons:
         return
-    heads = ("method", "n", "SPL", "95 %", "p", "ratio", "success", "p")
+    heads = ("method", "n", "SPL", "95 %", "p", "ratio", "succ", "p")
     pairs = _table(f"{REFERENCE} less each, on the same episodes", heads)
     for c in comparisons:
         low, high = c.spl.ci95
@@ -105,7 +106,7 @@ def _print_tables(
             c.method,
             str(c.spl.pairs),
             f"{c.spl.mean:+.3f}",
-            f"{low:+.2f} to {high:+.2f}",
+            f"{low:+.2f}..{high:+.2f}",
             f"{c.spl.p:.3f}",
             f"{c.spl_ratio:.2f}",
             f"{c.success.mean:+.2f}",

@@ -50,14 +50,16 @@ def test_the_json_table_by_hand(results, capsys):
     assert (oracle["success"], oracle["spl_ci95"]) == (0.5, [0.0, 1.0])
 
 
-def test_the_table_fits_a_narrow_terminal(results, capsys, monkeypatch):
+def test_the_table_fits_a_narrow_terminal(results, make_row, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
+    results.write(make_row(method="semantic_frontier", hits=10, planner_ms_p95=1234.0))
     run_report(EvalReport(folder=results.path))
     out = capsys.readouterr().out
+    assert "…" not in out
     assert "0.40-0.60" in out
     assert "means over episodes" in out
     # The pairs differ by -0.4 and +0.4.
-    assert re.search(r"oracle\s+2\s+\+0\.000\s+-0\.40 to \+0\.40\s+1\.000", out)
+    assert re.search(r"oracle\s+2\s+\+0\.000\s+-0\.40\.\.\+0\.40\s+1\.000", out)
     assert max(len(line) for line in out.splitlines() if "report.html" not in line) <= 80
 
 
