@@ -1,15 +1,19 @@
 """A topic that remembers its last message for those who join late."""
 
 import threading
+from functools import partial
 
 import zenoh
+
+from app.links.sender import Sender
 
 
 class Latched:
     """Publishes, and answers queries of the same key with the last message."""
 
-    def __init__(self, session: zenoh.Session, key: str) -> None:
+    def __init__(self, session: zenoh.Session, key: str, sender: Sender) -> None:
         self._key = key
+        self._sender = sender
         self._lock = threading.Lock()
         self._last: bytes | None = None
         self._publisher = session.declare_publisher(
@@ -24,10 +28,10 @@ class Latched:
             return self._last
 
     def put(self, payload: bytes) -> None:
-        """Publish and remember."""
+        """Remember, and publish unless the next one comes sooner than the link is free."""
         with self._lock:
             self._last = payload
-        self._publisher.put(payload)
+        self._sender.put_latest(self._key, partial(self._publisher.put, payload))
 
     def _answer(self, query: zenoh.Query) -> None:
         with query:

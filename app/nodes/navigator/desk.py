@@ -1,6 +1,7 @@
 """The navigator's counter: requests in, answers at once, work for the mission's thread."""
 
 import dataclasses
+import logging
 import queue
 import time
 from collections.abc import Callable
@@ -28,6 +29,8 @@ from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.vocabulary import canonical_label
+
+logger = logging.getLogger(__name__)
 
 Operation = Callable[[Mission], None]
 BY_OPERATOR = "set by the operator"
@@ -85,7 +88,10 @@ class Desk:
                 operation = self._operations.get_nowait()
             except queue.Empty:
                 return
-            operation(mission)
+            try:
+                operation(mission)
+            except Exception:  # One request that goes wrong must not end the navigator.
+                logger.exception("a request failed")
 
     def put(self, operation: Operation) -> None:
         """Queue something for the mission's thread."""

@@ -4,6 +4,7 @@ import logging
 import os
 import time
 from collections.abc import Callable
+from functools import partial
 from importlib.metadata import version
 from typing import Final
 
@@ -11,6 +12,7 @@ import zenoh
 
 from app.links.latched import Latched
 from app.links.registry import RunningNavigator, register
+from app.links.sender import Sender
 from app.links.session import open_router
 from app.links.stopping import SignalledStop, Stop
 from app.messages import keys
@@ -51,6 +53,7 @@ class Navigator:
         self._mission = Mission(config.mission, config.profile, config.labels, config.seed)
         self._goals = GoalBook(config.max_queue)
         self._watch = Stopwatch()
+        self._sender = Sender()
         self._commander = Commander(session, robot, config.command_hz, config.stale_s)
         self._events = session.declare_publisher(
             f"{robot}/{keys.EVENT}", congestion_control=zenoh.CongestionControl.BLOCK
@@ -64,10 +67,12 @@ class Navigator:
             wheels=self._commander,
             wake=self._intake.wake,
         )
-        self._map = MapPublisher(session, robot, self._mission.voxel_map, config.keyframe_every_s)
-        self._status = Latched(session, f"{robot}/{keys.STATUS}")
-        self._labels = Latched(session, f"{robot}/{keys.LABELS}")
-        self._proximity = Latched(session, f"{robot}/{keys.PROXIMITY}")
+        self._map = MapPublisher(
+            session, robot, self._mission.voxel_map, config.keyframe_every_s, self._sender
+        )
+        self._status = Latched(session, f"{robot}/{keys.STATUS}", self._sender)
+        self._labels = Latched(session, f"{robot}/{keys.LABELS}", self._sender)
+        self._proximity = Latched(session, f"{robot}/{keys.PROXIMITY}", self._sender)
         self._keyframes = session.declare_queryable(
             f"{robot}/{keys.MAP_KEYFRAME}", self._queue_keyframe
         )
@@ -83,6 +88,7 @@ class Navigator:
         """Answer frames and requests until stopped."""
         while not stop.is_set():
             self._desk.run_queued(self._mission)
+            self._map.answer()
             self._start_next_goal()
             self._show_guidance()
             frame = self._intake.take(IDLE_S)
@@ -97,6 +103,7 @@ class Navigator:
     def close(self) -> None:
         """Leave the robot standing."""
         self._commander.close()
+        self._sender.close()
 
     # -- a frame -----------------------------------------------------------------------------
 
@@ -175,13 +182,10 @@ class Navigator:
         self._status.put(encode(status))
 
     def _queue_keyframe(self, query: zenoh.Query) -> None:
-        key = f"{self.config.robot}/{keys.MAP_KEYFRAME}"
-
-        def answer(_: Mission) -> None:
-            with query:
-                query.reply(key, self._map.keyframe())
-
-        self._desk.put(answer)
+        if self._map.ask(query):
+            self._intake.wake()
+        else:
+            query.drop()
 
     def _report_bad_message(self, text: str) -> None:
         logger.warning("message skipped: %s", text)
@@ -195,7 +199,8 @@ class Navigator:
             text=text,
             goal_id=goal.goal_id if goal else None,
         )
-        self._events.put(encode(event))
+        payload = encode(event)
+        self._sender.put(len(payload), partial(self._events.put, payload))
         logger.info("%s: %s", kind, text)
 
 

@@ -1,12 +1,15 @@
 """What the navigator shows: map, tree, path, detections."""
 
+import threading
 import time
+from functools import partial
 from typing import Final
 
 import numpy as np
 import zenoh
 
 from app.links.latched import Latched
+from app.links.sender import Sender
 from app.messages import keys
 from app.messages.motion import StampedPath, encode_path
 from app.messages.scene import Detection, VoxelCloud, encode_detections, encode_tree, encode_voxels
@@ -15,38 +18,51 @@ from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.snapshot import Find, Snapshot
 
 MAX_DETECTIONS: Final = 20
+MAX_BACKLOG_BYTES: Final = 4 * 2**20
+"""With more than this waiting for a slow link, changes of the map gather in the tracker instead."""
+MAX_WAITING: Final = 16
+"""Requests for the whole map that may wait for one answer; more are left without one."""
 
 
 class MapPublisher:
     """Publishes what changed, and the whole map when somebody needs it."""
 
     def __init__(
-        self, session: zenoh.Session, robot: str, voxel_map: VoxelMap, keyframe_every_s: float
+        self,
+        session: zenoh.Session,
+        robot: str,
+        voxel_map: VoxelMap,
+        keyframe_every_s: float,
+        sender: Sender,
     ) -> None:
+        self._sender = sender
+        self._keyframe_key = f"{robot}/{keys.MAP_KEYFRAME}"
+        self._waiting: list[zenoh.Query] = []
+        self._waiting_lock = threading.Lock()
         self._voxel_m = voxel_map.config.voxel_size_m
         self._tracker = SurfaceTracker(voxel_map)
         self._keyframe_every_s = keyframe_every_s
         self._keyframe_at = time.monotonic()
-        self._stamp_ns = 0
+        self._frame_ns = 0
+        self._stamp_ns = -1
         # A lost delta would leave a wrong voxel behind until it changes again.
         block = zenoh.CongestionControl.BLOCK
         self._voxels = session.declare_publisher(
             f"{robot}/{keys.MAP_VOXELS}", congestion_control=block
         )
-        self._keyframe = session.declare_publisher(
-            f"{robot}/{keys.MAP_KEYFRAME}", congestion_control=block
-        )
-        self._tree = Latched(session, f"{robot}/{keys.PLAN_TREE}")
-        self._path = Latched(session, f"{robot}/{keys.PLAN_PATH}")
-        self._detections = Latched(session, f"{robot}/{keys.DETECTIONS}")
+        self._keyframe = session.declare_publisher(self._keyframe_key, congestion_control=block)
+        self._tree = Latched(session, f"{robot}/{keys.PLAN_TREE}", sender)
+        self._path = Latched(session, f"{robot}/{keys.PLAN_PATH}", sender)
+        self._detections = Latched(session, f"{robot}/{keys.DETECTIONS}", sender)
 
     def publish(self, snapshot: Snapshot) -> None:
         """Publish the map's changes and the plan of one step."""
-        self._stamp_ns = snapshot.stamp_ns
-        self._publish_changes()
-        if time.monotonic() - self._keyframe_at > self._keyframe_every_s:
-            self._keyframe_at = time.monotonic()
-            self._keyframe.put(self.keyframe())
+        self._frame_ns = snapshot.stamp_ns
+        if self._sender.backlog_bytes <= MAX_BACKLOG_BYTES:
+            self._publish_changes()
+            if time.monotonic() - self._keyframe_at > self._keyframe_every_s:
+                self._keyframe_at = time.monotonic()
+                self._put(self._keyframe, self.keyframe())
         stamp = snapshot.stamp_ns
         if snapshot.plan is not None:
             self._tree.put(encode_tree(snapshot.plan.tree, stamp))
@@ -56,6 +72,28 @@ class MapPublisher:
         finds = snapshot.candidates[:MAX_DETECTIONS]
         self._detections.put(encode_detections([_detection(f, label) for f in finds], stamp))
 
+    def ask(self, query: zenoh.Query) -> bool:
+        """Keep a request for the whole map until `answer`; safe from any thread.
+
+        Returns:
+            Whether it will be answered: False where too many wait.
+        """
+        with self._waiting_lock:
+            if len(self._waiting) >= MAX_WAITING:
+                return False
+            self._waiting.append(query)
+            return True
+
+    def answer(self) -> None:
+        """Make the whole map once, for all who asked for it."""
+        with self._waiting_lock:
+            queries, self._waiting = self._waiting, []
+        if queries:
+            payload = self.keyframe()
+            for query in queries:
+                reply = partial(_reply, query, self._keyframe_key, payload)
+                self._sender.put(len(payload), reply)
+
     def keyframe(self) -> bytes:
         """Return the whole map as it is now; those who follow the changes get the last ones."""
         self._publish_changes()
@@ -64,9 +102,15 @@ class MapPublisher:
     def _publish_changes(self) -> None:
         delta = self._tracker.update()
         if len(delta.index):
-            self._voxels.put(encode_voxels(self._cloud(delta)))
+            self._put(self._voxels, encode_voxels(self._cloud(delta)))
+
+    def _put(self, publisher: zenoh.Publisher, payload: bytes) -> None:
+        self._sender.put(len(payload), partial(publisher.put, payload))
 
     def _cloud(self, delta: SurfaceDelta) -> VoxelCloud:
+        # The map may change between two frames, and a whole map may follow a change of the same
+        # frame: each message gets a newer stamp than the one before, so that order shows.
+        self._stamp_ns = max(self._frame_ns, self._stamp_ns + 1)
         centers = (delta.index.astype(np.float32) + np.float32(0.5)) * np.float32(self._voxel_m)
         return VoxelCloud(
             stamp_ns=self._stamp_ns,
@@ -79,6 +123,11 @@ class MapPublisher:
             confidence=delta.confidence,
             removed=delta.removed,
         )
+
+
+def _reply(query: zenoh.Query, key: str, payload: bytes) -> None:
+    with query:
+        query.reply(key, payload)
 
 
 def _detection(find: Find, label: str) -> Detection:

@@ -125,6 +125,14 @@ def test_a_stop_in_the_middle_of_a_resume_is_never_undone(office):
     assert office.mission.names() == ["stop", "stop"]
 
 
+def test_an_operation_that_fails_is_logged_and_the_next_one_runs(office, caplog):
+    office.desk.put(lambda _: 1 // 0)
+    office.desk.control(ControlRequest(action="pause"))
+    office.desk.run_queued(office.mission)
+    assert office.mission.names() == ["pause"]
+    assert "ZeroDivisionError" in caplog.text
+
+
 def test_only_resume_releases_the_wheels(office):
     office.desk.control(ControlRequest(action="stop"))
     office.desk.control(ControlRequest(action="pause"))

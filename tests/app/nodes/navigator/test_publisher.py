@@ -1,0 +1,133 @@
+"""What is published adds up to the map, however slow the link is."""
+
+import math
+import queue
+import threading
+
+import numpy as np
+import pytest
+
+from app.links.sender import Sender
+from app.links.subscription import subscribe
+from app.messages import keys
+from app.messages.scene import decode_voxels
+from app.nodes.navigator import publisher
+from app.nodes.navigator.publisher import MAX_WAITING, MapPublisher
+from ippon.camera import PinholeCamera
+from ippon.mission.mission import Mission, MissionConfig
+from ippon.robot import ZED
+from ippon.simulation.homes.generator import generate_home
+from ippon.simulation.world import SimulatedWorld
+from ippon.vocabulary import MATTERPORT_40
+
+CAMERA = PinholeCamera.from_horizontal_fov(48, 30, math.radians(74.0))
+
+
+@pytest.fixture
+def sender():
+    sender = Sender()
+    yield sender
+    sender.close()
+
+
+@pytest.fixture
+def mission():
+    return Mission(MissionConfig(), ZED, MATTERPORT_40, seed=0)
+
+
+@pytest.fixture
+def shown(sessions, mission, sender):
+    return MapPublisher(sessions[0], "r", mission.voxel_map, 1e9, sender)
+
+
+@pytest.fixture
+def clouds(sessions, shown):
+    """Everything that was published of the map, in the order in which it came."""
+    came = queue.SimpleQueue()
+    for key in (keys.MAP_VOXELS, keys.MAP_KEYFRAME):
+        subscribe(sessions[1], f"r/{key}", lambda p, k=key: came.put((k, decode_voxels(p))))
+    # A latched answer tells that the subscriptions have been taken note of.
+    list(sessions[1].get(f"r/{keys.PLAN_TREE}", timeout=5.0))
+    return came
+
+
+@pytest.fixture
+def steps(mission):
+    """Let the mission see a home, while it stands, in frames that look elsewhere each time."""
+    scene = generate_home(3)
+    world = SimulatedWorld(scene, ZED, CAMERA, scene.start_poses[0], seed=0)
+    world.set_labels(MATTERPORT_40, None)
+
+    def step():
+        result = mission.step(world.observe())
+        command = type(result.command)(yaw_rate_rad_s=1.0, tilt_rad=-0.4)
+        world.step(command, 0.4)
+        return result.snapshot
+
+    return step
+
+
+def add_up(clouds, voxel_m):
+    voxels = set()
+    for cloud in clouds:
+        for index, removed in zip(cloud.indices(voxel_m).tolist(), cloud.removed, strict=True):
+            (voxels.discard if removed else voxels.add)(tuple(index))
+    return voxels
+
+
+def take(clouds, count):
+    return [clouds.get(timeout=10.0) for _ in range(count)]
+
+
+def test_stamps_grow_with_each_message_also_within_one_frame(shown, clouds, steps, mission):
+    snapshot = steps()
+    shown.publish(snapshot)
+    first = decode_voxels(shown.keyframe())
+    mission.observe(mission._last)
+    again = decode_voxels(shown.keyframe())
+    deltas = [cloud.stamp_ns for _, cloud in take(clouds, 2)]
+    assert snapshot.stamp_ns == deltas[0] < first.stamp_ns < deltas[1] < again.stamp_ns
+
+
+def test_on_a_slow_link_changes_gather_and_nothing_is_lost(
+    shown, clouds, steps, sender, mission, monkeypatch
+):
+    monkeypatch.setattr(publisher, "MAX_BACKLOG_BYTES", 10_000)
+    free = threading.Event()
+    sender.put(20_000, lambda: free.wait(30.0))
+    for _ in range(5):
+        shown.publish(steps())
+    assert sender.backlog_bytes == 20_000, "not a byte was added to what already waits too long"
+    done = threading.Event()
+    sender.put(0, done.set)
+    free.set()
+    assert done.wait(10.0)
+    shown.publish(steps())
+    ((_, delta),) = take(clouds, 1)
+    whole = decode_voxels(shown.keyframe())
+    voxel_m = mission.config.map.voxel_size_m
+    assert add_up([delta], voxel_m) == add_up([whole], voxel_m) != set()
+
+
+def test_all_who_ask_for_the_map_share_one_answer(shown, sessions, steps, monkeypatch):
+    shown.publish(steps())
+    made = []
+    keyframe = shown.keyframe
+    monkeypatch.setattr(shown, "keyframe", lambda: made.append(1) or keyframe())
+    key, asked = f"r/{keys.MAP_KEYFRAME}", threading.Semaphore(0)
+
+    def ask(query):
+        if not shown.ask(query):
+            query.drop()
+        asked.release()
+
+    queryable = sessions[0].declare_queryable(key, ask)
+    gets = [sessions[1].get(key, timeout=10.0) for _ in range(MAX_WAITING + 3)]
+    for _ in gets:
+        assert asked.acquire(timeout=10.0)
+    shown.answer()
+    answers = [[r.ok.payload.to_bytes() for r in replies] for replies in gets]
+    queryable.undeclare()
+    assert sum(len(a) for a in answers) == MAX_WAITING
+    assert len({a[0] for a in answers if a}) == len(made) == 1
+    assert np.any(~decode_voxels(answers[0][0]).removed)
