@@ -95,7 +95,7 @@ def _follow(updates: "queue.SimpleQueue[bytes]", goal_id: int, command: Ask) -> 
             status = decode(updates.get(timeout=SILENT_S), Status)
         except queue.Empty:
             raise LinkError(f"the navigator has been silent for {SILENT_S:g} s") from None
-        goal = _goal(status, goal_id)
+        goal = known_goal(status, goal_id)
         if goal is None or goal.outcome == "queued":
             continue
         line = f"{status.state}: {status.why}"
@@ -108,7 +108,8 @@ def _follow(updates: "queue.SimpleQueue[bytes]", goal_id: int, command: Ask) -> 
             return 0 if goal.outcome == "found" else EXIT_NOT_FOUND
 
 
-def _goal(status: Status, goal_id: int) -> GoalStatus | None:
+def known_goal(status: Status, goal_id: int) -> GoalStatus | None:
+    """Return a goal that is active, waits or is over; None when the navigator does not say it."""
     known = [status.goal, *status.queue, *status.history]
     return next((goal for goal in known if goal is not None and goal.goal_id == goal_id), None)
 

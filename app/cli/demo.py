@@ -3,45 +3,47 @@
 import json
 import os
 import queue
+import re
+import shlex
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Final
 
 import httpx
-import msgspec
-import numpy as np
 import zenoh
 from rich.console import Console
+from rich.text import Text
 
-from app.cli.children import Child, free_port, port_is_free, wait_for_end
-from app.cli.errors import UsageError
+from app.cli.children import PROGRAM, Child, free_port, port_is_free, wait_for_end
+from app.cli.demo_result import EXIT_NOT_FOUND, await_outcome, measured_result
+from app.cli.errors import DemoError, UsageError
 from app.cli.homes import load_home
 from app.cli.levels import check_query
 from app.cli.options import Demo
 from app.links.requests import RequestRefusedError, ask, last_message
 from app.links.session import LinkError, open_client
 from app.messages import keys
-from app.messages.control import SearchAccepted, SearchRequest, Status, decode
-
-if TYPE_CHECKING:
-    from ippon.simulation.scene import Scene
+from app.messages.control import SearchAccepted, SearchRequest
 
 DEFAULT_CONTEXT: Final = {"hat": "I think I left it on the sofa"}
 FIRST_PAGE_PORT: Final = 8080
 FIRST_LINK_PORT: Final = 7447
+TRIES: Final = 10
+"""Ports that are tried when others take each one between the look at it and the use of it."""
 READY_S: Final = 300.0
 """The first start compiles every kernel."""
-PAGE_S: Final = 30.0
-SILENT_S: Final = 20.0
-EXIT_NOT_FOUND: Final = 1
+PAGE_S: Final = 60.0
+LONGEST_NAME: Final = 60
+EXIT_USAGE: Final = 2
 EXIT_FAILED: Final = 3
+EXIT_INTERRUPTED: Final = 130
 
 
-class DemoError(Exception):
-    """A part of the demo failed; the text says which and what to look at."""
+class _PortTakenError(Exception):
+    """Another program took the port after the look at it."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -49,17 +51,26 @@ class _Running:
     """What was started so far, in the order in which it must end."""
 
     robot: str
-    endpoint: str
+    endpoint: str = ""
+    page_port: int = 0
     children: list[Child] = field(default_factory=list)
     session: zenoh.Session | None = None
-    updates: "queue.SimpleQueue[bytes]" = field(default_factory=queue.SimpleQueue)
 
     def key(self, topic: str) -> str:
         return f"{self.robot}/{topic}"
 
-    def close(self) -> None:
+    def start(self, name: str, arguments: Sequence[str]) -> Child:
+        child = Child(name, [*arguments, "--robot", self.robot])
+        self.children.append(child)
+        return child
+
+    def leave(self) -> None:
         if self.session is not None:
             self.session.close()  # pyright: ignore[reportUnknownMemberType]
+            self.session = None
+
+    def close(self) -> None:
+        self.leave()
         for child in reversed(self.children):
             child.stop()
 
@@ -69,49 +80,66 @@ def run_demo(command: Demo) -> int:
     context = command.context
     if context is None:
         context = DEFAULT_CONTEXT.get(command.object, "")
-    check_query(command.object, context)
-    page_port = _page_port(command)
+    _check(command, context)
     scene = load_home(command.home)
     _end_on(signal.SIGTERM)
     screen = Console(file=sys.stderr)
-    running = _Running(
-        robot=f"ippon/{scene.name.replace(' ', '_')}-{os.getpid()}",
-        endpoint=f"tcp/127.0.0.1:{free_port(FIRST_LINK_PORT)}",
-    )
+    running = _Running(robot=f"ippon/{prefix_part(scene.name)}-{os.getpid()}")
     try:
         _start_navigator(running, command)
-        if page_port is not None:
-            _start_console(running, page_port)
-            screen.print(f"\n  IPPON is at [bold]http://127.0.0.1:{page_port}[/bold]\n")
+        if not command.headless:
+            _start_console(running, command.port)
+            page = f"http://127.0.0.1:{running.page_port}"
+            screen.print(f"\n  IPPON is at [bold]{page}[/bold]\n")
+        updates = _listen(running) if command.exit_when_done else None
         goal_id = None if command.no_search else _search(running, command.object, context)
         robot = _start_robot(running, command)
-        if command.exit_when_done and goal_id is not None:
-            return _finish(running, goal_id, scene, command)
+        if updates is not None and goal_id is not None:
+            assert running.session is not None
+            status, goal = await_outcome(running.children, updates, goal_id)
+            result = measured_result(running.session, running.robot, status, goal, scene)
+            print(json.dumps({"object": command.object, **result}), flush=True)
+            return 0 if result["found"] else EXIT_NOT_FOUND
         _supervise(running, robot, screen)
     except DemoError as error:
-        screen.print(f"[red]ippon demo: {error}[/red]")
+        screen.print(Text(f"ippon demo: {error}", style="red"))
         return EXIT_FAILED
     except KeyboardInterrupt:
         screen.print("ending")
+        # Who waits for a result must not take an interrupted search for one that found something.
+        return EXIT_INTERRUPTED if command.exit_when_done else 0
     finally:
         _end_on(signal.SIGTERM, lambda *_: None)
         running.close()
     return 0
 
 
-def _page_port(command: Demo) -> int | None:
-    if command.headless:
-        return None
-    if command.port is None:
-        return free_port(FIRST_PAGE_PORT)
-    if not 1 <= command.port <= 65535:
+def prefix_part(name: str) -> str:
+    """Return a name as a key prefix takes it: letters, digits, '_', '.' and '-'."""
+    return re.sub(r"[^A-Za-z0-9_.-]+", "_", name)[:LONGEST_NAME] or "home"
+
+
+def _check(command: Demo, context: str) -> None:
+    if not command.object.strip():
+        raise UsageError("no object given; for example: ippon demo --object hat")
+    check_query(command.object, context)
+    if command.no_search and command.exit_when_done:
+        raise UsageError(
+            "--exit-when-done ends with the search, and --no-search starts none; leave one away"
+        )
+    if command.port is not None and not 1 <= command.port <= 65535:
         raise UsageError(f"a port lies in 1 to 65535; got {command.port}")
-    if not port_is_free(command.port):
+    if command.port is not None and not command.headless and not port_is_free(command.port):
         raise UsageError(
             f"port {command.port} is taken; name another with --port, or leave --port away for the "
             "first free one"
         )
-    return command.port
+    from ippon.mapping.voxel_map import MapConfig
+
+    try:
+        MapConfig(voxel_size_m=command.voxel_size_m)
+    except ValueError as error:
+        raise UsageError(str(error)) from error
 
 
 def _end_on(number: int, handler: Callable[..., None] | None = None) -> None:
@@ -122,39 +150,90 @@ def _end_on(number: int, handler: Callable[..., None] | None = None) -> None:
 
 
 def _start_navigator(running: _Running, command: Demo) -> None:
-    arguments = ("navigate", "--listen", running.endpoint, "--robot", running.robot)
-    child = Child("navigator", [*arguments, "--seed", str(command.seed)])
-    running.children.append(child)
+    first = FIRST_LINK_PORT
+    for _ in range(TRIES):
+        port = free_port(first)
+        try:
+            _try_navigator(running, command, port)
+        except _PortTakenError:
+            running.leave()
+            first = port + 1
+        else:
+            return
+    raise DemoError(f"no port for the navigator: {TRIES} were taken one after the other")
+
+
+def _try_navigator(running: _Running, command: Demo, port: int) -> None:
+    running.endpoint = f"tcp/127.0.0.1:{port}"
+    sizes = ("--seed", str(command.seed), "--voxel-size-m", str(command.voxel_size_m))
+    child = running.start("navigator", ["navigate", "--listen", running.endpoint, *sizes])
     deadline = time.monotonic() + READY_S
     while time.monotonic() < deadline:
-        if wait_for_end([child], 0.1) is not None:
-            raise DemoError("the navigator ended while it was starting; its log stands above")
+        _refuse_ended(running, child, port)
         try:
             running.session = running.session or open_client(running.endpoint, 0.5)
         except LinkError:
             continue
+        # Another navigator at this endpoint does not answer for our robot.
         if last_message(running.session, running.key(keys.LABELS), 0.5) is not None:
-            running.session.declare_subscriber(
-                running.key(keys.STATUS), lambda s: running.updates.put(s.payload.to_bytes())
-            )
             return
     raise DemoError(f"the navigator was not ready within {READY_S:g} s")
 
 
-def _start_console(running: _Running, port: int) -> None:
-    arguments = ("console", "--connect", running.endpoint, "--robot", running.robot)
-    child = Child("console", [*arguments, "--port", str(port)])
-    running.children.append(child)
+def _refuse_ended(running: _Running, child: Child, port: int) -> None:
+    if wait_for_end([child], 0.1) is None:
+        return
+    if child.ended() == EXIT_USAGE and not port_is_free(port):
+        running.children.remove(child)
+        raise _PortTakenError
+    raise DemoError(f"the {child.name} ended while it was starting; its log stands above")
+
+
+def _start_console(running: _Running, wanted: int | None) -> None:
+    first = wanted or FIRST_PAGE_PORT
+    for _ in range(TRIES):
+        # Looked for only now, because others may have started while the navigator compiled.
+        running.page_port = wanted or free_port(first)
+        try:
+            _try_console(running, running.page_port)
+        except _PortTakenError:
+            if wanted is not None:
+                raise DemoError(f"port {wanted} was taken in the meantime") from None
+            first = running.page_port + 1
+        else:
+            return
+    raise DemoError(f"no port for the page: {TRIES} were taken one after the other")
+
+
+def _try_console(running: _Running, port: int) -> None:
+    child = running.start(
+        "console", ["console", "--connect", running.endpoint, "--port", str(port)]
+    )
     deadline = time.monotonic() + PAGE_S
     while time.monotonic() < deadline:
-        if wait_for_end([child], 0.1) is not None:
-            raise DemoError("the console ended while it was starting; its log stands above")
-        try:
-            if httpx.get(f"http://127.0.0.1:{port}/health", timeout=1.0).is_success:
-                return
-        except httpx.TransportError:
-            continue
+        _refuse_ended(running, child, port)
+        if _page_is_of(running.robot, port):
+            return
     raise DemoError(f"the console did not answer at port {port} within {PAGE_S:g} s")
+
+
+def _page_is_of(robot: str, port: int) -> bool:
+    """Tell whether the page shows this robot: another demo's console may have taken the port."""
+    try:
+        answer = httpx.get(f"http://127.0.0.1:{port}/health", timeout=1.0)
+        return answer.is_success and answer.json()["state"].get("robot") == robot
+    except (httpx.HTTPError, ValueError, KeyError, AttributeError, TypeError):
+        return False
+
+
+def _listen(running: _Running) -> "queue.SimpleQueue[bytes]":
+    """Collect the navigator's reports; only for one who reads them, because they pile up."""
+    assert running.session is not None
+    updates: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    running.session.declare_subscriber(
+        running.key(keys.STATUS), lambda sample: updates.put(sample.payload.to_bytes())
+    )
+    return updates
 
 
 def _search(running: _Running, wanted: str, context: str) -> int:
@@ -170,15 +249,10 @@ def _search(running: _Running, wanted: str, context: str) -> int:
 
 
 def _start_robot(running: _Running, command: Demo) -> Child:
-    child = Child(
-        "robot",
-        [
-            *("sim", "--home", command.home, "--connect", running.endpoint),
-            *("--robot", running.robot, "--speed", command.speed, "--seed", str(command.seed)),
-        ],
+    arguments = ("sim", "--home", command.home, "--connect", running.endpoint)
+    return running.start(
+        "robot", [*arguments, "--speed", command.speed, "--seed", str(command.seed)]
     )
-    running.children.append(child)
-    return child
 
 
 def _supervise(running: _Running, robot: Child, screen: Console) -> None:
@@ -191,64 +265,16 @@ def _supervise(running: _Running, robot: Child, screen: Console) -> None:
         if ended.name == "console":
             screen.print(
                 "[yellow]the console ended; navigator and robot go on; to start it again:[/yellow]"
-                f"\n  ippon console --connect {running.endpoint} --robot {running.robot}"
             )
+            # Never broken into lines: it is there to be copied.
+            screen.print(Text(f"  {restart_command(running)}"), soft_wrap=True)
             watched.remove(ended)
             continue
         what = "the robot" if ended is robot else f"the {ended.name}"
         raise DemoError(f"{what} ended with status {ended.ended()}; its log stands above")
 
 
-def _finish(running: _Running, goal_id: int, scene: "Scene", command: Demo) -> int:
-    """Wait for the end of the search and print its result."""
-    status = _await_outcome(running, goal_id)
-    result = _result(running, status, scene, command)
-    print(json.dumps(result), flush=True)
-    return 0 if result["found"] else EXIT_NOT_FOUND
-
-
-def _await_outcome(running: _Running, goal_id: int) -> Status:
-    heard = time.monotonic()
-    while True:
-        ended = wait_for_end(running.children, 0.0)
-        if ended is not None:
-            raise DemoError(
-                f"the {ended.name} ended with status {ended.ended()}; see its log above"
-            )
-        try:
-            status = decode(running.updates.get(timeout=0.2), Status)
-        except queue.Empty:
-            if time.monotonic() - heard > SILENT_S:
-                raise DemoError(f"the navigator has been silent for {SILENT_S:g} s") from None
-            continue
-        heard = time.monotonic()
-        goal = status.goal
-        if goal is not None and goal.goal_id == goal_id and goal.outcome != "active":
-            return status
-
-
-def _result(running: _Running, status: Status, scene: "Scene", command: Demo) -> dict[str, Any]:
-    from app.nodes.robot_sim import Truth
-    from ippon.evaluation.metrics import Judge
-    from ippon.robot import ZED
-
-    assert running.session is not None
-    assert status.goal is not None
-    payload = last_message(running.session, running.key(keys.SIM_TRUTH), 5.0)
-    if payload is None:
-        raise DemoError("the simulated robot does not say where it went")
-    truth = msgspec.json.decode(payload, type=Truth)
-    found = status.goal.outcome == "found"
-    judge = Judge(scene, ZED, status.goal.object)
-    metrics = judge.metrics(np.array(truth.trajectory, np.float64), stopped=found)
-    return {
-        "object": command.object,
-        "found": found,
-        "correct": metrics.success,
-        "time_s": round(status.elapsed_s, 3),
-        "path_length_m": round(metrics.path_length_m, 4),
-        "spl": round(metrics.spl, 4),
-        "soft_spl": round(metrics.soft_spl, 4),
-        "frames": status.frames,
-        "session": None,
-    }
+def restart_command(running: _Running) -> str:
+    """Return what starts the console again, from any folder."""
+    where = ("--connect", running.endpoint, "--robot", running.robot)
+    return shlex.join([*PROGRAM, "console", *where, "--port", str(running.page_port)])

@@ -3,3 +3,7 @@
 
 class UsageError(Exception):
     """The command was asked for something impossible; its text says what would work."""
+
+
+class DemoError(Exception):
+    """A part of the demo failed; the text says which and what to look at."""

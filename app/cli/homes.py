@@ -17,7 +17,7 @@ def check_home(text: str) -> None:
     Raises:
         UsageError: With what would work.
     """
-    if text.isdigit():
+    if _is_seed(text):
         if int(text) > MAX_SEED:
             raise UsageError(f"a home's seed is at most {MAX_SEED}; got {text}")
         return
@@ -42,7 +42,7 @@ def load_home(text: str) -> "Scene":
     from ippon.errors import SceneError
 
     try:
-        if text.isdigit():
+        if _is_seed(text):
             from ippon.simulation.homes.generator import generate_home
 
             return generate_home(int(text))
@@ -51,3 +51,7 @@ def load_home(text: str) -> "Scene":
         return load_scene(Path(text))
     except SceneError as error:
         raise UsageError(f"home {text}: {error}") from error
+
+
+def _is_seed(text: str) -> bool:
+    return text.isascii() and text.isdecimal()

@@ -30,6 +30,8 @@ class Demo:
     """Simulated time against real time; max goes as fast as the navigator answers."""
     seed: int = 0
     """Of the camera's noise and the planner's samples."""
+    voxel_size_m: float = 0.1
+    """Edge of a voxel. Smaller shows more detail and costs more time."""
     headless: bool = False
     """Without the console."""
     exit_when_done: bool = False

@@ -105,20 +105,38 @@ def test_a_dead_navigator_ends_the_demo_with_an_error(demo):
     wait_until_gone(demo.children, 5.0)
 
 
-def test_a_dead_console_is_reported_and_the_search_goes_on(demo):
+def test_a_dead_console_is_reported_and_the_search_goes_on(demo, free_page_port):
     console = next(pid for pid, line in demo.children.items() if " console " in line)
     os.kill(console, signal.SIGKILL)
-    demo.wait_for_log("ippon console --connect", timeout_s=20.0)
+    demo.wait_for_log("-P -m app console --connect", timeout_s=20.0)
+    assert f"--port {free_page_port}\n" in demo.log()
     others = [pid for pid in demo.children if pid != console]
     assert all(alive(pid) for pid in others)
     assert demo.child.poll() is None
 
 
+def test_an_interrupted_search_is_no_result(launch):
+    demo = launch("demo", "--headless", "--exit-when-done", "--home", "3", "--object", "toilet")
+    demo.wait_for_log("simulated robot in home-3", timeout_s=240.0)
+    demo.child.send_signal(signal.SIGINT)
+    assert demo.finish(20.0) == (130, "")
+
+
+def test_demos_started_at_the_same_moment_get_a_page_each(launch):
+    demos = [launch("demo", "--home", "3", "--no-search") for _ in range(2)]
+    for demo in demos:
+        demo.wait_for_log("simulated robot in home-3", timeout_s=240.0)
+    pages = [re.findall(r"IPPON is at (\S+)", demo.log())[0] for demo in demos]
+    robots = [httpx.get(f"{page}/health").json()["state"]["robot"] for page in pages]
+    assert len(set(pages)) == 2
+    for demo, robot in zip(demos, robots, strict=True):
+        assert robot.endswith(f"-{demo.child.pid}")
+
+
 def where(demo):
     """Return endpoint and prefix of a demo's navigator."""
     line = next(line for line in demo.children.values() if " navigate " in line)
-    found = re.search(r"--listen (\S+) --robot (\S+)", line)
-    return found.group(1), found.group(2)
+    return re.findall(r"--listen (\S+) .*--robot (\S+)", line)[0]
 
 
 def test_two_demos_side_by_side_do_not_hear_each_other(launch, demo):
@@ -136,7 +154,9 @@ def test_two_demos_side_by_side_do_not_hear_each_other(launch, demo):
         time.sleep(1.5)
         assert heard
         assert all(key.startswith(f"{robot}/") for key in heard)
-        goals.append(decode(last_message(session, f"{robot}/{keys.STATUS}", 5.0), Status).goal)
+        payload = last_message(session, f"{robot}/{keys.STATUS}", 5.0)
+        assert payload is not None
+        goals.append(decode(payload, Status).goal)
         session.close()
     assert [goal.object for goal in goals] == ["toilet", "bed"]
 

@@ -25,6 +25,12 @@ def navigator(pid, robot="ippon"):
     return RunningNavigator(pid=pid, robot=robot, endpoint="tcp/127.0.0.1:7447")
 
 
+def noted(entry):
+    path = register(entry)
+    assert path is not None
+    return path
+
+
 def test_nothing_runs():
     assert running_navigators() == []
 
@@ -37,7 +43,7 @@ def test_a_running_navigator_is_found():
 def test_a_dead_navigator_is_forgotten():
     child = subprocess.Popen([sys.executable, "-c", ""])
     child.wait()
-    path = register(navigator(child.pid))
+    path = noted(navigator(child.pid))
     assert running_navigators() == []
     assert not path.exists()
 
@@ -45,7 +51,7 @@ def test_a_dead_navigator_is_forgotten():
 def test_oldest_first():
     other = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
     try:
-        first = register(navigator(os.getpid(), "first"))
+        first = noted(navigator(os.getpid(), "first"))
         os.utime(first, (1.0, 1.0))
         register(navigator(other.pid, "second"))
         assert [n.robot for n in running_navigators()] == ["first", "second"]
@@ -55,7 +61,7 @@ def test_oldest_first():
 
 @pytest.mark.parametrize("content", [b"", b"{", b'{"pid": 1}', b'{"pid": "x"}', bytes(100)])
 def test_a_damaged_file_is_skipped(content):
-    path = register(navigator(os.getpid()))
+    path = noted(navigator(os.getpid()))
     path.with_name("7.json").write_bytes(content)
     assert len(running_navigators()) == 1
 
