@@ -65,6 +65,8 @@ class ControlReply(_Message, frozen=True):
     """Reply to `ControlRequest`: the state that the navigator is in now."""
 
     state: MissionState
+    detail: str = ""
+    """What else there is to say, for the operator."""
 
 
 class GuidanceRequest(_Message, frozen=True):
@@ -154,7 +156,7 @@ class Timings(_Message, frozen=True):
     plan_ms: float = 0.0
     publish_ms: float = 0.0
     frame_age_ms: float = 0.0
-    """From the robot's stamp to the command that answers it."""
+    """From the arrival of a frame's colour image to the command that answers the frame."""
     first_motion_s: float | None = None
     """From the current goal's query, or the robot's first frame where that came later, to the first
     command that moves the base or the camera."""

@@ -42,6 +42,9 @@ MIN_HORIZON_S, MAX_HORIZON_S = 0.1, 0.5
 FIND_WITHIN_M = 2.5
 """A find lies at most this far from where the search ended."""
 
+LOOKED_AT_RADIUS_M = 0.75
+"""Ruled out round where the robot looks, when a find without voxels is rejected."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionConfig:
@@ -159,7 +162,8 @@ class Mission:
 
     def cancel_goal(self) -> None:
         """Search for nothing; the robot stays where it is."""
-        if self._search is not None:
+        over = self._state in (MissionState.FOUND, MissionState.EXHAUSTED)
+        if self._search is not None and not over:
             self._note("cancelled", f"the search for {self._search.goal.display} was cancelled")
         self._search = None
         self._plan = None
@@ -172,11 +176,15 @@ class Mission:
         Returns:
             Whether there was a find to reject.
         """
-        if self._search is None or self._search.find is None:
+        if self._search is None or self._state is not MissionState.FOUND:
             return False
         find, self._search.find = self._search.find, None
-        radius = 0.5 * math.hypot(*find.size_m) + 0.2
-        self.voxel_map.suppress_ooi(np.array(find.position_world), radius)
+        if find is not None:
+            radius = 0.5 * math.hypot(*find.size_m) + 0.2
+            self.voxel_map.suppress_ooi(np.array(find.position_world), radius)
+        elif self._last is not None:
+            # No voxels are left to point at: what the robot looks at is what it took for it.
+            self.voxel_map.suppress_ooi(_looked_at(self._last), LOOKED_AT_RADIUS_M)
         display = self._search.goal.display
         self._note("rejected", f"not the {display}: searching on")
         self._search.arrived_steps = self._search.empty_steps = 0
@@ -190,7 +198,7 @@ class Mission:
         Returns:
             Whether there was a find to confirm.
         """
-        if self._search is None or self._search.find is None:
+        if self._search is None or self._state is not MissionState.FOUND:
             return False
         self._note("confirmed", f"{self._search.goal.display}: confirmed by the operator")
         return True
@@ -385,6 +393,15 @@ def _ends_the_search(plan: Plan) -> bool:
 def _distance_m(T_world_base: Float64Array, find: Find) -> float:
     x, y, _ = find.position_world
     return math.hypot(x - T_world_base[0, 3], y - T_world_base[1, 3])
+
+
+def _looked_at(frame: Frame) -> Float64Array:
+    """Return the point (3,) in the world that is in the middle of the image, metres."""
+    rows, columns = frame.depth.shape
+    middle = frame.depth[rows // 3 : rows - rows // 3, columns // 3 : columns - columns // 3]
+    seen = middle[np.isfinite(middle) & (middle > 0.0)]
+    away = min(float(np.median(seen)), FIND_WITHIN_M) if seen.size else 0.5 * FIND_WITHIN_M
+    return frame.T_world_camera[:3, 3] + away * frame.T_world_camera[:3, 2]
 
 
 def _found_text(search: _Search, T_world_base: Float64Array) -> str:

@@ -100,6 +100,24 @@ def test_a_rejected_find_is_not_found_again(scene) -> None:
         assert np.hypot(*apart) > 0.5
 
 
+def test_a_find_without_voxels_can_be_rejected_too(scene) -> None:
+    world, mission = start(scene)
+    ask(mission, "sofa")
+    for _ in run_episode(world, mission, EpisodeLimits(max_time_s=2.0)):
+        pass
+    mission._conclude(MissionState.FOUND, "found the sofa, whose voxels have gone meanwhile")
+    revision = mission.voxel_map.revision
+    assert mission.reject_find()
+    assert mission.voxel_map.revision > revision, "what it looked at is ruled out"
+    assert mission.state is MissionState.SEARCHING
+    assert not mission.reject_find()
+    mission._conclude(MissionState.FOUND, "found")
+    assert mission.confirm_find()
+    mission.cancel_goal()
+    kinds = [e.kind for e in mission.step(world.observe()).snapshot.events]
+    assert "cancelled" not in kinds, "it was found; that stays so"
+
+
 def test_two_runs_of_one_seed_are_the_same_run(scene) -> None:
     runs = []
     for _ in range(2):

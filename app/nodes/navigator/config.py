@@ -30,6 +30,9 @@ class NavigatorConfig:
     """A stream that is silent for longer counts as lost."""
     keyframe_every_s: float = 10.0
     """How often the whole map is published for those who record."""
+    hold_find_s: float = 5.0
+    """A find stays in view for so long, for the operator to confirm or reject it, before the next
+    goal that waits begins; longer leaves more time and holds up the queue."""
     max_queue: int = 20
     """Goals that may wait."""
 

@@ -130,6 +130,7 @@ class Desk:
 
     def control(self, request: ControlRequest) -> ControlReply:
         """Stop, resume, pause or cancel."""
+        detail = ""
         match request.action:
             case "stop":
                 # The wheels first; the mission learns of it between two frames.
@@ -143,12 +144,14 @@ class Desk:
                 self.put(partial(self._resume, self._wheels.halts))
                 state = "searching" if self._goals.active() is not None else "starting"
             case "cancel":
-                active = self._goals.active()
-                if active is None:
+                goal, _, _ = self._goals.statuses()
+                if goal is None:
                     raise RequestRefusedError("there is no goal to cancel")
-                self.put(partial(self._cancel, active.goal.goal_id))
+                if goal.outcome != "active":
+                    detail = f"the search for {goal.object} was over: {goal.outcome}"
+                self.put(partial(self._cancel, goal.goal_id))
                 state = self.state if self.state == "stopped" else "starting"
-        return ControlReply(state=state)
+        return ControlReply(state=state, detail=detail)
 
     def guidance(self, request: GuidanceRequest) -> Accepted:
         """Change one level of the active goal."""

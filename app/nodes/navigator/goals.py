@@ -51,10 +51,16 @@ class GoalBook:
             self._queue.append(dataclasses.replace(search, goal=goal, waited=position > 0))
             return goal_id, position
 
-    def next(self) -> PlannedSearch | None:
-        """Make the first waiting goal the active one, where none is active; returns it."""
+    def next(self, *, hold: bool = False) -> PlannedSearch | None:
+        """Make the first waiting goal the active one, where none is active; returns it.
+
+        Args:
+            hold: A find is kept in view for now: goals that waited for it go on waiting.
+        """
         with self._lock:
             if not self._queue or (self._active is not None and self._active_is_over is None):
+                return None
+            if hold and self._active_is_over == "found" and self._queue[0].waited:
                 return None
             self._archive()
             self._active = self._queue.pop(0)
@@ -73,12 +79,16 @@ class GoalBook:
                 self._active = dataclasses.replace(self._active, guidance=guidance)
 
     def conclude(self, outcome: Outcome) -> None:
-        """The active goal is over; it stays in view until the next one starts."""
+        """The active goal is over; it stays in view until the next one starts.
+
+        One that is cancelled leaves the view, with the outcome that it had before, if any.
+        """
         with self._lock:
-            self._active_is_over = outcome
             if outcome == "cancelled":
                 self._archive()
                 self._active, self._active_is_over = None, None
+            else:
+                self._active_is_over = outcome
 
     def reopen(self) -> None:
         """The active goal goes on after all: its find was rejected."""

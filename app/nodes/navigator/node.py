@@ -80,6 +80,7 @@ class Navigator:
         self._report = StatusReport(config, version("ippon"))
         self._snapshot: Snapshot | None = None
         self._status_at = 0.0
+        self._hold_until = 0.0
         self._lost: tuple[str, ...] = ()
         self._shown_guidance: object = None
         self._labels.put(encode(LabelRequest(labels=list(config.labels), ooi=None)))
@@ -130,15 +131,18 @@ class Navigator:
     def _take_note(self, snapshot: Snapshot) -> None:
         for event in snapshot.events:
             self._say(event.kind, event.text)
+            if event.kind == "confirmed":
+                self._hold_until = 0.0
         outcome = OUTCOMES.get(snapshot.state)
         goal, _, _ = self._goals.statuses()
         if outcome is not None and goal is not None and goal.outcome == "active":
             self._goals.conclude(outcome)  # pyright: ignore[reportArgumentType]
+            self._hold_until = time.monotonic() + self.config.hold_find_s
 
     # -- goals and levels --------------------------------------------------------------------
 
     def _start_next_goal(self) -> None:
-        search = self._goals.next()
+        search = self._goals.next(hold=time.monotonic() < self._hold_until)
         if search is None:
             return
         self._mission.set_goal(search.goal, search.guidance)

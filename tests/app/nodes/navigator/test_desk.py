@@ -165,6 +165,17 @@ def test_cancel(office):
     assert office.goals.active() is None
 
 
+def test_a_cancelled_find_stays_a_find(office):
+    start(office)
+    office.goals.conclude("found")
+    reply = office.desk.control(ControlRequest(action="cancel"))
+    assert reply.detail == "the search for hat was over: found"
+    office.desk.run_queued(office.mission)
+    active, _, history = office.goals.statuses()
+    assert active is None
+    assert [goal.outcome for goal in history] == ["found"]
+
+
 def test_the_operator_changes_a_level(office):
     with pytest.raises(RequestRefusedError, match="there is none"):
         office.desk.guidance(GuidanceRequest(label="bed", level="certain"))

@@ -58,6 +58,37 @@ def test_a_cancelled_goal_leaves_the_stage():
     assert book.active() is None
 
 
+def test_a_goal_that_is_over_keeps_its_outcome_when_it_is_cancelled():
+    book = GoalBook(5)
+    book.add(search("hat"))
+    book.next()
+    book.conclude("found")
+    book.conclude("cancelled")
+    assert names(book) == (None, [], [("hat", "found")])
+
+
+def test_a_find_is_held_before_those_who_waited_but_not_before_a_new_query():
+    book = GoalBook(5)
+    book.add(search("hat"))
+    book.add(search("mug"))
+    book.next()
+    book.conclude("found")
+    assert book.next(hold=True) is None
+    assert book.next(hold=False).goal.object == "mug"
+    book.conclude("found")
+    book.add(search("key"))
+    assert book.next(hold=True).goal.object == "key"
+
+
+def test_only_a_find_is_held():
+    book = GoalBook(5)
+    book.add(search("hat"))
+    book.add(search("mug"))
+    book.next()
+    book.conclude("exhausted")
+    assert book.next(hold=True).goal.object == "mug"
+
+
 def test_a_rejected_find_goes_on():
     book = GoalBook(5)
     book.add(search("hat"))
