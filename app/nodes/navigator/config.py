@@ -28,6 +28,8 @@ class NavigatorConfig:
     """A command is repeated for at most this long after the frame that it answers."""
     lost_s: float = 1.0
     """A stream that is silent for longer counts as lost."""
+    heatmap_lost_s: float = 3.0
+    """The segmentation, slower than a camera, counts as lost when it is silent for longer."""
     keyframe_every_s: float = 10.0
     """How often the whole map is published for those who record."""
     hold_find_s: float = 5.0

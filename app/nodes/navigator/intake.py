@@ -26,6 +26,8 @@ from ippon.frame import Frame
 
 WAITING: Final = 4
 """Messages of one topic that may wait to be decoded; older ones are dropped and counted."""
+ARRIVALS: Final = 64
+"""Colour images whose time of arrival is remembered."""
 NEEDED: Final = ("colour", "depth", "pose")
 """Streams without which there is no frame."""
 
@@ -41,11 +43,14 @@ class Intake:
         self.frames = 0
         """Frames taken so far."""
         self.arrived_at = 0.0
-        """`time.perf_counter` when the last colour image arrived."""
-        self._framed_at = 0.0
+        """`time.perf_counter` when the colour image of the last frame arrived."""
+        self.refused = ""
+        """Why the last frame was refused, empty once one was accepted."""
+        self._framed_at = self._came_at = 0.0
         self._report = report
         self._arrived = threading.Condition()
-        self._waiting: dict[str, deque[bytes]] = {}
+        self._waiting: dict[str, deque[tuple[float, bytes]]] = {}
+        self._arrivals: dict[int, float] = {}
         self._take_in: dict[str, tuple[str, Callable[[bytes], None]]] = {}
         add = self.assembler
         tf_static = keys.TF_STATIC
@@ -57,7 +62,7 @@ class Intake:
             (keys.HEATMAP, "heatmap", lambda p: add.add_heatmap(decode_heatmap(p))),
             (keys.DEPTH, "depth", lambda p: add.add_depth(decode_depth(p))),
             (keys.DEPTH_RAW, "depth", lambda p: add.add_depth(decode_depth_raw(p))),
-            (keys.COLOR, "colour", lambda p: add.add_color(decode_color(p))),
+            (keys.COLOR, "colour", self._add_color),
         )
         for topic, stream, take_in in topics:
             # Poses come faster than images, and each is needed to place an image between two.
@@ -76,9 +81,8 @@ class Intake:
                     monitor.arrived()
                     if len(waiting) == waiting.maxlen:
                         monitor.dropped()
-                waiting.append(payload)
+                waiting.append((time.perf_counter(), payload))
                 if topic == keys.COLOR:
-                    self.arrived_at = time.perf_counter()
                     self._arrived.notify()
 
         return receive
@@ -96,18 +100,33 @@ class Intake:
             batches = {topic: list(waiting) for topic, waiting in self._waiting.items()}
             for waiting in self._waiting.values():
                 waiting.clear()
-        for topic, payloads in batches.items():
-            for payload in payloads:
+        for topic, arrivals in batches.items():
+            for arrived_at, payload in arrivals:
+                self._came_at = arrived_at
                 self._decode(topic, payload)
         try:
             frame = self.assembler.take()
         except (FrameRejectedError, MessageError, ValueError) as error:
-            self.refuse("colour", str(error))
+            self.refuse_frame(str(error))
             return None
         if frame is not None:
             self.frames += 1
             self._framed_at = time.monotonic()
+            self.arrived_at = self._arrivals.get(frame.stamp_ns, self._came_at)
         return frame
+
+    def accept(self) -> None:
+        """Take note that the last frame could be used."""
+        self.refused = ""
+
+    def refuse_frame(self, problem: str) -> None:
+        """Count a frame that could not be used, under the stream that the problem lies in."""
+        self.refused = problem
+        word = problem.split(" ", 1)[0]
+        stream = {"depth": "depth", "heatmap": "heatmap"}.get(word, "colour")
+        if "camera jumped" in problem or "rigid transform" in problem or "camera at" in problem:
+            stream = "pose"
+        self.refuse(stream, problem)
 
     def refuse(self, stream: str, problem: str) -> None:
         """Count a message or frame that could not be used, and say so the first time."""
@@ -125,6 +144,13 @@ class Intake:
         if not silent and self.frames and unframed_s > after_s and self.assembler.missing():
             return [(self.assembler.missing(), unframed_s)]
         return silent
+
+    def _add_color(self, payload: bytes) -> None:
+        color = decode_color(payload)
+        self._arrivals[color.stamp_ns] = self._came_at
+        while len(self._arrivals) > ARRIVALS:
+            del self._arrivals[next(iter(self._arrivals))]
+        self.assembler.add_color(color)
 
     def _decode(self, topic: str, payload: bytes) -> None:
         stream, take_in = self._take_in[topic]

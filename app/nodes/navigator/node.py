@@ -41,6 +41,7 @@ logger = logging.getLogger(__name__)
 
 IDLE_S: Final = 0.05
 STATUS_EVERY_S: Final = 0.4
+BLIND: Final = "objects are not told apart; the search goes on"
 OUTCOMES: Final = {MissionState.FOUND: "found", MissionState.EXHAUSTED: "exhausted"}
 
 
@@ -82,6 +83,8 @@ class Navigator:
         self._status_at = 0.0
         self._hold_until = 0.0
         self._lost: tuple[str, ...] = ()
+        self._heatmap_gone = False
+        self._blind_since = 0.0
         self._shown_guidance: object = None
         self._labels.put(encode(LabelRequest(labels=list(config.labels), ooi=None)))
 
@@ -98,6 +101,7 @@ class Navigator:
             # While frames wait, a slow step is not the robot's silence.
             if frame is None or self._lost:
                 self._watch_streams()
+            self._watch_heatmap()
             if frame is not None or time.monotonic() - self._status_at > STATUS_EVERY_S:
                 self._publish_status()
 
@@ -113,9 +117,10 @@ class Navigator:
         try:
             self._mission.observe(frame)
         except FrameRejectedError as error:
-            self._intake.refuse("depth", str(error))
+            self._intake.refuse_frame(str(error))
             self._commander.give(Command(tilt_rad=frame.tilt_rad), frame.stamp_ns)
             return
+        self._intake.accept()
         fused = self._watch.lap("map", started)
         result = self._mission.decide(frame)
         self._watch.lap("plan", fused)
@@ -172,6 +177,25 @@ class Navigator:
             self._say("stream_back", f"{', '.join(self._lost)} is back")
         self._lost = names
 
+    def _watch_heatmap(self) -> None:
+        """Say that the segmentation, which was there, is gone; the search goes on without."""
+        now = time.monotonic()
+        age_s = self._intake.monitors["heatmap"].age_s()
+        image_age_s = self._intake.monitors["colour"].age_s()
+        if self._lost:
+            self._blind_since = now
+        if age_s is None or image_age_s is None or self._lost:
+            return
+        # Only the time in which there were images counts: a silent robot is another matter.
+        silent_s = min(age_s - image_age_s, now - self._blind_since)
+        gone = silent_s > self.config.heatmap_lost_s
+        if gone and not self._heatmap_gone and self._mission.goal is not None:
+            self._heatmap_gone = True
+            self._say("stream_lost", f"no heatmap for {age_s:.0f} s: {BLIND}")
+        elif self._heatmap_gone and not gone:
+            self._heatmap_gone = False
+            self._say("stream_back", "heatmap is back")
+
     def _publish_status(self) -> None:
         self._status_at = time.monotonic()
         status = self._report.status(
@@ -181,6 +205,7 @@ class Navigator:
             intake=self._intake,
             watch=self._watch,
             lost=self._lost,
+            notes=(f"no heatmap: {BLIND}",) if self._heatmap_gone else (),
         )
         self._desk.state = status.state
         self._status.put(encode(status))

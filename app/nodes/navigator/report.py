@@ -53,6 +53,7 @@ class StatusReport:
         intake: Intake,
         watch: Stopwatch,
         lost: tuple[str, ...],
+        notes: tuple[str, ...] = (),
     ) -> Status:
         """Return the navigator's state as it is now."""
         active, queue, history = goals.statuses()
@@ -86,23 +87,26 @@ class StatusReport:
             surface_voxels=_surface_voxels(mission),
             voxel_size_m=mission.config.map.voxel_size_m,
             map_revision=mission.voxel_map.revision,
+            notes=list(notes),
         )
 
 
 def _state(
     snapshot: Snapshot | None, mission: Mission, lost: tuple[str, ...], intake: Intake
 ) -> tuple[MissionState, str]:
-    if snapshot is None:
-        if intake.frames == 0:
-            missing = intake.assembler.missing()
-            return "starting", f"waiting for the robot's {missing or 'first frame'}"
-        return "starting", "waiting"
     if mission.state.value == "stopped":
         return "stopped", "stopped: press Resume to go on"
     if lost:
         ages = dict(intake.lost(0.0))
         silent = ", ".join(f"{name} ({ages[name] or 0.0:.1f} s)" for name in lost if name in ages)
         return "lost", f"waiting for {silent}"
+    if intake.refused:
+        return "lost", f"frames are refused: {intake.refused}"
+    if snapshot is None:
+        if intake.frames == 0:
+            missing = intake.assembler.missing()
+            return "starting", f"waiting for the robot's {missing or 'first frame'}"
+        return "starting", "waiting"
     return mission.state.value, snapshot.why
 
 

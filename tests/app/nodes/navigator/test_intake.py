@@ -132,8 +132,42 @@ def test_what_is_broken_is_refused_and_said_once(intake, send, sessions, complai
 def test_a_frame_that_contradicts_itself_is_refused(intake, send, complaints):
     send(PERIOD, depth_shape=(5, 8))
     assert take(intake, 0.5) is None
-    assert intake.monitors["colour"].status().rejected == 1
+    assert intake.monitors["depth"].status().rejected == 1
     assert "depth is (5, 8)" in complaints[0]
+    assert "depth is (5, 8)" in intake.refused
+    intake.accept()
+    assert intake.refused == ""
+
+
+@pytest.mark.parametrize(
+    ("problem", "stream"),
+    [
+        ("the camera jumped 3.00 m in 0.200 s; at most 2 m/s is believed", "pose"),
+        ("T_world_base is not a rigid transform", "pose"),
+        ("depth has no finite value: NaN or infinite everywhere", "depth"),
+        ("colour is (5, 8, 3) uint8; the camera takes (10, 16, 3) uint8", "colour"),
+        ("heatmap does not fit", "heatmap"),
+    ],
+)
+def test_a_refused_frame_counts_under_the_stream_at_fault(intake, problem, stream):
+    intake.refuse_frame(problem)
+    rejected = {name: m.status().rejected for name, m in intake.monitors.items()}
+    assert rejected == {name: int(name == stream) for name in rejected}
+
+
+def test_the_age_of_a_frame_counts_from_its_own_arrival(intake, send):
+    send(PERIOD)
+    take(intake)
+    first = intake.arrived_at
+    send(2 * PERIOD)
+    time.sleep(0.3)
+    # A newer image, that is not complete yet, must not make the older frame look fresh.
+    send(3 * PERIOD, without=(keys.DEPTH,))
+    time.sleep(0.2)
+    frame = take(intake)
+    assert frame.stamp_ns == 2 * PERIOD
+    assert intake.arrived_at > first
+    assert time.perf_counter() - intake.arrived_at > 0.4
 
 
 def test_medians():

@@ -1,10 +1,56 @@
 import time
+from types import SimpleNamespace
 
 import pytest
 
 from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.goals import GoalBook
+from app.nodes.navigator.intake import Stopwatch
 from app.nodes.navigator.report import StatusReport
 from ippon.command import Command
+from ippon.mission.mission import Mission, MissionConfig
+from ippon.robot import ZED
+from ippon.vocabulary import MATTERPORT_40
+
+
+def state_of(report, mission, *, lost=(), notes=(), frames=0, refused=""):
+    intake = SimpleNamespace(
+        frames=frames,
+        refused=refused,
+        monitors={},
+        lost=lambda _: [("depth", 2.0)],
+        assembler=SimpleNamespace(missing=lambda: "camera info"),
+    )
+    return report.status(
+        None,
+        mission,
+        goals=GoalBook(1),
+        intake=intake,
+        watch=Stopwatch(),
+        lost=lost,
+        notes=notes,
+    )
+
+
+@pytest.fixture(scope="module")
+def mission():
+    return Mission(MissionConfig(), ZED, MATTERPORT_40, seed=0)
+
+
+def test_stopped_is_shown_before_the_first_frame_too(report, mission):
+    assert state_of(report, mission).state == "starting"
+    assert state_of(report, mission).why == "waiting for the robot's camera info"
+    mission.stop()
+    assert state_of(report, mission, lost=("depth",), refused="depth").state == "stopped"
+    mission.resume()
+    assert state_of(report, mission).state == "starting"
+
+
+def test_refused_frames_are_shown_with_the_reason(report, mission):
+    status = state_of(report, mission, frames=3, refused="the camera jumped 3 m", notes=("n",))
+    assert (status.state, status.notes) == ("lost", ["n"])
+    assert status.why == "frames are refused: the camera jumped 3 m"
+
 
 STILL = Command(tilt_rad=-0.2)
 

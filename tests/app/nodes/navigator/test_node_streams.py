@@ -1,0 +1,109 @@
+"""What the navigator says of a robot whose messages are not as they should be; in one process."""
+
+import math
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from app.links.subscription import subscribe
+from app.messages import keys
+from app.messages.control import Event, SearchRequest, Status, decode, encode
+from app.messages.images import encode_camera, encode_color, encode_depth, encode_heatmap
+from app.messages.motion import StampedTransform, encode_transforms
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.node import Navigator
+from ippon.camera import PinholeCamera
+from ippon.geometry import base_pose
+from ippon.robot import ZED
+from ippon.simulation.homes.generator import generate_home
+from ippon.simulation.world import SimulatedWorld
+from ippon.vocabulary import MATTERPORT_40
+
+CAMERA = PinholeCamera.from_horizontal_fov(48, 30, math.radians(74.0))
+PERIOD_NS = 100_000_000
+
+
+class Robot:
+    """Stands still and publishes what it sees, ten times a second."""
+
+    def __init__(self, session):
+        self._session = session
+        scene = generate_home(3)
+        world = SimulatedWorld(scene, ZED, CAMERA, scene.start_poses[0], seed=0)
+        world.set_labels(MATTERPORT_40, "hat")
+        self._frame = world.observe()
+        self._stamp_ns = 0
+        self.statuses = []
+        self.events = []
+        subscribe(session, f"r/{keys.STATUS}", lambda p: self.statuses.append(decode(p, Status)))
+        subscribe(session, f"r/{keys.EVENT}", lambda p: self.events.append(decode(p, Event)))
+
+    def send(self, *, jump_m=0.0, heatmap=True):
+        frame, optical = self._frame, "optical"
+        stamp = self._stamp_ns = self._stamp_ns + PERIOD_NS
+        base = frame.T_world_base @ base_pose(jump_m, 0.0, 0.0, 0.0)
+        mount = np.linalg.inv(frame.T_world_base) @ frame.T_world_camera
+        transforms = [
+            StampedTransform(stamp_ns=stamp, parent="map", child="base_link", T_parent_child=base),
+            StampedTransform(
+                stamp_ns=stamp, parent="base_link", child=optical, T_parent_child=mount
+            ),
+        ]
+        put = self._session.put
+        put(f"r/{keys.TF}", encode_transforms(transforms))
+        put(f"r/{keys.CAMERA_INFO}", encode_camera(CAMERA, stamp, optical))
+        if heatmap:
+            put(f"r/{keys.HEATMAP}", encode_heatmap(frame.heatmap, stamp, optical))
+        put(f"r/{keys.DEPTH}", encode_depth(frame.depth, stamp, optical))
+        put(f"r/{keys.COLOR}", encode_color(frame.color, stamp, optical))
+
+    def send_until(self, test, timeout_s=30.0, **how):
+        """Publish until a status passes a test; returns that status."""
+        self.statuses.clear()
+        deadline = time.monotonic() + timeout_s
+        while time.monotonic() < deadline:
+            self.send(**how)
+            time.sleep(0.1)
+            for status in list(self.statuses):
+                if test(status):
+                    return status
+        raise AssertionError([(s.state, s.why, s.notes) for s in self.statuses[-3:]])
+
+
+@pytest.fixture
+def robot(sessions):
+    router, client = sessions
+    robot = Robot(client)
+    config = NavigatorConfig(robot="r", heatmap_lost_s=0.5)
+    navigator, stop = Navigator(config, router), threading.Event()
+    thread = threading.Thread(target=navigator.run, args=(stop,))
+    thread.start()
+    list(client.get(f"r/{keys.SEARCH}", payload=encode(SearchRequest(object="hat")), timeout=10.0))
+    robot.send_until(lambda s: s.frames > 3 and s.state != "lost", 120.0)
+    yield robot
+    stop.set()
+    thread.join()
+    navigator.close()
+
+
+def test_refused_frames_are_shown_until_one_is_accepted(robot):
+    rejected = {s.name: s.rejected for s in robot.statuses[-1].streams}
+    # It goes on jumping, farther than any speed makes up for.
+    jump = 50.0
+    status = robot.send_until(lambda s: s.state == "lost", jump_m=jump)
+    assert status.why.startswith("frames are refused: the camera jumped 50")
+    after = {s.name: s.rejected for s in status.streams}
+    assert after["pose"] > rejected["pose"]
+    assert after["depth"] == rejected["depth"]
+    assert robot.send_until(lambda s: s.state != "lost").state == "looking_around"
+
+
+def test_a_segmentation_that_stops_is_reported_and_the_search_goes_on(robot):
+    status = robot.send_until(lambda s: bool(s.notes), heatmap=False)
+    assert status.notes == ["no heatmap: objects are not told apart; the search goes on"]
+    assert status.state == "looking_around"
+    assert robot.send_until(lambda s: not s.notes).goal.outcome == "active"
+    told = [(e.kind, e.text[:10]) for e in robot.events if "heatmap" in e.text]
+    assert told == [("stream_lost", "no heatmap"), ("stream_back", "heatmap is")]
