@@ -10,10 +10,11 @@ import httpx
 import pytest
 from playwright.sync_api import Page, expect, sync_playwright
 
+from tests.browser import find_browser
+
 pytestmark = [pytest.mark.browser, pytest.mark.process, pytest.mark.slow]
 
 ROOT = Path(__file__).parents[2]
-CHROMIUM = ("/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome")
 ARGUMENTS = [
     "--no-sandbox",
     "--use-gl=angle",
@@ -50,7 +51,7 @@ def page(launch: Callable[..., Any], port: int):
     )
     demo.wait_for_log("simulated robot in home-3", timeout_s=300.0)
     assert httpx.get(f"http://127.0.0.1:{port}/health").is_success
-    path = next((p for p in CHROMIUM if Path(p).exists()), None)
+    path = find_browser()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
         page = browser.new_page(viewport={"width": 1440, "height": 900})

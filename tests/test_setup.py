@@ -1,0 +1,102 @@
+"""`scripts/setup` on machines that lack something, each made of stubs."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.browser import runs
+
+ROOT = Path(__file__).parents[1]
+PYTHON = """#!/bin/sh
+case "$*" in
+    *"playwright install --with-deps"*) echo "$*" >>"$MADE/log"; exit 1 ;;
+    *"playwright install"*) echo "$*" >>"$MADE/log"; touch "$MADE/browser" ;;
+    *"pip install"*) echo "pip install" >>"$MADE/log" ;;
+    *browser.py) test -e "$MADE/browser" ;;
+esac
+"""
+
+
+def program(path, text):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    path.chmod(0o755)
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """A checkout whose Python keeps a log of what it is asked to install."""
+    root = tmp_path / "checkout"
+    for name in ("scripts/setup", "tests/browser.py", "pyproject.toml", "constraints.txt"):
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, root / name)
+    program(root / ".venv/bin/python", PYTHON)
+    return root
+
+
+@pytest.fixture
+def setup(tmp_path):
+    """Run a checkout's set-up as a user, and return what its Python was asked for."""
+    made = tmp_path / "made"
+    made.mkdir()
+
+    def run(root, user, *arguments, apt="exit 100"):
+        program(tmp_path / "bin/apt-get", f"#!/bin/sh\n{apt}\n")
+        program(tmp_path / "bin/apt-cache", "#!/bin/sh\n")
+        program(tmp_path / "bin/sudo", "#!/bin/sh\nexit 1\n")
+        program(tmp_path / "bin/id", f"#!/bin/sh\necho {user}\n")
+        path = f"{tmp_path / 'bin'}:{os.environ['PATH']}"
+        done = subprocess.run(
+            [root / "scripts/setup", *arguments],
+            env={**os.environ, "PATH": path, "MADE": str(made)},
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+        log = made / "log"
+        asked = log.read_text().splitlines() if log.exists() else []
+        log.unlink(missing_ok=True)
+        return done, asked
+
+    return run
+
+
+def test_playwright_has_a_browser_where_apt_has_none(checkout, setup):
+    done, asked = setup(checkout, 0, "--dev")
+    assert done.returncode == 0, done.stderr
+    assert asked == [
+        "pip install",
+        "-m playwright install --with-deps chromium",
+        "-m playwright install chromium",
+    ]
+
+
+def test_only_root_is_asked_for_playwrights_system_packages(checkout, setup):
+    done, asked = setup(checkout, 1000, "--dev")
+    assert done.returncode == 0, done.stderr
+    assert asked == ["pip install", "-m playwright install chromium"]
+
+
+def test_a_package_that_is_a_stub_is_no_browser(checkout, setup):
+    done, asked = setup(checkout, 0, "--dev", apt="exit 0")
+    assert done.returncode == 0, done.stderr
+    assert asked[-1] == "-m playwright install chromium"
+
+
+def test_packages_are_installed_once_and_again_after_a_move(checkout, setup):
+    assert setup(checkout, 0)[1] == ["pip install"]
+    assert setup(checkout, 0)[1] == []
+    moved = checkout.rename(checkout.with_name("moved"))
+    assert setup(moved, 0)[1] == ["pip install"]
+
+
+def test_a_browser_counts_only_if_it_runs(tmp_path):
+    program(tmp_path / "stub", "#!/bin/sh\necho 'install the snap'\nexit 10\n")
+    program(tmp_path / "real", "#!/bin/sh\necho 'Chromium 1'\n")
+    assert not runs(str(tmp_path / "stub"))
+    assert not runs(str(tmp_path / "nosuch"))
+    assert runs(str(tmp_path / "real"))
