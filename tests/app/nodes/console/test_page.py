@@ -1,12 +1,12 @@
 """The page in a real browser."""
 
 import time
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect, sync_playwright
 
 from app.messages import keys
+from tests.browser import find_browser
 
 pytestmark = pytest.mark.browser
 
@@ -25,7 +25,7 @@ PATIENCE_MS = 30_000
 @pytest.fixture(scope="module")
 def browser():
     """Chromium of the system, else Playwright's own; without one the tests fail."""
-    path = next((p for p in CHROMIUM if Path(p).exists()), None)
+    path = find_browser()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
         yield browser
