@@ -14,6 +14,7 @@ from app.cli.kernel_cache import use_kernel_cache
 
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
+LOG_LEVELS = ("DEBUG", "INFO", "WARNING", "ERROR")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -28,8 +29,8 @@ def run(arguments: Sequence[str]) -> int:
         ),
         config=(tyro.conf.OmitSubcommandPrefixes,),
     )
-    prepare_process()
     try:
+        prepare_process()
         return _dispatch(command)
     except UsageError as error:
         print(f"ippon: {error}", file=sys.stderr)
@@ -39,18 +40,28 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def prepare_process() -> None:
-    """Set what must stand before numba, numpy or open3d load their thread pools."""
+    """Set what must stand before numba, numpy or open3d load their thread pools.
+
+    Raises:
+        UsageError: `IPPON_LOG` names no level.
+    """
     # A worker that spins while the other core is busy makes a kernel up to 13 times slower.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     os.environ.setdefault("GOMP_SPINCOUNT", "0")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     use_kernel_cache()
     logging.basicConfig(
-        level=os.environ.get("IPPON_LOG", "INFO"),
+        level=_log_level(os.environ.get("IPPON_LOG", "INFO")),
         format="%(asctime)s %(levelname)-7s %(name)s: %(message)s",
         datefmt="%H:%M:%S",
         stream=sys.stderr,
     )
+
+
+def _log_level(name: str) -> str:
+    if name.upper() not in LOG_LEVELS:
+        raise UsageError(f"IPPON_LOG is one of {', '.join(LOG_LEVELS)}; got {name!r}")
+    return name.upper()
 
 
 def _dispatch(command: options.Command) -> int:

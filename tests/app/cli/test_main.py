@@ -70,6 +70,12 @@ def test_the_impossible_is_refused_in_one_line(arguments, text, capsys):
     assert "Traceback" not in err
 
 
+def test_a_log_level_that_is_none(capsys, monkeypatch):
+    monkeypatch.setenv("IPPON_LOG", "loud")
+    assert run(["levels", "hat"]) == 2
+    assert "IPPON_LOG is one of DEBUG, INFO, WARNING, ERROR; got 'loud'" in capsys.readouterr().err
+
+
 def test_a_taken_port(capsys):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
