@@ -21,6 +21,7 @@ from ippon.guidance.levels import Guidance, LevelProbabilities
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
 from ippon.mission.clusters import OoiVoxels, cluster_finds
 from ippon.mission.explanation import explain
+from ippon.mission.finding import LOOKED_AT_RADIUS_M, distance_m, looked_at, nearest_find
 from ippon.mission.goal import Goal
 from ippon.mission.look_around import LookAround, LookAroundConfig
 from ippon.mission.recovery import NANOSECONDS, Recovery, RecoveryConfig
@@ -39,11 +40,6 @@ HELD_TEXT = {
 }
 MIN_HORIZON_S, MAX_HORIZON_S = 0.1, 0.5
 """A command holds until the next frame; the last interval tells how long that is, within these."""
-FIND_WITHIN_M = 2.5
-"""A find lies at most this far from where the search ended."""
-
-LOOKED_AT_RADIUS_M = 0.75
-"""Ruled out round where the robot looks, when a find without voxels is rejected."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -184,7 +180,7 @@ class Mission:
             self.voxel_map.suppress_ooi(np.array(find.position_world), radius)
         elif self._last is not None:
             # No voxels are left to point at: what the robot looks at is what it took for it.
-            self.voxel_map.suppress_ooi(_looked_at(self._last), LOOKED_AT_RADIUS_M)
+            self.voxel_map.suppress_ooi(looked_at(self._last), LOOKED_AT_RADIUS_M)
         display = self._search.goal.display
         self._note("rejected", f"not the {display}: searching on")
         self._search.arrived_steps = self._search.empty_steps = 0
@@ -304,7 +300,7 @@ class Mission:
         arrived = approaching and self._follower.reached
         search.arrived_steps = search.arrived_steps + 1 if arrived else 0
         if search.arrived_steps >= self.config.confirm_steps:
-            search.find = self._nearest_candidate(frame.T_world_base)
+            search.find = nearest_find(self._candidates, frame.T_world_base)
             self._conclude(MissionState.FOUND, _found_text(search, frame.T_world_base))
             return Command(tilt_rad=command.tilt_rad)
         if command.linear_m_s > 0.05 and not approaching:
@@ -358,11 +354,6 @@ class Mission:
             T_world_camera=frame.T_world_camera,
         )
 
-    def _nearest_candidate(self, T_world_base: Float64Array) -> Find | None:
-        near = [f for f in self._candidates if _distance_m(T_world_base, f) < FIND_WITHIN_M]
-        in_view = [f for f in near if f.box_px is not None] or near
-        return max(in_view, key=lambda f: f.voxels, default=None)
-
     def _note(self, kind: str, text: str) -> None:
         self._events.append(MissionEvent(kind=kind, text=text))
 
@@ -390,25 +381,11 @@ def _ends_the_search(plan: Plan) -> bool:
     return plan.target is not None and plan.target.kind is NodeKind.TERMINATING
 
 
-def _distance_m(T_world_base: Float64Array, find: Find) -> float:
-    x, y, _ = find.position_world
-    return math.hypot(x - T_world_base[0, 3], y - T_world_base[1, 3])
-
-
-def _looked_at(frame: Frame) -> Float64Array:
-    """Return the point (3,) in the world that is in the middle of the image, metres."""
-    rows, columns = frame.depth.shape
-    middle = frame.depth[rows // 3 : rows - rows // 3, columns // 3 : columns - columns // 3]
-    seen = middle[np.isfinite(middle) & (middle > 0.0)]
-    away = min(float(np.median(seen)), FIND_WITHIN_M) if seen.size else 0.5 * FIND_WITHIN_M
-    return frame.T_world_camera[:3, 3] + away * frame.T_world_camera[:3, 2]
-
-
 def _found_text(search: _Search, T_world_base: Float64Array) -> str:
     text = f"found {search.goal.display}"
     if search.find is None:
         return text
     return (
         f"{text}: {search.find.voxels} voxels at p = {search.find.probability:.2f}, "
-        f"{_distance_m(T_world_base, search.find):.1f} m away"
+        f"{distance_m(T_world_base, search.find):.1f} m away"
     )

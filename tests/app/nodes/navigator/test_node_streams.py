@@ -34,6 +34,8 @@ class Robot:
         world = SimulatedWorld(scene, ZED, CAMERA, scene.start_poses[0], seed=0)
         world.set_labels(MATTERPORT_40, "hat")
         self._frame = world.observe()
+        assert self._frame.heatmap is not None
+        self._heatmap = self._frame.heatmap
         self._stamp_ns = 0
         self.statuses = []
         self.events = []
@@ -55,7 +57,7 @@ class Robot:
         put(f"r/{keys.TF}", encode_transforms(transforms))
         put(f"r/{keys.CAMERA_INFO}", encode_camera(CAMERA, stamp, optical))
         if heatmap:
-            put(f"r/{keys.HEATMAP}", encode_heatmap(frame.heatmap, stamp, optical))
+            put(f"r/{keys.HEATMAP}", encode_heatmap(self._heatmap, stamp, optical))
         put(f"r/{keys.DEPTH}", encode_depth(frame.depth, stamp, optical))
         put(f"r/{keys.COLOR}", encode_color(frame.color, stamp, optical))
 

@@ -1,0 +1,37 @@
+"""Which of the candidates a search has ended at, and where it is."""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from ippon.frame import Frame
+from ippon.geometry import Float64Array
+from ippon.mission.snapshot import Find
+
+FIND_WITHIN_M = 2.5
+"""A find lies at most this far from where the search ended."""
+LOOKED_AT_RADIUS_M = 0.75
+"""Ruled out round where the robot looks, when a find without voxels is rejected."""
+
+
+def nearest_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find | None:
+    """Return the largest candidate near the robot, those in view first; None where none is near."""
+    near = [f for f in candidates if distance_m(T_world_base, f) < FIND_WITHIN_M]
+    in_view = [f for f in near if f.box_px is not None] or near
+    return max(in_view, key=lambda f: f.voxels, default=None)
+
+
+def distance_m(T_world_base: Float64Array, find: Find) -> float:
+    """Return how far a find is from the base, over the floor."""
+    x, y, _ = find.position_world
+    return math.hypot(x - T_world_base[0, 3], y - T_world_base[1, 3])
+
+
+def looked_at(frame: Frame) -> Float64Array:
+    """Return the point (3,) in the world that is in the middle of the image, metres."""
+    rows, columns = frame.depth.shape
+    middle = frame.depth[rows // 3 : rows - rows // 3, columns // 3 : columns - columns // 3]
+    seen = middle[np.isfinite(middle) & (middle > 0.0)]
+    away = min(float(np.median(seen)), FIND_WITHIN_M) if seen.size else 0.5 * FIND_WITHIN_M
+    return frame.T_world_camera[:3, 3] + away * frame.T_world_camera[:3, 2]

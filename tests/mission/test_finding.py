@@ -1,0 +1,54 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ippon.camera import PinholeCamera
+from ippon.frame import Frame
+from ippon.geometry import base_pose
+from ippon.mission.finding import FIND_WITHIN_M, distance_m, looked_at, nearest_find
+from ippon.mission.snapshot import Find
+from ippon.robot import ZED
+
+CAMERA = PinholeCamera.from_horizontal_fov(30, 18, 1.2)
+HERE = base_pose(1.0, 2.0, 0.0, 0.0)
+
+
+def find(x, voxels, box_px=None):
+    return Find(
+        position_world=(x, 2.0, 0.5),
+        size_m=(0.2, 0.2, 0.2),
+        probability=0.9,
+        voxels=voxels,
+        box_px=box_px,
+    )
+
+
+def test_the_largest_in_view_of_those_near():
+    seen, hidden, far = find(2.0, 5, (0, 0, 3, 3)), find(1.5, 50), find(9.0, 500, (0, 0, 3, 3))
+    assert distance_m(HERE, far) == pytest.approx(8.0)
+    assert nearest_find([hidden, seen, far], HERE) is seen
+    assert nearest_find([hidden, far], HERE) is hidden
+    assert nearest_find([far], HERE) is None
+
+
+@pytest.mark.parametrize(
+    ("depth", "away"), [(1.5, 1.5), (9.0, FIND_WITHIN_M), (0.0, 0.5 * FIND_WITHIN_M)]
+)
+def test_what_is_looked_at_is_in_the_middle_of_the_image(depth, away):
+    T_world_camera = HERE @ ZED.T_base_camera(0.0)
+    frame = Frame(
+        stamp_ns=0,
+        color=np.zeros((18, 30, 3), np.uint8),
+        depth=np.full((18, 30), depth, np.float32),
+        camera=CAMERA,
+        T_world_camera=T_world_camera,
+        T_world_base=HERE,
+        tilt_rad=0.0,
+        heatmap=None,
+        contact=False,
+    )
+    centre = T_world_camera[:3, 3]
+    assert looked_at(frame) == pytest.approx(centre + np.array([away, 0.0, 0.0]))
+    frame = dataclasses.replace(frame, depth=np.full((18, 30), np.nan, np.float32))
+    assert looked_at(frame) == pytest.approx(centre + np.array([0.5 * FIND_WITHIN_M, 0.0, 0.0]))
