@@ -213,18 +213,34 @@ function renderVeil(shown) {
   at("veil-hint").textContent = text[2];
 }
 
+const TEXTUAL = new Set(["text", "search", "email", "url", "tel", "password", "number"]);
+
+// Space writes a space only where text can be written; everywhere else it is Stop, also where the
+// last click left the focus on a box, a slider or a button.
 function isTyping(target) {
-  return target?.closest?.("input, textarea, select, [contenteditable]") != null;
+  if (target?.isContentEditable) return true;
+  const field = target?.closest?.("input, textarea");
+  if (field == null || field.readOnly || field.disabled) return false;
+  return field.localName === "textarea" || TEXTUAL.has(field.type);
+}
+
+function isStopKey(event) {
+  if (event.code !== "Space" || event.ctrlKey || event.altKey || event.metaKey) return false;
+  return !isTyping(event.target);
 }
 
 function onKey(event) {
-  if (event.code !== "Space" || event.repeat || event.ctrlKey || event.altKey || event.metaKey) {
-    return;
-  }
-  if (isTyping(event.target)) return;
+  if (!isStopKey(event)) return;
   event.preventDefault();
   event.stopImmediatePropagation();
-  stop();
+  if (!event.repeat) stop();
+}
+
+// Browsers press a focused button when Space is released.
+function onKeyUp(event) {
+  if (!isStopKey(event)) return;
+  event.preventDefault();
+  event.stopImmediatePropagation();
 }
 
 // viser's client reconnects only while its document has the focus. A wall display never has it,
@@ -234,10 +250,12 @@ function adoptView() {
   if (inner === null || inner.location.pathname !== "/view/") return;
   inner.hasFocus = () => true;
   view.contentWindow.addEventListener("keydown", onKey, true);
+  view.contentWindow.addEventListener("keyup", onKeyUp, true);
   view.contentWindow.dispatchEvent(new Event("focus"));
 }
 
 window.addEventListener("keydown", onKey, true);
+window.addEventListener("keyup", onKeyUp, true);
 view.addEventListener("load", adoptView);
 at("stop").addEventListener("click", stop);
 at("resume").addEventListener("click", resume);

@@ -34,6 +34,14 @@ _COMMON: Final = {
 }
 
 
+def _authority(origin: str) -> str:
+    """Return the host and port of an Origin header; "" when it is not one."""
+    try:
+        return urlsplit(origin).netloc
+    except ValueError:
+        return ""
+
+
 def host_name(host: str) -> str:
     """Return the name in a Host header, without the port; "" when it is not one."""
     try:
@@ -83,7 +91,7 @@ def _problem(scope: Scope) -> str | None:
     needs_origin = scope["type"] == "websocket" or scope["method"] not in {"GET", "HEAD"}
     if origin is None:
         return "requests that change something must name their origin" if needs_origin else None
-    if urlsplit(origin).netloc != host:
+    if _authority(origin) != host:
         return f"requests from {origin[:80]!r} are refused"
     return None
 

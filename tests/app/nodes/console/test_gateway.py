@@ -166,6 +166,13 @@ def test_stop_from_another_page_is_refused(client, navigator):
     assert navigator.actions == []
 
 
+@pytest.mark.parametrize("origin", ["http://[", "http://[::1", "http://\u2100", "//", ""])
+def test_an_origin_that_is_none_is_refused(client, navigator, origin):
+    answer = client.post("/api/stop", headers={"Origin": origin.encode("utf-8")})
+    assert answer.status_code == 403
+    assert navigator.actions == []
+
+
 def test_stop_by_http(client, navigator):
     assert client.post("/api/stop").json() == {"ok": True, "text": "stopped"}
     navigator.problem = "no navigator at tcp/127.0.0.1:7447"

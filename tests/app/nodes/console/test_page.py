@@ -183,6 +183,30 @@ def test_a_space_in_a_text_field_is_a_space(home, page):
     assert not [key for key, _ in home.requests if key == keys.CONTROL]
 
 
+def test_space_stops_after_a_click_on_a_checkbox(home, page):
+    _state(page, "Searching")
+    view = _view(page)
+    view.get_by_text("Map", exact=True).click(timeout=PATIENCE_MS)
+    box = _field(page, "Surfaces")
+    box.click()
+    expect(box).not_to_be_checked()
+    page.keyboard.press("Space")
+    _state(page, "Stopped")
+    expect(box).not_to_be_checked()
+
+
+def test_space_stops_after_a_click_on_a_button_and_does_not_press_it(home, page):
+    _state(page, "Searching")
+    view = _view(page)
+    view.get_by_role("button", name="Pause", exact=True).click(timeout=PATIENCE_MS)
+    _state(page, "Paused")
+    page.keyboard.press("Space")
+    _state(page, "Stopped")
+    page.wait_for_timeout(300)
+    actions = [payload for key, payload in home.requests if key == keys.CONTROL]
+    assert [b"stop" in action for action in actions] == [False, True]
+
+
 def test_stop_works_while_the_scene_is_gone(home, page):
     _state(page, "Searching")
     page.locator("#view").evaluate("frame => frame.remove()")
