@@ -16,6 +16,7 @@ from app.nodes.console.bulletin import Bulletin
 from app.nodes.console.inbox import Inbox
 from app.nodes.console.link import NavigatorLink
 from app.nodes.console.panels.tabs import Tabs
+from app.nodes.console.vital_thread import OnFailure, vital_thread
 from app.view.camera_follow import CameraFollow
 from app.view.options import ViewOptions
 from app.view.reader import SceneReader
@@ -59,7 +60,12 @@ class Conductor:
     """Feeds the model from the inbox and draws what changed."""
 
     def __init__(
-        self, backend: ViserBackend, link: NavigatorLink, inbox: Inbox, bulletin: Bulletin
+        self,
+        backend: ViserBackend,
+        link: NavigatorLink,
+        inbox: Inbox,
+        bulletin: Bulletin,
+        on_failure: OnFailure,
     ) -> None:
         self.model = SceneModel()
         self.reader = SceneReader(self.model)
@@ -79,7 +85,7 @@ class Conductor:
         self._told_rejects = 0
         self._fetcher = ThreadPoolExecutor(max_workers=1, thread_name_prefix="keyframe")
         self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="conductor", daemon=True)
+        self._thread = vital_thread("conductor", self._run, on_failure)
         backend.server.on_client_connect(self._joined)
         backend.server.on_client_disconnect(self._left)
 

@@ -27,6 +27,7 @@ from app.messages.control import (
 )
 from app.nodes.console.commands import CommandError
 from app.nodes.console.inbox import Inbox
+from app.nodes.console.vital_thread import OnFailure, vital_thread
 
 logger = logging.getLogger(__name__)
 
@@ -43,16 +44,29 @@ LATCHED: Final = (
 
 REQUESTER: Final = "console"
 SILENT_S: Final = 4.0
-"""After so long without a status the sessions are opened again."""
+"""After so long without a status the listening session is opened again."""
 REPLY_S: Final = 2.0
+STOP_S: Final = 5.0
+"""So long a Stop is tried again while the navigator cannot be reached."""
+_STOP_PAUSE_S: Final = 0.1
 _CONNECT_S: Final = 1.5
 _RETRY_S: Final = 0.5
 
 
 class NavigatorLink:
-    """Two sessions, one for what comes in and one for commands, so that no map delays a Stop."""
+    """Two sessions, one for what comes in and one for commands, so that no map delays a Stop.
 
-    def __init__(self, endpoint: str, robot: str, topics: Iterable[str], inbox: Inbox) -> None:
+    The commanding session stays open while a router answers: silence alone does not close it.
+    """
+
+    def __init__(
+        self,
+        endpoint: str,
+        robot: str,
+        topics: Iterable[str],
+        inbox: Inbox,
+        on_failure: OnFailure,
+    ) -> None:
         self.endpoint = endpoint
         self.robot = robot
         self.problem = ""
@@ -63,9 +77,9 @@ class NavigatorLink:
         self._inbox = inbox
         self._listening: zenoh.Session | None = None
         self._commanding: zenoh.Session | None = None
-        self._heard_at = time.monotonic()
+        self._heard_at = self._opened_at = time.monotonic()
         self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._keep_open, name="link", daemon=True)
+        self._thread = vital_thread("link", self._keep_open, on_failure)
 
     def start(self) -> None:
         """Open the sessions, in the background and for as long as it takes."""
@@ -142,45 +156,63 @@ class NavigatorLink:
         return "The search is cancelled; the map stays."
 
     def _control(self, request: ControlRequest) -> str:
-        return self._request(keys.CONTROL, request, ControlReply).state
+        deadline = time.monotonic() + (STOP_S if request.action == "stop" else 0.0)
+        while True:
+            try:
+                return self._request(keys.CONTROL, request, ControlReply).state
+            except _UndeliveredError:
+                if time.monotonic() >= deadline or self._stop.wait(_STOP_PAUSE_S):
+                    raise
 
     def _request(self, topic: str, message: msgspec.Struct, kind: type[M]) -> M:
         session = self._commanding
         if session is None:
-            raise CommandError(f"no navigator at {self.endpoint}")
+            raise _UndeliveredError(f"no navigator at {self.endpoint}")
         try:
             return ask(session, self._key(topic), message, kind, REPLY_S)
-        except (RequestRefusedError, LinkError) as error:
+        except RequestRefusedError as error:
             raise CommandError(str(error)) from error
+        except LinkError as error:
+            raise _UndeliveredError(str(error)) from error
         except zenoh.ZError as error:
-            raise CommandError(f"the command could not be sent: {error}") from error
+            raise _UndeliveredError(f"the command could not be sent: {error}") from error
 
     def _key(self, topic: str) -> str:
         return f"{self.robot}/{topic}"
 
     def _keep_open(self) -> None:
         while not self._stop.is_set():
-            if self._listening is None:
-                self._open()
-            elif self.silence_s() > SILENT_S:
-                logger.info("the navigator at %s is silent: connecting again", self.endpoint)
-                self._close_sessions()
-                continue
+            self._check_sessions()
             self._stop.wait(_RETRY_S)
 
-    def _open(self) -> None:
+    def _check_sessions(self) -> None:
         try:
-            self._commanding = open_client(self.endpoint, _CONNECT_S)
-            listening = open_client(self.endpoint, _CONNECT_S)
-        except LinkError as error:
+            if self._commanding is None or not _has_router(self._commanding):
+                self._open_commanding()
+            quiet_s = time.monotonic() - max(self._heard_at, self._opened_at)
+            if self._listening is not None and quiet_s > SILENT_S:
+                logger.info("the navigator at %s is silent: listening again", self.endpoint)
+                self._listening = _closed(self._listening)
+            if self._listening is None:
+                self._open_listening()
+            self.problem = ""
+        except (LinkError, zenoh.ZError) as error:
             self.problem = str(error)
-            self._close_sessions()
-            return
-        for topic in self._topics:
-            subscribe(listening, self._key(topic), self._receiver(topic))
+
+    def _open_commanding(self) -> None:
+        self._commanding = _closed(self._commanding)
+        self._commanding = open_client(self.endpoint, _CONNECT_S)
+
+    def _open_listening(self) -> None:
+        listening = open_client(self.endpoint, _CONNECT_S)
+        try:
+            for topic in self._topics:
+                subscribe(listening, self._key(topic), self._receiver(topic))
+        except zenoh.ZError:
+            _closed(listening)
+            raise
         self._listening = listening
-        self._heard_at = time.monotonic()
-        self.problem = ""
+        self._opened_at = time.monotonic()
         self.openings += 1
         for topic in LATCHED:
             payload = self.query(topic, 1.0)
@@ -198,8 +230,18 @@ class NavigatorLink:
         return receive
 
     def _close_sessions(self) -> None:
-        sessions = (self._listening, self._commanding)
-        self._listening = self._commanding = None
-        for session in sessions:
-            if session is not None:
-                session.close()  # pyright: ignore[reportUnknownMemberType]
+        self._listening = _closed(self._listening)
+        self._commanding = _closed(self._commanding)
+
+
+class _UndeliveredError(CommandError):
+    """The navigator gave no answer: unlike a refusal, another attempt may get one."""
+
+
+def _has_router(session: zenoh.Session) -> bool:
+    return bool(session.info.routers_zid())
+
+
+def _closed(session: zenoh.Session | None) -> None:
+    if session is not None:
+        session.close()  # pyright: ignore[reportUnknownMemberType]

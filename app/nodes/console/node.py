@@ -55,25 +55,36 @@ def run_console(config: ConsoleConfig) -> None:
     """Serve the page until SIGINT or SIGTERM.
 
     Raises:
-        ConsoleError: The port is taken.
+        ConsoleError: The port is taken, or a part of the console has failed.
     """
     listener = _listen(config)
     inbox, bulletin = Inbox(EVERY), Bulletin()
     topics = SceneReader(SceneModel()).keys
-    link = NavigatorLink(config.connect, config.robot, topics, inbox)
+    failures: list[Exception] = []
+
+    def fail(error: Exception) -> None:
+        failures.append(error)
+        server.should_exit = True
+
+    link = NavigatorLink(config.connect, config.robot, topics, inbox, fail)
     backend = start_viser()
-    conductor = Conductor(backend, link, inbox, bulletin)
+    server = uvicorn.Server(server_settings(Gateway(backend, bulletin, link).app()))
+    conductor = Conductor(backend, link, inbox, bulletin, fail)
     link.start()
     conductor.start()
     logger.info("console at http://%s:%d", *listener.getsockname()[:2])
     try:
-        gateway = Gateway(backend, bulletin, link)
-        uvicorn.Server(server_settings(gateway.app())).run(sockets=[listener])
+        server.run(sockets=[listener])
     finally:
         conductor.stop()
         link.close()
         backend.close()
         listener.close()
+    if failures:
+        raise ConsoleError(
+            f"the console has ended because a part of it failed ({failures[0]!r}); its log says "
+            "where. The robot goes on by itself: start the console again with ippon console"
+        ) from failures[0]
 
 
 def _listen(config: ConsoleConfig) -> socket.socket:

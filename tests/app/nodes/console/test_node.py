@@ -9,6 +9,7 @@ import httpx
 import pytest
 import websockets.sync.client
 
+from app.nodes.console.conductor import Conductor
 from app.nodes.console.node import ConsoleConfig, ConsoleError, run_console
 from app.view.options import ViewOptions
 
@@ -62,6 +63,21 @@ class Shell:
         self.socket.send(json.dumps({"type": "control", "id": number, "action": action}))
         self.hear(lambda shell: number in shell.replies)
         return self.replies[number]
+
+
+def test_ends_with_an_error_when_a_part_fails(stage, monkeypatch):
+    def fail(*_):
+        raise KeyError("unexpected")
+
+    monkeypatch.setattr(Conductor, "_take", fail)
+    zenoh_port = stage.free_port()
+    home = stage.PublishedHome(zenoh_port)
+    config = ConsoleConfig(connect=f"tcp/127.0.0.1:{zenoh_port}", port=0)
+    try:
+        with pytest.raises(ConsoleError, match=r"a part of it failed \(KeyError"):
+            run_console(config)
+    finally:
+        home.close()
 
 
 @pytest.fixture
