@@ -10,9 +10,9 @@ from app.messages.control import FindReport, LevelName, ProximityTable, Status
 from app.nodes.console.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.picture import outlined
-from app.nodes.console.sentence import read_request
 from app.view.scene_model import Part, SceneModel
 from app.view.viser_private import show_jpeg_in_panel
+from ippon.guidance.sentence import read_query
 
 MAX_OBJECT: Final = 80
 MAX_CONTEXT: Final = 2000
@@ -81,8 +81,9 @@ class SearchPanel:
         if len(typed) > MAX_TYPED:
             self._say(f"At most {MAX_TYPED} characters; this is {len(typed)}.", ok=False)
             return
-        wanted, said = read_request(typed)
-        context = ", ".join(part for part in (said, context) if part)
+        query = read_query(typed)
+        wanted = query.object or typed
+        context = ", ".join(part for part in (query.context, context) if part)
         problem = _problem(wanted, context)
         if problem is not None:
             self._say(problem, ok=False)
