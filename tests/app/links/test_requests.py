@@ -5,6 +5,7 @@ import pytest
 
 from app.links.latched import Latched
 from app.links.requests import RequestRefusedError, ask, last_message, serve
+from app.links.sender import Sender
 from app.links.session import LinkError
 from app.messages.control import Accepted, ErrorReply, FeedbackRequest, SearchRequest
 
@@ -96,9 +97,11 @@ def test_an_error_reply_is_a_refusal_even_when_sent_by_the_handler(sessions):
 
 def test_a_late_joiner_gets_the_last_message(sessions):
     router, client = sessions
-    latched = Latched(router, "robot/status")
+    sender = Sender()
+    latched = Latched(router, "robot/status", sender)
     assert last_message(client, "robot/status", 1.0) is None
     latched.put(b"one")
     latched.put(b"two")
     assert last_message(client, "robot/status", 5.0) == b"two"
     assert last_message(client, "robot/other", 0.5) is None
+    sender.close()

@@ -10,6 +10,7 @@ import pytest
 
 from app.links.latched import Latched
 from app.links.requests import last_message
+from app.links.sender import Sender
 from app.links.session import open_router
 from app.links.subscription import subscribe
 from app.messages import keys
@@ -46,7 +47,8 @@ class Station:
         self.heard = queue.SimpleQueue()
         for topic in DECODERS:
             subscribe(self.session, f"r/{topic}", self._receiver(topic))
-        self._labels = Latched(self.session, f"r/{keys.LABELS}")
+        self._sender = Sender()
+        self._labels = Latched(self.session, f"r/{keys.LABELS}", self._sender)
         self._labels.put(encode(LabelRequest(labels=list(MATTERPORT_40), ooi="hat")))
         self.last = {}
 
@@ -61,6 +63,10 @@ class Station:
             self.last[heard] = payload
             if heard == topic:
                 return DECODERS[topic](payload)
+
+    def close(self):
+        self._sender.close()
+        self.session.close()
 
     def pose(self):
         """Return the newest pose of the base and its stamp in seconds."""
@@ -87,7 +93,7 @@ def station(free_endpoint):
     station = Station(free_endpoint)
     yield station
     if not station.session.is_closed():
-        station.session.close()
+        station.close()
 
 
 @pytest.fixture
@@ -169,7 +175,7 @@ def test_it_stands_when_the_link_is_gone_and_comes_back_by_itself(
     start_robot()
     station.wait_for(keys.COLOR)
     T, _ = drive_off(station, speed=0.4)
-    station.session.close()
+    station.close()
     again = Station(free_endpoint)
     try:
         again.wait_for(keys.COLOR, timeout_s=20.0)
@@ -179,7 +185,7 @@ def test_it_stands_when_the_link_is_gone_and_comes_back_by_itself(
         again.wait_for(keys.COLOR)
         assert np.array_equal(again.pose()[0], now)
     finally:
-        again.session.close()
+        again.close()
 
 
 def test_hostile_commands_are_skipped(station, start_robot):
