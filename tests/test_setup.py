@@ -94,6 +94,11 @@ def test_packages_are_installed_once_and_again_after_a_move(checkout, setup):
     assert setup(moved, 0)[1] == ["pip install"]
 
 
+def test_what_the_tests_need_includes_what_the_product_needs(checkout, setup):
+    assert setup(checkout, 0, "--dev", apt="exit 0")[1][0] == "pip install"
+    assert setup(checkout, 0)[1] == []
+
+
 def test_a_browser_counts_only_if_it_runs(tmp_path):
     program(tmp_path / "stub", "#!/bin/sh\necho 'install the snap'\nexit 10\n")
     program(tmp_path / "real", "#!/bin/sh\necho 'Chromium 1'\n")
