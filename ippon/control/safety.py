@@ -43,9 +43,36 @@ def filter_command(
     speed = abs(command.linear_m_s)
     reach = robot.radius_m + speed * (horizon_s + speed / robot.max_linear_acceleration_m_s2) + 0.3
     obstacles = near_obstacles(map_arrays, robot, T_world_base, reach)
+    return filter_among(command, T_world_base, robot, obstacles, horizon_s)
+
+
+def filter_among(
+    command: Command,
+    T_world_base: Float64Array,
+    robot: RobotProfile,
+    obstacles: Float64Array,
+    horizon_s: float,
+    margin_m: float = -GRACE_M,
+    slack_m: float = 0.002,
+) -> tuple[Command, str | None]:
+    """Scale a command down as `filter_command` does, among obstacles that are known already.
+
+    Args:
+        command: What was asked for.
+        T_world_base: Where the robot stands.
+        robot: Its body and limits.
+        obstacles: (M, 2) world x and y of occupied voxel columns within reach, metres.
+        horizon_s: How long the command may hold before the next one.
+        margin_m: Room that the body keeps; a hand that drives at walls needs more than a planner
+            that keeps to the middle of things.
+        slack_m: How much closer one that stands too close already may come in one command.
+
+    Returns:
+        The command that is safe, and why it differs; None when it does not.
+    """
     if len(obstacles) == 0:
         return command, None
-    allowed = _least_room(robot, T_world_base, obstacles)
+    allowed = _least_room(robot, T_world_base, obstacles, margin_m, slack_m)
     for share in _SHARES:
         tried = replace(
             command,
@@ -63,11 +90,17 @@ def filter_command(
     return turning, f"stopped: {_where(command, T_world_base, obstacles)}"
 
 
-def _least_room(robot: RobotProfile, T_world_base: Float64Array, obstacles: Float64Array) -> float:
+def _least_room(
+    robot: RobotProfile,
+    T_world_base: Float64Array,
+    obstacles: Float64Array,
+    margin_m: float,
+    slack_m: float,
+) -> float:
     """Room that every pose must keep; less for a robot that stands closer than that already."""
     pose = np.array([[T_world_base[0, 3], T_world_base[1, 3], yaw_of(T_world_base)]])
     now = float(body_room(robot, pose, obstacles)[0])
-    return min(-GRACE_M, now - 0.002)
+    return min(margin_m, now - slack_m)
 
 
 def _room_along(

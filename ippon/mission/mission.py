@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ippon.command import Command
+from ippon.control.drive import DriveMode
 from ippon.control.follower import FollowerConfig, PathFollower
 from ippon.control.safety import filter_command
 from ippon.frame import Frame
@@ -28,6 +29,7 @@ from ippon.mission.recovery import NANOSECONDS, Recovery, RecoveryConfig
 from ippon.mission.snapshot import Find, MissionEvent, MissionState, Snapshot, StepResult
 from ippon.mission.termination import termination_voxels
 from ippon.mission.travel_pitch import TravelPitch, TravelPitchConfig
+from ippon.mission.waypoint import WayFinder, Waypoint, way_length
 from ippon.planning.interface import Planner
 from ippon.planning.plan import NodeKind, Plan
 from ippon.planning.planner import PlannerConfig, ViewpointPlanner
@@ -37,6 +39,11 @@ WAITING = "waiting for a goal"
 HELD_TEXT = {
     MissionState.STOPPED: "stopped: press Resume to go on",
     MissionState.PAUSED: "paused",
+}
+DRIVE_TEXT = {
+    DriveMode.AUTO: "the robot drives by itself again",
+    DriveMode.ASSISTED: "the operator drives, with the planner's help",
+    DriveMode.MANUAL: "the operator drives",
 }
 MIN_HORIZON_S, MAX_HORIZON_S = 0.1, 0.5
 """A command holds until the next frame; the last interval tells how long that is, within these."""
@@ -102,6 +109,8 @@ class Mission:
         self._search: _Search | None = None
         self._state = MissionState.STARTING
         self._held: MissionState | None = None
+        self._drive = DriveMode.AUTO
+        self._waypoint: Waypoint | None = None
         self._events: list[MissionEvent] = []
         self._candidates: tuple[Find, ...] = ()
         self._plan: Plan | None = None
@@ -118,7 +127,13 @@ class Mission:
     @property
     def state(self) -> MissionState:
         """What the robot is doing."""
-        return self._held or self._state
+        by_hand = self._waypoint is not None or self._drive is DriveMode.MANUAL
+        return self._held or (MissionState.MANUAL if by_hand else self._state)
+
+    @property
+    def waypoint(self) -> Waypoint | None:
+        """Where the operator sends the robot, until it is there."""
+        return self._waypoint
 
     def set_goal(self, goal: Goal, guidance: Guidance) -> None:
         """Search for another object; map and tree stay.
@@ -215,6 +230,38 @@ class Mission:
             self._note("resumed", "the search goes on")
         self._held = None
 
+    def drive(self, mode: DriveMode) -> None:
+        """Say who drives; map and tree go on growing, and Auto goes on from wherever it is."""
+        if mode is not self._drive:
+            self._note("drive", DRIVE_TEXT[mode])
+        self._drive = mode
+        self._waypoint = None
+
+    def go_to(self, xy: tuple[float, float]) -> float | None:
+        """Go to a point on the floor first, then on with what the mode says.
+
+        Args:
+            xy: World x and y, metres.
+
+        Returns:
+            Length of the way in metres; None, and nothing changes, when there is no way.
+        """
+        frame = self._last
+        if frame is None:
+            return None
+        # The floor as of this frame: without a goal the planner has not looked at it yet.
+        self._planner.step(self.voxel_map.arrays(), frame.T_world_base, frame.tilt_rad)
+        way = self._way_to(xy, frame)
+        if way is None:
+            return None
+        self._waypoint = Waypoint(xy=xy)
+        self._note("drive", f"going to a point {way_length(way):.1f} m away")
+        return way_length(way)
+
+    def cancel_go_to(self) -> None:
+        """Go to no point any more."""
+        self._waypoint = None
+
     # -- one step ----------------------------------------------------------------------------
 
     def step(self, frame: Frame) -> StepResult:
@@ -240,7 +287,10 @@ class Mission:
         self._update_candidates(frame)
         wanted = self._act(frame, dt_s)
         # The command before the filter: a robot that is kept from driving is stuck, too.
-        self._recovery.watch(frame.stamp_ns, frame.T_world_base, wanted)
+        own = self._drive is DriveMode.AUTO or self._waypoint is not None
+        self._recovery.watch(
+            frame.stamp_ns, frame.T_world_base, wanted if own else Command(tilt_rad=frame.tilt_rad)
+        )
         command, reason = self._without_collision(wanted, frame, dt_s)
         snapshot = self._snapshot(frame, reason)
         self._events = []
@@ -264,16 +314,22 @@ class Mission:
     def _act(self, frame: Frame, dt_s: float) -> Command:
         search = self._search
         over = self._state in (MissionState.FOUND, MissionState.EXHAUSTED)
-        if self._held is not None or search is None or over:
+        idle = (search is None or over) and self._waypoint is None
+        if self._held is not None or idle:
             return Command(tilt_rad=frame.tilt_rad)
         if self._recovery.blocked(frame.stamp_ns, frame.T_world_base, frame.contact):
             self._note("contact", "blocked: marking what is ahead and backing off")
             self._planner.mark_contact(frame.T_world_base)
         arrays = self.voxel_map.arrays()
         plan = self._plan = self._planner.step(arrays, frame.T_world_base, frame.tilt_rad)
+        if self._drive is DriveMode.MANUAL and self._waypoint is None:
+            self._why = "you drive; the map goes on growing"
+            return Command(tilt_rad=frame.tilt_rad)
         freeing = self._recovery.command(frame.stamp_ns, frame.tilt_rad)
         if freeing is not None:
             return freeing
+        if self._waypoint is not None or search is None:
+            return self._go_on(frame, plan, dt_s)
         if _ends_the_search(plan):
             self._look_around.skip()
         if not self._look_around.done:
@@ -307,6 +363,33 @@ class Mission:
             sweep = self._travel_pitch.tilt(search.elapsed_s(frame.stamp_ns))
             return dataclasses.replace(command, tilt_rad=sweep)
         return command
+
+    def _go_on(self, frame: Frame, plan: Plan, dt_s: float) -> Command:
+        """Drive on to the operator's point; there, or without a way, it is done with."""
+        waypoint, way = self._waypoint, None
+        if waypoint is not None:
+            way = self._way_to(waypoint.xy, frame)
+        if waypoint is None or way is None:
+            self._end_waypoint("there is no way to the point any more")
+            return Command(tilt_rad=frame.tilt_rad)
+        self._plan = waypoint.plan(plan, frame.T_world_base, way)
+        self._why = f"going to your point, {way_length(way):.1f} m"
+        command = self._follower.step(
+            self._plan, frame.T_world_base, frame.tilt_rad, self.voxel_map.arrays(), dt_s
+        )
+        if self._follower.reached:
+            self._end_waypoint("at the point that you chose")
+        return command
+
+    def _end_waypoint(self, text: str) -> None:
+        self._waypoint = None
+        self._why = text
+        self._note("drive", text)
+
+    def _way_to(self, xy: tuple[float, float], frame: Frame) -> Float64Array | None:
+        if not isinstance(self._planner, WayFinder):
+            return None
+        return self._planner.way_to(frame.T_world_base, np.array(xy))
 
     def _conclude(self, state: MissionState, why: str) -> None:
         self._state = state

@@ -19,6 +19,7 @@ class MissionState(StrEnum):
     FOUND = "found"
     EXHAUSTED = "exhausted"
     PAUSED = "paused"
+    MANUAL = "manual"
     STOPPED = "stopped"
 
 

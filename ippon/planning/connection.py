@@ -146,6 +146,39 @@ class Connector:
             solves -= 1
         return added
 
+    def way_to(
+        self, goal: Float64Array, T_world_base: Float64Array, seeds: Seeds, tree: ShortestTree
+    ) -> Float64Array | None:
+        """Find the way from the robot to a point that is no node.
+
+        Args:
+            goal: (2,) where the robot can stand, metres.
+            T_world_base: Where it stands.
+            seeds: Moves from the robot into the roadmap.
+            tree: Cheapest ways to the nodes.
+
+        Returns:
+            (K, 2) points from the robot to the goal, None when no way was found.
+        """
+        grid, limits, start = self._floor.grid, self._floor.limits, T_world_base[:2, 3]
+        leave = self._floor.clearance(float(start[0]), float(start[1]))
+        if move_between(grid, limits, start, goal, self._margin, leave)[0]:
+            return np.stack([start, goal])
+        nodes = self._road.near(float(goal[0]), float(goal[1]), RADIUS_M, 2 * NEIGHBOURS)
+        nodes = [int(n) for n in nodes if np.isfinite(tree.cost[n])]
+        best, path = math.inf, None
+        for node in nodes:
+            free, time, _ = move_between(grid, limits, self._road.xy[node], goal, self._margin)
+            if free and tree.cost[node] + time < best:
+                best, path = tree.cost[node] + time, self._road.path_to(node, tree, seeds)
+        if path is not None:
+            return self.shorten(np.vstack([path, goal]))
+        for node in nodes[:3] if self._config.enabled else ():
+            way = self._solve(self._road.xy[node], goal)
+            if way is not None:
+                return self.shorten(np.vstack([self._road.path_to(node, tree, seeds), way[1:]]))
+        return None
+
     def shorten(self, path: Float64Array) -> Float64Array:
         """Cut corners of a (K, 2) path wherever that takes less time."""
         grid, limits = self._floor.grid, self._floor.limits

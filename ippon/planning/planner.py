@@ -17,6 +17,7 @@ from ippon.planning.picture import TreePicture
 from ippon.planning.plan import Plan
 from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampling import (
+    STANDABLE,
     SamplingConfig,
     cell_centre,
     cover,
@@ -30,6 +31,9 @@ from ippon.planning.shortest_tree import Seeds, ShortestTree
 from ippon.planning.traversability import Traversability, TraversabilityConfig
 from ippon.planning.viewpoints import ViewConfig, Viewpoints
 from ippon.robot import RobotProfile
+
+WAYPOINT_REACH_M = 0.75
+"""A point that an operator chose may lie this far from where the robot can stand: on a table."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,6 +167,31 @@ class ViewpointPlanner:
             exhausted=exhausted,
             evaluated=evaluated,
         )
+
+    def way_to(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
+        """Find the way to a point that the operator chose, over the roadmap of the last `step`.
+
+        Args:
+            T_world_base: Where the robot stands.
+            xy: (2,) world x and y, metres.
+
+        Returns:
+            (K, 2) points from the robot to where it can stand nearest to `xy`; None when that is
+            farther than `WAYPOINT_REACH_M` away, or nothing leads there.
+        """
+        x, y = float(T_world_base[0, 3]), float(T_world_base[1, 3])
+        grid, limits = self._floor.grid, self._floor.limits
+        reachable = reachable_cells(grid, limits, x, y, self._floor.margin_m, COMFORT_M)
+        cells = np.argwhere(reachable == STANDABLE)
+        if not len(cells):
+            return None
+        places = (cells + grid.origin + 0.5) * grid.voxel_size
+        apart = np.hypot(places[:, 0] - xy[0], places[:, 1] - xy[1])
+        nearest = int(np.argmin(apart))
+        if apart[nearest] > WAYPOINT_REACH_M:
+            return None
+        seeds, tree = self._grow_tree(reachable, x, y, yaw_of(T_world_base))
+        return self._connector.way_to(places[nearest], T_world_base, seeds, tree)
 
     def _standing_at(self, x: float, y: float) -> Float64Array | None:
         """Position of the target when the robot has come to it."""
