@@ -1,13 +1,21 @@
-"""One question to an OpenAI-compatible chat endpoint: OpenAI, Ollama, vLLM, llama.cpp server."""
+"""One question to an OpenAI-compatible chat endpoint: OpenAI, Ollama, vLLM, llama.cpp server.
+
+The `openai` SDK speaks the protocol. It takes a second to load: import this module only where a
+model is configured.
+"""
 
 import ipaddress
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, cast
+from urllib.parse import urlsplit
 
-import httpx
+import httpx2
+from openai import APIConnectionError, APIStatusError, APITimeoutError, Omit, OpenAI, OpenAIError
+
+from app.links import bounded_transport as bounded
 
 ResponseForm = Literal["schema", "json", "text"]
 
@@ -34,18 +42,23 @@ class ChatConfig:
 
     def __post_init__(self) -> None:
         """Refuse addresses that cannot be asked."""
-        url = httpx.URL(self.base_url)
-        if url.scheme not in ("http", "https") or not url.host:
+        url = urlsplit(self.base_url)
+        if url.scheme not in ("http", "https") or not url.hostname:
             raise ValueError(
                 f"base_url {self.base_url!r} is no HTTP address; "
                 "give one such as http://127.0.0.1:11434/v1"
             )
-        if url.userinfo:
+        if url.username is not None or url.password is not None:
             raise ValueError("base_url must not hold a password; give the key as api_key")
         if not self.model.strip():
             raise ValueError("model is empty; give its name at the endpoint, such as llama3.1")
         if not 0.0 < self.timeout_s <= 600.0:
             raise ValueError(f"timeout_s must be in (0, 600], got {self.timeout_s}")
+
+    @property
+    def host(self) -> str:
+        """Name or address of the machine that is asked."""
+        return urlsplit(self.base_url).hostname or ""
 
 
 class ChatError(Exception):
@@ -70,7 +83,8 @@ class ChatReply:
     """What the endpoint was held to."""
 
 
-Message = dict[str, str]
+Message = dict[str, Any]
+"""Role and content; the content is a text, or a list of parts where it holds an image."""
 
 
 class ChatEndpoint:
@@ -82,15 +96,9 @@ class ChatEndpoint:
     def __init__(self, config: ChatConfig, *, clock: Callable[[], float] = time.monotonic) -> None:
         self._config = config
         self._clock = clock
-        self._url = config.base_url.rstrip("/") + "/chat/completions"
         self._forms: tuple[ResponseForm, ...] = _FORMS
         self._temperature = config.temperature
-        # A proxy of the environment must not get in the way of a model on this machine.
-        self._client = httpx.Client(
-            timeout=config.timeout_s,
-            trust_env=not _is_local(httpx.URL(config.base_url).host),
-            follow_redirects=False,
-        )
+        self._client = _connect(config, clock)
 
     def close(self) -> None:
         """Close the connection; a request that is under way fails."""
@@ -126,7 +134,7 @@ class ChatEndpoint:
     def _body(
         self, form: ResponseForm, messages: Sequence[Message], schema: dict[str, Any]
     ) -> dict[str, Any]:
-        body: dict[str, Any] = {"model": self._config.model, "messages": list(messages)}
+        body: dict[str, Any] = {"messages": list(messages)}
         if self._temperature is not None:
             body["temperature"] = self._temperature
         if form == "schema":
@@ -136,29 +144,35 @@ class ChatEndpoint:
             body["response_format"] = {"type": "json_object"}
         return body
 
-    def _post(self, body: dict[str, Any], deadline: float) -> tuple[int, bytes, httpx.Headers]:
-        headers = {"Accept": "application/json"}
-        if self._config.api_key:
-            headers["Authorization"] = f"Bearer {self._config.api_key}"
+    def _post(self, body: dict[str, Any], deadline: float) -> tuple[int, bytes, Mapping[str, str]]:
         left = max(deadline - self._clock(), 0.01)
+        headers = None if self._config.api_key else {"Authorization": Omit()}
+        create = self._client.chat.completions.with_raw_response.create
         try:
-            with self._client.stream(
-                "POST", self._url, json=body, headers=headers, timeout=left
-            ) as response:
-                received = bytearray()
-                for chunk in response.iter_bytes():
-                    received += chunk
-                    if len(received) > MAX_REPLY_BYTES:
-                        raise ChatError("the answer is longer than 1 MB", retry=False)
-                    # A server that trickles never runs into the time-out of a single read.
-                    if self._clock() > deadline:
-                        raise ChatError(self._late(), retry=True)
-                return response.status_code, bytes(received), response.headers
-        except httpx.TimeoutException:
+            response = create(
+                model=self._config.model, timeout=left, extra_headers=headers, **body
+            ).http_response
+        except APIStatusError as error:
+            response = error.response
+        except APITimeoutError:
             raise ChatError(self._late(), retry=True) from None
-        except (httpx.HTTPError, httpx.InvalidURL, RuntimeError) as error:
-            reason = str(error) or type(error).__name__
-            raise ChatError(self._clean(f"no connection: {reason}"), retry=True) from None
+        except APIConnectionError as error:
+            raise self._failure(error.__cause__ or error) from None
+        except (OpenAIError, bounded.BoundError, RuntimeError, ValueError) as error:
+            raise self._failure(error) from None
+        return response.status_code, response.content, response.headers
+
+    def _failure(self, error: BaseException) -> ChatError:
+        match error:
+            case bounded.AnswerTooLateError():
+                return ChatError(self._late(), retry=True)
+            case bounded.AnswerTooLongError():
+                return ChatError("the answer is longer than 1 MB", retry=False)
+            case bounded.AnswerCompressedError():
+                return ChatError("the answer is compressed, which nobody asked for", retry=False)
+            case _:
+                reason = str(error) or type(error).__name__
+                return ChatError(self._clean(f"no connection: {reason}"), retry=True)
 
     def _give_way(self, body: bytes) -> bool:
         """Drop what the endpoint does not take; False when there is nothing left to drop."""
@@ -173,7 +187,7 @@ class ChatEndpoint:
             return True
         return False
 
-    def _error(self, status: int, body: bytes, headers: httpx.Headers) -> ChatError:
+    def _error(self, status: int, body: bytes, headers: Mapping[str, str]) -> ChatError:
         detail = _error_detail(body)
         text = f"HTTP {status}" + (f": {detail}" if detail else "")
         return ChatError(
@@ -191,6 +205,25 @@ class ChatEndpoint:
         """Take the key out of a text: an endpoint may have echoed it."""
         key = self._config.api_key
         return text.replace(key, "***") if key else text
+
+
+def _connect(config: ChatConfig, clock: Callable[[], float]) -> OpenAI:
+    """Return the SDK's client; its own retries are off, and every answer is bounded."""
+    # A proxy of the environment must not get in the way of a model on this machine.
+    use_environment = not _is_local(config.host)
+    inner = httpx2.Client(
+        trust_env=use_environment, follow_redirects=False, timeout=config.timeout_s
+    )
+    http_client = httpx2.Client(
+        transport=bounded.BoundedTransport(inner, MAX_REPLY_BYTES, clock), timeout=config.timeout_s
+    )
+    # Without a key the SDK would take one of the environment that is meant for somebody else.
+    return OpenAI(
+        base_url=config.base_url,
+        api_key=config.api_key or "none",
+        max_retries=0,
+        http_client=http_client,
+    )
 
 
 def _is_local(host: str) -> bool:
@@ -225,7 +258,7 @@ def _error_detail(body: bytes) -> str:
         return ""
 
 
-def _retry_after(headers: httpx.Headers) -> float:
+def _retry_after(headers: Mapping[str, str]) -> float:
     try:
         return max(0.0, float(headers.get("Retry-After", "0")))
     except ValueError:

@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import httpx
-
 from app.links.answer_cache import AnswerCache, CachedAnswer
 from app.links.chat import ChatConfig, ChatEndpoint, ChatError, Message, ResponseForm
 from ippon.guidance.levels import Guidance, LabelLevel, Level
@@ -109,7 +107,7 @@ class LanguageModel:
     @property
     def name(self) -> str:
         """What the console shows as provider."""
-        return f"{self._config.model} at {httpx.URL(self._config.base_url).host}"
+        return f"{self._config.model} at {self._config.host}"
 
     def close(self) -> None:
         """End a request that is under way and refuse further ones."""

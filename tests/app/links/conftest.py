@@ -26,7 +26,7 @@ class ChatServer:
                 length = int(self.headers["Content-Length"])
                 body = json.loads(self.rfile.read(length))
                 server.requests.append(body)
-                server.headers.append(dict(self.headers))
+                server.headers.append({name.title(): value for name, value in self.headers.items()})
                 server.script(server, body, self)
 
             def log_message(self, format: str, *args: object) -> None:  # noqa: A002

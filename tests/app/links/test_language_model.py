@@ -1,3 +1,4 @@
+import gzip
 import json
 import logging
 import sys
@@ -150,6 +151,7 @@ def test_one_failure_is_retried(
         (302, b"", 2, "HTTP 302"),
         (200, b"garbage", 2, "the answer is no chat completion"),
         (200, b"x" * (MAX_REPLY_BYTES + 1), 1, "the answer is longer than 1 MB"),
+        (500, b"x" * (MAX_REPLY_BYTES + 1), 1, "the answer is longer than 1 MB"),
     ],
 )
 def test_the_prior_answers_where_the_endpoint_does_not(
@@ -229,6 +231,16 @@ def test_an_endpoint_that_trickles_is_given_up(chat_server: Any, make_model: Mak
     chat_server.script = script
     answer = make_model(timeout_s=0.3).levels("hat", "", MATTERPORT_40)
     assert answer.failed == "no answer within 0.3 s"
+
+
+def test_a_compressed_answer_is_not_unpacked(
+    chat_server: Any, reply_with: Any, make_model: Make
+) -> None:
+    bomb = gzip.compress(b" " * 10_000_000)
+    chat_server.script = reply_with(200, bomb, Content_Encoding="gzip")
+    answer = make_model().levels("hat", "", MATTERPORT_40)
+    assert answer.failed == "the answer is compressed, which nobody asked for"
+    assert chat_server.headers[0]["Accept-Encoding"] == "identity"
 
 
 def test_nobody_listens(make_model: Make) -> None:
