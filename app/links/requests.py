@@ -1,6 +1,8 @@
 """Requests over zenoh: a JSON message in, a JSON message out, always a reply."""
 
+import itertools
 import logging
+import time
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -8,11 +10,16 @@ import msgspec
 import zenoh
 
 from app.links.session import LinkError
+from app.messages import keys
 from app.messages.control import ErrorReply, M, decode, encode
+from app.messages.recording import Exchange
 
 logger = logging.getLogger(__name__)
 
 R = TypeVar("R", bound=msgspec.Struct)
+
+MAX_QUOTED = 500
+"""Bytes of a malformed request that its record keeps."""
 
 
 class RequestRefusedError(Exception):
@@ -30,14 +37,39 @@ def serve(
         kind: What a request must be.
         handle: Returns the reply, or raises `RequestRefusedError`. Called in a thread of zenoh:
             it must be quick.
+
+    What was asked and answered is published on `key`/exchange, for those who record. There a
+    message may be lost behind a slow listener, which its number shows: a Stop never waits for one.
     """
+    numbers = itertools.count(1)
+    exchanges = session.declare_publisher(
+        f"{key}/{keys.EXCHANGE}", congestion_control=zenoh.CongestionControl.DROP
+    )
 
     def answer(query: zenoh.Query) -> None:
+        payload = query.payload.to_bytes() if query.payload is not None else b""
         with query:
-            reply = _reply_to(query, kind, handle)
-            query.reply(key, encode(reply), encoding=zenoh.Encoding.APPLICATION_JSON)
+            reply = encode(_reply_to(query, kind, handle))
+            query.reply(key, reply, encoding=zenoh.Encoding.APPLICATION_JSON)
+        exchanges.put(_exchange(next(numbers), payload, reply))
 
     return session.declare_queryable(key, answer)
+
+
+def _exchange(number: int, payload: bytes, reply: bytes) -> bytes:
+    """Write an exchange; a request that is no JSON stands in it as text."""
+    try:
+        msgspec.json.decode(payload)
+    except (msgspec.DecodeError, UnicodeDecodeError):
+        payload = msgspec.json.encode(payload[:MAX_QUOTED].decode(errors="replace"))
+    return encode(
+        Exchange(
+            number=number,
+            wall_ns=time.time_ns(),
+            request=msgspec.Raw(payload),
+            reply=msgspec.Raw(reply),
+        )
+    )
 
 
 def _reply_to(
