@@ -8,6 +8,7 @@ from functools import partial
 from importlib.metadata import version
 from typing import Final
 
+import msgspec
 import zenoh
 
 from app.links.latched import Latched
@@ -87,6 +88,8 @@ class Navigator:
         self._blind_since = 0.0
         self._shown_guidance: object = None
         self._labels.put(encode(LabelRequest(labels=list(config.labels), ooi=None)))
+        self._configuration = Latched(session, f"{robot}/{keys.CONFIGURATION}", self._sender)
+        self._configuration.put(msgspec.json.encode(config))
 
     def run(self, stop: Stop) -> None:
         """Answer frames and requests until stopped."""
