@@ -34,6 +34,13 @@ SEARCH = "search"
 CONTROL = "control"
 GUIDANCE = "guidance"
 FEEDBACK = "feedback"
+DRIVE = "drive"
+GOTO = "goto"
+PAINT = "paint"
+PREVIEW = "preview"
+TELEOP = "teleop/cmd_vel"
+"""The operator's hand: shares of the robot's top speeds, -1 to 1, with a `TeleopTag` attached."""
+PAINTED = "guidance/painted"
 
 LABELS = "segmentation/labels"
 PROXIMITY = "guidance/levels"
@@ -70,6 +77,7 @@ ROS_TYPES = {
     CONTACT: "std_msgs/msg/Bool",
     CMD_VEL: "geometry_msgs/msg/TwistStamped",
     CMD_TILT: "std_msgs/msg/Float64",
+    TELEOP: "geometry_msgs/msg/TwistStamped",
     MAP_VOXELS: "sensor_msgs/msg/PointCloud2",
     MAP_KEYFRAME: "sensor_msgs/msg/PointCloud2",
     PLAN_TREE: "ippon_msgs/msg/ViewpointTree",

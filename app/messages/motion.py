@@ -39,6 +39,8 @@ class StampedTwist:
     stamp_ns: int
     linear_m_s: float
     yaw_rate_rad_s: float
+    tilt_rate_rad_s: float = 0.0
+    """Camera up; travels as a turn about the base's y axis, which points left, so negative."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +79,7 @@ def encode_twist(twist: StampedTwist, frame_id: str = "base_link") -> bytes:
         twist=make(
             "geometry_msgs/msg/Twist",
             linear=_vector(twist.linear_m_s, 0.0, 0.0),
-            angular=_vector(0.0, 0.0, twist.yaw_rate_rad_s),
+            angular=_vector(0.0, -twist.tilt_rate_rad_s, twist.yaw_rate_rad_s),
         ),
     )
 
@@ -90,10 +92,16 @@ def decode_twist(payload: bytes) -> StampedTwist:
     """
     message = decode(payload, "geometry_msgs/msg/TwistStamped", max_bytes=_SMALL)
     linear, yaw_rate = message.twist.linear.x, message.twist.angular.z
-    if not (math.isfinite(linear) and math.isfinite(yaw_rate)):
-        raise MessageError(f"velocities must be finite; got {linear} m/s and {yaw_rate} rad/s")
+    tilt_rate = -message.twist.angular.y
+    if not all(math.isfinite(value) for value in (linear, yaw_rate, tilt_rate)):
+        raise MessageError(
+            f"velocities must be finite; got {linear} m/s, {yaw_rate} and {tilt_rate} rad/s"
+        )
     return StampedTwist(
-        stamp_ns=stamp_ns_of(message.header), linear_m_s=linear, yaw_rate_rad_s=yaw_rate
+        stamp_ns=stamp_ns_of(message.header),
+        linear_m_s=linear,
+        yaw_rate_rad_s=yaw_rate,
+        tilt_rate_rad_s=tilt_rate,
     )
 
 

@@ -28,9 +28,11 @@ from app.nodes.navigator.commander import Commander
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.desk import Desk
 from app.nodes.navigator.goals import GoalBook, PlannedSearch
+from app.nodes.navigator.helm import Helm
 from app.nodes.navigator.intake import Intake, Stopwatch
 from app.nodes.navigator.publisher import MapPublisher
 from app.nodes.navigator.report import StatusReport
+from app.nodes.navigator.steering import Steering
 from app.nodes.navigator.warm_up import warm_up
 from ippon.command import Command
 from ippon.errors import FrameRejectedError
@@ -69,6 +71,16 @@ class Navigator:
             wheels=self._commander,
             wake=self._intake.wake,
         )
+        self._helm = Helm(
+            session,
+            robot,
+            config.profile,
+            self._commander,
+            config.stale_s,
+            refuse=lambda _: None,
+            on_takeover=lambda: self._desk.put(lambda mission: mission.cancel_go_to()),
+        )
+        self._steering = Steering(session, robot, self._helm, self._desk.put)
         self._map = MapPublisher(
             session, robot, self._mission.voxel_map, config.keyframe_every_s, self._sender
         )
@@ -110,6 +122,7 @@ class Navigator:
 
     def close(self) -> None:
         """Leave the robot standing."""
+        self._helm.close()
         self._commander.close()
         self._sender.close()
 
@@ -129,8 +142,14 @@ class Navigator:
         self._watch.lap("plan", fused)
         self._watch.lap("step", started)
         snapshot = self._snapshot = result.snapshot
-        self._commander.give(result.command, frame.stamp_ns)
-        self._report.command_given(result.command)
+        waypoint = self._mission.waypoint
+        command = self._helm.follow(
+            result.command,
+            frame,
+            self._mission.voxel_map.arrays(),
+            waypoint.xy if waypoint is not None else None,
+        )
+        self._report.command_given(command)
         answered = self._watch.lap("answer", self._intake.arrived_at)
         self._map.publish(snapshot)
         self._watch.lap("publish", answered)
@@ -208,6 +227,7 @@ class Navigator:
             intake=self._intake,
             watch=self._watch,
             lost=self._lost,
+            drive=self._helm.status(),
             notes=(f"no heatmap: {BLIND}",) if self._heatmap_gone else (),
         )
         self._desk.state = status.state

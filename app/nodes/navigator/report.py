@@ -2,7 +2,7 @@
 
 import time
 
-from app.messages.control import FindReport, MissionState, Status, Timings
+from app.messages.control import DriveStatus, FindReport, MissionState, Status, Timings
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.goals import GoalBook
 from app.nodes.navigator.intake import Intake, Stopwatch
@@ -53,6 +53,7 @@ class StatusReport:
         intake: Intake,
         watch: Stopwatch,
         lost: tuple[str, ...],
+        drive: DriveStatus,
         notes: tuple[str, ...] = (),
     ) -> Status:
         """Return the navigator's state as it is now."""
@@ -88,6 +89,7 @@ class StatusReport:
             voxel_size_m=mission.config.map.voxel_size_m,
             map_revision=mission.voxel_map.revision,
             notes=list(notes),
+            drive=drive,
         )
 
 

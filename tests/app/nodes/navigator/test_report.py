@@ -3,6 +3,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from app.messages.control import DriveStatus
+from app.messages.control import DriveStatus
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.goals import GoalBook
 from app.nodes.navigator.intake import Stopwatch
@@ -28,6 +30,7 @@ def state_of(report, mission, *, lost=(), notes=(), frames=0, refused=""):
         intake=intake,
         watch=Stopwatch(),
         lost=lost,
+        drive=DriveStatus(),
         notes=notes,
     )
 
