@@ -4,7 +4,6 @@ from types import SimpleNamespace
 import pytest
 
 from app.messages.control import DriveStatus
-from app.messages.control import DriveStatus
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.goals import GoalBook
 from app.nodes.navigator.intake import Stopwatch
