@@ -1,5 +1,8 @@
 // The shell: status bar, Stop, reconnecting. The scene and its panels live in the frame below.
 
+import { Drive, isTyping } from "./drive.js";
+import { installHelp, installTheme } from "./help.js";
+
 const PING_MS = 2000;
 const SILENT_MS = 5000;
 const RETRY_MS = [250, 500, 1000, 2000];
@@ -50,6 +53,7 @@ function connect() {
     state = null;
     for (const settle of pending.values()) settle(null);
     pending.clear();
+    drive.release();
     render();
     setTimeout(connect, RETRY_MS[Math.min(attempt, RETRY_MS.length - 1)]);
     attempt += 1;
@@ -80,7 +84,7 @@ function ping() {
   socket.send(JSON.stringify({ type: "ping", t: performance.now() }));
 }
 
-function command(action) {
+function request(message) {
   return new Promise((settle) => {
     if (socket?.readyState !== WebSocket.OPEN) {
       settle(null);
@@ -88,8 +92,12 @@ function command(action) {
     }
     const id = nextCommand++;
     pending.set(id, settle);
-    socket.send(JSON.stringify({ type: "control", id, action }));
+    socket.send(JSON.stringify({ ...message, id }));
   });
+}
+
+function command(action) {
+  return request({ type: "control", action });
 }
 
 const COMPLAINT_MS = 8000;
@@ -120,10 +128,17 @@ async function stop() {
   complain(reply.ok ? null : reply.text);
 }
 
-async function resume() {
-  const reply = await command("resume");
+async function insist(answer) {
+  const reply = await answer;
   complain(reply === null ? "the console does not answer" : reply.ok ? null : reply.text);
 }
+
+function send(message) {
+  if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+}
+
+const drive = new Drive(send, (mode) => insist(request({ type: "drive", mode })));
+const onHelpKey = installHelp(isTyping);
 
 function clock(seconds) {
   const whole = Math.max(0, Math.floor(seconds));
@@ -158,6 +173,7 @@ function render() {
     ? { live: "live", silent: `silent ${Math.round(state.silent_s)} s`, waiting: "none" }[state.link]
     : "none";
   at("resume").hidden = shown !== "stopped";
+  drive.update(state?.drive ?? { mode: "auto" }, state?.link === "live");
   renderNotice(shown);
   renderVeil(shown);
 }
@@ -180,6 +196,8 @@ function notice(shown) {
       return ["Stopped", "Nothing moves until you resume."];
     case "found":
       return [`Found: ${state.object}`, "Confirm it, or let the search go on, in the panel."];
+    case "manual":
+      return state.drive?.waypoint ? ["On the way to your point", ""] : ["", ""];
     case "exhausted":
       return ["Not found", `Everything that can be reached was seen; no ${state.object}.`];
     case "lost":
@@ -213,17 +231,6 @@ function renderVeil(shown) {
   at("veil-hint").textContent = text[2];
 }
 
-const TEXTUAL = new Set(["text", "search", "email", "url", "tel", "password", "number"]);
-
-// Space writes a space only where text can be written; everywhere else it is Stop, also where the
-// last click left the focus on a box, a slider or a button.
-function isTyping(target) {
-  if (target?.isContentEditable) return true;
-  const field = target?.closest?.("input, textarea");
-  if (field == null || field.readOnly || field.disabled) return false;
-  return field.localName === "textarea" || TEXTUAL.has(field.type);
-}
-
 function isStopKey(event) {
   if (event.code !== "Space" || event.ctrlKey || event.altKey || event.metaKey) return false;
   return !isTyping(event.target);
@@ -251,15 +258,19 @@ function adoptView() {
   inner.hasFocus = () => true;
   view.contentWindow.addEventListener("keydown", onKey, true);
   view.contentWindow.addEventListener("keyup", onKeyUp, true);
+  view.contentWindow.addEventListener("keydown", onHelpKey, true);
+  drive.listen(view.contentWindow);
   view.contentWindow.dispatchEvent(new Event("focus"));
 }
 
 window.addEventListener("keydown", onKey, true);
 window.addEventListener("keyup", onKeyUp, true);
+window.addEventListener("keydown", onHelpKey, true);
 view.addEventListener("load", adoptView);
 at("stop").addEventListener("click", stop);
-at("resume").addEventListener("click", resume);
+at("resume").addEventListener("click", () => insist(command("resume")));
 setInterval(ping, PING_MS);
+installTheme(view);
 adoptView();
 connect();
 render();

@@ -1,8 +1,12 @@
 """What the page and the panels ask of the navigator."""
 
-from typing import Protocol
+from collections.abc import Sequence
+from typing import Literal, Protocol
 
-from app.messages.control import ControlRequest, LevelName
+from app.messages.control import ControlRequest, DriveModeName, LevelName
+from ippon.control.drive import Hand
+
+PaintAction = Literal["look_here", "not_here", "undo", "clear"]
 
 
 class CommandError(Exception):
@@ -18,6 +22,18 @@ class Controller(Protocol):
         Raises:
             CommandError: The command did not arrive, or was refused.
         """
+        ...
+
+    async def drive(self, mode: DriveModeName, speed_limit: float | None = None) -> str:
+        """Say who drives; without a limit the last one stays.
+
+        Raises:
+            CommandError: The command did not arrive, or was refused.
+        """
+        ...
+
+    def hand(self, hand: Hand, sender: str) -> None:
+        """Pass on what an operator holds down; at once, and without an answer."""
         ...
 
 
@@ -53,4 +69,22 @@ class Actions(Protocol):
 
     def cancel(self) -> str:
         """End the current search."""
+        ...
+
+    def set_drive(self, mode: DriveModeName, speed_limit: float) -> str:
+        """Say who drives, and how fast at most."""
+        ...
+
+    def go_to(self, x_m: float, y_m: float) -> str:
+        """Send the robot to a point on the floor."""
+        ...
+
+    def cancel_go_to(self) -> str:
+        """Send it nowhere any more."""
+        ...
+
+    def paint(
+        self, action: PaintAction, strokes: Sequence[tuple[float, float]], radius_m: float
+    ) -> str:
+        """Weigh a part of the floor, or take that back."""
         ...

@@ -11,6 +11,7 @@ import msgspec
 import viser
 
 from app.messages import keys
+from app.messages.control import DriveStatus
 from app.nodes.console.backend import ViserBackend
 from app.nodes.console.bulletin import Bulletin
 from app.nodes.console.inbox import Inbox
@@ -53,6 +54,7 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     context: str = ""
     elapsed_s: float = 0.0
     frame_age_ms: float | None = None
+    drive: DriveStatus = DriveStatus()
     has_map: bool = False
 
 
@@ -189,6 +191,7 @@ class Conductor:
                 link_text=f"No navigator answers at {link.endpoint} for robot “{link.robot}”.",
             )
         goal = status.goal
+        link.drive_status = status.drive
         return ShellState(
             instance=self._instance,
             robot=status.robot,
@@ -201,6 +204,7 @@ class Conductor:
             elapsed_s=float(int(status.elapsed_s)),
             frame_age_ms=round(status.timings.frame_age_ms),
             has_map=self.model.voxels.count > 0,
+            drive=status.drive,
         )
 
     def _choose(self, options: ViewOptions) -> None:

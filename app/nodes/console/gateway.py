@@ -20,7 +20,10 @@ from app.nodes.console.shell_socket import serve_shell
 from app.nodes.console.viser_proxy import pass_through
 
 _TYPES: Final = {"css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
-_ASSETS: Final = ("shell.css", "shell.js", "view.css", "icon.svg")
+_ASSETS: Final = (
+    "shell.css", "shell.js", "view.css", "icon.svg",
+    "drive.css", "drive.js", "help.js",
+)  # fmt: skip
 _VIEW: Final = "/view/?darkMode"
 
 

@@ -1,10 +1,11 @@
 """The console's line to the navigator: topics in, requests out, reopened when it breaks."""
 
 import asyncio
+import itertools
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final
 
 import msgspec
@@ -18,16 +19,25 @@ from app.messages.control import (
     Accepted,
     ControlReply,
     ControlRequest,
+    DriveModeName,
+    DriveRequest,
+    DriveStatus,
     FeedbackRequest,
+    GotoRequest,
     GuidanceRequest,
     LevelName,
     M,
+    PaintRequest,
     SearchAccepted,
     SearchRequest,
+    TeleopTag,
+    encode,
 )
-from app.nodes.console.commands import CommandError
+from app.messages.motion import StampedTwist, encode_twist
+from app.nodes.console.commands import CommandError, PaintAction
 from app.nodes.console.inbox import Inbox
 from app.nodes.console.vital_thread import OnFailure, vital_thread
+from ippon.control.drive import Hand
 
 logger = logging.getLogger(__name__)
 
@@ -73,6 +83,10 @@ class NavigatorLink:
         """Why the sessions could not be opened."""
         self.openings = 0
         """How often the sessions were opened: each time, messages may have been missed."""
+        self.drive_status = DriveStatus()
+        """As the navigator said last: how fast a hand can drive."""
+        self._hand_seq = itertools.count()
+        self._hands: zenoh.Publisher | None = None
         self._topics = tuple(topics)
         self._inbox = inbox
         self._listening: zenoh.Session | None = None
@@ -116,6 +130,48 @@ class NavigatorLink:
     async def control(self, request: ControlRequest) -> str:
         """Hand over a control request and return the state that followed."""
         return await asyncio.to_thread(self._control, request)
+
+    async def drive(self, mode: DriveModeName, speed_limit: float | None = None) -> str:
+        """Say who drives."""
+        limit = self.drive_status.speed_limit if speed_limit is None else speed_limit
+        return await asyncio.to_thread(self.set_drive, mode, limit)
+
+    def hand(self, hand: Hand, sender: str) -> None:
+        """Pass on what an operator holds down; what cannot be sent is as good as let go."""
+        tops, hands = self.drive_status, self._hands
+        if hands is None:
+            return
+        twist = StampedTwist(
+            stamp_ns=time.time_ns(),
+            linear_m_s=hand.forward * tops.top_linear_m_s,
+            yaw_rate_rad_s=hand.turn * tops.top_yaw_rate_rad_s,
+            tilt_rate_rad_s=hand.tilt * tops.top_tilt_rate_rad_s,
+        )
+        tag = TeleopTag(sender=sender, epoch=0, seq=next(self._hand_seq))
+        try:
+            hands.put(encode_twist(twist), attachment=encode(tag))
+        except zenoh.ZError as error:
+            logger.warning("a hand's command could not be sent: %s", error)
+
+    def set_drive(self, mode: DriveModeName, speed_limit: float) -> str:
+        """Say who drives, and how fast at most."""
+        request = DriveRequest(mode=mode, speed_limit=speed_limit)
+        return self._request(keys.DRIVE, request, Accepted).detail
+
+    def go_to(self, x_m: float, y_m: float) -> str:
+        """Send the robot to a point on the floor."""
+        return self._request(keys.GOTO, GotoRequest(x_m=x_m, y_m=y_m), Accepted).detail
+
+    def cancel_go_to(self) -> str:
+        """Send it nowhere any more."""
+        return self._request(keys.GOTO, GotoRequest(cancel=True), Accepted).detail
+
+    def paint(
+        self, action: PaintAction, strokes: Sequence[tuple[float, float]], radius_m: float
+    ) -> str:
+        """Weigh a part of the floor, or take that back."""
+        request = PaintRequest(action=action, strokes=list(strokes), radius_m=radius_m)
+        return self._request(keys.PAINT, request, Accepted).detail
 
     def search(self, wanted: str, context: str) -> str:
         """Look for an object."""
@@ -200,8 +256,15 @@ class NavigatorLink:
             self.problem = str(error)
 
     def _open_commanding(self) -> None:
+        self._hands = None
         self._commanding = _closed(self._commanding)
         self._commanding = open_client(self.endpoint, _CONNECT_S)
+        self._hands = self._commanding.declare_publisher(
+            self._key(keys.TELEOP),
+            priority=zenoh.Priority.REAL_TIME,
+            congestion_control=zenoh.CongestionControl.DROP,
+            express=True,
+        )
 
     def _open_listening(self) -> None:
         listening = open_client(self.endpoint, _CONNECT_S)
@@ -230,6 +293,7 @@ class NavigatorLink:
         return receive
 
     def _close_sessions(self) -> None:
+        self._hands = None
         self._listening = _closed(self._listening)
         self._commanding = _closed(self._commanding)
 

@@ -2,20 +2,24 @@
 
 import asyncio
 import logging
+import secrets
 from collections.abc import Awaitable, Callable
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
 import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from app.messages.control import ControlRequest
+from app.messages.control import ControlRequest, DriveModeName
 from app.nodes.console.bulletin import Bulletin
 from app.nodes.console.commands import CommandError, Controller
+from ippon.control.drive import RESTING, Hand
 
 logger = logging.getLogger(__name__)
 
 MAX_MESSAGE: Final = 4096
 _BAD_MESSAGE: Final = 1007
+
+Share = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
 
 
 class ShellPing(msgspec.Struct, tag="ping", forbid_unknown_fields=True):
@@ -29,6 +33,21 @@ class ShellCommand(msgspec.Struct, tag="control", forbid_unknown_fields=True):
 
     id: int
     action: Literal["stop", "resume", "pause", "cancel"]
+
+
+class ShellDrive(msgspec.Struct, tag="drive", forbid_unknown_fields=True):
+    """Who drives from now on."""
+
+    id: int
+    mode: DriveModeName
+
+
+class ShellHand(msgspec.Struct, tag="hand", forbid_unknown_fields=True):
+    """What is held down on this page now, each part in -1 to 1."""
+
+    forward: Share = 0.0
+    turn: Share = 0.0
+    tilt: Share = 0.0
 
 
 class ShellPong(msgspec.Struct, tag="pong"):
@@ -45,7 +64,8 @@ class ShellReply(msgspec.Struct, tag="reply"):
     text: str
 
 
-_decoder = msgspec.json.Decoder(ShellPing | ShellCommand)
+_Message = ShellPing | ShellCommand | ShellDrive | ShellHand
+_decoder = msgspec.json.Decoder(_Message)
 
 
 async def serve_shell(socket: WebSocket, bulletin: Bulletin, controller: Controller) -> None:
@@ -82,6 +102,7 @@ async def _listen(
     socket: WebSocket, put: Callable[[bytes], Awaitable[None]], controller: Controller
 ) -> None:
     commands: set[asyncio.Task[None]] = set()
+    sender, held = secrets.token_hex(8), RESTING
     try:
         while True:
             received = await socket.receive()
@@ -94,10 +115,17 @@ async def _listen(
             if isinstance(message, ShellPing):
                 await put(msgspec.json.encode(ShellPong(t=message.t)))
                 continue
+            if isinstance(message, ShellHand):
+                held = Hand(forward=message.forward, turn=message.turn, tilt=message.tilt)
+                controller.hand(held, sender)
+                continue
             task = asyncio.create_task(_command(message, put, controller))
             commands.add(task)
             task.add_done_callback(commands.discard)
     finally:
+        if held != RESTING:
+            # The browser has left with a key held down.
+            controller.hand(RESTING, sender)
         # A command that is under way ends even when the browser has left: it may be a stop.
         if commands:
             _, late = await asyncio.wait(commands, timeout=5.0)
@@ -105,7 +133,7 @@ async def _listen(
                 task.cancel()
 
 
-def _read(text: str | None) -> ShellPing | ShellCommand | None:
+def _read(text: str | None) -> _Message | None:
     if text is None or len(text) > MAX_MESSAGE:
         return None
     try:
@@ -116,11 +144,17 @@ def _read(text: str | None) -> ShellPing | ShellCommand | None:
 
 
 async def _command(
-    command: ShellCommand, put: Callable[[bytes], Awaitable[None]], controller: Controller
+    command: ShellCommand | ShellDrive,
+    put: Callable[[bytes], Awaitable[None]],
+    controller: Controller,
 ) -> None:
-    request = ControlRequest(action=command.action, requester="console")
     try:
-        reply = ShellReply(id=command.id, ok=True, text=await controller.control(request))
+        if isinstance(command, ShellDrive):
+            text = await controller.drive(command.mode)
+        else:
+            request = ControlRequest(action=command.action, requester="console")
+            text = await controller.control(request)
+        reply = ShellReply(id=command.id, ok=True, text=text)
     except CommandError as error:
         reply = ShellReply(id=command.id, ok=False, text=str(error))
     await put(msgspec.json.encode(reply))

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from html import escape as _escape
 
 from app.messages.control import (
+    DriveStatus,
     Event,
     GoalStatus,
     ProximityTable,
@@ -70,6 +71,21 @@ def answer(text: str, *, ok: bool) -> str:
         return ""
     kind = "ok" if ok else "bad"
     return f'<p class="ip-answer ip-{kind}">{escape(text)}</p>'
+
+
+def choice(chosen: str, text: str) -> str:
+    """Explain a choice; the style sheet marks the button of the one that it carries."""
+    return f'<p class="ip-choice" data-choice="{escape(chosen)}">{escape(text)}</p>'
+
+
+def intervention(drive: DriveStatus) -> str:
+    """Say what the safety filter made of the operator's command."""
+    if drive.intervention:
+        return f'<p class="ip-answer ip-bad">{escape(drive.intervention)}</p>'
+    if drive.waypoint is not None:
+        x, y = drive.waypoint
+        return f'<p class="ip-answer ip-ok">On the way to ({x:.1f}, {y:.1f}).</p>'
+    return ""
 
 
 def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus]) -> str:

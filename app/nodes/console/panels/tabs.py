@@ -6,6 +6,7 @@ from typing import Any, Final
 import viser
 
 from app.nodes.console.commands import Actions
+from app.nodes.console.panels.drive import DrivePanel
 from app.nodes.console.panels.map import MapPanel
 from app.nodes.console.panels.search import SearchPanel
 from app.nodes.console.panels.session import SessionPanel
@@ -16,7 +17,7 @@ WIDTH_PX: Final = 384
 
 
 class Tabs:
-    """Search, Map and Session, docked to the right."""
+    """Search, Drive, Map and Session, docked to the right."""
 
     def __init__(
         self,
@@ -30,6 +31,8 @@ class Tabs:
         group = gui.add_tab_group()
         with group.add_tab("Search", viser.Icon.SEARCH):
             self._search = SearchPanel(gui, actions)
+        with group.add_tab("Drive", viser.Icon.STEERING_WHEEL):
+            self.drive = DrivePanel(gui, actions)
         with group.add_tab("Map", viser.Icon.MAP_2):
             self._map = MapPanel(gui, on_options, on_follow)
         with group.add_tab("Session", viser.Icon.ACTIVITY):
@@ -45,4 +48,5 @@ class Tabs:
         """Show what changed."""
         with self._server.atomic():
             self._search.update(model, changed)
+            self.drive.update(model, changed)
             self._session.update(model, changed)

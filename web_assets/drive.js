@@ -1,0 +1,126 @@
+// The operator's hand: keys and pad in, what is held down out. Whatever ends a hold sends zero once.
+
+const PERIOD_MS = 50;
+const KEYS = {
+  KeyW: { forward: 1 },
+  KeyS: { forward: -1 },
+  KeyA: { turn: 1 },
+  KeyD: { turn: -1 },
+  KeyQ: { forward: 1, turn: 0.5 },
+  KeyE: { forward: 1, turn: -0.5 },
+  KeyR: { tilt: 1 },
+  KeyF: { tilt: -1 },
+};
+const MODE_TEXT = {
+  assisted: "Hold W: the robot goes its own way at your pace. A, D, S: you steer. Let go: it stands.",
+  manual: "W S drive, A D turn, Q E curves, R F tilt the camera. Let go: it stands.",
+};
+const at = (id) => document.getElementById(id);
+
+export class Drive {
+  // send: passes one message on; setMode: asks for another mode.
+  constructor(send, setMode) {
+    this.send = send;
+    this.mode = "auto";
+    this.keys = new Set();
+    this.pads = new Map();
+    this.moving = false;
+    setInterval(() => this.moving && this.post(), PERIOD_MS);
+    document.addEventListener("visibilitychange", () => document.hidden && this.release());
+    window.addEventListener("pagehide", () => this.release());
+    this.listen(window);
+    for (const button of document.querySelectorAll("[data-hold]")) this.adoptPad(button);
+    at("pad-auto").addEventListener("click", () => setMode("auto"));
+  }
+
+  // Both documents, ours and the scene's, hand their keys over before they use them.
+  listen(target) {
+    target.addEventListener("keydown", (event) => this.onKey(event), true);
+    target.addEventListener("keyup", (event) => this.onKeyUp(event), true);
+    target.addEventListener("blur", () => this.release());
+  }
+
+  update(drive, isLive) {
+    const mode = isLive ? drive.mode : "auto";
+    if (mode !== this.mode) this.release();
+    this.mode = mode;
+    at("pad").hidden = mode === "auto";
+    at("pad-mode").textContent = mode === "assisted" ? "Assisted" : "Manual";
+    at("pad-help").textContent = MODE_TEXT[mode] ?? "";
+    const text = drive.intervention || (drive.waypoint ? "going to your point" : "");
+    at("pad-note").textContent = text;
+    at("pad-note").dataset.kind = drive.intervention ? "warn" : "";
+  }
+
+  adoptPad(button) {
+    const [forward, turn, tilt] = button.dataset.hold.split(" ").map(Number);
+    const end = (event) => {
+      if (this.pads.delete(event.pointerId)) this.post();
+      delete button.dataset.held;
+    };
+    button.addEventListener("pointerdown", (event) => {
+      event.preventDefault();
+      button.setPointerCapture(event.pointerId);
+      button.dataset.held = "";
+      this.pads.set(event.pointerId, { forward, turn, tilt });
+      this.post();
+    });
+    for (const kind of ["pointerup", "pointercancel", "lostpointercapture"]) {
+      button.addEventListener(kind, end);
+    }
+    button.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  onKey(event) {
+    if (!(event.code in KEYS) || this.mode === "auto" || isTyping(event.target)) return;
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    // A repeat that no press came before: the key was held when the hold ended.
+    if (event.repeat || this.keys.has(event.code)) return;
+    this.keys.add(event.code);
+    this.post();
+  }
+
+  onKeyUp(event) {
+    if (!this.keys.delete(event.code)) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    this.post();
+  }
+
+  release() {
+    this.keys.clear();
+    this.pads.clear();
+    for (const button of document.querySelectorAll("[data-held]")) delete button.dataset.held;
+    if (this.moving) this.post();
+  }
+
+  held() {
+    const sum = { forward: 0, turn: 0, tilt: 0 };
+    const parts = [...this.keys].map((code) => KEYS[code]).concat([...this.pads.values()]);
+    for (const part of parts) {
+      for (const name in sum) sum[name] += part[name] ?? 0;
+    }
+    for (const name in sum) sum[name] = Math.max(-1, Math.min(1, sum[name]));
+    return sum;
+  }
+
+  post() {
+    const hand = this.held();
+    const moves = hand.forward !== 0 || hand.turn !== 0 || hand.tilt !== 0;
+    // One zero when the hold ends, then silence: an idle page never speaks over another.
+    if (moves || this.moving) this.send({ type: "hand", ...hand });
+    this.moving = moves;
+  }
+}
+
+const TEXTUAL = new Set(["text", "search", "email", "url", "tel", "password", "number"]);
+
+// Letters are letters only where text can be written.
+export function isTyping(target) {
+  if (target?.isContentEditable) return true;
+  const field = target?.closest?.("input, textarea");
+  if (field == null || field.readOnly || field.disabled) return false;
+  return field.localName === "textarea" || TEXTUAL.has(field.type);
+}

@@ -1,0 +1,51 @@
+// Help one key away, and the looks: light or dark, as the system says until the operator does.
+
+const at = (id) => document.getElementById(id);
+const THEME = "ippon-theme";
+
+export function installHelp(isTyping) {
+  const dialog = at("help");
+  const toggle = () => (dialog.open ? dialog.close() : dialog.showModal());
+  at("help-open").addEventListener("click", toggle);
+  at("help-close").addEventListener("click", () => dialog.close());
+  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+  return (event) => {
+    if (event.key !== "?" || isTyping(event.target)) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    toggle();
+  };
+}
+
+// The scene's client is of the same origin: its colours are switched in place.
+export function installTheme(view) {
+  const light = matchMedia("(prefers-color-scheme: light)");
+  const chosen = () => localStorage.getItem(THEME) ?? (light.matches ? "light" : "dark");
+  const show = () => {
+    const theme = chosen();
+    document.documentElement.dataset.theme = theme;
+    at("theme").title = theme === "dark" ? "Light colours" : "Dark colours";
+    dress(view, theme);
+  };
+  at("theme").addEventListener("click", () => {
+    localStorage.setItem(THEME, chosen() === "dark" ? "light" : "dark");
+    show();
+  });
+  light.addEventListener("change", show);
+  view.addEventListener("load", show);
+  show();
+}
+
+// viser's panels follow an attribute that its own theme sets; ours has the last word.
+function dress(view, theme) {
+  const root = view.contentDocument?.documentElement;
+  if (root == null) return;
+  const set = () => {
+    if (root.dataset.mantineColorScheme !== theme) root.dataset.mantineColorScheme = theme;
+    if (root.dataset.ipTheme !== theme) root.dataset.ipTheme = theme;
+  };
+  set();
+  if (root.ipWatched) root.ipWatched.disconnect();
+  root.ipWatched = new MutationObserver(set);
+  root.ipWatched.observe(root, { attributes: true, attributeFilter: ["data-mantine-color-scheme"] });
+}
