@@ -31,6 +31,7 @@ from app.messages.motion import (
 from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.frame import Frame
+from ippon.guidance.naming import is_instance_of
 from ippon.robot import ZED
 from ippon.simulation.robot import BaseConfig
 from ippon.simulation.scene import Scene, StartPose
@@ -97,7 +98,9 @@ class RobotSim:
             config.image_width, height, profile.horizontal_fov_rad
         )
         world = WorldConfig(base=BaseConfig(command_timeout_s=WATCHDOG_S))
-        self.world = SimulatedWorld(scene, profile, camera, start, config.seed, world)
+        self.world = SimulatedWorld(
+            scene, profile, camera, start, config.seed, world, is_instance_of
+        )
         self._config = config
         self._session = session
         self._lock = threading.Lock()

@@ -10,10 +10,11 @@ import numpy as np
 from ippon.evaluation.goals import matching_instances
 from ippon.evaluation.metrics import SUCCESS_DISTANCE_M, Judge
 from ippon.evaluation.supports import context_sentence
+from ippon.guidance.naming import resolve_object
 from ippon.robot import RobotProfile
 from ippon.simulation.navigation import robot_grid
 from ippon.simulation.scene import Scene, StartPose
-from ippon.vocabulary import HABITAT_GOALS, canonical_label
+from ippon.vocabulary import HABITAT_GOALS, MATTERPORT_40, canonical_label
 
 SMALL_GOALS: Final[tuple[str, ...]] = (
     "hat", "backpack", "handbag", "teddy_bear", "laptop", "book", "vase", "bottle", "mug", "basket",
@@ -188,7 +189,10 @@ def goals_of(kinds: Sequence[str]) -> tuple[str, ...]:
     """Return the goals that some words mean: "habitat", "small", or labels.
 
     Args:
-        kinds: For example ("habitat", "hat").
+        kinds: For example ("habitat", "hat", "couch"); the last becomes "sofa".
+
+    Raises:
+        ValueError: A kind holds no word.
     """
     out: list[str] = []
     for kind in kinds:
@@ -197,5 +201,5 @@ def goals_of(kinds: Sequence[str]) -> tuple[str, ...]:
         elif kind == "small":
             out += SMALL_GOALS
         else:
-            out.append(canonical_label(kind))
+            out.append(resolve_object(kind, MATTERPORT_40).canonical)
     return tuple(dict.fromkeys(out))

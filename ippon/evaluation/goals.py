@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.guidance.naming import is_instance_of
 from ippon.robot import RobotProfile
 from ippon.simulation.navigation import NavigationGrid
 from ippon.simulation.scene import Scene
@@ -21,17 +22,17 @@ _LEAST_SEEN = 0.03
 
 
 def matching_instances(scene: Scene, goal: str) -> tuple[int, ...]:
-    """Return the rows of `scene.instances` whose label or category is the goal.
+    """Return the rows of `scene.instances` whose label or category answers the goal.
 
     Args:
         scene: The home.
-        goal: A label, for example "hat" or "chest of drawers"; synonyms are resolved before.
+        goal: A label, for example "hat", "couch" or "chest of drawers".
     """
     wanted = canonical_label(goal)
+    names = {name for i in scene.instances for name in (i.label, i.category)}
+    answers = {name for name in names if is_instance_of(canonical_label(name), wanted)}
     return tuple(
-        k
-        for k, i in enumerate(scene.instances)
-        if wanted in (canonical_label(i.label), canonical_label(i.category))
+        k for k, i in enumerate(scene.instances) if i.label in answers or i.category in answers
     )
 
 

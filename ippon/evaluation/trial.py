@@ -24,7 +24,7 @@ from ippon.evaluation.outcome import (
 )
 from ippon.evaluation.row import EpisodeRow
 from ippon.geometry import Float64Array
-from ippon.guidance.naming import resolve_object
+from ippon.guidance.naming import is_instance_of, resolve_object
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.arrays import MapArrays
 from ippon.mission.goal import Goal
@@ -146,8 +146,9 @@ class Trial:
         judge = self._judge(spec.goal)
         mission, equipment, timed = self._prepare(spec, method, judge)
         world = SimulatedWorld(
-            self._scene, config.robot, config.camera, spec.start, spec.seed, config.world
-        )
+            self._scene, config.robot, config.camera, spec.start, spec.seed, config.world,
+            is_instance_of,
+        )  # fmt: skip
         record = _Record()
         before = clocks.cpu()
         # The generator runs observe, watch and the mission's step; the step alone is timed by

@@ -1,8 +1,9 @@
 """A simulated open-vocabulary segmentation that errs the way real ones do."""
 
 import math
+import operator
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,9 @@ _AZIMUTHS = 8
 _FIELD_SHAPE = (6, 9)
 _WARP_SHAPE = (12, 18, 2)
 _BEYOND_RANGE_M = 8.0
+
+NamePredicate = Callable[[str, str], bool]
+"""Tells whether a thing of the first name answers the question for the second."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,6 +114,7 @@ class SimulatedSegmenter:
         ooi: str | None,
         config: SegmenterConfig | None = None,
         seed: int = 0,
+        is_instance_of: NamePredicate = operator.eq,
     ) -> None:
         """Draw the lasting errors.
 
@@ -119,7 +124,10 @@ class SimulatedSegmenter:
             ooi: Canonical label of the object of interest, None for none.
             config: Quality of the model.
             seed: Decides every error.
+            is_instance_of: Given the canonical label or category of a thing and `ooi`; by default
+                names must be equal, so that a couch is no sofa.
         """
+        self._is_instance_of = is_instance_of
         self.labels = tuple(labels)
         self.ooi = ooi
         self.config = config or SegmenterConfig()
@@ -186,10 +194,10 @@ class SimulatedSegmenter:
         return Heatmap(labels=self.labels, ooi=self.ooi, probabilities=probabilities)
 
     def _true_channel(self, instance: Instance) -> int:
-        label = canonical_label(instance.label)
-        if self.ooi is not None and self.ooi in (label, instance.category):
+        names = (canonical_label(instance.label), instance.category)
+        if self.ooi is not None and any(self._is_instance_of(name, self.ooi) for name in names):
             return self._channels.index(self.ooi)
-        for name in (label, instance.category):
+        for name in names:
             if name in self.labels:
                 return self.labels.index(name)
         return -1

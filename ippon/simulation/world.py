@@ -1,6 +1,7 @@
 """A home, a robot in it, and its camera: commands in, frames out."""
 
 import math
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -15,7 +16,7 @@ from ippon.simulation.drift import DriftConfig, OdometryDrift
 from ippon.simulation.renderer import Rendering, SceneRenderer
 from ippon.simulation.robot import BaseConfig, SimulatedBase
 from ippon.simulation.scene import Scene, StartPose
-from ippon.simulation.segmenter import SegmenterConfig, SimulatedSegmenter
+from ippon.simulation.segmenter import NamePredicate, SegmenterConfig, SimulatedSegmenter
 from ippon.simulation.sensor_noise import NoiseConfig, SensorNoise
 
 
@@ -45,6 +46,7 @@ class SimulatedWorld:
         start: StartPose,
         seed: int = 0,
         config: WorldConfig | None = None,
+        is_instance_of: NamePredicate = operator.eq,
     ) -> None:
         self.scene = scene
         self.robot = robot
@@ -58,6 +60,7 @@ class SimulatedWorld:
         self.rendering: Rendering | None = None
         """What a perfect camera saw in the last frame, with the true instance of every pixel."""
         self._seed = seed
+        self._is_instance_of = is_instance_of
         self._trajectory = [(start.x, start.y, start.z)]
         self._renderer = SceneRenderer(scene)
         self._noise = SensorNoise(camera, robot.min_depth_m, robot.max_depth_m, self.config.noise)
@@ -92,7 +95,7 @@ class SimulatedWorld:
         old = self._segmenter
         if old is None or (old.labels, old.ooi) != (tuple(labels), ooi):
             self._segmenter = SimulatedSegmenter(
-                self.scene, labels, ooi, self.config.segmenter, self._seed
+                self.scene, labels, ooi, self.config.segmenter, self._seed, self._is_instance_of
             )
 
     def step(self, command: Command | None, dt_s: float) -> None:

@@ -85,3 +85,9 @@ def test_words_for_many_goals():
 def test_an_empty_catalogue_is_refused():
     with pytest.raises(ValueError, match="a catalogue needs goals"):
         CatalogueConfig(goals=())
+
+
+def test_goals_are_named_as_the_searcher_names_them():
+    assert goals_of(["couch", "television", "hats"]) == ("sofa", "tv", "hat")
+    with pytest.raises(ValueError, match="no object in"):
+        goals_of(["?"])

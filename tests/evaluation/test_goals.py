@@ -23,6 +23,19 @@ def test_a_goal_means_label_or_category_however_it_is_written(make_scene, flat_b
     assert matching_instances(scene, "chest of drawers") == (9,)
     assert matching_instances(scene, "dresser") == (9,)
     assert matching_instances(scene, "unicorn") == ()
+    # A baseball cap is a hat; a hat need not be a baseball cap.
+    more = make_scene(
+        [
+            *flat_boxes,
+            ("sofa", "couch", (0.1, 0.1, 0.0), (0.9, 0.5, 0.8)),
+            ("clothes", "baseball cap", (2.0, 0.1, 0.0), (2.2, 0.3, 0.1)),
+            ("tv_monitor", "television", (3.0, 0.1, 0.0), (3.4, 0.3, 0.4)),
+        ]
+    )
+    assert matching_instances(more, "sofa") == matching_instances(more, "couch") == (9,)
+    assert matching_instances(more, "hat") == (7, 10)
+    assert matching_instances(more, "baseball cap") == (10,)
+    assert matching_instances(more, "tv") == (11,)
     assert matching_instances(scene, "") == ()
 
 

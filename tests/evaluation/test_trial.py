@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from ippon.evaluation.catalogue import CatalogueConfig, list_episodes
+from ippon.evaluation.catalogue import CatalogueConfig, goals_of, list_episodes
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.evaluation.methods import METHODS
 from ippon.evaluation.row import TIMING_COLUMNS, row_from
@@ -145,3 +145,11 @@ def test_a_command_lasts_several_steps(config, scene):
 def test_an_episode_takes_time():
     with pytest.raises(ValueError, match="steps_per_frame at least 1"):
         EpisodeLimits(steps_per_frame=0)
+
+
+def test_a_couch_answers_the_search_for_a_sofa(config, make_scene, flat_boxes):
+    couch = ("sofa", "couch", (0.3, 4.6, 0.0), (2.0, 5.4, 0.8))
+    scene = make_scene([*(b for b in flat_boxes if b[0] != "chair"), couch])
+    (goal,) = goals_of(["settee"])
+    row = _trial(config, scene).run(_episode(scene, config, goal), METHODS["ippon"])
+    assert (row.goal, row.success) == ("sofa", True)

@@ -229,3 +229,17 @@ def test_nonsense_is_refused(fields, text):
 def test_labels_must_be_distinct(labels, furnished):
     with pytest.raises(ValueError, match="distinct and at least one"):
         SimulatedSegmenter(furnished, labels, None)
+
+
+def test_what_answers_the_question_takes_its_channel(furnished):
+    kinds = {"hat": "headgear"}
+    model = SimulatedSegmenter(
+        furnished,
+        MATTERPORT_40,
+        "headgear",
+        is_instance_of=lambda name, ooi: kinds.get(name, name) == ooi,
+    )
+    hat = instance_of(furnished, "hat")
+    assert model.true_channels()[hat] == 40
+    plain = SimulatedSegmenter(furnished, MATTERPORT_40, "headgear")
+    assert plain.true_channels()[hat] == MATTERPORT_40.index("clothes")
