@@ -4,10 +4,10 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from app.links.answer_cache import AnswerCache, CachedAnswer
+from app.links.answers import RULES, Answer, SentenceAnswer
 from app.links.chat import ChatConfig, ChatEndpoint, ChatError, Message, ResponseForm
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.naming import ResolvedObject, resolve_object
@@ -19,11 +19,8 @@ from ippon.guidance.prompt import (
     parse_reply,
     reply_schema,
 )
-from ippon.guidance.sentence import Query, read_query
+from ippon.guidance.sentence import read_query
 from ippon.guidance.sentence_prompt import QUERY_SCHEMA, build_query_prompt, parse_query_reply
-
-RULES = "rules"
-"""Provider of a sentence that no model read."""
 
 LOGGER = logging.getLogger(__name__)
 
@@ -32,33 +29,6 @@ MAX_WAIT_S = 5.0
 """The longest pause before the second attempt, whatever the endpoint asks for."""
 _MIN_SHARE = 0.5
 """An answer for fewer categories than this share is nonsense and counts as none."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Answer:
-    """Levels, and what was said to get them."""
-
-    guidance: Guidance
-    prompt: str
-    """The exact question."""
-    reply: str
-    """The exact answer, both where the model was asked twice; empty if there was none."""
-    elapsed_ms: float
-    from_cache: bool
-    failed: str
-    """Why the embedded prior answered in the model's place; empty when the model did."""
-
-
-@dataclass(frozen=True, slots=True)
-class SentenceAnswer:
-    """Object and context of one sentence, and who read them."""
-
-    query: Query
-    provider: str
-    prompt: str
-    reply: str
-    failed: str
-    """Why rules read it in the model's place; empty when the model did."""
 
 
 def read_api_key(environment: Mapping[str, str], file: Path | None = None) -> str | None:

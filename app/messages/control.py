@@ -8,6 +8,7 @@ from typing import Annotated, Literal, TypeVar
 import msgspec
 from msgspec import Meta, Struct
 
+
 M = TypeVar("M", bound=Struct)
 
 MissionState = Literal[
@@ -75,6 +76,34 @@ class GuidanceRequest(_Message, frozen=True):
 
     label: str
     level: LevelName
+
+
+class SentenceRequest(_Message, frozen=True):
+    """Have one sentence read, without searching for anything yet: key `guidance/sentence`."""
+
+    sentence: Annotated[str, Meta(min_length=1, max_length=2100)]
+
+
+class SentenceReading(_Message, frozen=True):
+    """Reply to `SentenceRequest`: what would be searched for."""
+
+    object: str
+    """Empty where none was found."""
+    context: str
+    doubtful: bool
+    """Show it for correction before searching."""
+    provider: str
+    """A language model, or "rules"."""
+    elapsed_ms: float
+    note: str = ""
+    """Why rules read it in the model's place."""
+
+
+class VocabularyRequest(_Message, frozen=True):
+    """Tell one more common object apart from now on: key `guidance/vocabulary`."""
+
+    label: Annotated[str, Meta(min_length=1, max_length=40)]
+    requester: Annotated[str, Meta(max_length=80)] = ""
 
 
 class FeedbackRequest(_Message, frozen=True):
@@ -210,6 +239,14 @@ class ProximityTable(_Message, frozen=True):
     elapsed_ms: float
     rows: list[ProximityRow]
     notes: list[str] = []
+    asking: str = ""
+    """Language model whose answer is still to come; until then the provider's levels count."""
+    from_cache: bool = False
+    """The answer was given to the same question before, and kept on disk."""
+    prompt: str = ""
+    """The exact question, empty where no model was asked."""
+    reply: str = ""
+    """The exact answer."""
 
 
 class GoalStatus(_Message, frozen=True):
@@ -311,6 +348,8 @@ class Event(_Message, frozen=True):
         "stopped",
         "resumed",
         "level_changed",
+        "guidance",
+        "vocabulary",
         "drive",
         "painted",
         "error",

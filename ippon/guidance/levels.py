@@ -1,6 +1,7 @@
 """Proximity levels: how likely the goal is near a common object."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -77,3 +78,21 @@ class Guidance:
     def levels(self) -> NDArray[np.uint8]:
         """Return (N,) uint8 levels in the order of the vocabulary."""
         return np.array([row.level for row in self.rows], dtype=np.uint8)
+
+    def changed(self, rows: Iterable[LabelLevel]) -> "Guidance":
+        """Return the guidance with other rows for some labels; labels that it lacks are ignored."""
+        other = {row.label: row for row in rows}
+        return replace(self, rows=tuple(other.get(row.label, row) for row in self.rows))
+
+    def over(self, labels: tuple[str, ...], more: Iterable[LabelLevel]) -> "Guidance":
+        """Return the guidance for another vocabulary.
+
+        Args:
+            labels: The vocabulary.
+            more: Rows for at least the labels that the guidance lacks.
+
+        Raises:
+            KeyError: A label has no row.
+        """
+        rated = {row.label: row for row in (*more, *self.rows)}
+        return replace(self, rows=tuple(rated[label] for label in labels))

@@ -20,6 +20,9 @@ class NavigatorConfig:
     mission: MissionConfig = field(default_factory=MissionConfig)
     labels: tuple[str, ...] = MATTERPORT_40
     """Common objects that the segmentation is asked to tell apart."""
+    language_model: str = ""
+    """Name of the language model that is asked for levels, as the operator sees it; empty for none.
+    It stands here to be recorded; its key does not."""
     seed: int = 0
     """Of the planner's samples."""
     command_hz: float = 20.0

@@ -1,6 +1,5 @@
 """The navigator's counter: requests in, answers at once, work for the mission's thread."""
 
-import dataclasses
 import logging
 import queue
 import time
@@ -17,23 +16,17 @@ from app.messages.control import (
     ControlReply,
     ControlRequest,
     FeedbackRequest,
-    GuidanceRequest,
     MissionState,
     SearchAccepted,
     SearchRequest,
 )
+from app.nodes.navigator.counsel import Counsel
 from app.nodes.navigator.goals import GoalBook, PlannedSearch
-from ippon.guidance.levels import Guidance, LabelLevel, Level
-from ippon.guidance.naming import resolve_object
-from ippon.guidance.prior import EmbeddedPrior
-from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
-from ippon.vocabulary import canonical_label
 
 logger = logging.getLogger(__name__)
 
 Operation = Callable[[Mission], None]
-BY_OPERATOR = "set by the operator"
 
 
 class Wheels(Protocol):
@@ -60,24 +53,22 @@ class Desk:
         self,
         session: zenoh.Session,
         robot: str,
-        labels: tuple[str, ...],
         goals: GoalBook,
+        counsel: Counsel,
         *,
         wheels: Wheels,
         wake: Callable[[], None],
     ) -> None:
-        self._labels = labels
+        self._counsel = counsel
         self._goals = goals
         self._wheels = wheels
         self._wake = wake
-        self._prior = EmbeddedPrior()
         self._operations: queue.SimpleQueue[Operation] = queue.SimpleQueue()
         self.state: MissionState = "starting"
         """State that a control request is answered with; kept up to date by the node."""
         self._queryables = [
             serve(session, f"{robot}/{keys.SEARCH}", SearchRequest, self.search),
             serve(session, f"{robot}/{keys.CONTROL}", ControlRequest, self.control),
-            serve(session, f"{robot}/{keys.GUIDANCE}", GuidanceRequest, self.guidance),
             serve(session, f"{robot}/{keys.FEEDBACK}", FeedbackRequest, self.feedback),
         ]
 
@@ -100,32 +91,20 @@ class Desk:
 
     def search(self, request: SearchRequest) -> SearchAccepted:
         """Take a goal over."""
-        text = request.object.strip()
-        if not text:
+        if not request.object.strip():
             raise RequestRefusedError('the object is empty; say what to look for, like "hat"')
-        asked_at = time.monotonic()
-        resolved = resolve_object(text, self._labels)
-        guidance = self._prior.levels(resolved, request.context, self._labels)
-        goal = Goal(
-            goal_id=0,
-            object=resolved.canonical,
-            display=resolved.display,
-            context=request.context,
-            category=resolved.category,
-        )
-        elapsed_ms = 1e3 * (time.monotonic() - asked_at)
-        place = self._goals.add(
-            PlannedSearch(goal=goal, guidance=guidance, elapsed_ms=elapsed_ms, asked_at=asked_at)
-        )
+        search = self._counsel.plan(request, time.monotonic())
+        place = self._goals.add(search)
         if place is None:
             raise RequestRefusedError("too many goals wait already; cancel some first")
-        self._wake()
         goal_id, position = place
+        self._counsel.consult(goal_id)
+        self._wake()
         return SearchAccepted(
             goal_id=goal_id,
-            object=goal.object,
+            object=search.goal.object,
             position=max(0, position),
-            notes=list(guidance.notes),
+            notes=list(search.guidance.notes),
         )
 
     def control(self, request: ControlRequest) -> ControlReply:
@@ -152,20 +131,6 @@ class Desk:
                 self.put(partial(self._cancel, goal.goal_id))
                 state = self.state if self.state == "stopped" else "starting"
         return ControlReply(state=state, detail=detail)
-
-    def guidance(self, request: GuidanceRequest) -> Accepted:
-        """Change one level of the active goal."""
-        active = self._goals.active()
-        if active is None:
-            raise RequestRefusedError("levels belong to a goal, and there is none")
-        label = canonical_label(request.label)
-        if label not in self._labels:
-            raise RequestRefusedError(
-                f"no common object {request.label!r}; there are {', '.join(self._labels)}"
-            )
-        level = Level.parse(request.level)
-        self.put(partial(self._set_level, active.goal.goal_id, label, level))
-        return Accepted(detail=f"{label} is {request.level} now")
 
     def feedback(self, request: FeedbackRequest) -> Accepted:
         """Take the operator's word on a find."""
@@ -196,13 +161,6 @@ class Desk:
             self._goals.conclude("cancelled")
             mission.cancel_goal()
 
-    def _set_level(self, goal_id: int, label: str, level: Level, mission: Mission) -> None:
-        search = self._still_active(goal_id)
-        if search is not None:
-            changed = _with_level(search.guidance, label, level)
-            self._goals.relevel(changed)
-            mission.set_guidance(changed)
-
     def _reject(self, mission: Mission) -> None:
         if mission.reject_find():
             self._goals.reopen()
@@ -211,11 +169,3 @@ class Desk:
         """Return the goal that a request meant, None when another has taken over meanwhile."""
         active = self._goals.active()
         return active if active is not None and active.goal.goal_id == goal_id else None
-
-
-def _with_level(guidance: Guidance, label: str, level: Level) -> Guidance:
-    rows = tuple(
-        LabelLevel(label=label, level=level, reason=BY_OPERATOR) if row.label == label else row
-        for row in guidance.rows
-    )
-    return dataclasses.replace(guidance, rows=rows)

@@ -2,10 +2,12 @@
 
 import dataclasses
 import threading
+from collections.abc import Callable
 from typing import Literal
 
 from app.messages.control import GoalStatus
-from ippon.guidance.levels import Guidance
+from ippon.guidance.levels import Guidance, LabelLevel
+from ippon.guidance.naming import ResolvedObject
 from ippon.mission.goal import Goal
 
 Outcome = Literal["found", "exhausted", "cancelled"]
@@ -14,12 +16,27 @@ HISTORY = 50
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class PlannedSearch:
-    """A goal with the levels to start with."""
+    """A goal, and the levels that count for it now."""
 
     goal: Goal
+    resolved: ResolvedObject
+    scenario: str = ""
     guidance: Guidance
     elapsed_ms: float
     """How long the levels took."""
+    edits: tuple[LabelLevel, ...] = ()
+    """Levels that the operator set: they win over every answer."""
+    questions: int = 0
+    """How often a language model was asked: an answer to an earlier question is too late."""
+    asking: str = ""
+    """Language model whose answer is still to come."""
+    failed: str = ""
+    """Why the language model gave no answer."""
+    from_cache: bool = False
+    prompt: str = ""
+    """The exact question to the language model."""
+    reply: str = ""
+    """Its exact answer."""
     asked_at: float = 0.0
     """Monotonic time of the request."""
     waited: bool = False
@@ -72,11 +89,25 @@ class GoalBook:
         with self._lock:
             return self._active
 
-    def relevel(self, guidance: Guidance) -> None:
-        """Keep other levels for the active goal."""
+    def find(self, goal_id: int) -> PlannedSearch | None:
+        """Return a goal that is searched for, was last, or waits."""
         with self._lock:
-            if self._active is not None:
-                self._active = dataclasses.replace(self._active, guidance=guidance)
+            known = (*([self._active] if self._active else []), *self._queue)
+            return next((s for s in known if s.goal.goal_id == goal_id), None)
+
+    def amend(
+        self, goal_id: int, change: Callable[[PlannedSearch], PlannedSearch]
+    ) -> PlannedSearch | None:
+        """Replace what is known of a goal; returns it, None when it is over and out of view."""
+        with self._lock:
+            if self._active is not None and self._active.goal.goal_id == goal_id:
+                self._active = change(self._active)
+                return self._active
+            for place, search in enumerate(self._queue):
+                if search.goal.goal_id == goal_id:
+                    self._queue[place] = change(search)
+                    return self._queue[place]
+            return None
 
     def conclude(self, outcome: Outcome) -> None:
         """The active goal is over; it stays in view until the next one starts.

@@ -11,6 +11,7 @@ from typing import Final
 import msgspec
 import zenoh
 
+from app.links.answers import Adviser
 from app.links.latched import Latched
 from app.links.registry import RunningNavigator, register
 from app.links.sender import Sender
@@ -20,18 +21,17 @@ from app.messages import keys
 from app.messages.control import (
     Event,
     LabelRequest,
-    ProximityRow,
-    ProximityTable,
     encode,
 )
 from app.nodes.navigator.commander import Commander
 from app.nodes.navigator.config import NavigatorConfig
-from app.nodes.navigator.desk import Desk
-from app.nodes.navigator.goals import GoalBook, PlannedSearch
+from app.nodes.navigator.counsel import Counsel
+from app.nodes.navigator.desk import Desk, Operation
+from app.nodes.navigator.goals import GoalBook
 from app.nodes.navigator.helm import Helm
 from app.nodes.navigator.intake import Intake, Stopwatch
 from app.nodes.navigator.publisher import MapPublisher
-from app.nodes.navigator.report import StatusReport
+from app.nodes.navigator.report import StatusReport, proximity_table
 from app.nodes.navigator.steering import Steering
 from app.nodes.navigator.warm_up import warm_up
 from ippon.command import Command
@@ -51,7 +51,9 @@ OUTCOMES: Final = {MissionState.FOUND: "found", MissionState.EXHAUSTED: "exhaust
 class Navigator:
     """Owns the mission; everything that touches it runs in the thread that calls `run`."""
 
-    def __init__(self, config: NavigatorConfig, session: zenoh.Session) -> None:
+    def __init__(
+        self, config: NavigatorConfig, session: zenoh.Session, model: Adviser | None = None
+    ) -> None:
         robot = config.robot
         self.config = config
         self._mission = Mission(config.mission, config.profile, config.labels, config.seed)
@@ -63,11 +65,20 @@ class Navigator:
             f"{robot}/{keys.EVENT}", congestion_control=zenoh.CongestionControl.BLOCK
         )
         self._intake = Intake(session, robot, self._report_bad_message)
-        self._desk = Desk(
+        self._counsel = Counsel(
             session,
             robot,
             config.labels,
             self._goals,
+            model=model,
+            put=self._put,
+            say=self._say,
+        )
+        self._desk = Desk(
+            session,
+            robot,
+            self._goals,
+            self._counsel,
             wheels=self._commander,
             wake=self._intake.wake,
         )
@@ -98,8 +109,9 @@ class Navigator:
         self._lost: tuple[str, ...] = ()
         self._heatmap_gone = False
         self._blind_since = 0.0
-        self._shown_guidance: object = None
-        self._labels.put(encode(LabelRequest(labels=list(config.labels), ooi=None)))
+        self._shown_search: object = None
+        self._asked_for: LabelRequest | None = None
+        self._ask_for_labels()
         self._configuration = Latched(session, f"{robot}/{keys.CONFIGURATION}", self._sender)
         self._configuration.put(msgspec.json.encode(config))
 
@@ -109,6 +121,7 @@ class Navigator:
             self._desk.run_queued(self._mission)
             self._map.answer()
             self._start_next_goal()
+            self._ask_for_labels()
             self._show_guidance()
             frame = self._intake.take(IDLE_S)
             if frame is not None:
@@ -124,6 +137,7 @@ class Navigator:
         """Leave the robot standing."""
         self._helm.close()
         self._commander.close()
+        self._counsel.close()
         self._sender.close()
 
     # -- a frame -----------------------------------------------------------------------------
@@ -168,22 +182,36 @@ class Navigator:
 
     # -- goals and levels --------------------------------------------------------------------
 
+    def _put(self, operation: Operation) -> None:
+        self._desk.put(operation)
+
     def _start_next_goal(self) -> None:
         search = self._goals.next(hold=time.monotonic() < self._hold_until)
         if search is None:
             return
+        search = self._counsel.fitted(search)
         self._mission.set_goal(search.goal, search.guidance)
         self._report.goal_set(time.monotonic() if search.waited else search.asked_at)
-        request = LabelRequest(labels=list(self.config.labels), ooi=search.goal.object)
-        self._labels.put(encode(request))
         logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)
+
+    def _ask_for_labels(self) -> None:
+        """Tell the segmentation what to tell apart, where that is something else than before."""
+        goal = self._mission.goal
+        ooi = goal.object if goal is not None else None
+        if ooi is None and self._asked_for is not None:
+            # After the end of a search its object is looked for on: nothing is gained by a change.
+            ooi = self._asked_for.ooi
+        request = LabelRequest(labels=list(self._mission.voxel_map.labels), ooi=ooi)
+        if request != self._asked_for:
+            self._asked_for = request
+            self._labels.put(encode(request))
 
     def _show_guidance(self) -> None:
         active = self._goals.active()
-        if active is None or active.guidance is self._shown_guidance:
+        if active is None or active is self._shown_search:
             return
-        self._shown_guidance = active.guidance
-        self._proximity.put(encode(_proximity_table(active)))
+        self._shown_search = active
+        self._proximity.put(encode(proximity_table(active)))
 
     # -- streams and status ------------------------------------------------------------------
 
@@ -228,7 +256,7 @@ class Navigator:
             watch=self._watch,
             lost=self._lost,
             drive=self._helm.status(),
-            notes=(f"no heatmap: {BLIND}",) if self._heatmap_gone else (),
+            notes=(*self._counsel.notes(), *((f"no heatmap: {BLIND}",) * self._heatmap_gone)),
         )
         self._desk.state = status.state
         self._status.put(encode(status))
@@ -256,28 +284,15 @@ class Navigator:
         logger.info("%s: %s", kind, text)
 
 
-def _proximity_table(search: PlannedSearch) -> ProximityTable:
-    guidance = search.guidance
-    return ProximityTable(
-        goal_id=search.goal.goal_id,
-        object=guidance.ooi,
-        context=guidance.context,
-        provider=guidance.provider,
-        elapsed_ms=search.elapsed_ms,
-        rows=[
-            ProximityRow(label=row.label, level=row.level.name.lower(), reason=row.reason)  # pyright: ignore[reportArgumentType]
-            for row in guidance.rows
-        ],
-        notes=list(guidance.notes),
-    )
-
-
-def run_navigator(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
+def run_navigator(
+    config: NavigatorConfig, progress: Callable[[float], None], model: Adviser | None = None
+) -> None:
     """Compile, listen, and navigate until SIGINT or SIGTERM.
 
     Args:
         config: Where to listen and how to search.
         progress: Called with the fraction of the preparation that is done; 1 means ready.
+        model: Asked for levels beside the embedded prior; closed at the end.
 
     Raises:
         LinkError: The endpoint is taken.
@@ -287,7 +302,7 @@ def run_navigator(config: NavigatorConfig, progress: Callable[[float], None]) ->
     entry = None
     try:
         warm_up(config, lambda fraction: progress(0.98 * fraction))
-        navigator = Navigator(config, session)
+        navigator = Navigator(config, session, model)
         entry = register(
             RunningNavigator(pid=os.getpid(), robot=config.robot, endpoint=config.listen)
         )

@@ -2,9 +2,17 @@
 
 import time
 
-from app.messages.control import DriveStatus, FindReport, MissionState, Status, Timings
+from app.messages.control import (
+    DriveStatus,
+    FindReport,
+    MissionState,
+    ProximityRow,
+    ProximityTable,
+    Status,
+    Timings,
+)
 from app.nodes.navigator.config import NavigatorConfig
-from app.nodes.navigator.goals import GoalBook
+from app.nodes.navigator.goals import GoalBook, PlannedSearch
 from app.nodes.navigator.intake import Intake, Stopwatch
 from ippon.command import Command
 from ippon.mapping.surface_rows import N_FREE, N_USED
@@ -126,4 +134,25 @@ def _find_report(find: Find, goal: Goal) -> FindReport:
         probability=find.probability,
         voxels=find.voxels,
         box_px=find.box_px,
+    )
+
+
+def proximity_table(search: PlannedSearch) -> ProximityTable:
+    """Return the levels of a search, and how they came about."""
+    guidance = search.guidance
+    return ProximityTable(
+        goal_id=search.goal.goal_id,
+        object=guidance.ooi,
+        context=guidance.context,
+        provider=guidance.provider,
+        elapsed_ms=search.elapsed_ms,
+        rows=[
+            ProximityRow(label=row.label, level=row.level.name.lower(), reason=row.reason)  # pyright: ignore[reportArgumentType]
+            for row in guidance.rows
+        ],
+        notes=list(guidance.notes),
+        asking=search.asking,
+        from_cache=search.from_cache,
+        prompt=search.prompt,
+        reply=search.reply,
     )

@@ -8,9 +8,9 @@ from app.messages import keys
 from app.messages.control import (
     ControlRequest,
     FeedbackRequest,
-    GuidanceRequest,
     SearchRequest,
 )
+from app.nodes.navigator.counsel import Counsel
 from app.nodes.navigator.desk import Desk
 from app.nodes.navigator.goals import GoalBook
 from ippon.guidance.levels import Level
@@ -62,15 +62,12 @@ def office(sessions):
     router, client = sessions
     goals = GoalBook(max_queue=3)
     wheels = Wheels()
-    desk = Desk(
-        router,
-        "r",
-        MATTERPORT_40,
-        goals,
-        wheels=wheels,
-        wake=lambda: None,
+    counsel = Counsel(
+        router, "r", MATTERPORT_40, goals, model=None, put=lambda _: None, say=lambda *_: None
     )
-    return SimpleNamespace(desk=desk, goals=goals, wheels=wheels, mission=Recorder(), client=client)
+    desk = Desk(router, "r", goals, counsel, wheels=wheels, wake=lambda: None)
+    yield SimpleNamespace(desk=desk, goals=goals, wheels=wheels, mission=Recorder(), client=client)
+    counsel.close()
 
 
 def start(office, wanted="hat"):
@@ -92,6 +89,8 @@ def test_a_search_over_the_wire(office):
 def test_an_empty_object_and_a_full_queue_are_refused(office):
     with pytest.raises(RequestRefusedError, match="the object is empty"):
         office.desk.search(SearchRequest(object="  "))
+    with pytest.raises(RequestRefusedError, match="no object in"):
+        office.desk.search(SearchRequest(object="?!"))
     for _ in range(3):
         office.desk.search(SearchRequest(object="hat"))
     with pytest.raises(RequestRefusedError, match="too many goals wait already"):
@@ -174,33 +173,6 @@ def test_a_cancelled_find_stays_a_find(office):
     active, _, history = office.goals.statuses()
     assert active is None
     assert [goal.outcome for goal in history] == ["found"]
-
-
-def test_the_operator_changes_a_level(office):
-    with pytest.raises(RequestRefusedError, match="there is none"):
-        office.desk.guidance(GuidanceRequest(label="bed", level="certain"))
-    start(office)
-    with pytest.raises(RequestRefusedError, match="no common object 'spaceship'; there are wall"):
-        office.desk.guidance(GuidanceRequest(label="spaceship", level="certain"))
-    office.desk.guidance(GuidanceRequest(label="chest of drawers", level="certain"))
-    office.desk.guidance(GuidanceRequest(label="bed", level="far"))
-    office.desk.run_queued(office.mission)
-    assert office.mission.names() == ["set_guidance", "set_guidance"]
-    rows = {row.label: row for row in office.mission.calls[-1][1].rows}
-    assert rows["chest_of_drawers"].level is Level.CERTAIN
-    assert (rows["bed"].level, rows["bed"].reason) == (Level.FAR, "set by the operator")
-    assert office.goals.active().guidance is office.mission.calls[-1][1]
-
-
-def test_a_level_for_a_goal_that_is_over_changes_nothing(office):
-    start(office)
-    office.desk.guidance(GuidanceRequest(label="bed", level="certain"))
-    office.goals.conclude("found")
-    start(office, "mug")
-    before = office.goals.active().guidance
-    office.desk.run_queued(office.mission)
-    assert office.mission.calls == []
-    assert office.goals.active().guidance is before
 
 
 def test_feedback_belongs_to_a_find(office):

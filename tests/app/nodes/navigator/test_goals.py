@@ -1,12 +1,20 @@
+import dataclasses
+
+import pytest
+
 from app.nodes.navigator.goals import HISTORY, GoalBook, PlannedSearch
 from ippon.guidance.levels import Guidance
+from ippon.guidance.naming import resolve_object
 from ippon.mission.goal import Goal
 
 
 def search(name="hat", provider="test"):
     guidance = Guidance(ooi=name, context="", provider=provider, rows=())
     return PlannedSearch(
-        goal=Goal(goal_id=0, object=name, display=name), guidance=guidance, elapsed_ms=0.0
+        goal=Goal(goal_id=0, object=name, display=name),
+        resolved=resolve_object(name, ()),
+        guidance=guidance,
+        elapsed_ms=0.0,
     )
 
 
@@ -100,13 +108,20 @@ def test_a_rejected_find_goes_on():
     assert names(book) == (("hat", "active"), ["mug"], [])
 
 
-def test_other_levels_belong_to_the_active_goal_only():
+def test_a_goal_is_amended_while_it_is_searched_for_or_waits():
     book = GoalBook(5)
-    book.relevel(search(provider="nobody").guidance)
-    book.add(search("hat"))
+    for name in ("hat", "mug", "key"):
+        book.add(search(name))
     book.next()
-    book.relevel(search("hat", provider="operator").guidance)
-    assert book.active().guidance.provider == "operator"
+    for goal_id in (1, 3):
+        amended = book.amend(goal_id, lambda s: dataclasses.replace(s, failed=s.goal.object))
+        assert amended is book.find(goal_id)
+    assert (book.find(1).failed, book.find(2).failed, book.find(3).failed) == ("hat", "", "key")
+    assert book.active() is book.find(1)
+    book.conclude("found")
+    book.next()
+    assert book.find(1) is None
+    assert book.amend(1, lambda _: pytest.fail("a goal that is over was changed")) is None
 
 
 def test_queue_and_history_are_bounded():
