@@ -12,11 +12,15 @@ import zenoh
 from app.links.session import LinkError
 from app.messages import keys
 from app.messages.control import ErrorReply, M, decode, encode
+from app.messages.lease import Credential
 from app.messages.recording import Exchange
 
 logger = logging.getLogger(__name__)
 
 R = TypeVar("R", bound=msgspec.Struct)
+
+Permit = Callable[[msgspec.Struct, Credential | None], None]
+"""Lets a request pass, or raises `RequestRefusedError`."""
 
 MAX_QUOTED = 500
 """Bytes of a malformed request that its record keeps."""
@@ -26,8 +30,16 @@ class RequestRefusedError(Exception):
     """The request was understood and cannot be met; the text says why."""
 
 
+def anyone(_: msgspec.Struct, __: Credential | None) -> None:
+    """Let every request pass."""
+
+
 def serve(
-    session: zenoh.Session, key: str, kind: type[M], handle: Callable[[M], msgspec.Struct]
+    session: zenoh.Session,
+    key: str,
+    kind: type[M],
+    handle: Callable[[M], msgspec.Struct],
+    permit: Permit = anyone,
 ) -> "zenoh.Queryable[None]":
     """Answer requests on a key; what is malformed or refused gets an `ErrorReply`.
 
@@ -37,10 +49,26 @@ def serve(
         kind: What a request must be.
         handle: Returns the reply, or raises `RequestRefusedError`. Called in a thread of zenoh:
             it must be quick.
+        permit: Looks at a request, and at who sends it, before it is handled.
 
     What was asked and answered is published on `key`/exchange, for those who record. There a
     message may be lost behind a slow listener, which its number shows: a Stop never waits for one.
     """
+
+    def handle_permitted(message: M, who: Credential | None) -> msgspec.Struct:
+        permit(message, who)
+        return handle(message)
+
+    return serve_known(session, key, kind, handle_permitted)
+
+
+def serve_known(
+    session: zenoh.Session,
+    key: str,
+    kind: type[M],
+    handle: Callable[[M, Credential | None], msgspec.Struct],
+) -> "zenoh.Queryable[None]":
+    """Answer requests on a key as `serve` does, told who asks."""
     numbers = itertools.count(1)
     exchanges = session.declare_publisher(
         f"{key}/{keys.EXCHANGE}", congestion_control=zenoh.CongestionControl.DROP
@@ -49,14 +77,16 @@ def serve(
     def answer(query: zenoh.Query) -> None:
         payload = query.payload.to_bytes() if query.payload is not None else b""
         with query:
-            reply = encode(_reply_to(query, kind, handle))
+            who, answered = _answer(query, payload, kind, handle)
+            reply = encode(answered)
             query.reply(key, reply, encoding=zenoh.Encoding.APPLICATION_JSON)
-        exchanges.put(_exchange(next(numbers), payload, reply))
+        name = who.name if who is not None else ""
+        exchanges.put(_exchange(next(numbers), name, payload, reply))
 
     return session.declare_queryable(key, answer)
 
 
-def _exchange(number: int, payload: bytes, reply: bytes) -> bytes:
+def _exchange(number: int, name: str, payload: bytes, reply: bytes) -> bytes:
     """Write an exchange; a request that is no JSON stands in it as text."""
     try:
         msgspec.json.decode(payload)
@@ -66,34 +96,57 @@ def _exchange(number: int, payload: bytes, reply: bytes) -> bytes:
         Exchange(
             number=number,
             wall_ns=time.time_ns(),
+            name=name,
             request=msgspec.Raw(payload),
             reply=msgspec.Raw(reply),
         )
     )
 
 
-def _reply_to(
-    query: zenoh.Query, kind: type[M], handle: Callable[[M], msgspec.Struct]
-) -> msgspec.Struct:
-    payload = query.payload.to_bytes() if query.payload is not None else b""
+def _answer(
+    query: zenoh.Query,
+    payload: bytes,
+    kind: type[M],
+    handle: Callable[[M, Credential | None], msgspec.Struct],
+) -> tuple[Credential | None, msgspec.Struct]:
+    """Return who asked, where that is known, and the reply."""
+    who = None
     try:
-        return handle(decode(payload, kind))
+        who = _credential(query)
+        return who, handle(decode(payload, kind), who)
     except msgspec.DecodeError as error:
         fields = ", ".join(field.name for field in msgspec.structs.fields(kind))
-        return ErrorReply(
-            error=f"not a {kind.__name__} ({error}); it is a JSON object with: {fields}"
-        )
+        text = f"not a {kind.__name__} ({error}); it is a JSON object with: {fields}"
+        return who, ErrorReply(error=text)
     except RequestRefusedError as error:
-        return ErrorReply(error=str(error))
+        return who, ErrorReply(error=str(error))
     except Exception:  # The asker must get an answer whatever is wrong here.
         logger.exception("request on %s", query.key_expr)
-        return ErrorReply(error="the navigator failed to handle this request; see its log")
+        text = "the navigator failed to handle this request; see its log"
+        return who, ErrorReply(error=text)
+
+
+def _credential(query: zenoh.Query) -> Credential | None:
+    if query.attachment is None:
+        return None
+    try:
+        return decode(query.attachment.to_bytes(), Credential)
+    except msgspec.DecodeError as error:
+        fields = ", ".join(field.name for field in msgspec.structs.fields(Credential))
+        raise RequestRefusedError(
+            f"the attachment is not a Credential ({error}); it is a JSON object with: {fields}"
+        ) from error
 
 
 def ask(
-    session: zenoh.Session, key: str, message: msgspec.Struct, kind: type[R], timeout_s: float
+    session: zenoh.Session,
+    key: str,
+    message: msgspec.Struct,
+    kind: type[R],
+    timeout_s: float,
+    who: Credential | None = None,
 ) -> R:
-    """Send a request and return its reply.
+    """Send a request, in somebody's name where given, and return its reply.
 
     Raises:
         RequestRefusedError: The other side says what is wrong.
@@ -102,6 +155,7 @@ def ask(
     replies: Any = session.get(
         key,
         payload=encode(message),
+        attachment=encode(who) if who is not None else None,
         encoding=zenoh.Encoding.APPLICATION_JSON,
         timeout=timeout_s,
         priority=zenoh.Priority.REAL_TIME,

@@ -8,6 +8,7 @@ from typing import Annotated, Literal, TypeVar
 import msgspec
 from msgspec import Meta, Struct
 
+from app.messages.lease import LeaseStatus
 
 M = TypeVar("M", bound=Struct)
 
@@ -327,6 +328,7 @@ class Status(_Message, frozen=True):
     map_revision: int
     notes: list[str] = []
     drive: DriveStatus = DriveStatus()
+    lease: LeaseStatus = LeaseStatus()
 
 
 class Event(_Message, frozen=True):
@@ -352,6 +354,7 @@ class Event(_Message, frozen=True):
         "vocabulary",
         "drive",
         "painted",
+        "lease",
         "error",
     ]
     text: str

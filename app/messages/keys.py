@@ -44,6 +44,10 @@ TELEOP = "teleop/cmd_vel"
 """The operator's hand: shares of the robot's top speeds, -1 to 1, with a `TeleopTag` attached."""
 PAINTED = "guidance/painted"
 
+LEASE = "lease"
+LEASE_TAKE = "lease/take"
+"""A key of its own, so that access control can keep it to supervisors."""
+
 LABELS = "segmentation/labels"
 PROXIMITY = "guidance/levels"
 MAP_VOXELS = "map/voxels"

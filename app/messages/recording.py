@@ -38,5 +38,7 @@ class Exchange(Struct, frozen=True, kw_only=True):
     number: int
     """Counts the exchanges of this key; a gap shows that one was lost."""
     wall_ns: int
+    name: str = ""
+    """Who asked, where they said so."""
     request: msgspec.Raw
     reply: msgspec.Raw

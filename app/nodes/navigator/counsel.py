@@ -19,7 +19,7 @@ from typing import Final
 import zenoh
 
 from app.links.answers import RULES, Adviser, Answer, SentenceAnswer
-from app.links.requests import RequestRefusedError, serve
+from app.links.requests import Permit, RequestRefusedError, anyone, serve
 from app.messages import keys
 from app.messages.control import (
     Accepted,
@@ -65,6 +65,7 @@ class Counsel:
         model: Adviser | None,
         put: Put,
         say: Say,
+        permit: Permit = anyone,
     ) -> None:
         self._goals = goals
         self._model = model
@@ -76,9 +77,9 @@ class Counsel:
         self._askers = ThreadPoolExecutor(_ASKERS, thread_name_prefix="counsel")
         self._readers = ThreadPoolExecutor(1, thread_name_prefix="sentence")
         self._queryables = [
-            serve(session, f"{robot}/{keys.GUIDANCE}", GuidanceRequest, self.set_level),
+            serve(session, f"{robot}/{keys.GUIDANCE}", GuidanceRequest, self.set_level, permit),
             serve(session, f"{robot}/{keys.SENTENCE}", SentenceRequest, self.read),
-            serve(session, f"{robot}/{keys.VOCABULARY}", VocabularyRequest, self.add_label),
+            serve(session, f"{robot}/{keys.VOCABULARY}", VocabularyRequest, self.add_label, permit),
         ]
 
     @property

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import zenoh
 
-from app.links.requests import RequestRefusedError, serve
+from app.links.requests import Permit, RequestRefusedError, anyone, serve
 from app.messages import keys
 from app.messages.control import (
     Accepted,
@@ -58,6 +58,7 @@ class Desk:
         *,
         wheels: Wheels,
         wake: Callable[[], None],
+        permit: Permit = anyone,
     ) -> None:
         self._counsel = counsel
         self._goals = goals
@@ -67,9 +68,9 @@ class Desk:
         self.state: MissionState = "starting"
         """State that a control request is answered with; kept up to date by the node."""
         self._queryables = [
-            serve(session, f"{robot}/{keys.SEARCH}", SearchRequest, self.search),
-            serve(session, f"{robot}/{keys.CONTROL}", ControlRequest, self.control),
-            serve(session, f"{robot}/{keys.FEEDBACK}", FeedbackRequest, self.feedback),
+            serve(session, f"{robot}/{keys.SEARCH}", SearchRequest, self.search, permit),
+            serve(session, f"{robot}/{keys.CONTROL}", ControlRequest, self.control, permit),
+            serve(session, f"{robot}/{keys.FEEDBACK}", FeedbackRequest, self.feedback, permit),
         ]
 
     def run_queued(self, mission: Mission) -> None:

@@ -30,6 +30,7 @@ from app.nodes.navigator.desk import Desk, Operation
 from app.nodes.navigator.goals import GoalBook
 from app.nodes.navigator.helm import Helm
 from app.nodes.navigator.intake import Intake, Stopwatch
+from app.nodes.navigator.lease_desk import LeaseDesk
 from app.nodes.navigator.publisher import MapPublisher
 from app.nodes.navigator.report import StatusReport, proximity_table
 from app.nodes.navigator.steering import Steering
@@ -64,6 +65,7 @@ class Navigator:
         self._events = session.declare_publisher(
             f"{robot}/{keys.EVENT}", congestion_control=zenoh.CongestionControl.BLOCK
         )
+        self._lease = LeaseDesk(session, robot)
         self._intake = Intake(session, robot, self._report_bad_message)
         self._counsel = Counsel(
             session,
@@ -73,6 +75,7 @@ class Navigator:
             model=model,
             put=self._put,
             say=self._say,
+            permit=self._lease.permit,
         )
         self._desk = Desk(
             session,
@@ -81,6 +84,7 @@ class Navigator:
             self._counsel,
             wheels=self._commander,
             wake=self._intake.wake,
+            permit=self._lease.permit,
         )
         self._helm = Helm(
             session,
@@ -88,10 +92,10 @@ class Navigator:
             config.profile,
             self._commander,
             config.stale_s,
-            refuse=lambda _: None,
+            refuse=self._lease.refuse_hand,
             on_takeover=lambda: self._desk.put(lambda mission: mission.cancel_go_to()),
         )
-        self._steering = Steering(session, robot, self._helm, self._desk.put)
+        self._steering = Steering(session, robot, self._helm, self._desk.put, self._lease.permit)
         self._map = MapPublisher(
             session, robot, self._mission.voxel_map, config.keyframe_every_s, self._sender
         )
@@ -130,7 +134,8 @@ class Navigator:
             if frame is None or self._lost:
                 self._watch_streams()
             self._watch_heatmap()
-            if frame is not None or time.monotonic() - self._status_at > STATUS_EVERY_S:
+            told = self._watch_lease()
+            if frame is not None or told or time.monotonic() - self._status_at > STATUS_EVERY_S:
                 self._publish_status()
 
     def close(self) -> None:
@@ -246,6 +251,15 @@ class Navigator:
             self._heatmap_gone = False
             self._say("stream_back", "heatmap is back")
 
+    def _watch_lease(self) -> bool:
+        """Say who holds control now; a hand whose lease is over lets go."""
+        news, changed, lost = self._lease.watch()
+        for text in news:
+            self._say("lease", text)
+        if lost:
+            self._helm.let_go()
+        return changed
+
     def _publish_status(self) -> None:
         self._status_at = time.monotonic()
         status = self._report.status(
@@ -256,6 +270,7 @@ class Navigator:
             watch=self._watch,
             lost=self._lost,
             drive=self._helm.status(),
+            lease=self._lease.status(),
             notes=(*self._counsel.notes(), *((f"no heatmap: {BLIND}",) * self._heatmap_gone)),
         )
         self._desk.state = status.state

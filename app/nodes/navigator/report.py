@@ -11,6 +11,7 @@ from app.messages.control import (
     Status,
     Timings,
 )
+from app.messages.lease import LeaseStatus
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.goals import GoalBook, PlannedSearch
 from app.nodes.navigator.intake import Intake, Stopwatch
@@ -62,6 +63,7 @@ class StatusReport:
         watch: Stopwatch,
         lost: tuple[str, ...],
         drive: DriveStatus,
+        lease: LeaseStatus,
         notes: tuple[str, ...] = (),
     ) -> Status:
         """Return the navigator's state as it is now."""
@@ -98,6 +100,7 @@ class StatusReport:
             map_revision=mission.voxel_map.revision,
             notes=list(notes),
             drive=drive,
+            lease=lease,
         )
 
 

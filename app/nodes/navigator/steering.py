@@ -6,7 +6,7 @@ from typing import Final, TypeVar
 
 import zenoh
 
-from app.links.requests import RequestRefusedError, serve
+from app.links.requests import Permit, RequestRefusedError, anyone, serve
 from app.messages import keys
 from app.messages.control import Accepted, DriveRequest, GotoRequest
 from app.nodes.navigator.helm import Helm
@@ -23,12 +23,14 @@ Put = Callable[[Callable[[Mission], None]], None]
 class Steering:
     """Answers in threads of its own, so that a request that takes its time holds up no Stop."""
 
-    def __init__(self, session: zenoh.Session, robot: str, helm: Helm, put: Put) -> None:
+    def __init__(
+        self, session: zenoh.Session, robot: str, helm: Helm, put: Put, permit: Permit = anyone
+    ) -> None:
         self._helm = helm
         self._put = put
         self._queryables = [
-            serve(session, f"{robot}/{keys.DRIVE}", DriveRequest, self.drive),
-            serve(session, f"{robot}/{keys.GOTO}", GotoRequest, self.go_to),
+            serve(session, f"{robot}/{keys.DRIVE}", DriveRequest, self.drive, permit),
+            serve(session, f"{robot}/{keys.GOTO}", GotoRequest, self.go_to, permit),
         ]
 
     def drive(self, request: DriveRequest) -> Accepted:

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 import pytest
 
 from app.messages.control import DriveStatus
+from app.messages.lease import LeaseStatus
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.goals import GoalBook
 from app.nodes.navigator.intake import Stopwatch
@@ -30,6 +31,7 @@ def state_of(report, mission, *, lost=(), notes=(), frames=0, refused=""):
         watch=Stopwatch(),
         lost=lost,
         drive=DriveStatus(),
+        lease=LeaseStatus(),
         notes=notes,
     )
 
