@@ -3,21 +3,39 @@
 import json
 import queue
 import sys
+import time
 
 import msgspec
 import zenoh
 
 from app.cli.errors import UsageError
 from app.cli.levels import check_query
+from app.cli.levels_table import as_json, print_levels, print_question, printable
 from app.cli.options import Ask
 from app.links.registry import running_navigators
 from app.links.requests import RequestRefusedError, ask
 from app.links.session import LinkError, open_client
+from app.links.subscription import subscribe
 from app.messages import keys
-from app.messages.control import GoalStatus, SearchAccepted, SearchRequest, Status, decode
-from ippon.guidance.sentence import read_query
+from app.messages.control import (
+    Accepted,
+    GoalStatus,
+    ProximityTable,
+    SearchAccepted,
+    SearchRequest,
+    SentenceReading,
+    SentenceRequest,
+    Status,
+    VocabularyRequest,
+    decode,
+)
+from ippon.guidance.levels import Level
 
 SILENT_S = 10.0
+READ_S = 12.0
+"""A language model may read the sentence; rules do after eight seconds."""
+ANSWER_S = 150.0
+"""Two requests to a language model and one for what it left out, with time to spare."""
 EXIT_NOT_FOUND = 1
 
 
@@ -25,28 +43,50 @@ def run_ask(command: Ask) -> int:
     """Send the query; with `--follow` stay until the search is over."""
     if not command.timeout_s > 0.0:
         raise UsageError(f"--timeout-s is a positive number of seconds; got {command.timeout_s:g}")
-    wanted, context = _read(command)
-    check_query(wanted, context)
+    if command.add_label is None or command.object:
+        check_query(command.object[:80], command.context)
+    if command.show_prompt and not command.explain:
+        raise UsageError("--show-prompt goes with --explain")
     endpoint, robot = find_navigator(command.connect, command.robot)
     try:
         session = open_client(endpoint, command.timeout_s)
     except LinkError as error:
         raise UsageError(str(error)) from error
     try:
-        updates: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-        session.declare_subscriber(
-            f"{robot}/{keys.STATUS}", lambda sample: updates.put(sample.payload.to_bytes())
-        )
-        request = SearchRequest(object=wanted, context=context, requester="ippon ask")
-        accepted = ask(
-            session, f"{robot}/{keys.SEARCH}", request, SearchAccepted, command.timeout_s
-        )
-        _show_accepted(accepted, command)
-        return _follow(updates, accepted.goal_id, command) if command.follow else 0
+        if command.add_label is not None:
+            _add_label(session, robot, command)
+            if not command.object:
+                return 0
+        return _search(session, robot, command)
     except (LinkError, RequestRefusedError) as error:
         raise UsageError(str(error)) from error
     finally:
         _close(session)
+
+
+def _add_label(session: zenoh.Session, robot: str, command: Ask) -> None:
+    try:
+        request = VocabularyRequest(label=command.add_label or "", requester="ippon ask")
+        msgspec.json.decode(msgspec.json.encode(request), type=VocabularyRequest)
+    except msgspec.ValidationError as error:
+        raise UsageError(f"a common object has 1 to 40 characters ({error})") from error
+    done = ask(session, f"{robot}/{keys.VOCABULARY}", request, Accepted, command.timeout_s)
+    print(done.detail, file=sys.stderr if command.json else sys.stdout, flush=True)
+
+
+def _search(session: zenoh.Session, robot: str, command: Ask) -> int:
+    wanted, context = _read(session, robot, command)
+    check_query(wanted, context)
+    updates: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    tables: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    for topic, received in ((keys.STATUS, updates), (keys.PROXIMITY, tables)):
+        subscribe(session, f"{robot}/{topic}", received.put)
+    request = SearchRequest(object=wanted, context=context, requester="ippon ask")
+    accepted = ask(session, f"{robot}/{keys.SEARCH}", request, SearchAccepted, command.timeout_s)
+    _show_accepted(accepted, command)
+    if command.explain:
+        _explain(tables, accepted, command)
+    return _follow(updates, accepted.goal_id, command) if command.follow else 0
 
 
 def find_navigator(connect: str | None, robot: str | None) -> tuple[str, str]:
@@ -69,12 +109,82 @@ def find_navigator(connect: str | None, robot: str | None) -> tuple[str, str]:
     raise UsageError(f"several navigators run on this machine; choose one:\n{choices}")
 
 
-def _read(command: Ask) -> tuple[str, str]:
-    """Take a sentence apart, where the object is one."""
+def _read(session: zenoh.Session, robot: str, command: Ask) -> tuple[str, str]:
+    """Have the navigator take a sentence apart, where the object is one.
+
+    Raises:
+        UsageError: What was read is doubtful, and nobody said yes to it.
+    """
     if command.context or len(command.object.split()) < 3:
         return command.object, command.context
-    query = read_query(command.object)
-    return query.object or command.object, query.context
+    request = SentenceRequest(sentence=command.object)
+    reading = ask(session, f"{robot}/{keys.SENTENCE}", request, SentenceReading, READ_S)
+    if reading.note:
+        print(f"note: read by rules: {printable(reading.note)}", file=sys.stderr)
+    wanted, context = printable(reading.object), printable(reading.context)
+    if not wanted:
+        raise UsageError(f'no object found in {command.object!r}; say it alone, like "hat"')
+    if reading.doubtful and not command.yes and not _agreed(wanted, context):
+        raise UsageError(
+            f"this was read: object {wanted!r}, context {context!r}; add --yes to search for it, "
+            'or say it in two parts: ippon ask "hat" --context "on the sofa"'
+        )
+    return wanted, context
+
+
+def _agreed(wanted: str, context: str) -> bool:
+    """Show what was read to whoever sits at the terminal; False where nobody does."""
+    if not sys.stdin.isatty():
+        return False
+    known = f", known about it: {context}" if context else ""
+    print(f"read: look for {wanted}{known}", file=sys.stderr)
+    print("search for that? [y/N] ", end="", file=sys.stderr, flush=True)
+    return sys.stdin.readline().strip().lower() in ("y", "yes")
+
+
+def _explain(tables: "queue.SimpleQueue[bytes]", accepted: SearchAccepted, command: Ask) -> None:
+    """Print the goal's levels, once the language model has answered where one is asked."""
+    if accepted.position > 0:
+        print("levels are shown when the goal's turn comes", file=sys.stderr)
+        return
+    table = _final_table(tables, accepted.goal_id)
+    rated = [(Level.parse(row.level), row) for row in table.rows]
+    if command.json:
+        told: dict[str, object] = {
+            "goal_id": table.goal_id,
+            "provider": table.provider,
+            "elapsed_ms": round(table.elapsed_ms, 2),
+            "from_cache": table.from_cache,
+            "notes": table.notes,
+        }
+        if command.show_prompt:
+            told |= {"prompt": table.prompt, "reply": table.reply}
+        print(as_json(told, rated), flush=True)
+        return
+    cached = ", from the cache" if table.from_cache else ""
+    source = f"{table.provider}, {table.elapsed_ms:.1f} ms{cached}"
+    print_levels(table.object, rated, table.notes, source)
+    if command.show_prompt:
+        print_question(table.prompt, table.reply)
+
+
+def _final_table(tables: "queue.SimpleQueue[bytes]", goal_id: int) -> ProximityTable:
+    deadline, asked = time.monotonic() + ANSWER_S, ""
+    while True:
+        try:
+            left = max(0.0, deadline - time.monotonic())
+            table = decode(
+                tables.get(timeout=left if asked else min(left, SILENT_S)), ProximityTable
+            )
+        except queue.Empty:
+            raise LinkError("the navigator did not publish the levels of this goal") from None
+        if table.goal_id != goal_id:
+            continue
+        if not table.asking:
+            return table
+        if not asked:
+            print(f"asking {printable(table.asking)} …", file=sys.stderr, flush=True)
+        asked = table.asking
 
 
 def _show_accepted(accepted: SearchAccepted, command: Ask) -> None:

@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Final
 
 import httpx
@@ -26,6 +27,7 @@ from app.cli.options import Demo
 from app.links.requests import RequestRefusedError, ask, last_message
 from app.links.session import LinkError, open_client
 from app.messages import keys
+from app.cli.language_model import as_arguments, make_model
 from app.messages.control import SearchAccepted, SearchRequest
 
 DEFAULT_CONTEXT: Final = {"hat": "I think I left it on the sofa"}
@@ -144,6 +146,9 @@ def _check(command: Demo, context: str) -> None:
 
 def _end_on(number: int, handler: Callable[..., None] | None = None) -> None:
     def interrupt(*_: object) -> None:
+    model = make_model(command.llm, os.environ)
+    if model is not None:
+        model.close()  # The navigator makes its own; here a mistake is told before anything starts.
         raise KeyboardInterrupt
 
     signal.signal(number, handler or interrupt)
@@ -166,7 +171,8 @@ def _start_navigator(running: _Running, command: Demo) -> None:
 def _try_navigator(running: _Running, command: Demo, port: int) -> None:
     running.endpoint = f"tcp/127.0.0.1:{port}"
     sizes = ("--seed", str(command.seed), "--voxel-size-m", str(command.voxel_size_m))
-    child = running.start("navigator", ["navigate", "--listen", running.endpoint, *sizes])
+    model = as_arguments(command.llm)
+    child = running.start("navigator", ["navigate", "--listen", running.endpoint, *sizes, *model])
     deadline = time.monotonic() + READY_S
     while time.monotonic() < deadline:
         _refuse_ended(running, child, port)

@@ -1,43 +1,71 @@
 """`ippon levels`: what common sense says about where an object is, without a robot."""
 
-import json
+import os
 import time
 
 import msgspec
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from app.cli.errors import UsageError
+from app.cli.language_model import make_model
+from app.cli.levels_table import as_json, print_levels, print_question
 from app.cli.options import Levels
+from app.links.answers import Answer
 from app.messages.control import SearchRequest
-from ippon.guidance.levels import Guidance, Level
 from ippon.guidance.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.vocabulary import LABORATORY_40, MATTERPORT_40
-
-COLORS = {
-    Level.CERTAIN: "#D55E00",
-    Level.NEAR: "#E69F00",
-    Level.AVERAGE: "#9AA0A6",
-    Level.FAR: "#0072B2",
-}
 
 
 def run_levels(command: Levels) -> int:
     """Print the levels of an object."""
     check_query(command.object, command.context)
+    answer = _answer(command)
+    guidance = answer.guidance
+    rated = [(row.level, row) for row in guidance.rows]
+    if command.json:
+        told: dict[str, object] = {
+            "object": guidance.ooi,
+            "context": guidance.context,
+            "provider": guidance.provider,
+            "elapsed_ms": round(answer.elapsed_ms, 2),
+            "from_cache": answer.from_cache,
+            "notes": list(guidance.notes),
+        }
+        if command.show_prompt:
+            told |= {"prompt": answer.prompt, "reply": answer.reply}
+        print(as_json(told, rated))
+        return 0
+    cached = ", from the cache" if answer.from_cache else ""
+    source = f"{guidance.provider}, {answer.elapsed_ms:.1f} ms{cached}"
+    print_levels(guidance.ooi, rated, guidance.notes, source)
+    if command.show_prompt:
+        print_question(answer.prompt, answer.reply)
+    return 0
+
+
+def _answer(command: Levels) -> Answer:
     vocabulary = MATTERPORT_40 if command.vocabulary == "matterport" else LABORATORY_40
+    model = make_model(command.llm, os.environ)
+    try:
+        if model is not None:
+            scenario = SearchRequest(object="-").scenario
+            return model.levels(command.object, command.context, vocabulary, scenario=scenario)
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+    finally:
+        if model is not None:
+            model.close()
     prior = EmbeddedPrior()
     started = time.perf_counter()
-    resolved = resolve_object(command.object, vocabulary)
+    try:
+        resolved = resolve_object(command.object, vocabulary)
+    except ValueError as error:
+        raise UsageError(str(error)) from error
     guidance = prior.levels(resolved, command.context, vocabulary)
     elapsed_ms = 1e3 * (time.perf_counter() - started)
-    if command.json:
-        print(json.dumps(_as_dict(guidance, elapsed_ms), ensure_ascii=False))
-    else:
-        _print_table(guidance, elapsed_ms)
-    return 0
+    return Answer(
+        guidance=guidance, prompt="", reply="", elapsed_ms=elapsed_ms, from_cache=False, failed=""
+    )
 
 
 def check_query(wanted: str, context: str) -> None:
@@ -56,34 +84,3 @@ def check_query(wanted: str, context: str) -> None:
             f"an object is at most 80 and a context at most 2000 characters; yours have "
             f"{len(wanted)} and {len(context)} ({error})"
         ) from error
-
-
-def _as_dict(guidance: Guidance, elapsed_ms: float) -> dict[str, object]:
-    return {
-        "object": guidance.ooi,
-        "context": guidance.context,
-        "provider": guidance.provider,
-        "elapsed_ms": round(elapsed_ms, 2),
-        "levels": {row.label: row.level.name.lower() for row in guidance.rows},
-        "reasons": {row.label: row.reason for row in guidance.rows},
-        "notes": list(guidance.notes),
-    }
-
-
-def _print_table(guidance: Guidance, elapsed_ms: float) -> None:
-    console = Console()
-    title = guidance.ooi.replace("_", " ")
-    table = Table(title=f"Where is the {title}?", title_justify="left", title_style="bold")
-    table.add_column("level")
-    table.add_column("near this object")
-    table.add_column("because")
-    for row in sorted(guidance.rows, key=lambda row: -row.level):
-        table.add_row(
-            Text(f"■ {row.level.name.lower()}", style=COLORS[row.level]),
-            row.label.replace("_", " "),
-            Text(row.reason),
-        )
-    console.print(table)
-    for note in guidance.notes:
-        console.print(Text(f"note: {note}"))
-    console.print(Text(f"{guidance.provider}, {elapsed_ms:.1f} ms", style="dim"))

@@ -1,6 +1,6 @@
 """The commands and their options; docstrings are the text of `--help`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -8,6 +8,24 @@ import tyro
 
 Positional = tyro.conf.Positional
 Speed = Literal["1", "2", "max"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Llm:
+    """A language model for the levels; without one the embedded prior answers alone.
+
+    Its key comes from IPPON_API_KEY, OPENAI_API_KEY or a file; it is never logged or recorded.
+    """
+
+    model: str | None = None
+    """Name of the model at its endpoint; without one, that of IPPON_LLM_MODEL."""
+    base_url: str | None = None
+    """Address of an OpenAI-compatible endpoint, such as http://127.0.0.1:11434/v1; without one,
+    that of IPPON_LLM_BASE_URL or OPENAI_BASE_URL, or OpenAI's."""
+    key_file: Path | None = None
+    """File that holds the key alone, in place of the environment."""
+    timeout_s: float = 30.0
+    """The longest that one answer may take; the search goes on meanwhile."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +57,7 @@ class Demo:
     status is 0 when the object was found."""
     no_search: bool = False
     """Wait for a query from the page or from `ippon ask` instead of searching at once."""
+    llm: Llm = field(default_factory=Llm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,6 +100,7 @@ class Navigate:
     """Of the planner's samples."""
     voxel_size_m: float = 0.1
     """Edge of a voxel. Smaller shows more detail and costs more time."""
+    llm: Llm = field(default_factory=Llm)
     parent_pid: int | None = None
     """End when this process is gone."""
 
@@ -105,10 +125,19 @@ class Console:
 class Ask:
     """Ask a running navigator to look for something, from any terminal that reaches it."""
 
-    object: Positional[str]
+    object: Positional[str] = ""
     """What to look for: "hat", or a whole sentence: "find my hat, I left it on the sofa"."""
     context: str = ""
     """What you know about where it is, in plain words."""
+    explain: bool = False
+    """Print how near to it each common object is likely to be, why, and who says so."""
+    show_prompt: bool = False
+    """With --explain: print the exact question to the language model and its answer, too."""
+    yes: bool = False
+    """Search at once for what was read from a sentence, even where that is doubtful."""
+    add_label: str | None = None
+    """Tell one more kind of common object apart from now on, such as "bookcase"; an object to look
+    for need not be given with it."""
     follow: bool = False
     """Stay, print what happens, and end with the search; exit status 0 when it was found."""
     json: bool = False
@@ -133,6 +162,9 @@ class Levels:
     """Print JSON instead of a table."""
     vocabulary: Literal["matterport", "laboratory"] = "matterport"
     """Which list of common objects to rate."""
+    show_prompt: bool = False
+    """Print the exact question to the language model and its answer, too."""
+    llm: Llm = field(default_factory=Llm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
