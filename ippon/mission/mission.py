@@ -29,10 +29,11 @@ from ippon.mission.recovery import NANOSECONDS, Recovery, RecoveryConfig
 from ippon.mission.snapshot import Find, MissionEvent, MissionState, Snapshot, StepResult
 from ippon.mission.termination import termination_voxels
 from ippon.mission.travel_pitch import TravelPitch, TravelPitchConfig
-from ippon.mission.waypoint import WayFinder, Waypoint, way_length
+from ippon.mission.waypoint import Steerable, Waypoint, way_length
 from ippon.planning.interface import Planner
 from ippon.planning.plan import NodeKind, Plan
 from ippon.planning.planner import PlannerConfig, ViewpointPlanner
+from ippon.planning.regions import RegionWeights
 from ippon.robot import RobotProfile
 
 WAITING = "waiting for a goal"
@@ -258,6 +259,17 @@ class Mission:
         self._note("drive", f"going to a point {way_length(way):.1f} m away")
         return way_length(way)
 
+    def set_regions(self, regions: RegionWeights | None) -> bool:
+        """Weigh parts of the floor as the operator painted them, for every goal until changed.
+
+        Returns:
+            Whether the planner takes such wishes.
+        """
+        if not isinstance(self._planner, Steerable):
+            return False
+        self._planner.set_regions(regions)
+        return True
+
     def cancel_go_to(self) -> None:
         """Go to no point any more."""
         self._waypoint = None
@@ -387,7 +399,7 @@ class Mission:
         self._note("drive", text)
 
     def _way_to(self, xy: tuple[float, float], frame: Frame) -> Float64Array | None:
-        if not isinstance(self._planner, WayFinder):
+        if not isinstance(self._planner, Steerable):
             return None
         return self._planner.way_to(frame.T_world_base, np.array(xy))
 

@@ -9,14 +9,19 @@ import numpy as np
 from ippon.geometry import Float64Array, yaw_of
 from ippon.guidance.levels import Level
 from ippon.planning.plan import NodeKind, Plan, Viewpoint
+from ippon.planning.regions import RegionWeights
 
 
 @runtime_checkable
-class WayFinder(Protocol):
-    """A planner that also knows the way to a point that is no viewpoint of its own."""
+class Steerable(Protocol):
+    """A planner that takes an operator's wishes: places to go to, and to look at or not."""
 
     def way_to(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
         """Return (K, 2) points from the robot to as near `xy` (2,) as it can stand, or None."""
+        ...
+
+    def set_regions(self, regions: RegionWeights | None) -> None:
+        """Weigh what viewpoints look at."""
         ...
 
 

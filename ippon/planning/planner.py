@@ -15,6 +15,7 @@ from ippon.mapping.arrays import MapArrays
 from ippon.planning.connection import COMFORT_M, Connector, LocalPlannerConfig
 from ippon.planning.picture import TreePicture
 from ippon.planning.plan import Plan
+from ippon.planning.regions import RegionWeights
 from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampling import (
     STANDABLE,
@@ -99,6 +100,12 @@ class ViewpointPlanner:
         self._target = self._path = None
         self._given_up.clear()
         self._second_chances = self.config.second_chances
+
+    def set_regions(self, regions: RegionWeights | None) -> None:
+        """Weigh every viewpoint by what the operator painted; None for nothing painted."""
+        self._views.set_regions(regions)
+        self._target = self._path = None
+        self._given_up.clear()
 
     def mark_contact(self, T_world_base: Float64Array) -> None:
         """Take the triangular region ahead of the robot for untraversable (Sec. Traversability)."""

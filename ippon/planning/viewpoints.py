@@ -20,6 +20,7 @@ from ippon.planning.orientation import (
     sum_views,
 )
 from ippon.planning.panorama import ViewRules, see
+from ippon.planning.regions import RegionWeights, painted
 from ippon.planning.view_table import (
     Orientations,
     ViewTable,
@@ -100,6 +101,9 @@ class Viewpoints:
         self.by_heading = np.zeros((capacity, headings), dtype=np.float32)
         self._reach = np.zeros((capacity, config.yaw_bins), dtype=np.float32)
         self._framing = np.full((capacity, 2), np.nan)
+        self._at = np.zeros((capacity, 2))
+        self._regions: RegionWeights | None = None
+        self._voxel_m = 0.0
         self._sums: dict[int, ViewSums] = {}
         self._near: dict[int, NDArray[np.int32]] = {}
         self._table: ViewTable | None = None
@@ -177,11 +181,18 @@ class Viewpoints:
         framing = frame_object(sums, panorama, orientations, table.bin_rad, table.pitch_low)
         self._framing[node] = framing if framing is not None else (math.nan, math.nan)
         self.evaluated[node] = self.memory.step
+        self._at[node], self._voxel_m = xy, arrays.voxel_size
         self._choose(node)
 
     def set_probabilities(self, probabilities: NDArray[np.float32]) -> None:
         """Weigh every viewpoint anew by other level probabilities; casts no ray."""
         self._probabilities = np.asarray(probabilities, dtype=np.float32)
+        for node in self._sums:
+            self._choose(node)
+
+    def set_regions(self, regions: RegionWeights | None) -> None:
+        """Weigh what every viewpoint looks at by what the operator painted; casts no ray."""
+        self._regions = regions
         for node in self._sums:
             self._choose(node)
 
@@ -247,6 +258,10 @@ class Viewpoints:
     def _choose(self, node: int) -> None:
         assert self._orientations is not None
         choice = choose_view(self._sums[node], self._probabilities, self.config.min_level_voxels)
+        if self._regions is not None:
+            reach_m = self._reach[node][:: self._orientations.stride] * self._voxel_m
+            weights = self._regions.ahead(self._at[node], self._orientations.yaws, reach_m)
+            choice = painted(choice, self._sums[node], weights, self._probabilities)
         self.gain[node] = choice.gain
         self.potential[node] = choice.potential
         self.level[node] = choice.level
