@@ -1,0 +1,35 @@
+"""`ippon record`: everything that a robot's network says, into a file."""
+
+from app.cli.errors import UsageError
+from app.cli.options import Record
+from app.links.parent import end_with_parent
+from app.links.registry import running_navigators
+from app.links.session import LinkError
+from app.nodes.recorder import RecorderConfig, run_recorder
+from app.recording.folders import sessions_folder
+from app.recording.limits import RecordingLimits
+
+
+def run_record(command: Record) -> int:
+    """Record until the process is stopped."""
+    end_with_parent(command.parent_pid)
+    connect, robot = command.connect, command.robot
+    running = running_navigators() if connect is None or robot is None else []
+    if running:
+        connect, robot = connect or running[-1].endpoint, robot or running[-1].robot
+    try:
+        config = RecorderConfig(
+            connect=connect or "tcp/127.0.0.1:7447",
+            robot=robot or "ippon",
+            root=command.out or sessions_folder(),
+            limits=RecordingLimits(max_gb=command.max_gb, min_free_gb=command.min_free_gb),
+            sensor_hz=command.sensor_hz,
+            wait=command.wait,
+        )
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+    try:
+        run_recorder(config)
+    except LinkError as error:
+        raise UsageError(str(error)) from error
+    return 0

@@ -1,0 +1,320 @@
+"""The recorder as a process: everything a robot's network says, as it came, into a file."""
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import zenoh
+
+from app.links.requests import RequestRefusedError, last_message, serve
+from app.links.session import LinkError, open_client
+from app.links.stopping import SignalledStop, Stop
+from app.messages import keys
+from app.messages.control import Event, encode
+from app.messages.recording import RecordingStatus, RecordRequest
+from app.recording.backlog import Arrival, Backlog
+from app.recording.errors import RecordingError
+from app.recording.limits import RecordingLimits
+from app.recording.notes import Note, add_note
+from app.recording.session import Session
+
+logger = logging.getLogger(__name__)
+
+STATUS_EVERY_S: Final = 0.5
+LIMITS_EVERY_S: Final = 1.0
+SILENT_S: Final = 4.0
+"""After so long without a message the session is opened again."""
+IDLE_S: Final = 0.1
+REPLY_S: Final = 5.0
+BEFORE_US: Final = (
+    keys.CONFIGURATION, keys.STATUS, keys.LABELS, keys.PROXIMITY, keys.TF_STATIC, keys.CAMERA_INFO,
+    keys.MAP_KEYFRAME, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS,
+)  # fmt: skip
+"""Topics whose last message is asked for when a recording begins."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecorderConfig:
+    """What is recorded, and where to."""
+
+    connect: str = "tcp/127.0.0.1:7447"
+    robot: str = "ippon"
+    root: Path
+    """Folder of the sessions."""
+    limits: RecordingLimits = field(default_factory=RecordingLimits)
+    sensor_hz: float = 2.0
+    """Depth images and heatmaps a second of the robot's clock that are kept; 0 keeps all."""
+    wait: bool = False
+    """Record only when somebody asks for it."""
+
+    def __post_init__(self) -> None:
+        """Refuse a prefix that is none, and a rate."""
+        keys.check_prefix(self.robot)
+        if not 0.0 <= self.sensor_hz <= 1000.0:
+            raise ValueError(f"0 to 1000 images a second are kept; got {self.sensor_hz:g}")
+
+
+class Recorder:
+    """Writes what comes; the thread that calls `run` owns the file."""
+
+    def __init__(self, config: RecorderConfig) -> None:
+        self._config = config
+        self._backlog = Backlog()
+        self._network: zenoh.Session | None = None
+        self._publishers: dict[str, zenoh.Publisher] = {}
+        self._requests: deque[tuple[RecordRequest, Future[RecordingStatus]]] = deque()
+        self._session: Session | None = None
+        self._status = RecordingStatus(state="off", text="nothing is recorded")
+        self._heard_at = 0.0
+        self._stamp_ns = 0
+        self._told_at = self._checked_at = 0.0
+
+    def run(self, stop: Stop) -> None:
+        """Record until stopped.
+
+        Raises:
+            LinkError: No navigator answers at the start.
+        """
+        self._open()
+        try:
+            if not self._config.wait:
+                self._begin()
+            while not stop.is_set():
+                self._step()
+        finally:
+            self._end("the recorder was stopped")
+            self._close_network()
+
+    def _step(self) -> None:
+        for arrival in self._backlog.take(IDLE_S):
+            self._heard_at = arrival.now_s
+            self._write(arrival)
+        while self._requests:
+            request, reply = self._requests.popleft()
+            try:
+                reply.set_result(self._answer(request))
+            except (RecordingError, RequestRefusedError) as error:
+                reply.set_exception(RequestRefusedError(str(error)))
+        now = time.monotonic()
+        if self._session is not None:
+            self._guarded(lambda session: session.writer.flush_if_due(now))
+        if now - self._checked_at >= LIMITS_EVERY_S:
+            self._checked_at = now
+            self._check_limits()
+        if now - self._told_at >= STATUS_EVERY_S:
+            self._told_at = now
+            self._tell()
+        if now - self._heard_at > SILENT_S:
+            self._reopen()
+
+    # -- the file ----------------------------------------------------------------------------
+
+    def _begin(self) -> None:
+        config = self._config
+        try:
+            self._session = Session(
+                config.root, config.robot, config.limits, time.time_ns(), config.sensor_hz
+            )
+        except OSError as error:
+            self._fail(f"a recording cannot be written to {config.root}: {error.strerror}")
+            return
+        folder = str(self._session.writer.folder)
+        self._status = RecordingStatus(state="recording", text="recording", session=folder)
+        logger.info("recording to %s", folder)
+        threading.Thread(target=self._ask_for_the_past, name="past", daemon=True).start()
+
+    def _ask_for_the_past(self) -> None:
+        network = self._network
+        if network is None:
+            return
+        for key in BEFORE_US:
+            try:
+                payload = last_message(network, self._key(key), 2.0)
+            except zenoh.ZError as error:
+                logger.debug("%s: %s", key, error)
+                return
+            if payload is not None:
+                self._backlog.put(key, payload)
+
+    def _write(self, arrival: Arrival) -> None:
+        if arrival.key != keys.RECORDING:
+            self._guarded(
+                lambda session: session.add(
+                    arrival.key, arrival.payload, arrival.wall_ns, arrival.now_s
+                )
+            )
+
+    def _guarded(self, work: Callable[[Session], None]) -> None:
+        """Do something with the file; a disk that refuses ends the recording and nothing else."""
+        session = self._session
+        if session is None:
+            return
+        try:
+            work(session)
+        except OSError as error:
+            self._session = None
+            session.writer.abandon()
+            self._fail(f"recording has ended: {error.strerror} ({session.writer.folder})")
+
+    def _check_limits(self) -> None:
+        session = self._session
+        if session is None:
+            return
+        try:
+            verdict = session.check()
+        except OSError as error:
+            self._fail(f"the disk of the recording is gone: {error.strerror}")
+            return
+        if verdict.stop:
+            self._end(verdict.text)
+            self._announce(f"recording has ended: {verdict.text}")
+        elif verdict.text and verdict.text != self._status.warning:
+            logger.warning("%s", verdict.text)
+        writer = session.writer
+        self._status = RecordingStatus(
+            state=self._status.state,
+            text=self._status.text,
+            session=self._status.session,
+            seconds=(time.time_ns() - session.start_ns) * 1e-9,
+            written_bytes=self._status.written_bytes if verdict.stop else writer.written_bytes,
+            messages=writer.messages,
+            dropped=self._backlog.dropped,
+            warning=verdict.text,
+        )
+
+    def _end(self, reason: str) -> None:
+        session, self._session = self._session, None
+        if session is None:
+            return
+        folder = str(session.writer.folder)
+        size, count = session.writer.written_bytes, session.writer.messages
+        try:
+            session.close()
+        except OSError as error:
+            session.writer.abandon()
+            self._fail(f"the recording could not be ended: {error.strerror} ({folder})")
+            return
+        self._status = RecordingStatus(
+            state="off",
+            text=f"not recording: {reason}",
+            session=folder,
+            seconds=(time.time_ns() - session.start_ns) * 1e-9,
+            written_bytes=size,
+            messages=count,
+            dropped=self._backlog.dropped,
+        )
+        logger.info("%s: %d messages, %.1f MB; %s", folder, count, size / 1e6, reason)
+
+    def _fail(self, text: str) -> None:
+        self._status = RecordingStatus(state="failed", text=text, session=self._status.session)
+        logger.error("%s", text)
+        self._announce(text)
+
+    # -- requests ----------------------------------------------------------------------------
+
+    def _handle(self, request: RecordRequest) -> RecordingStatus:
+        """Answer a request, in zenoh's thread: the writing thread does what it asks for."""
+        reply: Future[RecordingStatus] = Future()
+        self._requests.append((request, reply))
+        self._backlog.wake()
+        try:
+            return reply.result(timeout=REPLY_S)
+        except TimeoutError:
+            raise RequestRefusedError("the recorder is busy writing; try again") from None
+
+    def _answer(self, request: RecordRequest) -> RecordingStatus:
+        if request.action == "start":
+            if self._session is None:
+                self._begin()
+        elif request.action == "stop":
+            self._end(f"ended by {request.requester or 'a request'}")
+        else:
+            self._note(request)
+        self._tell()
+        return self._status
+
+    def _note(self, request: RecordRequest) -> None:
+        session = self._session
+        if session is None:
+            raise RequestRefusedError(
+                "nothing is recorded that a note could belong to; start first"
+            )
+        if request.action == "note" and not request.text.strip():
+            raise RequestRefusedError("the note is empty; write what is to be remembered")
+        note = Note(
+            time_ns=time.time_ns(),
+            kind="note" if request.action == "note" else "mark",
+            text=request.text.strip(),
+            author=request.requester,
+        )
+        add_note(session.writer.path, note)
+
+    # -- the network -------------------------------------------------------------------------
+
+    def _open(self) -> None:
+        network = open_client(self._config.connect)
+        self._network = network
+        skipped = len(self._config.robot) + 1
+
+        def receive(sample: zenoh.Sample) -> None:
+            self._backlog.put(str(sample.key_expr)[skipped:], sample.payload.to_bytes())
+
+        handler: Any = zenoh.handlers.Callback(receive, indirect=False)
+        network.declare_subscriber(self._key("**"), handler)
+        serve(network, self._key(keys.RECORD), RecordRequest, self._handle)
+        network.declare_queryable(self._key(keys.RECORDING), self._answer_status)
+        self._publishers = {
+            key: network.declare_publisher(self._key(key)) for key in (keys.RECORDING, keys.EVENT)
+        }
+        self._heard_at = time.monotonic()
+
+    def _reopen(self) -> None:
+        self._close_network()
+        try:
+            self._open()
+        except LinkError as error:
+            logger.debug("%s", error)
+            self._heard_at = time.monotonic()
+
+    def _close_network(self) -> None:
+        network, self._network = self._network, None
+        self._publishers = {}
+        if network is not None:
+            network.close()  # pyright: ignore[reportUnknownMemberType]
+
+    def _answer_status(self, query: zenoh.Query) -> None:
+        with query:
+            query.reply(self._key(keys.RECORDING), encode(self._status))
+
+    def _tell(self) -> None:
+        self._put(keys.RECORDING, encode(self._status))
+
+    def _announce(self, text: str) -> None:
+        self._put(keys.EVENT, encode(Event(stamp_ns=self._stamp_ns, kind="error", text=text)))
+
+    def _put(self, key: str, payload: bytes) -> None:
+        publisher = self._publishers.get(key)
+        if publisher is None:
+            return
+        try:
+            publisher.put(payload)
+        except zenoh.ZError as error:
+            logger.debug("%s: %s", key, error)
+
+    def _key(self, topic: str) -> str:
+        return f"{self._config.robot}/{topic}"
+
+
+def run_recorder(config: RecorderConfig) -> None:
+    """Record until SIGINT or SIGTERM.
+
+    Raises:
+        LinkError: No navigator answers.
+    """
+    Recorder(config).run(SignalledStop())

@@ -1,0 +1,123 @@
+"""What stands in a recording for a key: its ROS topic, its type, and the bytes.
+
+The control plane's JSON travels in std_msgs/String: `ros2 bag` refuses a bag whose topics differ in
+serialisation, and a String is what every reader of bags can show.
+"""
+
+import re
+import struct
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Final
+
+from app.messages import keys
+from app.messages.cdr import typestore
+from app.recording.errors import RecordingError
+
+STRING: Final = "std_msgs/msg/String"
+MARKERS_KEY: Final = "plan/markers"
+"""The tree and the finds as markers, which viewers without our types draw."""
+MARKERS_TYPE: Final = "visualization_msgs/msg/MarkerArray"
+KEY: Final = "ippon_key"
+"""Metadata of a channel: the key under the robot's prefix."""
+LATCHED: Final = frozenset({keys.TF_STATIC, keys.LABELS, keys.PROXIMITY, keys.CONFIGURATION})
+
+_STRING_HEADER: Final = b"\x00\x01\x00\x00"
+_NOT_ROS: Final = re.compile(r"[^A-Za-z0-9_/]")
+_ROS_VERSION: Final = 2
+_NEVER: Final = {"sec": 9223372036, "nsec": 854775807}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Topic:
+    """How one key is recorded."""
+
+    key: str
+    name: str
+    """Of the ROS topic."""
+    type: str
+    schema: str
+    """Definition of the type with all that it holds, in the words of ROS."""
+    type_hash: str
+    latched: bool
+
+
+@cache
+def topic_of(robot: str, key: str) -> Topic:
+    """Return how a key is recorded."""
+    kind = MARKERS_TYPE if key == MARKERS_KEY else keys.ROS_TYPES.get(key, STRING)
+    schema, _ = typestore().generate_msgdef(kind, ros_version=_ROS_VERSION)
+    return Topic(
+        key=key,
+        name=ros_name(f"{robot}/{key}"),
+        type=kind,
+        schema=schema,
+        type_hash=typestore().hash_rihs01(kind),
+        latched=key in LATCHED,
+    )
+
+
+def ros_name(path: str) -> str:
+    """Return a path of keys as the name of a ROS topic: no part begins with a digit."""
+    parts = [part for part in _NOT_ROS.sub("_", path).split("/") if part]
+    return "/" + "/".join(f"_{part}" if part[0].isdigit() else part for part in parts)
+
+
+def key_of(name: str, metadata: dict[str, str]) -> str | None:
+    """Return the key that a recorded topic stands for, None for a topic that is not ours.
+
+    Bags of other programs have no metadata of ours: there the end of the name counts.
+    """
+    if KEY in metadata:
+        return metadata[KEY]
+    bare = name.strip("/")
+    known = [key for key in keys.ROS_TYPES if bare == key or bare.endswith("/" + key)]
+    return max(known, key=len, default=None)
+
+
+def to_recorded(topic: Topic, payload: bytes) -> bytes:
+    """Return what is written for a payload of the wire."""
+    return payload if topic.type != STRING else encode_text(payload)
+
+
+def to_wire(kind: str, data: bytes) -> bytes:
+    """Return the payload of the wire that was recorded.
+
+    Raises:
+        RecordingError: Text that is none.
+    """
+    return data if kind != STRING else decode_text(data)
+
+
+def encode_text(text: bytes) -> bytes:
+    """Write a std_msgs/String, as little-endian CDR."""
+    return _STRING_HEADER + struct.pack("<I", len(text) + 1) + text + b"\0"
+
+
+def decode_text(data: bytes) -> bytes:
+    """Read a std_msgs/String.
+
+    Raises:
+        RecordingError: It is none.
+    """
+    if len(data) < 9 or data[:2] not in (b"\x00\x01", b"\x00\x00"):
+        raise RecordingError(f"{len(data)} bytes are no std_msgs/String")
+    (size,) = struct.unpack_from("<I" if data[1] else ">I", data, 4)
+    if not 1 <= size <= len(data) - 8:
+        raise RecordingError(f"a std_msgs/String of {size} bytes does not fit in {len(data)}")
+    return data[8 : 8 + size - 1]
+
+
+def quality_of_service(topic: Topic) -> dict[str, Any]:
+    """Return the offered quality of service, as rosbag2 notes it."""
+    return {
+        "history": "keep_last",
+        "depth": 1 if topic.latched else 10,
+        "reliability": "reliable",
+        "durability": "transient_local" if topic.latched else "volatile",
+        "deadline": _NEVER,
+        "lifespan": _NEVER,
+        "liveliness": "automatic",
+        "liveliness_lease_duration": _NEVER,
+        "avoid_ros_namespace_conventions": False,
+    }

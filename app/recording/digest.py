@@ -1,0 +1,172 @@
+"""What a timeline shows of a whole session, gathered message by message.
+
+The recorder puts it into the file, so that an hour is opened without being read; of a file without
+one it is made by reading the file.
+"""
+
+import math
+from typing import Final, Literal
+
+import msgspec
+import zstandard
+
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.control import Event, Status, decode
+from app.messages.motion import StampedTransform, decode_transforms
+from app.recording.errors import RecordingError
+from app.recording.recording import Recording
+
+ATTACHMENT: Final = "ippon/digest.json.zst"
+DIGEST_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.PROXIMITY)
+STATUS_EVERY_NS: Final = 500_000_000
+TRAIL_STEP_M: Final = 0.05
+_BASE: Final = "base_link"
+_WORLD: Final = "map"
+_MAX_BYTES: Final = 1 << 28
+
+MarkKind = Literal[
+    "query", "levels", "detection", "found", "rejected", "confirmed", "takeover", "contact",
+    "stopped", "lost", "exhausted", "error",
+]  # fmt: skip
+MARKS: Final[dict[str, MarkKind]] = {
+    "goal_set": "query",
+    "level_changed": "levels",
+    "found": "found",
+    "rejected": "rejected",
+    "confirmed": "confirmed",
+    "exhausted": "exhausted",
+    "cancelled": "exhausted",
+    "contact": "contact",
+    "drive": "takeover",
+    "stopped": "stopped",
+    "stream_lost": "lost",
+    "error": "error",
+}
+"""Kinds of events that stand on the timeline, and as what."""
+
+
+class TrailPoint(msgspec.Struct, frozen=True, array_like=True):
+    """Where the robot was."""
+
+    time_ns: int
+    x: float
+    y: float
+    z: float
+
+
+class TimedStatus(msgspec.Struct, frozen=True, array_like=True):
+    """A status, without what only the moment itself needs."""
+
+    time_ns: int
+    status: Status
+
+
+class TimedEvent(msgspec.Struct, frozen=True, array_like=True):
+    """An event and when it came."""
+
+    time_ns: int
+    event: Event
+
+
+class Mark(msgspec.Struct, frozen=True):
+    """Something on the timeline."""
+
+    time_ns: int
+    kind: MarkKind
+    text: str
+
+
+class Digest(msgspec.Struct, kw_only=True):
+    """A session in brief; `take` every message of `DIGEST_KEYS` in order."""
+
+    trail: list[TrailPoint] = []
+    statuses: list[TimedStatus] = []
+    events: list[TimedEvent] = []
+    marks: list[Mark] = []
+    last: Status | None = None
+    """The last status of all."""
+    found_ns: int | None = None
+    """When the last find was announced."""
+
+    def take(self, key: str, payload: bytes, time_ns: int) -> None:
+        """Take one message; what cannot be read is left out."""
+        try:
+            if key == keys.STATUS:
+                self._take_status(decode(payload, Status), time_ns)
+            elif key == keys.EVENT:
+                self._take_event(decode(payload, Event), time_ns)
+            elif key == keys.TF:
+                self._take_transforms(decode_transforms(payload), time_ns)
+            elif key == keys.PROXIMITY:
+                self._take_levels(time_ns)
+        except (MessageError, msgspec.DecodeError):
+            # The reader of the file counts broken messages; here they say nothing.
+            return
+
+    def _take_status(self, status: Status, time_ns: int) -> None:
+        before = self.last
+        self.last = status
+        likely = status.best_ooi >= 0.5
+        if likely and before is not None and before.best_ooi < 0.5 and status.goal is not None:
+            name = status.goal.object.replace("_", " ")
+            self.marks.append(Mark(time_ns, "detection", f"something looks like the {name}"))
+        if self.statuses and time_ns < self.statuses[-1].time_ns + STATUS_EVERY_NS:
+            return
+        brief = msgspec.structs.replace(status, streams=[], queue=[], history=[], notes=[], why="")
+        self.statuses.append(TimedStatus(time_ns, brief))
+
+    def _take_event(self, event: Event, time_ns: int) -> None:
+        self.events.append(TimedEvent(time_ns, event))
+        kind = MARKS.get(event.kind)
+        if kind is not None:
+            self.marks.append(Mark(time_ns, kind, event.text))
+        if event.kind == "found":
+            self.found_ns = time_ns
+
+    def _take_levels(self, time_ns: int) -> None:
+        # The table comes with every query, too; only a change in between is an edit.
+        recent = [m for m in self.marks[-4:] if m.kind == "query" and time_ns - m.time_ns < 10**9]
+        if not recent:
+            self.marks.append(Mark(time_ns, "levels", "the levels changed"))
+
+    def _take_transforms(self, transforms: tuple[StampedTransform, ...], time_ns: int) -> None:
+        for transform in transforms:
+            if transform.child != _BASE or transform.parent != _WORLD:
+                continue
+            x, y, z = transform.T_parent_child[:3, 3].tolist()
+            last = self.trail[-1] if self.trail else None
+            if last is None or math.dist((last.x, last.y, last.z), (x, y, z)) >= TRAIL_STEP_M:
+                self.trail.append(TrailPoint(time_ns, round(x, 3), round(y, 3), round(z, 3)))
+
+
+def pack_digest(digest: Digest) -> bytes:
+    """Return a digest as it stands in a file."""
+    return zstandard.ZstdCompressor(level=3).compress(msgspec.json.encode(digest))
+
+
+def unpack_digest(packed: bytes) -> Digest:
+    """Read `pack_digest`.
+
+    Raises:
+        RecordingError: It is none, or of another version.
+    """
+    try:
+        text = zstandard.ZstdDecompressor().decompress(packed, max_output_size=_MAX_BYTES)
+        return msgspec.json.decode(text, type=Digest)
+    except (zstandard.ZstdError, msgspec.DecodeError) as error:
+        raise RecordingError(f"the recording's digest is not understood: {error}") from error
+
+
+def digest_of(recording: Recording) -> Digest:
+    """Return the digest in a file, made by reading the file where there is none."""
+    packed = recording.attachment(ATTACHMENT)
+    if packed is not None:
+        try:
+            return unpack_digest(packed)
+        except RecordingError as error:
+            recording.index.problems.append(str(error))
+    digest = Digest()
+    for message in recording.all_messages(DIGEST_KEYS):
+        digest.take(message.key, message.payload, message.time_ns)
+    return digest

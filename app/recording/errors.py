@@ -1,0 +1,5 @@
+"""What goes wrong with recordings."""
+
+
+class RecordingError(Exception):
+    """A recording cannot be written or read; the text says why and what would work."""

@@ -1,0 +1,54 @@
+"""When to stop recording: before the disk is full, and before a file is larger than wanted."""
+
+from dataclasses import dataclass
+from typing import Final
+
+GB: Final = 1e9
+WARN_SHARE: Final = 0.9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordingLimits:
+    """How much may be written."""
+
+    max_gb: float = 8.0
+    """A recording that is larger ends."""
+    min_free_gb: float = 2.0
+    """With less free on the disk a recording ends."""
+
+    def __post_init__(self) -> None:
+        """Refuse limits under which nothing could be recorded."""
+        if not self.max_gb > 0.0:
+            raise ValueError(f"a recording may have more than 0 GB; got {self.max_gb:g}")
+        if not self.min_free_gb >= 0.0:
+            raise ValueError(f"0 GB or more stay free on the disk; got {self.min_free_gb:g}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """Whether recording may go on."""
+
+    stop: bool
+    text: str
+    """For the operator; empty while all is well."""
+
+
+def judge(limits: RecordingLimits, written_bytes: int, free_bytes: int) -> Verdict:
+    """Compare what is written and what is free with the limits."""
+    written_gb, free_gb = written_bytes / GB, free_bytes / GB
+    if written_gb >= limits.max_gb:
+        text = f"the recording has its limit of {limits.max_gb:g} GB; the robot goes on"
+        return Verdict(stop=True, text=text)
+    if free_gb <= limits.min_free_gb:
+        text = (
+            f"{free_gb:.1f} GB are free on the disk and {limits.min_free_gb:g} GB must stay; the "
+            "robot goes on"
+        )
+        return Verdict(stop=True, text=text)
+    if written_gb >= WARN_SHARE * limits.max_gb:
+        text = f"{written_gb:.1f} of {limits.max_gb:g} GB are written: recording ends soon"
+        return Verdict(stop=False, text=text)
+    if WARN_SHARE * free_gb <= limits.min_free_gb:
+        text = f"{free_gb:.1f} GB are free on the disk: recording ends at {limits.min_free_gb:g} GB"
+        return Verdict(stop=False, text=text)
+    return Verdict(stop=False, text="")

@@ -1,0 +1,94 @@
+"""The tree of viewpoints and the finds as markers, for viewers that do not know our types."""
+
+from typing import Any, Final
+
+import numpy as np
+
+from app.messages.cdr import encode, header, make
+from app.messages.scene import Detection
+from app.recording.channels import MARKERS_TYPE
+from ippon.planning.plan import TreeView
+
+_LINES: Final = 5
+_CUBE: Final = 1
+_ADD: Final = 0
+_LIFT_M: Final = 0.1
+_WAY: Final = (0.35, 0.5, 0.95)
+_FIND: Final = (0.0, 0.62, 0.45)
+
+
+def encode_markers(tree: TreeView | None, finds: tuple[Detection, ...], stamp_ns: int) -> bytes:
+    """Write the edges of the tree as lines and each find as a box.
+
+    Args:
+        tree: None while there is none.
+        finds: What may be the object.
+        stamp_ns: Robot time.
+    """
+    markers = [] if tree is None else [_edges(tree, stamp_ns)]
+    markers += [_box(n, find, stamp_ns) for n, find in enumerate(finds)]
+    return encode(MARKERS_TYPE, markers=markers)
+
+
+def _edges(tree: TreeView, stamp_ns: int) -> Any:
+    linked = np.flatnonzero(tree.parents >= 0)
+    ends = np.stack([linked, tree.parents[linked]], axis=1).reshape(-1)
+    points = [_point(*p) for p in (tree.positions_world[ends] + [0.0, 0.0, _LIFT_M]).tolist()]
+    return _marker("tree", 0, _LINES, stamp_ns, points=points, scale=(0.02, 0.0, 0.0), rgb=_WAY)
+
+
+def _box(number: int, find: Detection, stamp_ns: int) -> Any:
+    return _marker(
+        "finds", number, _CUBE, stamp_ns, at=find.center_world, scale=find.size_m, rgb=_FIND
+    )
+
+
+def _marker(
+    namespace: str,
+    number: int,
+    kind: int,
+    stamp_ns: int,
+    *,
+    scale: tuple[float, float, float],
+    rgb: tuple[float, float, float],
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    points: list[Any] | None = None,
+) -> Any:
+    r, g, b = rgb
+    pose = make(
+        "geometry_msgs/msg/Pose",
+        position=_point(*at),
+        orientation=make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0),
+    )
+    return make(
+        "visualization_msgs/msg/Marker",
+        header=header(stamp_ns, "map"),
+        ns=namespace,
+        id=number,
+        type=kind,
+        action=_ADD,
+        pose=pose,
+        scale=make("geometry_msgs/msg/Vector3", x=scale[0], y=scale[1], z=scale[2]),
+        color=make("std_msgs/msg/ColorRGBA", r=r, g=g, b=b, a=0.8),
+        # Gone by itself when the next message has fewer.
+        lifetime=make("builtin_interfaces/msg/Duration", sec=3, nanosec=0),
+        frame_locked=False,
+        points=points or [],
+        colors=[],
+        texture_resource="",
+        texture=make(
+            "sensor_msgs/msg/CompressedImage",
+            header=header(stamp_ns, ""),
+            format="",
+            data=np.empty(0, np.uint8),
+        ),
+        uv_coordinates=[],
+        text="",
+        mesh_resource="",
+        mesh_file=make("visualization_msgs/msg/MeshFile", filename="", data=np.empty(0, np.uint8)),
+        mesh_use_embedded_materials=False,
+    )
+
+
+def _point(x: float, y: float, z: float) -> Any:
+    return make("geometry_msgs/msg/Point", x=x, y=y, z=z)

@@ -1,0 +1,61 @@
+"""Notes and marks of people, kept beside a recording: the recording itself is never changed."""
+
+from pathlib import Path
+from typing import Annotated, Final, Literal
+
+import msgspec
+from msgspec import Meta
+
+from app.recording.errors import RecordingError
+
+MAX_NOTES: Final = 10_000
+
+
+class Note(msgspec.Struct, frozen=True, kw_only=True):
+    """What somebody wrote about one moment."""
+
+    time_ns: int
+    """Of the recording, nanoseconds since 1970."""
+    kind: Literal["note", "mark"]
+    text: Annotated[str, Meta(max_length=2000)]
+    author: Annotated[str, Meta(max_length=80)] = ""
+
+
+def notes_path(recording: Path) -> Path:
+    """Return where the notes of a recording's file are."""
+    return recording.with_suffix(".notes.json")
+
+
+def read_notes(recording: Path) -> list[Note]:
+    """Return the notes of a recording, ordered by time.
+
+    Raises:
+        RecordingError: The file of notes is none.
+    """
+    path = notes_path(recording)
+    try:
+        notes = msgspec.json.decode(path.read_bytes(), type=list[Note])
+    except FileNotFoundError:
+        return []
+    except (OSError, msgspec.DecodeError) as error:
+        raise RecordingError(f"the notes in {path} cannot be read: {error}") from error
+    return sorted(notes, key=lambda note: note.time_ns)
+
+
+def add_note(recording: Path, note: Note) -> list[Note]:
+    """Add a note; a crash leaves the notes as they were or as they are now.
+
+    Raises:
+        RecordingError: The notes that are there cannot be read, or the new ones not written.
+    """
+    notes = sorted([*read_notes(recording), note], key=lambda n: n.time_ns)
+    if len(notes) > MAX_NOTES:
+        raise RecordingError(f"a recording has at most {MAX_NOTES} notes")
+    path = notes_path(recording)
+    partial = path.with_name(path.name + ".partial")
+    try:
+        partial.write_bytes(msgspec.json.format(msgspec.json.encode(notes)))
+        partial.replace(path)
+    except OSError as error:
+        raise RecordingError(f"the note cannot be written to {path}: {error.strerror}") from error
+    return notes

@@ -1,0 +1,208 @@
+"""A short made-up session with every kind of message that a robot and a navigator send."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from app.messages import keys
+from app.messages.control import (
+    Event,
+    FindReport,
+    GoalStatus,
+    ProximityRow,
+    ProximityTable,
+    Status,
+    Timings,
+    encode,
+)
+from app.messages.images import encode_camera, encode_color, encode_depth, encode_heatmap
+from app.messages.motion import (
+    StampedPath,
+    StampedTransform,
+    StampedTwist,
+    encode_flag,
+    encode_number,
+    encode_path,
+    encode_transforms,
+    encode_twist,
+)
+from app.messages.scene import (
+    Detection,
+    VoxelCloud,
+    encode_detections,
+    encode_tree,
+    encode_voxels,
+)
+from app.recording.limits import RecordingLimits
+from app.recording.session import Session
+from ippon.camera import PinholeCamera
+from ippon.frame import Heatmap
+from ippon.geometry import base_pose
+from ippon.planning.plan import TreeView
+from ippon.robot import ZED
+
+START_NS = 1_750_000_000_000_000_000
+HZ = 5
+VOXEL_M = 0.1
+CAMERA_FRAME = "camera_color_optical_frame"
+LABELS = ("wall", "floor", "sofa")
+CAMERA = PinholeCamera.from_horizontal_fov(64, 40, 1.2)
+
+
+def cloud_of(count, stamp_ns):
+    """Return voxels of a growing floor; the last ones look like the object."""
+    k = np.arange(count)
+    ooi = np.full(count, 10, np.uint8)
+    ooi[-3:] = 230
+    return VoxelCloud(
+        stamp_ns=stamp_ns,
+        centers_world=np.stack([k % 40, k // 40, 0 * k], 1).astype(np.float32) * VOXEL_M + 0.05,
+        color=np.stack([k % 256, k // 7 % 256, 0 * k + 90], 1).astype(np.uint8),
+        ooi=ooi,
+        proximity=(k % 250).astype(np.uint8),
+        level=(k % 4).astype(np.uint8),
+        label=(k % 3).astype(np.uint8),
+        confidence=np.full(count, 200, np.uint8),
+        removed=np.zeros(count, bool),
+    )
+
+
+def rows_of(cloud, rows):
+    """Return some rows of a cloud."""
+    names = [f.name for f in dataclasses.fields(cloud) if f.name != "stamp_ns"]
+    return dataclasses.replace(cloud, **{name: getattr(cloud, name)[rows] for name in names})
+
+
+def tree_of(count):
+    """Return a straight tree."""
+    k = np.arange(count)
+    return TreeView(
+        positions_world=np.stack([k * 0.3, 0 * k, 0 * k], 1).astype(np.float32),
+        parents=(k - 1).astype(np.int32),
+        yaws_rad=np.zeros(count, np.float32),
+        tilts_rad=np.zeros(count, np.float32),
+        gains=np.linspace(0, 5, count).astype(np.float32),
+        terminations=np.zeros(count, np.float32),
+        path_costs_s=np.linspace(0, 5, count).astype(np.float32),
+        levels=np.zeros(count, np.uint8),
+        kinds=np.zeros(count, np.uint8),
+    )
+
+
+def status_of(tick, outcome="active"):
+    """Return the status of one tick."""
+    goal = GoalStatus(goal_id=1, object="hat", context="on the sofa", outcome=outcome)
+    find = FindReport(
+        goal_id=1, object="hat", position_world=(1.0, 0.5, 0.1), size_m=(0.3, 0.3, 0.2),
+        probability=0.9, voxels=20, box_px=(10, 10, 30, 30),
+    )  # fmt: skip
+    return Status(
+        robot="home/3", version="0.1.0", stamp_ns=tick * 10**9 // HZ, wall_ns=START_NS,
+        state="found" if outcome == "found" else "searching", why="going to the sofa", goal=goal,
+        queue=[], history=[], find=find if outcome == "found" else None, streams=[],
+        timings=Timings(step_ms=80.0), frames=tick, elapsed_s=tick / HZ,
+        path_length_m=tick * 0.02, best_ooi=min(0.95, tick / 20), explored_m2=tick * 0.3,
+        surface_voxels=tick * 40, voxel_size_m=VOXEL_M, map_revision=tick,
+    )  # fmt: skip
+
+
+def table_of(level="near"):
+    """Return the proximity table."""
+    rows = [ProximityRow(label=label, level=level, reason="made up") for label in LABELS]
+    return ProximityTable(
+        goal_id=1, object="hat", context="on the sofa", provider="embedded", elapsed_ms=1.0,
+        rows=rows,
+    )  # fmt: skip
+
+
+def messages_of(tick, ticks):
+    """Yield (key, payload) of one tick in the order of the wire."""
+    stamp = tick * 10**9 // HZ
+    if tick == 0:
+        yield keys.CONFIGURATION, b'{"robot":"home/3"}'
+        yield keys.EVENT, encode(Event(stamp_ns=stamp, kind="goal_set", text="searching for hat"))
+        yield keys.PROXIMITY, encode(table_of())
+    if tick == 15:
+        yield keys.PROXIMITY, encode(table_of("certain"))
+    T_world_base = base_pose(0.02 * tick, 0.5, 0.0, 0.1)
+    yield (
+        keys.TF,
+        encode_transforms(
+            StampedTransform(stamp_ns=stamp, parent=a, child=b, T_parent_child=T)
+            for a, b, T in [
+                ("map", "base_link", T_world_base),
+                ("base_link", CAMERA_FRAME, ZED.T_base_camera(-0.3)),
+            ]
+        ),
+    )
+    yield keys.CAMERA_INFO, encode_camera(CAMERA, stamp, CAMERA_FRAME)
+    yield keys.CONTACT, encode_flag(False)
+    rng = np.random.default_rng(tick)
+    probabilities = rng.integers(1, 250, (10, 16, 4)).astype(np.uint8)
+    heatmap = Heatmap(labels=LABELS, ooi="hat", probabilities=probabilities)
+    yield keys.HEATMAP, encode_heatmap(heatmap, stamp, CAMERA_FRAME)
+    depth = np.full((40, 64), 2.0, np.float32)
+    yield keys.DEPTH, encode_depth(depth, stamp, CAMERA_FRAME)
+    color = np.full((40, 64, 3), (tick * 5) % 256, np.uint8)
+    yield keys.COLOR, encode_color(color, stamp, CAMERA_FRAME)
+    twist = StampedTwist(stamp_ns=stamp, linear_m_s=0.1, yaw_rate_rad_s=0.0)
+    yield keys.CMD_TILT, encode_number(-0.3)
+    yield keys.CMD_VEL, encode_twist(twist)
+    cloud = cloud_of(40 * (tick + 1), stamp)
+    yield keys.MAP_VOXELS, encode_voxels(rows_of(cloud, slice(-43, None)))
+    if tick % 10 == 9:
+        yield keys.MAP_KEYFRAME, encode_voxels(dataclasses.replace(cloud, stamp_ns=stamp + 1))
+    yield keys.PLAN_TREE, encode_tree(tree_of(5 + tick), stamp)
+    path = np.array([[0.02 * tick, 0.5, 0.0], [1.0, 0.5, 0.0]])
+    yield keys.PLAN_PATH, encode_path(StampedPath(stamp_ns=stamp, points_world=path))
+    hat = Detection(
+        label="hat", probability=0.8, center_world=(1.0, 0.5, 0.1), size_m=(0.3, 0.3, 0.2)
+    )
+    yield keys.DETECTIONS, encode_detections([hat] if tick > 10 else [], stamp)
+    over = tick == ticks - 1
+    if over:
+        yield keys.EVENT, encode(Event(stamp_ns=stamp, kind="found", text="found the hat"))
+    yield keys.STATUS, encode(status_of(tick, "found" if over else "active"))
+
+
+def all_messages(seconds=6.0):
+    """Return [(time_ns, key, payload)] of a whole session."""
+    ticks = round(seconds * HZ)
+    return [
+        (START_NS + tick * 10**9 // HZ + n * 1000, key, payload)
+        for tick in range(ticks)
+        for n, (key, payload) in enumerate(messages_of(tick, ticks))
+    ]
+
+
+def write_session(root, seconds=6.0, *, end=True):
+    """Write a session; return it."""
+    session = Session(root, "home/3", RecordingLimits(min_free_gb=0.0), START_NS)
+    for time_ns, key, payload in all_messages(seconds):
+        session.add(key, payload, time_ns, (time_ns - START_NS) * 1e-9)
+    if end:
+        session.close()
+    return session
+
+
+@pytest.fixture
+def made_up():
+    """The session, as functions."""
+    return SimpleNamespace(
+        all_messages=all_messages,
+        write_session=write_session,
+        messages_of=messages_of,
+        status_of=status_of,
+        cloud_of=cloud_of,
+        tree_of=tree_of,
+        START_NS=START_NS,
+        HZ=HZ,
+    )
+
+
+@pytest.fixture
+def session_folder(tmp_path):
+    """Folder of a whole session of six seconds."""
+    return write_session(tmp_path).writer.folder
