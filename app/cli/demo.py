@@ -19,7 +19,12 @@ from rich.console import Console
 from rich.text import Text
 
 from app.cli.children import PROGRAM, Child, free_port, port_is_free, wait_for_end
-from app.cli.demo_result import EXIT_NOT_FOUND, await_outcome, measured_result
+from app.cli.demo_result import (
+    EXIT_NOT_FOUND,
+    await_outcome,
+    end_recording,
+    measured_result,
+)
 from app.cli.errors import DemoError, UsageError
 from app.cli.homes import load_home
 from app.cli.levels import check_query
@@ -28,7 +33,8 @@ from app.links.requests import RequestRefusedError, ask, last_message
 from app.links.session import LinkError, open_client
 from app.messages import keys
 from app.cli.language_model import as_arguments, make_model
-from app.messages.control import SearchAccepted, SearchRequest
+from app.messages.control import SearchAccepted, SearchRequest, decode
+from app.messages.recording import RecordingStatus
 
 DEFAULT_CONTEXT: Final = {"hat": "I think I left it on the sofa"}
 FIRST_PAGE_PORT: Final = 8080
@@ -57,6 +63,8 @@ class _Running:
     page_port: int = 0
     children: list[Child] = field(default_factory=list)
     session: zenoh.Session | None = None
+    recorded: str | None = None
+    """Folder of the recording."""
 
     def key(self, topic: str) -> str:
         return f"{self.robot}/{topic}"
@@ -93,6 +101,7 @@ def run_demo(command: Demo) -> int:
             _start_console(running, command.port)
             page = f"http://127.0.0.1:{running.page_port}"
             screen.print(f"\n  IPPON is at [bold]{page}[/bold]\n")
+        recorder = _start_recorder(running, command.record_to, screen) if command.record else None
         updates = _listen(running) if command.exit_when_done else None
         goal_id = None if command.no_search else _search(running, command.object, context)
         robot = _start_robot(running, command)
@@ -100,6 +109,7 @@ def run_demo(command: Demo) -> int:
             assert running.session is not None
             status, goal = await_outcome(running.children, updates, goal_id)
             result = measured_result(running.session, running.robot, status, goal, scene)
+            result["session"] = end_recording(recorder, running.recorded, result)
             print(json.dumps({"object": command.object, **result}), flush=True)
             return 0 if result["found"] else EXIT_NOT_FOUND
         _supervise(running, robot, screen)
@@ -261,12 +271,37 @@ def _start_robot(running: _Running, command: Demo) -> Child:
     )
 
 
+def _start_recorder(running: _Running, root: Path | None, screen: Console) -> Child | None:
+    """Start recording, before there is anything to record; without a disk the demo goes on."""
+    where = () if root is None else ("--out", str(root.absolute()))
+    child = running.start("recorder", ["record", "--connect", running.endpoint, *where])
+    assert running.session is not None
+    deadline = time.monotonic() + PAGE_S
+    while time.monotonic() < deadline and wait_for_end([child], 0.0) is None:
+        payload = last_message(running.session, running.key(keys.RECORDING), 0.5)
+        if payload is not None:
+            status = decode(payload, RecordingStatus)
+            if status.state == "recording":
+                running.recorded = status.session
+                screen.print(Text(f"  recording to {status.session}\n"), soft_wrap=True)
+                return child
+            if status.state == "failed":
+                break
+        time.sleep(0.05)
+    screen.print("[yellow]this session is not recorded; the log above says why[/yellow]")
+    return child
+
+
 def _supervise(running: _Running, robot: Child, screen: Console) -> None:
     """Wait for Ctrl-C; a part that dies on its own is an error, except for the console."""
     watched = list(running.children)
     while True:
         ended = wait_for_end(watched, 1.0)
         if ended is None:
+            continue
+        if ended.name == "recorder":
+            screen.print("[yellow]the recorder ended; the session goes on unrecorded[/yellow]")
+            watched.remove(ended)
             continue
         if ended.name == "console":
             screen.print(

@@ -1,8 +1,10 @@
 """How a search of the demo ended, and how good it was."""
 
+import json
 import queue
 import time
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
 
 SILENT_S: Final = 20.0
 EXIT_NOT_FOUND: Final = 1
+RESULT_FILE: Final = "result.json"
+"""Beside a recording: how good the search was, where the truth is known."""
 
 
 def await_outcome(
@@ -31,7 +35,7 @@ def await_outcome(
     Raises:
         DemoError: Navigator or robot ended, or the navigator fell silent.
     """
-    needed = [child for child in children if child.name != "console"]
+    needed = [child for child in children if child.name not in {"console", "recorder"}]
     heard = time.monotonic()
     while True:
         ended = wait_for_end(needed, 0.0)
@@ -49,6 +53,20 @@ def await_outcome(
         goal = known_goal(status, goal_id)
         if goal is not None and goal.outcome not in {"queued", "active"}:
             return status, goal
+
+
+def end_recording(
+    recorder: Child | None, session: str | None, result: dict[str, Any]
+) -> str | None:
+    """End the recording, put the result beside it, and return its folder, None without one."""
+    if recorder is None or session is None:
+        return None
+    recorder.stop()
+    folder = Path(session)
+    if not folder.is_dir():
+        return None
+    (folder / RESULT_FILE).write_text(json.dumps(result), "utf-8")
+    return session
 
 
 def measured_result(

@@ -57,6 +57,10 @@ class Demo:
     status is 0 when the object was found."""
     no_search: bool = False
     """Wait for a query from the page or from `ippon ask` instead of searching at once."""
+    record: bool = True
+    """Record the session, for `ippon review`."""
+    record_to: Path | None = None
+    """Folder of the sessions; without one, the user's data folder."""
     llm: Llm = field(default_factory=Llm)
 
 
@@ -117,6 +121,33 @@ class Console:
     """Address that the page is served on."""
     port: int = 8080
     """Port of the page; 0 takes any free one."""
+    parent_pid: int | None = None
+    """End when this process is gone."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Record:
+    """Everything that a robot's network says, as it came, into a file for `ippon review`.
+
+    The file is an MCAP that ROS 2, Foxglove and Rerun open. Ctrl-C ends it.
+    """
+
+    out: Path | None = None
+    """Folder of the sessions; each gets a folder of its own in it. Without one, the user's data
+    folder."""
+    connect: str | None = None
+    """zenoh endpoint of the navigator; without one, the navigator running on this machine."""
+    robot: str | None = None
+    """Key prefix of the robot; without one, that of the navigator running on this machine."""
+    max_gb: float = 8.0
+    """Recording ends, and the robot goes on, when the file has this size."""
+    min_free_gb: float = 2.0
+    """Recording ends, and the robot goes on, when less is free on the disk."""
+    sensor_hz: float = 2.0
+    """Depth images and heatmaps that are kept in each second: 2 keep an hour under 2 GB. 0 keeps
+    all, which a recomputation of the very same map needs."""
+    wait: bool = False
+    """Record only when the console's button asks for it."""
     parent_pid: int | None = None
     """End when this process is gone."""
 
@@ -240,6 +271,7 @@ Command = (
     | Annotated[Sim, tyro.conf.subcommand("sim")]
     | Annotated[Navigate, tyro.conf.subcommand("navigate")]
     | Annotated[Console, tyro.conf.subcommand("console")]
+    | Annotated[Record, tyro.conf.subcommand("record")]
     | Annotated[Ask, tyro.conf.subcommand("ask")]
     | Annotated[Levels, tyro.conf.subcommand("levels")]
     | Annotated[Eval, tyro.conf.subcommand("eval")]

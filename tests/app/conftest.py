@@ -74,7 +74,8 @@ class Process:
 @pytest.fixture
 def runtime(tmp_path: Path) -> dict[str, str]:
     """Environment that keeps the list of running navigators to this test."""
-    return {"XDG_RUNTIME_DIR": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path)}
+    names = ("XDG_RUNTIME_DIR", "XDG_CACHE_HOME", "XDG_DATA_HOME")
+    return dict.fromkeys(names, str(tmp_path))
 
 
 @pytest.fixture
