@@ -30,6 +30,7 @@ from app.messages.control import (
     decode,
 )
 from ippon.guidance.levels import Level
+from ippon.guidance.sentence import is_name
 
 SILENT_S = 10.0
 READ_S = 12.0
@@ -115,7 +116,7 @@ def _read(session: zenoh.Session, robot: str, command: Ask) -> tuple[str, str]:
     Raises:
         UsageError: What was read is doubtful, and nobody said yes to it.
     """
-    if command.context or len(command.object.split()) < 3:
+    if command.context or is_name(command.object):
         return command.object, command.context
     request = SentenceRequest(sentence=command.object)
     reading = ask(session, f"{robot}/{keys.SENTENCE}", request, SentenceReading, READ_S)

@@ -62,6 +62,8 @@ _STOP = word_set(
     "seems right here there lying sitting standing hanging left be been"
 )
 """Words that end the name of the object."""
+_VERBS = word_set("did do does doing go goes went gone come came comes get got hide hid run ran")
+"""A name that holds one of them is half a sentence."""
 _PLACE = frozenset(RELATIONS) - {"with"}
 _TRIM = " \t\n\r,;:.!?-–—\"'“”"
 _LEAD = re.compile(
@@ -90,6 +92,14 @@ class Query:
     context: str
     doubtful: bool
     """Show it for correction before the robot moves."""
+
+
+def is_name(text: str) -> bool:
+    """Tell whether a text is the name of an object and nothing else, so that none need read it."""
+    if len(text.split()) < 2:
+        return True
+    query = read_query(text)
+    return not query.doubtful and not query.context and query.object == text.strip()
 
 
 def read_query(sentence: str) -> Query:
@@ -136,7 +146,8 @@ def _query(noun: str, before: str, after: str, *, sure: bool) -> Query:
     vague = thing is not None and thing.spread == "broad"
     core = [word for word in tokenize(noun) if word.word not in ADJECTIVES | DETERMINERS]
     unsure = not found.known or found.suggestion is not None
-    doubtful = unsure or vague or several or (not sure and len(core) > 3)
+    long = len(core) > (4 if sure else 3) or any(token.word in _VERBS for token in core)
+    doubtful = unsure or vague or several or long
     return Query(object=_strip_article(noun), context=context, doubtful=doubtful)
 
 

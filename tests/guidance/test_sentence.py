@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ippon.guidance.sentence import MAX_OBJECT_CHARS, read_query
+from ippon.guidance.sentence import MAX_OBJECT_CHARS, is_name, read_query
 
 SURE = [
     ("find my hat, I think I left it on the sofa", "hat", "I think I left it on the sofa"),
@@ -126,3 +126,18 @@ def test_any_text_is_read(sentence: str) -> None:
 @pytest.mark.parametrize("word", ["find ", "i ", "where did a ", "look for ", "my hat left "])
 def test_a_very_long_sentence_is_read_in_bounded_time(word: str) -> None:
     assert len(read_query(word * 5000).object) <= MAX_OBJECT_CHARS
+
+
+@pytest.mark.parametrize("text", ["where did the quokka go after lunch", "get did the hat run"])
+def test_half_a_sentence_is_no_name(text):
+    assert read_query(text).doubtful
+
+
+@pytest.mark.parametrize("text", ["hat", "red hat", "coffee machine", "toy elephant", " hat "])
+def test_a_name_needs_no_reading(text):
+    assert is_name(text)
+
+
+@pytest.mark.parametrize("text", ["find hat", "my keys", "hat on the sofa", "flurbl gadget"])
+def test_more_or_less_than_a_name_is_read(text):
+    assert not is_name(text)

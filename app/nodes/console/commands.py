@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Literal, Protocol
 
-from app.messages.control import ControlRequest, DriveModeName, LevelName
+from app.messages.control import ControlRequest, DriveModeName, LevelName, SentenceReading
 from ippon.control.drive import Hand
 
 PaintAction = Literal["look_here", "not_here", "undo", "clear"]
@@ -62,6 +62,14 @@ class Actions(Protocol):
     def pause(self) -> str:
         """Wait where the robot is."""
         ...
+    def read(self, sentence: str) -> SentenceReading:
+        """Have one sentence taken apart; nothing is searched for yet."""
+        ...
+
+    def add_label(self, label: str) -> str:
+        """Tell one more kind of common object apart from now on."""
+        ...
+
 
     def resume(self) -> str:
         """Go on after a pause or a stop."""

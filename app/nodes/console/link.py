@@ -30,7 +30,10 @@ from app.messages.control import (
     PaintRequest,
     SearchAccepted,
     SearchRequest,
+    SentenceReading,
+    SentenceRequest,
     TeleopTag,
+    VocabularyRequest,
     encode,
 )
 from app.messages.motion import StampedTwist, encode_twist
@@ -58,6 +61,8 @@ SILENT_S: Final = 4.0
 REPLY_S: Final = 2.0
 STOP_S: Final = 5.0
 """So long a Stop is tried again while the navigator cannot be reached."""
+READ_S: Final = 12.0
+"""So long a sentence may take: longer than the navigator gives its language model."""
 _STOP_PAUSE_S: Final = 0.1
 _CONNECT_S: Final = 1.5
 _RETRY_S: Final = 0.5
@@ -201,6 +206,16 @@ class NavigatorLink:
         self._control(ControlRequest(action="pause", requester=REQUESTER))
         return "The robot waits."
 
+    def read(self, sentence: str) -> SentenceReading:
+        """Have one sentence taken apart; a language model may take its time over it."""
+        request = SentenceRequest(sentence=sentence)
+        return self._request(keys.SENTENCE, request, SentenceReading, READ_S)
+
+    def add_label(self, label: str) -> str:
+        """Tell one more kind of common object apart from now on."""
+        request = VocabularyRequest(label=label, requester=REQUESTER)
+        return self._request(keys.VOCABULARY, request, Accepted).detail
+
     def resume(self) -> str:
         """Go on after a pause or a stop."""
         self._control(ControlRequest(action="resume", requester=REQUESTER))
@@ -220,12 +235,14 @@ class NavigatorLink:
                 if time.monotonic() >= deadline or self._stop.wait(_STOP_PAUSE_S):
                     raise
 
-    def _request(self, topic: str, message: msgspec.Struct, kind: type[M]) -> M:
+    def _request(
+        self, topic: str, message: msgspec.Struct, kind: type[M], timeout_s: float = REPLY_S
+    ) -> M:
         session = self._commanding
         if session is None:
             raise _UndeliveredError(f"no navigator at {self.endpoint}")
         try:
-            return ask(session, self._key(topic), message, kind, REPLY_S)
+            return ask(session, self._key(topic), message, kind, timeout_s)
         except RequestRefusedError as error:
             raise CommandError(str(error)) from error
         except LinkError as error:

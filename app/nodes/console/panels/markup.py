@@ -113,12 +113,33 @@ def levels(table: ProximityTable | None) -> str:
         for level in LEVEL_ORDER
         for name in (level.name.lower(),)
     )
-    notes = "".join(f'<p class="ip-muted">{escape(note)}</p>' for note in table.notes[:3])
+    asking = f"asking {table.asking}, until then: " if table.asking else ""
+    lines = [asking + table.provider, *table.notes[:3]] if asking else table.notes[:3]
+    notes = "".join(f'<p class="ip-muted">{escape(note)}</p>' for note in lines)
+    cached = ", kept" if table.from_cache else ""
     return (
         f'<div class="ip-levels"><p class="ip-title">Where a {words(table.object)} may be near'
-        f"<span>{escape(table.provider, 40)}, {_milliseconds(table.elapsed_ms)}</span></p>"
+        f"<span>{escape(table.provider, 40)}, {_milliseconds(table.elapsed_ms)}{cached}</span></p>"
         f"<table>{rows}</table>{notes}</div>"
     )
+
+
+def conversation(table: ProximityTable) -> str:
+    """Show the exact question to a language model and its answer."""
+    when = "kept from an earlier search" if table.from_cache else "asked for this search"
+    return (
+        f'<div class="ip-chat"><p class="ip-title">Question<span>{when}</span></p>'
+        f"<div>{_paragraphs(table.prompt)}</div>"
+        f'<p class="ip-title">Answer<span>{_milliseconds(table.elapsed_ms)}</span></p>'
+        f"<div>{_paragraphs(table.reply or 'none')}</div></div>"
+    )
+
+
+def _paragraphs(text: str, most: int = 500) -> str:
+    """Escape a text of many lines, and say where it is cut."""
+    lines = text.splitlines()
+    cut = [f"… {len(lines) - most} more lines"] if len(lines) > most else []
+    return "".join(f"<p>{escape(line, 4000)}</p>" for line in (*lines[:most], *cut))
 
 
 def reasons(table: ProximityTable | None) -> str:

@@ -1,23 +1,23 @@
 """The Search tab: ask, watch, understand, and judge a find."""
 
 from collections.abc import Callable
-from typing import Any, Final, get_args
+from typing import Any, Final
 
 import numpy as np
 import viser
 
-from app.messages.control import FindReport, LevelName, ProximityTable, Status
+from app.messages.control import FindReport, Status
 from app.nodes.console.commands import Actions, CommandError
 from app.nodes.console.panels import markup
+from app.nodes.console.panels.common_sense import CommonSense
 from app.nodes.console.picture import outlined
 from app.view.scene_model import Part, SceneModel
 from app.view.viser_private import show_jpeg_in_panel
-from ippon.guidance.sentence import read_query
+from ippon.guidance.sentence import is_name
 
 MAX_OBJECT: Final = 80
 MAX_CONTEXT: Final = 2000
 MAX_TYPED: Final = 2100
-_NO_LABEL: Final = "–"
 
 
 class SearchPanel:
@@ -26,7 +26,8 @@ class SearchPanel:
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._actions = actions
         self._find: FindReport | None = None
-        self._labels: tuple[str, ...] = ()
+        self._proposed = ("", "")
+        """Object and context that a doubtful sentence was read as, shown for correction."""
         self._build_query(gui)
         self._now = gui.add_html(markup.now(None))
         self._steer = gui.add_button_group("Control", ("Pause", "Resume", "End"), visible=False)
@@ -34,10 +35,7 @@ class SearchPanel:
         self._build_find(gui)
         self._camera = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
         self._goals = gui.add_html("")
-        self._levels = gui.add_html(markup.levels(None))
-        with gui.add_folder("Reasons and corrections", expand_by_default=False):
-            self._build_corrections(gui)
-            self._reasons = gui.add_html(markup.reasons(None))
+        self._common_sense = CommonSense(gui, actions, self._try)
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Show what changed."""
@@ -46,7 +44,7 @@ class SearchPanel:
         if "image" in changed and model.image is not None and self._find is None:
             self._show_camera(model.image.encoded)
         if "proximity" in changed and model.proximity is not None:
-            self._show_levels(model.proximity)
+            self._common_sense.show(model.proximity)
 
     def _build_query(self, gui: Any) -> None:
         with gui.add_form(None) as form:
@@ -70,36 +68,38 @@ class SearchPanel:
         confirm.on_click(lambda _: self._try(self._actions.confirm_find))
         reject.on_click(lambda _: self._try(self._actions.reject_find))
 
-    def _build_corrections(self, gui: Any) -> None:
-        self._label = gui.add_dropdown("Things", (_NO_LABEL,))
-        self._level = gui.add_dropdown("are", get_args(LevelName), initial_value="near")
-        change = gui.add_button("Change the level")
-        change.on_click(lambda _: self._change_level())
-
     def _ask(self) -> None:
         typed, context = self._wanted.value.strip(), self._context.value.strip()
         if len(typed) > MAX_TYPED:
             self._say(f"At most {MAX_TYPED} characters; this is {len(typed)}.", ok=False)
             return
-        query = read_query(typed)
-        wanted = query.object or typed
-        context = ", ".join(part for part in (query.context, context) if part)
+        if is_name(typed) or (typed, context) == self._proposed:
+            self._try(lambda: self._search(typed, context))
+        else:
+            self._say("Reading …", ok=True)
+            self._try(lambda: self._read(typed, context))
+
+    def _read(self, sentence: str, context: str) -> str:
+        """Have a sentence taken apart; what is doubtful is shown before the robot moves."""
+        reading = self._actions.read(sentence)
+        if not reading.object:
+            raise CommandError("No object was found in that; type it alone, for example: hat")
+        context = ", ".join(part for part in (reading.context, context) if part)
+        if not reading.doubtful:
+            return self._search(reading.object, context)
+        self._proposed = (reading.object, context)
+        self._wanted.value, self._context.value = self._proposed
+        return f"Read by {reading.provider}. Correct it above, or press Search to look for that."
+
+    def _search(self, wanted: str, context: str) -> str:
         problem = _problem(wanted, context)
         if problem is not None:
-            self._say(problem, ok=False)
-            return
-        self._try(lambda: self._actions.search(wanted, context))
+            raise CommandError(problem)
+        return self._actions.search(wanted, context)
 
     def _control(self, word: str) -> None:
         actions = self._actions
         self._try({"Pause": actions.pause, "Resume": actions.resume, "End": actions.cancel}[word])
-
-    def _change_level(self) -> None:
-        label, level = self._label.value, self._level.value
-        if label == _NO_LABEL:
-            self._say("Ask for an object first: then its levels can be changed.", ok=False)
-            return
-        self._try(lambda: self._actions.set_level(label, level))
 
     def _try(self, command: Callable[[], str]) -> None:
         try:
@@ -127,14 +127,6 @@ class SearchPanel:
         if jpeg.startswith(b"\xff\xd8"):
             show_jpeg_in_panel(self._camera, jpeg)
             self._camera.visible = True
-
-    def _show_levels(self, table: ProximityTable) -> None:
-        self._levels.content = markup.levels(table)
-        self._reasons.content = markup.reasons(table)
-        labels = tuple(sorted(row.label for row in table.rows))
-        if labels and labels != self._labels:
-            self._labels = labels
-            self._label.options = labels
 
 
 def _problem(wanted: str, context: str) -> str | None:

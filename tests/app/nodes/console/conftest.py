@@ -33,6 +33,8 @@ from app.messages.control import (
     ProximityTable,
     SearchAccepted,
     SearchRequest,
+    SentenceReading,
+    SentenceRequest,
     Status,
     StreamStatus,
     Timings,
@@ -45,6 +47,7 @@ from app.messages.scene import VoxelCloud, encode_tree, encode_voxels
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
 from ippon.guidance.levels import Level
+from ippon.guidance.sentence import read_query
 from ippon.planning.plan import NodeKind, TreeView
 from ippon.robot import ZED
 
@@ -212,6 +215,8 @@ def proximity_of():
         provider="embedded common sense",
         elapsed_ms=3.0,
         rows=rows,
+        prompt="I am a robot, and I am to find an object: hat.\n\nRate every category.",
+        reply="sofa: <b>hats</b> are left there. CERTAIN",
     )
 
 
@@ -279,6 +284,8 @@ class PublishedHome:
             keys.CONTROL: self._control,
             keys.GUIDANCE: self._accept,
             keys.FEEDBACK: self._feedback,
+            keys.SENTENCE: self._sentence,
+            keys.VOCABULARY: self._accept,
             keys.MAP_KEYFRAME: lambda _: encode_voxels(self.keyframe()),
             keys.STATUS: lambda _: encode(self.status()),
             keys.PROXIMITY: lambda _: encode(proximity_of()),
@@ -388,6 +395,18 @@ class PublishedHome:
 
     def _accept(self, _):
         return encode(Accepted())
+
+    def _sentence(self, payload):
+        query = read_query(decode(payload, SentenceRequest).sentence)
+        return encode(
+            SentenceReading(
+                object=query.object,
+                context=query.context,
+                doubtful=query.doubtful,
+                provider="rules",
+                elapsed_ms=1.0,
+            )
+        )
 
     def _feedback(self, payload):
         self.find = None

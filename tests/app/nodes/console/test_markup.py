@@ -44,6 +44,9 @@ def test_no_text_from_outside_becomes_markup(text, stage):
         elapsed_ms=1.0,
         rows=[ProximityRow(label=text, level="near", reason=text)],
         notes=[text],
+        asking=text,
+        prompt=f"{text}\n{text}",
+        reply=text,
     )
     status = stage.status_of(why=text, goal=goal, robot=text)
     for html in (
@@ -52,6 +55,7 @@ def test_no_text_from_outside_becomes_markup(text, stage):
         markup.goals([goal], [goal]),
         markup.levels(table),
         markup.reasons(table),
+        markup.conversation(table),
         markup.figures(status, 3),
         markup.streams([StreamStatus(name=text, age_s=None, rate_hz=0.0)]),
         markup.event_log([Event(stamp_ns=1, kind="error", text=text)], 0),

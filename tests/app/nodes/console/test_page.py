@@ -272,6 +272,28 @@ def test_a_level_can_be_corrected(home, page):
     view.get_by_role("button", name="Change the level").click()
     expect(view.get_by_text("bed is now near.")).to_be_visible(timeout=PATIENCE_MS)
     assert home.requests[-1] == (keys.GUIDANCE, b'{"label":"bed","level":"near"}')
+    _field(page, "One more").fill("bookcase")
+    view.get_by_role("button", name="Add to the things").click()
+    expect(_field(page, "One more")).to_have_value("", timeout=PATIENCE_MS)
+    assert home.requests[-1][0] == keys.VOCABULARY
+    assert b'"label":"bookcase"' in home.requests[-1][1]
+    view.get_by_role("button", name="Question and answer").click()
+    expect(view.get_by_text("I am a robot, and I am to find")).to_be_visible(timeout=PATIENCE_MS)
+    expect(view.get_by_text("sofa: <b>hats</b> are left there.")).to_be_visible()
+    view.get_by_role("button", name="Close", exact=True).click()
+    expect(view.get_by_text("I am a robot, and I am to find")).to_be_hidden(timeout=PATIENCE_MS)
+
+
+def test_a_doubtful_sentence_is_shown_before_anything_is_searched_for(home, page):
+    view = _view(page)
+    _field(page, "Find").fill("where did the quokka go after lunch", timeout=PATIENCE_MS)
+    view.get_by_role("button", name="Search").click()
+    expect(view.get_by_text("Correct it above")).to_be_visible(timeout=PATIENCE_MS)
+    assert [key for key, _ in home.requests] == [keys.SENTENCE]
+    _field(page, "Find").fill("hat")
+    view.get_by_role("button", name="Search").click()
+    expect(view.get_by_text("Looking for: hat.")).to_be_visible(timeout=PATIENCE_MS)
+    assert [key for key, _ in home.requests] == [keys.SENTENCE, keys.SEARCH]
 
 
 def test_a_page_opened_before_the_navigator_waits_for_it(page, stage, zenoh_port, tmp_path):

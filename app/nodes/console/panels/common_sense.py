@@ -1,0 +1,82 @@
+"""What common sense says for the present search: levels, reasons, who says so, and corrections."""
+
+from collections.abc import Callable
+from typing import Any, Final, get_args
+
+import viser
+
+from app.messages.control import LevelName, ProximityTable
+from app.nodes.console.commands import Actions, CommandError
+from app.nodes.console.panels import markup
+
+MAX_LABEL: Final = 40
+_NO_LABEL: Final = "–"
+
+Try = Callable[[Callable[[], str]], None]
+
+
+class CommonSense:
+    """Builds its part of the Search tab inside the current container."""
+
+    def __init__(self, gui: Any, actions: Actions, attempt: Try) -> None:
+        self._actions = actions
+        self._try = attempt
+        self._labels: tuple[str, ...] = ()
+        self._table: ProximityTable | None = None
+        self._levels = gui.add_html(markup.levels(None))
+        with gui.add_folder("Reasons and corrections", expand_by_default=False):
+            self._build_corrections(gui)
+            self._question = gui.add_button(
+                "Question and answer",
+                icon=viser.Icon.MESSAGE_2,
+                hint="What the language model was asked, word for word, and what it answered",
+                visible=False,
+            )
+            self._question.on_click(self._show_conversation)
+            self._reasons = gui.add_html(markup.reasons(None))
+
+    def show(self, table: ProximityTable) -> None:
+        """Show the levels of a search."""
+        self._table = table
+        self._levels.content = markup.levels(table)
+        self._reasons.content = markup.reasons(table)
+        self._question.visible = bool(table.prompt)
+        labels = tuple(sorted(row.label for row in table.rows))
+        if labels and labels != self._labels:
+            self._labels = labels
+            self._label.options = labels
+
+    def _build_corrections(self, gui: Any) -> None:
+        self._label = gui.add_dropdown("Things", (_NO_LABEL,))
+        self._level = gui.add_dropdown("are", get_args(LevelName), initial_value="near")
+        change = gui.add_button("Change the level")
+        change.on_click(lambda _: self._try(self._change_level))
+        self._more = gui.add_text(
+            "One more", "", hint="Another kind of thing to tell apart from now on, like bookcase"
+        )
+        add = gui.add_button("Add to the things", icon=viser.Icon.PLUS)
+        add.on_click(lambda _: self._try(self._add_label))
+
+    def _change_level(self) -> str:
+        label, level = self._label.value, self._level.value
+        if label == _NO_LABEL:
+            raise CommandError("Ask for an object first: then its levels can be changed.")
+        return self._actions.set_level(label, level)
+
+    def _add_label(self) -> str:
+        label = self._more.value.strip()
+        if not 1 <= len(label) <= MAX_LABEL:
+            raise CommandError(f"Type one to {MAX_LABEL} characters, for example: bookcase")
+        done = self._actions.add_label(label)
+        self._more.value = ""
+        return done
+
+    def _show_conversation(self, event: Any) -> None:
+        table = self._table
+        if table is None or event.client is None:
+            return
+        gui = event.client.gui
+        with gui.add_modal("Question and answer") as modal:
+            gui.add_html(markup.conversation(table))
+            close = gui.add_button("Close")
+        close.on_click(lambda _: modal.close())
