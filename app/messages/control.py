@@ -177,6 +177,28 @@ class PreviewReply(_Message, frozen=True):
     """Labels whose level differs, with both levels."""
 
 
+class InspectRequest(_Message, frozen=True):
+    """Ask what the map knows of a voxel: key `inspect`. Everybody may."""
+
+    point_world: tuple[float, float, float]
+
+
+class LabelShare(_Message, frozen=True):
+    """One common object and its probability in a voxel."""
+
+    label: str
+    probability: float
+
+
+class InspectReply(_Message, frozen=True):
+    """Reply to `InspectRequest`."""
+
+    labels: list[LabelShare]
+    """The most probable first."""
+    ooi: float | None
+    level: LevelName | None
+
+
 class DriveStatus(_Message, frozen=True):
     """Who drives, and what the safety filter made of it."""
 

@@ -24,6 +24,7 @@ from ippon.mission.clusters import OoiVoxels, cluster_finds
 from ippon.mission.explanation import explain
 from ippon.mission.finding import LOOKED_AT_RADIUS_M, distance_m, looked_at, nearest_find
 from ippon.mission.goal import Goal
+from ippon.mission.inspection import Preview, with_levels
 from ippon.mission.look_around import LookAround, LookAroundConfig
 from ippon.mission.recovery import NANOSECONDS, Recovery, RecoveryConfig
 from ippon.mission.snapshot import Find, MissionEvent, MissionState, Snapshot, StepResult
@@ -269,6 +270,28 @@ class Mission:
             return False
         self._planner.set_regions(regions)
         return True
+
+    def preview(self, guidance: Guidance) -> Preview | None:
+        """Tell what would be chosen next with other levels; nothing changes by it.
+
+        Returns:
+            Both choices in words; None when there is no plan, or the planner cannot tell.
+
+        Raises:
+            ValueError: The guidance does not speak of this map's labels, in their order.
+        """
+        self._check_guidance(guidance)
+        search, plan = self._search, self._plan
+        if search is None or plan is None or not isinstance(self._planner, Steerable):
+            return None
+        target = self._planner.preview(with_levels(self.voxel_map, guidance.levels()))
+        then = dataclasses.replace(plan, target=target)
+        return Preview(
+            now=explain(plan, self.voxel_map, search.goal, search.guidance),
+            then=explain(then, self.voxel_map, search.goal, guidance),
+            before=plan.target,
+            after=target,
+        )
 
     def cancel_go_to(self) -> None:
         """Go to no point any more."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from ippon.geometry import Float64Array, yaw_of
 from ippon.guidance.levels import Level
+from ippon.mapping.arrays import MapArrays
 from ippon.planning.plan import NodeKind, Plan, Viewpoint
 from ippon.planning.regions import RegionWeights
 
@@ -22,6 +23,10 @@ class Steerable(Protocol):
 
     def set_regions(self, regions: RegionWeights | None) -> None:
         """Weigh what viewpoints look at."""
+        ...
+
+    def preview(self, map_arrays: MapArrays) -> Viewpoint | None:
+        """Tell what would be chosen on such a map; nothing changes by it."""
         ...
 
 

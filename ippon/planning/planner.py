@@ -14,7 +14,7 @@ from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.connection import COMFORT_M, Connector, LocalPlannerConfig
 from ippon.planning.picture import TreePicture
-from ippon.planning.plan import Plan
+from ippon.planning.plan import Plan, Viewpoint
 from ippon.planning.regions import RegionWeights
 from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampling import (
@@ -84,6 +84,7 @@ class ViewpointPlanner:
         self._levels_changed = False
         self._target: int | None = None
         self._path: Float64Array | None = None
+        self._tree: ShortestTree | None = None
         self._given_up: dict[int, int] = {}
         self._second_chances = 0
 
@@ -106,6 +107,28 @@ class ViewpointPlanner:
         self._views.set_regions(regions)
         self._target = self._path = None
         self._given_up.clear()
+
+    def preview(self, map_arrays: MapArrays) -> Viewpoint | None:
+        """Tell what would be chosen if the map's levels were these; nothing changes by it.
+
+        Args:
+            map_arrays: The map of the last step, with other levels.
+
+        Returns:
+            The viewpoint, None when none would be worth it or there was no step yet.
+        """
+        if self._tree is None:
+            return None
+        views, given_up = self._views, dict(self._given_up)
+        self._views = views.copy()
+        try:
+            self._views.recount(map_arrays)
+            scores = self._score(self._tree)
+            target = select(self.config.selection, scores, None)
+            picture = self._picture(self._tree, scores)
+            return None if target is None else picture.viewpoint(target)
+        finally:
+            self._views, self._given_up = views, given_up
 
     def mark_contact(self, T_world_base: Float64Array) -> None:
         """Take the triangular region ahead of the robot for untraversable (Sec. Traversability)."""
@@ -158,7 +181,18 @@ class ViewpointPlanner:
             # Before giving up, try what contacts closed, and the narrowest gaps.
             self._second_chances -= 1
             exhausted = not self._floor.relax()
-        picture = TreePicture(
+        self._tree = tree
+        picture = self._picture(tree, scores)
+        return Plan(
+            target=None if target is None else picture.viewpoint(target),
+            path_world=np.column_stack([path, np.full(len(path), self._floor.floor_z_m)]),
+            tree=picture.tree_view(x, y, yaw, tilt_rad),
+            exhausted=exhausted,
+            evaluated=evaluated,
+        )
+
+    def _picture(self, tree: ShortestTree, scores: Scores) -> TreePicture:
+        return TreePicture(
             self._views,
             self._road.xy,
             self._floor.floor_z_m,
@@ -166,13 +200,6 @@ class ViewpointPlanner:
             scores,
             termination_min=self._termination_min,
             min_gain=self.config.selection.min_gain,
-        )
-        return Plan(
-            target=None if target is None else picture.viewpoint(target),
-            path_world=np.column_stack([path, np.full(len(path), self._floor.floor_z_m)]),
-            tree=picture.tree_view(x, y, yaw, tilt_rad),
-            exhausted=exhausted,
-            evaluated=evaluated,
         )
 
     def way_to(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:

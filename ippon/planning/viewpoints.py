@@ -1,5 +1,6 @@
 """What every viewpoint promises, and when that was worked out."""
 
+import copy
 import math
 from dataclasses import dataclass
 
@@ -195,6 +196,14 @@ class Viewpoints:
         self._regions = regions
         for node in self._sums:
             self._choose(node)
+
+    def copy(self) -> "Viewpoints":
+        """Return viewpoints to try something out on; what was seen is shared, estimates are not."""
+        twin = copy.copy(self)
+        for name in ("gain", "potential", "termination", "yaw", "tilt", "level", "by_heading"):
+            setattr(twin, name, getattr(self, name).copy())
+        twin._sums = dict(self._sums)  # noqa: SLF001
+        return twin
 
     def recount(self, arrays: MapArrays) -> None:
         """Count the levels of the map anew at every viewpoint; casts no ray."""

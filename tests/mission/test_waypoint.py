@@ -2,15 +2,19 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from ippon.camera import PinholeCamera
 from ippon.control.drive import DriveMode
 from ippon.guidance.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
+from ippon.mapping.arrays import NOT_MAPPED
 from ippon.mission.goal import Goal
+from ippon.mission.inspection import inspect_voxel
 from ippon.mission.mission import Mission, MissionConfig
 from ippon.mission.snapshot import MissionState
+from ippon.planning.regions import RegionWeights, Stroke
 from ippon.robot import ZED
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.world import SimulatedWorld
@@ -30,6 +34,10 @@ def world(scene):
     return SimulatedWorld(scene, ZED, CAMERA, scene.start_poses[0], seed=0)
 
 
+def guidance_of(context):
+    return EmbeddedPrior().levels(resolve_object("toilet", MATTERPORT_40), context, MATTERPORT_40)
+
+
 @pytest.fixture
 def mission():
     mission = Mission(MissionConfig(), ZED, MATTERPORT_40, seed=0)
@@ -41,7 +49,7 @@ def mission():
         context="",
         category=resolved.category,
     )
-    mission.set_goal(goal, EmbeddedPrior().levels(resolved, "", MATTERPORT_40))
+    mission.set_goal(goal, guidance_of(""))
     return mission
 
 
@@ -121,3 +129,40 @@ def test_driving_by_hand_ends_the_way_to_a_point_and_never_counts_as_stuck(world
         world.step(None, STEP_S)
         kinds += [event.kind for event in result.snapshot.events]
     assert "contact" not in kinds
+
+
+def test_what_if_and_what_is_there_change_nothing(world, mission):
+    assert mission.preview(guidance_of("")) is None, "there is no plan yet"
+    for _ in range(12):
+        result = step(world, mission)
+    before = mission.voxel_map.arrays().level.copy()
+    target = result.snapshot.plan.target
+    preview = mission.preview(guidance_of("it is next to the sofa"))
+    assert preview is not None
+    assert preview.before == target
+    assert preview.then
+    assert (mission.voxel_map.arrays().level == before).all()
+    assert step(world, mission).snapshot.plan.target is not None
+
+    arrays = mission.voxel_map.arrays()
+    row, cell = np.argwhere(arrays.level != NOT_MAPPED)[0]
+    local = np.array([cell >> 6, (cell >> 3) & 7, cell & 7])
+    voxel = mission.voxel_map.pools.coord[row] * 8 + local
+    report = inspect_voxel(mission.voxel_map, (voxel + 0.5) * arrays.voxel_size)
+    assert report is not None
+    assert report.labels, "the segmentation told"
+    shares = [p for _, p in report.labels]
+    assert shares == sorted(shares, reverse=True)
+    assert 0.0 < sum(shares) <= 1.0 + 1e-6
+    assert inspect_voxel(mission.voxel_map, np.array([900.0, 0.0, 0.0])) is None
+
+
+def test_painting_takes_effect_with_the_next_plan(world, mission):
+    for _ in range(12):
+        plan = step(world, mission).snapshot.plan
+    x, y, _ = plan.target.position_world
+    gone = Stroke(wish="not_here", points=((x, y),), radius_m=5.0)
+    assert mission.set_regions(RegionWeights((gone,)))
+    after = step(world, mission).snapshot.plan
+    assert after.tree.gains.max() < plan.tree.gains.max()
+    assert mission.set_regions(None)

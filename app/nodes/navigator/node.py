@@ -35,6 +35,7 @@ from app.nodes.navigator.publisher import MapPublisher
 from app.nodes.navigator.report import StatusReport, proximity_table
 from app.nodes.navigator.steering import Steering
 from app.nodes.navigator.warm_up import warm_up
+from app.nodes.navigator.what_if import WhatIf
 from ippon.command import Command
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
@@ -95,7 +96,10 @@ class Navigator:
             refuse=self._lease.refuse_hand,
             on_takeover=lambda: self._desk.put(lambda mission: mission.cancel_go_to()),
         )
-        self._steering = Steering(session, robot, self._helm, self._desk.put, self._lease.permit)
+        self._steering = Steering(
+            session, robot, self._helm, self._desk.put, self._sender, self._lease.permit
+        )
+        self._what_if = WhatIf(session, robot, self._goals, self._desk.put)
         self._map = MapPublisher(
             session, robot, self._mission.voxel_map, config.keyframe_every_s, self._sender
         )

@@ -1,36 +1,52 @@
-"""The operator's wishes for where to go and what to weigh: drive, goto."""
+"""The operator's wishes for where to go and what to weigh: drive, goto, paint."""
 
-from collections.abc import Callable
-from concurrent.futures import Future
-from typing import Final, TypeVar
+from functools import partial
 
 import zenoh
 
+from app.links.latched import Latched
 from app.links.requests import Permit, RequestRefusedError, anyone, serve
+from app.links.sender import Sender
 from app.messages import keys
-from app.messages.control import Accepted, DriveRequest, GotoRequest
+from app.messages.control import (
+    Accepted,
+    DriveRequest,
+    GotoRequest,
+    PaintedRegions,
+    PaintedStroke,
+    PaintRequest,
+    encode,
+)
 from app.nodes.navigator.helm import Helm
+from app.nodes.navigator.questions import Put, Questions
 from ippon.control.drive import DriveMode
 from ippon.mission.mission import Mission
+from ippon.planning.regions import RegionWeights, Stroke
 
-T = TypeVar("T")
-ANSWER_S: Final = 1.8
-"""So long a request waits for the mission's thread, which may be in the middle of a step."""
-
-Put = Callable[[Callable[[Mission], None]], None]
+MAX_STROKES = 200
 
 
 class Steering:
     """Answers in threads of its own, so that a request that takes its time holds up no Stop."""
 
     def __init__(
-        self, session: zenoh.Session, robot: str, helm: Helm, put: Put, permit: Permit = anyone
+        self,
+        session: zenoh.Session,
+        robot: str,
+        helm: Helm,
+        put: Put,
+        sender: Sender,
+        permit: Permit = anyone,
     ) -> None:
         self._helm = helm
         self._put = put
+        self._questions = Questions(put)
+        self._strokes: list[PaintedStroke] = []
+        self._painted = Latched(session, f"{robot}/{keys.PAINTED}", sender)
         self._queryables = [
             serve(session, f"{robot}/{keys.DRIVE}", DriveRequest, self.drive, permit),
             serve(session, f"{robot}/{keys.GOTO}", GotoRequest, self.go_to, permit),
+            serve(session, f"{robot}/{keys.PAINT}", PaintRequest, self.paint, permit),
         ]
 
     def drive(self, request: DriveRequest) -> Accepted:
@@ -45,7 +61,7 @@ class Steering:
         if request.cancel:
             self._put(lambda mission: mission.cancel_go_to())
             return Accepted(detail="going nowhere")
-        way_m = self._ask(lambda mission: mission.go_to((request.x_m, request.y_m)))
+        way_m = self._questions.ask(lambda mission: mission.go_to((request.x_m, request.y_m)))
         if way_m is None:
             raise RequestRefusedError(
                 f"no way is known to ({request.x_m:.1f}, {request.y_m:.1f}); choose a point on "
@@ -53,20 +69,36 @@ class Steering:
             )
         return Accepted(detail=f"going there, {way_m:.1f} m")
 
-    def _ask(self, question: Callable[[Mission], T]) -> T:
-        """Have the mission's thread answer."""
-        answer: Future[T] = Future()
+    def paint(self, request: PaintRequest) -> Accepted:
+        """Weigh a part of the floor, or take that back."""
+        detail = self._repaint(request)
+        strokes = [
+            Stroke(wish=s.kind, points=tuple(s.strokes), radius_m=s.radius_m) for s in self._strokes
+        ]
+        self._put(partial(_weigh, RegionWeights(strokes) if strokes else None))
+        self._painted.put(encode(PaintedRegions(regions=list(self._strokes))))
+        return Accepted(detail=detail)
 
-        def run(mission: Mission) -> None:
-            try:
-                answer.set_result(question(mission))
-            except ValueError as error:
-                answer.set_exception(RequestRefusedError(str(error)))
-
-        self._put(run)
-        try:
-            return answer.result(timeout=ANSWER_S)
-        except TimeoutError as error:
+    def _repaint(self, request: PaintRequest) -> str:
+        if request.action == "clear":
+            self._strokes.clear()
+            return "nothing is painted any more"
+        if request.action == "undo":
+            if not self._strokes:
+                raise RequestRefusedError("nothing is painted that could be undone")
+            self._strokes.pop()
+            return f"undone; {len(self._strokes)} left"
+        if not request.strokes:
+            raise RequestRefusedError("a stroke needs at least one point of the floor")
+        if len(self._strokes) >= MAX_STROKES:
             raise RequestRefusedError(
-                f"the navigator is busy and did not answer within {ANSWER_S:g} s; try again"
-            ) from error
+                f"{MAX_STROKES} strokes are painted; clear them first"
+            )
+        self._strokes.append(
+            PaintedStroke(kind=request.action, strokes=request.strokes, radius_m=request.radius_m)
+        )
+        return "looking there first" if request.action == "look_here" else "not looking there"
+
+
+def _weigh(regions: RegionWeights | None, mission: Mission) -> None:
+    mission.set_regions(regions)

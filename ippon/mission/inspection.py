@@ -1,0 +1,91 @@
+"""What the map knows of one voxel, and what would be chosen next if levels were others."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.geometry import Float64Array
+from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, MapArrays
+from ippon.mapping.surface_rows import NO_LABEL, STEPS_PER_NAT
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.planning.plan import Viewpoint
+
+TOP_LABELS = 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VoxelReport:
+    """One surface voxel."""
+
+    labels: tuple[tuple[str, float], ...]
+    """The most probable common objects and their probabilities, best first; empty before any
+    segmentation of the voxel."""
+    ooi: float | None
+    """p(v in O); None where no image told."""
+    level: int | None
+    """`Level` of the most probable label; None without one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Preview:
+    """What is chosen now, and what would be with other levels."""
+
+    now: str
+    then: str
+    before: Viewpoint | None
+    after: Viewpoint | None
+
+
+def inspect_voxel(voxel_map: VoxelMap, point_world: Float64Array) -> VoxelReport | None:
+    """Report on the voxel that holds a point.
+
+    Args:
+        voxel_map: The map.
+        point_world: (3,) metres.
+
+    Returns:
+        The report, None where there is no surface.
+    """
+    arrays = voxel_map.arrays()
+    voxel = np.floor(point_world / arrays.voxel_size).astype(np.int64)
+    block = (voxel >> 3) - arrays.origin_block
+    if (block < 0).any() or (block >= np.array(arrays.directory.shape)).any():
+        return None
+    row = int(arrays.directory[tuple(block)])
+    i, j, k = (voxel & 7).tolist()
+    cell = (i << 6) | (j << 3) | k
+    if row < 0 or arrays.state[row, cell] != OCCUPIED:
+        return None
+    slot = int(voxel_map.pools.slot[row, cell])
+    ooi, level = int(arrays.ooi[row, cell]), int(arrays.level[row, cell])
+    return VoxelReport(
+        labels=_labels_of(voxel_map, slot),
+        ooi=None if ooi == NOT_MAPPED else ooi / 254.0,
+        level=None if level == NOT_MAPPED else level,
+    )
+
+
+def _labels_of(voxel_map: VoxelMap, slot: int) -> tuple[tuple[str, float], ...]:
+    surface, names = voxel_map.surface, voxel_map.labels
+    if slot <= 0 or surface.label[slot] == NO_LABEL:
+        return ()
+    energy = surface.energy[slot, : len(names)].astype(np.float64) / STEPS_PER_NAT
+    probability = np.exp(-energy - float(surface.log_norm[slot]))
+    best = np.argsort(-probability, kind="stable")[:TOP_LABELS]
+    return tuple((names[n], float(probability[n])) for n in best)
+
+
+def with_levels(voxel_map: VoxelMap, levels: NDArray[np.uint8]) -> MapArrays:
+    """Return the map as it would be with other levels of its labels; the map itself stays.
+
+    Args:
+        voxel_map: The map.
+        levels: (N,) `Level` of each label.
+    """
+    arrays = voxel_map.arrays()
+    table = np.full(256, NOT_MAPPED, dtype=np.uint8)
+    table[: len(levels)] = levels
+    labels = voxel_map.surface.label[voxel_map.pools.slot[: len(arrays.level)]]
+    level = np.where(arrays.level == NOT_MAPPED, NOT_MAPPED, table[labels]).astype(np.uint8)
+    return arrays._replace(level=level)
