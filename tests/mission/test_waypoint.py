@@ -31,7 +31,9 @@ def scene():
 
 @pytest.fixture
 def world(scene):
-    return SimulatedWorld(scene, ZED, CAMERA, scene.start_poses[0], seed=0)
+    world = SimulatedWorld(scene, ZED, CAMERA, scene.start_poses[0], seed=0)
+    world.set_labels(MATTERPORT_40, "toilet")
+    return world
 
 
 def guidance_of(context):
