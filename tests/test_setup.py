@@ -47,6 +47,7 @@ def setup(tmp_path):
         program(tmp_path / "bin/apt-get", f"#!/bin/sh\n{apt}\n")
         program(tmp_path / "bin/apt-cache", "#!/bin/sh\n")
         program(tmp_path / "bin/sudo", "#!/bin/sh\nexit 1\n")
+        program(tmp_path / "bin/nvidia-smi", "#!/bin/sh\nexit 1\n")
         program(tmp_path / "bin/id", f"#!/bin/sh\necho {user}\n")
         path = f"{tmp_path / 'bin'}:{os.environ['PATH']}"
         done = subprocess.run(
@@ -105,3 +106,30 @@ def test_a_browser_counts_only_if_it_runs(tmp_path):
     assert not runs(str(tmp_path / "stub"))
     assert not runs(str(tmp_path / "nosuch"))
     assert runs(str(tmp_path / "real"))
+
+
+def test_a_machine_without_gpu_gets_torch_without_cuda(checkout, setup):
+    cuda = """#!/bin/sh
+case "$*" in
+    *"import torch"*) exit 1 ;;
+    *--dry-run*) echo '"name": "nvidia-cublas"' ;;
+    *"pip install"*) echo "$*" >>"$MADE/log" ;;
+esac
+"""
+    program(checkout / ".venv/bin/python", cuda)
+    torch, packages = setup(checkout, 0, "--segmentation")[1]
+    assert "--index-url https://download.pytorch.org/whl/cpu torch==" in torch
+    assert packages.endswith("[segmentation]")
+
+
+def test_torch_comes_from_the_usual_registry_where_that_brings_no_cuda(checkout, setup):
+    plain = """#!/bin/sh
+case "$*" in
+    *"import torch"*) exit 1 ;;
+    *--dry-run*) echo '"name": "torch"' ;;
+    *"pip install"*) echo "$*" >>"$MADE/log" ;;
+esac
+"""
+    program(checkout / ".venv/bin/python", plain)
+    torch, _ = setup(checkout, 0, "--segmentation")[1]
+    assert "--index-url" not in torch

@@ -1,1 +1,1 @@
-"""Label probabilities per pixel."""
+"""Label probabilities per pixel, from open-vocabulary segmentation networks."""

@@ -1,0 +1,41 @@
+"""Which segmentation runs, and how."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+Backend = Literal["san", "clipseg", "owlv2"]
+Precision = Literal["auto", "float32", "float16", "bfloat16"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SegmentationConfig:
+    """A network, where it runs, and what is done about small and unknown things."""
+
+    backend: Backend = "san"
+    """`san` and `clipseg` judge every pixel; `owlv2` finds boxes that SAM outlines."""
+    model: str = ""
+    """Name or path of the checkpoint; empty takes the backend's usual one."""
+    masks_model: str = ""
+    """Name or folder of the SAM that outlines what `owlv2` finds; empty takes the usual one."""
+    device: str = "auto"
+    """`auto` takes a GPU where there is one; else `cpu`, `cuda`, `cuda:1` and so on."""
+    precision: Precision = "auto"
+    """`auto` is half precision on a GPU and float32 elsewhere."""
+    compile: bool = False
+    """Compile the network for the GPU: about a minute at the start, faster images after it."""
+    longest_side_px: int = 160
+    """Longer side of the heatmap; larger outlines finer and sends more bytes."""
+    short_side_px: int = 640
+    """Shorter side of the image that SAN sees; larger sees smaller things and takes longer."""
+    small_objects: bool = False
+    """Look a second time at a crop where the object of interest seems small."""
+    distractors: bool = False
+    """Offer the network labels of common small things, so that what is no object of interest has
+    something better to be taken for."""
+
+    def __post_init__(self) -> None:
+        """Refuse sizes that no network takes."""
+        if not 8 <= self.longest_side_px <= 2048:
+            raise ValueError(f"longest_side_px must be 8 to 2048; got {self.longest_side_px}")
+        if not 64 <= self.short_side_px <= 2048:
+            raise ValueError(f"short_side_px must be 64 to 2048; got {self.short_side_px}")

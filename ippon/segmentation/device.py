@@ -1,0 +1,63 @@
+"""Where a network computes, and what happens when memory runs out there."""
+
+from collections.abc import Generator
+from contextlib import contextmanager
+
+import torch
+
+from ippon.segmentation.config import Precision
+from ippon.segmentation.errors import OutOfMemoryError, SegmentationError
+
+
+def choose_device(name: str) -> torch.device:
+    """Resolve `auto`, and check that the device is there.
+
+    Raises:
+        SegmentationError: No such device.
+    """
+    if name == "auto":
+        return torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    try:
+        device = torch.device(name)
+    except RuntimeError as error:
+        raise SegmentationError(f"a device is auto, cpu or cuda; got {name!r}") from error
+    if device.type == "cuda" and not torch.cuda.is_available():
+        raise SegmentationError(
+            f"this torch ({torch.__version__}) sees no GPU; take --segmentation.device cpu, or "
+            "install a torch built for CUDA"
+        )
+    return device
+
+
+def choose_dtype(precision: Precision, device: torch.device) -> torch.dtype:
+    """Resolve `auto`: half precision on a GPU, float32 elsewhere."""
+    if precision == "auto":
+        return torch.float16 if device.type == "cuda" else torch.float32
+    return {"float32": torch.float32, "float16": torch.float16, "bfloat16": torch.bfloat16}[
+        precision
+    ]
+
+
+@contextmanager
+def memory_guard(what: str) -> Generator[None]:
+    """Turn an allocation that failed into an error that says what to do.
+
+    Raises:
+        OutOfMemoryError: Instead of torch's own.
+    """
+    try:
+        yield
+    except torch.OutOfMemoryError as error:
+        raise OutOfMemoryError(_advice(what)) from error
+    except (RuntimeError, MemoryError) as error:
+        # On the processor torch has no class of its own for it.
+        if isinstance(error, RuntimeError) and "allocate memory" not in str(error):
+            raise
+        raise OutOfMemoryError(_advice(what)) from error
+
+
+def _advice(what: str) -> str:
+    return (
+        f"memory ran out in {what}; a smaller --segmentation.short-side-px, "
+        "--segmentation.precision float16 on a GPU, or --segmentation.device cpu may fit"
+    )

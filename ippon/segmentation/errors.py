@@ -1,0 +1,30 @@
+"""What can go wrong with a segmentation network; every text says what would work."""
+
+from ippon.errors import IpponError
+
+
+class SegmentationError(IpponError):
+    """A segmentation network cannot be had, or cannot do what it was asked for."""
+
+
+class CheckpointError(SegmentationError):
+    """A file of a network is missing, damaged, or belongs to another network."""
+
+
+class MissingPackageError(SegmentationError):
+    """A package of the optional extra is not installed."""
+
+
+class OutOfMemoryError(SegmentationError):
+    """The device's memory does not hold what the network needs for this image."""
+
+
+INSTALL_HINT = (
+    'pip install "ippon[segmentation]" (without a GPU run "pip install torch --index-url '
+    'https://download.pytorch.org/whl/cpu" first, or scripts/setup --segmentation, which does '
+    "both)"
+)
+WITHOUT_NETWORK = (
+    "Without it `ippon demo`, `ippon sim` and `ippon eval` work, and so does a robot that "
+    "publishes its own heatmaps on camera/heatmap."
+)

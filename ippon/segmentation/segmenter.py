@@ -1,0 +1,104 @@
+"""What every segmentation does: labels and an image in, a heatmap out."""
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.frame import Heatmap
+from ippon.segmentation.errors import SegmentationError
+
+MAX_LABELS = 1024
+
+
+class Segmenter(Protocol):
+    """An open-vocabulary segmentation.
+
+    Labels may differ from call to call; what depends on a label alone is computed once.
+    """
+
+    def segment(self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None) -> Heatmap:
+        """Tell how probable each label is at each pixel.
+
+        Args:
+            color: (H, W, 3) uint8 RGB, of any size.
+            labels: Common labels, canonical and distinct, at least one.
+            ooi: Canonical label of the object of interest, None for none.
+
+        Returns:
+            Probabilities; the channels of a pixel sum to 255. Its sides are in proportion to the
+            image's, and smaller.
+
+        Raises:
+            ValueError: Not an image, or labels that are no vocabulary.
+            SegmentationError: The network failed.
+        """
+        ...
+
+
+def checked_channels(
+    color: NDArray[Any], labels: Sequence[str], ooi: str | None
+) -> tuple[str, ...]:
+    """Check what a segmenter was given.
+
+    Returns:
+        One label a channel: the common ones, then the object of interest where it is none of them.
+
+    Raises:
+        ValueError: With what came and what would do.
+    """
+    if color.ndim != 3 or color.shape[2] != 3 or color.dtype != np.uint8 or 0 in color.shape:
+        raise ValueError(f"an image is (H, W, 3) uint8 RGB; got {color.shape} {color.dtype}")
+    channels = tuple(labels) if ooi is None or ooi in labels else (*labels, ooi)
+    if not labels:
+        raise ValueError("a segmentation needs at least one common label; got none")
+    if len(channels) > MAX_LABELS:
+        raise ValueError(f"a segmentation takes at most {MAX_LABELS} labels; got {len(channels)}")
+    if any(not channel.strip() for channel in channels):
+        raise ValueError(f"labels are words; one of {len(channels)} is empty")
+    if len(set(channels)) != len(channels):
+        twice = sorted({c for c in channels if channels.count(c) > 1})
+        raise ValueError(f"labels are distinct; {', '.join(twice)} came twice")
+    return channels
+
+
+def heatmap_of(
+    probabilities: NDArray[np.float32], labels: Sequence[str], ooi: str | None
+) -> Heatmap:
+    """Make a heatmap of probabilities that sum to 1.
+
+    Args:
+        probabilities: (C, h, w) float32, in the order of `checked_channels`.
+        labels: Common labels.
+        ooi: Object of interest, or None.
+
+    Raises:
+        SegmentationError: They are not finite numbers, as where half precision overflowed.
+    """
+    if not np.isfinite(probabilities).all():
+        raise SegmentationError(
+            "the network gave values that are not numbers; try --segmentation.precision float32"
+        )
+    return Heatmap(labels=tuple(labels), ooi=ooi, probabilities=quantise(probabilities))
+
+
+def quantise(probabilities: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Round probabilities to steps of 1/255 so that each pixel's channels still sum to 255.
+
+    Args:
+        probabilities: (C, h, w) float32, at least 0, summing to 1 over the channels.
+
+    Returns:
+        (h, w, C) uint8. Rounding the running sums moves no channel by more than one step.
+    """
+    sums = np.cumsum(probabilities.transpose(1, 2, 0), axis=2, dtype=np.float64)
+    sums *= 255.0 / np.maximum(sums[..., -1:], 1e-12)
+    rounded = np.rint(sums).astype(np.int16)
+    return np.diff(rounded, axis=2, prepend=np.int16(0)).astype(np.uint8)
+
+
+def heatmap_size(shape: tuple[int, int], longest_px: int) -> tuple[int, int]:
+    """Return (h, w) of the heatmap of an (H, W) image: the same proportions, not larger."""
+    scale = min(1.0, longest_px / max(shape))
+    return max(1, round(shape[0] * scale)), max(1, round(shape[1] * scale))
