@@ -2,6 +2,7 @@
 
 import { Drive, isTyping } from "./drive.js";
 import { installHelp, installTheme } from "./help.js";
+import { Lease, logInAgainIfAsked } from "./lease.js";
 
 const PING_MS = 2000;
 const SILENT_MS = 5000;
@@ -55,6 +56,7 @@ function connect() {
     pending.clear();
     drive.release();
     render();
+    logInAgainIfAsked();
     setTimeout(connect, RETRY_MS[Math.min(attempt, RETRY_MS.length - 1)]);
     attempt += 1;
   };
@@ -68,6 +70,8 @@ function receive(message) {
   } else if (message.type === "reply") {
     pending.get(message.id)?.(message);
     pending.delete(message.id);
+  } else if (message.type === "you") {
+    lease.meet(message);
   } else if (message.type === "state") {
     instance = message.instance;
     state = message;
@@ -138,6 +142,7 @@ function send(message) {
 }
 
 const drive = new Drive(send, (mode) => insist(request({ type: "drive", mode })));
+const lease = new Lease(send, (action) => insist(request({ type: "lease", action })), view);
 const onHelpKey = installHelp(isTyping);
 
 function clock(seconds) {
@@ -173,7 +178,8 @@ function render() {
     ? { live: "live", silent: `silent ${Math.round(state.silent_s)} s`, waiting: "none" }[state.link]
     : "none";
   at("resume").hidden = shown !== "stopped";
-  drive.update(state?.drive ?? { mode: "auto" }, state?.link === "live");
+  lease.update(state?.lease);
+  drive.update(state?.drive ?? { mode: "auto" }, state?.link === "live" && lease.watching === "");
   renderNotice(shown);
   renderVeil(shown);
 }

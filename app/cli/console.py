@@ -12,7 +12,14 @@ def run_console_command(command: Console) -> int:
     try:
         run_console(
             ConsoleConfig(
-                connect=command.connect, robot=command.robot, host=command.host, port=command.port
+                connect=command.connect,
+                robot=command.robot,
+                host=command.host,
+                port=command.port,
+                users=command.users,
+                tls_certificate=command.tls_cert,
+                tls_key=command.tls_key,
+                names=command.names,
             )
         )
     except ConsoleError as error:

@@ -82,6 +82,10 @@ def _dispatch(command: options.Command) -> int:
             from app.cli.console import run_console_command
 
             return run_console_command(command)
+        case options.User():
+            from app.cli.user import run_user
+
+            return run_user(command)
         case options.Record():
             from app.cli.record import run_record
 

@@ -118,9 +118,17 @@ class Console:
     robot: str = "ippon"
     """Key prefix of the robot."""
     host: str = "127.0.0.1"
-    """Address that the page is served on."""
+    """Address that the page is served on; any but this machine's own loopback needs users."""
     port: int = 8080
     """Port of the page; 0 takes any free one."""
+    users: Path | None = None
+    """File of users, made by `ippon user`: with one, everybody logs in."""
+    tls_cert: Path | None = None
+    """Certificate (PEM) to serve the page by TLS with."""
+    tls_key: Path | None = None
+    """Private key (PEM) of the certificate."""
+    names: tuple[str, ...] = ()
+    """Further host names under which the page is opened, for example robot.example.org."""
     parent_pid: int | None = None
     """End when this process is gone."""
 
@@ -153,6 +161,38 @@ class Record:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class User:
+    """Add a user of the console's login, or give one another password or role.
+
+    The password is asked for, or read from standard input.
+    """
+
+    name: Positional[str]
+    """Name to log in with; others read it when this user holds control."""
+    users: Path
+    """File of users; made when it is not there, readable by you only."""
+    role: Literal["viewer", "operator", "supervisor"] = "operator"
+    """viewer: watches, and may stop; operator: commands, one at a time; supervisor: may also take
+    control from another."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Review:
+    """The console on a recording: play it, jump to any moment, compare two; or a list of sessions.
+
+    Nothing in it commands a robot.
+    """
+
+    paths: Positional[tuple[Path, ...]] = ()
+    """A recording, two to compare, or a folder of sessions. Without any, the sessions of this
+    user."""
+    port: int = 8080
+    """Port of the page; 0 takes any free one."""
+    parent_pid: int | None = None
+    """End when this process is gone."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Ask:
     """Ask a running navigator to look for something, from any terminal that reaches it."""
 
@@ -177,6 +217,8 @@ class Ask:
     """zenoh endpoint of the navigator; without one, the navigator running on this machine."""
     robot: str | None = None
     """Key prefix of the robot; without one, that of the navigator running on this machine."""
+    take: bool = False
+    """Take control from whoever holds it, for the time that the request takes."""
     timeout_s: float = 5.0
     """How long to wait for an answer."""
 
@@ -271,7 +313,9 @@ Command = (
     | Annotated[Sim, tyro.conf.subcommand("sim")]
     | Annotated[Navigate, tyro.conf.subcommand("navigate")]
     | Annotated[Console, tyro.conf.subcommand("console")]
+    | Annotated[User, tyro.conf.subcommand("user")]
     | Annotated[Record, tyro.conf.subcommand("record")]
+    | Annotated[Review, tyro.conf.subcommand("review")]
     | Annotated[Ask, tyro.conf.subcommand("ask")]
     | Annotated[Levels, tyro.conf.subcommand("levels")]
     | Annotated[Eval, tyro.conf.subcommand("eval")]

@@ -6,6 +6,7 @@ Each of them is pinned by a test.
 import threading
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from contextvars import copy_context
 from http import HTTPStatus
 from typing import Any, Final
 
@@ -38,9 +39,28 @@ def forbid_sharing(server: viser.ViserServer) -> None:
         server._websock_server.unregister_handler(message)  # noqa: SLF001
 
 
+def carry_context(server: viser.ViserServer) -> None:
+    """Have callbacks that run in viser's threads see the context variables of their connection."""
+    executor = server._thread_executor  # noqa: SLF001
+    submit = executor.submit
+
+    def submit_in_context(call: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Any:
+        return submit(copy_context().run, call, *args, **kwargs)
+
+    executor.submit = submit_in_context  # pyright: ignore[reportAttributeAccessIssue]
+
+
 @contextmanager
-def demanding_secret(secret: str) -> Generator[None]:
-    """Make viser servers that are created inside refuse whoever does not send the secret."""
+def demanding_secret(
+    secret: str, admit: Callable[[Headers], None] = lambda _: None
+) -> Generator[None]:
+    """Make viser servers that are created inside refuse whoever does not send the secret.
+
+    Args:
+        secret: Value of the header.
+        admit: Called in the task of each connection that is let in, with its headers: context
+            variables that it sets are there for the connection's messages.
+    """
 
     def guard(original: Callable[..., Any] | None) -> Callable[..., Any]:
         def check(connection: Any, request: Request) -> Any:
@@ -51,6 +71,7 @@ def demanding_secret(secret: str) -> Generator[None]:
                     Headers({"Content-Length": "10", "Connection": "close"}),
                     b"forbidden\n",
                 )
+            admit(request.headers)
             return None if original is None else original(connection, request)
 
         return check

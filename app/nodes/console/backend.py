@@ -9,12 +9,22 @@ from typing import Final
 
 import numpy as np
 import viser
+from websockets import Headers
 
+from app.nodes.console.visitors import Visitor, Visitors, act_as
 from app.view.camera_follow import FOV_RAD, framing
-from app.view.viser_private import SECRET_HEADER, demanding_secret, forbid_sharing
+from app.view.viser_private import (
+    SECRET_HEADER,
+    carry_context,
+    demanding_secret,
+    forbid_sharing,
+)
 
 _START: Final = framing(np.array([-4.0, -3.0]), np.array([4.0, 3.0]), 1.25)
 """Before there is a map: a home's worth of floor round the robot's start."""
+
+
+VISITOR_HEADER: Final = "X-Ippon-Visitor"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,10 +40,9 @@ class ViserBackend:
         """Where its WebSocket listens."""
         return f"ws://127.0.0.1:{self.server.get_port()}"
 
-    @property
-    def headers(self) -> dict[str, str]:
-        """What a request must carry."""
-        return {SECRET_HEADER: self.secret}
+    def headers_of(self, visitor: Visitor) -> dict[str, str]:
+        """What a request must carry, and whose it is."""
+        return {SECRET_HEADER: self.secret, VISITOR_HEADER: visitor.session}
 
     def close(self) -> None:
         """Stop the server."""
@@ -41,12 +50,20 @@ class ViserBackend:
             self.server.stop()
 
 
-def start_viser() -> ViserBackend:
-    """Start viser on a free loopback port; it prints nothing and shares nothing."""
+def start_viser(visitors: Visitors) -> ViserBackend:
+    """Start viser on a free loopback port; it prints nothing and shares nothing.
+
+    Its callbacks answer in the name of the visitor whose browser they are for.
+    """
     secret = secrets.token_urlsafe(32)
-    with demanding_secret(secret), contextlib.redirect_stdout(io.StringIO()):
+
+    def admit(headers: Headers) -> None:
+        act_as(visitors.find(headers.get(VISITOR_HEADER, "")))
+
+    with demanding_secret(secret, admit), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host="127.0.0.1", port=0, label="IPPON", verbose=False)
     forbid_sharing(server)
+    carry_context(server)
     server.initial_camera.fov = FOV_RAD
     server.initial_camera.position = _START.position
     server.initial_camera.look_at = _START.look_at

@@ -4,8 +4,11 @@ from collections.abc import Sequence
 from typing import Literal, Protocol
 
 from app.messages.control import ControlRequest, DriveModeName, LevelName, SentenceReading
+from app.messages.lease import LeaseReply
+from app.nodes.console.visitors import Visitor
 from ippon.control.drive import Hand
 
+LeaseAction = Literal["request", "renew", "release", "grant", "deny", "take"]
 PaintAction = Literal["look_here", "not_here", "undo", "clear"]
 
 
@@ -32,7 +35,19 @@ class Controller(Protocol):
         """
         ...
 
-    def hand(self, hand: Hand, sender: str) -> None:
+    async def lease(self, action: LeaseAction) -> LeaseReply:
+        """Ask for control in the acting visitor's name, keep it, or hand it on.
+
+        Raises:
+            CommandError: It did not arrive, or was refused.
+        """
+        ...
+
+    def may_touch(self, visitor: Visitor) -> bool:
+        """Tell whether a visitor may use the panels: nobody else holds control."""
+        ...
+
+    def hand(self, hand: Hand) -> None:
         """Pass on what an operator holds down; at once, and without an answer."""
         ...
 
@@ -45,6 +60,14 @@ class Actions(Protocol):
 
     def search(self, wanted: str, context: str) -> str:
         """Look for an object."""
+        ...
+
+    def read(self, sentence: str) -> SentenceReading:
+        """Have one sentence taken apart; nothing is searched for yet."""
+        ...
+
+    def add_label(self, label: str) -> str:
+        """Tell one more kind of common object apart from now on."""
         ...
 
     def confirm_find(self) -> str:
@@ -62,14 +85,6 @@ class Actions(Protocol):
     def pause(self) -> str:
         """Wait where the robot is."""
         ...
-    def read(self, sentence: str) -> SentenceReading:
-        """Have one sentence taken apart; nothing is searched for yet."""
-        ...
-
-    def add_label(self, label: str) -> str:
-        """Tell one more kind of common object apart from now on."""
-        ...
-
 
     def resume(self) -> str:
         """Go on after a pause or a stop."""

@@ -12,6 +12,7 @@ import viser
 
 from app.messages import keys
 from app.messages.control import DriveStatus
+from app.messages.lease import LeaseStatus
 from app.nodes.console.backend import ViserBackend
 from app.nodes.console.bulletin import Bulletin
 from app.nodes.console.inbox import Inbox
@@ -55,6 +56,7 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     elapsed_s: float = 0.0
     frame_age_ms: float | None = None
     drive: DriveStatus = DriveStatus()
+    lease: LeaseStatus = LeaseStatus()
     has_map: bool = False
 
 
@@ -191,7 +193,7 @@ class Conductor:
                 link_text=f"No navigator answers at {link.endpoint} for robot “{link.robot}”.",
             )
         goal = status.goal
-        link.drive_status = status.drive
+        link.drive_status, link.lease_status = status.drive, status.lease
         return ShellState(
             instance=self._instance,
             robot=status.robot,
@@ -205,6 +207,7 @@ class Conductor:
             frame_age_ms=round(status.timings.frame_age_ms),
             has_map=self.model.voxels.count > 0,
             drive=status.drive,
+            lease=status.lease,
         )
 
     def _choose(self, options: ViewOptions) -> None:

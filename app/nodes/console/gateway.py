@@ -1,5 +1,9 @@
 """The one public port: our page, viser's client behind it, and the shell's WebSocket."""
 
+import asyncio
+import time
+from collections.abc import AsyncGenerator
+from contextlib import asynccontextmanager
 from importlib import resources
 from typing import Final
 
@@ -12,17 +16,20 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from app.messages.control import ControlRequest
+from app.nodes.console.access import Access
 from app.nodes.console.backend import ViserBackend, client_page
 from app.nodes.console.bulletin import Bulletin
 from app.nodes.console.commands import CommandError, Controller
-from app.nodes.console.guard import Guard
+from app.nodes.console.guard import Guard, Hosts
+from app.nodes.console.login import LoginDesk
 from app.nodes.console.shell_socket import serve_shell
 from app.nodes.console.viser_proxy import pass_through
+from app.nodes.console.visitors import Visitor, act_as
 
 _TYPES: Final = {"css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 _ASSETS: Final = (
     "shell.css", "shell.js", "view.css", "icon.svg",
-    "drive.css", "drive.js", "help.js",
+    "drive.css", "drive.js", "help.js", "lease.css", "lease.js", "login.css",
 )  # fmt: skip
 _VIEW: Final = "/view/?darkMode"
 
@@ -30,10 +37,31 @@ _VIEW: Final = "/view/?darkMode"
 class Gateway:
     """Builds the ASGI application of one console."""
 
-    def __init__(self, backend: ViserBackend, bulletin: Bulletin, controller: Controller) -> None:
+    def __init__(
+        self,
+        backend: ViserBackend,
+        bulletin: Bulletin,
+        controller: Controller,
+        access: Access,
+        hosts: Hosts,
+        login: LoginDesk | None = None,
+    ) -> None:
+        """Put the parts together.
+
+        Args:
+            backend: The scene's server.
+            bulletin: What the pages show.
+            controller: Takes what the pages ask for.
+            access: Says who a request is from.
+            hosts: Names that the console answers to.
+            login: Serves the login page, where there is one.
+        """
         self._backend = backend
         self._bulletin = bulletin
         self._controller = controller
+        self._access = access
+        self._hosts = hosts
+        self._login = login
         root = resources.files("web_assets")
         self._page = (root / "index.html").read_bytes()
         self._assets = {name: (root / name).read_bytes() for name in _ASSETS}
@@ -43,6 +71,7 @@ class Gateway:
         """Return the application."""
         return Starlette(
             routes=[
+                *(self._login.routes() if self._login is not None else ()),
                 Route("/", self._shell),
                 Route("/assets/{name}", self._asset),
                 Route("/view", self._view_page),
@@ -53,7 +82,7 @@ class Gateway:
                 WebSocketRoute("/view/", self._view_socket),
                 WebSocketRoute("/api/ws", self._shell_socket),
             ],
-            middleware=[Middleware(Guard)],
+            middleware=[Middleware(Guard, access=self._access, hosts=self._hosts)],
         )
 
     async def _shell(self, _: Request) -> Response:
@@ -78,8 +107,9 @@ class Gateway:
         state = {} if notice is None else msgspec.json.decode(notice)
         return JSONResponse({"console": "up", "link": state.get("link"), "state": state})
 
-    async def _stop(self, _: Request) -> Response:
+    async def _stop(self, request: Request) -> Response:
         """Stop without a WebSocket: the shell's second way."""
+        act_as(request.scope["visitor"])
         try:
             state = await self._controller.control(
                 ControlRequest(action="stop", requester="console")
@@ -89,10 +119,25 @@ class Gateway:
         return JSONResponse({"ok": True, "text": state})
 
     async def _view_socket(self, socket: WebSocket) -> None:
-        await pass_through(socket, self._backend)
+        async with _for_as_long_as_let_in(socket) as visitor:
+            await pass_through(socket, self._backend, visitor, self._controller.may_touch)
 
     async def _shell_socket(self, socket: WebSocket) -> None:
-        await serve_shell(socket, self._bulletin, self._controller)
+        async with _for_as_long_as_let_in(socket) as visitor:
+            await serve_shell(socket, self._bulletin, self._controller, visitor)
+
+
+@asynccontextmanager
+async def _for_as_long_as_let_in(socket: WebSocket) -> AsyncGenerator[Visitor]:
+    """End what is inside with the login: when it runs out, and at a logout."""
+    visitor: Visitor = socket.scope["visitor"]
+    left_s = None if visitor.expires_s is None else visitor.expires_s - time.time()
+    with visitor.present():
+        try:
+            async with asyncio.timeout(left_s):
+                yield visitor
+        except TimeoutError:
+            await socket.close(1008, "the login has run out")
 
 
 def _dressed(page: bytes) -> bytes:

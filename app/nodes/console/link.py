@@ -36,9 +36,11 @@ from app.messages.control import (
     VocabularyRequest,
     encode,
 )
+from app.messages.lease import LeaseReply, LeaseRequest, LeaseStatus, TakeRequest
 from app.messages.motion import StampedTwist, encode_twist
-from app.nodes.console.commands import CommandError, PaintAction
+from app.nodes.console.commands import CommandError, LeaseAction, PaintAction
 from app.nodes.console.inbox import Inbox
+from app.nodes.console.visitors import Visitor, acting
 from app.nodes.console.vital_thread import OnFailure, vital_thread
 from ippon.control.drive import Hand
 
@@ -59,10 +61,10 @@ REQUESTER: Final = "console"
 SILENT_S: Final = 4.0
 """After so long without a status the listening session is opened again."""
 REPLY_S: Final = 2.0
-STOP_S: Final = 5.0
-"""So long a Stop is tried again while the navigator cannot be reached."""
 READ_S: Final = 12.0
 """So long a sentence may take: longer than the navigator gives its language model."""
+STOP_S: Final = 5.0
+"""So long a Stop is tried again while the navigator cannot be reached."""
 _STOP_PAUSE_S: Final = 0.1
 _CONNECT_S: Final = 1.5
 _RETRY_S: Final = 0.5
@@ -90,6 +92,8 @@ class NavigatorLink:
         """How often the sessions were opened: each time, messages may have been missed."""
         self.drive_status = DriveStatus()
         """As the navigator said last: how fast a hand can drive."""
+        self.lease_status = LeaseStatus()
+        """As the navigator said last: who holds control."""
         self._hand_seq = itertools.count()
         self._hands: zenoh.Publisher | None = None
         self._topics = tuple(topics)
@@ -141,10 +145,20 @@ class NavigatorLink:
         limit = self.drive_status.speed_limit if speed_limit is None else speed_limit
         return await asyncio.to_thread(self.set_drive, mode, limit)
 
-    def hand(self, hand: Hand, sender: str) -> None:
+    async def lease(self, action: LeaseAction) -> LeaseReply:
+        """Ask for control in the acting visitor's name, keep it, or hand it on."""
+        return await asyncio.to_thread(self._lease, action)
+
+    def may_touch(self, visitor: Visitor) -> bool:
+        """Tell whether a visitor may use the panels: nobody else holds control."""
+        lease = self.lease_status
+        holds = visitor.standing == "holds" and lease.epoch <= visitor.epoch
+        return visitor.may_command and (lease.state == "free" or holds)
+
+    def hand(self, hand: Hand) -> None:
         """Pass on what an operator holds down; what cannot be sent is as good as let go."""
-        tops, hands = self.drive_status, self._hands
-        if hands is None:
+        tops, hands, visitor = self.drive_status, self._hands, acting()
+        if hands is None or visitor is None or not visitor.may_command:
             return
         twist = StampedTwist(
             stamp_ns=time.time_ns(),
@@ -152,7 +166,7 @@ class NavigatorLink:
             yaw_rate_rad_s=hand.turn * tops.top_yaw_rate_rad_s,
             tilt_rate_rad_s=hand.tilt * tops.top_tilt_rate_rad_s,
         )
-        tag = TeleopTag(sender=sender, epoch=0, seq=next(self._hand_seq))
+        tag = TeleopTag(sender=visitor.session, epoch=visitor.epoch, seq=next(self._hand_seq))
         try:
             hands.put(encode_twist(twist), attachment=encode(tag))
         except zenoh.ZError as error:
@@ -160,6 +174,12 @@ class NavigatorLink:
 
     def set_drive(self, mode: DriveModeName, speed_limit: float) -> str:
         """Say who drives, and how fast at most."""
+        visitor = acting()
+        if mode != "auto" and visitor is not None and visitor.standing != "holds":
+            # A hand on the wheels needs the lease: whoever wants to drive asks for it with that.
+            reply = self._lease("request")
+            if reply.standing != "holds":
+                raise CommandError(reply.detail)
         request = DriveRequest(mode=mode, speed_limit=speed_limit)
         return self._request(keys.DRIVE, request, Accepted).detail
 
@@ -186,6 +206,16 @@ class NavigatorLink:
         when = "" if accepted.position == 0 else f", after {accepted.position} other goals"
         return " ".join([f"Looking for: {name}{when}.", *accepted.notes])
 
+    def read(self, sentence: str) -> SentenceReading:
+        """Have one sentence taken apart; a language model may take its time over it."""
+        request = SentenceRequest(sentence=sentence)
+        return self._request(keys.SENTENCE, request, SentenceReading, READ_S)
+
+    def add_label(self, label: str) -> str:
+        """Tell one more kind of common object apart from now on."""
+        request = VocabularyRequest(label=label, requester=REQUESTER)
+        return self._request(keys.VOCABULARY, request, Accepted).detail
+
     def confirm_find(self) -> str:
         """Say that the find is the object."""
         self._request(keys.FEEDBACK, FeedbackRequest(verdict="confirm"), Accepted)
@@ -206,16 +236,6 @@ class NavigatorLink:
         self._control(ControlRequest(action="pause", requester=REQUESTER))
         return "The robot waits."
 
-    def read(self, sentence: str) -> SentenceReading:
-        """Have one sentence taken apart; a language model may take its time over it."""
-        request = SentenceRequest(sentence=sentence)
-        return self._request(keys.SENTENCE, request, SentenceReading, READ_S)
-
-    def add_label(self, label: str) -> str:
-        """Tell one more kind of common object apart from now on."""
-        request = VocabularyRequest(label=label, requester=REQUESTER)
-        return self._request(keys.VOCABULARY, request, Accepted).detail
-
     def resume(self) -> str:
         """Go on after a pause or a stop."""
         self._control(ControlRequest(action="resume", requester=REQUESTER))
@@ -225,6 +245,19 @@ class NavigatorLink:
         """End the current search."""
         self._control(ControlRequest(action="cancel", requester=REQUESTER))
         return "The search is cancelled; the map stays."
+
+    def _lease(self, action: LeaseAction) -> LeaseReply:
+        visitor = acting()
+        if visitor is None:
+            raise CommandError("control is asked for from a page")
+        if action == "take" and visitor.role != "supervisor":
+            raise CommandError(f"your login ({visitor.role}) takes control from nobody: ask for it")
+        if action == "take":
+            reply = self._request(keys.LEASE_TAKE, TakeRequest(), LeaseReply)
+        else:
+            reply = self._request(keys.LEASE, LeaseRequest(action=action), LeaseReply)
+        visitor.take_note(reply)
+        return reply
 
     def _control(self, request: ControlRequest) -> str:
         deadline = time.monotonic() + (STOP_S if request.action == "stop" else 0.0)
@@ -238,11 +271,15 @@ class NavigatorLink:
     def _request(
         self, topic: str, message: msgspec.Struct, kind: type[M], timeout_s: float = REPLY_S
     ) -> M:
-        session = self._commanding
+        session, visitor = self._commanding, acting()
+        is_stop = isinstance(message, ControlRequest) and message.action == "stop"
+        if visitor is not None and not visitor.may_command and not is_stop:
+            raise CommandError("your login (viewer) may watch and stop, not command")
         if session is None:
             raise _UndeliveredError(f"no navigator at {self.endpoint}")
         try:
-            return ask(session, self._key(topic), message, kind, timeout_s)
+            who = visitor.credential() if visitor is not None else None
+            return ask(session, self._key(topic), message, kind, timeout_s, who)
         except RequestRefusedError as error:
             raise CommandError(str(error)) from error
         except LinkError as error:

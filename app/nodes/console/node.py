@@ -1,24 +1,37 @@
 """The console process."""
 
 import logging
+import os
 import socket
+import ssl
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
 
 import uvicorn
 from starlette.types import ASGIApp
 
-from app.nodes.console.backend import start_viser
+from app.nodes.console.access import LOOPBACK, LoginAccess, OpenAccess
+from app.nodes.console.accounts import AccountError, Accounts, load_accounts, one_account
+from app.nodes.console.backend import ViserBackend, start_viser
 from app.nodes.console.bulletin import Bulletin
+from app.nodes.console.commands import Controller
 from app.nodes.console.conductor import EVERY, Conductor
+from app.nodes.console.connections import BoundedProtocol
 from app.nodes.console.gateway import Gateway
-from app.nodes.console.guard import LOOPBACK
+from app.nodes.console.guard import Hosts
 from app.nodes.console.inbox import Inbox
 from app.nodes.console.link import NavigatorLink
+from app.nodes.console.login import LoginDesk
 from app.nodes.console.viser_proxy import MAX_CLIENT_MESSAGE
+from app.nodes.console.visitors import Visitors
 from app.view.reader import SceneReader
 from app.view.scene_model import SceneModel
 
 logger = logging.getLogger(__name__)
+
+PASSWORD_VARIABLE: Final = "IPPON_CONSOLE_PASSWORD"  # noqa: S105 (a name, not a password)
+"""Without a file of users: the password of the one user, "operator"."""
 
 
 class ConsoleError(Exception):
@@ -34,21 +47,38 @@ class ConsoleConfig:
     robot: str = "ippon"
     """Key prefix of the robot."""
     host: str = "127.0.0.1"
-    """Address that the page is served on; loopback only, until there is a login."""
+    """Address that the page is served on; any but loopback needs users."""
     port: int = 8080
     """Port of the page; 0 takes any free one."""
+    users: Path | None = None
+    """File of users: with one, everybody logs in, also at this machine."""
+    tls_certificate: Path | None = None
+    """PEM file with the certificate, and those between it and the root."""
+    tls_key: Path | None = None
+    """PEM file with its private key."""
+    names: tuple[str, ...] = ()
+    """Further host names that the console answers to."""
 
     def __post_init__(self) -> None:
         """Reject what would serve the robot to everyone."""
-        if self.host not in LOOPBACK:
+        if self.host not in LOOPBACK and not self.has_login:
             raise ConsoleError(
-                f"the console listens on 127.0.0.1 only, because it has no login yet; got "
-                f"{self.host!r}. From another machine: ssh -L {self.port}:127.0.0.1:{self.port}"
+                f"on {self.host!r} the console demands a login: make a file of users with `ippon "
+                f"user NAME --users FILE` and start it with --users FILE, or set "
+                f"{PASSWORD_VARIABLE}. Without a login, from another machine: ssh -L "
+                f"{self.port}:127.0.0.1:{self.port}"
             )
+        if (self.tls_certificate is None) != (self.tls_key is None):
+            raise ConsoleError("TLS needs both a certificate and its key: --tls-cert and --tls-key")
         if not 0 <= self.port <= 65535:
             raise ConsoleError(f"a port lies in 0 to 65535; got {self.port}")
         if not self.robot or any(c in self.robot for c in "*$?# "):
             raise ConsoleError(f"a robot's key prefix has no wildcard or space; got {self.robot!r}")
+
+    @property
+    def has_login(self) -> bool:
+        """Whether there is anyone to log in."""
+        return self.users is not None or bool(os.environ.get(PASSWORD_VARIABLE))
 
 
 def run_console(config: ConsoleConfig) -> None:
@@ -57,7 +87,8 @@ def run_console(config: ConsoleConfig) -> None:
     Raises:
         ConsoleError: The port is taken, or a part of the console has failed.
     """
-    listener = _listen(config)
+    accounts, tls = _accounts(config), _tls(config)
+    listener = listen_on(config)
     inbox, bulletin = Inbox(EVERY), Bulletin()
     topics = SceneReader(SceneModel()).keys
     failures: list[Exception] = []
@@ -67,12 +98,23 @@ def run_console(config: ConsoleConfig) -> None:
         server.should_exit = True
 
     link = NavigatorLink(config.connect, config.robot, topics, inbox, fail)
-    backend = start_viser()
-    server = uvicorn.Server(server_settings(Gateway(backend, bulletin, link).app()))
+    visitors = Visitors()
+    backend = start_viser(visitors)
+    gateway = _gateway(config, backend, bulletin, link, visitors, accounts)
+    settings = server_settings(gateway.app())
+    settings.load()
+    settings.ssl = tls
+    server = uvicorn.Server(settings)
     conductor = Conductor(backend, link, inbox, bulletin, fail)
     link.start()
     conductor.start()
-    logger.info("console at http://%s:%d", *listener.getsockname()[:2])
+    scheme = "http" if tls is None else "https"
+    logger.info("console at %s://%s:%d", scheme, *listener.getsockname()[:2])
+    if config.host not in LOOPBACK and tls is None:
+        logger.warning(
+            "passwords travel unencrypted: give --tls-cert and --tls-key, or put a proxy with TLS "
+            "before the console"
+        )
     try:
         server.run(sockets=[listener])
     finally:
@@ -87,7 +129,55 @@ def run_console(config: ConsoleConfig) -> None:
         ) from failures[0]
 
 
-def _listen(config: ConsoleConfig) -> socket.socket:
+def _gateway(
+    config: ConsoleConfig,
+    backend: ViserBackend,
+    bulletin: Bulletin,
+    controller: Controller,
+    visitors: Visitors,
+    accounts: Accounts | None,
+) -> Gateway:
+    hosts = Hosts(config.host, config.names)
+    if accounts is None:
+        return Gateway(backend, bulletin, controller, OpenAccess(visitors), hosts)
+    access = LoginAccess(visitors, is_secure=config.tls_certificate is not None)
+    login = LoginDesk(access, accounts)
+    return Gateway(backend, bulletin, controller, access, hosts, login)
+
+
+def _accounts(config: ConsoleConfig) -> Accounts | None:
+    try:
+        if config.users is not None:
+            return load_accounts(config.users)
+        password = os.environ.get(PASSWORD_VARIABLE, "")
+        return one_account("operator", password, "supervisor") if password else None
+    except AccountError as error:
+        raise ConsoleError(str(error)) from error
+
+
+def _tls(config: ConsoleConfig) -> ssl.SSLContext | None:
+    certificate, key = config.tls_certificate, config.tls_key
+    if certificate is None or key is None:
+        return None
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    try:
+        # A key with a passphrase would ask for it on a terminal that may not be there.
+        context.load_cert_chain(certificate, key, password=lambda: "")
+    except (OSError, ssl.SSLError, ValueError) as error:
+        raise ConsoleError(
+            f"TLS cannot use the certificate {certificate} with the key {key} ({error}); both are "
+            "PEM files, the key without a passphrase, and they belong together"
+        ) from error
+    return context
+
+
+def listen_on(config: ConsoleConfig) -> socket.socket:
+    """Return a socket that listens where the page is served.
+
+    Raises:
+        ConsoleError: The port is taken.
+    """
     family = socket.AF_INET6 if ":" in config.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -110,6 +200,9 @@ def server_settings(app: ASGIApp, port: int = 0) -> uvicorn.Config:
         log_level="warning",
         access_log=False,
         server_header=False,
+        http=BoundedProtocol,
+        proxy_headers=False,
+        timeout_keep_alive=20,
         ws="websockets-sansio",
         ws_max_size=MAX_CLIENT_MESSAGE,
         ws_per_message_deflate=False,

@@ -2,7 +2,6 @@
 
 import asyncio
 import logging
-import secrets
 from collections.abc import Awaitable, Callable
 from typing import Annotated, Final, Literal
 
@@ -12,6 +11,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from app.messages.control import ControlRequest, DriveModeName
 from app.nodes.console.bulletin import Bulletin
 from app.nodes.console.commands import CommandError, Controller
+from app.nodes.console.visitors import Role, Standing, Visitor, act_as
 from ippon.control.drive import RESTING, Hand
 
 logger = logging.getLogger(__name__)
@@ -50,6 +50,27 @@ class ShellHand(msgspec.Struct, tag="hand", forbid_unknown_fields=True):
     tilt: Share = 0.0
 
 
+class ShellAlive(msgspec.Struct, tag="alive", forbid_unknown_fields=True):
+    """Sent twice a second by a page that is not asleep: it keeps its lease, if it has one."""
+
+
+class ShellLease(msgspec.Struct, tag="lease", forbid_unknown_fields=True):
+    """A button about who holds control."""
+
+    id: int
+    action: Literal["request", "release", "grant", "deny", "take"]
+
+
+class ShellYou(msgspec.Struct, tag="you"):
+    """Who this page is, and how it stands."""
+
+    name: str
+    role: Role
+    standing: Standing
+    detail: str
+    has_login: bool
+
+
 class ShellPong(msgspec.Struct, tag="pong"):
     """Answer to `ShellPing`."""
 
@@ -64,16 +85,19 @@ class ShellReply(msgspec.Struct, tag="reply"):
     text: str
 
 
-_Message = ShellPing | ShellCommand | ShellDrive | ShellHand
+_Message = ShellPing | ShellCommand | ShellDrive | ShellHand | ShellAlive | ShellLease
 _decoder = msgspec.json.Decoder(_Message)
 
 
-async def serve_shell(socket: WebSocket, bulletin: Bulletin, controller: Controller) -> None:
+async def serve_shell(
+    socket: WebSocket, bulletin: Bulletin, controller: Controller, visitor: Visitor
+) -> None:
     """Serve one shell until its browser leaves."""
+    act_as(visitor)
     await socket.accept()
     outbox: asyncio.Queue[bytes] = asyncio.Queue(maxsize=64)
     tasks = [
-        asyncio.create_task(_listen(socket, outbox.put, controller)),
+        asyncio.create_task(_listen(socket, outbox.put, controller, visitor)),
         asyncio.create_task(_announce(bulletin, outbox.put)),
         asyncio.create_task(_send(socket, outbox)),
     ]
@@ -99,10 +123,14 @@ async def _announce(bulletin: Bulletin, put: Callable[[bytes], Awaitable[None]])
 
 
 async def _listen(
-    socket: WebSocket, put: Callable[[bytes], Awaitable[None]], controller: Controller
+    socket: WebSocket,
+    put: Callable[[bytes], Awaitable[None]],
+    controller: Controller,
+    visitor: Visitor,
 ) -> None:
     commands: set[asyncio.Task[None]] = set()
-    sender, held = secrets.token_hex(8), RESTING
+    held, standing = RESTING, _Standing(put, controller, visitor)
+    await standing.tell()
     try:
         while True:
             received = await socket.receive()
@@ -117,15 +145,20 @@ async def _listen(
                 continue
             if isinstance(message, ShellHand):
                 held = Hand(forward=message.forward, turn=message.turn, tilt=message.tilt)
-                controller.hand(held, sender)
+                controller.hand(held)
                 continue
-            task = asyncio.create_task(_command(message, put, controller))
+            if isinstance(message, ShellAlive):
+                task = asyncio.create_task(standing.renew())
+            elif isinstance(message, ShellLease):
+                task = asyncio.create_task(standing.act(message))
+            else:
+                task = asyncio.create_task(_command(message, put, controller))
             commands.add(task)
             task.add_done_callback(commands.discard)
     finally:
         if held != RESTING:
             # The browser has left with a key held down.
-            controller.hand(RESTING, sender)
+            controller.hand(RESTING)
         # A command that is under way ends even when the browser has left: it may be a stop.
         if commands:
             _, late = await asyncio.wait(commands, timeout=5.0)
@@ -141,6 +174,60 @@ def _read(text: str | None) -> _Message | None:
     except msgspec.DecodeError as error:
         logger.warning("a shell sent what is no message: %s", error)
         return None
+
+
+class _Standing:
+    """What one page knows about its lease."""
+
+    def __init__(
+        self, put: Callable[[bytes], Awaitable[None]], controller: Controller, visitor: Visitor
+    ) -> None:
+        self._put = put
+        self._controller = controller
+        self._visitor = visitor
+        self._told: ShellYou | None = None
+        self._renewing = False
+        self._is_new = True
+
+    async def renew(self) -> None:
+        """Keep the lease or the request that there is; a new page looks whether there is one."""
+        if self._renewing or not (self._visitor.in_play or self._is_new):
+            await self.tell()
+            return
+        self._renewing = True
+        try:
+            if self._visitor.may_command:
+                await self._controller.lease("renew")
+            self._is_new = False
+        except CommandError as error:
+            logger.debug("no renewal: %s", error)
+        finally:
+            self._renewing = False
+        await self.tell()
+
+    async def act(self, message: ShellLease) -> None:
+        """Do what a button says."""
+        try:
+            answer = await self._controller.lease(message.action)
+            reply = ShellReply(id=message.id, ok=True, text=answer.detail)
+        except CommandError as error:
+            reply = ShellReply(id=message.id, ok=False, text=str(error))
+        await self._put(msgspec.json.encode(reply))
+        await self.tell()
+
+    async def tell(self) -> None:
+        """Tell the page, where something has changed."""
+        visitor = self._visitor
+        you = ShellYou(
+            name=visitor.name,
+            role=visitor.role,
+            standing=visitor.standing,
+            detail=visitor.detail,
+            has_login=visitor.expires_s is not None,
+        )
+        if you != self._told:
+            self._told = you
+            await self._put(msgspec.json.encode(you))
 
 
 async def _command(

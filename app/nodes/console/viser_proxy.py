@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+from collections.abc import Callable
 from typing import Any, Final
 
 import msgspec
@@ -11,10 +12,28 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.typing import Subprotocol
 
 from app.nodes.console.backend import ViserBackend
+from app.nodes.console.visitors import Visitor
 
 logger = logging.getLogger(__name__)
 
-FORBIDDEN: Final = frozenset({"ShareUrlRequest", "ShareUrlDisconnect"})
+WATCHING: Final = frozenset(
+    {"ViewerCameraMessage", "GetRenderResponseMessage", "LocalStorageGetItemResponseMessage"}
+)
+"""What the browser of a viewer may send, and of whoever watches while another holds control."""
+STEERING: Final = WATCHING | {
+    "CommandTriggerMessage",
+    "GuiButtonHoldMessage",
+    "GuiFormDirtyMessage",
+    "GuiFormSubmitMessage",
+    "GuiUpdateMessage",
+    "SceneNodeClickMessage",
+    "SceneNodeDragMessage",
+    "ScenePointerMessage",
+    "TransformControlsDragEndMessage",
+    "TransformControlsDragStartMessage",
+    "TransformControlsUpdateMessage",
+}
+"""What anyone else's may. Uploads and public tunnels are in neither list, nor what is new."""
 MAX_CLIENT_MESSAGE: Final = 8 * 2**20
 MAX_SERVER_MESSAGE: Final = 256 * 2**20
 
@@ -30,13 +49,25 @@ class _Kind(msgspec.Struct):
 _kind = msgspec.msgpack.Decoder(_Kind)
 
 
-async def pass_through(browser: WebSocket, backend: ViserBackend) -> None:
-    """Serve one browser until either side ends."""
+async def pass_through(
+    browser: WebSocket,
+    backend: ViserBackend,
+    visitor: Visitor,
+    may_touch: Callable[[Visitor], bool],
+) -> None:
+    """Serve one browser until either side ends.
+
+    Args:
+        browser: A socket that is not accepted yet.
+        backend: The scene's server.
+        visitor: Whose browser it is.
+        may_touch: Whether this one may use the panels now.
+    """
     wanted = [Subprotocol(p) for p in browser.scope.get("subprotocols", [])]
     try:
         upstream = await connect(
             backend.url,
-            additional_headers=backend.headers,
+            additional_headers=backend.headers_of(visitor),
             subprotocols=wanted or None,
             compression=None,
             max_size=MAX_SERVER_MESSAGE,
@@ -49,7 +80,10 @@ async def pass_through(browser: WebSocket, backend: ViserBackend) -> None:
         return
     async with upstream:
         await browser.accept(subprotocol=upstream.subprotocol)
-        await _race(_to_viser(browser, upstream), _to_browser(browser, upstream))
+        await _race(
+            _to_viser(browser, upstream, lambda: STEERING if may_touch(visitor) else WATCHING),
+            _to_browser(browser, upstream),
+        )
 
 
 async def _race(*directions: Any) -> None:
@@ -65,7 +99,9 @@ async def _race(*directions: Any) -> None:
             raise result
 
 
-async def _to_viser(browser: WebSocket, upstream: ClientConnection) -> None:
+async def _to_viser(
+    browser: WebSocket, upstream: ClientConnection, kinds: Callable[[], frozenset[str]]
+) -> None:
     try:
         while True:
             message = await browser.receive()
@@ -75,22 +111,22 @@ async def _to_viser(browser: WebSocket, upstream: ClientConnection) -> None:
             if data is None or len(data) > MAX_CLIENT_MESSAGE:
                 await browser.close(_UNREADABLE, "not a message of the scene's client")
                 return
-            if _allowed(data):
+            if _allowed(data, kinds()):
                 await upstream.send(data)
     except (ConnectionClosed, WebSocketDisconnect):
         return
 
 
-def _allowed(data: bytes) -> bool:
+def _allowed(data: bytes, kinds: frozenset[str]) -> bool:
     try:
         kind = _kind.decode(data).type
     except msgspec.DecodeError:
         logger.warning("a browser sent %d bytes that are no scene message", len(data))
         return False
-    if kind in FORBIDDEN:
-        logger.warning("a browser asked for %s: refused", kind)
-        return False
-    return True
+    if kind in STEERING:
+        return kind in kinds
+    logger.warning("a browser sent %.60r: refused", kind)
+    return False
 
 
 async def _to_browser(browser: WebSocket, upstream: ClientConnection) -> None:

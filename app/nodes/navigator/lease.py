@@ -13,6 +13,8 @@ from app.messages.lease import Credential, LeaseReply, LeaseStatus
 STALE_S: Final = 1.0
 EXPIRY_S: Final = 2.0
 """A holder who is silent for so long holds no more: four renewals."""
+PATIENCE_S: Final = 10.0
+"""A request whose page is silent for so long is forgotten: a slow page may still be there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +159,7 @@ class Lease:
 
     def _expire(self, now_s: float) -> None:
         requester, holder = self._requester, self._holder
-        if requester is not None and now_s - requester.heard_s > EXPIRY_S:
+        if requester is not None and now_s - requester.heard_s > PATIENCE_S:
             self._requester = None
         if holder is not None and now_s - holder.heard_s > EXPIRY_S:
             self._news.append(f"{holder.name} is gone: control ran out")

@@ -44,6 +44,7 @@ from app.messages.control import (
 from app.messages.images import encode_camera, encode_color
 from app.messages.motion import StampedPath, StampedTransform, encode_path, encode_transforms
 from app.messages.scene import VoxelCloud, encode_tree, encode_voxels
+from app.nodes.navigator.lease_desk import LeaseDesk
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
 from ippon.guidance.levels import Level
@@ -279,6 +280,7 @@ class PublishedHome:
         config.insert_json5("listen/endpoints", f'["tcp/127.0.0.1:{port}"]')
         config.insert_json5("scouting/multicast/enabled", "false")
         self._session = zenoh.open(config)
+        self.lease = LeaseDesk(self._session, robot)
         for key, answer in {
             keys.SEARCH: self._search,
             keys.CONTROL: self._control,
@@ -314,6 +316,7 @@ class PublishedHome:
             explored_m2=self._shown * 0.004,
             best_ooi=min(0.95, self.ticks / 100),
             map_revision=self.ticks,
+            lease=self.lease.status(),
             **self.status_changes,
         )
 

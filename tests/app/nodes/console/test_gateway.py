@@ -11,11 +11,15 @@ from viser import __version__ as viser_version
 from viser._messages import ShareUrlRequest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from app.messages.lease import LeaseReply
+from app.nodes.console.access import OpenAccess
 from app.nodes.console.backend import start_viser
 from app.nodes.console.bulletin import Bulletin
 from app.nodes.console.commands import CommandError
 from app.nodes.console.gateway import Gateway
+from app.nodes.console.guard import Hosts
 from app.nodes.console.node import server_settings
+from app.nodes.console.visitors import Visitor, Visitors, acting
 
 
 class Navigator:
@@ -24,18 +28,39 @@ class Navigator:
     def __init__(self):
         self.actions = []
         self.problem = None
+        self.is_free = True
+        self.who = None
+
+    def may_touch(self, visitor):
+        return self.is_free
+
+    async def lease(self, action):
+        self.actions.append(action)
+        if self.problem is not None:
+            raise CommandError(self.problem)
+        self.who = acting()
+        reply = LeaseReply(standing="holds", epoch=3, detail="You hold control.")
+        acting().take_note(reply)
+        return reply
 
     async def control(self, request):
         self.actions.append(request.action)
+        self.who = acting()
         if self.problem is not None:
             raise CommandError(self.problem)
         return "stopped"
 
 
 @pytest.fixture(scope="module")
-def backend():
+def visitors():
+    """Everyone who comes by in this module."""
+    return Visitors()
+
+
+@pytest.fixture(scope="module")
+def backend(visitors):
     """A viser server behind its secret."""
-    backend = start_viser()
+    backend = start_viser(visitors)
     yield backend
     backend.close()
 
@@ -71,11 +96,12 @@ class Served:
         self.http = httpx.Client(base_url=self.origin, headers={"Origin": self.origin})
         self.get, self.post = self.http.get, self.http.post
 
-    def socket(self, path, *, origin=None, subprotocols=None):
+    def socket(self, path, *, origin=None, subprotocols=None, cookie=None):
         return websockets.sync.client.connect(
             f"ws://{self.host}{path}",
             origin=origin or self.origin,
             subprotocols=subprotocols,
+            additional_headers={"Cookie": cookie} if cookie else None,
             max_size=None,
         )
 
@@ -86,9 +112,9 @@ class Served:
 
 
 @pytest.fixture
-def client(backend, bulletin, navigator):
+def client(backend, bulletin, navigator, visitors):
     """A browser's requests, without the browser."""
-    served = Served(Gateway(backend, bulletin, navigator))
+    served = Served(Gateway(backend, bulletin, navigator, OpenAccess(visitors), Hosts("127.0.0.1")))
     yield served
     served.close()
 
@@ -186,8 +212,12 @@ def test_health_tells_the_state(client):
     assert client.get("/health").json()["link"] == "live"
 
 
-def _hear(socket):
-    return json.loads(socket.recv(timeout=10))
+def _hear(socket, kind=None):
+    """Return the next message, or the next of a kind; "you" only where it is asked for."""
+    while True:
+        message = json.loads(socket.recv(timeout=10))
+        if message["type"] == kind or (kind is None and message["type"] != "you"):
+            return message
 
 
 def test_the_shell_hears_the_state_and_its_echo(client, bulletin):
@@ -236,6 +266,103 @@ def test_what_is_no_message_ends_the_shell_and_commands_nothing(client, navigato
     assert navigator.actions == []
 
 
+def test_a_page_is_told_who_it_is_and_a_browser_stays_the_same(client):
+    assert "HttpOnly; Path=/; SameSite=Strict" in client.get("/").headers["set-cookie"]
+    cookie = f"ippon={client.http.cookies['ippon']}"
+    with client.socket("/api/ws", cookie=cookie) as shell:
+        you = _hear(shell, "you")
+    assert you["name"].startswith("browser ")
+    assert (you["role"], you["standing"], you["has_login"]) == ("supervisor", "watches", False)
+    assert "set-cookie" not in client.get("/").headers
+    with client.socket("/api/ws", cookie=cookie) as again:
+        assert _hear(again, "you") == you
+    with client.socket("/api/ws") as other:
+        assert _hear(other, "you")["name"] != you["name"]
+
+
+def test_what_a_page_asks_is_asked_in_its_name(client, navigator):
+    with client.socket("/api/ws") as shell:
+        name = _hear(shell, "you")["name"]
+        shell.send('{"type":"control","id":7,"action":"pause"}')
+        _hear(shell, "reply")
+    assert navigator.who.name == name
+
+
+def test_control_is_taken_renewed_and_lost_as_the_page_is_told(client, navigator):
+    with client.socket("/api/ws") as shell:
+        assert _hear(shell, "you")["standing"] == "watches"
+        shell.send('{"type":"lease","id":1,"action":"request"}')
+        assert _hear(shell, "reply") == {
+            "type": "reply", "id": 1, "ok": True, "text": "You hold control.",
+        }  # fmt: skip
+        assert _hear(shell, "you")["standing"] == "holds"
+        shell.send('{"type":"alive"}')
+        shell.send('{"type":"lease","id":2,"action":"release"}')
+        _hear(shell, "reply")
+    assert navigator.actions == ["request", "renew", "release"]
+    navigator.problem = "Anna holds control"
+    with client.socket("/api/ws") as shell:
+        shell.send('{"type":"lease","id":3,"action":"take"}')
+        assert _hear(shell, "reply")["text"] == "Anna holds control"
+
+
+CAMERA = msgspec.msgpack.encode(
+    {
+        "type": "ViewerCameraMessage",
+        "wxyz": (1.0, 0.0, 0.0, 0.0),
+        "position": (0.0, 0.0, 1.0),
+        "fov": 1.0,
+        "near": 0.1,
+        "far": 100.0,
+        "image_height": 480,
+        "image_width": 640,
+        "look_at": (1.0, 0.0, 0.0),
+        "up_direction": (0.0, 0.0, 1.0),
+    }
+)
+"""A client is one for viser once it has said where it looks from."""
+
+
+def test_panels_of_who_watches_do_nothing(client, backend, navigator):
+    box = backend.server.gui.add_checkbox("box", initial_value=False)
+    changed = threading.Event()
+    box.on_update(lambda _: changed.set())
+    click = msgspec.msgpack.encode(
+        {"type": "GuiUpdateMessage", "uuid": box._impl.uuid, "updates": {"value": True}}
+    )
+    with client.socket("/view", subprotocols=[PROTOCOL]) as scene:
+        scene.recv(timeout=10)
+        navigator.is_free = False
+        scene.send(CAMERA)
+        scene.send(click)
+        assert not changed.wait(0.5)
+        navigator.is_free = True
+        scene.send(click)
+        assert changed.wait(10.0)
+    box.remove()
+
+
+def test_a_panels_click_is_answered_in_the_name_of_its_browser(client, backend):
+    client.get("/")
+    cookie = f"ippon={client.http.cookies['ippon']}"
+    with client.socket("/api/ws", cookie=cookie) as shell:
+        name = _hear(shell, "you")["name"]
+    button = backend.server.gui.add_button("press")
+    pressed = threading.Event()
+    seen = []
+    button.on_click(lambda _: (seen.append(acting()), pressed.set()))
+    click = msgspec.msgpack.encode(
+        {"type": "GuiUpdateMessage", "uuid": button._impl.uuid, "updates": {"value": True}}
+    )
+    with client.socket("/view", subprotocols=[PROTOCOL], cookie=cookie) as scene:
+        scene.recv(timeout=10)
+        scene.send(CAMERA)
+        scene.send(click)
+        assert pressed.wait(10.0)
+    assert [visitor.name for visitor in seen] == [name]
+    button.remove()
+
+
 PROTOCOL = f"viser-v{viser_version}"
 
 
@@ -254,9 +381,10 @@ def test_nobody_can_ask_for_a_public_tunnel(client, backend, monkeypatch):
         scene.send(request)
         scene.send(b"\xc1 no msgpack")
         scene.send(b"")
+    headers = backend.headers_of(Visitor("x" * 20, "Anna", "operator"))
     # Past the proxy too: viser itself has no handler left.
     with websockets.sync.client.connect(
-        backend.url, additional_headers=backend.headers, subprotocols=[PROTOCOL], max_size=None
+        backend.url, additional_headers=headers, subprotocols=[PROTOCOL], max_size=None
     ) as direct:
         direct.recv(timeout=10)
         direct.send(request)

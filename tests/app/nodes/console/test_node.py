@@ -4,6 +4,7 @@ import json
 import signal
 import socket
 import time
+from pathlib import Path
 
 import httpx
 import pytest
@@ -17,8 +18,9 @@ from app.view.options import ViewOptions
 @pytest.mark.parametrize(
     ("fields", "text"),
     [
-        ({"host": "0.0.0.0"}, "listens on 127.0.0.1 only"),
-        ({"host": "192.168.1.5"}, "it has no login yet"),
+        ({"host": "0.0.0.0"}, "demands a login: make a file of users"),
+        ({"host": "192.168.1.5"}, "IPPON_CONSOLE_PASSWORD"),
+        ({"tls_certificate": Path("a.pem")}, "both a certificate and its key"),
         ({"port": 70_000}, "a port lies in 0 to 65535"),
         ({"robot": "a/**"}, "no wildcard"),
         ({"robot": ""}, "no wildcard"),

@@ -112,9 +112,11 @@ def test_one_asks_at_a_time(held: Lease) -> None:
 
 def test_whoever_asks_in_vain_and_leaves_is_forgotten(held: Lease) -> None:
     held.request(BERT, 0.1)
-    held.renew(ANNA_1, 1.9)
-    assert held.status(2.2).requester == ""
-    assert held.request(CARL, 2.3).standing == "waits"
+    for tick in range(1, 11):
+        held.renew(ANNA_1, float(tick))
+    assert held.status(10.0).requester == "Bert"
+    assert held.status(10.2).requester == ""
+    assert held.request(CARL, 10.3).standing == "waits"
 
 
 def test_who_withdraws_waits_no_more(held: Lease) -> None:
@@ -134,7 +136,7 @@ def test_who_waits_follows_on_the_holder(held: Lease, how: str) -> None:
 
 def test_nobody_follows_who_has_left_too(held: Lease) -> None:
     held.request(BERT, 0.1)
-    assert held.status(10.0).state == "free"
+    assert held.status(11.0).state == "free"
 
 
 def test_a_supervisor_takes_it(held: Lease) -> None:

@@ -1,0 +1,134 @@
+"""Who sits before the pages: one visitor for each browser, and what each may do."""
+
+import asyncio
+import secrets
+import threading
+from collections import OrderedDict
+from collections.abc import Generator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Final, Literal, get_args
+
+from app.messages.lease import Credential, LeaseReply
+
+Role = Literal["viewer", "operator", "supervisor"]
+Standing = Literal["holds", "waits", "denied", "watches"]
+ROLES: Final[tuple[Role, ...]] = get_args(Role)
+
+MAX_VISITORS: Final = 1000
+"""Browsers that are remembered; the one that was not seen for longest is forgotten."""
+
+
+class Visitor:
+    """One browser: its name, its role, and its lease where it has one."""
+
+    def __init__(self, session: str, name: str, role: Role) -> None:
+        self.session = session
+        """Known to the browser, this console and the navigator only: it stands for the lease."""
+        self.name = name
+        self.role: Role = role
+        self.epoch = 0
+        """Of the last lease that the navigator gave to this browser."""
+        self.standing: Standing = "watches"
+        """As the navigator said last."""
+        self.detail = ""
+        self.expires_s: float | None = None
+        """Wall clock at which the login ends; None without one."""
+        self._tasks: set[asyncio.Task[object]] = set()
+
+    @property
+    def may_command(self) -> bool:
+        """Whether this one may do more than watch, and stop."""
+        return self.role != "viewer"
+
+    @property
+    def in_play(self) -> bool:
+        """Whether a lease or a request for one is kept alive."""
+        return self.standing in {"holds", "waits"}
+
+    def take_note(self, reply: LeaseReply) -> None:
+        """Remember how this one stands."""
+        self.standing, self.detail = reply.standing, reply.detail
+        if reply.standing == "holds":
+            self.epoch = reply.epoch
+
+    @contextmanager
+    def present(self) -> Generator[None]:
+        """Have the current task end with the login."""
+        task = asyncio.current_task()
+        assert task is not None
+        self._tasks.add(task)
+        try:
+            yield
+        finally:
+            self._tasks.discard(task)
+
+    def dismiss(self) -> None:
+        """End whatever serves this one. Called in the event loop."""
+        for task in list(self._tasks):
+            task.cancel()
+
+    def credential(self) -> Credential:
+        """Return what a request of this visitor carries."""
+        return Credential(session=self.session, name=self.name, epoch=self.epoch)
+
+
+class Visitors:
+    """Every browser that was here; safe from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._known: OrderedDict[str, Visitor] = OrderedDict()
+        self._count = 0
+
+    def welcome(self, session: str, name: str = "", role: Role = "supervisor") -> Visitor:
+        """Return the visitor of a session, a new one where it was not seen before.
+
+        Args:
+            session: Drawn at random, kept by the browser.
+            name: As the login knows it; without a login a number does.
+            role: As the login knows it; without a login whoever sits at this machine may all.
+        """
+        with self._lock:
+            visitor = self._known.get(session)
+            if visitor is None:
+                self._count += 1
+                visitor = Visitor(session, name or f"browser {self._count}", role)
+                self._known[session] = visitor
+                while len(self._known) > MAX_VISITORS:
+                    self._known.popitem(last=False)
+            self._known.move_to_end(session)
+            return visitor
+
+    def find(self, session: str) -> Visitor | None:
+        """Return the visitor of a session, None for one that was never welcome."""
+        with self._lock:
+            return self._known.get(session)
+
+
+def new_session() -> str:
+    """Draw a session that nobody can guess."""
+    return secrets.token_urlsafe(24)
+
+
+_acting: ContextVar[Visitor | None] = ContextVar("acting", default=None)
+
+
+def acting() -> Visitor | None:
+    """Return the visitor whose click or key is being answered, None for nobody's."""
+    return _acting.get()
+
+
+def act_as(visitor: Visitor | None) -> None:
+    """Answer in a visitor's name from here on, in this task and what it starts."""
+    _acting.set(visitor)
+
+
+@contextmanager
+def acting_as(visitor: Visitor | None) -> Generator[None]:
+    """Answer in a visitor's name inside."""
+    token = _acting.set(visitor)
+    try:
+        yield
+    finally:
+        _acting.reset(token)

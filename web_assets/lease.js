@@ -1,0 +1,83 @@
+// Who holds control: one browser commands, the others watch, and anyone may stop the robot.
+
+const BEAT_MS = 500;
+const at = (id) => document.getElementById(id);
+
+export class Lease {
+  // send: passes one message on; act: does what a button says; view: the scene's frame.
+  constructor(send, act, view) {
+    this.act = act;
+    this.view = view;
+    this.you = { name: "", role: "operator", standing: "watches", detail: "", has_login: false };
+    this.lease = { state: "free", holder: "", requester: "", epoch: 0 };
+    // A page that sleeps sends no beat, and what it held runs out.
+    setInterval(() => send({ type: "alive" }), BEAT_MS);
+    for (const button of document.querySelectorAll("button[data-lease]")) {
+      button.addEventListener("click", () => act(button.dataset.lease));
+    }
+    at("log-out").addEventListener("click", () => this.logOut());
+  }
+
+  get holds() {
+    return this.you.standing === "holds" && this.lease.state !== "free";
+  }
+
+  // Why this page's panels do nothing, "" when they do.
+  get watching() {
+    if (this.you.role === "viewer") return "Your login may watch, and stop the robot.";
+    if (this.lease.state === "free" || this.holds) return "";
+    return `${this.lease.holder} holds control; you are watching.`;
+  }
+
+  meet(you) {
+    this.you = you;
+    this.render();
+  }
+
+  update(lease) {
+    if (lease) this.lease = lease;
+    this.render();
+  }
+
+  render() {
+    const { you, lease } = this;
+    const isFree = lease.state === "free";
+    const mayCommand = you.role !== "viewer";
+    const waits = you.standing === "waits" && !this.holds;
+    at("holder").textContent = isFree ? "nobody" : this.holds ? "you" : lease.holder;
+    at("holder").title = at("holder").textContent;
+    at("control").dataset.lease = this.holds ? "yours" : lease.state;
+    at("lease-take").hidden = !(isFree && mayCommand);
+    at("lease-release").hidden = !this.holds;
+    at("lease-request").hidden = isFree || this.holds || waits || !mayCommand;
+    at("lease-withdraw").hidden = !waits || isFree;
+    at("lease-over").hidden = isFree || this.holds || you.role !== "supervisor";
+    at("you").textContent = you.has_login ? `${you.name}, ${you.role}` : "";
+    at("log-out").hidden = !you.has_login;
+    at("asked").hidden = !(this.holds && lease.requester);
+    at("asked-text").textContent = `${lease.requester} asks for control.`;
+    this.dress();
+  }
+
+  // The panels of a page that watches are dimmed, and say why.
+  dress() {
+    const panel = this.view.contentDocument?.querySelector('[data-dock-region="right"]');
+    if (panel == null) return;
+    if (this.watching === "") delete panel.dataset.ipWatching;
+    else if (panel.dataset.ipWatching !== this.watching) panel.dataset.ipWatching = this.watching;
+  }
+
+  async logOut() {
+    await fetch("/logout", { method: "POST", redirect: "manual" });
+    location.href = "/login";
+  }
+}
+
+// A socket that is refused does not say why: ask whether it is the login that has run out.
+export async function logInAgainIfAsked() {
+  try {
+    if ((await fetch("/health")).status === 401) location.href = "/login";
+  } catch {
+    // The console does not answer at all: the page says so already.
+  }
+}
