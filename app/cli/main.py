@@ -90,6 +90,10 @@ def _dispatch(command: options.Command) -> int:
             from app.cli.record import run_record
 
             return run_record(command)
+        case options.Review():
+            from app.cli.review import run_review_command
+
+            return run_review_command(command)
         case options.Ask():
             from app.cli.ask import run_ask
 

@@ -11,6 +11,7 @@ from app.messages.cdr import MessageError
 from app.messages.images import decode_camera, decode_color
 from app.messages.motion import decode_path, decode_transforms
 from app.messages.scene import decode_detections, decode_tree, decode_voxels
+from app.view.restoration import RESTORE, Restoration
 from app.view.scene_model import SceneModel
 
 _JSON_LIMIT: Final = 4 * 2**20
@@ -37,6 +38,7 @@ class SceneReader:
             keys.TF_STATIC: lambda p: model.on_transforms(decode_transforms(p)),
             keys.CAMERA_INFO: lambda p: model.on_camera(decode_camera(p)),
             keys.COLOR: lambda p: model.on_image(decode_color(p)),
+            RESTORE: lambda p: model.restore(_json(p, Restoration)),
         }
 
     @property

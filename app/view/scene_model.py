@@ -16,6 +16,7 @@ from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.scene import Detection, VoxelCloud
 from app.view.history import History
+from app.view.restoration import Restoration
 from app.view.voxel_store import VoxelStore, VoxelUpdate
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array
@@ -161,6 +162,17 @@ class SceneModel:
         """Replace the found objects."""
         self.detections = detections
         self._changed.add("detections")
+
+    def restore(self, past: Restoration) -> None:
+        """Forget everything but this past; the messages of the moment follow."""
+        self._forget_session()
+        self.status, self.proximity, self.image = None, None, None
+        self.T_world_base = self.T_world_camera = None
+        self.trail_world = list(past.trail)
+        self.events = deque(past.events, maxlen=_MAX_EVENTS)
+        for status in past.statuses:
+            self.history.add(status)
+        self._changed |= {"status", "events"}
 
     def _forget_session(self) -> None:
         self.voxels.clear()
