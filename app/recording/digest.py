@@ -12,7 +12,7 @@ import zstandard
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.control import Event, Status, decode
+from app.messages.control import Event, ProximityTable, Status, decode
 from app.messages.motion import StampedTransform, decode_transforms
 from app.recording.errors import RecordingError
 from app.recording.recording import Recording
@@ -88,6 +88,8 @@ class Digest(msgspec.Struct, kw_only=True):
     """The last status of all."""
     found_ns: int | None = None
     """When the last find was announced."""
+    levels_of: int | None = None
+    """Goal of the last table of levels."""
 
     def take(self, key: str, payload: bytes, time_ns: int) -> None:
         """Take one message; what cannot be read is left out."""
@@ -99,7 +101,7 @@ class Digest(msgspec.Struct, kw_only=True):
             elif key == keys.TF:
                 self._take_transforms(decode_transforms(payload), time_ns)
             elif key == keys.PROXIMITY:
-                self._take_levels(time_ns)
+                self._take_levels(decode(payload, ProximityTable), time_ns)
         except (MessageError, msgspec.DecodeError):
             # The reader of the file counts broken messages; here they say nothing.
             return
@@ -124,11 +126,11 @@ class Digest(msgspec.Struct, kw_only=True):
         if event.kind == "found":
             self.found_ns = time_ns
 
-    def _take_levels(self, time_ns: int) -> None:
-        # The table comes with every query, too; only a change in between is an edit.
-        recent = [m for m in self.marks[-4:] if m.kind == "query" and time_ns - m.time_ns < 10**9]
-        if not recent:
-            self.marks.append(Mark(time_ns, "levels", "the levels changed"))
+    def _take_levels(self, table: ProximityTable, time_ns: int) -> None:
+        # The first table of a goal comes with its query; a later one is an edit, or an answer.
+        if table.goal_id == self.levels_of:
+            self.marks.append(Mark(time_ns, "levels", f"levels changed ({table.provider})"))
+        self.levels_of = table.goal_id
 
     def _take_transforms(self, transforms: tuple[StampedTransform, ...], time_ns: int) -> None:
         for transform in transforms:

@@ -1,0 +1,262 @@
+"""The console on a recording, as a process."""
+
+import asyncio
+import logging
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Final
+
+import msgspec
+import uvicorn
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.routing import BaseRoute, Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.scene import decode_voxels
+from app.nodes.console.access import OpenAccess
+from app.nodes.console.backend import start_viser
+from app.nodes.console.bulletin import Bulletin
+from app.nodes.console.conductor import Conductor
+from app.nodes.console.gateway import Gateway
+from app.nodes.console.guard import Hosts
+from app.nodes.console.inbox import Inbox
+from app.nodes.console.node import ConsoleConfig, ConsoleError, listen_on, server_settings
+from app.nodes.console.visitors import Visitors
+from app.nodes.review.link import RecordedLink
+from app.nodes.review.playback import Playback, ReviewCommand
+from app.nodes.review.second import SecondScene
+from app.recording.catalogue import SessionEntry, list_sessions, path_of, picture_of
+from app.recording.errors import RecordingError
+from app.recording.recording import Recording
+from app.view.reader import SceneReader
+from app.view.scene_model import SceneModel
+
+logger = logging.getLogger(__name__)
+
+MAX_COMMAND: Final = 4096
+GAP_M: Final = 1.5
+_TYPES: Final = {"css": "text/css", "js": "text/javascript"}
+_ASSETS: Final = ("review.css", "review.js", "sessions.js")
+_HEAD: Final = (
+    b'<link rel="stylesheet" href="/review/review.css">'
+    b'<script type="module" src="/review/review.js"></script>'
+)
+_SHELL_SCRIPT: Final = b'<script type="module" src="/assets/shell.js">'
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReviewConfig:
+    """What is shown, and where."""
+
+    paths: tuple[Path, ...] = ()
+    """One recording, or two to compare."""
+    folder: Path | None = None
+    """Of the sessions to choose from."""
+    port: int = 8080
+    """Port of the page, on 127.0.0.1; 0 takes any free one."""
+
+
+class SessionList(msgspec.Struct, frozen=True, kw_only=True):
+    """What the page of sessions lists."""
+
+    folder: str
+    sessions: list[SessionEntry]
+
+
+class ReviewPages:
+    """What a review serves beside the console's own pages."""
+
+    def __init__(
+        self, config: ReviewConfig, playback: Playback, bulletin: Bulletin, second: SecondScene
+    ) -> None:
+        self._config = config
+        self._playback = playback
+        self._bulletin = bulletin
+        self._second = second
+        self._entries: list[SessionEntry] = []
+        root = resources.files("web_assets")
+        shell = (root / "index.html").read_bytes()
+        assert _SHELL_SCRIPT in shell, "the shell's page loads the shell"
+        self._shell = shell.replace(_SHELL_SCRIPT, _HEAD + _SHELL_SCRIPT)
+        self._list = (root / "sessions.html").read_bytes()
+        self._assets = {name: (root / name).read_bytes() for name in _ASSETS}
+
+    def routes(self) -> list[BaseRoute]:
+        """Return the routes; they come before the console's."""
+        return [
+            Route("/", self._start),
+            Route("/sessions", self._start),
+            Route("/session/{name:path}", self._open),
+            Route("/review/session", self._session),
+            Route("/review/sessions", self._sessions),
+            Route("/review/picture/{name:path}", self._picture),
+            Route("/review/{name}", self._asset),
+            WebSocketRoute("/review/ws", self._socket),
+        ]
+
+    def show(self, paths: list[Path]) -> None:
+        """Show one recording, or two beside each other.
+
+        Raises:
+            RecordingError: One cannot be shown.
+        """
+        self._playback.show(paths)
+        if len(paths) > 1:
+            widths = [_extent_x(path) for path in paths]
+            self._second.stand_at(widths[0][1] - widths[1][0] + GAP_M)
+        self._second.show(len(paths) > 1)
+
+    async def _start(self, request: Request) -> Response:
+        listed = self._config.folder is not None
+        if listed and (request.url.path == "/sessions" or not self._playback.session.sessions):
+            return _page(self._list)
+        return _page(self._shell)
+
+    async def _open(self, request: Request) -> Response:
+        folder = self._config.folder
+        if folder is None:
+            return RedirectResponse("/", status_code=303)
+        names = [request.path_params["name"], *request.query_params.getlist("beside")[:1]]
+        if not self._entries:
+            self._entries = await run_in_threadpool(list_sessions, folder)
+        paths = [path_of(folder, name, self._entries) for name in names]
+        known = [path for path in paths if path is not None]
+        if len(known) < len(paths):
+            return PlainTextResponse("there is no such session here\n", status_code=404)
+        try:
+            await run_in_threadpool(self.show, known)
+        except RecordingError as error:
+            return PlainTextResponse(f"{error}\n", status_code=422)
+        return RedirectResponse("/", status_code=303)
+
+    async def _session(self, _: Request) -> Response:
+        session = msgspec.structs.replace(
+            self._playback.session, has_list=self._config.folder is not None
+        )
+        return Response(msgspec.json.encode(session), media_type="application/json")
+
+    async def _sessions(self, _: Request) -> Response:
+        folder = self._config.folder
+        if folder is not None:
+            self._entries = await run_in_threadpool(list_sessions, folder)
+        listed = SessionList(folder=str(folder or ""), sessions=self._entries)
+        return Response(msgspec.json.encode(listed), media_type="application/json")
+
+    async def _picture(self, request: Request) -> Response:
+        folder = self._config.folder
+        path = path_of(folder, request.path_params["name"], self._entries) if folder else None
+        picture = await run_in_threadpool(picture_of, path) if path is not None else None
+        if picture is None:
+            return PlainTextResponse("no picture\n", status_code=404)
+        return Response(picture, media_type="image/jpeg", headers={"Cache-Control": "max-age=60"})
+
+    async def _asset(self, request: Request) -> Response:
+        name = request.path_params["name"]
+        content = self._assets.get(name)
+        if content is None:
+            return PlainTextResponse("no such file\n", status_code=404)
+        return Response(
+            content,
+            media_type=_TYPES[name.rpartition(".")[2]],
+            headers={"Cache-Control": "no-cache"},
+        )
+
+    async def _socket(self, socket: WebSocket) -> None:
+        await socket.accept()
+        await serve_timeline(socket, self._playback, self._bulletin)
+
+
+async def serve_timeline(socket: WebSocket, playback: Playback, bulletin: Bulletin) -> None:
+    """Send where the playback is, and do what the page asks for, until it leaves."""
+
+    async def announce() -> None:
+        async for state in bulletin.follow():
+            await socket.send_text(state.decode())
+
+    announcing = asyncio.create_task(announce())
+    try:
+        while True:
+            text = await socket.receive_text()
+            if len(text) > MAX_COMMAND:
+                break
+            playback.command(msgspec.json.decode(text, type=ReviewCommand))
+    except WebSocketDisconnect:
+        return
+    except msgspec.DecodeError as error:
+        logger.warning("a timeline sent what is no command: %s", error)
+        await socket.close(1007, "not a command of the timeline")
+    finally:
+        announcing.cancel()
+        await asyncio.gather(announcing, return_exceptions=True)
+
+
+def run_review(config: ReviewConfig) -> None:
+    """Serve the pages until SIGINT or SIGTERM.
+
+    Raises:
+        ConsoleError: The port is taken, or a part has failed.
+        RecordingError: The recording cannot be shown.
+    """
+    listener = listen_on(ConsoleConfig(port=config.port))
+    topics = SceneReader(SceneModel()).keys
+    inboxes = (Inbox(topics), Inbox(topics))
+    failures: list[Exception] = []
+
+    def fail(error: Exception) -> None:
+        failures.append(error)
+        server.should_exit = True
+
+    link = RecordedLink(inboxes[0], fail)
+    visitors = Visitors()
+    backend = start_viser(visitors)
+    shell, timeline = Bulletin(), Bulletin()
+    gateway = Gateway(backend, shell, link, OpenAccess(visitors), Hosts("127.0.0.1"))
+    playback = Playback(tuple(inbox.put for inbox in inboxes), timeline, fail)
+    conductor = Conductor(backend, link, inboxes[0], shell, fail)
+    second = SecondScene(backend, inboxes[1], fail)
+    pages = ReviewPages(config, playback, timeline, second)
+    app = gateway.app()
+    app.router.routes[:0] = pages.routes()
+    server = uvicorn.Server(server_settings(app))
+    parts = (playback, conductor, second)
+    try:
+        for part in parts:
+            part.start()
+        if config.paths:
+            pages.show(list(config.paths))
+        logger.info("review at http://%s:%d", *listener.getsockname()[:2])
+        server.run(sockets=[listener])
+    finally:
+        playback.close()
+        conductor.stop()
+        second.stop()
+        backend.close()
+        listener.close()
+    if failures:
+        raise ConsoleError(
+            f"the review has ended because a part of it failed ({failures[0]!r}); see its log"
+        ) from failures[0]
+
+
+def _page(content: bytes) -> Response:
+    return Response(content, media_type="text/html", headers={"Cache-Control": "no-store"})
+
+
+def _extent_x(path: Path) -> tuple[float, float]:
+    """Return from where to where the last whole map of a recording reaches, in metres."""
+    recording = Recording(path)
+    try:
+        message = recording.latest(keys.MAP_KEYFRAME, recording.end_ns)
+        if message is None:
+            return 0.0, 0.0
+        x = decode_voxels(message.payload).centers_world[:, 0]
+        return (float(x.min()), float(x.max())) if len(x) else (0.0, 0.0)
+    except MessageError:
+        return 0.0, 0.0
+    finally:
+        recording.close()

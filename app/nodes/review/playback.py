@@ -1,0 +1,302 @@
+"""The thread that plays: one session, or two of them on one timeline."""
+
+import logging
+import queue
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final, Literal
+
+import msgspec
+
+from app.messages.control import GoalStatus
+from app.nodes.console.bulletin import Bulletin
+from app.nodes.console.vital_thread import OnFailure, vital_thread
+from app.nodes.review.player import Emit, Player
+from app.recording.digest import Digest
+from app.recording.errors import RecordingError
+from app.recording.notes import Note, add_note, read_notes
+from app.recording.recording import Recording
+
+logger = logging.getLogger(__name__)
+
+TICK_S: Final = 0.04
+MIN_SPEED: Final = 0.25
+MAX_SPEED: Final = 16.0
+
+
+class ReviewCommand(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the timeline asks for."""
+
+    action: Literal["play", "pause", "seek", "speed", "step", "note", "mark"]
+    value: float = 0.0
+    """Seconds to seek to, times real time, or frames to step."""
+    text: str = ""
+    """Of a note or mark."""
+
+
+class ReviewState(msgspec.Struct, frozen=True, kw_only=True):
+    """Where the playback is; sent to every page as it changes."""
+
+    version: int
+    """Grows when another recording is shown or its notes changed: then ask for `ReviewSession`."""
+    position_s: float
+    playing: bool
+    speed: float
+    problem: str = ""
+
+
+class SessionFigures(msgspec.Struct, frozen=True, kw_only=True):
+    """One session in a few figures."""
+
+    name: str
+    object: str = ""
+    context: str = ""
+    outcome: str = ""
+    duration_s: float = 0.0
+    path_length_m: float = 0.0
+    explored_m2: float = 0.0
+    best_ooi: float = 0.0
+    goals: list[GoalStatus] = []
+
+
+class TimelineMark(msgspec.Struct, frozen=True, kw_only=True):
+    """A mark, a note, or an event at its place."""
+
+    at_s: float
+    kind: str
+    text: str
+    lane: int = 0
+    """0: of the first session, 1: of the second."""
+
+
+class ReviewSession(msgspec.Struct, frozen=True, kw_only=True):
+    """What the timeline shows of the sessions."""
+
+    sessions: list[SessionFigures]
+    duration_s: float
+    marks: list[TimelineMark]
+    notes: list[TimelineMark]
+    problems: list[str]
+    has_list: bool = False
+    """There is a page that lists the sessions to go back to."""
+
+
+class Playback:
+    """Owns the recordings; everything is done by its one thread, in order."""
+
+    def __init__(self, emits: tuple[Emit, ...], bulletin: Bulletin, on_failure: OnFailure) -> None:
+        """Prepare.
+
+        Args:
+            emits: Take the messages of the first session, and of the second.
+            bulletin: Where `ReviewState` is posted.
+            on_failure: Told of a thread that has failed.
+        """
+        self._emits = emits
+        self._bulletin = bulletin
+        self._work: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._players: list[Player] = []
+        self._playing = False
+        self._speed = 1.0
+        self._version = 0
+        self._problem = ""
+        self._jump_to: float | None = None
+        self._stop = threading.Event()
+        self._session = ReviewSession(sessions=[], duration_s=0.0, marks=[], notes=[], problems=[])
+        self._thread = vital_thread("playback", self._run, on_failure)
+
+    @property
+    def session(self) -> ReviewSession:
+        """What is shown."""
+        return self._session
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End."""
+        self._stop.set()
+        self._work.put(lambda: None)
+        self._thread.join(timeout=5.0)
+        for player in self._players:
+            player.recording.close()
+
+    def show(self, paths: list[Path]) -> None:
+        """Show other recordings.
+
+        Raises:
+            RecordingError: One cannot be shown; what was shown before stays.
+        """
+        done: queue.SimpleQueue[RecordingError | None] = queue.SimpleQueue()
+
+        def work() -> None:
+            try:
+                self._open(paths)
+                done.put(None)
+            except RecordingError as error:
+                done.put(error)
+
+        self._work.put(work)
+        problem = done.get()
+        if problem is not None:
+            raise problem
+
+    def command(self, command: ReviewCommand) -> None:
+        """Do what a page asks for, in turn."""
+        self._work.put(lambda: self._do(command))
+
+    def _run(self) -> None:
+        before = time.monotonic()
+        while not self._stop.is_set():
+            self._do_what_waits()
+            now = time.monotonic()
+            if self._playing:
+                self._advance((now - before) * self._speed)
+            before = now
+            self._tell()
+
+    def _do_what_waits(self) -> None:
+        """Do everything that was asked for; of many jumps only the last is made."""
+        waiting: list[Callable[[], None]] = []
+        try:
+            waiting.append(self._work.get(timeout=TICK_S))
+            while True:
+                waiting.append(self._work.get_nowait())
+        except queue.Empty:
+            pass
+        for work in waiting:
+            work()
+        self._jump()
+
+    def _jump(self) -> None:
+        position_s, self._jump_to = self._jump_to, None
+        if position_s is not None:
+            for player in self._players:
+                player.seek(position_s)
+
+    def _open(self, paths: list[Path]) -> None:
+        recordings: list[Recording] = []
+        try:
+            recordings.extend(Recording(path) for path in paths)
+            notes = [read_notes(recording.path) for recording in recordings]
+        except RecordingError:
+            for recording in recordings:
+                recording.close()
+            raise
+        for player in self._players:
+            player.recording.close()
+        self._players = [
+            Player(recording, emit)
+            for recording, emit in zip(recordings, self._emits, strict=False)
+        ]
+        self._playing, self._problem = False, ""
+        self._describe(notes)
+
+    def _describe(self, notes: list[list[Note]]) -> None:
+        self._version += 1
+        players = self._players
+        self._session = ReviewSession(
+            sessions=[figures_of(_name(p.recording), p.recording, p.digest) for p in players],
+            duration_s=max(p.recording.duration_s for p in players),
+            marks=[
+                _placed(mark.time_ns, mark.kind, mark.text, lane, player)
+                for lane, player in enumerate(players)
+                for mark in player.digest.marks
+            ],
+            notes=[
+                _placed(note.time_ns, note.kind, _signed(note), lane, player)
+                for lane, player in enumerate(players)
+                for note in notes[lane]
+            ],
+            problems=[text for player in players for text in player.recording.index.problems],
+        )
+
+    def _do(self, command: ReviewCommand) -> None:
+        if not self._players:
+            return
+        if command.action != "seek":
+            self._jump()
+        match command.action:
+            case "play":
+                if all(player.ended for player in self._players):
+                    for player in self._players:
+                        player.seek(0.0)
+                self._playing = True
+            case "pause":
+                self._playing = False
+            case "seek":
+                self._jump_to = command.value
+            case "speed":
+                self._speed = min(max(command.value, MIN_SPEED), MAX_SPEED)
+            case "step":
+                self._playing = False
+                for player in self._players:
+                    player.step(round(command.value))
+            case "note" | "mark":
+                self._note(command)
+
+    def _note(self, command: ReviewCommand) -> None:
+        player = self._players[0]
+        kind: Literal["note", "mark"] = "note" if command.action == "note" else "mark"
+        note = Note(time_ns=player.time_ns, kind=kind, text=command.text.strip(), author="review")
+        try:
+            notes = add_note(player.recording.path, note)
+            others = [read_notes(other.recording.path) for other in self._players[1:]]
+        except RecordingError as error:
+            self._problem = str(error)
+            return
+        self._describe([notes, *others])
+
+    def _advance(self, seconds: float) -> None:
+        for player in self._players:
+            player.advance(seconds)
+        if all(player.ended for player in self._players):
+            self._playing = False
+
+    def _tell(self) -> None:
+        position = max((player.position_s for player in self._players), default=0.0)
+        state = ReviewState(
+            version=self._version,
+            position_s=round(position, 2),
+            playing=self._playing,
+            speed=self._speed,
+            problem=self._problem,
+        )
+        self._bulletin.post(msgspec.json.encode(state))
+
+
+def figures_of(name: str, recording: Recording, digest: Digest) -> SessionFigures:
+    """Return the figures of a session."""
+    last = digest.last
+    if last is None:
+        return SessionFigures(name=name, duration_s=recording.duration_s)
+    goals = [*last.history, *([last.goal] if last.goal is not None else [])]
+    goal = goals[-1] if goals else None
+    return SessionFigures(
+        name=name,
+        object=goal.object if goal else "",
+        context=goal.context if goal else "",
+        outcome=goal.outcome if goal else "",
+        duration_s=recording.duration_s,
+        path_length_m=last.path_length_m,
+        explored_m2=last.explored_m2,
+        best_ooi=last.best_ooi,
+        goals=goals,
+    )
+
+
+def _name(recording: Recording) -> str:
+    path = recording.path
+    return path.parent.name if path.name == "session_0.mcap" else path.stem
+
+
+def _placed(time_ns: int, kind: str, text: str, lane: int, player: Player) -> TimelineMark:
+    at_s = (time_ns - player.recording.start_ns) * 1e-9
+    return TimelineMark(at_s=round(at_s, 3), kind=kind, text=text, lane=lane)
+
+
+def _signed(note: Note) -> str:
+    return f"{note.text} ({note.author})" if note.author not in {"", "review"} else note.text

@@ -1,0 +1,149 @@
+"""Plays a recording to whoever draws: what a moment needs, then message by message."""
+
+from bisect import bisect_right
+from collections.abc import Callable
+from typing import Final
+
+import msgspec
+import numpy as np
+
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
+from app.messages.scene import VoxelCloud, encode_voxels
+from app.recording.digest import Digest, digest_of
+from app.recording.recording import Recording
+from app.view.restoration import RESTORE, Restoration
+
+PLOT_POINTS: Final = 1000
+TRAIL_POINTS: Final = 4000
+SHOWN_EVENTS: Final = 500
+TF_NS: Final = 1_000_000_000
+"""Poses of so long before a moment place every frame of a robot that is alive."""
+LATEST: Final = (
+    keys.CAMERA_INFO, keys.COLOR, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.PROXIMITY,
+)  # fmt: skip
+PLAYED: Final = (
+    keys.STATUS, keys.EVENT, keys.MAP_VOXELS, keys.TF, keys.TF_STATIC, *LATEST,
+)  # fmt: skip
+
+Emit = Callable[[str, bytes], None]
+
+
+class Player:
+    """A position in one recording. One thread owns it; time is told, never read."""
+
+    def __init__(self, recording: Recording, emit: Emit, digest: Digest | None = None) -> None:
+        """Stand at the beginning, and show it.
+
+        Args:
+            recording: An open one.
+            emit: Takes every message, as the console's inbox does.
+            digest: Of the recording; made where there is none.
+        """
+        self.recording = recording
+        self.digest = digest if digest is not None else digest_of(recording)
+        self._emit = emit
+        self._frames = recording.times_ns(keys.COLOR)
+        statuses = recording.times_ns(keys.STATUS)
+        # Before the first status nobody knows how large a voxel is.
+        self._first_ns = int(statuses[0]) if len(statuses) else recording.start_ns
+        self.time_ns = self._first_ns
+        self.seek(0.0)
+
+    @property
+    def position_s(self) -> float:
+        """Seconds since the beginning of the recording."""
+        return (self.time_ns - self.recording.start_ns) * 1e-9
+
+    @property
+    def ended(self) -> bool:
+        """Whether there is nothing more to play."""
+        return self.time_ns >= self.recording.end_ns
+
+    def seek(self, position_s: float) -> None:
+        """Jump to a moment, and show what was shown then."""
+        recording = self.recording
+        time_ns = recording.start_ns + round(position_s * 1e9)
+        self.time_ns = min(max(time_ns, self._first_ns), recording.end_ns)
+        self._emit(RESTORE, msgspec.json.encode(self._past()))
+        status = recording.latest(keys.STATUS, self.time_ns)
+        if status is not None:
+            self._emit(keys.STATUS, status.payload)
+        self._show_map()
+        for message in recording.between(0, self.time_ns, (keys.TF_STATIC,)):
+            self._emit(message.key, message.payload)
+        self._emit(keys.TF, encode_transforms(self._poses()))
+        for key in LATEST:
+            last = recording.latest(key, self.time_ns)
+            if last is not None:
+                self._emit(key, last.payload)
+
+    def advance(self, seconds: float) -> None:
+        """Play on."""
+        until_ns = min(self.time_ns + round(seconds * 1e9), self.recording.end_ns)
+        for message in self.recording.between(self.time_ns, until_ns, PLAYED):
+            self._emit(message.key, message.payload)
+        self.time_ns = until_ns
+
+    def step(self, frames: int) -> None:
+        """Go to the next picture of the camera, or back to the last one."""
+        if not len(self._frames):
+            return
+        here = bisect_right(self._frames, self.time_ns) - 1
+        there = int(self._frames[min(max(here + frames, 0), len(self._frames) - 1)])
+        if there > self.time_ns:
+            self.advance((there - self.time_ns) * 1e-9)
+        else:
+            self.seek((there - self.recording.start_ns) * 1e-9)
+
+    def _poses(self) -> list[StampedTransform]:
+        """Return the last pose of each frame: those before would lengthen the trail."""
+        latest: dict[str, StampedTransform] = {}
+        for message in self.recording.between(self.time_ns - TF_NS, self.time_ns, (keys.TF,)):
+            try:
+                latest |= {t.child: t for t in decode_transforms(message.payload)}
+            except MessageError:
+                # Shown and counted when it is played.
+                continue
+        return list(latest.values())
+
+    def _show_map(self) -> None:
+        recording = self.recording
+        keyframe = recording.latest(keys.MAP_KEYFRAME, self.time_ns)
+        since_ns = recording.start_ns - 1
+        if keyframe is None:
+            self._emit(keys.MAP_KEYFRAME, _no_voxels())
+        else:
+            self._emit(keys.MAP_KEYFRAME, keyframe.payload)
+            since_ns = keyframe.time_ns
+        for message in recording.between(since_ns, self.time_ns, (keys.MAP_VOXELS,)):
+            self._emit(message.key, message.payload)
+
+    def _past(self) -> Restoration:
+        digest, now = self.digest, self.time_ns
+        trail = digest.trail[: bisect_right(digest.trail, now, key=lambda p: p.time_ns)]
+        statuses = digest.statuses[: bisect_right(digest.statuses, now, key=lambda s: s.time_ns)]
+        events = digest.events[: bisect_right(digest.events, now, key=lambda e: e.time_ns)]
+        return Restoration(
+            trail=[(p.x, p.y, p.z) for p in trail[:: 1 + len(trail) // TRAIL_POINTS]],
+            statuses=[s.status for s in statuses[:: 1 + len(statuses) // PLOT_POINTS]],
+            events=[e.event for e in events[-SHOWN_EVENTS:]],
+        )
+
+
+def _no_voxels() -> bytes:
+    none = np.empty(0, np.uint8)
+    return encode_voxels(
+        VoxelCloud(
+            stamp_ns=0,
+            centers_world=np.empty((0, 3), np.float32),
+            color=np.empty((0, 3), np.uint8),
+            ooi=none,
+            proximity=none,
+            level=none,
+            label=none,
+            confidence=none,
+            removed=np.empty(0, np.bool_),
+        )
+    )

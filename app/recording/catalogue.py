@@ -1,0 +1,149 @@
+"""The sessions in a folder, each in brief, remembered so that a thousand are listed at once."""
+
+import logging
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from app.recording.digest import digest_of
+from app.recording.errors import RecordingError
+from app.recording.recording import Recording
+from app.recording.session import SUMMARY, THUMBNAIL, summary_of
+
+logger = logging.getLogger(__name__)
+
+CACHE_NAME: Final = ".ippon-sessions.json"
+MAX_DEPTH: Final = 3
+
+
+class SessionEntry(msgspec.Struct, frozen=True, kw_only=True):
+    """One session of a list."""
+
+    id: str
+    """Path below the folder."""
+    size: int
+    changed_ns: int
+    when: str = ""
+    object: str = ""
+    context: str = ""
+    outcome: str = ""
+    robot: str = ""
+    duration_s: float = 0.0
+    path_length_m: float = 0.0
+    has_picture: bool = False
+    problem: str = ""
+
+
+def list_sessions(
+    folder: Path, progress: Callable[[int, int], None] | None = None
+) -> list[SessionEntry]:
+    """Return the sessions in a folder, the newest first; what was read before is not read again.
+
+    Raises:
+        RecordingError: There is no such folder.
+    """
+    if not folder.is_dir():
+        raise RecordingError(f"there is no folder {folder}")
+    known = {entry.id: entry for entry in _remembered(folder)}
+    files = _recordings(folder)
+    entries: list[SessionEntry] = []
+    fresh = 0
+    for n, path in enumerate(files):
+        name = _id(folder, path)
+        state = path.stat()
+        entry = known.get(name)
+        if entry is None or (entry.size, entry.changed_ns) != (state.st_size, state.st_mtime_ns):
+            entry = _read(path, name, state.st_size, state.st_mtime_ns)
+            fresh += 1
+        entries.append(entry)
+        if progress is not None:
+            progress(n + 1, len(files))
+    if fresh or len(known) != len(entries):
+        _remember(folder, entries)
+    return sorted(entries, key=lambda entry: entry.when, reverse=True)
+
+
+def path_of(folder: Path, name: str, entries: list[SessionEntry]) -> Path | None:
+    """Return the file of a listed session; names that are not in the list are never a path."""
+    if not any(entry.id == name for entry in entries):
+        return None
+    return folder / name
+
+
+def picture_of(path: Path) -> bytes | None:
+    """Return the small picture of a recording, None where there is none."""
+    try:
+        recording = Recording(path)
+    except RecordingError:
+        return None
+    try:
+        return recording.attachment(THUMBNAIL)
+    finally:
+        recording.close()
+
+
+def _recordings(folder: Path) -> list[Path]:
+    found: list[Path] = []
+    pattern = ""
+    for _ in range(MAX_DEPTH):
+        found.extend(folder.glob(f"{pattern}*.mcap"))
+        pattern += "*/"
+    return sorted(found)
+
+
+def _id(folder: Path, path: Path) -> str:
+    return path.relative_to(folder).as_posix()
+
+
+def _read(path: Path, name: str, size: int, changed_ns: int) -> SessionEntry:
+    try:
+        recording = Recording(path)
+    except RecordingError as error:
+        return SessionEntry(id=name, size=size, changed_ns=changed_ns, problem=str(error))
+    try:
+        summary = recording.index.metadata.get(SUMMARY)
+        if summary is None:
+            summary = summary_of(digest_of(recording), recording.duration_s)
+        start = time.localtime(recording.start_ns * 1e-9)
+        return SessionEntry(
+            id=name,
+            size=size,
+            changed_ns=changed_ns,
+            when=time.strftime("%Y-%m-%d %H:%M:%S", start),
+            object=summary.get("object", ""),
+            context=summary.get("context", ""),
+            outcome=summary.get("outcome", ""),
+            robot=summary.get("robot", ""),
+            duration_s=_number(summary, "duration_s"),
+            path_length_m=_number(summary, "path_length_m"),
+            has_picture=THUMBNAIL in recording.index.attachments,
+        )
+    finally:
+        recording.close()
+
+
+def _number(summary: dict[str, str], name: str) -> float:
+    try:
+        return float(summary.get(name, "0"))
+    except ValueError:
+        return 0.0
+
+
+def _remembered(folder: Path) -> list[SessionEntry]:
+    try:
+        return msgspec.json.decode((folder / CACHE_NAME).read_bytes(), type=list[SessionEntry])
+    except (OSError, msgspec.DecodeError):
+        # Without a memory, or with one of another version, the files are read.
+        return []
+
+
+def _remember(folder: Path, entries: list[SessionEntry]) -> None:
+    partial = folder / f"{CACHE_NAME}.partial"
+    try:
+        partial.write_bytes(msgspec.json.encode(entries))
+        partial.replace(folder / CACHE_NAME)
+    except OSError as error:
+        logger.info("the list of sessions is not remembered in %s: %s", folder, error.strerror)

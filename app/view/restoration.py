@@ -1,0 +1,20 @@
+"""What a jump in a recording restores that no single message holds."""
+
+from typing import Final
+
+from msgspec import Struct
+
+from app.messages.control import Event, Status
+
+RESTORE: Final = "view/restore"
+"""Key of a `Restoration`, as JSON: it begins the messages that a jump in a recording feeds."""
+
+
+class Restoration(Struct, frozen=True, kw_only=True):
+    """The past of one moment: the model forgets everything else."""
+
+    trail: list[tuple[float, float, float]] = []
+    """Where the base was, metres in the world."""
+    statuses: list[Status] = []
+    """For the plots, in order."""
+    events: list[Event] = []

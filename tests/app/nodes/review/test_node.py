@@ -1,0 +1,67 @@
+"""The pages of a review, from a process of their own."""
+
+import json
+import time
+
+import httpx
+import pytest
+import websockets.sync.client
+
+pytestmark = pytest.mark.process
+
+
+def _await_state(socket, condition, timeout_s=30.0):
+    deadline = time.monotonic() + timeout_s
+    while True:
+        state = json.loads(socket.recv(timeout=max(deadline - time.monotonic(), 0.01)))
+        if condition(state):
+            return state
+
+
+def test_choose_a_session_play_it_and_write_beside_it(session_folder, launch):
+    process = launch("review", str(session_folder.parent), "--port", "0")
+    process.wait_for_log("review at http")
+    url = process.log().split("review at ")[1].split()[0]
+    with httpx.Client(base_url=url, follow_redirects=True) as client:
+        assert "Sessions" in client.get("/").text
+        (entry,) = client.get("/review/sessions").json()["sessions"]
+        assert entry["object"] == "hat"
+        picture = client.get(f"/review/picture/{entry['id']}")
+        assert picture.headers["content-type"] == "image/jpeg"
+        assert client.get("/session/../../etc/passwd").status_code == 404
+        assert client.get("/session/nothing.mcap").status_code == 404
+        page = client.get(f"/session/{entry['id']}").text
+        assert page.index("/review/review.js") < page.index("/assets/shell.js")
+        shown = client.get("/review/session").json()
+        assert [mark["kind"] for mark in shown["marks"]] == [
+            "query", "detection", "levels", "found",
+        ]  # fmt: skip
+        where = url.replace("http", "ws") + "/review/ws"
+        with websockets.sync.client.connect(where, origin=url) as socket:
+
+            def send(**command):
+                socket.send(json.dumps(command))
+
+            send(action="seek", value=3.0)
+            _await_state(socket, lambda s: s["position_s"] == 3.0)
+            send(action="speed", value=16.0)
+            send(action="play")
+            state = _await_state(socket, lambda s: not s["playing"] and s["position_s"] > 5.0)
+            assert state["speed"] == 16.0
+            send(action="seek", value=2.0)
+            send(action="note", text="here")
+            _await_state(socket, lambda s: s["version"] > state["version"])
+        (note,) = client.get("/review/session").json()["notes"]
+        assert (note["text"], note["at_s"]) == ("here", pytest.approx(2.0, abs=0.02))
+        health = client.get("/health").json()
+        assert health["state"]["object"] == "hat"
+        answer = client.post("/api/stop", headers={"Origin": url}).json()
+        assert answer == {"ok": False, "text": "this is a recording: nothing here commands a robot"}
+
+
+def test_what_cannot_be_shown_is_said(tmp_path, launch):
+    (tmp_path / "a.mcap").write_bytes(b"nonsense")
+    process = launch("review", str(tmp_path / "a.mcap"), "--port", "0")
+    status, _ = process.finish()
+    assert status == 2
+    assert "is no recording" in process.log()

@@ -1,0 +1,108 @@
+"""Record, replay, compare the scene: by playing, by jumping, by stepping."""
+
+import numpy as np
+import pytest
+
+from app.messages import keys
+from app.nodes.console.commands import CommandError
+from app.nodes.console.inbox import Inbox
+from app.nodes.review.link import REFUSAL, RecordedLink
+from app.nodes.review.player import Player
+from app.recording.recording import Recording
+from app.view.reader import SceneReader
+from app.view.scene_model import SceneModel
+
+
+@pytest.fixture
+def recording(session_folder):
+    recording = Recording(session_folder)
+    yield recording
+    recording.close()
+
+
+@pytest.fixture
+def stage(recording):
+    """A model, and the player that feeds it."""
+    model = SceneModel()
+    return model, Player(recording, SceneReader(model).feed)
+
+
+def _live(made_up, until_ns):
+    """Return what a console that watched from the first second on would show."""
+    model = SceneModel()
+    reader = SceneReader(model)
+    for time_ns, key, payload in made_up.all_messages():
+        if time_ns > until_ns:
+            break
+        if key != keys.MAP_KEYFRAME or model.needs_keyframe:
+            reader.feed(key, payload)
+    assert not reader.rejected
+    return model
+
+
+def _assert_same(shown, live):
+    for a, b in zip(shown.voxels.all_voxels(), live.voxels.all_voxels(), strict=True):
+        np.testing.assert_array_equal(a, b)
+    assert shown.voxel_size_m == live.voxel_size_m
+    assert shown.status == live.status
+    assert shown.proximity == live.proximity
+    assert shown.events == live.events
+    assert shown.detections == live.detections
+    assert shown.image == live.image
+    assert shown.camera == live.camera
+    np.testing.assert_allclose(shown.T_world_base, live.T_world_base, atol=1e-12)
+    np.testing.assert_allclose(shown.T_world_camera, live.T_world_camera, atol=1e-12)
+    np.testing.assert_array_equal(shown.path_world, live.path_world)
+    np.testing.assert_array_equal(shown.tree.positions_world, live.tree.positions_world)
+    np.testing.assert_allclose(shown.trail_world, live.trail_world, atol=1e-3)
+    assert shown.needs_keyframe is False
+
+
+def test_played_to_the_end_the_scene_is_the_live_one(stage, recording, made_up):
+    model, player = stage
+    while not player.ended:
+        player.advance(0.3)
+    _assert_same(model, _live(made_up, recording.end_ns))
+    live = _live(made_up, recording.end_ns).history.columns()
+    np.testing.assert_allclose(model.history.columns()[1:, -1], live[1:, -1])
+
+
+def test_any_jump_shows_what_was_shown_then(stage, recording, made_up):
+    model, player = stage
+    for position in [4.5, 0.7, 5.8, 2.0, 99.0, 3.31]:
+        player.seek(position)
+        assert player.position_s == pytest.approx(min(position, 5.8), abs=0.02)
+        _assert_same(model, _live(made_up, player.time_ns))
+
+
+def test_after_a_jump_playing_goes_on_as_if_there_had_been_none(stage, recording, made_up):
+    model, player = stage
+    player.seek(4.0)
+    player.advance(1.0)
+    _assert_same(model, _live(made_up, player.time_ns))
+
+
+def test_steps_go_from_picture_to_picture(stage, recording):
+    model, player = stage
+    player.seek(2.0)
+    before = model.image.stamp_ns
+    player.step(1)
+    assert model.image.stamp_ns - before == 200_000_000
+    player.step(-1)
+    player.step(-1)
+    assert before - model.image.stamp_ns == 200_000_000
+    player.seek(99.0)
+    player.step(1)
+    assert player.position_s <= recording.duration_s
+
+
+def test_a_recording_is_commanded_by_nobody():
+    link = RecordedLink(Inbox(()), lambda _: None)
+    link.start()
+    for command in (link.pause, link.resume, link.cancel, link.confirm_find, link.reject_find):
+        with pytest.raises(CommandError, match=REFUSAL):
+            command()
+    with pytest.raises(CommandError, match=REFUSAL):
+        link.search("hat", "")
+    assert link.query(keys.STATUS) is None
+    link.close()

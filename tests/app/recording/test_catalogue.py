@@ -1,0 +1,56 @@
+"""Lists of sessions."""
+
+import shutil
+import time
+
+import pytest
+
+from app.recording import catalogue
+from app.recording.catalogue import list_sessions, path_of, picture_of
+from app.recording.errors import RecordingError
+
+
+def test_a_session_in_a_list(session_folder):
+    root = session_folder.parent
+    (entry,) = list_sessions(root)
+    assert entry.id == f"{session_folder.name}/session_0.mcap"
+    assert (entry.object, entry.context, entry.outcome) == ("hat", "on the sofa", "found")
+    assert entry.robot == "home/3"
+    assert entry.has_picture
+    assert picture_of(root / entry.id).startswith(b"\xff\xd8")
+    assert path_of(root, entry.id, [entry]) == root / entry.id
+    assert path_of(root, "../secret.mcap", [entry]) is None
+
+
+def test_broken_files_are_listed_with_what_is_wrong(tmp_path, made_up):
+    cut = made_up.write_session(tmp_path, end=False)
+    cut.writer.flush()
+    cut.writer.abandon()
+    (tmp_path / "other.mcap").write_bytes(b"nonsense")
+    entries = {entry.id: entry for entry in list_sessions(tmp_path)}
+    assert "no recording" in entries["other.mcap"].problem
+    (whole,) = (entry for name, entry in entries.items() if name != "other.mcap")
+    assert (whole.object, whole.outcome, whole.problem) == ("hat", "found", "")
+
+
+def test_a_thousand_sessions_are_read_once(session_folder, monkeypatch):
+    root = session_folder.parent
+    for n in range(999):
+        folder = root / f"copy-{n}"
+        folder.mkdir()
+        (folder / "session_0.mcap").hardlink_to(session_folder / "session_0.mcap")
+    assert len(list_sessions(root)) == 1000
+    reads = []
+    read = catalogue._read
+    monkeypatch.setattr(catalogue, "_read", lambda *a: reads.append(a) or read(*a))
+    started = time.perf_counter()
+    assert len(list_sessions(root)) == 1000
+    assert reads == []
+    assert time.perf_counter() - started < 10.0
+    shutil.rmtree(root / "copy-7")
+    assert len(list_sessions(root)) == 999
+
+
+def test_a_folder_that_is_not_there(tmp_path):
+    with pytest.raises(RecordingError, match="there is no folder"):
+        list_sessions(tmp_path / "none")

@@ -1,0 +1,212 @@
+// The timeline of a recording: play, seek, marks and notes. The scene above it is the console's.
+
+const KINDS = {
+  query: ["query", "#56b4e9"], levels: ["levels", "#e69f00"], detection: ["looks like it", "#f0e442"],
+  found: ["found", "#009e73"], rejected: ["rejected", "#e5322d"], contact: ["contact", "#d55e00"],
+  takeover: ["driven by hand", "#cc79a7"], note: ["note", "#e8edf3"],
+};
+const SHOWN_AFTER_S = 0.3;
+const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
+
+const make = (tag, name, text) => {
+  const node = document.createElement(tag);
+  if (name) node.className = name;
+  if (text !== undefined) node.textContent = text;
+  return node;
+};
+const clock = (s) => `${Math.floor(s / 60)}:${(s % 60).toFixed(1).padStart(4, "0")}`;
+
+document.body.classList.add("review");
+const bar = make("footer", "timeline");
+const transport = make("div", "transport");
+const track = make("div", "track");
+const legend = make("div", "keys-of-marks");
+const versus = make("table", "versus");
+const back = make("button", "", "‹");
+const play = make("button", "play", "Play");
+const forward = make("button", "", "›");
+const speed = make("select");
+const time = make("span", "clock");
+const said = make("span", "said");
+const text = make("input");
+const note = make("button", "", "Note");
+const mark = make("button", "", "Mark");
+const sessions = make("button", "", "Sessions");
+back.title = "One picture back (,)";
+forward.title = "One picture on (.)";
+play.title = "Play or pause (Space)";
+speed.title = "Speed";
+text.placeholder = "Note for this moment";
+text.maxLength = 2000;
+text.type = "text";
+for (const s of SPEEDS) speed.append(new Option(`${s}×`, s, s === 1, s === 1));
+transport.append(sessions, back, play, forward, speed, time, said, text, note, mark);
+const done = make("div", "done");
+const head = make("div", "head");
+const tip = make("div", "tip");
+tip.hidden = true;
+bar.append(transport, track, legend, versus);
+document.body.append(bar);
+
+let socket = null;
+let session = null;
+let version = -1;
+let state = { position_s: 0, playing: false, speed: 1, problem: "" };
+let dragging = false;
+
+function send(action, value = 0, words = "") {
+  if (socket?.readyState === WebSocket.OPEN) {
+    socket.send(JSON.stringify({ action, value, text: words }));
+  }
+}
+
+function connect() {
+  const scheme = location.protocol === "https:" ? "wss" : "ws";
+  socket = new WebSocket(`${scheme}://${location.host}/review/ws`);
+  socket.onmessage = (event) => {
+    state = JSON.parse(event.data);
+    if (state.version !== version) load(state.version);
+    render();
+  };
+  socket.onclose = () => setTimeout(connect, 500);
+}
+
+async function load(wanted) {
+  version = wanted;
+  session = await (await fetch("/review/session")).json();
+  track.replaceChildren(done, head, tip);
+  for (const m of [...session.marks, ...session.notes]) addMark(m);
+  const kinds = new Set([...session.marks, ...session.notes].map((m) => (m.kind === "mark" ? "note" : m.kind)));
+  legend.replaceChildren();
+  for (const [kind, [word, color]] of Object.entries(KINDS)) {
+    if (!kinds.has(kind)) continue;
+    const item = make("span");
+    const dot = make("i");
+    dot.style.background = color;
+    item.append(dot, word);
+    legend.append(item);
+  }
+  sessions.hidden = !session.has_list;
+  compare();
+  render();
+}
+
+function addMark(m) {
+  const kind = m.kind === "mark" ? "note" : m.kind;
+  const button = make("button", `mark ${kind} lane${m.lane}`);
+  button.type = "button";
+  button.style.left = `${(100 * m.at_s) / Math.max(session.duration_s, 0.1)}%`;
+  button.setAttribute("aria-label", `${clock(m.at_s)} ${m.text || kind}`);
+  button.onclick = (event) => {
+    event.stopPropagation();
+    // What an event led to comes a moment after it.
+    send("seek", m.at_s + SHOWN_AFTER_S);
+  };
+  button.onpointerdown = (event) => event.stopPropagation();
+  button.onpointerenter = () => show(m.at_s, `${clock(m.at_s)}  ${m.text || kind}`);
+  button.onpointerleave = () => (tip.hidden = true);
+  track.append(button);
+}
+
+function compare() {
+  versus.replaceChildren();
+  if (session.sessions.length < 2) return;
+  const columns = ["", "object", "outcome", "time", "path", "explored", "best match"];
+  const row = versus.createTHead().insertRow();
+  for (const name of columns) row.append(make("th", "", name));
+  const body = versus.createTBody();
+  for (const [n, s] of session.sessions.entries()) {
+    const cells = [
+      `${n === 0 ? "● left" : "■ right"}  ${s.name}`, s.object, s.outcome, clock(s.duration_s),
+      `${s.path_length_m.toFixed(1)} m`, `${s.explored_m2.toFixed(1)} m²`, `${Math.round(100 * s.best_ooi)} %`,
+    ];
+    const line = body.insertRow();
+    for (const cell of cells) line.insertCell().textContent = cell;
+  }
+}
+
+function show(at, words) {
+  tip.textContent = words;
+  tip.style.left = `${Math.min(92, Math.max(8, (100 * at) / Math.max(session.duration_s, 0.1)))}%`;
+  tip.hidden = false;
+}
+
+function render() {
+  if (session === null) return;
+  const share = `${Math.min(100, (100 * state.position_s) / Math.max(session.duration_s, 0.1))}%`;
+  done.style.width = share;
+  head.style.left = share;
+  play.textContent = state.playing ? "Pause" : "Play";
+  if (document.activeElement !== speed) speed.value = state.speed;
+  time.replaceChildren(clock(state.position_s), make("small", "", ` / ${clock(session.duration_s)}`));
+  const problem = state.problem || session.problems.join("; ");
+  const first = session.sessions[0];
+  said.textContent = problem || (first ? `${first.name}${first.context ? ` – “${first.context}”` : ""}` : "");
+  said.title = said.textContent;
+  said.classList.toggle("problem", problem !== "");
+}
+
+function at(event) {
+  const box = track.getBoundingClientRect();
+  const share = Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
+  return share * session.duration_s;
+}
+
+track.onpointerdown = (event) => {
+  dragging = true;
+  track.setPointerCapture(event.pointerId);
+  send("seek", at(event));
+};
+track.onpointermove = (event) => {
+  if (session === null) return;
+  if (dragging) send("seek", at(event));
+  if (event.target === track) show(at(event), clock(at(event)));
+};
+track.onpointerup = track.onpointercancel = () => (dragging = false);
+track.onpointerleave = () => (tip.hidden = true);
+
+function toggle() {
+  send(state.playing ? "pause" : "play");
+}
+
+play.onclick = toggle;
+back.onclick = () => send("step", -1);
+forward.onclick = () => send("step", 1);
+speed.onchange = () => send("speed", Number(speed.value));
+mark.onclick = () => send("mark");
+note.onclick = () => {
+  if (text.value.trim() === "") return;
+  send("note", 0, text.value.trim());
+  text.value = "";
+};
+text.onkeydown = (event) => {
+  if (event.key === "Enter") note.onclick();
+};
+sessions.onclick = () => (location.href = "/sessions");
+sessions.hidden = true;
+
+// Before the shell's own keys, by which Space stops a robot: here there is none.
+function onKey(event) {
+  if (event.target?.closest?.("input, textarea, select")) return;
+  if (event.ctrlKey || event.altKey || event.metaKey) return;
+  const keys = {
+    Space: toggle,
+    Comma: () => send("step", -1),
+    Period: () => send("step", 1),
+    ArrowLeft: () => send("seek", state.position_s - 5),
+    ArrowRight: () => send("seek", state.position_s + 5),
+    Home: () => send("seek", 0),
+  };
+  const act = keys[event.code];
+  if (act === undefined) return;
+  event.preventDefault();
+  event.stopImmediatePropagation();
+  act();
+}
+
+const view = document.getElementById("view");
+const adopt = () => view.contentWindow?.addEventListener("keydown", onKey, true);
+window.addEventListener("keydown", onKey, true);
+view.addEventListener("load", adopt);
+adopt();
+connect();

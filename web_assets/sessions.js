@@ -1,0 +1,72 @@
+// The list of sessions: filter, open one, compare two.
+
+const at = (id) => document.getElementById(id);
+const SHOWN = 120;
+const chosen = new Set();
+let all = [];
+
+const make = (tag, name, text) => {
+  const node = document.createElement(tag);
+  if (name) node.className = name;
+  if (text !== undefined) node.textContent = text;
+  return node;
+};
+const clock = (s) => `${Math.floor(s / 60)}:${String(Math.floor(s % 60)).padStart(2, "0")}`;
+
+function card(s) {
+  const link = make("a", "card-of-session");
+  link.href = `/session/${encodeURIComponent(s.id)}`;
+  const picture = s.has_picture ? make("img") : make("div", "none", s.problem ? "cannot be read" : "no picture");
+  if (s.has_picture) {
+    picture.src = `/review/picture/${encodeURIComponent(s.id)}`;
+    picture.alt = "";
+    picture.loading = "lazy";
+  }
+  const body = make("div", "body");
+  const top = make("div", "top");
+  top.append(make("span", "", s.object.replaceAll("_", " ") || s.id), make("span", `outcome ${s.outcome}`, s.outcome));
+  const figures = s.problem || `${s.when}  ·  ${clock(s.duration_s)}  ·  ${s.path_length_m.toFixed(1)} m  ·  ${s.robot}`;
+  body.append(top, make("div", "context", s.context || "no context"), make("div", "figures", figures));
+  const label = make("label", "", "");
+  const box = make("input");
+  box.type = "checkbox";
+  box.checked = chosen.has(s.id);
+  box.setAttribute("aria-label", "compare");
+  label.onclick = (event) => event.stopPropagation();
+  box.onchange = () => {
+    box.checked ? chosen.add(s.id) : chosen.delete(s.id);
+    at("compare").disabled = chosen.size !== 2;
+  };
+  label.append(box, " compare");
+  link.append(picture, body, label);
+  return link;
+}
+
+function render() {
+  const words = at("words").value.toLowerCase().split(/\s+/).filter(Boolean);
+  const outcome = at("outcome").value;
+  const fit = all.filter((s) => {
+    const text = `${s.id} ${s.object} ${s.context} ${s.robot} ${s.when} ${s.outcome}`.toLowerCase();
+    return (outcome === "" || s.outcome === outcome) && words.every((w) => text.includes(w));
+  });
+  at("cards").replaceChildren(...fit.slice(0, SHOWN).map(card));
+  const more = fit.length > SHOWN ? `, the first ${SHOWN} shown` : "";
+  at("count").textContent = `${fit.length} of ${all.length} sessions${more}`;
+}
+
+async function load() {
+  const list = await (await fetch("/review/sessions")).json();
+  all = list.sessions;
+  at("where").textContent = list.folder;
+  const outcomes = [...new Set(all.map((s) => s.outcome).filter(Boolean))].sort();
+  for (const word of outcomes) at("outcome").append(new Option(word, word));
+  render();
+}
+
+at("words").oninput = render;
+at("outcome").onchange = render;
+at("compare").onclick = () => {
+  const [a, b] = [...chosen].sort();
+  location.href = `/session/${encodeURIComponent(a)}?beside=${encodeURIComponent(b)}`;
+};
+load();
