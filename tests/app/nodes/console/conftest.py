@@ -16,6 +16,7 @@ import httpx
 import msgspec
 import numpy as np
 import pytest
+import uvicorn
 import viser
 import websockets.sync.client
 import zenoh
@@ -44,6 +45,7 @@ from app.messages.control import (
 from app.messages.images import encode_camera, encode_color
 from app.messages.motion import StampedPath, StampedTransform, encode_path, encode_transforms
 from app.messages.scene import VoxelCloud, encode_tree, encode_voxels
+from app.nodes.console.node import server_settings
 from app.nodes.navigator.lease_desk import LeaseDesk
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
@@ -417,6 +419,38 @@ class PublishedHome:
         return encode(Accepted())
 
 
+class Served:
+    """The gateway on a real socket, and a browser's requests to it."""
+
+    def __init__(self, gateway):
+        self._server = uvicorn.Server(server_settings(gateway.app(), port=0))
+        self._thread = threading.Thread(target=self._server.run, daemon=True)
+        self._thread.start()
+        deadline = time.monotonic() + 20.0
+        while not self._server.started:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        self.port = self._server.servers[0].sockets[0].getsockname()[1]
+        self.host = f"127.0.0.1:{self.port}"
+        self.origin = f"http://{self.host}"
+        self.http = httpx.Client(base_url=self.origin, headers={"Origin": self.origin})
+        self.get, self.post = self.http.get, self.http.post
+
+    def socket(self, path, *, origin=None, subprotocols=None, cookie=None):
+        return websockets.sync.client.connect(
+            f"ws://{self.host}{path}",
+            origin=origin or self.origin,
+            subprotocols=subprotocols,
+            additional_headers={"Cookie": cookie} if cookie else None,
+            max_size=None,
+        )
+
+    def close(self):
+        self.http.close()
+        self._server.should_exit = True
+        self._thread.join(10)
+
+
 def free_port():
     """Return a loopback port that nobody listens on."""
     with socket.socket() as probe:
@@ -529,6 +563,7 @@ def stage():
         camera_image=camera_image,
         PublishedHome=PublishedHome,
         ConsoleProcess=ConsoleProcess,
+        Served=Served,
         free_port=free_port,
         SceneWatcher=SceneWatcher,
     )

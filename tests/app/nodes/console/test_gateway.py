@@ -1,11 +1,9 @@
 import json
 import threading
-import time
 
 import httpx
 import msgspec
 import pytest
-import uvicorn
 import websockets.sync.client
 from viser import __version__ as viser_version
 from viser._messages import ShareUrlRequest
@@ -18,7 +16,6 @@ from app.nodes.console.bulletin import Bulletin
 from app.nodes.console.commands import CommandError
 from app.nodes.console.gateway import Gateway
 from app.nodes.console.guard import Hosts
-from app.nodes.console.node import server_settings
 from app.nodes.console.visitors import Visitor, Visitors, acting
 
 
@@ -79,42 +76,12 @@ def bulletin():
     return bulletin
 
 
-class Served:
-    """The gateway on a real socket, and a browser's requests to it."""
-
-    def __init__(self, gateway):
-        self._server = uvicorn.Server(server_settings(gateway.app(), port=0))
-        self._thread = threading.Thread(target=self._server.run, daemon=True)
-        self._thread.start()
-        deadline = time.monotonic() + 20.0
-        while not self._server.started:
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
-        self.port = self._server.servers[0].sockets[0].getsockname()[1]
-        self.host = f"127.0.0.1:{self.port}"
-        self.origin = f"http://{self.host}"
-        self.http = httpx.Client(base_url=self.origin, headers={"Origin": self.origin})
-        self.get, self.post = self.http.get, self.http.post
-
-    def socket(self, path, *, origin=None, subprotocols=None, cookie=None):
-        return websockets.sync.client.connect(
-            f"ws://{self.host}{path}",
-            origin=origin or self.origin,
-            subprotocols=subprotocols,
-            additional_headers={"Cookie": cookie} if cookie else None,
-            max_size=None,
-        )
-
-    def close(self):
-        self.http.close()
-        self._server.should_exit = True
-        self._thread.join(10)
-
-
 @pytest.fixture
-def client(backend, bulletin, navigator, visitors):
+def client(stage, backend, bulletin, navigator, visitors):
     """A browser's requests, without the browser."""
-    served = Served(Gateway(backend, bulletin, navigator, OpenAccess(visitors), Hosts("127.0.0.1")))
+    served = stage.Served(
+        Gateway(backend, bulletin, navigator, OpenAccess(visitors), Hosts("127.0.0.1"))
+    )
     yield served
     served.close()
 
