@@ -43,8 +43,11 @@ class SceneReader:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Topics, without the robot's prefix, that the scene is made of."""
-        return tuple(self._handlers)
+        """Topics, without the robot's prefix, that the scene is made of.
+
+        A jump is not among them: nobody on the network makes one.
+        """
+        return tuple(key for key in self._handlers if key != RESTORE)
 
     def feed(self, key: str, payload: bytes) -> bool:
         """Take over one message; return whether it could be read."""
