@@ -34,6 +34,7 @@ from app.recording.catalogue import SessionEntry, list_sessions, path_of, pictur
 from app.recording.errors import RecordingError
 from app.recording.recording import Recording
 from app.view.reader import SceneReader
+from app.view.restoration import RESTORE
 from app.view.scene_model import SceneModel
 
 logger = logging.getLogger(__name__)
@@ -203,7 +204,7 @@ def run_review(config: ReviewConfig) -> None:
         RecordingError: The recording cannot be shown.
     """
     listener = listen_on(ConsoleConfig(port=config.port))
-    topics = SceneReader(SceneModel()).keys
+    topics = (RESTORE, *SceneReader(SceneModel()).keys)
     inboxes = (Inbox(topics), Inbox(topics))
     failures: list[Exception] = []
 
