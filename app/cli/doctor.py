@@ -47,6 +47,10 @@ class Finding:
 
 def run_doctor(command: Doctor) -> int:
     """Look at everything and print what was found; exit status 1 when something is missing."""
+    if command.recording is not None:
+        from app.cli.doctor_file import run_file_doctor
+
+        return run_file_doctor(command.recording, as_json=command.json)
     checks: tuple[Callable[[], list[Finding]], ...] = (
         _python,
         _libraries,

@@ -242,8 +242,10 @@ class Levels:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Doctor:
-    """What is installed, reachable and fast enough."""
+    """What is installed, reachable and fast enough; or whether a recording is whole."""
 
+    recording: Positional[Path | None] = None
+    """A recording, or a session's folder: it is looked through, and mended where it was cut off."""
     json: bool = False
     """Print JSON instead of a table."""
 
