@@ -15,7 +15,7 @@ from ippon.evaluation.statistics import PairedDifference
 from ippon.evaluation.summary import (
     REFERENCE,
     Comparison,
-    ContextEffect,
+    Effect,
     MethodSummary,
     by_method,
     spl_by_goal,
@@ -38,6 +38,11 @@ th:first-child,td:first-child{text-align:left}td.wide{white-space:normal;text-al
 height:12px;margin-right:6px}svg{width:100%;height:auto}
 code{font-size:12px;overflow-wrap:anywhere;white-space:normal}
 """
+_SECOND: Final = (
+    '<p class="dim">With: searches for a second object where the first search ended, on its map. '
+    "Without: from the same place for the same object, with an empty map. Neither counts in the "
+    "tables above.</p>"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +52,10 @@ class ReportData:
     rows: Sequence[EpisodeRow]
     summaries: Sequence[MethodSummary]
     comparisons: Sequence[Comparison]
-    contexts: Sequence[ContextEffect]
+    contexts: Sequence[Effect]
+    """With a truthful sentence, and without."""
+    seconds: Sequence[Effect]
+    """A second object on the map of the first, and on an empty one."""
     errors: Sequence[str]
     settings: dict[str, Any]
 
@@ -66,7 +74,9 @@ def report_page(data: ReportData) -> str:
     if data.comparisons:
         parts += [f"<h2>{REFERENCE} against each, on the same episodes</h2>", _pairs_table(data)]
     if data.contexts:
-        parts += ["<h2>What a truthful sentence is worth</h2>", _context_table(data.contexts)]
+        parts += ["<h2>What a truthful sentence is worth</h2>", _effects_table(data.contexts)]
+    if data.seconds:
+        parts += ["<h2>What a known home is worth</h2>", _effects_table(data.seconds), _SECOND]
     parts += [
         "<h2>Success against path length</h2>",
         success_curves(groups),
@@ -182,18 +192,19 @@ def _pairs_table(data: ReportData) -> str:
     )
 
 
-def _context_table(contexts: Sequence[ContextEffect]) -> str:
-    head = ("method", "pairs", "SPL told", "SPL untold", "difference", "p")
+def _effects_table(effects: Sequence[Effect]) -> str:
+    head = ("method", "pairs", "SPL with", "SPL without", "ratio", "difference", "p")
     body = [
         (
-            c.method,
-            str(c.difference.pairs),
-            f"{c.spl_told:.3f}",
-            f"{c.spl_untold:.3f}",
-            _difference(c.difference),
-            f"{c.difference.p:.3f}",
+            e.method,
+            str(e.difference.pairs),
+            f"{e.spl_with:.3f}",
+            f"{e.spl_without:.3f}",
+            f"{e.ratio:.2f}",
+            _difference(e.difference),
+            f"{e.difference.p:.3f}",
         )
-        for c in contexts
+        for e in effects
     ]
     return _table(head, body)
 

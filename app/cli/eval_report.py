@@ -11,15 +11,18 @@ from rich.console import Console
 from rich.table import Table
 
 from app.cli.errors import UsageError
+from app.cli.eval_options import EvalReport
 from app.cli.eval_page import ReportData, report_page
 from app.cli.eval_store import EvaluationFolder
-from app.cli.options import EvalReport
 from ippon.evaluation.summary import (
     REFERENCE,
     Comparison,
+    Effect,
     MethodSummary,
     compare,
     context_effects,
+    second_object_effects,
+    singles,
     summarise,
 )
 
@@ -28,11 +31,13 @@ def run_report(command: EvalReport) -> int:
     """Print the table; write report.html and report.json beside the rows."""
     folder = EvaluationFolder(command.folder)
     rows = folder.rows()
+    alone = singles(rows)
     data = ReportData(
-        rows=rows,
-        summaries=summarise(rows),
-        comparisons=compare(rows),
+        rows=alone,
+        summaries=summarise(alone),
+        comparisons=compare(alone),
         contexts=context_effects(rows),
+        seconds=second_object_effects(rows),
         errors=folder.errors(),
         settings=folder.settings(),
     )
@@ -45,7 +50,10 @@ def run_report(command: EvalReport) -> int:
     if command.json:
         print(json.dumps([json_line(s) for s in data.summaries], indent=1))
     else:
-        _print_tables(Console(), data.summaries, data.comparisons)
+        screen = Console()
+        _print_tables(screen, data.summaries, data.comparisons)
+        _print_effects(screen, "a truthful sentence (told against not)", data.contexts)
+        _print_effects(screen, "a known home (second object against fresh)", data.seconds)
         print(f"\n{page}")
     for name in data.errors:
         print(f"ippon: {name} could not be run to its end and is not counted", file=sys.stderr)
@@ -72,6 +80,7 @@ def _everything(data: ReportData) -> dict[str, Any]:
         "methods": [dataclasses.asdict(s) for s in data.summaries],
         "comparisons": [dataclasses.asdict(c) for c in data.comparisons],
         "contexts": [dataclasses.asdict(c) for c in data.contexts],
+        "second_objects": [dataclasses.asdict(s) for s in data.seconds],
         "errors": list(data.errors),
         "settings": data.settings,
     }
@@ -113,6 +122,24 @@ def _print_tables(
             f"{c.success_p:.3f}",
         )
     screen.print(pairs)
+
+
+def _print_effects(screen: Console, what: str, effects: Sequence[Effect]) -> None:
+    if not effects:
+        return
+    table = _table(f"what {what} is worth", ("method", "n", "with", "w/o", "ratio", "95 %", "p"))
+    for e in effects:
+        low, high = e.difference.ci95
+        table.add_row(
+            e.method,
+            str(e.difference.pairs),
+            f"{e.spl_with:.3f}",
+            f"{e.spl_without:.3f}",
+            f"{e.ratio:.2f}",
+            f"{low:+.2f}..{high:+.2f}",
+            f"{e.difference.p:.3f}",
+        )
+    screen.print(table)
 
 
 def _table(title: str, heads: Sequence[str]) -> Table:

@@ -1,18 +1,14 @@
-"""`ippon eval run`: many episodes on several processes, one row each, resumable."""
+"""`ippon eval run`: many episodes in many processes, one row each, resumable."""
 
-import concurrent.futures
 import dataclasses
-import multiprocessing
-import os
 import sys
 import traceback
 import zlib
-from collections.abc import Iterable, Sequence
-from concurrent.futures.process import BrokenProcessPool
-from pathlib import Path
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -23,12 +19,19 @@ from rich.progress import (
 )
 
 from app.cli.errors import UsageError
+from app.cli.eval_options import EvalRun
 from app.cli.eval_store import EvaluationFolder
 from app.cli.eval_version import version_text
-from app.cli.eval_work import Job, WorkerSetup, list_home, run_job, start_worker
+from app.cli.eval_work import Job, WorkerSetup, list_home, run_job
+from app.cli.eval_workers import ProcessWorkers, Workers
 from app.cli.homes import MAX_SEED, check_home
-from app.cli.options import EvalRun
-from ippon.evaluation.catalogue import CatalogueConfig, EpisodeSpec, goals_of
+from ippon.evaluation.catalogue import (
+    CatalogueConfig,
+    Dropped,
+    EpisodeSpec,
+    goals_of,
+    home_name,
+)
 from ippon.evaluation.episode import EpisodeLimits
 from ippon.evaluation.methods import ABLATIONS, BASELINES, METHODS, method_named
 from ippon.evaluation.row import EpisodeRow
@@ -50,32 +53,47 @@ def run_evaluation(command: EvalRun) -> int:
         trial, catalogue = trial_of(command), catalogue_of(command)
     except ValueError as error:
         raise UsageError(str(error)) from error
-    if command.workers < 1 or (command.limit is not None and command.limit < 1):
-        raise UsageError(
-            f"--workers and --limit are at least 1; got {command.workers}, {command.limit}"
-        )
+    _check(command, methods)
     version = version_text()
     folder = EvaluationFolder(command.out)
     folder.open_for(_settings(command, trial, methods, version))
-    setup = WorkerSetup(trial=trial, catalogue=catalogue, version=version, parent_pid=os.getpid())
     screen = Console(file=sys.stderr)
-    with _pool(command.workers, setup) as pool:
-        try:
-            episodes = _list(pool, homes, command.limit, screen)
-            jobs = _jobs(folder, episodes, methods, trial)
-            failed = _run(pool, folder, jobs, screen)
-        except BrokenProcessPool as error:
-            raise UsageError(
-                "a worker process was killed, perhaps for want of memory; start again with fewer "
-                "--workers: finished episodes are kept"
-            ) from error
-        except KeyboardInterrupt:
-            _abandon(pool)
-            screen.print(f"interrupted; to go on, start again with --out {command.out}")
-            raise
-    count = folder.merge() if any((command.out / "rows").glob("*.json")) else 0
+    workers = _workers(command, WorkerSetup(trial=trial, catalogue=catalogue, version=version))
+    try:
+        episodes, broken = _list(workers, homes, folder, screen)
+        episodes = _drawn(episodes, command.limit)
+        failed = broken + _run(workers, folder, _jobs(folder, episodes, methods, trial), screen)
+    except KeyboardInterrupt:
+        screen.print(f"interrupted; to go on, start again with --out {command.out}")
+        raise
+    finally:
+        workers.close()
+    count = folder.merge() if folder.has_rows() else 0
     screen.print(f"{count} rows in {command.out}; see `ippon eval report {command.out}`")
     return EXIT_FAILED if failed else 0
+
+
+def _check(command: EvalRun, methods: tuple[str, ...]) -> None:
+    """Refuse what cannot be run; raises UsageError."""
+    for name, value in (("workers", command.workers), ("limit", command.limit)):
+        if value is not None and value < 1:
+            raise UsageError(f"--{name} is at least 1; got {value}")
+    single = [name for name in methods if not method_named(name).goes_on]
+    if command.second_object and single:
+        raise UsageError(
+            f"{', '.join(single)} cannot go on to a second object; leave them out of --methods, or "
+            "leave --second-object out"
+        )
+    if command.ray is not None and len(command.ray) > 1:
+        raise UsageError(f"--ray takes one address; got {', '.join(command.ray)}")
+
+
+def _workers(command: EvalRun, setup: WorkerSetup) -> Workers:
+    if command.ray is None:
+        return ProcessWorkers(command.workers or 1, setup)
+    from app.cli.eval_ray import RayWorkers
+
+    return RayWorkers(next(iter(command.ray), None), command.workers, setup)
 
 
 def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
@@ -141,6 +159,7 @@ def catalogue_of(command: EvalRun) -> CatalogueConfig:
         starts_per_goal=command.starts,
         small_per_home=command.small_per_home,
         context=command.context,
+        second_object=command.second_object,
         seed=command.seed,
     )
 
@@ -174,23 +193,6 @@ def _settings(
     }
 
 
-def _pool(workers: int, setup: WorkerSetup) -> concurrent.futures.ProcessPoolExecutor:
-    # Forked children of a process that ran numba's threads would hang.
-    return concurrent.futures.ProcessPoolExecutor(
-        max_workers=workers,
-        mp_context=multiprocessing.get_context("spawn"),
-        initializer=start_worker,
-        initargs=(setup,),
-    )
-
-
-def _abandon(pool: concurrent.futures.ProcessPoolExecutor) -> None:
-    """End the workers in the middle of their episodes: a row is written whole or not at all."""
-    pool.shutdown(wait=False, cancel_futures=True)
-    for process in multiprocessing.active_children():
-        process.terminate()
-
-
 def _progress(screen: Console) -> Progress:
     return Progress(
         TextColumn("{task.description}"),
@@ -205,30 +207,52 @@ def _progress(screen: Console) -> Progress:
 
 
 def _list(
-    pool: concurrent.futures.ProcessPoolExecutor,
-    homes: Sequence[str],
-    limit: int | None,
-    screen: Console,
-) -> tuple[EpisodeSpec, ...]:
-    """Ask every home for its episodes, and draw from them where there is a limit."""
-    episodes: list[EpisodeSpec] = []
-    dropped = 0
+    workers: Workers, homes: Sequence[str], folder: EvaluationFolder, screen: Console
+) -> tuple[list[EpisodeSpec], int]:
+    """Ask every home for its episodes; returns them, and how many homes could not be read."""
+    found: dict[str, tuple[EpisodeSpec, ...]] = {}
+    dropped: list[Dropped] = []
+    broken: dict[str, BaseException] = {}
     with _progress(screen) as progress:
         task = progress.add_task("listing episodes", total=len(homes), last="")
-        for specs, gone in pool.map(list_home, homes):
-            episodes += specs
-            dropped += len([d for d in gone if d.reason != "absent"])
+        for home, listed in workers.each(list_home, homes):
+            name = f"home {home_name(home)}"
+            if isinstance(listed, BaseException):
+                broken[home] = listed
+                folder.write_error(name, trace_of(listed))
+            else:
+                folder.forget_error(name)
+                found[home] = listed[0]
+                dropped += listed[1]
             progress.advance(task)
-    if dropped:
-        screen.print(f"{dropped} starts left out: at a viewpoint already, or without a way")
+    for home, error in broken.items():
+        screen.print(f"[red]{escape(home)}: {escape(str(error))}[/red]", soft_wrap=True)
+    left_out = [d for d in dropped if d.reason != "absent"]
+    if left_out:
+        screen.print(f"{len(left_out)} starts left out: at a viewpoint already, or without a way")
+    episodes = [spec for home in homes for spec in found.get(home, ())]
     if not episodes:
-        raise UsageError("these homes have none of these objects within reach")
+        raise UsageError(_nothing(dropped, broken))
+    return episodes, len(broken)
+
+
+def _nothing(dropped: Sequence[Dropped], broken: Mapping[str, BaseException]) -> str:
+    """Say why no home gives an episode."""
+    if broken:
+        home, error = next(iter(broken.items()))
+        return f"no home could be searched; the first, {home}: {error}"
+    absent = sorted({d.goal for d in dropped if d.reason == "absent"})
+    why = f"; absent: {', '.join(absent)}" if absent else ""
+    return f"these homes have none of these objects within reach{why}"
+
+
+def _drawn(episodes: list[EpisodeSpec], limit: int | None) -> list[EpisodeSpec]:
+    """Draw as many as are wanted, mixing homes and objects; a larger limit only adds."""
     if limit is None or limit >= len(episodes):
-        return tuple(episodes)
-    # A draw that mixes homes and objects, and that a larger limit only adds to.
+        return episodes
     drawn = sorted(episodes, key=lambda e: zlib.crc32(e.episode_id.encode()))[:limit]
     chosen = {e.episode_id for e in drawn}
-    return tuple(e for e in episodes if e.episode_id in chosen)
+    return [e for e in episodes if e.episode_id in chosen]
 
 
 def _jobs(
@@ -242,45 +266,37 @@ def _jobs(
         Job(spec=spec, method=name)
         for spec in episodes
         for name in methods
-        if not folder.has(spec.episode_id, name, hashes[name])
+        if not all(folder.has(row_id, name, hashes[name]) for row_id in spec.row_ids)
     )
 
 
-def _run(
-    pool: concurrent.futures.ProcessPoolExecutor,
-    folder: EvaluationFolder,
-    jobs: Sequence[Job],
-    screen: Console,
-) -> int:
+def _run(workers: Workers, folder: EvaluationFolder, jobs: Sequence[Job], screen: Console) -> int:
     """Run the jobs and write their rows; returns how many could not be run to their end."""
     failed = 0
     with _progress(screen) as progress:
         task = progress.add_task("searching", total=len(jobs), last="")
-        waiting = {pool.submit(run_job, job): job for job in jobs}
-        for done in concurrent.futures.as_completed(waiting):
-            job = waiting[done]
-            error = done.exception()
-            if isinstance(error, BrokenProcessPool):
-                raise error
-            if error is None:
-                row = done.result()
-                folder.write(row)
-                text = _one_line(row)
-            else:
+        for job, outcome in workers.each(run_job, jobs):
+            name = f"{job.spec.episode_id}.{job.method}"
+            if isinstance(outcome, BaseException):
                 failed += 1
-                text = f"{job.spec.episode_id} {job.method}: {error}"
-                trace = "".join(traceback.format_exception(error))
-                folder.write_error(job.spec.episode_id, job.method, trace)
+                text = f"{name}: {outcome}"
+                folder.write_error(name, trace_of(outcome))
+            else:
+                for row in outcome:
+                    folder.write(row)
+                text = "; ".join(_one_line(row) for row in outcome)
             progress.update(task, advance=1, last=text)
             if not screen.is_terminal:
                 screen.print(text, soft_wrap=True, highlight=False)
     if failed:
-        screen.print(f"[red]{failed} episodes could not be run; see {_errors(folder)}[/red]")
+        where = folder.path / "errors"
+        screen.print(f"[red]{failed} episodes could not be run; see {where}[/red]")
     return failed
 
 
-def _errors(folder: EvaluationFolder) -> Path:
-    return folder.path / "errors"
+def trace_of(error: BaseException) -> str:
+    """Return an error as Python prints it."""
+    return "".join(traceback.format_exception(error))
 
 
 def _one_line(row: EpisodeRow) -> str:

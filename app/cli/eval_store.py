@@ -68,7 +68,7 @@ class EvaluationFolder:
         Raises:
             UsageError: It was made with another configuration.
         """
-        path = self._file(self._rows, episode_id, method, "json")
+        path = self._row_file(episode_id, method)
         if not path.is_file():
             return False
         made_with = _read_row(path).config_hash
@@ -82,12 +82,20 @@ class EvaluationFolder:
     def write(self, row: EpisodeRow) -> None:
         """Add a row; an earlier failure of the same episode is forgotten."""
         text = json.dumps(dataclasses.asdict(row))
-        _write_whole(self._file(self._rows, row.episode_id, row.method, "json"), text)
-        self._file(self._errors, row.episode_id, row.method, "txt").unlink(missing_ok=True)
+        _write_whole(self._row_file(row.episode_id, row.method), text)
+        self.forget_error(f"{row.episode_id}.{row.method}")
 
-    def write_error(self, episode_id: str, method: str, text: str) -> None:
-        """Note that an episode could not be run to its end."""
-        _write_whole(self._file(self._errors, episode_id, method, "txt"), text)
+    def write_error(self, name: str, text: str) -> None:
+        """Note that an episode, or a home, could not be worked through to its end."""
+        _write_whole(self._errors / f"{_fit_for_a_file(name)}.txt", text)
+
+    def forget_error(self, name: str) -> None:
+        """What had failed went well this time."""
+        (self._errors / f"{_fit_for_a_file(name)}.txt").unlink(missing_ok=True)
+
+    def has_rows(self) -> bool:
+        """Tell whether any episode has been run."""
+        return any(self._rows.glob("*.json"))
 
     def errors(self) -> tuple[str, ...]:
         """Return the names of episodes that could not be run to their end."""
@@ -132,8 +140,12 @@ class EvaluationFolder:
         part.replace(self.path / TABLE_FILE)
         return len(rows)
 
-    def _file(self, folder: Path, episode_id: str, method: str, ending: str) -> Path:
-        return folder / f"{episode_id}.{method}.{ending}"
+    def _row_file(self, episode_id: str, method: str) -> Path:
+        return self._rows / f"{episode_id}.{method}.json"
+
+
+def _fit_for_a_file(name: str) -> str:
+    return "".join(c if c.isalnum() or c in "_-. " else "_" for c in name)
 
 
 def _schema() -> Any:

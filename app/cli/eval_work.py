@@ -1,4 +1,4 @@
-"""What a worker process of `ippon eval run` does: list a home's episodes, run one."""
+"""What a worker of `ippon eval run` does: list a home's episodes, run one."""
 
 import dataclasses
 import functools
@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.cli.homes import load_home
-from app.links.parent import end_with_parent
 from ippon.evaluation.catalogue import CatalogueConfig, Dropped, EpisodeSpec, list_episodes
 from ippon.evaluation.methods import method_named
 from ippon.evaluation.row import EpisodeRow
+from ippon.evaluation.search import Clocks
 from ippon.evaluation.summary import REFERENCE
-from ippon.evaluation.trial import Clocks, Trial, TrialConfig
+from ippon.evaluation.trial import Trial, TrialConfig
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.simulation.scene import Scene
 
@@ -36,7 +36,6 @@ class WorkerSetup:
     trial: TrialConfig
     catalogue: CatalogueConfig
     version: str
-    parent_pid: int
 
 
 _setup: WorkerSetup | None = None
@@ -47,7 +46,6 @@ def start_worker(setup: WorkerSetup) -> None:
     global _setup  # noqa: PLW0603 - the one thing a pool's initializer can do
     _setup = setup
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    end_with_parent(setup.parent_pid)
 
 
 def list_home(home: str) -> tuple[tuple[EpisodeSpec, ...], tuple[Dropped, ...]]:
@@ -56,10 +54,10 @@ def list_home(home: str) -> tuple[tuple[EpisodeSpec, ...], tuple[Dropped, ...]]:
     return list_episodes(_scene(home), home, setup.trial.robot, setup.catalogue)
 
 
-def run_job(job: Job) -> EpisodeRow:
+def run_job(job: Job) -> tuple[EpisodeRow, ...]:
     """Run one episode."""
     _load_kernels(job.spec)
-    return _trial(job.spec.home).run(job.spec, method_named(job.method))
+    return _trial(job.spec.home).run_all(job.spec, method_named(job.method))
 
 
 def _given() -> WorkerSetup:

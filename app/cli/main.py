@@ -103,22 +103,12 @@ def _dispatch(command: options.Command) -> int:
 
             return run_levels(command)
         case options.Eval():
-            return _evaluate(command.command)
+            from app.cli.evaluate import run_eval
+
+            return run_eval(command.command)
         case options.Doctor():
             from app.cli.doctor import run_doctor
 
             return run_doctor(command)
         case _:
             assert_never(command)
-
-
-def _evaluate(command: options.EvalRun | options.EvalReport) -> int:
-    match command:
-        case options.EvalRun():
-            from app.cli.eval_run import run_evaluation
-
-            return run_evaluation(command)
-        case options.EvalReport():
-            from app.cli.eval_report import run_report
-
-            return run_report(command)

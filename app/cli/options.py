@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 
 import tyro
 
+from app.cli.eval_options import Eval
+
 Positional = tyro.conf.Positional
 Speed = Literal["1", "2", "max"]
 
@@ -62,6 +64,10 @@ class Demo:
     record_to: Path | None = None
     """Folder of the sessions; without one, the user's data folder."""
     llm: Llm = field(default_factory=Llm)
+    record: bool = True
+    """Record the session, for `ippon review`."""
+    record_to: Path | None = None
+    """Folder of the sessions; without one, the user's data folder."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -248,66 +254,6 @@ class Doctor:
     """A recording, or a session's folder: it is looked through, and mended where it was cut off."""
     json: bool = False
     """Print JSON instead of a table."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EvalRun:
-    """Search for many objects in many simulated homes, by one method or several.
-
-    Writes one row per episode into a folder. Started again with the same folder it goes on where
-    it was, also after a kill.
-    """
-
-    out: Path
-    """Folder for the results; made when it is not there."""
-    homes: tuple[str, ...] = ("1001:1010",)
-    """Seeds of generated homes, single or first:last (the last included), and folders with
-    scene.glb and scene.json."""
-    methods: str = "ippon"
-    """Names with commas between; "ablations", "baselines" and "all" stand for many."""
-    objects: str = "habitat,small"
-    """Labels with commas between; "habitat" stands for its six categories, "small" for ten small
-    objects."""
-    context: Literal["none", "support", "both"] = "none"
-    """support: tell the searcher truthfully on what a small object lies; both: search once with
-    and once without."""
-    robot: Literal["habitat", "zed"] = "habitat"
-    """habitat: robot, limits and 500 s of the Habitat ObjectNav Challenge 2023; zed: the set-up of
-    the paper's hardware."""
-    image_width: int | None = None
-    """Width of the camera's images in pixels; half of the challenge's 480 for habitat, else 320."""
-    voxel_size_m: float = 0.1
-    """Edge of a voxel."""
-    starts: int = 1
-    """Start poses for each object of a home."""
-    small_per_home: int = 3
-    """Small objects drawn for each home."""
-    limit: int | None = None
-    """At most so many episodes, drawn from all homes and objects; each method runs all of them."""
-    seed: int = 0
-    """Draws starts, objects and the noise of each search."""
-    workers: int = 1
-    """Processes that search at the same time."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EvalReport:
-    """Table, intervals, paired tests and plots of a folder that `ippon eval run` wrote."""
-
-    folder: Positional[Path]
-    """The folder."""
-    json: bool = False
-    """Print the table as JSON."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Eval:
-    """Measure how efficiently methods search, and report it."""
-
-    command: (
-        Annotated[EvalRun, tyro.conf.subcommand("run")]
-        | Annotated[EvalReport, tyro.conf.subcommand("report")]
-    )
 
 
 Command = (

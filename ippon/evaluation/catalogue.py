@@ -2,7 +2,7 @@
 
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -36,6 +36,8 @@ class CatalogueConfig:
     """Goals drawn of those that are none of the six Habitat categories."""
     context: ContextMode = "none"
     """"support": tell small goals with a truthful sentence; "both": once with and once without."""
+    second_object: bool = False
+    """Search for another object of the home where the first search ended, on its map."""
     seed: int = 0
     """Draws starts, goals and the noise of each search."""
 
@@ -65,6 +67,8 @@ class EpisodeSpec:
     """Of the camera's noise, the segmentation's errors and the planner's samples."""
     shortest_path_m: float
     """d0."""
+    then: str = ""
+    """What to search for when this search has ended; empty for nothing."""
 
     @property
     def episode_id(self) -> str:
@@ -72,6 +76,14 @@ class EpisodeSpec:
         told = "told" if self.context else "untold"
         home = "".join(c if c.isalnum() or c in "_-" else "_" for c in home_name(self.home))
         return f"{home}.{self.goal}.{self.start_index}.{told}"
+
+    @property
+    def row_ids(self) -> tuple[str, ...]:
+        """Return the names of the rows that the episode gives: one, or three with `then`."""
+        own = self.episode_id
+        return (
+            (own, f"{own}.{self.then}.second", f"{own}.{self.then}.fresh") if self.then else (own,)
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,7 +116,9 @@ def list_episodes(
     grid = robot_grid(scene, robot)
     episodes: list[EpisodeSpec] = []
     dropped: list[Dropped] = []
-    for goal in _drawn_goals(scene, home, config, dropped):
+    goals = _drawn_goals(scene, home, config, dropped)
+    for goal in goals:
+        then = _next_goal(home, goal, goals, config) if config.second_object else ""
         judge = Judge(scene, robot, goal, grid=grid)
         rng = _rng(config.seed, home_name(home), goal)
         taken = 0
@@ -121,7 +135,8 @@ def list_episodes(
                 )
                 continue
             taken += 1
-            episodes += _specs(scene, home, judge, goal, index, d0, config)
+            specs = _specs(scene, home, judge, goal, index, d0, config)
+            episodes += [replace(spec, then=then) for spec in specs]
         if taken < config.starts_per_goal:
             dropped.append(Dropped(home=home, goal=goal, start_index=None, reason="no start left"))
     return tuple(episodes), tuple(dropped)
@@ -143,6 +158,13 @@ def _drawn_goals(
         g: float(_rng(config.seed, home_name(home), g).random()) for g in present if g not in common
     }
     return common + sorted(lots, key=lambda g: lots[g])[: config.small_per_home]
+
+
+def _next_goal(home: str, goal: str, goals: list[str], config: CatalogueConfig) -> str:
+    """Draw what to search for after a goal from the home's other goals; empty without any."""
+    others = [g for g in goals if g != goal]
+    lots = {g: float(_rng(config.seed, home_name(home), goal, g).random()) for g in others}
+    return min(others, key=lambda g: lots[g], default="")
 
 
 def _specs(

@@ -60,6 +60,8 @@ class Method:
     configure: Callable[[MissionConfig], MissionConfig] = lambda config: config
     guide: Callable[[Guidance], Guidance] = lambda guidance: guidance
     equip: Callable[[Situation], Equipment]
+    goes_on: bool = True
+    """Can be given a second object; what the planner knows is not of the first alone."""
 
 
 def _viewpoint_planner(s: Situation) -> Equipment:
@@ -174,6 +176,7 @@ _ALL: Final = (
         name="semantic_frontier",
         summary="the frontier of highest value on a map of what images promise (VLFM)",
         equip=_by_rule(_semantic),
+        goes_on=False,
     ),
     Method(
         name="greedy_nbv",
@@ -184,6 +187,7 @@ _ALL: Final = (
         name="oracle",
         summary="the shortest way to the object, from ground truth",
         equip=_oracle,
+        goes_on=False,
     ),
 )
 METHODS: Final[Mapping[str, Method]] = {method.name: method for method in _ALL}

@@ -1,9 +1,13 @@
 """One row of an evaluation: a search by one method, with everything needed to repeat it."""
 
-from dataclasses import dataclass, fields
-from typing import Any, Final
+from dataclasses import MISSING, dataclass, fields
+from typing import Any, Final, Literal
 
 from ippon.evaluation.outcome import Ending, Failure
+
+SearchKind = Literal["single", "second", "fresh"]
+"""Of a search: an episode by itself; one on the map that the search before it made; one from the
+same start and for the same object as a second search, with an empty map."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,6 +63,9 @@ class EpisodeRow:
     """Processor time of the whole episode, rendering and segmentation included."""
     realtime_factor: float
     """Simulated time over processor time: how much faster than real time one core is."""
+    kind: SearchKind = "single"
+    after: str = ""
+    """What was searched for before, where this search begins at that one's end."""
 
 
 TIMING_COLUMNS: Final = (
@@ -74,8 +81,9 @@ def row_from(values: dict[str, Any]) -> EpisodeRow:
         ValueError: Columns are missing or unknown.
     """
     expected = {f.name for f in fields(EpisodeRow)}
-    if set(values) != expected:
-        odd = sorted(expected ^ set(values))
+    needed = {f.name for f in fields(EpisodeRow) if f.default is MISSING}
+    odd = sorted((needed - set(values)) | (set(values) - expected))
+    if odd:
         raise ValueError(f"a row of another version: it lacks or adds {', '.join(odd)}")
     for name in ("path_x_m", "path_y_m"):
         values = {**values, name: tuple(values[name])}

@@ -1,5 +1,6 @@
 """From rows to tables: each method's figures, and how they compare."""
 
+import math
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ import numpy as np
 
 from ippon.evaluation.catalogue import home_name
 from ippon.evaluation.methods import METHODS
+from ippon.evaluation.metrics import SUCCESS_DISTANCE_M
 from ippon.evaluation.outcome import FAILURES, Failure
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.statistics import (
@@ -61,12 +63,14 @@ class Comparison:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ContextEffect:
-    """What a truthful sentence about the place of a small object is worth to a method."""
+class Effect:
+    """What some knowledge is worth to a method, on pairs of searches that differ in it alone."""
 
     method: str
-    spl_told: float
-    spl_untold: float
+    spl_with: float
+    spl_without: float
+    ratio: float
+    """SPL with over SPL without."""
     difference: PairedDifference
 
 
@@ -109,26 +113,62 @@ def compare(rows: Sequence[EpisodeRow], reference: str = REFERENCE) -> tuple[Com
     return tuple(out)
 
 
-def context_effects(rows: Sequence[EpisodeRow]) -> tuple[ContextEffect, ...]:
-    """Compare searches with context with those of the same start and goal without."""
-    out: list[ContextEffect] = []
-    for name, of in by_method(rows).items():
+def context_effects(rows: Sequence[EpisodeRow]) -> tuple[Effect, ...]:
+    """Compare searches with a truthful sentence with those of the same start and goal without."""
+    out: list[Effect] = []
+    for name, of in by_method(singles(rows)).items():
         key = {(r.home, r.goal, r.start_index): r for r in of if not r.context}
         pairs = [
             (r, key[r.home, r.goal, r.start_index])
             for r in of
             if r.context and (r.home, r.goal, r.start_index) in key
         ]
-        if pairs:
-            out.append(
-                ContextEffect(
-                    method=name,
-                    spl_told=float(np.mean([a.spl for a, _ in pairs])),
-                    spl_untold=float(np.mean([b.spl for _, b in pairs])),
-                    difference=_paired(pairs, lambda r: r.spl),
-                )
-            )
+        out += _effect(name, pairs)
     return tuple(out)
+
+
+def second_object_effects(rows: Sequence[EpisodeRow]) -> tuple[Effect, ...]:
+    """Compare searches on the map of the search before with those on an empty map.
+
+    Pairs begin at the same place and look for the same object. Those that begin where the object
+    is in reach already, or without a way to it, measure nothing and are left out.
+    """
+    out: list[Effect] = []
+    for name, of in by_method(rows).items():
+        fresh = {_pair_key(r): r for r in of if r.kind == "fresh"}
+        pairs = [
+            (r, fresh[_pair_key(r)])
+            for r in of
+            if r.kind == "second"
+            and _pair_key(r) in fresh
+            and SUCCESS_DISTANCE_M <= r.shortest_path_m < math.inf
+        ]
+        out += _effect(name, pairs)
+    return tuple(out)
+
+
+def singles(rows: Iterable[EpisodeRow]) -> list[EpisodeRow]:
+    """Return the rows of episodes by themselves: what methods are compared on."""
+    return [row for row in rows if row.kind == "single"]
+
+
+def _pair_key(row: EpisodeRow) -> str:
+    return row.episode_id.rsplit(".", maxsplit=1)[0]
+
+
+def _effect(method: str, pairs: list[tuple[EpisodeRow, EpisodeRow]]) -> tuple[Effect, ...]:
+    """Return what the first of each pair gains; nothing without pairs."""
+    if not pairs:
+        return ()
+    spl_with, spl_without = (float(np.mean([pair[k].spl for pair in pairs])) for k in (0, 1))
+    effect = Effect(
+        method=method,
+        spl_with=spl_with,
+        spl_without=spl_without,
+        ratio=spl_with / max(spl_without, 1e-9),
+        difference=_paired(pairs, lambda r: r.spl),
+    )
+    return (effect,)
 
 
 def spl_by_goal(rows: Sequence[EpisodeRow]) -> dict[str, dict[str, tuple[float, int]]]:

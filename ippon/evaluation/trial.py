@@ -3,42 +3,29 @@
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
 from ippon.evaluation.catalogue import EpisodeSpec
-from ippon.evaluation.episode import EpisodeLimits, run_episode
-from ippon.evaluation.methods import Equipment, Method, Situation
+from ippon.evaluation.episode import EpisodeLimits
+from ippon.evaluation.methods import Method, Situation
 from ippon.evaluation.metrics import Judge
-from ippon.evaluation.outcome import (
-    Ending,
-    failure_cause,
-    is_at_instance,
-    shows_object,
-    stood_still,
-)
+from ippon.evaluation.outcome import failure_cause, stood_still
 from ippon.evaluation.row import EpisodeRow
+from ippon.evaluation.search import Clocks, Rig, SearchRecord, TimedPlanner, Witness, search
 from ippon.geometry import Float64Array
+from ippon.guidance.levels import Guidance
 from ippon.guidance.naming import is_instance_of, resolve_object
 from ippon.guidance.prior import EmbeddedPrior
-from ippon.mapping.arrays import MapArrays
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission, MissionConfig
-from ippon.mission.snapshot import MissionState, Snapshot
-from ippon.planning.interface import Planner
-from ippon.planning.plan import Plan
 from ippon.robot import HABITAT, RobotProfile
 from ippon.simulation.robot import BaseConfig
-from ippon.simulation.scene import Scene
+from ippon.simulation.scene import Scene, StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
 from ippon.vocabulary import MATTERPORT_40
-
-Clock = Callable[[], float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,103 +72,99 @@ def config_hash(config: TrialConfig, method: Method) -> str:
     return hashlib.sha256(json.dumps(shown, sort_keys=True).encode()).hexdigest()[:12]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Clocks:
-    """Where time is read from; the library has no clock of its own."""
-
-    wall: Clock
-    """Seconds."""
-    cpu: Clock
-    """Seconds of processor time of this process."""
-
-
-class _TimedPlanner:
-    """Hands everything on and notes how long a step took."""
-
-    def __init__(self, planner: Planner, cpu: Clock) -> None:
-        self._planner = planner
-        self._cpu = cpu
-        self.seconds: list[float] = []
-
-    def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
-        self._planner.set_goal(probabilities=probabilities, termination_min=termination_min)
-
-    def mark_contact(self, T_world_base: Float64Array) -> None:
-        self._planner.mark_contact(T_world_base)
-
-    def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
-        began = self._cpu()
-        plan = self._planner.step(map_arrays, T_world_base, tilt_rad)
-        self.seconds.append(self._cpu() - began)
-        return plan
-
-
-@dataclass(slots=True, kw_only=True)
-class _Record:
-    """What is noted from frame to frame."""
-
-    positions: list[tuple[float, float]] = field(default_factory=list[tuple[float, float]])
-    step_s: list[float] = field(default_factory=list[float])
-    first_seen_s: float = -1.0
-    last: Snapshot | None = None
-
-
 class Trial:
     """Runs episodes in one scene under one configuration."""
 
     def __init__(
-        self, config: TrialConfig, scene: Scene, version: str, clocks: Clocks, prior: EmbeddedPrior
+        self,
+        config: TrialConfig,
+        scene: Scene,
+        version: str,
+        clocks: Clocks,
+        prior: EmbeddedPrior,
+        witness: Witness | None = None,
     ) -> None:
+        """Take what all episodes share.
+
+        Args:
+            config: Robot, camera, world and mission.
+            scene: The home.
+            version: Goes into the rows.
+            clocks: Time for the rows.
+            prior: Makes levels.
+            witness: Is shown every step of every search.
+        """
         self._config = config
         self._scene = scene
         self._version = version
         self._clocks = clocks
         self._prior = prior
+        self._witness = witness
         self._judges: dict[str, Judge] = {}
 
     def run(self, spec: EpisodeSpec, method: Method) -> EpisodeRow:
-        """Search once."""
-        config, clocks = self._config, self._clocks
-        began_wall, began_cpu = clocks.wall(), clocks.cpu()
-        judge = self._judge(spec.goal)
-        mission, equipment, timed = self._prepare(spec, method, judge)
-        world = SimulatedWorld(
-            self._scene, config.robot, config.camera, spec.start, spec.seed, config.world,
-            is_instance_of,
-        )  # fmt: skip
-        record = _Record()
-        before = clocks.cpu()
-        # The generator runs observe, watch and the mission's step; the step alone is timed by
-        # taking the clock when the frame is handed over.
-        handed_over = [before]
+        """Search once; `spec.then` is left alone."""
+        return self._run_first(spec, method)[0]
 
-        def watch(frame: Any) -> None:
-            if equipment.observe is not None:
-                equipment.observe(frame)
-            handed_over[0] = clocks.cpu()
+    def run_all(self, spec: EpisodeSpec, method: Method) -> tuple[EpisodeRow, ...]:
+        """Search once, or, with `spec.then`, for two objects and for the second one afresh.
 
-        for result in run_episode(world, mission, config.limits, watch):
-            record.step_s.append(clocks.cpu() - handed_over[0])
-            record.last = result.snapshot
-            record.positions.append((world.base.x_m, world.base.y_m))
-            self._look(world, judge, record)
-        return self._row(
-            spec, method, judge, world, record, timed,
-            wall_s=clocks.wall() - began_wall, cpu_s=clocks.cpu() - began_cpu,
-        )  # fmt: skip
+        Returns:
+            The rows named by `spec.row_ids`: the search; the second one, on the map and from the
+            place where the first ended; one from that place with an empty map.
+
+        Raises:
+            ValueError: The method cannot go on to a second object.
+        """
+        if spec.then and not method.goes_on:
+            raise ValueError(f"{method.name} searches for one object only")
+        row, rig = self._run_first(spec, method)
+        if not spec.then:
+            return (row,)
+        second_id, fresh_id = spec.row_ids[1:]
+        began = self._clocks.wall(), self._clocks.cpu()
+        base = rig.world.base
+        start = StartPose(x=base.x_m, y=base.y_m, z=base.z_m, yaw=base.yaw_rad)
+        later = dataclasses.replace(spec, goal=spec.then, start=start, context="", then="")
+        rig.mission.set_goal(*self._goal(later, method, goal_id=2))
+        second = self._row(second_id, later, method, self._search(rig, later), began)
+        began = self._clocks.wall(), self._clocks.cpu()
+        rig = self._rig(later, method)
+        fresh = self._row(fresh_id, later, method, self._search(rig, later), began)
+        return (
+            row,
+            dataclasses.replace(second, kind="second", after=spec.goal),
+            dataclasses.replace(fresh, kind="fresh", after=spec.goal),
+        )
+
+    def _run_first(self, spec: EpisodeSpec, method: Method) -> tuple[EpisodeRow, Rig]:
+        began = self._clocks.wall(), self._clocks.cpu()
+        self._judge(spec.goal)
+        rig = self._rig(spec, method)
+        return self._row(spec.episode_id, spec, method, self._search(rig, spec), began), rig
 
     def _judge(self, goal: str) -> Judge:
         if goal not in self._judges:
             self._judges[goal] = Judge(self._scene, self._config.robot, goal)
         return self._judges[goal]
 
-    def _prepare(
-        self, spec: EpisodeSpec, method: Method, judge: Judge
-    ) -> tuple[Mission, Equipment, _TimedPlanner]:
+    def _goal(self, spec: EpisodeSpec, method: Method, goal_id: int = 1) -> tuple[Goal, Guidance]:
+        resolved = resolve_object(spec.goal.replace("_", " "), self._config.labels)
+        guidance = method.guide(self._prior.levels(resolved, spec.context, self._config.labels))
+        goal = Goal(
+            goal_id=goal_id,
+            object=spec.goal,
+            display=resolved.display,
+            context=spec.context,
+            category=resolved.category,
+        )
+        return goal, guidance
+
+    def _rig(self, spec: EpisodeSpec, method: Method) -> Rig:
+        """Put a robot with an empty map at the start."""
         config = self._config
         mission_config = method.configure(config.mission)
-        resolved = resolve_object(spec.goal.replace("_", " "), config.labels)
-        guidance = method.guide(self._prior.levels(resolved, spec.context, config.labels))
+        goal, guidance = self._goal(spec, method)
         equipment = method.equip(
             Situation(
                 config=mission_config,
@@ -189,60 +172,56 @@ class Trial:
                 guidance=guidance,
                 seed=spec.seed,
                 scene=self._scene,
-                judge=judge,
+                judge=self._judge(spec.goal),
                 goal=spec.goal,
             )
         )
-        timed = _TimedPlanner(equipment.planner, self._clocks.cpu)
+        timed = TimedPlanner(equipment.planner, self._clocks.cpu)
         mission = Mission(mission_config, config.robot, config.labels, spec.seed, planner=timed)
-        goal = Goal(
-            goal_id=1,
-            object=spec.goal,
-            display=resolved.display,
-            context=spec.context,
-            category=resolved.category,
-        )
         mission.set_goal(goal, guidance)
-        return mission, equipment, timed
+        world = SimulatedWorld(
+            self._scene, config.robot, config.camera, spec.start, spec.seed, config.world,
+            is_instance_of,
+        )  # fmt: skip
+        return Rig(world=world, mission=mission, equipment=equipment, planner=timed)
 
-    def _look(self, world: SimulatedWorld, judge: Judge, record: _Record) -> None:
-        """Note when the object first came into view."""
-        if record.first_seen_s >= 0.0 or world.rendering is None:
-            return
-        reach = min(self._config.mission.map.ooi_max_range_m, self._config.robot.max_depth_m)
-        if shows_object(world.rendering, judge.instances, reach):
-            record.first_seen_s = round(world.stamp_ns * 1e-9, 3)
+    def _search(self, rig: Rig, spec: EpisodeSpec) -> SearchRecord:
+        config = self._config
+        reach = min(config.mission.map.ooi_max_range_m, config.robot.max_depth_m)
+        return search(
+            rig,
+            self._judge(spec.goal),
+            config.limits,
+            self._clocks.cpu,
+            seen_within_m=reach,
+            witness=self._witness,
+        )
 
     def _row(
         self,
+        row_id: str,
         spec: EpisodeSpec,
         method: Method,
-        judge: Judge,
-        world: SimulatedWorld,
-        record: _Record,
-        timed: _TimedPlanner,
-        *,
-        wall_s: float,
-        cpu_s: float,
+        record: SearchRecord,
+        began: tuple[float, float],
     ) -> EpisodeRow:
         config, last = self._config, record.last
-        assert last is not None, "an episode has at least one frame"
-        ending = _ending(last.state)
-        metrics = judge.metrics(world.trajectory, stopped=ending == "found")
-        instances = [self._scene.instances[k] for k in judge.instances]
+        wall_s, cpu_s = self._clocks.wall() - began[0], self._clocks.cpu() - began[1]
+        metrics = self._judge(spec.goal).metrics(
+            record.trajectory, stopped=record.ending == "found"
+        )
         frame_s = config.limits.time_step_s * config.limits.steps_per_frame
         failure = failure_cause(
             success=metrics.success,
-            ending=ending,
+            ending=record.ending,
             seen=record.first_seen_s >= 0.0,
-            recognised=any(is_at_instance(c, instances) for c in last.candidates),
-            stuck=ending == "time" and stood_still(np.array(record.positions), frame_s),
+            recognised=record.recognised,
+            stuck=record.ending == "time" and stood_still(record.positions, frame_s),
         )
-        time_s = world.stamp_ns * 1e-9
-        path = _thinned(world.trajectory[:, :2])
-        planner_ms = 1e3 * np.array(timed.seconds or [0.0])
+        path = _thinned(record.trajectory[:, :2])
+        planner_ms = 1e3 * np.array(record.planner_s or [0.0])
         return EpisodeRow(
-            episode_id=spec.episode_id,
+            episode_id=row_id,
             method=method.name,
             home=spec.home,
             start_index=spec.start_index,
@@ -263,11 +242,11 @@ class Trial:
             path_length_m=metrics.path_length_m,
             shortest_path_m=metrics.shortest_path_m,
             distance_to_goal_m=metrics.distance_to_goal_m,
-            ending=ending,
+            ending=record.ending,
             failure=failure,
-            time_s=round(time_s, 3),
-            frames=world.frames,
-            hits=world.collisions,
+            time_s=round(record.time_s, 3),
+            frames=record.frames,
+            hits=record.hits,
             first_seen_s=record.first_seen_s,
             explored_m2=last.explored_m2,
             best_ooi=last.best_ooi,
@@ -279,14 +258,8 @@ class Trial:
             step_ms_p50=1e3 * float(np.median(record.step_s)),
             wall_s=wall_s,
             cpu_s=cpu_s,
-            realtime_factor=time_s / max(cpu_s, 1e-9),
+            realtime_factor=record.time_s / max(cpu_s, 1e-9),
         )
-
-
-def _ending(state: MissionState) -> Ending:
-    if state is MissionState.FOUND:
-        return "found"
-    return "exhausted" if state is MissionState.EXHAUSTED else "time"
 
 
 def _thinned(path: Float64Array, step_m: float = 0.1) -> Float64Array:

@@ -1,9 +1,13 @@
+import math
+
 import pytest
 
 from ippon.evaluation.summary import (
     by_method,
     compare,
     context_effects,
+    second_object_effects,
+    singles,
     spl_by_goal,
     summarise,
 )
@@ -83,8 +87,34 @@ def test_context_is_paired_with_the_same_search_untold(make_row):
     ]
     (effect,) = context_effects(rows)
     assert effect.difference.pairs == 2
-    assert (effect.spl_told, effect.spl_untold) == (pytest.approx(0.6), pytest.approx(0.3))
+    assert (effect.spl_with, effect.spl_without) == (pytest.approx(0.6), pytest.approx(0.3))
+    assert effect.ratio == pytest.approx(2.0)
     assert effect.difference.mean == pytest.approx(0.3)
+
+
+def test_a_second_object_is_paired_with_a_fresh_search_from_the_same_place(make_row):
+    def pair(number, *, second, fresh, **values):
+        name = f"{number}.hat.0.untold.bed"
+        kept = {"home": str(number), "goal": "bed", "after": "hat", **values}
+        return [
+            make_row(episode_id=f"{name}.second", kind="second", spl=second, **kept),
+            make_row(episode_id=f"{name}.fresh", kind="fresh", spl=fresh, **kept),
+        ]
+
+    rows = [
+        make_row(),
+        *pair(1, second=0.9, fresh=0.4),
+        *pair(2, second=0.7, fresh=0.6),
+        # Beside the bed already, or cut off from it: nothing to compare.
+        *pair(3, second=1.0, fresh=0.0, shortest_path_m=0.05),
+        *pair(4, second=0.0, fresh=0.0, shortest_path_m=math.inf),
+    ]
+    (effect,) = second_object_effects(rows)
+    assert effect.difference.pairs == 2
+    assert (effect.spl_with, effect.spl_without) == (pytest.approx(0.8), pytest.approx(0.5))
+    assert effect.ratio == pytest.approx(1.6)
+    assert singles(rows) == rows[:1]
+    assert context_effects(rows) == ()
 
 
 def test_goals_have_their_own_means(rows):

@@ -8,7 +8,8 @@ from ippon.evaluation.catalogue import CatalogueConfig, goals_of, list_episodes
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.evaluation.methods import METHODS
 from ippon.evaluation.row import TIMING_COLUMNS, row_from
-from ippon.evaluation.trial import Clocks, Trial, TrialConfig, config_hash, habitat_trial
+from ippon.evaluation.search import Clocks
+from ippon.evaluation.trial import Trial, TrialConfig, config_hash, habitat_trial
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.mission import Mission, MissionConfig
 from ippon.simulation.world import SimulatedWorld, WorldConfig
@@ -153,3 +154,32 @@ def test_a_couch_answers_the_search_for_a_sofa(config, make_scene, flat_boxes):
     (goal,) = goals_of(["settee"])
     row = _trial(config, scene).run(_episode(scene, config, goal), METHODS["ippon"])
     assert (row.goal, row.success) == ("sofa", True)
+
+
+def test_a_second_object_is_searched_for_on_the_map_of_the_first(config, scene):
+    catalogue = CatalogueConfig(goals=("chair", "hat"), second_object=True)
+    episodes, _ = list_episodes(scene, "7", config.robot, catalogue)
+    spec = next(e for e in episodes if e.goal == "chair")
+    assert spec.then == "hat"
+    first, second, fresh = _trial(config, scene).run_all(spec, METHODS["ippon"])
+    alone = _trial(config, scene).run(spec, METHODS["ippon"])
+    assert _plain(first) == _plain(alone)
+    assert tuple(r.episode_id for r in (first, second, fresh)) == spec.row_ids
+    assert [r.kind for r in (first, second, fresh)] == ["single", "second", "fresh"]
+    assert (second.goal, second.after, fresh.goal) == ("hat", "chair", "hat")
+    # Both begin where the first ended, at the same distance from the hat.
+    end = (first.path_x_m[-1], first.path_y_m[-1])
+    for row in (second, fresh):
+        assert (row.start_x_m, row.start_y_m) == pytest.approx(end, abs=0.006)
+        assert (row.path_x_m[0], row.path_y_m[0]) == pytest.approx(end, abs=0.006)
+        assert row.success, row
+    assert second.shortest_path_m == fresh.shortest_path_m
+    # Each counts its own time and way, and only the fresh one looks around first.
+    assert second.time_s < fresh.time_s
+    assert second.frames == pytest.approx(second.time_s / 0.2, abs=1.01)
+
+
+def test_a_method_that_cannot_go_on_says_so(config, scene):
+    spec = dataclasses.replace(_episode(scene, config, "hat"), then="chair")
+    with pytest.raises(ValueError, match="oracle searches for one object only"):
+        _trial(config, scene).run_all(spec, METHODS["oracle"])

@@ -4,10 +4,10 @@ import re
 import pytest
 
 from app.cli.errors import UsageError
+from app.cli.eval_options import EvalReport
 from app.cli.eval_page import repeat_command
 from app.cli.eval_report import run_report
 from app.cli.eval_store import EvaluationFolder
-from app.cli.options import EvalReport
 
 _SETTINGS = {
     "fixed": {"seed": 4, "robot": "zed", "image_width": 320, "voxel_size_m": 0.1},
@@ -78,7 +78,7 @@ def test_the_page_is_whole_and_needs_nothing_from_elsewhere(results, capsys):
 
 
 def test_episodes_that_crashed_are_shown(results, capsys):
-    results.write_error("3.bed.0.untold", "ippon", "Traceback")
+    results.write_error("3.bed.0.untold.ippon", "Traceback")
     run_report(EvalReport(folder=results.path))
     assert "3.bed.0.untold.ippon could not be run" in capsys.readouterr().err
     assert "1 episodes could not be run" in (results.path / "report.html").read_text()

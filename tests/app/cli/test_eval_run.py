@@ -7,9 +7,9 @@ import time
 import pytest
 
 from app.cli.errors import UsageError
+from app.cli.eval_options import EvalRun
 from app.cli.eval_run import catalogue_of, expand_homes, expand_methods, trial_of
 from app.cli.eval_store import TABLE_FILE, EvaluationFolder
-from app.cli.options import EvalRun
 from ippon.evaluation.methods import ABLATIONS, METHODS
 from ippon.evaluation.row import TIMING_COLUMNS
 

@@ -93,7 +93,7 @@ def test_an_empty_folder_says_how_to_fill_it(tmp_path):
 
 def test_a_failure_is_forgotten_once_the_episode_ran(folder, make_row):
     row = make_row()
-    folder.write_error(row.episode_id, row.method, "Traceback")
+    folder.write_error(f"{row.episode_id}.{row.method}", "Traceback")
     assert folder.errors() == ("1.bed.0.untold.ippon",)
     folder.write(row)
     assert folder.errors() == ()

@@ -1,0 +1,16 @@
+"""`ippon eval`: imports only what the subcommand needs."""
+
+from app.cli.eval_options import EvalReport, EvalRun
+
+
+def run_eval(command: EvalRun | EvalReport) -> int:
+    """Run one subcommand and return its exit status."""
+    match command:
+        case EvalRun():
+            from app.cli.eval_run import run_evaluation
+
+            return run_evaluation(command)
+        case EvalReport():
+            from app.cli.eval_report import run_report
+
+            return run_report(command)

@@ -1,0 +1,169 @@
+"""One search by a robot in a running world, and what is noted of it from frame to frame."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.evaluation.episode import EpisodeLimits, run_episode
+from ippon.evaluation.methods import Equipment
+from ippon.evaluation.metrics import Judge
+from ippon.evaluation.outcome import Ending, is_at_instance, shows_object
+from ippon.frame import Frame
+from ippon.geometry import Float64Array
+from ippon.mapping.arrays import MapArrays
+from ippon.mission.mission import Mission
+from ippon.mission.snapshot import MissionState, Snapshot, StepResult
+from ippon.planning.interface import Planner
+from ippon.planning.plan import Plan
+from ippon.simulation.world import SimulatedWorld
+
+Clock = Callable[[], float]
+Witness = Callable[[Frame, StepResult, Mission], None]
+"""Is shown every frame, what the mission made of it, and the mission."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Clocks:
+    """Where time is read from; the library has no clock of its own."""
+
+    wall: Clock
+    """Seconds."""
+    cpu: Clock
+    """Seconds of processor time of this process."""
+
+
+class TimedPlanner:
+    """Hands everything on and notes how long a step took."""
+
+    def __init__(self, planner: Planner, cpu: Clock) -> None:
+        self._planner = planner
+        self._cpu = cpu
+        self.seconds: list[float] = []
+
+    def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
+        """See `Planner.set_goal`."""
+        self._planner.set_goal(probabilities=probabilities, termination_min=termination_min)
+
+    def mark_contact(self, T_world_base: Float64Array) -> None:
+        """See `Planner.mark_contact`."""
+        self._planner.mark_contact(T_world_base)
+
+    def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
+        """See `Planner.step`."""
+        began = self._cpu()
+        plan = self._planner.step(map_arrays, T_world_base, tilt_rad)
+        self.seconds.append(self._cpu() - began)
+        return plan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rig:
+    """A robot in a home and what searches on it; it may search for one object after another."""
+
+    world: SimulatedWorld
+    mission: Mission
+    equipment: Equipment
+    planner: TimedPlanner
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchRecord:
+    """How one search went; everything counts from its own beginning."""
+
+    trajectory: Float64Array
+    """(N, 3) metres, the start and the end of every step that moved the base."""
+    positions: NDArray[np.float64]
+    """(F, 2) metres, one a frame."""
+    time_s: float
+    frames: int
+    hits: int
+    first_seen_s: float
+    """When the object first came into view, -1 for never."""
+    last: Snapshot
+    ending: Ending
+    recognised: bool
+    """At the end the map held a cluster of voxels at the object."""
+    planner_s: tuple[float, ...]
+    step_s: tuple[float, ...]
+    """Processor time of each planner step, and of each whole step of the mission."""
+
+
+@dataclass(slots=True, kw_only=True)
+class _Notes:
+    positions: list[tuple[float, float]] = field(default_factory=list[tuple[float, float]])
+    step_s: list[float] = field(default_factory=list[float])
+    first_seen_s: float = -1.0
+    last: Snapshot | None = None
+
+
+def search(
+    rig: Rig,
+    judge: Judge,
+    limits: EpisodeLimits,
+    cpu: Clock,
+    *,
+    seen_within_m: float,
+    witness: Witness | None = None,
+) -> SearchRecord:
+    """Search for the goal that the mission has, from where the robot stands.
+
+    Args:
+        rig: Home, robot and mission.
+        judge: Knows where the goal's objects are.
+        limits: Clock and patience.
+        cpu: Processor time.
+        seen_within_m: Farther objects do not count as having come into view.
+        witness: Is shown what happens.
+    """
+    world, planner = rig.world, rig.planner
+    base = world.base
+    began_ns, began_frames, began_hits = world.stamp_ns, world.frames, world.collisions
+    began_points, began_plans = len(world.trajectory) - 1, len(planner.seconds)
+    notes = _Notes()
+    # The generator runs observe, watch and the mission's step; the step alone is timed by
+    # taking the clock when the frame is handed over.
+    handed: list[tuple[float, Frame]] = []
+
+    def watch(frame: Frame) -> None:
+        if rig.equipment.observe is not None:
+            rig.equipment.observe(frame)
+        handed[:] = [(cpu(), frame)]
+
+    for result in run_episode(world, rig.mission, limits, watch):
+        began, frame = handed[0]
+        notes.step_s.append(cpu() - began)
+        notes.last = result.snapshot
+        notes.positions.append((base.x_m, base.y_m))
+        if notes.first_seen_s < 0.0 and _is_in_view(world, judge, seen_within_m):
+            notes.first_seen_s = round((world.stamp_ns - began_ns) * 1e-9, 3)
+        if witness is not None:
+            witness(frame, result, rig.mission)
+    last = notes.last
+    assert last is not None, "an episode has at least one frame"
+    instances = [world.scene.instances[k] for k in judge.instances]
+    return SearchRecord(
+        trajectory=world.trajectory[began_points:],
+        positions=np.array(notes.positions),
+        time_s=(world.stamp_ns - began_ns) * 1e-9,
+        frames=world.frames - began_frames,
+        hits=world.collisions - began_hits,
+        first_seen_s=notes.first_seen_s,
+        last=last,
+        ending=_ending(last.state),
+        recognised=any(is_at_instance(c, instances) for c in last.candidates),
+        planner_s=tuple(planner.seconds[began_plans:]),
+        step_s=tuple(notes.step_s),
+    )
+
+
+def _is_in_view(world: SimulatedWorld, judge: Judge, within_m: float) -> bool:
+    rendering = world.rendering
+    return rendering is not None and shows_object(rendering, judge.instances, within_m)
+
+
+def _ending(state: MissionState) -> Ending:
+    if state is MissionState.FOUND:
+        return "found"
+    return "exhausted" if state is MissionState.EXHAUSTED else "time"

@@ -1,0 +1,44 @@
+"""`ippon eval run --ray` on a cluster of this machine."""
+
+import importlib.util
+
+import pytest
+
+from app.cli.errors import UsageError
+from app.cli.eval_ray import RayWorkers
+from app.cli.eval_work import WorkerSetup
+from ippon.evaluation.catalogue import CatalogueConfig
+from ippon.evaluation.trial import habitat_trial
+
+pytestmark = pytest.mark.skipif(
+    importlib.util.find_spec("ray") is None, reason='Ray is not installed: pip install "ippon[ray]"'
+)
+_SETUP = WorkerSetup(trial=habitat_trial(32), catalogue=CatalogueConfig(), version="test")
+
+
+def half(number: int) -> int:
+    """Divide by two, or die in one of two ways."""
+    import os
+
+    if number == 13:
+        os._exit(1)
+    if number % 2:
+        raise ValueError(f"{number} is odd")
+    return number // 2
+
+
+@pytest.mark.process
+def test_results_and_errors_come_back_and_dead_workers_are_replaced():
+    workers = RayWorkers(None, 1, _SETUP)
+    try:
+        outcomes = dict(workers.each(half, [4, 13, 7, 8]))
+    finally:
+        workers.close()
+    assert (outcomes[4], outcomes[8]) == (2, 4)
+    assert "7 is odd" in str(outcomes[7])
+    assert isinstance(outcomes[13], Exception)
+
+
+def test_a_cluster_that_does_not_answer_is_named():
+    with pytest.raises(UsageError, match=r"no Ray cluster answers at 127\.0\.0\.1:1.*--ray alone"):
+        RayWorkers("127.0.0.1:1", None, _SETUP)
