@@ -10,6 +10,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from ippon.frame import Heatmap
+from ippon.segmentation.combine import probabilities_of, resized
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
 from ippon.segmentation.prompts import VILD_TEMPLATES, words_of
@@ -96,12 +97,8 @@ class SanSegmenter:
         image = image.permute(2, 0, 1)[None].float()
         scale = self._config.short_side_px / min(image.shape[2:])
         h, w = (max(1, round(side * scale)) for side in image.shape[2:])
-        if (h, w) != tuple(image.shape[2:]):
-            image = functional.interpolate(
-                image, size=(h, w), mode="bilinear", align_corners=False, antialias=True
-            )
         bottom, right = -h % SIZE_MULTIPLE_PX, -w % SIZE_MULTIPLE_PX
-        padded = functional.pad(normalised(image), (0, right, 0, bottom))
+        padded = functional.pad(normalised(resized(image, (h, w))), (0, right, 0, bottom))
         return padded.to(self.dtype), (h / (h + bottom), w / (w + right))
 
 
@@ -111,8 +108,6 @@ def label_probabilities(
     """Combine masks and their classes into probabilities per pixel.
 
     SAN sums, over the masks, how surely a pixel lies in the mask times how well the label fits it.
-    That sum over all labels may exceed 1 where masks overlap, and is then scaled down; what it
-    lacks where no mask fits goes to all labels alike, so that such a pixel teaches nothing.
 
     Args:
         class_logits: (Q, C + 1), the last column 'none of these'.
@@ -129,7 +124,4 @@ def label_probabilities(
         mask_logits[None].float(), size=padded, mode="bilinear", align_corners=False
     )[0, :, :h, :w]
     fits = class_logits.float().softmax(dim=-1)[:, :-1]
-    scores = torch.einsum("qc,qhw->chw", fits, masks.sigmoid())
-    total = scores.sum(dim=0, keepdim=True)
-    scores = scores + (1.0 - total).clamp(min=0.0) / len(scores)
-    return scores / scores.sum(dim=0, keepdim=True)
+    return probabilities_of(torch.einsum("qc,qhw->chw", fits, masks.sigmoid()))

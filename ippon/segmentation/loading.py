@@ -1,0 +1,52 @@
+"""Makes the segmenter that a configuration asks for."""
+
+import importlib
+from pathlib import Path
+
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.distractors import DistractorSegmenter
+from ippon.segmentation.errors import INSTALL_HINT, WITHOUT_NETWORK, MissingPackageError
+from ippon.segmentation.segmenter import Segmenter
+from ippon.segmentation.small_objects import CropSegmenter
+
+
+def load_segmenter(config: SegmentationConfig, folder: Path) -> Segmenter:
+    """Load the network and put the chosen second passes around it.
+
+    Args:
+        config: Which network, and how.
+        folder: Where checkpoints lie that are given by name.
+
+    Raises:
+        MissingPackageError: torch or transformers is not installed.
+        CheckpointError: The weights are missing, damaged or of another network.
+        SegmentationError: There is no such device.
+    """
+    segmenter = _network(config, folder)
+    if config.distractors:
+        segmenter = DistractorSegmenter(segmenter)
+    return CropSegmenter(segmenter) if config.small_objects else segmenter
+
+
+def _network(config: SegmentationConfig, folder: Path) -> Segmenter:
+    try:
+        for package in ("torch", "regex", "safetensors", "transformers"):
+            importlib.import_module(package)
+    except ImportError as error:
+        raise MissingPackageError(
+            f"segmentation networks need {error.name or error}: {INSTALL_HINT}. {WITHOUT_NETWORK}"
+        ) from error
+    # Imported only now: the library does without them.
+    match config.backend:
+        case "san":
+            from ippon.segmentation.san import loading  # noqa: PLC0415
+
+            return loading.load_san(config, folder)
+        case "clipseg":
+            from ippon.segmentation.clipseg import ClipSegSegmenter  # noqa: PLC0415
+
+            return ClipSegSegmenter(config, folder)
+        case "owlv2":
+            from ippon.segmentation.owlv2 import Owlv2Segmenter  # noqa: PLC0415
+
+            return Owlv2Segmenter(config, folder)

@@ -1,0 +1,103 @@
+"""Models of the `transformers` library, loaded from this machine and from nowhere else."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError
+from transformers import AutoTokenizer
+from transformers.utils.logging import disable_progress_bar
+
+from ippon.segmentation.errors import WITHOUT_NETWORK, CheckpointError
+
+IMAGENET_MEAN = (0.485, 0.456, 0.406)
+IMAGENET_STD = (0.229, 0.224, 0.225)
+CLIP_MEAN = (0.48145466, 0.4578275, 0.40821073)
+CLIP_STD = (0.26862954, 0.26130258, 0.27577711)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pretrained:
+    """A model given by name or folder."""
+
+    model: str
+    """A folder, or a name on the hub such as `CIDAS/clipseg-rd64-refined`."""
+    folder: Path
+    """Where folders lie that are given by the last part of their name."""
+
+    @property
+    def source(self) -> str:
+        """The folder where there is one, else the name, which the hub's local cache may know."""
+        for path in (Path(self.model), self.folder / Path(self.model).name):
+            if path.is_dir():
+                return str(path)
+        return self.model
+
+    def load(self, model_class: Any) -> Any:
+        """Load weights, all of them.
+
+        Args:
+            model_class: A model class of `transformers`.
+
+        Raises:
+            CheckpointError: They are not on this machine, damaged, or of another model.
+        """
+        # The library prints nothing; by default its bars would.
+        disable_progress_bar()
+        try:
+            model, info = model_class.from_pretrained(
+                self.source, local_files_only=True, output_loading_info=True, dtype=torch.float32
+            )
+        except (OSError, ValueError, RuntimeError, KeyError, SafetensorError) as error:
+            raise self._error(error) from error
+        lacking = [*sorted(info["missing_keys"]), *map(str, info["mismatched_keys"])]
+        if lacking:
+            raise CheckpointError(
+                f"{self.source} is another model: {len(lacking)} weights are missing or of another "
+                f"shape ({', '.join(lacking[:3])}); expected one for {type(model).__name__}"
+            )
+        return model.eval().requires_grad_(requires_grad=False)
+
+    def tokenizer(self) -> Any:
+        """Load the tokenizer that lies with the weights.
+
+        Raises:
+            CheckpointError: There is none.
+        """
+        try:
+            return AutoTokenizer.from_pretrained(self.source, local_files_only=True)
+        except (OSError, ValueError, KeyError) as error:
+            raise self._error(error) from error
+
+    def normalisation(
+        self, mean: tuple[float, ...], std: tuple[float, ...]
+    ) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return mean and standard deviation of the training images; those given if unsaid."""
+        path = Path(self.source) / "preprocessor_config.json"
+        if not path.is_file():
+            return mean, std
+        said = json.loads(path.read_text())
+        return tuple(said.get("image_mean", mean)), tuple(said.get("image_std", std))
+
+    def _error(self, error: Exception) -> CheckpointError:
+        reason = str(error).strip().split("\n", maxsplit=1)[0][:200]
+        if Path(self.source).is_dir():
+            return CheckpointError(f"{self.source} is no folder of such a model: {reason}")
+        name = Path(self.model).name
+        return CheckpointError(
+            f"the weights of {self.model} are not on this machine: fetch its folder (config.json, "
+            f"model.safetensors, the tokenizer's files) from https://huggingface.co/{self.model}, "
+            f'for example with "hf download {self.model} --local-dir {self.folder / name}". '
+            f"{WITHOUT_NETWORK}"
+        )
+
+
+def tokens_of(tokenizer: Any, texts: list[str], length: int) -> torch.Tensor:
+    """Return (N, length) token numbers, padded with 0 behind the end token."""
+    encoded = tokenizer(texts, truncation=True, max_length=length)["input_ids"]
+    tokens = torch.zeros(len(texts), length, dtype=torch.long)
+    for row, numbers in zip(tokens, encoded, strict=True):
+        row[: len(numbers)] = torch.tensor(numbers)
+    return tokens

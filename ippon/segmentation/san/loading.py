@@ -1,0 +1,18 @@
+"""From a name or file to a SAN that segments."""
+
+from pathlib import Path
+
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.san.checkpoint import find_checkpoint, find_tokenizer, load_network
+from ippon.segmentation.san.segmenter import SanSegmenter
+
+
+def load_san(config: SegmentationConfig, folder: Path) -> SanSegmenter:
+    """Load a released SAN.
+
+    Raises:
+        CheckpointError: Weights or list of merges are missing, damaged or of another network.
+    """
+    path = find_checkpoint(config.model, folder)
+    tokenizer = find_tokenizer(path)
+    return SanSegmenter(load_network(path), tokenizer, config)

@@ -1,0 +1,165 @@
+"""A second, closer look where the object of interest seems small, or might be."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.frame import Heatmap
+from ippon.segmentation.segmenter import Segmenter
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CropConfig:
+    """When a crop is taken, and how large."""
+
+    crop_share: float = 0.5
+    """Side of the crop as a share of the image's; smaller sees smaller things, in fewer places."""
+    hint_probability: float = 0.12
+    """Probability of the object of interest that draws the crop to it; larger follows fewer hints
+    and looks around more."""
+    large_share: float = 0.02
+    """An object that surely fills more of the image than this needs no second look."""
+    sure_probability: float = 0.5
+    """What counts as surely the object of interest."""
+    margin_share: float = 0.06
+    """Rim of the crop, as a share of it, that is not used: what is cut in two is misread."""
+
+    def __post_init__(self) -> None:
+        """Refuse crops that are none."""
+        if not 0.1 <= self.crop_share < 1.0 or not 0.0 <= self.margin_share < 0.4:
+            raise ValueError(
+                "crop_share must be in 0.1..1 and margin_share in 0..0.4; got "
+                f"{self.crop_share}, {self.margin_share}"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """Part of an image, as shares of its height and width."""
+
+    top: float
+    left: float
+    height: float
+    width: float
+
+    @classmethod
+    def of(cls, rows: slice, columns: slice, shape: tuple[int, int]) -> "Window":
+        """Return the window that some pixels of an (H, W) image are."""
+        (height, width), (top, left) = shape, (rows.start, columns.start)
+        extent = ((rows.stop - top) / height, (columns.stop - left) / width)
+        return cls(top / height, left / width, *extent)
+
+    def pixels(self, shape: tuple[int, int]) -> tuple[slice, slice]:
+        """Return rows and columns in an image of (H, W) pixels, at least one of each."""
+        return (
+            _span(self.top, self.height, shape[0]),
+            _span(self.left, self.width, shape[1]),
+        )
+
+    def shrunk(self, margin: float) -> "Window":
+        """Return the window without its rim, except where it lies at the image's own border."""
+        top, height = _without_rim(self.top, self.height, margin)
+        left, width = _without_rim(self.left, self.width, margin)
+        return Window(top, left, height, width)
+
+
+def _span(start: float, extent: float, size: int) -> slice:
+    # The length does not depend on the place: networks compiled for a size see no other.
+    length = min(size, max(1, round(extent * size)))
+    low = min(size - length, round(start * size))
+    return slice(low, low + length)
+
+
+def _without_rim(start: float, extent: float, margin: float) -> tuple[float, float]:
+    low = start + margin * extent if start > 0.0 else 0.0
+    end = start + extent
+    high = end - margin * extent if end < 1.0 else 1.0
+    return low, high - low
+
+
+class CropSegmenter:
+    """Looks at the whole image, then at a part of it; the part's own heatmap replaces its place.
+
+    The part is where the object of interest shows best, as long as it shows small. Where it does
+    not show at all, the parts of the image take turns, so that a thing that is too small for the
+    whole image is seen after a few frames. Each image costs two passes at most.
+    """
+
+    def __init__(self, segmenter: Segmenter, config: CropConfig | None = None) -> None:
+        self._segmenter = segmenter
+        self._config = config or CropConfig()
+        self._turn = 0
+
+    def segment(self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None) -> Heatmap:
+        """Tell how probable each label is at each pixel; see `Segmenter.segment`."""
+        whole = self._segmenter.segment(color, labels, ooi)
+        window = self._window(whole)
+        if window is None:
+            return whole
+        rows, columns = window.pixels((color.shape[0], color.shape[1]))
+        part = self._segmenter.segment(np.ascontiguousarray(color[rows, columns]), labels, ooi)
+        exact = Window.of(rows, columns, (color.shape[0], color.shape[1]))
+        return pasted(whole, part, exact, self._config.margin_share)
+
+    def _window(self, whole: Heatmap) -> Window | None:
+        """Choose where to look again; None for nowhere."""
+        config = self._config
+        channel = whole.ooi_channel
+        if channel is None:
+            return None
+        p = whole.probabilities[..., channel]
+        if np.mean(p >= 255.0 * config.sure_probability) > config.large_share:
+            return None
+        if p.max() < 255.0 * config.hint_probability:
+            return self._next_tile()
+        v, u = np.unravel_index(int(p.argmax()), p.shape)
+        top, left = (
+            min(max((k + 0.5) / n - 0.5 * config.crop_share, 0.0), 1.0 - config.crop_share)
+            for k, n in ((v, p.shape[0]), (u, p.shape[1]))
+        )
+        return Window(top, left, config.crop_share, config.crop_share)
+
+    def _next_tile(self) -> Window:
+        """Return the next of a grid of overlapping tiles that covers the image."""
+        side = self._config.crop_share
+        across = math.ceil((1.0 - side) / side) + 1
+        row, column = divmod(self._turn % (across * across), across)
+        self._turn += 1
+        step = (1.0 - side) / (across - 1)
+        return Window(row * step, column * step, side, side)
+
+
+def pasted(whole: Heatmap, part: Heatmap, window: Window, margin: float) -> Heatmap:
+    """Put the heatmap of a window of an image in its place in the image's heatmap.
+
+    Args:
+        whole: Of the image.
+        part: Of the window, with the same labels; each of its pixels covers less.
+        window: Where it lies.
+        margin: Rim of the window that stays as it was, as a share of its side.
+
+    Returns:
+        A heatmap of the size of `whole`; pixels sum to 255 where they did.
+    """
+    rows, columns = window.shrunk(margin).pixels(
+        (whole.probabilities.shape[0], whole.probabilities.shape[1])
+    )
+    h, w = whole.probabilities.shape[:2]
+    height, width = part.probabilities.shape[:2]
+    v = _inside(rows, h, (window.top, window.height), height)
+    u = _inside(columns, w, (window.left, window.width), width)
+    probabilities = whole.probabilities.copy()
+    probabilities[rows, columns] = part.probabilities[v[:, None], u]
+    return Heatmap(labels=whole.labels, ooi=whole.ooi, probabilities=probabilities)
+
+
+def _inside(
+    span: slice, size: int, interval: tuple[float, float], part_size: int
+) -> NDArray[np.int64]:
+    """Return, for the pixels of a span of the whole, the nearest pixels of the part."""
+    start, extent = interval
+    centres = (np.arange(span.start, span.stop) + 0.5) / size
+    return np.clip((centres - start) / extent * part_size, 0, part_size - 1).astype(np.int64)
