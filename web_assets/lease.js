@@ -1,6 +1,6 @@
 // Who holds control: one browser commands, the others watch, and anyone may stop the robot.
 
-const BEAT_MS = 500;
+const BEAT_MS = 1000;
 const at = (id) => document.getElementById(id);
 
 export class Lease {
@@ -54,6 +54,7 @@ export class Lease {
     at("lease-over").hidden = isFree || this.holds || you.role !== "supervisor";
     at("you").textContent = you.has_login ? `${you.name}, ${you.role}` : "";
     at("log-out").hidden = !you.has_login;
+    at("log-out").title = `Log out ${you.name} (${you.role})`;
     at("asked").hidden = !(this.holds && lease.requester);
     at("asked-text").textContent = `${lease.requester} asks for control.`;
     this.dress();

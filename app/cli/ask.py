@@ -12,6 +12,7 @@ from app.cli.errors import UsageError
 from app.cli.levels import check_query
 from app.cli.levels_table import as_json, print_levels, print_question, printable
 from app.cli.options import Ask
+from app.links.holding import in_name_of
 from app.links.registry import running_navigators
 from app.links.requests import RequestRefusedError, ask
 from app.links.session import LinkError, open_client
@@ -38,6 +39,7 @@ READ_S = 12.0
 ANSWER_S = 150.0
 """Two requests to a language model and one for what it left out, with time to spare."""
 EXIT_NOT_FOUND = 1
+NAME = "ippon ask"
 
 
 def run_ask(command: Ask) -> int:
@@ -82,8 +84,10 @@ def _search(session: zenoh.Session, robot: str, command: Ask) -> int:
     tables: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     for topic, received in ((keys.STATUS, updates), (keys.PROXIMITY, tables)):
         subscribe(session, f"{robot}/{topic}", received.put)
-    request = SearchRequest(object=wanted, context=context, requester="ippon ask")
-    accepted = ask(session, f"{robot}/{keys.SEARCH}", request, SearchAccepted, command.timeout_s)
+    request = SearchRequest(object=wanted, context=context, requester=NAME)
+    limit_s = command.timeout_s
+    with in_name_of(session, robot, NAME, limit_s, take=command.take) as who:
+        accepted = ask(session, f"{robot}/{keys.SEARCH}", request, SearchAccepted, limit_s, who)
     _show_accepted(accepted, command)
     if command.explain:
         _explain(tables, accepted, command)

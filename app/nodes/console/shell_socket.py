@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import time
 from collections.abc import Awaitable, Callable
 from typing import Annotated, Final, Literal
 
@@ -18,6 +19,10 @@ logger = logging.getLogger(__name__)
 
 MAX_MESSAGE: Final = 4096
 _BAD_MESSAGE: Final = 1007
+RENEW_S: Final = 0.5
+ASLEEP_S: Final = 5.0
+"""A page that is silent for so long is asleep, and keeps no lease: one that only renders slowly is
+heard sooner. A page that has closed is known at once."""
 
 Share = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
 
@@ -51,7 +56,7 @@ class ShellHand(msgspec.Struct, tag="hand", forbid_unknown_fields=True):
 
 
 class ShellAlive(msgspec.Struct, tag="alive", forbid_unknown_fields=True):
-    """Sent twice a second by a page that is not asleep: it keeps its lease, if it has one."""
+    """Sent every second by a page that is not asleep: it keeps its lease, if it has one."""
 
 
 class ShellLease(msgspec.Struct, tag="lease", forbid_unknown_fields=True):
@@ -96,8 +101,10 @@ async def serve_shell(
     act_as(visitor)
     await socket.accept()
     outbox: asyncio.Queue[bytes] = asyncio.Queue(maxsize=64)
+    standing = _Standing(outbox.put, controller, visitor)
     tasks = [
-        asyncio.create_task(_listen(socket, outbox.put, controller, visitor)),
+        asyncio.create_task(_listen(socket, outbox.put, controller, standing)),
+        asyncio.create_task(standing.keep()),
         asyncio.create_task(_announce(bulletin, outbox.put)),
         asyncio.create_task(_send(socket, outbox)),
     ]
@@ -126,11 +133,10 @@ async def _listen(
     socket: WebSocket,
     put: Callable[[bytes], Awaitable[None]],
     controller: Controller,
-    visitor: Visitor,
+    standing: "_Standing",
 ) -> None:
     commands: set[asyncio.Task[None]] = set()
-    held, standing = RESTING, _Standing(put, controller, visitor)
-    await standing.tell()
+    held = RESTING
     try:
         while True:
             received = await socket.receive()
@@ -148,8 +154,9 @@ async def _listen(
                 controller.hand(held)
                 continue
             if isinstance(message, ShellAlive):
-                task = asyncio.create_task(standing.renew())
-            elif isinstance(message, ShellLease):
+                standing.hear()
+                continue
+            if isinstance(message, ShellLease):
                 task = asyncio.create_task(standing.act(message))
             else:
                 task = asyncio.create_task(_command(message, put, controller))
@@ -186,24 +193,29 @@ class _Standing:
         self._controller = controller
         self._visitor = visitor
         self._told: ShellYou | None = None
-        self._renewing = False
         self._is_new = True
+        self._heard_s = time.monotonic()
 
-    async def renew(self) -> None:
+    def hear(self) -> None:
+        """Take note that the page is awake."""
+        self._heard_s = time.monotonic()
+
+    async def keep(self) -> None:
         """Keep the lease or the request that there is; a new page looks whether there is one."""
-        if self._renewing or not (self._visitor.in_play or self._is_new):
+        while True:
+            is_awake = time.monotonic() - self._heard_s < ASLEEP_S
+            if is_awake and (self._visitor.in_play or self._is_new):
+                await self._renew()
             await self.tell()
-            return
-        self._renewing = True
+            await asyncio.sleep(RENEW_S)
+
+    async def _renew(self) -> None:
         try:
             if self._visitor.may_command:
                 await self._controller.lease("renew")
             self._is_new = False
         except CommandError as error:
             logger.debug("no renewal: %s", error)
-        finally:
-            self._renewing = False
-        await self.tell()
 
     async def act(self, message: ShellLease) -> None:
         """Do what a button says."""

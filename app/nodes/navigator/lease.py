@@ -126,7 +126,10 @@ class Lease:
             return None
         if who is not None and self._is(holder, who):
             return "this control has ended and began anew since; try again"
-        return f"{holder.name} holds control: ask for it, or wait until it is released"
+        return (
+            f"{holder.name} holds control: ask for it, wait until it is released, or take it over "
+            "(ippon ask --take)"
+        )
 
     def refusal_of_hand(self, session: str, epoch: int, now_s: float) -> str | None:
         """Say why a hand on the wheels must not count: driving needs the lease, always."""

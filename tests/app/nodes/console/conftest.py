@@ -460,16 +460,18 @@ def free_port():
 
 START = """
 import logging, sys
+from pathlib import Path
 from app.nodes.console.node import ConsoleConfig, run_console
 logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s %(message)s")
-run_console(ConsoleConfig(connect=sys.argv[1], port=int(sys.argv[2])))
+more = {"users": Path(sys.argv[3])} if len(sys.argv) > 3 else {}
+run_console(ConsoleConfig(connect=sys.argv[1], port=int(sys.argv[2]), **more))
 """
 
 
 class ConsoleProcess:
     """The console as its own process."""
 
-    def __init__(self, zenoh_port, port):
+    def __init__(self, zenoh_port, port, users=None):
         self.url = f"http://127.0.0.1:{port}"
         self.started_at = time.monotonic()
         self.process = subprocess.Popen(
@@ -479,6 +481,7 @@ class ConsoleProcess:
                 START,
                 f"tcp/127.0.0.1:{zenoh_port}",
                 str(port),
+                *([] if users is None else [str(users)]),
             ],
             cwd=ROOT,
         )
@@ -488,7 +491,8 @@ class ConsoleProcess:
         while time.monotonic() < deadline:
             assert self.process.poll() is None, "the console has ended"
             try:
-                return httpx.get(f"{self.url}/health", timeout=1.0).json()
+                answer = httpx.get(f"{self.url}/health", timeout=1.0)
+                return answer.json() if answer.is_success else None
             except httpx.TransportError:
                 time.sleep(0.05)
         raise TimeoutError("the console does not answer")

@@ -1,5 +1,6 @@
 import json
 import threading
+import time
 
 import httpx
 import msgspec
@@ -10,6 +11,7 @@ from viser._messages import ShareUrlRequest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from app.messages.lease import LeaseReply
+from app.nodes.console import shell_socket
 from app.nodes.console.access import OpenAccess
 from app.nodes.console.backend import start_viser
 from app.nodes.console.bulletin import Bulletin
@@ -26,16 +28,20 @@ class Navigator:
         self.actions = []
         self.problem = None
         self.is_free = True
+        self.counts_renewals = False
         self.who = None
 
     def may_touch(self, visitor):
         return self.is_free
 
     async def lease(self, action):
-        self.actions.append(action)
+        if action != "renew" or self.counts_renewals:
+            self.actions.append(action)
         if self.problem is not None:
             raise CommandError(self.problem)
         self.who = acting()
+        if action == "renew" and not acting().in_play:
+            return LeaseReply(standing="watches", epoch=3, detail="Nobody holds control.")
         reply = LeaseReply(standing="holds", epoch=3, detail="You hold control.")
         acting().take_note(reply)
         return reply
@@ -256,6 +262,7 @@ def test_what_a_page_asks_is_asked_in_its_name(client, navigator):
 
 
 def test_control_is_taken_renewed_and_lost_as_the_page_is_told(client, navigator):
+    navigator.counts_renewals = True
     with client.socket("/api/ws") as shell:
         assert _hear(shell, "you")["standing"] == "watches"
         shell.send('{"type":"lease","id":1,"action":"request"}')
@@ -263,10 +270,13 @@ def test_control_is_taken_renewed_and_lost_as_the_page_is_told(client, navigator
             "type": "reply", "id": 1, "ok": True, "text": "You hold control.",
         }  # fmt: skip
         assert _hear(shell, "you")["standing"] == "holds"
-        shell.send('{"type":"alive"}')
+        deadline = time.monotonic() + 10.0
+        while navigator.actions.count("renew") < 3:
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
         shell.send('{"type":"lease","id":2,"action":"release"}')
         _hear(shell, "reply")
-    assert navigator.actions == ["request", "renew", "release"]
+    assert {"request", "renew", "release"} == set(navigator.actions)
     navigator.problem = "Anna holds control"
     with client.socket("/api/ws") as shell:
         shell.send('{"type":"lease","id":3,"action":"take"}')
@@ -288,6 +298,24 @@ CAMERA = msgspec.msgpack.encode(
     }
 )
 """A client is one for viser once it has said where it looks from."""
+
+
+def test_a_page_that_sleeps_keeps_no_lease(client, navigator, monkeypatch):
+    navigator.counts_renewals = True
+    monkeypatch.setattr(shell_socket, "ASLEEP_S", 0.2)
+    monkeypatch.setattr(shell_socket, "RENEW_S", 0.05)
+    with client.socket("/api/ws") as shell:
+        shell.send('{"type":"lease","id":1,"action":"request"}')
+        _hear(shell, "reply")
+        time.sleep(0.5)
+        renewals = navigator.actions.count("renew")
+        time.sleep(0.3)
+        assert navigator.actions.count("renew") == renewals
+        shell.send('{"type":"alive"}')
+        deadline = time.monotonic() + 10.0
+        while navigator.actions.count("renew") == renewals:
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
 
 
 def test_panels_of_who_watches_do_nothing(client, backend, navigator):

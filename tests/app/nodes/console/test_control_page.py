@@ -1,0 +1,130 @@
+"""Login, and who holds control, in a real browser: one console with users, shared by all checks."""
+
+import os
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect, sync_playwright
+
+from app.nodes.console.accounts import add_account
+from tests.browser import find_browser
+
+pytestmark = pytest.mark.browser
+
+ARGUMENTS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-dev-shm-usage",
+]
+PATIENCE_MS = 30_000
+PASSWORD = "correct horse"
+
+
+@pytest.fixture(scope="module")
+def pictures(tmp_path_factory):
+    folder = Path(os.environ.get("IPPON_KEEP_PICTURES", tmp_path_factory.mktemp("pictures")))
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+@pytest.fixture
+def console(stage, tmp_path):
+    users = tmp_path / "users"
+    for name, role in (("Anna", "operator"), ("Bert", "supervisor"), ("Vera", "viewer")):
+        add_account(users, name, PASSWORD, role)
+    zenoh_port = stage.free_port()
+    home = stage.PublishedHome(zenoh_port)
+    console = stage.ConsoleProcess(zenoh_port, stage.free_port(), users)
+    console.wait_until_up()
+    for _ in range(25):
+        home.tick()
+    home.frozen = True
+    yield console
+    console.close()
+    home.close()
+
+
+@pytest.fixture
+def open_page(console):
+    """Open a page in a browser of its own, as another operator would."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=find_browser(), args=ARGUMENTS)
+
+        def open_one(*, scene=False):
+            context = browser.new_context(viewport={"width": 1280, "height": 720})
+            page = context.new_page()
+            if not scene:
+                # Software rendering of several scenes would leave their scripts no time.
+                page.route("**/view/**", lambda route: route.abort())
+            page.goto(console.url)
+            return page
+
+        yield open_one
+        browser.close()
+
+
+def log_in(page, name, password=PASSWORD):
+    page.get_by_label("Name").fill(name)
+    page.get_by_label("Password").fill(password)
+    page.get_by_role("button", name="Log in").click()
+
+
+def press(page, selector):
+    """Click without waiting for a still picture."""
+    expect(page.locator(selector)).to_be_visible(timeout=PATIENCE_MS)
+    page.locator(selector).evaluate("button => button.click()")
+
+
+def holder(page, text):
+    expect(page.locator("#holder")).to_have_text(text, timeout=PATIENCE_MS)
+
+
+def test_login_roles_and_control_as_people_meet_them(open_page, console, pictures):
+    anna = open_page()
+    expect(anna).to_have_title("Log in – IPPON")
+    log_in(anna, "Anna", "wrong horse")
+    expect(anna.get_by_role("alert")).to_have_text("Name or password is wrong.")
+    anna.screenshot(path=pictures / "login.png")
+    log_in(anna, "Anna")
+    expect(anna.locator("#state")).to_have_text("Searching", timeout=PATIENCE_MS)
+    holder(anna, "nobody")
+    expect(anna.locator("#log-out")).to_have_attribute("title", "Log out Anna (operator)")
+    press(anna, "#lease-take")
+    holder(anna, "you")
+
+    vera = open_page(scene=True)
+    log_in(vera, "Vera")
+    holder(vera, "Anna")
+    for button in ("#lease-take", "#lease-request", "#lease-over", "#lease-release"):
+        expect(vera.locator(button)).to_be_hidden()
+    panel = vera.frame_locator("#view").locator("[data-ip-watching]")
+    expect(panel).to_have_attribute(
+        "data-ip-watching", "Your login may watch, and stop the robot.", timeout=PATIENCE_MS
+    )
+    vera.screenshot(path=pictures / "viewer.png")
+    press(vera, "#stop")
+    expect(vera.locator("#state")).to_have_text("Stopped", timeout=PATIENCE_MS)
+    vera.context.close()
+
+    bert = open_page()
+    log_in(bert, "Bert")
+    holder(bert, "Anna")
+    press(bert, "#lease-request")
+    expect(anna.locator("#asked")).to_contain_text("Bert asks for control.", timeout=PATIENCE_MS)
+    anna.screenshot(path=pictures / "asked.png")
+    press(anna, "#asked [data-lease=deny]")
+    press(bert, "#lease-request")
+    press(anna, "#asked .grant")
+    holder(bert, "you")
+    holder(anna, "Bert")
+    anna.screenshot(path=pictures / "watching.png")
+
+    bert.context.close()
+    holder(anna, "nobody")
+    press(anna, "#log-out")
+    expect(anna).to_have_title("Log in – IPPON", timeout=PATIENCE_MS)
+    anna.goto(console.url)
+    expect(anna).to_have_title("Log in – IPPON")
