@@ -94,6 +94,10 @@ def _dispatch(command: options.Command) -> int:
             from app.cli.review import run_review_command
 
             return run_review_command(command)
+        case options.Export():
+            from app.cli.export import run_export
+
+            return run_export(command)
         case options.Ask():
             from app.cli.ask import run_ask
 

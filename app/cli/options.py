@@ -199,6 +199,25 @@ class Review:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Export:
+    """A recording as files: map, trajectory, finds, video, a report, and a scene for the browser.
+
+    ply and glb: the map. tum and csv: where the robot was. finds: what was found, as JSON. camera
+    and map-video: MP4. report: one HTML page with everything. viser and page: the scene in 3D, the
+    page opens in any browser.
+    """
+
+    recording: Positional[Path]
+    """A recording, or a session's folder."""
+    what: Positional[tuple[str, ...]] = ()
+    """ply, glb, tum, csv, finds, camera, map-video, report, viser, page; all of them without."""
+    out: Path | None = None
+    """Folder for the files; "export" in the session's folder without."""
+    color: Literal["camera", "ooi", "proximity", "height"] = "camera"
+    """Colours of ply and glb, as on the page."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Ask:
     """Ask a running navigator to look for something, from any terminal that reaches it."""
 
@@ -264,6 +283,7 @@ Command = (
     | Annotated[User, tyro.conf.subcommand("user")]
     | Annotated[Record, tyro.conf.subcommand("record")]
     | Annotated[Review, tyro.conf.subcommand("review")]
+    | Annotated[Export, tyro.conf.subcommand("export")]
     | Annotated[Ask, tyro.conf.subcommand("ask")]
     | Annotated[Levels, tyro.conf.subcommand("levels")]
     | Annotated[Eval, tyro.conf.subcommand("eval")]
