@@ -27,7 +27,7 @@ PLAYED: Final = (
     keys.STATUS, keys.EVENT, keys.MAP_VOXELS, keys.TF, keys.TF_STATIC, *LATEST,
 )  # fmt: skip
 
-Emit = Callable[[str, bytes], None]
+Emit = Callable[[str, bytes], object]
 
 
 class Player:

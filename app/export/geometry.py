@@ -1,0 +1,91 @@
+"""The map as a point cloud or as the faces of its voxels, coloured as the page colours it."""
+
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from app.export.story import Story, need_map
+from app.view.colors import voxel_colors
+
+ExportColor = Literal["camera", "ooi", "proximity", "height"]
+TOP_M: Final = 3.0
+"""End of the height ramp."""
+# Of each of the six sides: the way out, and the corners seen from outside, counter-clockwise.
+_SIDES: Final = (
+    ((1, 0, 0), ((1, 0, 0), (1, 1, 0), (1, 1, 1), (1, 0, 1))),
+    ((-1, 0, 0), ((0, 0, 0), (0, 0, 1), (0, 1, 1), (0, 1, 0))),
+    ((0, 1, 0), ((0, 1, 0), (0, 1, 1), (1, 1, 1), (1, 1, 0))),
+    ((0, -1, 0), ((0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1))),
+    ((0, 0, 1), ((0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))),
+    ((0, 0, -1), ((0, 0, 0), (0, 1, 0), (1, 1, 0), (1, 0, 0))),
+)
+
+
+def colors_of(
+    indices: NDArray[np.int64], attributes: NDArray[np.uint8], voxel_m: float, mode: ExportColor
+) -> NDArray[np.uint8]:
+    """Return (N, 3) RGB of voxels."""
+    ooi = attributes[:, 3]
+    return voxel_colors(
+        mode,
+        rgb=attributes[:, :3],
+        ooi=ooi,
+        level=attributes[:, 5],
+        height_m=((indices[:, 2] + 0.5) * voxel_m).astype(np.float32),
+        top_m=TOP_M,
+        # Of the two modes that a file has no choice for.
+        thing=ooi,
+        gain=ooi,
+    )
+
+
+def write_points(story: Story, path: Path, mode: ExportColor) -> None:
+    """Write the centres of the surface voxels as a PLY.
+
+    Raises:
+        RecordingError: There is no map.
+    """
+    indices, attributes, voxel_m = need_map(story)
+    colors = colors_of(indices, attributes, voxel_m, mode)
+    cloud: Any = trimesh.PointCloud((indices + 0.5) * voxel_m, colors=colors)
+    path.write_bytes(cloud.export(file_type="ply"))
+
+
+def write_faces(story: Story, path: Path, mode: ExportColor) -> None:
+    """Write the outer faces of the surface voxels as a GLB.
+
+    Raises:
+        RecordingError: There is no map.
+    """
+    mesh = voxel_faces(story, mode)
+    path.write_bytes(mesh.export(file_type="glb"))
+
+
+def voxel_faces(story: Story, mode: ExportColor) -> Any:
+    """Return the faces between a surface voxel and none, with the colours of the voxels.
+
+    Raises:
+        RecordingError: There is no map.
+    """
+    indices, attributes, voxel_m = need_map(story)
+    colors = colors_of(indices, attributes, voxel_m, mode)
+    low = indices.min(axis=0) - 1
+    solid = np.zeros(indices.max(axis=0) - low + 2, np.bool_)
+    cells = indices - low
+    solid[tuple(cells.T)] = True
+    vertices: list[NDArray[np.float64]] = []
+    shades: list[NDArray[np.uint8]] = []
+    for out, corners in _SIDES:
+        bare = ~solid[tuple((cells + out).T)]
+        base = indices[bare][:, None, :] + np.array(corners)[None]
+        vertices.append(base.reshape(-1, 3).astype(np.float64) * voxel_m)
+        shades.append(np.repeat(colors[bare], 4, axis=0))
+    points = np.concatenate(vertices)
+    quads = np.arange(len(points)).reshape(-1, 4)
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    return trimesh.Trimesh(
+        points, faces, vertex_colors=np.concatenate(shades), process=False, validate=False
+    )

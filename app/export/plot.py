@@ -1,0 +1,47 @@
+"""A line over time as SVG, for pages that hold everything themselves."""
+
+from html import escape
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+WIDTH: Final = 420
+HEIGHT: Final = 150
+LEFT: Final = 48
+BOTTOM: Final = 22
+TOP: Final = 26
+MOST_POINTS: Final = 600
+
+
+def line_plot(
+    x_s: NDArray[np.float64], y: NDArray[np.float64], name: str, unit: str, color: str
+) -> str:
+    """Return an SVG of y over seconds, with the axes' ends.
+
+    Args:
+        x_s: (N,) seconds, growing.
+        y: (N,) values.
+        name: What they are.
+        unit: Their unit, empty for none.
+        color: Of the line, as CSS.
+    """
+    every = 1 + len(x_s) // MOST_POINTS
+    x_s, y = x_s[::every], y[::every]
+    low, high = min(0.0, float(y.min())), max(float(y.max()), 1e-9)
+    first, last = float(x_s[0]), max(float(x_s[-1]), float(x_s[0]) + 1e-9)
+    u = LEFT + (x_s - first) / (last - first) * (WIDTH - LEFT - 8)
+    v = HEIGHT - BOTTOM - (y - low) / (high - low) * (HEIGHT - BOTTOM - TOP)
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(u.tolist(), v.tolist(), strict=True))
+    floor = HEIGHT - BOTTOM
+    title = escape(f"{name}, {unit}" if unit else name)
+    return (
+        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{title}">'
+        f'<text x="{LEFT}" y="16" class="title">{title}</text>'
+        f'<path d="M{LEFT} {TOP}V{floor}H{WIDTH - 8}" class="axis"/>'
+        f'<text x="{LEFT - 6}" y="{TOP + 6}" text-anchor="end">{high:.3g}</text>'
+        f'<text x="{LEFT - 6}" y="{floor}" text-anchor="end">{low:.3g}</text>'
+        f'<text x="{LEFT}" y="{HEIGHT - 6}">{first:.0f} s</text>'
+        f'<text x="{WIDTH - 8}" y="{HEIGHT - 6}" text-anchor="end">{last:.0f} s</text>'
+        f'<polyline points="{points}" fill="none" stroke="{color}" stroke-width="2"/></svg>'
+    )

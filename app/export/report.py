@@ -1,0 +1,210 @@
+"""A session as one HTML page that needs nothing else: pictures, map, plots, events, figures."""
+
+import base64
+import io
+import json
+import time
+from dataclasses import dataclass
+from html import escape
+from importlib import resources
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from app.export.picture import draw_map, frame_of
+from app.export.plot import line_plot
+from app.export.story import Story
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.images import decode_color
+from app.recording.notes import read_notes
+from app.view.colors import GREEN, ORANGE, SKY, hex_of
+
+RESULT_FILE: Final = "result.json"
+MAP_PX: Final = 900
+_PLOTS: Final = (
+    (1, "Best match", "", hex_of(GREEN)),
+    (2, "Explored", "m²", hex_of(SKY)),
+    (3, "Path", "m", hex_of(SKY)),
+    (4, "Planner and map", "ms", hex_of(ORANGE)),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    title: str
+    time_ns: int
+
+
+def write_report(story: Story, path: Path) -> None:
+    """Write the page."""
+    title = _title(story)
+    parts = [
+        f"<h1>{escape(title)}</h1><p class=when>{escape(_when(story))}</p>",
+        _figures(story),
+        _map(story),
+        _pictures(story),
+        _plots(story),
+        _events(story),
+        _provenance(story),
+    ]
+    style = (resources.files("web_assets") / "report.css").read_text("utf-8")
+    page = (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
+        f"<style>{style}</style></head><body><main>{''.join(parts)}</main></body></html>"
+    )
+    path.write_text(page, "utf-8")
+
+
+def _title(story: Story) -> str:
+    last = story.digest.last
+    if last is None or last.goal is None:
+        return story.name
+    name = last.goal.object.replace("_", " ")
+    outcome = {"found": "found", "exhausted": "not found"}.get(last.goal.outcome, "not finished")
+    return f"Search for {name}: {outcome}"
+
+
+def _when(story: Story) -> str:
+    start = time.localtime(story.recording.start_ns * 1e-9)
+    last = story.digest.last
+    context = last.goal.context if last is not None and last.goal is not None else ""
+    said = f" · “{context}”" if context else ""
+    return f"{time.strftime('%Y-%m-%d %H:%M:%S', start)} · {story.name}{said}"
+
+
+def _figures(story: Story) -> str:
+    last = story.digest.last
+    cells = [("Recorded", f"{story.recording.duration_s:.0f} s")]
+    if last is not None:
+        cells += [
+            ("Search time", f"{last.elapsed_s:.1f} s"),
+            ("Path", f"{last.path_length_m:.1f} m"),
+            ("Explored", f"{last.explored_m2:.1f} m²"),
+            ("Best match", f"{last.best_ooi:.0%}"),
+            ("Frames", f"{last.frames}"),
+        ]
+    truth = _truth(story)
+    if truth is not None:
+        right = "yes" if truth.get("correct") else "no"
+        cells += [
+            ("Right object", right),
+            ("SPL", f"{float(truth.get('spl', 0.0)):.2f}"),
+            ("SoftSPL", f"{float(truth.get('soft_spl', 0.0)):.2f}"),
+        ]
+    body = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in cells)
+    return f"<dl>{body}</dl>"
+
+
+def _truth(story: Story) -> dict[str, Any] | None:
+    """Return what the simulation said of the search, None where nobody knows."""
+    try:
+        truth = json.loads((story.recording.path.parent / RESULT_FILE).read_text("utf-8"))
+    except (OSError, ValueError):
+        return None
+    return truth if isinstance(truth, dict) else None
+
+
+def _map(story: Story) -> str:
+    indices, _ = story.scene.voxels.all_voxels()
+    voxel_m = story.scene.voxel_size_m
+    if voxel_m is None or not len(indices):
+        return "<h2>Map</h2><p>No map was recorded.</p>"
+    frame = frame_of(indices, voxel_m, MAP_PX)
+    pictures = [
+        ("As the camera saw it, with the robot's way", draw_map(story.scene, frame)),
+        ("Where the object is likely", draw_map(story.scene, frame, "ooi")),
+        ("How near the object may be", draw_map(story.scene, frame, "proximity")),
+    ]
+    body = "".join(
+        f'<figure><img alt="" src="{_png(image)}"><figcaption>{text}</figcaption></figure>'
+        for text, image in pictures
+    )
+    return f"<h2>Map from above</h2><div class=pictures>{body}</div>"
+
+
+def _pictures(story: Story) -> str:
+    moments = [_Moment("Start", story.recording.start_ns + 2 * 10**9)]
+    moments += [
+        _Moment(mark.text, mark.time_ns)
+        for mark in story.digest.marks
+        if mark.kind in {"found", "rejected", "contact", "detection"}
+    ][:10]
+    moments.append(_Moment("End", story.recording.end_ns))
+    figures: list[str] = []
+    for moment in moments:
+        message = story.recording.latest(keys.COLOR, moment.time_ns)
+        if message is None:
+            continue
+        try:
+            encoded = decode_color(message.payload).encoded
+        except MessageError:
+            # A damaged picture is left out.
+            continue
+        kind = "jpeg" if encoded.startswith(b"\xff\xd8") else "png"
+        source = f"data:image/{kind};base64,{base64.b64encode(encoded).decode()}"
+        at = _clock(moment.time_ns - story.recording.start_ns)
+        text = f"{at} {escape(moment.title)}"
+        figures.append(
+            f'<figure><img alt="" src="{source}"><figcaption>{text}</figcaption></figure>'
+        )
+    if not figures:
+        return ""
+    return f"<h2>What the camera saw</h2><div class=pictures>{''.join(figures)}</div>"
+
+
+def _plots(story: Story) -> str:
+    statuses = story.digest.statuses
+    if len(statuses) < 2:
+        return ""
+    start = story.recording.start_ns
+    rows = np.array(
+        [
+            (
+                (s.time_ns - start) * 1e-9,
+                s.status.best_ooi,
+                s.status.explored_m2,
+                s.status.path_length_m,
+                s.status.timings.step_ms,
+            )
+            for s in statuses
+        ],
+        np.float64,
+    ).T
+    body = "".join(
+        line_plot(rows[0], rows[k], name, unit, color) for k, name, unit, color in _PLOTS
+    )
+    return f"<h2>Over time</h2><div class=plots>{body}</div>"
+
+
+def _events(story: Story) -> str:
+    start = story.recording.start_ns
+    rows = [(e.time_ns, e.event.kind, e.event.text) for e in story.digest.events]
+    rows += [(n.time_ns, n.kind, n.text) for n in read_notes(story.recording.path)]
+    body = "".join(
+        f"<tr><td>{_clock(at - start)}</td><th>{escape(kind.replace('_', ' '))}</th>"
+        f"<td>{escape(text)}</td></tr>"
+        for at, kind, text in sorted(rows)
+    )
+    return f"<h2>What happened</h2><table>{body}</table>" if body else ""
+
+
+def _provenance(story: Story) -> str:
+    versions = story.recording.index.metadata.get("ippon/versions", {})
+    words = ", ".join(f"{escape(k)} {escape(v)}" for k, v in versions.items())
+    problems = "".join(f"<p>{escape(text)}</p>" for text in story.recording.index.problems)
+    return f"<h2>Recorded with</h2><p class=when>{words}</p>{problems}"
+
+
+def _png(image: NDArray[np.uint8]) -> str:
+    out = io.BytesIO()
+    Image.fromarray(image).save(out, "PNG", optimize=True)
+    return f"data:image/png;base64,{base64.b64encode(out.getvalue()).decode()}"
+
+
+def _clock(nanoseconds: int) -> str:
+    seconds = max(0.0, nanoseconds * 1e-9)
+    return f"{int(seconds // 60)}:{seconds % 60:04.1f}"

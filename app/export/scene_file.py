@@ -1,0 +1,39 @@
+"""The scene as viser's client shows it, in a file: no Python is needed to open it."""
+
+import contextlib
+import io
+from pathlib import Path
+from typing import Any
+
+import viser
+
+from app.export.story import Story
+from app.view.camera_follow import FOV_RAD, framing
+from app.view.options import ViewOptions
+from app.view.viser_scene import ALL_PARTS, ViserScene
+
+
+def write_scene(story: Story, path: Path) -> None:
+    """Write the scene as `.viser`, or as a page that holds viser's client where it ends in .html.
+
+    The page opens in any browser by itself; the `.viser` file opens in viser's client.
+    """
+    with contextlib.redirect_stdout(io.StringIO()):
+        server: Any = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    try:
+        scene = ViserScene(server)
+        scene.draw(story.scene, ALL_PARTS, ViewOptions())
+        bounds = scene.bounds()
+        if bounds is not None:
+            view = framing(*bounds, 1.5)
+            server.initial_camera.fov = FOV_RAD
+            server.initial_camera.position = view.position
+            server.initial_camera.look_at = view.look_at
+        serializer: Any = server.get_scene_serializer()
+        if path.suffix == ".html":
+            path.write_text(serializer.as_html(dark_mode=True), "utf-8")
+        else:
+            path.write_bytes(serializer.serialize())
+    finally:
+        with contextlib.redirect_stdout(io.StringIO()):
+            server.stop()

@@ -1,0 +1,83 @@
+"""Trajectory and finds as text that other programs read."""
+
+import csv
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from app.export.story import Story, Trajectory, read_trajectory
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.scene import Detection, decode_detections
+
+
+def write_tum(story: Story, path: Path) -> None:
+    """Write `time x y z qx qy qz qw`, the format of the TUM RGB-D benchmark.
+
+    Raises:
+        RecordingError: There is no pose.
+    """
+    trajectory = read_trajectory(story)
+    lines = ["# time tx ty tz qx qy qz qw\n"]
+    for t, row in zip(trajectory.time_ns.tolist(), _rows(trajectory).tolist(), strict=True):
+        lines.append(f"{t / 1e9:.6f} " + " ".join(f"{value:.6f}" for value in row) + "\n")
+    path.write_text("".join(lines), "ascii")
+
+
+def write_csv(story: Story, path: Path) -> None:
+    """Write the same with a heading, commas, and the way driven so far.
+
+    Raises:
+        RecordingError: There is no pose.
+    """
+    trajectory = read_trajectory(story)
+    rows = _rows(trajectory)
+    steps = np.linalg.norm(np.diff(rows[:, :2], axis=0, prepend=rows[:1, :2]), axis=1)
+    driven = np.cumsum(steps)
+    with path.open("w", newline="", encoding="ascii") as file:
+        table = csv.writer(file)
+        table.writerow(["time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "driven_m"])
+        for t, row, way in zip(
+            trajectory.time_ns.tolist(), rows.tolist(), driven.tolist(), strict=True
+        ):
+            numbers = (f"{value:.6f}" for value in (t / 1e9, *row))
+            table.writerow([*numbers, f"{way:.4f}"])
+
+
+def write_finds(story: Story, path: Path) -> None:
+    """Write what was found, and what looked like it, as JSON."""
+    last = story.digest.last
+    finds = [*last.history] if last is not None else []
+    detections: list[dict[str, object]] = []
+    for message in story.recording.all_messages((keys.DETECTIONS,)):
+        try:
+            stamp_ns, found = decode_detections(message.payload)
+        except MessageError:
+            # What cannot be read is no detection.
+            continue
+        detections += [{"stamp_s": stamp_ns / 1e9, **_entry(d)} for d in found]
+    content = {
+        "session": story.name,
+        "goals": [*finds, *([last.goal] if last is not None and last.goal else [])],
+        "find": last.find if last is not None else None,
+        "detections": detections,
+    }
+    path.write_bytes(msgspec.json.format(msgspec.json.encode(content)))
+
+
+def _entry(detection: Detection) -> dict[str, object]:
+    return {
+        "label": detection.label,
+        "probability": round(detection.probability, 4),
+        "center_world_m": [round(x, 3) for x in detection.center_world],
+        "size_m": [round(x, 3) for x in detection.size_m],
+    }
+
+
+def _rows(trajectory: Trajectory) -> NDArray[np.float64]:
+    """Return (N, 7) x, y, z, qx, qy, qz, qw."""
+    T = trajectory.T_world_base
+    return np.concatenate([T[:, :3, 3], Rotation.from_matrix(T[:, :3, :3]).as_quat()], axis=1)

@@ -1,0 +1,147 @@
+"""What is exported, opened by programs that are not ours."""
+
+import json
+import re
+
+import av
+import numpy as np
+import open3d
+import pytest
+from playwright.sync_api import sync_playwright
+from pyarrow import csv
+
+from app.cli.main import run
+from app.export.geometry import voxel_faces
+from app.export.story import need_map, open_story, read_trajectory
+from app.recording.writer import SessionWriter
+from tests.browser import find_browser
+
+ARGUMENTS = [
+    "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--disable-dev-shm-usage",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def story(exported):
+    story = open_story(exported.parent)
+    yield story
+    story.recording.close()
+
+
+def test_open3d_reads_the_points_with_their_colours(exported, story):
+    cloud = open3d.io.read_point_cloud(str(exported / "map.ply"))
+    indices, attributes, voxel_m = need_map(story)
+    np.testing.assert_allclose(np.asarray(cloud.points), (indices + 0.5) * voxel_m, atol=1e-5)
+    np.testing.assert_allclose(np.asarray(cloud.colors) * 255, attributes[:, :3], atol=0.6)
+
+
+def test_open3d_reads_the_faces(exported, story):
+    mesh = open3d.io.read_triangle_mesh(str(exported / "map.glb"))
+    indices, _, voxel_m = need_map(story)
+    assert np.asarray(mesh.triangles).shape[0] > 2 * len(indices)
+    low, high = mesh.get_min_bound(), mesh.get_max_bound()
+    np.testing.assert_allclose(low, indices.min(axis=0) * voxel_m, atol=1e-5)
+    np.testing.assert_allclose(high, (indices.max(axis=0) + 1) * voxel_m, atol=1e-5)
+
+
+def test_faces_look_outwards(story):
+    mesh = voxel_faces(story, "camera")
+    indices, _, voxel_m = need_map(story)
+    # One layer of voxels: each has a top and a bottom, and the rim its sides.
+    up = mesh.face_normals[:, 2]
+    assert np.count_nonzero(up > 0.5) == np.count_nonzero(up < -0.5) == 2 * len(indices)
+    assert mesh.area == pytest.approx(
+        (2 * len(indices) + np.count_nonzero(np.abs(up) < 0.5) / 2) * voxel_m**2
+    )
+
+
+def test_colours_by_probability_differ_from_the_camera_s(exported, tmp_path):
+    assert (
+        run(["export", str(exported.parent), "ply", "--color", "ooi", "--out", str(tmp_path)]) == 0
+    )
+    by_ooi = open3d.io.read_point_cloud(str(tmp_path / "map.ply"))
+    by_camera = open3d.io.read_point_cloud(str(exported / "map.ply"))
+    assert not np.allclose(np.asarray(by_ooi.colors), np.asarray(by_camera.colors))
+
+
+def test_trajectories_read_as_numbers(exported, story):
+    tum = np.loadtxt(exported / "trajectory.tum")
+    trajectory = read_trajectory(story)
+    np.testing.assert_allclose(tum[:, 1:4], trajectory.T_world_base[:, :3, 3], atol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(tum[:, 4:], axis=1), 1.0, atol=1e-5)
+    table = csv.read_csv(exported / "trajectory.csv").to_pydict()
+    np.testing.assert_allclose(table["time_s"], tum[:, 0], atol=1e-6)
+    assert table["driven_m"][-1] == pytest.approx(0.02 * 29, abs=1e-3)
+
+
+def test_finds_as_json(exported):
+    finds = json.loads((exported / "finds.json").read_text())
+    assert finds["find"]["object"] == "hat"
+    assert finds["goals"][-1]["outcome"] == "found"
+    assert finds["detections"][0]["label"] == "hat"
+
+
+def test_videos_play_at_the_session_s_speed(exported):
+    with av.open(str(exported / "camera.mp4")) as video:
+        frames = list(video.decode(video=0))
+    assert len(frames) == 30
+    assert frames[-1].time - frames[0].time == pytest.approx(5.8, abs=0.01)
+    brightness = [frame.to_ndarray(format="gray").mean() for frame in frames]
+    np.testing.assert_allclose(brightness, [(n * 5) % 256 for n in range(30)], atol=6)
+    with av.open(str(exported / "map.mp4")) as video:
+        drawn = [frame.to_ndarray(format="gray") for frame in video.decode(video=0)]
+    assert len(drawn) == 25
+    assert (drawn[-1] > 40).mean() > 2 * (drawn[2] > 40).mean()
+
+
+def test_the_report_says_it_all_and_needs_nothing_else(exported):
+    page = (exported / "report.html").read_text()
+    for text in (
+        "Search for hat: found",
+        "on the sofa",
+        "SPL",
+        "0.71",
+        "searching for hat",
+        "<svg",
+    ):
+        assert text in page
+    assert page.count("data:image/png") == 3
+    assert page.count("data:image/jpeg") >= 4
+    assert re.findall(r'(?:src|href)="(?!data:)', page) == []
+
+
+@pytest.mark.browser
+def test_a_browser_opens_the_report_and_the_scene(exported, tmp_path):
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=find_browser(), args=ARGUMENTS)
+        page = browser.new_page(viewport={"width": 1280, "height": 900})
+        page.goto((exported / "report.html").as_uri())
+        loaded = page.evaluate("[...document.images].every((i) => i.naturalWidth > 0)")
+        assert loaded
+        assert page.locator("polyline").count() == 4
+        page.goto((exported / "scene.html").as_uri())
+        page.wait_for_selector("canvas", timeout=30_000)
+        page.wait_for_function(
+            "document.querySelector('canvas').getBoundingClientRect().width > 200", timeout=30_000
+        )
+        browser.close()
+
+
+def test_what_is_not_there_is_said_and_the_rest_is_written(tmp_path, capsys):
+    writer = SessionWriter(tmp_path / "s", "r")
+    writer.add("status", b"{}", 1, 0.0)
+    writer.close()
+    assert run(["export", str(tmp_path / "s"), "ply", "tum", "camera", "report"]) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert "has no map" in said
+    assert "no pose of the robot" in said
+    assert "no picture of a camera" in said
+    assert "No map was recorded" in (tmp_path / "s" / "export" / "report.html").read_text()
+
+
+def test_unknown_exports_and_recordings_are_usage_errors(tmp_path, capsys):
+    assert run(["export", str(tmp_path / "none.mcap")]) == 2
+    assert "there is no" in capsys.readouterr().err
+    assert run(["export", str(tmp_path), "obj"]) == 2
+    assert "there are ply, glb" in capsys.readouterr().err.replace("\n", " ")
