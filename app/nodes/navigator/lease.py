@@ -85,7 +85,7 @@ class Lease:
         self._expire(now_s)
         if self._holds(who):
             self._news.append(f"{who.name} released control")
-            self._pass_on()
+            self._pass_on(now_s)
         elif self._is(self._requester, who):
             self._requester = None
             self._news.append(f"{who.name} asks for control no more")
@@ -95,7 +95,9 @@ class Lease:
         """Hand control to whoever asks for it."""
         self._expire(now_s)
         if self._holds(who) and self._requester is not None:
-            self._hand_to(self._requester, f"was given control by {who.name}")
+            self._hand_to(
+                replace(self._requester, heard_s=now_s), f"was given control by {who.name}"
+            )
         return self._reply(who)
 
     def deny(self, who: Credential, now_s: float) -> LeaseReply:
@@ -155,10 +157,11 @@ class Lease:
             self._requester = None
         self._news.append(f"{party.name} {how}")
 
-    def _pass_on(self) -> None:
+    def _pass_on(self, now_s: float) -> None:
         heir, self._holder, self._requester = self._requester, None, None
         if heir is not None:
-            self._hand_to(heir, "has control now")
+            # Who waits speaks seldom; from now on silence counts as a holder's.
+            self._hand_to(replace(heir, heard_s=now_s), "has control now")
 
     def _expire(self, now_s: float) -> None:
         requester, holder = self._requester, self._holder
@@ -166,7 +169,7 @@ class Lease:
             self._requester = None
         if holder is not None and now_s - holder.heard_s > EXPIRY_S:
             self._news.append(f"{holder.name} is gone: control ran out")
-            self._pass_on()
+            self._pass_on(now_s)
 
     def _reply(self, who: Credential) -> LeaseReply:
         holder = self._holder
