@@ -1,6 +1,7 @@
 // The shell: status bar, Stop, reconnecting. The scene and its panels live in the frame below.
 
 import { Drive, isTyping } from "./drive.js";
+import { Explanation } from "./explain.js";
 import { installHelp, installTheme } from "./help.js";
 import { Lease, logInAgainIfAsked } from "./lease.js";
 
@@ -143,6 +144,7 @@ function send(message) {
 
 const drive = new Drive(send, (mode) => insist(request({ type: "drive", mode })));
 const lease = new Lease(send, (action) => insist(request({ type: "lease", action })), view);
+const explanation = new Explanation();
 const onHelpKey = installHelp(isTyping);
 
 function clock(seconds) {
@@ -179,6 +181,7 @@ function render() {
     : "none";
   at("resume").hidden = shown !== "stopped";
   lease.update(state?.lease);
+  explanation.update(state?.explanation);
   drive.update(state?.drive ?? { mode: "auto" }, state?.link === "live" && lease.watching === "");
   renderNotice(shown);
   renderVeil(shown);

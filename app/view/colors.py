@@ -25,6 +25,9 @@ SKY: Final[Rgb] = (0x56, 0xB4, 0xE9)
 YELLOW: Final[Rgb] = (0xF0, 0xE4, 0x42)
 
 FOUND: Final = GREEN
+CERTAIN_BRUSH: Final = VERMILION
+"""What is painted "look here", and what is pointed at in a picture."""
+NEVER_BRUSH: Final = BLUE
 ROBOT: Final = SKY
 PATH: Final = YELLOW
 UNMAPPED: Final[Rgb] = (0x46, 0x4B, 0x54)
@@ -41,7 +44,7 @@ LEVEL_COLORS: Final[dict[Level, Rgb]] = {
     Level.CERTAIN: VERMILION,
 }
 
-ColorMode = Literal["camera", "ooi", "proximity", "height"]
+ColorMode = Literal["camera", "ooi", "proximity", "height", "thing", "gain"]
 COLOR_MODES: Final[tuple[ColorMode, ...]] = get_args(ColorMode)
 
 
@@ -92,6 +95,9 @@ _OOI_TABLE: Final = INFERNO[np.linspace(36.0, 255.0, 256).round().astype(int)]
 _OOI_TABLE[NOT_MAPPED] = UNMAPPED
 
 
+_GAIN_TABLE: Final = GAIN.copy()
+_GAIN_TABLE[NOT_MAPPED] = UNMAPPED
+
 _STEPS: Final = np.arange(256) / 255.0
 _LINEAR: Final = np.round(
     np.where(_STEPS <= 0.04045, _STEPS / 12.92, ((_STEPS + 0.055) / 1.055) ** 2.4) * 255.0
@@ -111,6 +117,8 @@ def voxel_colors(
     level: NDArray[np.uint8],
     height_m: NDArray[np.float32],
     top_m: float,
+    thing: NDArray[np.uint8],
+    gain: NDArray[np.uint8],
 ) -> NDArray[np.uint8]:
     """Colour surface voxels.
 
@@ -121,6 +129,8 @@ def voxel_colors(
         level: (N,) `Level`, 255 for none.
         height_m: (N,) height of the voxel above the floor.
         top_m: Height that the end of the height ramp stands for.
+        thing: (N,) probability of the chosen common object in units of 1/254, 255 for none.
+        gain: (N,) gain of the viewpoint there over the highest, in units of 1/254, 255 for none.
 
     Returns:
         (N, 3) uint8 RGB.
@@ -135,6 +145,10 @@ def voxel_colors(
         case "height":
             step = np.clip(height_m * (255.0 / max(top_m, 0.1)), 0.0, 255.0)
             return CIVIDIS[step.astype(np.uint8)]
+        case "thing":
+            return _OOI_TABLE[thing]
+        case "gain":
+            return _GAIN_TABLE[gain]
 
 
 def ooi_colors(ooi: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -190,6 +204,22 @@ def legend(mode: ColorMode, top_m: float) -> Legend:
                     ),
                     _UNMAPPED_ENTRY,
                 ),
+            )
+        case "thing":
+            return Legend(
+                title="Probability of the thing chosen below",
+                ramp=_OOI_TABLE[:NOT_MAPPED],
+                low="0",
+                high="1",
+                entries=(LegendEntry(color=UNMAPPED, text="taken for something else"),),
+            )
+        case "gain":
+            return Legend(
+                title="What the viewpoint there promises to show",
+                ramp=GAIN,
+                low="low",
+                high="high",
+                entries=(LegendEntry(color=UNMAPPED, text="no viewpoint near"),),
             )
         case "height":
             return Legend(title="Height", ramp=CIVIDIS, low="0 m", high=f"{top_m:.1f} m")

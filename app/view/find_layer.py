@@ -38,15 +38,15 @@ class FindLayer:
         self._boxes: list[Any] = []
         self._labels: list[Any] = []
 
-    def draw(self, marks: tuple[Mark, ...], visible: bool) -> None:
+    def draw(self, marks: tuple[Mark, ...], visible: bool, named: bool = True) -> None:
         """Mark these objects and no others."""
         shown = marks[:_SHOWN] if visible else ()
         for n, mark in enumerate(shown):
-            self._draw_mark(n, mark)
+            self._draw_mark(n, mark, named)
         for handle in (*self._boxes[len(shown) :], *self._labels[len(shown) :]):
             handle.visible = False
 
-    def _draw_mark(self, n: int, mark: Mark) -> None:
+    def _draw_mark(self, n: int, mark: Mark, named: bool) -> None:
         center = np.array(mark.center_world, dtype=np.float32)
         half = np.array(mark.size_m, dtype=np.float32) * 0.5 + _MARGIN_M
         corners = center + _SIGNS * half
@@ -62,7 +62,7 @@ class FindLayer:
         box, label = self._boxes[n], self._labels[n]
         box.points, box.colors, box.visible = segments, colors, True
         box.thickness = 0.04 if mark.found else 0.015
-        label.position, label.text, label.visible = top, mark.text, True
+        label.position, label.text, label.visible = top, mark.text, named
         label.font_screen_scale = 1.25 if mark.found else 0.9
 
 

@@ -5,8 +5,11 @@ from typing import Final, Literal, get_args
 
 from app.view.colors import ColorMode
 
-Layer = Literal["map", "object", "tree", "path", "camera", "trail", "finds"]
+Layer = Literal[
+    "map", "mesh", "object", "tree", "path", "camera", "trail", "finds", "labels", "clearance"
+]
 LAYERS: Final[tuple[Layer, ...]] = get_args(Layer)
+SHOWN_FIRST: Final[frozenset[Layer]] = frozenset(LAYERS) - {"mesh", "clearance"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -18,7 +21,9 @@ class ViewOptions:
     """Voxels higher than this are hidden, so that one looks into the rooms; None hides nothing."""
     object_threshold: float = 0.3
     """p(v in O) from which a voxel is drawn as a box; fewer boxes the greater it is."""
-    layers: frozenset[Layer] = field(default_factory=lambda: frozenset(LAYERS))
+    thing: int | None = None
+    """Row of the common object whose probability colours the map in that mode."""
+    layers: frozenset[Layer] = field(default_factory=lambda: SHOWN_FIRST)
 
     def __post_init__(self) -> None:
         """Reject what cannot be drawn."""

@@ -28,6 +28,7 @@ class SceneReader:
         self._handlers: dict[str, Callable[[bytes], None]] = {
             keys.STATUS: lambda p: model.on_status(_json(p, control.Status)),
             keys.PROXIMITY: lambda p: model.on_proximity(_json(p, control.ProximityTable)),
+            keys.PAINTED: lambda p: model.on_painted(_json(p, control.PaintedRegions)),
             keys.EVENT: lambda p: model.on_event(_json(p, control.Event)),
             keys.MAP_VOXELS: lambda p: model.on_voxels(decode_voxels(p)),
             keys.MAP_KEYFRAME: lambda p: model.on_keyframe(decode_voxels(p)),

@@ -11,11 +11,12 @@ from typing import Final, Literal
 
 import numpy as np
 
-from app.messages.control import Event, ProximityTable, Status
+from app.messages.control import Event, PaintedRegions, PaintedStroke, ProximityTable, Status
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.scene import Detection, VoxelCloud
 from app.view.history import History
+from app.view.pictures import PictureAlbum
 from app.view.restoration import Restoration
 from app.view.voxel_store import VoxelStore, VoxelUpdate
 from ippon.camera import PinholeCamera
@@ -33,6 +34,7 @@ Part = Literal[
     "proximity",
     "events",
     "detections",
+    "painted",
 ]
 
 WORLD_FRAME: Final = "map"
@@ -65,6 +67,9 @@ class SceneModel:
         self.events: deque[Event] = deque(maxlen=_MAX_EVENTS)
         self.detections: tuple[Detection, ...] = ()
         self.history = History()
+        self.album = PictureAlbum()
+        """Pictures from where the robot was, for explanations."""
+        self.painted: tuple[PaintedStroke, ...] = ()
         self.needs_keyframe = True
         """The map may miss voxels: whoever feeds the model asks for a keyframe."""
         self._changed: set[Part] = set()
@@ -146,7 +151,14 @@ class SceneModel:
     def on_image(self, image: CompressedColor) -> None:
         """Show the latest picture of the camera, encoded as it came."""
         self.image = image
+        if self.camera is not None and self.T_world_camera is not None:
+            self.album.add(image.stamp_ns, image.encoded, self.camera, self.T_world_camera)
         self._changed.add("image")
+
+    def on_painted(self, painted: PaintedRegions) -> None:
+        """Replace what the operator painted on the floor."""
+        self.painted = tuple(painted.regions)
+        self._changed.add("painted")
 
     def on_proximity(self, table: ProximityTable) -> None:
         """Replace the proximity levels."""
@@ -182,8 +194,10 @@ class SceneModel:
         self._transforms.clear()
         self.trail_world.clear()
         self.history.clear()
+        self.album.clear()
+        self.painted = ()
         self.tree, self.path_world, self.detections = None, np.empty((0, 3)), ()
-        self._changed |= {"voxels", "tree", "path", "pose", "detections"}
+        self._changed |= {"voxels", "tree", "path", "pose", "detections", "painted"}
 
     def _store(self, cloud: VoxelCloud) -> None:
         if self.voxel_size_m is None:

@@ -1,17 +1,25 @@
 """The scene model drawn with viser: what changed is drawn, under names that stay."""
 
+import math
+import time
 from typing import Any, Final
 
+import numpy as np
+
+from app.view.derived_layers import DerivedLayers
 from app.view.find_layer import FindLayer, marks_of
 from app.view.options import ViewOptions
+from app.view.overlay_layer import OverlayLayer
 from app.view.robot_layer import RobotLayer
 from app.view.scene_model import Part, SceneModel
 from app.view.tree_layer import TreeLayer
 from app.view.voxel_layer import VoxelLayer
 from ippon.geometry import Float64Array
 
+GAINS_S: Final = 2.0
+"""Between two recolourings of the map by gain."""
 ALL_PARTS: Final[frozenset[Part]] = frozenset(
-    {"voxels", "tree", "path", "pose", "camera", "image", "status", "detections"}
+    {"voxels", "tree", "path", "pose", "camera", "image", "status", "detections", "painted"}
 )
 
 
@@ -25,7 +33,10 @@ class ViserScene:
         self._tree = TreeLayer(scene)
         self._robot = RobotLayer(scene)
         self._finds = FindLayer(scene)
+        self._derived = DerivedLayers(scene)
+        self.overlay = OverlayLayer(scene)
         self._options: ViewOptions | None = None
+        self._gains_at = -math.inf
         # The default picture of surroundings keeps the whole scene dim until it is decoded.
         scene.configure_environment_map(hdri=None)
         scene.configure_default_lights(enabled=False)
@@ -51,20 +62,45 @@ class ViserScene:
         if options != self._options:
             changed |= ALL_PARTS
             self._options = options
+            self._gains_at = -math.inf
+            self._derived.restart()
+        changed |= self._recolored(model, changed, options)
         layers = options.layers
         with self._server.atomic():
             if "voxels" in changed and model.voxel_size_m is not None:
                 dirty = model.voxels.take_dirty()
                 self.voxels.draw(model.voxels, model.voxel_size_m, dirty, options)
+                self._derived.draw(
+                    model.voxels, model.voxel_size_m, options.ceiling_m, frozenset(layers)
+                )
             if "tree" in changed:
                 self._tree.draw(model.tree, "tree" in layers)
             if "path" in changed:
                 self._robot.draw_path(model.path_world, "path" in layers)
             if changed & {"camera", "pose", "image"}:
                 self._draw_robot(model, changed, options)
+            if "painted" in changed:
+                self.overlay.draw_painted(model.painted, 0.0)
             if changed & {"status", "detections"}:
                 report = model.status.find if model.status is not None else None
-                self._finds.draw(marks_of(report, model.detections), "finds" in layers)
+                self._finds.draw(
+                    marks_of(report, model.detections), "finds" in layers, "labels" in layers
+                )
+
+    def _recolored(
+        self, model: SceneModel, changed: frozenset[Part], options: ViewOptions
+    ) -> frozenset[Part]:
+        """Take over the tree's gains for the map's colours, now and then: it changes all of it."""
+        now = time.monotonic()
+        if options.mode != "gain" or model.tree is None or now - self._gains_at < GAINS_S:
+            return frozenset()
+        if "tree" not in changed:
+            return frozenset()
+        self._gains_at = now
+        tree = model.tree
+        self.voxels.beads = np.column_stack([tree.positions_world[:, :2], tree.gains])
+        model.voxels.touch_all()
+        return frozenset({"voxels"})
 
     def bounds(self) -> tuple[Float64Array, Float64Array] | None:
         """Return the least and greatest (x, y) of the drawn map in metres; None without one."""

@@ -18,6 +18,8 @@ _DARKEST_DATA: Final = 176
 """Of 255: what is left of a colour in the deepest shade; more where a colour is a figure."""
 
 MAX_BOXES: Final = 6000
+NEAR_M: Final = 0.8
+"""A surface this close to a viewpoint, seen from above, takes the colour of its gain."""
 DEFAULT_TOP_M: Final = 3.0
 """End of the height ramp where no ceiling is cut."""
 
@@ -43,6 +45,8 @@ class VoxelLayer:
         self._clouds: dict[Column, Any] = {}
         self._likely: dict[Column, tuple[NDArray[np.float32], NDArray[np.uint8]]] = {}
         self._boxes: Any = None
+        self.beads: NDArray[np.float32] = np.empty((0, 3), np.float32)
+        """(N, 3) x, y and gain of the viewpoints, for the mode that shows gains."""
         self.shown = 0
         """Columns that are drawn now."""
 
@@ -107,13 +111,16 @@ class VoxelLayer:
             if cloud is not None:
                 cloud.visible = False
             return
+        ooi = attributes[:, 3]
         colors = voxel_colors(
             options.mode,
             rgb=attributes[:, :3],
-            ooi=attributes[:, 3],
+            ooi=ooi,
             level=attributes[:, 5],
             height_m=(local[:, 2] + np.float32(0.5)) * np.float32(self._voxel_size_m),
             top_m=options.ceiling_m or DEFAULT_TOP_M,
+            thing=_thing(attributes, options.thing),
+            gain=self._gain_of(column, local) if options.mode == "gain" else ooi,
         )
         darkest = _DARKEST if options.mode == "camera" else _DARKEST_DATA
         colors = _shade(colors, voxels.openness[kept], local, darkest)
@@ -136,6 +143,21 @@ class VoxelLayer:
         cloud.points = points
         cloud.colors = colors
         cloud.visible = True
+
+    def _gain_of(self, column: Column, local: NDArray[np.int16]) -> NDArray[np.uint8]:
+        """Return the share of the highest gain that the nearest viewpoint has, 255 for none."""
+        out = np.full(len(local), NOT_MAPPED, dtype=np.uint8)
+        beads = self.beads
+        if not len(beads) or beads[:, 2].max() <= 0.0:
+            return out
+        corner = np.array([column[0] * EDGE, column[1] * EDGE])
+        xy = (local[:, :2] + corner + 0.5) * self._voxel_size_m
+        apart = np.linalg.norm(xy[:, None] - beads[None, :, :2], axis=2)
+        nearest = apart.argmin(axis=1)
+        near = apart[np.arange(len(xy)), nearest] <= NEAR_M
+        share = beads[nearest, 2] / beads[:, 2].max()
+        out[near] = np.clip(share[near] * OOI_SCALE, 0.0, OOI_SCALE).astype(np.uint8)
+        return out
 
     def _draw_boxes(self) -> None:
         if not self._likely:
@@ -176,6 +198,13 @@ class VoxelLayer:
         self._boxes = None
         self._clouds.clear()
         self._likely.clear()
+
+
+def _thing(attributes: NDArray[np.uint8], label: int | None) -> NDArray[np.uint8]:
+    """Return the confidence of voxels that are most probably one thing, 255 for all others."""
+    if label is None:
+        return np.full(len(attributes), NOT_MAPPED, dtype=np.uint8)
+    return np.where(attributes[:, 6] == label, np.minimum(attributes[:, 7], 254), NOT_MAPPED)
 
 
 def _shade(

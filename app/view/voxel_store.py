@@ -120,6 +120,10 @@ class VoxelStore:
         self.count = 0
         self._dirty.update(dict.fromkeys(self._columns))
 
+    def touch_all(self) -> None:
+        """Mark every column as changed."""
+        self._dirty.update(dict.fromkeys(self._columns))
+
     def take_dirty(self) -> tuple[Column, ...]:
         """Return the columns that changed since the last call."""
         dirty = tuple(self._dirty)

@@ -4,6 +4,8 @@ import asyncio
 import threading
 from collections.abc import AsyncGenerator
 
+PICTURES = 32
+
 
 class Bulletin:
     """Holds the newest notice; readers get it at once and then each newer one, never a backlog."""
@@ -12,12 +14,25 @@ class Bulletin:
         self._lock = threading.Lock()
         self._notice: bytes | None = None
         self._number = 0
+        self._pictures: dict[str, bytes] = {}
         self._readers: dict[asyncio.Event, asyncio.AbstractEventLoop] = {}
 
     @property
     def notice(self) -> bytes | None:
         """What was posted last."""
         return self._notice
+
+    def show(self, name: str, jpeg: bytes) -> None:
+        """Keep a picture that the notices name; the oldest gives way."""
+        with self._lock:
+            self._pictures[name] = jpeg
+            while len(self._pictures) > PICTURES:
+                del self._pictures[next(iter(self._pictures))]
+
+    def picture(self, name: str) -> bytes | None:
+        """Return a picture that was shown, None when it is gone."""
+        with self._lock:
+            return self._pictures.get(name)
 
     def post(self, notice: bytes) -> None:
         """Replace the notice; the same as before wakes nobody. Any thread may call this."""

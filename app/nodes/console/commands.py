@@ -3,7 +3,13 @@
 from collections.abc import Sequence
 from typing import Literal, Protocol
 
-from app.messages.control import ControlRequest, DriveModeName, LevelName, SentenceReading
+from app.messages.control import (
+    ControlRequest,
+    DriveModeName,
+    LevelName,
+    PreviewReply,
+    SentenceReading,
+)
 from app.messages.lease import LeaseReply
 from app.nodes.console.visitors import Visitor
 from ippon.control.drive import Hand
@@ -104,6 +110,10 @@ class Actions(Protocol):
 
     def cancel_go_to(self) -> str:
         """Send it nowhere any more."""
+        ...
+
+    def preview(self, context: str | None, levels: dict[str, LevelName]) -> PreviewReply:
+        """Ask what would be chosen next with another context or levels; nothing changes."""
         ...
 
     def paint(

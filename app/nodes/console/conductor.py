@@ -1,6 +1,7 @@
 """The thread that owns the scene: takes messages, draws, and tells the shells how things are."""
 
 import logging
+import queue
 import secrets
 import threading
 import time
@@ -11,10 +12,13 @@ import msgspec
 import viser
 
 from app.messages import keys
-from app.messages.control import DriveStatus
+from app.messages.control import DriveStatus, InspectReply
 from app.messages.lease import LeaseStatus
 from app.nodes.console.backend import ViserBackend
 from app.nodes.console.bulletin import Bulletin
+from app.nodes.console.clicks import Clicks
+from app.nodes.console.commands import CommandError
+from app.nodes.console.explainer import Explainer, Explanation, with_labels
 from app.nodes.console.inbox import Inbox
 from app.nodes.console.link import NavigatorLink
 from app.nodes.console.panels.tabs import Tabs
@@ -58,6 +62,7 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     drive: DriveStatus = DriveStatus()
     lease: LeaseStatus = LeaseStatus()
     has_map: bool = False
+    explanation: Explanation | None = None
 
 
 class Conductor:
@@ -81,6 +86,11 @@ class Conductor:
         self._scene = ViserScene(backend.server)
         self._tabs = Tabs(backend.server, link, self._choose, self._follow.recall)
         self._options = self._tabs.options()
+        self._clicks = Clicks(backend.server, self._tabs.drive, link)
+        self._explainer = Explainer(self.model, bulletin.show)
+        self._explanation: Explanation | None = None
+        self._answers: queue.SimpleQueue[tuple[int, InspectReply]] = queue.SimpleQueue()
+        self._asked = 0
         self._changed: set[Part] = set()
         self._fetching = False
         self._fetched_at = -FETCH_S
@@ -110,6 +120,7 @@ class Conductor:
             for key, payload in self._inbox.drain(DRAW_S):
                 self._take(key, payload)
             self._fetch_if_needed()
+            self._explain()
             now = time.monotonic()
             if now - self._drawn_at >= DRAW_S:
                 self._drawn_at = now
@@ -156,6 +167,28 @@ class Conductor:
                     self._inbox.put(topic, payload)
         finally:
             self._fetching = False
+
+    def _explain(self) -> None:
+        for origin, direction in self._clicks.questions():
+            self._explanation, highlight, voxel = self._explainer.explain(
+                origin, direction, self._options.ceiling_m
+            )
+            self._scene.overlay.draw_highlight(highlight)
+            self._asked += 1
+            if voxel is not None:
+                self._fetcher.submit(self._inspect, self._asked, voxel)
+        while not self._answers.empty():
+            number, reply = self._answers.get()
+            if number == self._asked and self._explanation is not None:
+                goal = self.model.status.goal if self.model.status is not None else None
+                wanted = goal.object.replace("_", " ") if goal is not None else ""
+                self._explanation = with_labels(self._explanation, reply, wanted)
+
+    def _inspect(self, number: int, voxel: tuple[float, float, float]) -> None:
+        try:
+            self._answers.put((number, self._link.inspect(voxel)))
+        except CommandError as error:
+            logger.info("a voxel could not be inspected: %s", error)
 
     def _draw(self) -> None:
         changed = self.model.take_changes() | self._changed
@@ -208,6 +241,7 @@ class Conductor:
             has_map=self.model.voxels.count > 0,
             drive=status.drive,
             lease=status.lease,
+            explanation=self._explanation,
         )
 
     def _choose(self, options: ViewOptions) -> None:

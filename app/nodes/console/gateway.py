@@ -29,7 +29,7 @@ from app.nodes.console.visitors import Visitor, act_as
 _TYPES: Final = {"css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 _ASSETS: Final = (
     "shell.css", "shell.js", "view.css", "icon.svg",
-    "drive.css", "drive.js", "help.js", "lease.css", "lease.js", "login.css",
+    "drive.css", "drive.js", "explain.js", "help.js", "lease.css", "lease.js", "login.css",
 )  # fmt: skip
 _VIEW: Final = "/view/?darkMode"
 
@@ -77,6 +77,7 @@ class Gateway:
                 Route("/view", self._view_page),
                 Route("/view/", self._view_page),
                 Route("/health", self._health),
+                Route("/api/pictures/{name}", self._picture),
                 Route("/api/stop", self._stop, methods=["POST"]),
                 WebSocketRoute("/view", self._view_socket),
                 WebSocketRoute("/view/", self._view_socket),
@@ -106,6 +107,12 @@ class Gateway:
         notice = self._bulletin.notice
         state = {} if notice is None else msgspec.json.decode(notice)
         return JSONResponse({"console": "up", "link": state.get("link"), "state": state})
+
+    async def _picture(self, request: Request) -> Response:
+        jpeg = self._bulletin.picture(request.path_params["name"])
+        if jpeg is None:
+            return Response("no such picture\n", status_code=404, media_type="text/plain")
+        return Response(jpeg, media_type="image/jpeg", headers={"Cache-Control": "no-store"})
 
     async def _stop(self, request: Request) -> Response:
         """Stop without a WebSocket: the shell's second way."""

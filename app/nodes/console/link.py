@@ -25,9 +25,13 @@ from app.messages.control import (
     FeedbackRequest,
     GotoRequest,
     GuidanceRequest,
+    InspectReply,
+    InspectRequest,
     LevelName,
     M,
     PaintRequest,
+    PreviewReply,
+    PreviewRequest,
     SearchAccepted,
     SearchRequest,
     SentenceReading,
@@ -52,6 +56,7 @@ LATCHED: Final = (
     keys.PLAN_TREE,
     keys.PLAN_PATH,
     keys.DETECTIONS,
+    keys.PAINTED,
     keys.CAMERA_INFO,
     keys.TF_STATIC,
 )
@@ -197,6 +202,16 @@ class NavigatorLink:
         """Weigh a part of the floor, or take that back."""
         request = PaintRequest(action=action, strokes=list(strokes), radius_m=radius_m)
         return self._request(keys.PAINT, request, Accepted).detail
+
+    def inspect(self, point_world: tuple[float, float, float]) -> InspectReply:
+        """Ask what the map knows of a voxel."""
+        request = InspectRequest(point_world=point_world)
+        return self._request(keys.INSPECT, request, InspectReply)
+
+    def preview(self, context: str | None, levels: dict[str, LevelName]) -> PreviewReply:
+        """Ask what would be chosen next; nothing changes by it."""
+        request = PreviewRequest(context=context, levels=levels)
+        return self._request(keys.PREVIEW, request, PreviewReply)
 
     def search(self, wanted: str, context: str) -> str:
         """Look for an object."""

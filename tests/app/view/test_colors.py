@@ -26,6 +26,8 @@ def _voxels(n=5, **changes):
         "level": np.full(n, Level.NEAR, np.uint8),
         "height_m": np.linspace(0.0, 2.0, n, dtype=np.float32),
         "top_m": 2.0,
+        "thing": np.full(n, 50, np.uint8),
+        "gain": np.full(n, 200, np.uint8),
     }
     return arrays | changes
 

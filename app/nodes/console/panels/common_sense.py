@@ -10,6 +10,7 @@ from app.nodes.console.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 
 MAX_LABEL: Final = 40
+MAX_CONTEXT: Final = 2000
 _NO_LABEL: Final = "–"
 
 Try = Callable[[Callable[[], str]], None]
@@ -51,6 +52,15 @@ class CommonSense:
         self._level = gui.add_dropdown("are", get_args(LevelName), initial_value="near")
         change = gui.add_button("Change the level")
         change.on_click(lambda _: self._try(self._change_level))
+        self._known = gui.add_text(
+            "Suppose", "", hint='Something you might know, like "it is next to the bed"'
+        )
+        what_if = gui.add_button(
+            "What if?",
+            icon=viser.Icon.HELP,
+            hint="Shows where the robot would go with this level and this context; changes nothing",
+        )
+        what_if.on_click(lambda _: self._try(self._what_if))
         self._more = gui.add_text(
             "One more", "", hint="Another kind of thing to tell apart from now on, like bookcase"
         )
@@ -62,6 +72,17 @@ class CommonSense:
         if label == _NO_LABEL:
             raise CommandError("Ask for an object first: then its levels can be changed.")
         return self._actions.set_level(label, level)
+
+    def _what_if(self) -> str:
+        label, context = self._label.value, self._known.value.strip()
+        levels: dict[str, LevelName] = {} if label == _NO_LABEL else {label: self._level.value}
+        if len(context) > MAX_CONTEXT:
+            raise CommandError(f"At most {MAX_CONTEXT} characters; this is {len(context)}.")
+        reply = self._actions.preview(context or None, levels)
+        changed = ", ".join(reply.changed[:6]) or "no level would change"
+        if reply.same:
+            return f"The choice would stay: {reply.now} ({changed})."
+        return f"Now {reply.now}. It would be {reply.then} ({changed})."
 
     def _add_label(self) -> str:
         label = self._more.value.strip()

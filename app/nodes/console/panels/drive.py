@@ -24,7 +24,7 @@ MODE_TEXT: Final[dict[DriveModeName, str]] = {
 }
 TOOLS: Final[dict[str, Tool]] = {
     "Explain": "explain",
-    "Go there": "go",
+    "Go": "go",
     "Look here": "look_here",
     "Not here": "not_here",
 }

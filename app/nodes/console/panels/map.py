@@ -5,24 +5,43 @@ from typing import Any, Final
 
 from app.nodes.console.panels import markup
 from app.view.colors import TREE_LEGEND, ColorMode, legend
-from app.view.options import LAYERS, Layer, ViewOptions
+from app.view.options import LAYERS, SHOWN_FIRST, Layer, ViewOptions
+from app.view.scene_model import Part, SceneModel
 
 MODE_WORDS: Final[dict[str, ColorMode]] = {
     "Camera": "camera",
     "Object": "ooi",
     "Proximity": "proximity",
     "Height": "height",
+    "Thing": "thing",
+    "Gain": "gain",
 }
 LAYER_WORDS: Final[dict[Layer, str]] = {
-    "map": "Surfaces",
+    "map": "Voxels",
+    "mesh": "Mesh",
     "object": "Object boxes",
     "tree": "Viewpoints",
     "path": "Path",
     "camera": "Camera",
     "trail": "Trail",
     "finds": "Finds",
+    "labels": "Labels",
+    "clearance": "Clearance",
+}
+LAYER_HINTS: Final[dict[Layer, str]] = {
+    "mesh": "The same surfaces as one closed skin",
+    "object": "Voxels that are likely to be the object",
+    "tree": "White ends the search, black is only on the way, else blue to red by gain",
+    "clearance": "Distance to the nearest obstacle at the height of the body, every 0.1 m",
+    "labels": "What is written above the finds",
 }
 _NO_CUT_M: Final = 4.0
+_NO_THING: Final = "–"
+
+
+def words(label: str) -> str:
+    """Write a label as people do; a plain text for a list, not for HTML."""
+    return label.replace("_", " ")
 
 
 class MapPanel:
@@ -36,6 +55,8 @@ class MapPanel:
         self._mode = gui.add_button_group("Colour", tuple(MODE_WORDS))
         self._chosen: ColorMode = start.mode
         self._legend = gui.add_html("")
+        self._things: tuple[str, ...] = ()
+        self._thing = gui.add_dropdown("Thing", (_NO_THING,), hint="For the colour mode Thing")
         self._ceiling = gui.add_slider(
             "Cut above",
             min=0.4,
@@ -55,13 +76,18 @@ class MapPanel:
         )
         with gui.add_folder("Layers"):
             self._layers: dict[Layer, Any] = {
-                layer: gui.add_checkbox(LAYER_WORDS[layer], initial_value=True) for layer in LAYERS
+                layer: gui.add_checkbox(
+                    LAYER_WORDS[layer],
+                    initial_value=layer in SHOWN_FIRST,
+                    hint=LAYER_HINTS.get(layer),
+                )
+                for layer in LAYERS
             }
         gui.add_html(markup.legend(TREE_LEGEND))
         follow = gui.add_button("Frame the whole map")
         follow.on_click(lambda _: on_follow())
         self._mode.on_click(lambda event: self._choose(event.target.value))
-        for handle in (self._ceiling, self._threshold, *self._layers.values()):
+        for handle in (self._ceiling, self._thing, self._threshold, *self._layers.values()):
             handle.on_update(lambda _: self._changed())
         self._show_legend()
 
@@ -72,8 +98,22 @@ class MapPanel:
             mode=self._chosen,
             ceiling_m=None if cut >= _NO_CUT_M else cut,
             object_threshold=float(self._threshold.value),
+            thing=self._row(str(self._thing.value)),
             layers=frozenset(layer for layer, box in self._layers.items() if box.value),
         )
+
+    def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
+        """Take over the things that the map tells apart."""
+        if "proximity" not in changed or model.proximity is None:
+            return
+        things = tuple(row.label for row in model.proximity.rows)
+        if things and things != self._things:
+            self._things = things
+            self._thing.options = (_NO_THING, *sorted(words(thing) for thing in things))
+
+    def _row(self, thing: str) -> int | None:
+        rows = {words(label): n for n, label in enumerate(self._things)}
+        return rows.get(thing)
 
     def _choose(self, word: str) -> None:
         mode = MODE_WORDS.get(word)

@@ -6,7 +6,7 @@ import numpy as np
 from viser import uplot
 
 from app.nodes.console.panels import markup
-from app.view.colors import GREEN, SKY, hex_of
+from app.view.colors import GREEN, ORANGE, SKY, VERMILION, YELLOW, hex_of
 from app.view.history import History
 from app.view.scene_model import Part, SceneModel
 
@@ -24,6 +24,9 @@ class SessionPanel:
         self._plots = [
             _plot(gui, "Best match", hex_of(GREEN)),
             _plot(gui, "Explored, m²", hex_of(SKY)),
+            _plot(gui, "Path, m", hex_of(YELLOW)),
+            _plot(gui, "Step of the navigator, ms", hex_of(ORANGE)),
+            _plot(gui, "From picture to command, ms", hex_of(VERMILION)),
         ]
         with gui.add_folder("Streams"):
             self._streams = gui.add_html(markup.streams(()))
@@ -50,7 +53,7 @@ class SessionPanel:
         columns = history.columns()
         if columns.shape[1] < 2:
             return
-        for plot, row in zip(self._plots, (1, 2), strict=True):
+        for plot, row in zip(self._plots, range(1, 6), strict=True):
             plot.data = (columns[0], columns[row])
             plot.visible = True
 
@@ -66,7 +69,7 @@ def _plot(gui: Any, name: str, color: str) -> Any:
         axes=(_AXIS, _AXIS),
         title=name,
         legend=uplot.Legend(show=False),
-        height=120,
+        height=104,
         padding=(12, 8, 0, 0),
         visible=False,
     )

@@ -49,4 +49,5 @@ class Tabs:
         with self._server.atomic():
             self._search.update(model, changed)
             self.drive.update(model, changed)
+            self._map.update(model, changed)
             self._session.update(model, changed)

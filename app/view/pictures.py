@@ -1,0 +1,88 @@
+"""Pictures worth keeping: from where the robot looked, so that a voxel can show who saw it."""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ippon.camera import PinholeCamera
+from ippon.geometry import Float64Array
+
+KEPT: Final = 160
+"""About 5 MB."""
+MOVED_M: Final = 0.3
+TURNED_RAD: Final = math.radians(18.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KeptPicture:
+    """One picture and where it was taken from."""
+
+    number: int
+    stamp_ns: int
+    encoded: bytes
+    camera: PinholeCamera
+    T_world_camera: Float64Array
+
+    def pixel_of(self, point_world: Float64Array) -> tuple[int, int, float] | None:
+        """Return column, row and depth in metres of a point, None where it is out of view."""
+        x, y, z = (point_world - self.T_world_camera[:3, 3]) @ self.T_world_camera[:3, :3]
+        if z < 0.1:
+            return None
+        camera = self.camera
+        u, v = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
+        if not (0 <= u < camera.width and 0 <= v < camera.height):
+            return None
+        return int(u), int(v), float(z)
+
+
+class PictureAlbum:
+    """Keeps a picture each time the camera has moved on."""
+
+    def __init__(self) -> None:
+        self._pictures: deque[KeptPicture] = deque(maxlen=KEPT)
+        self._next = 0
+
+    def add(
+        self, stamp_ns: int, encoded: bytes, camera: PinholeCamera, T_world_camera: Float64Array
+    ) -> None:
+        """Keep a picture, unless the last one was taken from nearly the same place."""
+        if self._pictures and not _moved(self._pictures[-1].T_world_camera, T_world_camera):
+            return
+        self._pictures.append(
+            KeptPicture(
+                number=self._next,
+                stamp_ns=stamp_ns,
+                encoded=encoded,
+                camera=camera,
+                T_world_camera=T_world_camera.copy(),
+            )
+        )
+        self._next += 1
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._pictures.clear()
+
+    def find(self, number: int) -> KeptPicture | None:
+        """Return a picture by its number, None when it is gone."""
+        return next((p for p in tuple(self._pictures) if p.number == number), None)
+
+    def showing(
+        self, point_world: Float64Array, reach_m: float
+    ) -> list[tuple[KeptPicture, int, int, float]]:
+        """List the pictures that may show a point, the closest first, with pixel and depth."""
+        found: list[tuple[KeptPicture, int, int, float]] = []
+        for picture in tuple(self._pictures):
+            pixel = picture.pixel_of(point_world)
+            if pixel is not None and pixel[2] <= reach_m:
+                found.append((picture, *pixel))
+        return sorted(found, key=lambda entry: entry[3])
+
+
+def _moved(a: Float64Array, b: Float64Array) -> bool:
+    if np.linalg.norm(a[:3, 3] - b[:3, 3]) > MOVED_M:
+        return True
+    return math.acos(max(-1.0, min(1.0, float(a[:3, 2] @ b[:3, 2])))) > TURNED_RAD

@@ -1,0 +1,51 @@
+// What was clicked on the map, and what the robot knows of it. All text is text, never markup.
+
+const at = (id) => document.getElementById(id);
+
+export class Explanation {
+  constructor() {
+    this.shown = "";
+    this.closed = "";
+    at("explanation-close").addEventListener("click", () => {
+      this.closed = this.shown;
+      at("explanation").hidden = true;
+    });
+  }
+
+  update(explanation) {
+    const key = JSON.stringify(explanation ?? null);
+    if (key === this.shown) return;
+    this.shown = key;
+    at("explanation").hidden = !explanation || key === this.closed;
+    if (!explanation) return;
+    at("explanation-title").textContent = explanation.title;
+    at("explanation-note").textContent = explanation.note;
+    at("explanation-rows").replaceChildren(...explanation.rows.flatMap(row));
+    at("explanation-pictures").replaceChildren(...explanation.pictures.map(picture));
+  }
+}
+
+function row([name, value]) {
+  const term = document.createElement("dt");
+  const text = document.createElement("dd");
+  term.textContent = name;
+  text.textContent = value;
+  const percent = /^([0-9.]+)%$/.exec(value);
+  if (percent) {
+    const bar = document.createElement("i");
+    bar.style.setProperty("width", `${Math.min(100, Number(percent[1]))}%`);
+    text.append(bar);
+  }
+  return [term, text];
+}
+
+function picture({ name, caption }) {
+  const figure = document.createElement("figure");
+  const image = document.createElement("img");
+  const text = document.createElement("figcaption");
+  image.src = `/api/pictures/${encodeURIComponent(name)}`;
+  image.alt = `The camera's picture ${caption}`;
+  text.textContent = caption;
+  figure.append(image, text);
+  return figure;
+}
