@@ -1,6 +1,7 @@
 """zenoh sessions: explicit endpoints, no multicast, a dead peer noticed within a second."""
 
 import json
+import os
 import re
 from typing import Any, Final
 
@@ -8,6 +9,9 @@ import zenoh
 
 LEASE_MS: Final = 1000
 """After this long without a sign of life a peer counts as gone."""
+PROFILE: Final = "IPPON_ZENOH_PROFILE"
+"""Environment variable: a zenoh configuration file (JSON5) that every session starts from, for TLS
+and access control. Endpoints and time-outs stay ours."""
 
 
 class LinkError(Exception):
@@ -72,12 +76,12 @@ def open_client(connect: str, timeout_s: float = 5.0) -> zenoh.Session:
     except zenoh.ZError as error:
         raise LinkError(
             f"no navigator answers at {connect} within {timeout_s:g} s: is it running, and is the "
-            "endpoint right?"
+            "endpoint right? With TLS a certificate that is refused looks the same"
         ) from error
 
 
 def _config(settings: dict[str, Any]) -> zenoh.Config:
-    config = zenoh.Config()
+    config = _profile(os.environ.get(PROFILE))
     always = {
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
@@ -86,3 +90,15 @@ def _config(settings: dict[str, Any]) -> zenoh.Config:
     for key, value in {**always, **settings}.items():
         config.insert_json5(key, json.dumps(value))
     return config
+
+
+def _profile(path: str | None) -> zenoh.Config:
+    if not path:
+        return zenoh.Config()
+    try:
+        return zenoh.Config.from_file(path)
+    except zenoh.ZError as error:
+        raise LinkError(
+            f"{PROFILE} names {path!r}, which is no zenoh configuration ({error}); docs/security.md "
+            "has some that work"
+        ) from error
