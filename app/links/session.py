@@ -99,6 +99,6 @@ def _profile(path: str | None) -> zenoh.Config:
         return zenoh.Config.from_file(path)
     except zenoh.ZError as error:
         raise LinkError(
-            f"{PROFILE} names {path!r}, which is no zenoh configuration ({error}); docs/security.md "
-            "has some that work"
+            f"{PROFILE} names {path!r}, which is no zenoh configuration ({error}); "
+            "docs/security.md has some that work"
         ) from error
