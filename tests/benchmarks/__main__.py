@@ -26,7 +26,14 @@ def map_rows(frame_count: int, quick: bool) -> Iterator[Row]:
         yield from map_quality.quality_rows(voxel_size)
 
 
-BENCHMARKS = {"map": map_rows}
+def guidance_rows(_: int, __: bool) -> Iterator[Row]:
+    """Measure common sense; there is nothing to choose."""
+    from tests.benchmarks import guidance
+
+    yield from guidance.guidance_rows()
+
+
+BENCHMARKS = {"guidance": guidance_rows, "map": map_rows}
 
 
 def main() -> None:
