@@ -2,6 +2,7 @@
 
 import math
 import time
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -69,7 +70,9 @@ class ViserScene:
         with self._server.atomic():
             if "voxels" in changed and model.voxel_size_m is not None:
                 dirty = model.voxels.take_dirty()
-                self.voxels.draw(model.voxels, model.voxel_size_m, dirty, options)
+                # The skin lies on the voxels: both at once would flicker.
+                bare = replace(options, layers=layers - {"map"}) if "mesh" in layers else options
+                self.voxels.draw(model.voxels, model.voxel_size_m, dirty, bare)
                 self._derived.draw(
                     model.voxels, model.voxel_size_m, options.ceiling_m, frozenset(layers)
                 )

@@ -29,7 +29,7 @@ LAYER_WORDS: Final[dict[Layer, str]] = {
     "clearance": "Clearance",
 }
 LAYER_HINTS: Final[dict[Layer, str]] = {
-    "mesh": "The same surfaces as one closed skin",
+    "mesh": "The same surfaces as one closed skin, in place of the voxels",
     "object": "Voxels that are likely to be the object",
     "tree": "White ends the search, black is only on the way, else blue to red by gain",
     "clearance": "Distance to the nearest obstacle at the height of the body, every 0.1 m",

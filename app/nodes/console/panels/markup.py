@@ -20,6 +20,9 @@ from ippon.guidance.levels import Level
 
 LEVEL_ORDER: tuple[Level, ...] = (Level.CERTAIN, Level.NEAR, Level.AVERAGE, Level.FAR)
 
+NAMED = 12
+"""Labels of one level that are listed in full."""
+
 STATE_WORDS: dict[str, str] = {
     "starting": "Starting",
     "looking_around": "Looking around",
@@ -108,8 +111,7 @@ def levels(table: ProximityTable | None) -> str:
     for row in table.rows:
         by_level[row.level].append(words(row.label))
     rows = "".join(
-        f"<tr><th>{swatch(LEVEL_COLORS[level])}{name}</th>"
-        f"<td>{', '.join(by_level[name]) or '–'}</td></tr>"
+        f"<tr><th>{swatch(LEVEL_COLORS[level])}{name}</th><td>{_some(by_level[name])}</td></tr>"
         for level in LEVEL_ORDER
         for name in (level.name.lower(),)
     )
@@ -122,6 +124,13 @@ def levels(table: ProximityTable | None) -> str:
         f"<span>{escape(table.provider, 40)}, {_milliseconds(table.elapsed_ms)}{cached}</span></p>"
         f"<table>{rows}</table>{notes}</div>"
     )
+
+
+def _some(labels: list[str]) -> str:
+    """List labels; of many, the first, so that all levels stay in view: the reasons have them."""
+    if len(labels) <= NAMED:
+        return ", ".join(labels) or "–"
+    return f"{', '.join(labels[: NAMED - 2])} <i>and {len(labels) - NAMED + 2} more</i>"
 
 
 def conversation(table: ProximityTable) -> str:
