@@ -25,7 +25,7 @@ def test_starts_at_a_viewpoint_or_without_a_way_are_left_out(home, robot):
     episodes, dropped = _list(home, robot, goals=("hat",), starts_per_goal=3)
     assert [e.start_index for e in episodes] == [0]
     assert {(d.start_index, d.reason) for d in dropped} == {
-        (1, "starts at a viewpoint"),
+        (1, "starts too near"),
         (2, "no way"),
         (None, "no start left"),
     }
@@ -33,6 +33,14 @@ def test_starts_at_a_viewpoint_or_without_a_way_are_left_out(home, robot):
     assert e.shortest_path_m == Judge(home, robot, "hat").shortest_path_m(e.start)
     assert math.isfinite(e.shortest_path_m)
     assert e.shortest_path_m > 3.0
+
+
+def test_how_near_a_start_may_be_is_a_setting(home, robot):
+    episodes, dropped = _list(home, robot, goals=("hat",), min_shortest_path_m=50.0)
+    assert not episodes
+    assert (0, "starts too near") in {(d.start_index, d.reason) for d in dropped}
+    with pytest.raises(ValueError, match="min_shortest_path_m must be finite and at least 0.1"):
+        CatalogueConfig(min_shortest_path_m=0.0)
 
 
 def test_goals_that_the_home_lacks_are_named(home, robot):
