@@ -73,6 +73,9 @@ function receive(message) {
     pending.delete(message.id);
   } else if (message.type === "you") {
     lease.meet(message);
+  } else if (message.type === "stalled") {
+    if (state !== null) state = { ...state, link: "stalled" };
+    render();
   } else if (message.type === "state") {
     instance = message.instance;
     state = message;
@@ -177,7 +180,7 @@ function render() {
   at("frame-age").classList.toggle("slow", age !== null && age > 400);
   at("link").dataset.link = live ? state.link : "down";
   at("link").lastElementChild.textContent = live
-    ? { live: "live", silent: `silent ${Math.round(state.silent_s)} s`, waiting: "none" }[state.link]
+    ? { live: "live", stalled: "old", silent: `silent ${Math.round(state.silent_s)} s`, waiting: "none" }[state.link]
     : "none";
   at("resume").hidden = shown !== "stopped";
   lease.update(state?.lease);
@@ -197,9 +200,13 @@ function renderNotice(shown) {
 function notice(shown) {
   if (notDelivered !== null) return ["Command not delivered", notDelivered];
   if (state === null) return ["", ""];
+  if (state.link === "stalled") {
+    return ["The console hangs", "What you see is old. Stop still works. Start it again: ippon console"];
+  }
   if (state.link === "silent") {
     return ["The navigator is silent", `last heard ${Math.round(state.silent_s)} s ago`];
   }
+  if (state.warning) return ["Different versions", state.warning];
   switch (shown) {
     case "stopped":
       return ["Stopped", "Nothing moves until you resume."];

@@ -22,6 +22,7 @@ from app.nodes.console.explainer import Explainer, Explanation, with_labels
 from app.nodes.console.inbox import Inbox
 from app.nodes.console.link import NavigatorLink
 from app.nodes.console.panels.tabs import Tabs
+from app.nodes.console.versions import difference, not_understood
 from app.nodes.console.vital_thread import OnFailure, vital_thread
 from app.view.camera_follow import CameraFollow
 from app.view.options import ViewOptions
@@ -61,6 +62,8 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     frame_age_ms: float | None = None
     drive: DriveStatus = DriveStatus()
     lease: LeaseStatus = LeaseStatus()
+    warning: str = ""
+    """What the operator should know of the console itself."""
     has_map: bool = False
     explanation: Explanation | None = None
 
@@ -94,7 +97,8 @@ class Conductor:
         self._changed: set[Part] = set()
         self._fetching = False
         self._fetched_at = -FETCH_S
-        self._seen_opening = 0
+        self._seen_opening = self._seen_drops = 0
+        self._unread = ""
         self._drawn_at = self._noticed_at = self._pictured_at = 0.0
         self._told_rejects = 0
         self._fetcher = ThreadPoolExecutor(max_workers=1, thread_name_prefix="keyframe")
@@ -131,7 +135,10 @@ class Conductor:
     def _take(self, key: str, payload: bytes) -> None:
         if key == keys.MAP_KEYFRAME and not self.model.needs_keyframe:
             return
-        if not self.reader.feed(key, payload):
+        is_read = self.reader.feed(key, payload)
+        if key == keys.STATUS:
+            self._unread = "" if is_read else not_understood(payload, self.reader.problem or "")
+        if not is_read:
             total = self.reader.rejected.total()
             if total >= 2 * self._told_rejects:
                 self._told_rejects = max(total, 1)
@@ -140,6 +147,10 @@ class Conductor:
     def _fetch_if_needed(self) -> None:
         if self._link.openings != self._seen_opening:
             self._seen_opening = self._link.openings
+            self.model.needs_keyframe = True
+        if self._inbox.dropped != self._seen_drops:
+            logger.warning("%d messages came too fast: fetching the map anew", self._inbox.dropped)
+            self._seen_drops = self._inbox.dropped
             self.model.needs_keyframe = True
         now = time.monotonic()
         if self._fetching or not self._link.is_open or now - self._fetched_at < FETCH_S:
@@ -219,11 +230,10 @@ class Conductor:
     def _shell_state(self) -> ShellState:
         link, status = self._link, self.model.status
         silence = link.silence_s()
-        if status is None:
+        if status is None or self._unread:
+            nobody = f"No navigator answers at {link.endpoint} for robot “{link.robot}”."
             return ShellState(
-                instance=self._instance,
-                link="waiting",
-                link_text=f"No navigator answers at {link.endpoint} for robot “{link.robot}”.",
+                instance=self._instance, link="waiting", link_text=self._unread or nobody
             )
         goal = status.goal
         link.drive_status, link.lease_status = status.drive, status.lease
@@ -241,6 +251,7 @@ class Conductor:
             has_map=self.model.voxels.count > 0,
             drive=status.drive,
             lease=status.lease,
+            warning=difference(status.version),
             explanation=self._explanation,
         )
 

@@ -106,7 +106,13 @@ class Gateway:
     async def _health(self, _: Request) -> Response:
         notice = self._bulletin.notice
         state = {} if notice is None else msgspec.json.decode(notice)
-        return JSONResponse({"console": "up", "link": state.get("link"), "state": state})
+        return JSONResponse(
+            {
+                "console": "stalled" if self._bulletin.is_stalled else "up",
+                "link": state.get("link"),
+                "state": state,
+            }
+        )
 
     async def _picture(self, request: Request) -> Response:
         jpeg = self._bulletin.picture(request.path_params["name"])

@@ -1,7 +1,8 @@
 import asyncio
 import threading
 
-from app.nodes.console.bulletin import Bulletin
+from app.nodes.console import bulletin as bulletin_module
+from app.nodes.console.bulletin import STALLED, Bulletin
 
 
 def test_a_reader_gets_the_current_notice_at_once_and_then_the_newest():
@@ -60,3 +61,21 @@ def test_readers_that_leave_are_forgotten():
         return len(bulletin._readers)
 
     assert asyncio.run(read()) == 0
+
+
+def test_who_stops_posting_is_said_to_have_stalled_and_to_be_back(monkeypatch):
+    monkeypatch.setattr(bulletin_module, "STALLED_S", 0.1)
+    monkeypatch.setattr(bulletin_module, "_LOOK_S", 0.02)
+
+    async def read():
+        bulletin = Bulletin()
+        bulletin.post(b"1")
+        notices = bulletin.follow()
+        seen = [await anext(notices), await anext(notices)]
+        assert bulletin.is_stalled
+        bulletin.post(b"1")
+        seen.append(await anext(notices))
+        await notices.aclose()
+        return seen
+
+    assert asyncio.run(read()) == [b"1", STALLED, b"1"]

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 import httpx
+import msgspec
 import pytest
 import websockets.sync.client
 
@@ -181,3 +182,18 @@ def test_ends_when_told_to_even_while_watched(home, shell, console, end):
     shell.hear(_live)
     console.process.send_signal(end)
     assert console.process.wait(10) in {0, -end}
+
+
+def test_a_navigator_of_another_version_is_named(stage, zenoh_port, shell):
+    home = stage.PublishedHome(zenoh_port)
+    try:
+        home.status_changes = {"version": "9.9"}
+        shell.hear(lambda shell: _live(shell) and shell.state["warning"])
+        assert shell.state["warning"].startswith("The navigator is of version 9.9, this console of")
+        home.frozen = True
+        home.status = lambda: msgspec.structs.replace(stage.status_of(), state="pondering")
+        shell.hear(lambda shell: shell.state["link"] == "waiting")
+        assert "The navigator is not understood" in shell.state["link_text"]
+        assert "pondering" in shell.state["link_text"]
+    finally:
+        home.close()

@@ -1,5 +1,6 @@
 """The lease over real zenoh sessions."""
 
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import pytest
@@ -138,3 +139,11 @@ def test_a_handover_takes_the_hand_off_the_wheels(office):
     office.desk.take(TakeRequest(), BERT)
     assert office.desk.watch() == (("Bert took control from Anna",), True, True)
     assert office.desk.refuse_hand(TeleopTag(sender=ANNA.session, epoch=1, seq=2))
+
+
+def test_of_many_who_press_at_once_one_holds_and_one_waits(office):
+    people = [Credential(session=f"{n:020d}", name=f"number {n}") for n in range(8)]
+    with ThreadPoolExecutor(8) as pool:
+        replies = list(pool.map(lambda who: office.request("request", who), people))
+    standings = sorted(reply.standing for reply in replies)
+    assert standings == ["holds", "waits", *["watches"] * 6]
