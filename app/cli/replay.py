@@ -1,0 +1,36 @@
+"""`ippon replay`: a dataset, or a bag, as a robot."""
+
+from app.cli.errors import UsageError
+from app.cli.options import Replay
+from app.links.parent import end_with_parent
+from app.links.registry import running_navigators
+from app.links.session import LinkError
+from app.nodes.replay.datasets import DatasetError
+from app.nodes.replay.node import ReplayConfig, run_replay
+
+
+def run_replay_command(command: Replay) -> int:
+    """Play until the end, or until the process is stopped."""
+    end_with_parent(command.parent_pid)
+    connect, robot = command.connect, command.robot
+    running = running_navigators() if connect is None or robot is None else []
+    if running:
+        connect, robot = connect or running[-1].endpoint, robot or running[-1].robot
+    try:
+        config = ReplayConfig(
+            path=command.path,
+            connect=connect or "tcp/127.0.0.1:7447",
+            robot=robot or "ippon",
+            rate=command.rate,
+            start_s=command.start_s,
+            loop=command.loop,
+            heatmaps=command.heatmaps,
+            floor_m=command.floor_m,
+        )
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+    try:
+        run_replay(config)
+    except (DatasetError, LinkError) as error:
+        raise UsageError(str(error)) from error
+    return 0

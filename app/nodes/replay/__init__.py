@@ -1,0 +1,1 @@
+"""Recorded images as a robot: datasets of others, and bags."""

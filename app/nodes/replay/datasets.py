@@ -1,0 +1,246 @@
+"""RGB-D datasets in the folders that they come in."""
+
+import json
+import re
+from bisect import bisect_left
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
+
+from ippon.camera import PinholeCamera
+from ippon.geometry import Float64Array, is_rigid, make_transform, rotation_from_quaternion
+
+NO_READING: Final = 65535
+TUM_DEPTH_UNIT_M: Final = 1.0 / 5000.0
+TUM_APART_S: Final = 0.02
+MILLIMETRE: Final = 1e-3
+KINECT: Final = PinholeCamera(width=640, height=480, fx=585.0, fy=585.0, cx=320.0, cy=240.0)
+TUM_CAMERAS: Final = {
+    "freiburg1": (517.3, 516.5, 318.6, 255.3),
+    "freiburg2": (520.9, 521.0, 325.1, 249.7),
+    "freiburg3": (535.4, 539.2, 320.1, 247.6),
+}
+TUM_DEFAULT: Final = (525.0, 525.0, 319.5, 239.5)
+
+
+class DatasetError(Exception):
+    """A folder is no dataset that can be played; the text says what is wrong with it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DatasetFrame:
+    """One colour and depth image, on disk."""
+
+    time_s: float
+    """Since the first frame."""
+    color: Path
+    depth: Path
+    T_world_camera: Float64Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dataset:
+    """A sequence of a camera with poses."""
+
+    name: str
+    camera: PinholeCamera
+    """Of the depth image; colour of another size is scaled to it."""
+    depth_unit_m: float
+    up_world: tuple[float, float, float]
+    """Which way is up in the world of the poses."""
+    frames: tuple[DatasetFrame, ...]
+
+
+def open_dataset(folder: Path) -> Dataset:
+    """Recognise a dataset by its files.
+
+    Raises:
+        DatasetError: It is none of those known, or is damaged.
+    """
+    readers: tuple[tuple[str, Callable[[Path], Dataset]], ...] = (
+        ("sequence.json", _read_sequence),
+        ("groundtruth.txt", _read_tum),
+        ("frame-000000.pose.txt", _read_seven_scenes),
+        ("intrinsic/intrinsic_depth.txt", _read_scannet),
+    )
+    for name, read in readers:
+        if (folder / name).exists():
+            try:
+                dataset = read(folder)
+            except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
+                raise DatasetError(f"{folder / name} is damaged: {error}") from error
+            if not dataset.frames:
+                raise DatasetError(f"{folder} has no frame with colour, depth and pose")
+            return dataset
+    raise DatasetError(
+        f"{folder} is no dataset that is known: TUM RGB-D has groundtruth.txt, 7-Scenes "
+        "frame-000000.pose.txt, ScanNet intrinsic/intrinsic_depth.txt, ours sequence.json; a bag "
+        "is a .mcap file or a folder with metadata.yaml"
+    )
+
+
+def read_color(path: Path, camera: PinholeCamera) -> NDArray[np.uint8]:
+    """Return a colour image (H, W, 3) in the size of the camera.
+
+    Raises:
+        DatasetError: It cannot be read.
+    """
+    with _opened(path) as image:
+        size = (camera.width, camera.height)
+        rgb = image.convert("RGB")
+        return np.asarray(rgb if rgb.size == size else rgb.resize(size, Image.Resampling.BOX))
+
+
+def read_depth(path: Path, unit_m: float) -> NDArray[np.float32]:
+    """Return a depth image (H, W) in metres, 0 where there is no reading.
+
+    Raises:
+        DatasetError: It cannot be read.
+    """
+    with _opened(path) as image:
+        values = np.asarray(image).astype(np.uint16, copy=True)
+    values[values == NO_READING] = 0
+    return values.astype(np.float32) * np.float32(unit_m)
+
+
+def _opened(path: Path) -> Image.Image:
+    try:
+        image = Image.open(path)
+        image.load()
+    except (OSError, UnidentifiedImageError) as error:
+        raise DatasetError(f"cannot read the image {path}: {error}") from error
+    return image
+
+
+def _read_sequence(folder: Path) -> Dataset:
+    content: dict[str, Any] = json.loads((folder / "sequence.json").read_text("utf-8"))
+    k = content["intrinsics"]
+    x, y, z = (-float(g) for g in content["gravity_world"])
+    rate_hz = float(content["rate_hz"])
+    frames = [
+        DatasetFrame(
+            time_s=n / rate_hz,
+            color=folder / entry["color"],
+            depth=folder / entry["depth"],
+            T_world_camera=np.array(entry["camera_to_world"], np.float64),
+        )
+        for n, entry in enumerate(content["frames"])
+    ]
+    return Dataset(
+        name=str(content["name"]),
+        camera=PinholeCamera(width=content["width"], height=content["height"], **k),
+        depth_unit_m=float(content["depth_unit_m"]),
+        up_world=(x, y, z),
+        frames=_with_poses(frames),
+    )
+
+
+def _read_tum(folder: Path) -> Dataset:
+    colors, depths = _tum_list(folder / "rgb.txt"), _tum_list(folder / "depth.txt")
+    poses = [
+        (float(row[0]), _tum_pose([float(value) for value in row[1:8]]))
+        for row in _tum_rows(folder / "groundtruth.txt")
+    ]
+    frames: list[DatasetFrame] = []
+    for at, color in colors:
+        depth, pose = _nearest(depths, at), _nearest(poses, at)
+        if depth is not None and pose is not None:
+            frames.append(
+                DatasetFrame(
+                    time_s=at - colors[0][0],
+                    color=folder / color,
+                    depth=folder / depth,
+                    T_world_camera=pose,
+                )
+            )
+    known = next((c for name, c in TUM_CAMERAS.items() if name in folder.resolve().name), None)
+    fx, fy, cx, cy = known or TUM_DEFAULT
+    return Dataset(
+        name=folder.resolve().name,
+        camera=PinholeCamera(width=640, height=480, fx=fx, fy=fy, cx=cx, cy=cy),
+        depth_unit_m=TUM_DEPTH_UNIT_M,
+        up_world=(0.0, 0.0, 1.0),
+        frames=_with_poses(frames),
+    )
+
+
+def _tum_rows(path: Path) -> list[list[str]]:
+    lines = path.read_text("ascii").splitlines()
+    return [line.split() for line in lines if line.strip() and not line.startswith("#")]
+
+
+def _tum_list(path: Path) -> list[tuple[float, str]]:
+    return sorted((float(row[0]), row[1]) for row in _tum_rows(path))
+
+
+def _tum_pose(row: list[float]) -> Float64Array:
+    tx, ty, tz, qx, qy, qz, qw = row
+    return make_transform(rotation_from_quaternion((qw, qx, qy, qz)), (tx, ty, tz))
+
+
+def _nearest(entries: list[tuple[float, Any]], at: float) -> Any:
+    """Return what belongs to the nearest time, None where that is too far."""
+    k = bisect_left(entries, at, key=lambda entry: entry[0])
+    near = min(entries[max(0, k - 1) : k + 1], key=lambda e: abs(e[0] - at), default=None)
+    return near[1] if near is not None and abs(near[0] - at) <= TUM_APART_S else None
+
+
+def _read_seven_scenes(folder: Path) -> Dataset:
+    poses = sorted(folder.glob("frame-*.pose.txt"))
+    frames = [
+        DatasetFrame(
+            time_s=n / 30.0,
+            color=path.with_name(path.name.replace(".pose.txt", ".color.png")),
+            depth=path.with_name(path.name.replace(".pose.txt", ".depth.png")),
+            T_world_camera=np.loadtxt(path),
+        )
+        for n, path in enumerate(poses)
+    ]
+    return Dataset(
+        name=folder.resolve().name,
+        camera=KINECT,
+        depth_unit_m=MILLIMETRE,
+        # The world is the first camera's, held about level: y points down.
+        up_world=(0.0, -1.0, 0.0),
+        frames=_with_poses(frames),
+    )
+
+
+def _read_scannet(folder: Path) -> Dataset:
+    k = np.loadtxt(folder / "intrinsic" / "intrinsic_depth.txt")
+    paths = sorted((folder / "pose").glob("*.txt"), key=lambda p: int(re.sub(r"\D", "", p.stem)))
+    frames = [
+        DatasetFrame(
+            time_s=int(path.stem) / 30.0,
+            color=folder / "color" / f"{path.stem}.jpg",
+            depth=folder / "depth" / f"{path.stem}.png",
+            T_world_camera=np.loadtxt(path),
+        )
+        for path in paths
+    ]
+    with _opened(frames[0].depth) as image:
+        width, height = image.size
+    return Dataset(
+        name=folder.resolve().name,
+        camera=PinholeCamera(
+            width=width, height=height, fx=float(k[0, 0]), fy=float(k[1, 1]),
+            cx=float(k[0, 2]), cy=float(k[1, 2]),
+        ),
+        depth_unit_m=MILLIMETRE,
+        up_world=(0.0, 0.0, 1.0),
+        frames=_with_poses(frames),
+    )  # fmt: skip
+
+
+def _with_poses(frames: list[DatasetFrame]) -> tuple[DatasetFrame, ...]:
+    """Leave out frames without a pose: trackers write NaN or infinity where they were lost."""
+    return tuple(
+        frame
+        for frame in frames
+        if frame.T_world_camera.shape == (4, 4) and is_rigid(frame.T_world_camera, 1e-2)
+    )

@@ -1,0 +1,134 @@
+"""What a robot would have sent: of a dataset, or of a bag, in order and with its times."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from rosbags.highlevel import AnyReader, AnyReaderError
+
+from app.messages import keys
+from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.motion import StampedTransform, encode_transforms
+from app.nodes.replay.datasets import Dataset, DatasetError, read_color, read_depth
+from app.nodes.replay.upright import base_below, camera_on_base, upright
+from app.recording.channels import key_of
+from app.recording.errors import RecordingError
+from app.recording.recording import Recording
+
+CAMERA_FRAME: Final = "camera_color_optical_frame"
+FROM_ROBOT: Final = (
+    keys.COLOR, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC,
+    keys.HEATMAP, keys.CONTACT,
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """One message of the robot."""
+
+    at_s: float
+    """Since the first."""
+    key: str
+    payload: bytes
+
+
+def dataset_messages(
+    dataset: Dataset, start_s: float, first_stamp_ns: int, floor_m: float | None
+) -> Iterator[Sent]:
+    """Yield pose, intrinsics, depth and colour of every frame.
+
+    Args:
+        dataset: The frames.
+        start_s: Frames before are left out.
+        first_stamp_ns: Stamp of time 0.
+        floor_m: See `upright`.
+
+    Raises:
+        DatasetError: An image cannot be read.
+    """
+    T_map_world = upright(dataset, floor_m)
+    for frame in dataset.frames:
+        if frame.time_s < start_s:
+            continue
+        stamp, at = first_stamp_ns + round(1e9 * frame.time_s), frame.time_s - start_s
+        T_map_camera = T_map_world @ frame.T_world_camera
+        T_map_base = base_below(T_map_camera)
+        links = (
+            ("map", "base_link", T_map_base),
+            ("base_link", CAMERA_FRAME, camera_on_base(T_map_base, T_map_camera)),
+        )
+        poses = [
+            StampedTransform(stamp_ns=stamp, parent=a, child=b, T_parent_child=T)
+            for a, b, T in links
+        ]
+        depth = read_depth(frame.depth, dataset.depth_unit_m)
+        color = read_color(frame.color, dataset.camera)
+        yield Sent(at, keys.TF, encode_transforms(poses))
+        yield Sent(at, keys.CAMERA_INFO, encode_camera(dataset.camera, stamp, CAMERA_FRAME))
+        yield Sent(at, keys.DEPTH, encode_depth(depth, stamp, CAMERA_FRAME))
+        yield Sent(at, keys.COLOR, encode_color(color, stamp, CAMERA_FRAME))
+
+
+def bag_messages(path: Path, start_s: float, *, heatmaps: bool) -> Iterator[Sent]:
+    """Yield what the robot of a bag sent, as it was recorded.
+
+    Args:
+        path: An MCAP file, a session's folder, or a rosbag2 folder.
+        start_s: Messages before are left out, but for fixed transforms.
+        heatmaps: Whether to send recorded heatmaps, too.
+
+    Raises:
+        DatasetError: It is no bag, or lacks what a frame needs.
+    """
+    wanted = [key for key in FROM_ROBOT if heatmaps or key != keys.HEATMAP]
+    if path.is_dir() and not any(path.glob("*.mcap")):
+        yield from _rosbag_messages(path, start_s, wanted)
+        return
+    try:
+        recording = Recording(path)
+    except RecordingError as error:
+        raise DatasetError(str(error)) from error
+    try:
+        _check(path, recording.keys)
+        for message in recording.all_messages(wanted):
+            at = (message.time_ns - recording.start_ns) * 1e-9 - start_s
+            if at >= 0.0 or message.key == keys.TF_STATIC:
+                yield Sent(max(at, 0.0), message.key, message.payload)
+    finally:
+        recording.close()
+
+
+def _rosbag_messages(path: Path, start_s: float, wanted: list[str]) -> Iterator[Sent]:
+    try:
+        with AnyReader([path]) as reader:
+            found = [(c, key_of(c.topic, {})) for c in reader.connections]
+            known = {
+                c.topic: key
+                for c, key in found
+                if key is not None and key in wanted and keys.ROS_TYPES[key] == c.msgtype
+            }
+            _check(path, tuple(known.values()))
+            used = [c for c, _ in found if c.topic in known]
+            for connection, time_ns, raw in reader.messages(connections=used):
+                key, at = known[connection.topic], (time_ns - reader.start_time) * 1e-9 - start_s
+                if at >= 0.0 or key == keys.TF_STATIC:
+                    yield Sent(max(at, 0.0), key, bytes(raw))
+    except (AnyReaderError, OSError) as error:
+        raise DatasetError(f"{path} is no bag that can be read: {error}") from error
+
+
+def _check(path: Path, found: tuple[str, ...]) -> None:
+    """Refuse a bag that can never give a frame.
+
+    Raises:
+        DatasetError: It names what is missing.
+    """
+    missing = [key for key in (keys.COLOR, keys.CAMERA_INFO, keys.TF) if key not in found]
+    if keys.DEPTH not in found and keys.DEPTH_RAW not in found:
+        missing.append(keys.DEPTH)
+    if missing:
+        raise DatasetError(
+            f"{path} has no topic that ends in {', '.join(missing)}: without colour, depth, camera "
+            "info and tf there is nothing to map"
+        )

@@ -1,0 +1,113 @@
+"""A dataset as a robot on the network; it goes its way, whatever it is told."""
+
+import logging
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import zenoh
+
+from app.links.session import open_client
+from app.links.stopping import SignalledStop, Stop
+from app.messages import keys
+from app.nodes.replay.datasets import DatasetError, open_dataset
+from app.nodes.replay.messages import Sent, bag_messages, dataset_messages
+
+logger = logging.getLogger(__name__)
+
+PAUSE_S: Final = 1.5
+"""Between two rounds of a loop: a stamp that goes back so far is a clock that starts anew."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplayConfig:
+    """What is played, how, and to whom."""
+
+    path: Path
+    connect: str = "tcp/127.0.0.1:7447"
+    robot: str = "ippon"
+    rate: float = 1.0
+    """Times real time."""
+    start_s: float = 0.0
+    loop: bool = False
+    heatmaps: bool = True
+    """Send the heatmaps of a bag; off where another segmentation runs."""
+    floor_m: float | None = None
+    """Height of a dataset's floor along up; estimated without."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be played."""
+        keys.check_prefix(self.robot)
+        if not 0.01 <= self.rate <= 100.0:
+            raise ValueError(f"the rate is 0.01 to 100 times real time; got {self.rate:g}")
+        if not self.start_s >= 0.0:
+            raise ValueError(f"the start is 0 s or later; got {self.start_s:g}")
+
+
+def messages_of(config: ReplayConfig, first_stamp_ns: int) -> Iterator[Sent]:
+    """Yield what the robot sends in one round.
+
+    Raises:
+        DatasetError: There is nothing that can be played.
+    """
+    path = config.path
+    if not path.exists():
+        raise DatasetError(f"there is no {path}")
+    is_bag = path.is_file() or any(path.glob("*.mcap")) or (path / "metadata.yaml").exists()
+    if is_bag:
+        return bag_messages(path, config.start_s, heatmaps=config.heatmaps)
+    return dataset_messages(open_dataset(path), config.start_s, first_stamp_ns, config.floor_m)
+
+
+def play(
+    config: ReplayConfig, put: Callable[[str, bytes], None], stop: Stop, first_stamp_ns: int
+) -> int:
+    """Send one round at its own times; return how many colour images were sent.
+
+    Raises:
+        DatasetError: There is nothing that can be played.
+    """
+    began = time.monotonic()
+    images = 0
+    for sent in messages_of(config, first_stamp_ns):
+        late_s = time.monotonic() - began - sent.at_s / config.rate
+        if late_s < 0.0:
+            stop.wait(-late_s)
+        if stop.is_set():
+            break
+        put(sent.key, sent.payload)
+        images += sent.key == keys.COLOR
+    return images
+
+
+def run_replay(config: ReplayConfig) -> None:
+    """Play until the end, or with `loop` until SIGINT or SIGTERM.
+
+    Raises:
+        DatasetError: There is nothing that can be played.
+        LinkError: No navigator answers.
+    """
+    stop = SignalledStop()
+    # Before the network is opened, so that a wrong folder is said at once.
+    next(messages_of(config, 0), None)
+    session = open_client(config.connect)
+    publishers: dict[str, zenoh.Publisher] = {}
+
+    def put(key: str, payload: bytes) -> None:
+        if key not in publishers:
+            publishers[key] = session.declare_publisher(
+                f"{config.robot}/{key}", congestion_control=zenoh.CongestionControl.BLOCK
+            )
+        publishers[key].put(payload)
+
+    try:
+        while not stop.is_set():
+            images = play(config, put, stop, time.time_ns())
+            logger.info("%s: %d images", config.path, images)
+            if not config.loop or not images:
+                break
+            stop.wait(PAUSE_S)
+    finally:
+        session.close()  # pyright: ignore[reportUnknownMemberType]

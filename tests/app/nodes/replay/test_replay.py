@@ -1,0 +1,208 @@
+"""Datasets in four folders' shapes, and bags, become frames."""
+
+import dataclasses
+import json
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from rosbags.rosbag2 import StoragePlugin, Writer
+from scipy.spatial.transform import Rotation
+
+from app.cli.main import run
+from app.links.assembler import FrameAssembler
+from app.messages import keys
+from app.messages.cdr import typestore
+from app.messages.images import decode_camera, decode_color, decode_depth
+from app.messages.motion import decode_transforms
+from app.nodes.replay.datasets import DatasetError, open_dataset
+from app.nodes.replay.messages import Sent, bag_messages
+from app.nodes.replay.node import ReplayConfig, messages_of, play
+from app.nodes.replay.upright import upright
+from app.recording.writer import SessionWriter
+from ippon.geometry import invert_transform, make_transform, rotation_z
+from ippon.mapping.surface import SurfaceTracker
+from ippon.mapping.voxel_map import MapConfig, VoxelMap
+from tests.app.recording.conftest import all_messages, write_session
+
+KITCHEN = Path(__file__).parents[5] / "shared/rgbd/redkitchen_a"
+WIDTH, HEIGHT = 640, 480
+# Level, 1.5 m above the floor, looking along +x of a z-up world; then turned left, and lost.
+LEVEL = np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+POSES = [make_transform(rotation_z(0.1 * n) @ LEVEL, (0.2 * n, 0.0, 1.5)) for n in range(3)]
+LOST = np.full((4, 4), np.inf)
+
+
+def _images(folder, color, depth, unit_m):
+    """Write a wall at 2 m, with a corner without reading."""
+    (folder / color).parent.mkdir(parents=True, exist_ok=True)
+    (folder / depth).parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(np.full((HEIGHT, WIDTH, 3), 120, np.uint8)).save(folder / color)
+    values = np.full((HEIGHT, WIDTH), round(2.0 / unit_m), np.uint16)
+    values[:10, :10] = 65535
+    Image.fromarray(values).save(folder / depth)
+
+
+def _sequence(folder, poses):
+    frames = []
+    for n, pose in enumerate(poses):
+        _images(folder, f"c/{n}.jpg", f"d/{n}.png", 1e-3)
+        frames.append(
+            {"color": f"c/{n}.jpg", "depth": f"d/{n}.png", "camera_to_world": pose.tolist()}
+        )
+    content = {
+        "name": "x", "width": WIDTH, "height": HEIGHT, "depth_unit_m": 1e-3, "rate_hz": 10.0,
+        "intrinsics": {"fx": 500.0, "fy": 500.0, "cx": 320.0, "cy": 240.0},
+        "gravity_world": [0, 0, -1], "frames": frames,
+    }  # fmt: skip
+    (folder / "sequence.json").write_text(json.dumps(content).replace("Infinity", "1e999"))
+
+
+def _tum(folder, poses):
+    rgb, depth, truth = ["# colour"], ["# depth"], ["# pose"]
+    for n, pose in enumerate(poses):
+        _images(folder, f"rgb/{n}.png", f"depth/{n}.png", 1 / 5000)
+        rgb.append(f"{100 + n / 10:.4f} rgb/{n}.png")
+        depth.append(f"{100 + n / 10 + 0.01:.4f} depth/{n}.png")
+        if np.isfinite(pose).all():
+            q = Rotation.from_matrix(pose[:3, :3]).as_quat()
+            row = " ".join(f"{x:.9f}" for x in (*pose[:3, 3], *q))
+            truth.append(f"{100 + n / 10 + 0.003:.4f} {row}")
+    for name, lines in [("rgb", rgb), ("depth", depth), ("groundtruth", truth)]:
+        (folder / f"{name}.txt").write_text("\n".join(lines))
+
+
+def _seven_scenes(folder, poses):
+    # Its world is the first camera's: y down.
+    for n, pose in enumerate(poses):
+        stem = f"frame-{n:06d}"
+        _images(folder, f"{stem}.color.png", f"{stem}.depth.png", 1e-3)
+        seen = invert_transform(POSES[0]) @ pose if np.isfinite(pose).all() else pose
+        np.savetxt(folder / f"{stem}.pose.txt", seen)
+
+
+def _scannet(folder, poses):
+    (folder / "intrinsic").mkdir(parents=True)
+    (folder / "pose").mkdir()
+    np.savetxt(folder / "intrinsic/intrinsic_depth.txt", np.diag([580.0, 580.0, 1.0, 1.0]))
+    for n, pose in enumerate(poses):
+        _images(folder, f"color/{n}.jpg", f"depth/{n}.png", 1e-3)
+        np.savetxt(folder / f"pose/{n}.txt", pose)
+
+
+@pytest.mark.parametrize("write", [_sequence, _tum, _seven_scenes, _scannet])
+def test_a_dataset_becomes_frames_of_an_upright_robot(write, tmp_path):
+    write(tmp_path, [*POSES, LOST])
+    dataset = open_dataset(tmp_path)
+    assert len(dataset.frames) == 3
+    assembler = FrameAssembler()
+    frames = []
+    for sent in messages_of(ReplayConfig(path=tmp_path, floor_m=_floor(write)), 10**9):
+        if sent.key == keys.TF:
+            assembler.add_transforms(decode_transforms(sent.payload))
+        elif sent.key == keys.CAMERA_INFO:
+            assembler.add_camera(decode_camera(sent.payload))
+        elif sent.key == keys.DEPTH:
+            assembler.add_depth(decode_depth(sent.payload))
+        else:
+            assembler.add_color(decode_color(sent.payload))
+            frames.append(assembler.take())
+    for n, frame in enumerate(frames):
+        assert frame.depth[200, 200] == pytest.approx(2.0, abs=1e-3)
+        assert frame.depth[5, 5] == 0.0
+        np.testing.assert_allclose(frame.T_world_camera[2, 3], 1.5, atol=1e-3)
+        np.testing.assert_allclose(frame.T_world_base[:2, 3], frame.T_world_camera[:2, 3])
+        moved = np.hypot(*frame.T_world_camera[:2, 3])
+        assert moved == pytest.approx(0.2 * n, abs=1e-3)
+        assert frame.tilt_rad == pytest.approx(0.0, abs=1e-3)
+    assert frames[1].stamp_ns > frames[0].stamp_ns
+
+
+def _floor(write):
+    return -1.5 if write is _seven_scenes else 0.0
+
+
+@pytest.mark.parametrize("up", [(0, 0, 1), (0, 0, -1), (0, -1, 0), (0.1, 0.9, -0.4)])
+def test_up_becomes_z(up, tmp_path):
+    _sequence(tmp_path, POSES)
+    dataset = open_dataset(tmp_path)
+    T = upright(dataclasses.replace(dataset, up_world=up), 0.0)
+    np.testing.assert_allclose(T[:3, :3] @ up / np.linalg.norm(up), [0, 0, 1], atol=1e-12)
+    assert np.linalg.det(T[:3, :3]) == pytest.approx(1.0)
+
+
+def test_a_session_is_replayed_as_it_was_sent(tmp_path):
+    folder = write_session(tmp_path).writer.folder
+    sent = []
+    stop = threading.Event()
+    config = ReplayConfig(path=folder, rate=100.0, start_s=2.0, heatmaps=False)
+    images = play(config, lambda key, payload: sent.append((key, payload)), stop, 0)
+    wanted = (keys.TF, keys.CAMERA_INFO, keys.CONTACT, keys.DEPTH, keys.COLOR)
+    assert sent == [(k, p) for _, k, p in all_messages() if k in wanted][-5 * 20 :]
+    assert images == 20
+
+
+def test_a_bag_of_ros_2_in_sqlite_is_replayed(tmp_path):
+    wanted = (keys.COLOR, keys.DEPTH, keys.CAMERA_INFO, keys.TF)
+    kinds = {key: keys.ROS_TYPES[key] for key in wanted}
+    with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        connections = {
+            key: writer.add_connection(f"/spot/{key}", kind, typestore=typestore())
+            for key, kind in kinds.items()
+        }
+        for time_ns, key, payload in all_messages():
+            if key in kinds:
+                writer.write(connections[key], time_ns, payload)
+    got = [(s.key, s.payload) for s in bag_messages(tmp_path / "bag", 0.0, heatmaps=True)]
+    assert got == [(k, p) for _, k, p in all_messages() if k in kinds]
+    assert isinstance(next(bag_messages(tmp_path / "bag", 0.0, heatmaps=True)), Sent)
+
+
+def test_a_bag_without_depth_is_refused_by_name(tmp_path, capsys):
+    writer = SessionWriter(tmp_path / "s", "r")
+    for time_ns, key, payload in all_messages():
+        if key != keys.DEPTH:
+            writer.add(key, payload, time_ns, 0.0)
+    writer.close()
+    assert run(["replay", str(tmp_path / "s")]) == 2
+    assert "has no topic that ends in camera/depth" in capsys.readouterr().err
+
+
+def test_what_is_no_dataset_is_said(tmp_path):
+    with pytest.raises(DatasetError, match=r"TUM RGB-D has groundtruth.txt"):
+        open_dataset(tmp_path)
+    (tmp_path / "sequence.json").write_text("{")
+    with pytest.raises(DatasetError, match="is damaged"):
+        open_dataset(tmp_path)
+    with pytest.raises(DatasetError, match="there is no"):
+        messages_of(ReplayConfig(path=tmp_path / "none"), 0)
+    with pytest.raises(ValueError, match="100 times real time"):
+        ReplayConfig(path=tmp_path, rate=0.0)
+
+
+@pytest.mark.skipif(not KITCHEN.exists(), reason="the kitchen sequence is not at ../shared/rgbd")
+def test_a_real_kitchen_is_mapped_upright_with_its_floor_at_zero():
+    dataset = open_dataset(KITCHEN)
+    known = json.loads((KITCHEN / "sequence.json").read_text())
+    T = upright(dataset)
+    assert -T[2, 3] == pytest.approx(known["floor_height_along_up_m"], abs=0.2)
+    assembler, voxel_map = FrameAssembler(), VoxelMap(MapConfig(max_camera_speed_m_s=1e9), ("x",))
+    taken = 0
+    for sent in messages_of(ReplayConfig(path=KITCHEN, floor_m=-T[2, 3]), 10**9):
+        if sent.key == keys.TF:
+            assembler.add_transforms(decode_transforms(sent.payload))
+        elif sent.key == keys.CAMERA_INFO:
+            assembler.add_camera(decode_camera(sent.payload))
+        elif sent.key == keys.DEPTH:
+            assembler.add_depth(decode_depth(sent.payload))
+        elif sent.key == keys.COLOR:
+            assembler.add_color(decode_color(sent.payload))
+            voxel_map.integrate(assembler.take())
+            taken += 1
+            if taken == 12:
+                break
+    voxels = SurfaceTracker(voxel_map).keyframe().index
+    assert len(voxels) > 1000
+    assert (voxels[:, 2] * 0.1 > -0.5).mean() > 0.98
