@@ -98,6 +98,10 @@ def _dispatch(command: options.Command) -> int:
             from app.cli.export import run_export
 
             return run_export(command)
+        case options.Replay():
+            from app.cli.replay import run_replay_command
+
+            return run_replay_command(command)
         case options.Ask():
             from app.cli.ask import run_ask
 

@@ -218,6 +218,33 @@ class Export:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Replay:
+    """A dataset, or a bag, as a robot: it sends what was recorded, and goes its own way.
+
+    TUM RGB-D, 7-Scenes, ScanNet as its tools extract it, MCAP files and rosbag2 folders.
+    """
+
+    path: Positional[Path]
+    """The dataset's folder, a recording, or a bag."""
+    connect: str | None = None
+    """zenoh endpoint of the navigator; without one, the navigator running on this machine."""
+    robot: str | None = None
+    """Key prefix of the robot; without one, that of the navigator running on this machine."""
+    rate: float = 1.0
+    """Times real time."""
+    start_s: float = 0.0
+    """Begin so many seconds in."""
+    loop: bool = False
+    """Begin again at the end."""
+    heatmaps: bool = True
+    """Send the heatmaps that a bag holds; off where `ippon segment` makes new ones."""
+    floor_m: float | None = None
+    """Height of a dataset's floor along its up; estimated without."""
+    parent_pid: int | None = None
+    """End when this process is gone."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Ask:
     """Ask a running navigator to look for something, from any terminal that reaches it."""
 
@@ -284,6 +311,7 @@ Command = (
     | Annotated[Record, tyro.conf.subcommand("record")]
     | Annotated[Review, tyro.conf.subcommand("review")]
     | Annotated[Export, tyro.conf.subcommand("export")]
+    | Annotated[Replay, tyro.conf.subcommand("replay")]
     | Annotated[Ask, tyro.conf.subcommand("ask")]
     | Annotated[Levels, tyro.conf.subcommand("levels")]
     | Annotated[Eval, tyro.conf.subcommand("eval")]
