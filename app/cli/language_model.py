@@ -23,6 +23,8 @@ def make_model(options: Llm, environment: Mapping[str, str]) -> "LanguageModel |
     Raises:
         UsageError: The settings contradict each other, or the key cannot be read.
     """
+    if not options.look_every_s >= 0.0:
+        raise UsageError(f"--llm.look-every-s is 0 or more seconds; got {options.look_every_s:g}")
     model = options.model or environment.get(MODEL_VARIABLE, "")
     if not model:
         if options.base_url is not None or options.key_file is not None:
@@ -64,5 +66,6 @@ def as_arguments(options: Llm) -> tuple[str, ...]:
         "--llm.base-url": options.base_url,
         "--llm.key-file": None if options.key_file is None else str(options.key_file.absolute()),
         "--llm.timeout-s": str(options.timeout_s),
+        "--llm.look-every-s": str(options.look_every_s),
     }
     return tuple(word for name, value in given.items() if value for word in (name, value))

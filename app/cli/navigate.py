@@ -40,6 +40,7 @@ def run_navigate(command: Navigate) -> int:
         console=Console(file=sys.stderr),
         transient=True,
     )
+            look_every_s=command.llm.look_every_s,
     try:
         with progress:
             task = progress.add_task("preparing kernels (compiled once)", total=1.0)

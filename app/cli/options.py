@@ -29,6 +29,9 @@ class Llm:
     timeout_s: float = 30.0
     """The longest that one answer may take; the search goes on meanwhile."""
 
+    look_every_s: float = 0.0
+    """Show a model that takes images what the camera sees, this often, and let it add common
+    objects to tell apart; 0 never does. Images leave this machine when the model is elsewhere."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Demo:

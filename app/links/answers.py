@@ -39,6 +39,15 @@ class SentenceAnswer:
     """Why rules read it in the model's place; empty when the model did."""
 
 
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """Things in an image that were not told apart yet."""
+
+    labels: tuple[str, ...]
+    failed: str = ""
+    """Why there is no answer; empty when there is one."""
+
+
 class Adviser(Protocol):
     """Whoever answers in a model's place where it does not: never raises, may take its time."""
 
@@ -55,6 +64,10 @@ class Adviser(Protocol):
 
     def read_query(self, sentence: str) -> SentenceAnswer:
         """Read object and context from one sentence."""
+        ...
+
+    def name_things(self, jpeg: bytes, vocabulary: Sequence[str]) -> Sighting:
+        """Name things in an image that a vocabulary lacks; for models that take images."""
         ...
 
     def close(self) -> None:

@@ -1,13 +1,15 @@
 """Proximity levels from a language model, with the embedded prior to fall back on."""
 
+import base64
 import logging
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from app.links.answer_cache import AnswerCache, CachedAnswer
-from app.links.answers import RULES, Answer, SentenceAnswer
+from app.links.answers import RULES, Answer, SentenceAnswer, Sighting
 from app.links.chat import ChatConfig, ChatEndpoint, ChatError, Message, ResponseForm
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.naming import ResolvedObject, resolve_object
@@ -19,6 +21,7 @@ from ippon.guidance.prompt import (
     parse_reply,
     reply_schema,
 )
+from ippon.guidance.scene_prompt import SCENE_SCHEMA, build_scene_prompt, parse_scene_reply
 from ippon.guidance.sentence import read_query
 from ippon.guidance.sentence_prompt import QUERY_SCHEMA, build_query_prompt, parse_query_reply
 
@@ -154,6 +157,26 @@ class LanguageModel:
         except ChatError as error:
             failed = str(error)
         return SentenceAnswer(read_query(sentence), RULES, prompt, reply, failed)
+
+    def name_things(self, jpeg: bytes, vocabulary: Sequence[str]) -> Sighting:
+        """Name things in an image that a vocabulary lacks; asked once, never raises.
+
+        Args:
+            jpeg: The image.
+            vocabulary: Labels that are told apart already.
+        """
+        url = f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}"
+        content: list[dict[str, Any]] = [
+            {"type": "text", "text": build_scene_prompt(vocabulary)},
+            {"type": "image_url", "image_url": {"url": url}},
+        ]
+        try:
+            self._check_open()
+            question: list[Message] = [{"role": "user", "content": content}]
+            reply = self._endpoint.ask(lambda _: question, SCENE_SCHEMA).text
+        except ChatError as error:
+            return Sighting((), str(error))
+        return Sighting(parse_scene_reply(reply, vocabulary))
 
     def _ask(self, asked: "_Conversation") -> ParsedReply:
         """Ask, once more after a failure, and once more for what was left out."""

@@ -23,6 +23,9 @@ class NavigatorConfig:
     language_model: str = ""
     """Name of the language model that is asked for levels, as the operator sees it; empty for none.
     It stands here to be recorded; its key does not."""
+    look_every_s: float = 0.0
+    """How often the language model is shown the camera image and may add common objects that it
+    sees; 0 never shows it any."""
     seed: int = 0
     """Of the planner's samples."""
     command_hz: float = 20.0

@@ -7,6 +7,7 @@ sets wins over every answer for that goal.
 
 import dataclasses
 import logging
+import math
 import re
 import threading
 import time
@@ -16,7 +17,10 @@ from concurrent.futures import TimeoutError as LateError
 from functools import partial
 from typing import Final
 
+import numpy as np
+import simplejpeg
 import zenoh
+from numpy.typing import NDArray
 
 from app.links.answers import RULES, Adviser, Answer, SentenceAnswer
 from app.links.requests import Permit, RequestRefusedError, anyone, serve
@@ -44,6 +48,8 @@ logger = logging.getLogger(__name__)
 BY_OPERATOR: Final = "set by the operator"
 SENTENCE_S: Final = 8.0
 """A sentence that the model has not read by then is read by rules: somebody waits for it."""
+MAX_LEARNED: Final = 20
+"""Labels that the model may add by itself; each makes the map's rows longer."""
 _ASKERS: Final = 2
 """Questions under way at the same time: one that hangs does not hold up the next goal."""
 _LABEL: Final = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+){0,3}")
@@ -63,12 +69,17 @@ class Counsel:
         goals: GoalBook,
         *,
         model: Adviser | None,
+        look_every_s: float = 0.0,
         put: Put,
         say: Say,
         permit: Permit = anyone,
     ) -> None:
         self._goals = goals
         self._model = model
+        self._look_every_s = look_every_s
+        self._looked_at = -math.inf
+        self._looking = False
+        self._learned = 0
         self._put = put
         self._say = say
         self._prior = EmbeddedPrior()
@@ -76,6 +87,7 @@ class Counsel:
         self._labels = labels
         self._askers = ThreadPoolExecutor(_ASKERS, thread_name_prefix="counsel")
         self._readers = ThreadPoolExecutor(1, thread_name_prefix="sentence")
+        self._lookers = ThreadPoolExecutor(1, thread_name_prefix="look")
         self._queryables = [
             serve(session, f"{robot}/{keys.GUIDANCE}", GuidanceRequest, self.set_level, permit),
             serve(session, f"{robot}/{keys.SENTENCE}", SentenceRequest, self.read),
@@ -92,7 +104,7 @@ class Counsel:
         """End the questions that are under way."""
         if self._model is not None:
             self._model.close()
-        for pool in (self._askers, self._readers):
+        for pool in (self._askers, self._readers, self._lookers):
             pool.shutdown(wait=False, cancel_futures=True)
 
     # -- a goal ------------------------------------------------------------------------------
@@ -143,6 +155,19 @@ class Counsel:
             search.goal.goal_id, lambda s: dataclasses.replace(s, guidance=guidance)
         )
         return fitted or search
+
+    def look(self, color: NDArray[np.uint8]) -> None:
+        """Have the model name things in an image, when it is time; more labels may come of it.
+
+        Args:
+            color: (H, W, 3) RGB.
+        """
+        now = time.monotonic()
+        due = self._look_every_s > 0.0 and now - self._looked_at >= self._look_every_s
+        if self._model is None or not due or self._looking or self._learned >= MAX_LEARNED:
+            return
+        self._looked_at, self._looking = now, True
+        self._lookers.submit(self._name_things, self._model, color)
 
     def notes(self) -> tuple[str, ...]:
         """Say who guides the present search, where that is not who was to."""
@@ -223,6 +248,17 @@ class Counsel:
         )
         self._put(partial(self._take, goal_id, search.questions, answer))
 
+    def _name_things(self, model: Adviser, color: NDArray[np.uint8]) -> None:
+        try:
+            jpeg = simplejpeg.encode_jpeg(np.ascontiguousarray(color), 80, "RGB", "420")
+            sighting = model.name_things(jpeg, self.labels)
+            if sighting.failed:
+                logger.info("no things were named: %s", sighting.failed)
+            for label in sighting.labels[: MAX_LEARNED - self._learned]:
+                self._put(partial(self._learn, label))
+        finally:
+            self._looking = False
+
     def _read(self, sentence: str) -> SentenceAnswer:
         failed = ""
         if self._model is not None:
@@ -270,6 +306,16 @@ class Counsel:
         self._say("vocabulary", f"{label.replace('_', ' ')} is told apart from now on")
         if active is not None:
             self.consult(active.goal.goal_id)
+
+    def _learn(self, label: str, mission: Mission) -> None:
+        """Add a label that the model saw, unless it would be refused to the operator."""
+        try:
+            self._check_new(label, label)
+        except RequestRefusedError as error:
+            logger.info("not told apart: %s", error)
+            return
+        self._learned += 1
+        self._extend(label, mission)
 
     def _is_active(self, search: PlannedSearch) -> bool:
         active = self._goals.active()

@@ -74,6 +74,7 @@ class Navigator:
             config.labels,
             self._goals,
             model=model,
+            look_every_s=config.look_every_s,
             put=self._put,
             say=self._say,
             permit=self._lease.permit,
@@ -167,6 +168,7 @@ class Navigator:
         snapshot = self._snapshot = result.snapshot
         waypoint = self._mission.waypoint
         command = self._helm.follow(
+        self._counsel.look(frame.color)
             result.command,
             frame,
             self._mission.voxel_map.arrays(),

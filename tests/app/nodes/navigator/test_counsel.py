@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from app.links.answers import RULES, Answer, SentenceAnswer
+from app.links.answers import RULES, Answer, SentenceAnswer, Sighting
 from app.links.requests import RequestRefusedError, ask
 from app.messages import keys
 from app.messages.control import (
@@ -71,6 +71,11 @@ class Model:
         self.may_answer.acquire(timeout=10.0)
         return SentenceAnswer(Query(object="hat", context="", doubtful=False), MODEL, "q", "a", "")
 
+    def name_things(self, jpeg, vocabulary):
+        self.asked.put((jpeg[:2], len(vocabulary)))
+        self.may_answer.acquire(timeout=10.0)
+        return Sighting(("bookcase", "hat", "bookcase"))
+
     def close(self):
         self.closed = True
         self.may_answer.release(100)
@@ -82,7 +87,7 @@ def open_office(sessions):
     router, client = sessions
     opened = []
 
-    def make(model=None):
+    def make(model=None, look_every_s=0.0):
         goals = GoalBook(max_queue=5)
         operations, events = queue.SimpleQueue(), []
         counsel = Counsel(
@@ -91,6 +96,7 @@ def open_office(sessions):
             MATTERPORT_40,
             goals,
             model=model,
+            look_every_s=look_every_s,
             put=operations.put,
             say=lambda kind, text: events.append((kind, text)),
         )
@@ -325,3 +331,28 @@ def test_fitting_keeps_answers_and_edits(open_office):
     alone = EmbeddedPrior().levels("hat", "", (*MATTERPORT_40, "bookcase"))
     assert after.rows[40].level is alone.rows[40].level
     assert np.array_equal(after.levels(), office.mission.voxel_map._layers.levels)
+
+
+def test_a_model_that_sees_adds_what_is_new(open_office):
+    office = open_office(Model(), look_every_s=1000.0)
+    image = np.zeros((16, 24, 3), np.uint8)
+    office.counsel.look(image)
+    office.counsel.look(image)
+    assert office.model.asked.get(timeout=10.0) == (b"\xff\xd8", 40)
+    planned = office.counsel.plan(SearchRequest(object="hat"), 0.0)
+    office.goals.add(planned)
+    active = office.goals.next()
+    office.mission.set_goal(active.goal, active.guidance)
+    office.model.may_answer.release(2)
+    for _ in range(3):
+        run_next(office)
+    # The hat is what is searched for, and nothing is added twice.
+    assert office.mission.voxel_map.labels == (*MATTERPORT_40, "bookcase")
+    assert levels(office)["bookcase"] is not None
+    assert office.model.asked.get(timeout=10.0)[2] == office.counsel.labels
+
+
+def test_nothing_is_shown_to_a_model_unless_asked_for(open_office):
+    office = open_office(Model())
+    office.counsel.look(np.zeros((16, 24, 3), np.uint8))
+    assert office.model.asked.empty()
