@@ -37,6 +37,10 @@ class Child:
         """Return the exit status, None while it runs."""
         return self._process.poll()
 
+    def wait(self) -> int:
+        """Wait until it ends, and return the exit status; negative for a signal."""
+        return self._process.wait()
+
     def stop(self) -> None:
         """Ask it to end; kill it when it does not."""
         if self._process.poll() is not None:

@@ -78,6 +78,10 @@ def _dispatch(command: options.Command) -> int:
             from app.cli.navigate import run_navigate
 
             return run_navigate(command)
+        case options.Segment():
+            from app.cli.segment import run_segment_command
+
+            return run_segment_command(command)
         case options.Console():
             from app.cli.console import run_console_command
 

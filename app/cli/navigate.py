@@ -1,20 +1,31 @@
 """`ippon navigate`: the navigator."""
 
+import logging
 import os
 import sys
+import threading
+from dataclasses import replace
+from typing import Final
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from app.cli.children import Child
 from app.cli.errors import UsageError
 from app.cli.language_model import make_model
 from app.cli.options import Navigate
+from app.cli.segment import arguments_of
 from app.links.parent import end_with_parent
 from app.links.session import LinkError
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import run_navigator
 from ippon.mapping.voxel_map import MapConfig
 from ippon.mission.mission import MissionConfig
+
+logger = logging.getLogger(__name__)
+
+SLOW_SEGMENTATION_S: Final = 30.0
+"""A network on a processor may take ten seconds for an image."""
 
 
 def run_navigate(command: Navigate) -> int:
@@ -29,9 +40,12 @@ def run_navigate(command: Navigate) -> int:
             seed=command.seed,
             mission=mission,
             language_model=model.name if model is not None else "",
+            look_every_s=command.llm.look_every_s,
         )
     except ValueError as error:
         raise UsageError(str(error)) from error
+    if command.segmentation.where == "here":
+        config = replace(config, heatmap_lost_s=SLOW_SEGMENTATION_S)
     progress = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -40,7 +54,7 @@ def run_navigate(command: Navigate) -> int:
         console=Console(file=sys.stderr),
         transient=True,
     )
-            look_every_s=command.llm.look_every_s,
+    segmentation = _start_segmentation(command)
     try:
         with progress:
             task = progress.add_task("preparing kernels (compiled once)", total=1.0)
@@ -53,4 +67,24 @@ def run_navigate(command: Navigate) -> int:
             run_navigator(config, show, model)
     except LinkError as error:
         raise UsageError(str(error)) from error
+    finally:
+        if segmentation is not None:
+            segmentation.stop()
     return 0
+
+
+def _start_segmentation(command: Navigate) -> Child | None:
+    """Start the segmentation beside the navigator, where it is wanted here."""
+    if command.segmentation.where != "here":
+        return None
+    arguments = ["segment", "--connect", command.listen, "--robot", command.robot]
+    child = Child("segmentation", [*arguments, *arguments_of(command.segmentation)])
+    threading.Thread(target=_report_end, args=(child,), name="segmentation", daemon=True).start()
+    return child
+
+
+def _report_end(child: Child) -> None:
+    """Say that the segmentation ended by itself: the search goes on, and finds nothing more."""
+    status = child.wait()
+    if status > 0:
+        logger.error("the segmentation ended with status %d: objects are not told apart", status)

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import tyro
 
 from app.cli.eval_options import Eval
+from app.cli.segment_options import NavigatorSegmentation, Segmentation
 
 Positional = tyro.conf.Positional
 Speed = Literal["1", "2", "max"]
@@ -28,10 +29,10 @@ class Llm:
     """File that holds the key alone, in place of the environment."""
     timeout_s: float = 30.0
     """The longest that one answer may take; the search goes on meanwhile."""
-
     look_every_s: float = 0.0
     """Show a model that takes images what the camera sees, this often, and let it add common
     objects to tell apart; 0 never does. Images leave this machine when the model is elsewhere."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Demo:
@@ -67,10 +68,6 @@ class Demo:
     record_to: Path | None = None
     """Folder of the sessions; without one, the user's data folder."""
     llm: Llm = field(default_factory=Llm)
-    record: bool = True
-    """Record the session, for `ippon review`."""
-    record_to: Path | None = None
-    """Folder of the sessions; without one, the user's data folder."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,7 +110,23 @@ class Navigate:
     """Of the planner's samples."""
     voxel_size_m: float = 0.1
     """Edge of a voxel. Smaller shows more detail and costs more time."""
+    segmentation: NavigatorSegmentation = field(default_factory=NavigatorSegmentation)
     llm: Llm = field(default_factory=Llm)
+    parent_pid: int | None = None
+    """End when this process is gone."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Segment:
+    """The segmentation of a robot's images, on the robot or on a machine with a GPU."""
+
+    connect: str = "tcp/127.0.0.1:7447"
+    """zenoh endpoint of the navigator."""
+    robot: str = "ippon"
+    """Key prefix of the robot."""
+    keep_labels: int = 4
+    """Labels of each pixel that are sent; more lose less and send more bytes."""
+    segmentation: Segmentation = field(default_factory=Segmentation)
     parent_pid: int | None = None
     """End when this process is gone."""
 
@@ -301,6 +314,10 @@ class Doctor:
 
     recording: Positional[Path | None] = None
     """A recording, or a session's folder: it is looked through, and mended where it was cut off."""
+    segmentation: bool = False
+    """Measure a segmentation network: images per second."""
+    network: Segmentation = field(default_factory=Segmentation)
+    """Which; without its checkpoint SAN is measured with random weights, which take as long."""
     json: bool = False
     """Print JSON instead of a table."""
 
@@ -309,6 +326,7 @@ Command = (
     Annotated[Demo, tyro.conf.subcommand("demo")]
     | Annotated[Sim, tyro.conf.subcommand("sim")]
     | Annotated[Navigate, tyro.conf.subcommand("navigate")]
+    | Annotated[Segment, tyro.conf.subcommand("segment")]
     | Annotated[Console, tyro.conf.subcommand("console")]
     | Annotated[User, tyro.conf.subcommand("user")]
     | Annotated[Record, tyro.conf.subcommand("record")]

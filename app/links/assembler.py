@@ -1,7 +1,8 @@
 """Joins the streams of a camera and a pose into frames."""
 
 import math
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, replace
 from typing import Final, TypeVar
 
 from app.links.transforms import TransformBuffer
@@ -18,6 +19,12 @@ from ippon.geometry import invert_transform
 
 KEPT: Final = 16
 """Messages of each stream that wait for their partners."""
+MOST_WITHOUT: Final = 100
+"""Frames that went without heatmap and are kept for a late one: 20 s at 5 Hz."""
+BYTES_WITHOUT: Final = 200_000_000
+"""Memory that these may take."""
+LATE: Final = 4
+"""Frames with late heatmaps that wait to be taken."""
 T = TypeVar("T", CompressedColor, DepthImage, StampedHeatmap)
 
 
@@ -29,8 +36,9 @@ class AssemblerConfig:
     base_frame: str = "base_link"
     tolerance_s: float = 0.02
     """Stamps of colour, depth and heatmap that differ by less belong together."""
-    heatmap_wait_s: float = 1.0
-    """Frames go without heatmap once the last one is this much older, in robot time."""
+    heatmap_wait_s: float = 0.3
+    """Frames go without heatmap once the last one is this much older, in robot time. Longer keeps
+    more frames and heatmaps together, and lets commands age while they wait."""
     backwards_s: float = 1.0
     """A stamp so far before the last frame's means that the robot's clock started anew."""
 
@@ -48,6 +56,8 @@ class FrameAssembler:
         self._transforms = TransformBuffer()
         self._contact = False
         self._taken_ns = -1
+        self._without: dict[int, Frame] = {}
+        self._late: deque[Frame] = deque(maxlen=LATE)
         self.skipped = 0
         """Colour images that never became a frame: newer ones overtook them."""
         self.restarts = 0
@@ -79,9 +89,12 @@ class FrameAssembler:
         self._put(self._depths, depth)
 
     def add_heatmap(self, heatmap: StampedHeatmap) -> None:
-        """Take a heatmap."""
+        """Take a heatmap, be it of a frame that went without it."""
         self._check_clock(heatmap.stamp_ns)
         self._put(self._heatmaps, heatmap)
+        frame = self._frame_without(heatmap.stamp_ns)
+        if frame is not None:
+            self._late.append(replace(frame, heatmap=heatmap.heatmap))
 
     def add_camera(self, camera: StampedCamera) -> None:
         """Take intrinsics; the last ones count."""
@@ -112,8 +125,33 @@ class FrameAssembler:
             if parts is not None:
                 self._taken_ns = stamp
                 self._forget_up_to(stamp)
-                return self._frame(color, *parts)
+                frame = self._frame(color, *parts)
+                if frame.heatmap is None and self._heatmaps:
+                    self._await_heatmap(frame)
+                return frame
         return None
+
+    def take_late(self) -> Frame | None:
+        """Return a frame that was taken before, with the heatmap that came after it; else None.
+
+        It teaches the map what the camera saw then; it says nothing about now.
+        """
+        return self._late.popleft() if self._late else None
+
+    def _await_heatmap(self, frame: Frame) -> None:
+        self._without[frame.stamp_ns] = frame
+        most = min(MOST_WITHOUT, BYTES_WITHOUT // (frame.color.nbytes + frame.depth.nbytes))
+        while len(self._without) > most:
+            del self._without[next(iter(self._without))]
+
+    def _frame_without(self, stamp_ns: int) -> Frame | None:
+        near = min(self._without, key=lambda s: abs(s - stamp_ns), default=None)
+        if near is None or abs(near - stamp_ns) > self._tolerance_ns:
+            return None
+        # Segmentations see every image once, in order: older ones are not awaited any more.
+        found = self._without[near]
+        self._without = {s: f for s, f in self._without.items() if s > near}
+        return found
 
     def _parts(self, color: CompressedColor) -> tuple[DepthImage, StampedHeatmap | None] | None:
         depth = self._match(self._depths, color.stamp_ns)
@@ -165,6 +203,8 @@ class FrameAssembler:
             self._colors.clear()
             self._depths.clear()
             self._heatmaps.clear()
+            self._without.clear()
+            self._late.clear()
             self._taken_ns = -1
             self.restarts += 1
 

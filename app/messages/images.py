@@ -8,12 +8,12 @@ from typing import Any, Final
 
 import numpy as np
 import simplejpeg
-import zstandard
 from numpy.typing import NDArray
 from PIL import Image as PillowImage
 from PIL import UnidentifiedImageError
 
 from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
+from app.messages.heatmaps import TOP, WHOLE, pack_top, pack_whole, unpack
 from ippon.camera import PinholeCamera
 from ippon.frame import Heatmap
 
@@ -251,12 +251,23 @@ def decode_camera(payload: bytes) -> StampedCamera:
     )
 
 
-def encode_heatmap(heatmap: Heatmap, stamp_ns: int, frame_id: str) -> bytes:
-    """Write a heatmap, compressed with zstd."""
+def encode_heatmap(
+    heatmap: Heatmap, stamp_ns: int, frame_id: str, *, keep: int | None = None
+) -> bytes:
+    """Write a heatmap, compressed with zstd.
+
+    Args:
+        heatmap: What was seen.
+        stamp_ns: Of the colour image.
+        frame_id: Of the colour image.
+        keep: How many labels of each pixel to keep, the object of interest among them; None keeps
+            all.
+    """
     height, width, _ = heatmap.probabilities.shape
-    packed = zstandard.ZstdCompressor(level=1).compress(
-        np.ascontiguousarray(heatmap.probabilities).data
-    )
+    if keep is None:
+        packed = pack_whole(heatmap.probabilities)
+    else:
+        packed = pack_top(heatmap.probabilities, keep, heatmap.ooi_channel)
     return encode(
         _HEATMAP,
         header=header(stamp_ns, frame_id),
@@ -264,7 +275,7 @@ def encode_heatmap(heatmap: Heatmap, stamp_ns: int, frame_id: str) -> bytes:
         width=width,
         labels=list(heatmap.labels),
         ooi=heatmap.ooi or "",
-        encoding="zstd",
+        encoding=WHOLE if keep is None else TOP,
         data=np.frombuffer(packed, np.uint8),
     )
 
@@ -287,35 +298,16 @@ def decode_heatmap(payload: bytes) -> StampedHeatmap:
             f"a heatmap of {message.height}x{message.width}x{channels} is over "
             f"{MAX_HEATMAP_BYTES} bytes"
         )
-    data = _unpack_heatmap(message, expected)
+    shape = (message.height, message.width, channels)
     return StampedHeatmap(
         stamp_ns=stamp_ns_of(message.header),
         frame_id=message.header.frame_id,
         heatmap=Heatmap(
             labels=labels,
             ooi=ooi,
-            probabilities=data.reshape(message.height, message.width, channels),
+            probabilities=unpack(message.encoding, message.data, shape),
         ),
     )
-
-
-def _unpack_heatmap(message: Any, expected: int) -> NDArray[np.uint8]:
-    if message.encoding == "raw":
-        data = message.data
-    elif message.encoding == "zstd":
-        try:
-            packed = message.data.tobytes()
-            # The frame states its size: checked before a byte of it is allocated.
-            if zstandard.frame_content_size(packed) != expected:
-                raise MessageError(f"heatmap data do not unpack to {expected} bytes")
-            data = np.frombuffer(zstandard.ZstdDecompressor().decompress(packed), np.uint8)
-        except zstandard.ZstdError as error:
-            raise MessageError(f"damaged heatmap data: {error}") from error
-    else:
-        raise MessageError(f"heatmap encoding is raw or zstd; got {message.encoding[:40]!r}")
-    if data.size != expected:
-        raise MessageError(f"heatmap data are {data.size} bytes, the size says {expected}")
-    return data
 
 
 def _to_millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:

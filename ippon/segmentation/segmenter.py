@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ippon.frame import Heatmap
 from ippon.segmentation.errors import SegmentationError
 
-MAX_LABELS = 1024
+MAX_LABELS = 512
 
 
 class Segmenter(Protocol):

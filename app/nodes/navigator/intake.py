@@ -115,6 +115,10 @@ class Intake:
             self.arrived_at = self._arrivals.get(frame.stamp_ns, self._came_at)
         return frame
 
+    def take_late(self) -> Frame | None:
+        """Return an older frame whose heatmap has come only now, None while there is none."""
+        return self.assembler.take_late()
+
     def accept(self) -> None:
         """Take note that the last frame could be used."""
         self.refused = ""

@@ -98,7 +98,13 @@ class Navigator:
             on_takeover=lambda: self._desk.put(lambda mission: mission.cancel_go_to()),
         )
         self._steering = Steering(
-            session, robot, self._helm, self._desk.put, self._sender, self._lease.permit
+            session,
+            robot,
+            self._helm,
+            self._desk.put,
+            self._sender,
+            self._goals,
+            self._lease.permit,
         )
         self._what_if = WhatIf(session, robot, self._goals, self._desk.put)
         self._map = MapPublisher(
@@ -135,6 +141,7 @@ class Navigator:
             frame = self._intake.take(IDLE_S)
             if frame is not None:
                 self._step(frame)
+            self._learn_late()
             # While frames wait, a slow step is not the robot's silence.
             if frame is None or self._lost:
                 self._watch_streams()
@@ -161,6 +168,7 @@ class Navigator:
             self._commander.give(Command(tilt_rad=frame.tilt_rad), frame.stamp_ns)
             return
         self._intake.accept()
+        self._counsel.look(frame.color)
         fused = self._watch.lap("map", started)
         result = self._mission.decide(frame)
         self._watch.lap("plan", fused)
@@ -168,7 +176,6 @@ class Navigator:
         snapshot = self._snapshot = result.snapshot
         waypoint = self._mission.waypoint
         command = self._helm.follow(
-        self._counsel.look(frame.color)
             result.command,
             frame,
             self._mission.voxel_map.arrays(),
@@ -179,6 +186,16 @@ class Navigator:
         self._map.publish(snapshot)
         self._watch.lap("publish", answered)
         self._take_note(snapshot)
+
+    def _learn_late(self) -> None:
+        """Fuse one older frame again, now that a slow segmentation has told what is in it."""
+        late = self._intake.take_late()
+        if late is None:
+            return
+        try:
+            self._mission.observe(late)
+        except FrameRejectedError as error:
+            self._intake.refuse("heatmap", f"heatmap: {error}")
 
     def _take_note(self, snapshot: Snapshot) -> None:
         for event in snapshot.events:

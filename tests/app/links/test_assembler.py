@@ -230,3 +230,43 @@ def test_it_says_what_is_missing():
     assert assembler.missing() == ""
     assert assembler.take() is not None
     assert assembler.missing() == ""
+
+
+def test_a_late_heatmap_is_joined_to_the_frame_that_went_without_it(assembler):
+    feed(assembler, PERIOD)
+    assert assembler.take().heatmap is not None
+    frames = []
+    for k in range(2, 9):
+        feed(assembler, k * PERIOD, with_heatmap=False)
+        frames.append(assembler.take())
+    went = [frame for frame in frames if frame is not None]
+    assert went
+    assert assembler.take_late() is None
+    first, second = went[0], went[1]
+    assembler.add_heatmap(heatmap(second.stamp_ns + 1_000))
+    late = assembler.take_late()
+    assert late.stamp_ns == second.stamp_ns
+    assert late.heatmap is not None
+    np.testing.assert_array_equal(late.T_world_camera, second.T_world_camera)
+    assert assembler.take_late() is None
+    # Heatmaps come in order: what is older than the last one is not kept for one.
+    assembler.add_heatmap(heatmap(first.stamp_ns))
+    assert assembler.take_late() is None
+
+
+def test_frames_are_not_kept_where_nobody_segments(assembler):
+    for k in range(1, 40):
+        feed(assembler, k * PERIOD, with_heatmap=False)
+        assembler.take()
+    assert not assembler._without
+
+
+def test_late_heatmaps_are_forgotten_with_the_old_clock(assembler):
+    feed(assembler, 100 * PERIOD)
+    assembler.take()
+    for k in range(101, 109):
+        feed(assembler, k * PERIOD, with_heatmap=False)
+        assembler.take()
+    feed(assembler, PERIOD)
+    assembler.add_heatmap(heatmap(108 * PERIOD))
+    assert assembler.take_late() is None

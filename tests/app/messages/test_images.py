@@ -186,7 +186,7 @@ def test_uncompressed_heatmap_without_an_object():
     [
         ({"width": 3}, "data are 4 bytes, the size says 6"),
         ({"labels": []}, "1 to 512 channels; got 0"),
-        ({"encoding": "lz4"}, "raw or zstd; got 'lz4'"),
+        ({"encoding": "lz4"}, "raw, zstd or top-zstd; got 'lz4'"),
         ({"height": 2**31, "width": 2**31}, "pixels is not accepted"),
         ({"height": 4096, "width": 4096, "labels": [str(i) for i in range(40)]}, "is over"),
         ({"encoding": "zstd"}, "damaged heatmap data"),

@@ -1,0 +1,44 @@
+"""Options of a segmentation network, as several commands take them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Segmentation:
+    """A segmentation network; needs the extra: scripts/setup --segmentation."""
+
+    backend: Literal["san", "clipseg", "owlv2"] = "san"
+    """san, the paper's, and clipseg judge every pixel; owlv2 finds boxes that SAM outlines."""
+    model: str = ""
+    """Name or path of the checkpoint: san_vit_b_16, san_vit_large_14, a file or a folder. Empty
+    takes the backend's usual one."""
+    masks_model: str = ""
+    """Name or folder of the SAM that outlines what owlv2 finds; empty takes the usual one."""
+    models: Path | None = None
+    """Folder of the checkpoints that are given by name; without one, the user's data folder."""
+    device: str = "auto"
+    """auto takes a GPU where there is one; else cpu, cuda, cuda:1 and so on."""
+    precision: Literal["auto", "float32", "float16", "bfloat16"] = "auto"
+    """auto is half precision on a GPU and float32 elsewhere."""
+    compile: bool = False
+    """Compile the network: about a minute at the start, faster images after it."""
+    longest_side_px: int = 160
+    """Longer side of the heatmaps; larger outlines finer and sends more bytes."""
+    short_side_px: int = 640
+    """Shorter side of the image that SAN sees; larger sees smaller things and takes longer."""
+    small_objects: bool = True
+    """Look a second time at a crop where the object of interest is small or not to be seen."""
+    distractors: bool = True
+    """Offer the network labels of common small things, so that what is no object of interest has
+    something better to be taken for."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NavigatorSegmentation(Segmentation):
+    """A segmentation network, where the robot does not run one."""
+
+    where: Literal["robot", "here"] = "robot"
+    """robot: heatmaps come from the robot, or from `ippon segment` anywhere; here: a process beside
+    the navigator makes them."""

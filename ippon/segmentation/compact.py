@@ -1,0 +1,74 @@
+"""Heatmaps by the few labels that matter at each pixel."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+WHOLE = 255
+"""What the channels of a pixel sum to."""
+
+
+@dataclass(frozen=True, slots=True)
+class TopClasses:
+    """The largest channels of each pixel, and of the object of interest in any case."""
+
+    channels: NDArray[np.uint16]
+    """(k, h, w), distinct at each pixel."""
+    values: NDArray[np.uint8]
+    """(k, h, w), in units of 1/255."""
+
+
+def keep_top(probabilities: NDArray[np.uint8], count: int, always: int | None = None) -> TopClasses:
+    """Keep the largest channels of each pixel.
+
+    Args:
+        probabilities: (h, w, C) uint8.
+        count: How many to keep; all where there are no more.
+        always: Channel that is kept however small it is: that of the object of interest.
+
+    Raises:
+        ValueError: A count below 1.
+    """
+    if count < 1:
+        raise ValueError(f"at least one label a pixel is kept; got {count}")
+    count = min(count, probabilities.shape[2])
+    ranks = probabilities.astype(np.int16)
+    if always is not None:
+        ranks[..., always] += WHOLE + 1
+    # Largest first: planes of like values compress better.
+    order = np.argsort(-ranks, axis=2, kind="stable")[..., :count]
+    values = np.take_along_axis(probabilities, order, axis=2)
+    return TopClasses(
+        np.ascontiguousarray(order.transpose(2, 0, 1).astype(np.uint16)),
+        np.ascontiguousarray(values.transpose(2, 0, 1)),
+    )
+
+
+def spread_out(top: TopClasses, channels: int) -> NDArray[np.uint8]:
+    """Make a heatmap again: what was left out is shared equally by the labels left out.
+
+    Args:
+        top: From `keep_top`.
+        channels: C.
+
+    Returns:
+        (h, w, C) uint8; the channels of a pixel sum to 255 where those of the original did.
+
+    Raises:
+        ValueError: It names channels that there are not.
+    """
+    count, h, w = top.channels.shape
+    if top.channels.size and int(top.channels.max()) >= channels:
+        raise ValueError(f"channel {top.channels.max()} of {channels}")
+    index = top.channels.transpose(1, 2, 0).astype(np.int64)
+    left_out = np.ones((h, w, channels), dtype=bool)
+    np.put_along_axis(left_out, index, values=False, axis=2)
+    rest = np.maximum(WHOLE - top.values.sum(axis=0, dtype=np.int64), 0)[..., None]
+    # Whole steps of 1/255, as equal as they can be.
+    place = np.cumsum(left_out, axis=2)
+    others = max(1, channels - count)
+    share = rest * place // others - rest * (place - 1) // others
+    out = np.where(left_out, share, 0).astype(np.uint8)
+    np.put_along_axis(out, index, top.values.transpose(1, 2, 0), axis=2)
+    return out

@@ -1,0 +1,125 @@
+"""The segmentation process: labels and images over a real link, heatmaps back."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from app.links.latched import Latched
+from app.links.sender import Sender
+from app.links.subscription import subscribe
+from app.messages import keys
+from app.messages.control import LabelRequest, encode
+from app.messages.images import decode_heatmap, encode_color
+from app.nodes.segment import SegmentConfig, SegmentNode
+from ippon.frame import Heatmap
+from ippon.segmentation.errors import OutOfMemoryError
+
+OPTICAL = "camera_color_optical_frame"
+PATIENCE_S = 20.0
+
+
+class Slow:
+    """Takes its time, so that images overtake one another; can be told to fail."""
+
+    def __init__(self):
+        self.go = threading.Event()
+        self.fails = False
+        self.asked = []
+
+    def segment(self, color, labels, ooi):
+        self.asked.append((tuple(labels), ooi))
+        assert self.go.wait(PATIENCE_S)
+        if self.fails:
+            raise OutOfMemoryError("memory ran out in the test")
+        p = np.zeros((6, 8, len(labels) + 1), np.uint8)
+        p[..., -1] = 255
+        return Heatmap(labels=tuple(labels), ooi=ooi, probabilities=p)
+
+
+def image(stamp_ns):
+    return encode_color(np.full((48, 64, 3), 90, np.uint8), stamp_ns, OPTICAL)
+
+
+def wait_until(condition):
+    deadline = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+@pytest.fixture
+def wired(sessions):
+    """A navigator's side that asks for labels, and a segmentation that runs."""
+    router, client = sessions
+    sender = Sender()
+    labels = Latched(router, f"r/{keys.LABELS}", sender)
+    labels.put(encode(LabelRequest(labels=["wall", "sofa"], ooi="hat")))
+    wait_until(lambda: labels.last is not None)
+    heatmaps = []
+    subscribe(router, f"r/{keys.HEATMAP}", lambda p: heatmaps.append(decode_heatmap(p)))
+    network, stop = Slow(), threading.Event()
+    node = SegmentNode(SegmentConfig(connect="", robot="r", keep=2), client, network)
+    thread = threading.Thread(target=node.run, args=(stop,))
+    thread.start()
+    wait_until(lambda: node._labels is not None)
+    yield router, labels, heatmaps, network, node
+    network.go.set()
+    stop.set()
+    thread.join(PATIENCE_S)
+    sender.close()
+
+
+def test_the_newest_image_is_segmented_and_keeps_its_stamp(wired):
+    router, _, heatmaps, network, node = wired
+    router.put(f"r/{keys.COLOR}", image(1))
+    wait_until(lambda: network.asked)
+    for stamp in (2, 3, 4):
+        router.put(f"r/{keys.COLOR}", image(stamp))
+    wait_until(lambda: node.skipped == 2)
+    network.go.set()
+    wait_until(lambda: len(heatmaps) == 2)
+    assert [h.stamp_ns for h in heatmaps] == [1, 4]
+    assert heatmaps[0].heatmap.ooi == "hat"
+    assert (heatmaps[0].heatmap.probabilities[..., -1] == 255).all()
+
+
+def test_labels_change_from_one_image_to_the_next(wired):
+    router, labels, heatmaps, network, node = wired
+    network.go.set()
+    router.put(f"r/{keys.COLOR}", image(1))
+    wait_until(lambda: heatmaps)
+    labels.put(encode(LabelRequest(labels=["wall"], ooi="mug")))
+    wait_until(lambda: node._labels.ooi == "mug")
+    router.put(f"r/{keys.COLOR}", image(2))
+    wait_until(lambda: len(heatmaps) == 2)
+    assert network.asked == [(("wall", "sofa"), "hat"), (("wall",), "mug")]
+
+
+def test_a_failure_costs_its_image_alone_and_is_said_once(wired, caplog):
+    router, _, heatmaps, network, node = wired
+    network.go.set()
+    network.fails = True
+    for count, payload in enumerate((image(1), image(2), b"no image"), start=1):
+        router.put(f"r/{keys.COLOR}", payload)
+        wait_until(lambda n=count: node.failed == n)
+    network.fails = False
+    router.put(f"r/{keys.COLOR}", image(3))
+    wait_until(lambda: heatmaps)
+    assert heatmaps[0].stamp_ns == 3
+    said = [r.getMessage() for r in caplog.records if "was not segmented" in r.getMessage()]
+    assert len(said) == 2
+    assert "memory ran out in the test" in said[0]
+
+
+def test_labels_that_are_none_are_skipped(wired):
+    router, _, _, _, node = wired
+    router.put(f"r/{keys.LABELS}", b"{}")
+    wait_until(lambda: node.failed == 1)
+    assert node._labels.ooi == "hat"
+
+
+def test_numbers_of_labels_that_cannot_be_sent_are_refused():
+    with pytest.raises(ValueError, match="1 to 512 labels of each pixel are sent; got 0"):
+        SegmentConfig(connect="", robot="r", keep=0)
