@@ -113,6 +113,13 @@ class FeedbackRequest(_Message, frozen=True):
     verdict: Literal["confirm", "reject"]
 
 
+class QueueRequest(_Message, frozen=True):
+    """Change the order of the goals that wait: key `queue`."""
+
+    goal_id: int
+    action: Literal["first", "remove"]
+
+
 class DriveRequest(_Message, frozen=True):
     """Say who drives, and how fast at most: key `drive`."""
 

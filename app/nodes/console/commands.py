@@ -112,6 +112,10 @@ class Actions(Protocol):
         """Send it nowhere any more."""
         ...
 
+    def reorder(self, goal_id: int, action: Literal["first", "remove"]) -> str:
+        """Let a waiting goal come next, or cancel it."""
+        ...
+
     def preview(self, context: str | None, levels: dict[str, LevelName]) -> PreviewReply:
         """Ask what would be chosen next with another context or levels; nothing changes."""
         ...

@@ -5,7 +5,7 @@ import itertools
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import Final
 
 import msgspec
@@ -22,30 +22,17 @@ from app.messages.control import (
     DriveModeName,
     DriveRequest,
     DriveStatus,
-    FeedbackRequest,
-    GotoRequest,
-    GuidanceRequest,
-    InspectReply,
-    InspectRequest,
-    LevelName,
     M,
-    PaintRequest,
-    PreviewReply,
-    PreviewRequest,
-    SearchAccepted,
-    SearchRequest,
-    SentenceReading,
-    SentenceRequest,
     TeleopTag,
-    VocabularyRequest,
     encode,
 )
 from app.messages.lease import LeaseReply, LeaseRequest, LeaseStatus, TakeRequest
 from app.messages.motion import StampedTwist, encode_twist
-from app.nodes.console.commands import CommandError, LeaseAction, PaintAction
+from app.nodes.console.commands import CommandError, LeaseAction
 from app.nodes.console.inbox import Inbox
 from app.nodes.console.visitors import Visitor, acting
 from app.nodes.console.vital_thread import OnFailure, vital_thread
+from app.nodes.console.wishes import REQUESTER, Wishes
 from ippon.control.drive import Hand
 
 logger = logging.getLogger(__name__)
@@ -62,12 +49,9 @@ LATCHED: Final = (
 )
 """Topics that answer a query with their last message."""
 
-REQUESTER: Final = "console"
 SILENT_S: Final = 4.0
 """After so long without a status the listening session is opened again."""
 REPLY_S: Final = 2.0
-READ_S: Final = 12.0
-"""So long a sentence may take: longer than the navigator gives its language model."""
 STOP_S: Final = 5.0
 """So long a Stop is tried again while the navigator cannot be reached."""
 _STOP_PAUSE_S: Final = 0.1
@@ -75,7 +59,7 @@ _CONNECT_S: Final = 1.5
 _RETRY_S: Final = 0.5
 
 
-class NavigatorLink:
+class NavigatorLink(Wishes):
     """Two sessions, one for what comes in and one for commands, so that no map delays a Stop.
 
     The commanding session stays open while a router answers: silence alone does not close it.
@@ -188,64 +172,6 @@ class NavigatorLink:
         request = DriveRequest(mode=mode, speed_limit=speed_limit)
         return self._request(keys.DRIVE, request, Accepted).detail
 
-    def go_to(self, x_m: float, y_m: float) -> str:
-        """Send the robot to a point on the floor."""
-        return self._request(keys.GOTO, GotoRequest(x_m=x_m, y_m=y_m), Accepted).detail
-
-    def cancel_go_to(self) -> str:
-        """Send it nowhere any more."""
-        return self._request(keys.GOTO, GotoRequest(cancel=True), Accepted).detail
-
-    def paint(
-        self, action: PaintAction, strokes: Sequence[tuple[float, float]], radius_m: float
-    ) -> str:
-        """Weigh a part of the floor, or take that back."""
-        request = PaintRequest(action=action, strokes=list(strokes), radius_m=radius_m)
-        return self._request(keys.PAINT, request, Accepted).detail
-
-    def inspect(self, point_world: tuple[float, float, float]) -> InspectReply:
-        """Ask what the map knows of a voxel."""
-        request = InspectRequest(point_world=point_world)
-        return self._request(keys.INSPECT, request, InspectReply)
-
-    def preview(self, context: str | None, levels: dict[str, LevelName]) -> PreviewReply:
-        """Ask what would be chosen next; nothing changes by it."""
-        request = PreviewRequest(context=context, levels=levels)
-        return self._request(keys.PREVIEW, request, PreviewReply)
-
-    def search(self, wanted: str, context: str) -> str:
-        """Look for an object."""
-        request = SearchRequest(object=wanted, context=context, requester=REQUESTER)
-        accepted = self._request(keys.SEARCH, request, SearchAccepted)
-        name = accepted.object.replace("_", " ")
-        when = "" if accepted.position == 0 else f", after {accepted.position} other goals"
-        return " ".join([f"Looking for: {name}{when}.", *accepted.notes])
-
-    def read(self, sentence: str) -> SentenceReading:
-        """Have one sentence taken apart; a language model may take its time over it."""
-        request = SentenceRequest(sentence=sentence)
-        return self._request(keys.SENTENCE, request, SentenceReading, READ_S)
-
-    def add_label(self, label: str) -> str:
-        """Tell one more kind of common object apart from now on."""
-        request = VocabularyRequest(label=label, requester=REQUESTER)
-        return self._request(keys.VOCABULARY, request, Accepted).detail
-
-    def confirm_find(self) -> str:
-        """Say that the find is the object."""
-        self._request(keys.FEEDBACK, FeedbackRequest(verdict="confirm"), Accepted)
-        return "Confirmed."
-
-    def reject_find(self) -> str:
-        """Say that the find is something else, and go on."""
-        self._request(keys.FEEDBACK, FeedbackRequest(verdict="reject"), Accepted)
-        return "Understood: the search goes on, and this place is remembered."
-
-    def set_level(self, label: str, level: LevelName) -> str:
-        """Change the proximity level of one label."""
-        self._request(keys.GUIDANCE, GuidanceRequest(label=label, level=level), Accepted)
-        return f"{label.replace('_', ' ')} is now {level}."
-
     def pause(self) -> str:
         """Wait where the robot is."""
         self._control(ControlRequest(action="pause", requester=REQUESTER))
@@ -284,7 +210,7 @@ class NavigatorLink:
                     raise
 
     def _request(
-        self, topic: str, message: msgspec.Struct, kind: type[M], timeout_s: float = REPLY_S
+        self, topic: str, message: msgspec.Struct, kind: type[M], timeout_s: float | None = None
     ) -> M:
         session, visitor = self._commanding, acting()
         is_stop = isinstance(message, ControlRequest) and message.action == "stop"
@@ -294,7 +220,7 @@ class NavigatorLink:
             raise _UndeliveredError(f"no navigator at {self.endpoint}")
         try:
             who = visitor.credential() if visitor is not None else None
-            return ask(session, self._key(topic), message, kind, timeout_s, who)
+            return ask(session, self._key(topic), message, kind, timeout_s or REPLY_S, who)
         except RequestRefusedError as error:
             raise CommandError(str(error)) from error
         except LinkError as error:

@@ -109,6 +109,22 @@ class GoalBook:
                     return self._queue[place]
             return None
 
+    def move_first(self, goal_id: int) -> bool:
+        """Let a waiting goal come next; tells whether there was one of that number."""
+        with self._lock:
+            chosen = [s for s in self._queue if s.goal.goal_id == goal_id]
+            self._queue = chosen + [s for s in self._queue if s.goal.goal_id != goal_id]
+            return bool(chosen)
+
+    def remove(self, goal_id: int) -> bool:
+        """Cancel a waiting goal; tells whether there was one of that number."""
+        with self._lock:
+            chosen = [s for s in self._queue if s.goal.goal_id == goal_id]
+            self._queue = [s for s in self._queue if s.goal.goal_id != goal_id]
+            gone = [_status(s.goal, "cancelled") for s in chosen]
+            self._history = [*self._history, *gone][-HISTORY:]
+            return bool(chosen)
+
     def conclude(self, outcome: Outcome) -> None:
         """The active goal is over; it stays in view until the next one starts.
 

@@ -15,8 +15,10 @@ from app.messages.control import (
     PaintedRegions,
     PaintedStroke,
     PaintRequest,
+    QueueRequest,
     encode,
 )
+from app.nodes.navigator.goals import GoalBook
 from app.nodes.navigator.helm import Helm
 from app.nodes.navigator.questions import Put, Questions
 from ippon.control.drive import DriveMode
@@ -36,16 +38,19 @@ class Steering:
         helm: Helm,
         put: Put,
         sender: Sender,
+        goals: GoalBook,
         permit: Permit = anyone,
     ) -> None:
         self._helm = helm
         self._put = put
+        self._goals = goals
         self._questions = Questions(put)
         self._strokes: list[PaintedStroke] = []
         self._painted = Latched(session, f"{robot}/{keys.PAINTED}", sender)
         self._queryables = [
             serve(session, f"{robot}/{keys.DRIVE}", DriveRequest, self.drive, permit),
             serve(session, f"{robot}/{keys.GOTO}", GotoRequest, self.go_to, permit),
+            serve(session, f"{robot}/{keys.QUEUE}", QueueRequest, self.queue, permit),
             serve(session, f"{robot}/{keys.PAINT}", PaintRequest, self.paint, permit),
         ]
 
@@ -69,6 +74,14 @@ class Steering:
             )
         return Accepted(detail=f"going there, {way_m:.1f} m")
 
+    def queue(self, request: QueueRequest) -> Accepted:
+        """Let a waiting goal come next, or none."""
+        first = request.action == "first"
+        change = self._goals.move_first if first else self._goals.remove
+        if not change(request.goal_id):
+            raise RequestRefusedError(f"no goal {request.goal_id} waits any more")
+        return Accepted(detail="it comes next" if first else "it is cancelled")
+
     def paint(self, request: PaintRequest) -> Accepted:
         """Weigh a part of the floor, or take that back."""
         detail = self._repaint(request)
@@ -91,9 +104,7 @@ class Steering:
         if not request.strokes:
             raise RequestRefusedError("a stroke needs at least one point of the floor")
         if len(self._strokes) >= MAX_STROKES:
-            raise RequestRefusedError(
-                f"{MAX_STROKES} strokes are painted; clear them first"
-            )
+            raise RequestRefusedError(f"{MAX_STROKES} strokes are painted; clear them first")
         self._strokes.append(
             PaintedStroke(kind=request.action, strokes=request.strokes, radius_m=request.radius_m)
         )

@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 import viser
 
-from app.messages.control import FindReport, Status
+from app.messages.control import FindReport, GoalStatus, Status
 from app.nodes.console.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.common_sense import CommonSense
@@ -34,6 +34,7 @@ class SearchPanel:
         self._steer.on_click(lambda event: self._control(event.target.value))
         self._build_find(gui)
         self._camera = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
+        self._build_queue(gui)
         self._goals = gui.add_html("")
         self._common_sense = CommonSense(gui, actions, self._try)
 
@@ -67,6 +68,28 @@ class SearchPanel:
             reject = gui.add_button("Not this: keep looking", color=(70, 78, 90))
         confirm.on_click(lambda _: self._try(self._actions.confirm_find))
         reject.on_click(lambda _: self._try(self._actions.reject_find))
+
+    def _build_queue(self, gui: Any) -> None:
+        self._waiting: dict[str, int] = {}
+        with gui.add_folder(None, visible=False) as self._queue_box:
+            self._chosen = gui.add_dropdown("Waiting", ("–",))
+            order = gui.add_button_group("Comes", ("Next", "Not at all"))
+        order.on_click(lambda event: self._try(lambda: self._reorder(event.target.value)))
+
+    def _reorder(self, word: str) -> str:
+        goal_id = self._waiting.get(str(self._chosen.value))
+        if goal_id is None:
+            raise CommandError("That goal waits no longer; choose another.")
+        return self._actions.reorder(goal_id, "first" if word == "Next" else "remove")
+
+    def _show_queue(self, queue: list[GoalStatus]) -> None:
+        waiting = {f"{n + 1}. {g.object.replace('_', ' ')}": g.goal_id for n, g in enumerate(queue)}
+        if waiting == self._waiting:
+            return
+        self._waiting = waiting
+        self._queue_box.visible = bool(waiting)
+        if waiting:
+            self._chosen.options = tuple(waiting)
 
     def _ask(self) -> None:
         typed, context = self._wanted.value.strip(), self._context.value.strip()
@@ -112,6 +135,7 @@ class SearchPanel:
 
     def _show_status(self, status: Status, model: SceneModel) -> None:
         self._now.content = markup.now(status)
+        self._show_queue(status.queue)
         self._goals.content = markup.goals(status.queue, status.history)
         self._steer.visible = status.goal is not None
         find = status.find

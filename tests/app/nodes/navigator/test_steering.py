@@ -2,6 +2,7 @@
 
 import threading
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -18,13 +19,17 @@ from app.messages.control import (
     PaintRequest,
     PreviewReply,
     PreviewRequest,
+    QueueRequest,
     decode,
 )
-from app.nodes.navigator.goals import GoalBook
+from app.nodes.navigator.goals import GoalBook, PlannedSearch
 from app.nodes.navigator.steering import Steering
 from app.nodes.navigator.what_if import WhatIf
 from ippon.control.drive import DriveMode
+from ippon.guidance.naming import resolve_object
+from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
+from ippon.mission.goal import Goal
 
 ROBOT = "ippon"
 
@@ -59,15 +64,16 @@ def desk(sessions):
     def put(operation) -> None:
         threading.Thread(target=operation, args=(mission,)).start()
 
-    helm = SimpleNamespace(set_mode=lambda mode, _: mission.modes.append(mode))
-    steering = Steering(router, ROBOT, helm, put, sender)
-    what_if = WhatIf(router, ROBOT, GoalBook(3), put)
+    helm: Any = SimpleNamespace(set_mode=lambda mode, _: mission.modes.append(mode))
+    goals = GoalBook(3)
+    steering = Steering(router, ROBOT, helm, put, sender, goals)
+    what_if = WhatIf(router, ROBOT, goals, put)
 
     def request(key, message, kind=Accepted):
         return ask(client, f"{ROBOT}/{key}", message, kind, 3.0)
 
     yield SimpleNamespace(
-        mission=mission, request=request, client=client, parts=(steering, what_if)
+        mission=mission, goals=goals, request=request, client=client, parts=(steering, what_if)
     )
     sender.close()
 
@@ -105,3 +111,26 @@ def test_questions_without_an_answer_say_why(desk):
         desk.request(keys.PREVIEW, PreviewRequest(context="on the sofa"), PreviewReply)
     with pytest.raises(RequestRefusedError, match="the map has no surface there"):
         desk.request(keys.INSPECT, InspectRequest(point_world=(0.0, 0.0, 0.0)), InspectReply)
+
+
+def test_a_waiting_goal_comes_first_or_goes(desk):
+    resolved = resolve_object("hat", ("wall",))
+    guidance = EmbeddedPrior().levels(resolved, "", ("wall",))
+    for name in ("hat", "bed", "tv"):
+        goal = Goal(goal_id=0, object=name, display=name, context="", category=None)
+        desk.goals.add(
+            PlannedSearch(goal=goal, resolved=resolved, guidance=guidance, elapsed_ms=0.0)
+        )
+
+    def waiting():
+        return [goal.object for goal in desk.goals.statuses()[1]]
+
+    assert desk.request(keys.QUEUE, QueueRequest(goal_id=3, action="first")).detail == (
+        "it comes next"
+    )
+    assert waiting() == ["tv", "hat", "bed"]
+    desk.request(keys.QUEUE, QueueRequest(goal_id=1, action="remove"))
+    assert waiting() == ["tv", "bed"]
+    assert [(g.object, g.outcome) for g in desk.goals.statuses()[2]] == [("hat", "cancelled")]
+    with pytest.raises(RequestRefusedError, match="no goal 1 waits any more"):
+        desk.request(keys.QUEUE, QueueRequest(goal_id=1, action="first"))
