@@ -67,10 +67,29 @@ class EvalReport:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class EvalHabitat:
+    """Search in habitat-lab's environment and data, HM3D for example; see docs/habitat.md."""
+
+    config: Positional[Path]
+    """habitat's YAML of the benchmark, with the challenge's sensors and velocity actions."""
+    out: Path = Path("habitat.jsonl")
+    """One JSON object an episode."""
+    segmentation: Literal["san", "clipseg", "owlv2"] = "san"
+    """The network that sees."""
+    checkpoints: Path = Path("checkpoints")
+    """Folder of checkpoints that are given by name."""
+    episodes: int | None = None
+    """At most so many."""
+    overrides: tuple[str, ...] = ()
+    """Changes to habitat's configuration, such as habitat.dataset.split=val."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Eval:
     """Measure how efficiently methods search, and report it."""
 
     command: (
         Annotated[EvalRun, tyro.conf.subcommand("run")]
         | Annotated[EvalReport, tyro.conf.subcommand("report")]
+        | Annotated[EvalHabitat, tyro.conf.subcommand("habitat")]
     )

@@ -1,9 +1,9 @@
 """`ippon eval`: imports only what the subcommand needs."""
 
-from app.cli.eval_options import EvalReport, EvalRun
+from app.cli.eval_options import EvalHabitat, EvalReport, EvalRun
 
 
-def run_eval(command: EvalRun | EvalReport) -> int:
+def run_eval(command: EvalRun | EvalReport | EvalHabitat) -> int:
     """Run one subcommand and return its exit status."""
     match command:
         case EvalRun():
@@ -14,3 +14,7 @@ def run_eval(command: EvalRun | EvalReport) -> int:
             from app.cli.eval_report import run_report
 
             return run_report(command)
+        case EvalHabitat():
+            from app.cli.eval_habitat import run_habitat
+
+            return run_habitat(command)

@@ -10,7 +10,6 @@ import numpy as np
 
 from ippon.evaluation.catalogue import home_name
 from ippon.evaluation.methods import METHODS
-from ippon.evaluation.metrics import SUCCESS_DISTANCE_M
 from ippon.evaluation.outcome import FAILURES, Failure
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.statistics import (
@@ -22,6 +21,8 @@ from ippon.evaluation.statistics import (
 
 REFERENCE: Final = "ippon"
 """The method that all others are compared with."""
+LEAST_WAY_M: Final = 1.0
+"""Shorter ways to the object, from where the search before happened to end, are no search."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,8 +131,8 @@ def context_effects(rows: Sequence[EpisodeRow]) -> tuple[Effect, ...]:
 def second_object_effects(rows: Sequence[EpisodeRow]) -> tuple[Effect, ...]:
     """Compare searches on the map of the search before with those on an empty map.
 
-    Pairs begin at the same place and look for the same object. Those that begin where the object
-    is in reach already, or without a way to it, measure nothing and are left out.
+    Pairs begin at the same place and look for the same object. Those that begin within a metre of
+    a viewpoint, or without a way to one, say nothing of a search and are left out.
     """
     out: list[Effect] = []
     for name, of in by_method(rows).items():
@@ -141,7 +142,7 @@ def second_object_effects(rows: Sequence[EpisodeRow]) -> tuple[Effect, ...]:
             for r in of
             if r.kind == "second"
             and _pair_key(r) in fresh
-            and SUCCESS_DISTANCE_M <= r.shortest_path_m < math.inf
+            and LEAST_WAY_M <= r.shortest_path_m < math.inf
         ]
         out += _effect(name, pairs)
     return tuple(out)

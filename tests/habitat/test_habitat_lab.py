@@ -1,12 +1,7 @@
 """Our metrics against habitat-lab's own, in an environment that has it (docs/habitat.md)."""
 
-import gzip
 import importlib.util
-import json
 import math
-import sys
-import types
-import warnings
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +12,7 @@ from ippon.evaluation.metrics import Judge
 from ippon.robot import HABITAT
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.navigation import robot_grid
+from tests.habitat.lab import import_habitat, to_habitat, write_dataset
 
 pytestmark = [
     pytest.mark.skipif(
@@ -27,36 +23,6 @@ pytestmark = [
     pytest.mark.slow,
 ]
 _GOALS = ("bed", "chair", "toilet", "plant")
-
-
-def _import_habitat():
-    """Import habitat-lab without habitat-sim, which no package index has.
-
-    Four modules of it need the simulator at import and nothing here needs them.
-    """
-
-    def stub(name, **attributes):
-        if name not in sys.modules:
-            module = types.ModuleType(name)
-            module.__dict__.update(attributes)
-            sys.modules[name] = module
-
-    stub(
-        "habitat.sims.habitat_simulator.object_state_machine",
-        ObjectStateMachine=type("ObjectStateMachine", (), {}),
-    )
-    stub("habitat.tasks.rearrange", _try_register_rearrange_task=lambda: None)
-    stub("habitat.datasets.rearrange", _try_register_rearrangedatasetv0=lambda: None)
-    stub("habitat.core.vector_env", VectorEnv=None, ThreadedVectorEnv=None)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        import habitat
-    return habitat
-
-
-def _to_habitat(point):
-    """Our x, y (z up) as theirs (y up), float64: float32 would move cells of the floor."""
-    return np.array([point[0], 0.0, -point[1]], dtype=np.float64)
 
 
 def _register_simulator(walks):
@@ -109,11 +75,11 @@ def _register_simulator(walks):
             pass
 
         def get_agent_state(self, agent_id=0):
-            return AgentState(position=_to_habitat(self._walk[self._at]), rotation=quaternion.one)
+            return AgentState(position=to_habitat(self._walk[self._at]), rotation=quaternion.one)
 
         def geodesic_distance(self, position_a, position_b, episode=None):
             given = np.array(position_b, np.float64).reshape(-1, 3)
-            ours = np.array([_to_habitat(p) for p in self._judge.viewpoints])
+            ours = np.array([to_habitat(p) for p in self._judge.viewpoints])
             assert np.allclose(given, ours), "the dataset's viewpoints are the judge's"
             return self._judge.distance_m((position_a[0], -position_a[2]))
 
@@ -140,52 +106,6 @@ def _walks(home, robot, rng):
         yield episode, judge, walk + jitter, k % 4 != 3
 
 
-def _write_dataset(path, runs):
-    """Write the episodes in the format of Habitat's ObjectNav data."""
-    categories = {goal: k for k, goal in enumerate(_GOALS)}
-    goals, episodes = {}, []
-    for k, (episode, judge, _, _) in enumerate(runs):
-        views = [
-            {
-                "agent_state": {
-                    "position": _to_habitat(p).tolist(),
-                    "rotation": [0.0, 0.0, 0.0, 1.0],
-                },
-                "iou": 1.0,
-            }
-            for p in judge.viewpoints
-        ]
-        scene = f"home{k}.glb"
-        goals[f"{scene}_{episode.goal}"] = [
-            {
-                "object_id": "0",
-                "object_category": episode.goal,
-                "position": views[0]["agent_state"]["position"],
-                "view_points": views,
-            }
-        ]
-        start = (episode.start.x, episode.start.y)
-        episodes.append(
-            {
-                "episode_id": str(k),
-                "scene_id": scene,
-                "start_position": _to_habitat(start).tolist(),
-                "start_rotation": [0.0, 0.0, 0.0, 1.0],
-                "object_category": episode.goal,
-                "goals": [],
-                "info": {},
-            }
-        )
-    content = {
-        "episodes": episodes,
-        "goals_by_category": goals,
-        "category_to_task_category_id": categories,
-        "category_to_scene_annotation_category_id": categories,
-    }
-    with gzip.open(path, "wt", encoding="utf-8") as file:
-        json.dump(content, file)
-
-
 def _environment(habitat, data):
     from habitat.config import read_write
     from habitat.config.default import get_config
@@ -202,12 +122,12 @@ def _environment(habitat, data):
 
 
 def test_habitat_lab_measures_what_we_measure(tmp_path):
-    habitat = _import_habitat()
+    habitat = import_habitat()
     home = generate_home(5)
     runs = list(_walks(home, HABITAT, np.random.default_rng(0)))
     assert len(runs) >= 6
     data = tmp_path / "val.json.gz"
-    _write_dataset(data, runs)
+    write_dataset(data, [(episode, judge) for episode, judge, _, _ in runs], _GOALS)
     _register_simulator([(walk, judge) for _, judge, walk, _ in runs])
     outcomes = set()
     with _environment(habitat, data) as env:

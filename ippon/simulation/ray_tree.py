@@ -1,0 +1,178 @@
+"""Whether rays meet triangles: a tree of boxes, halved along its longest side."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ippon.geometry import Float64Array
+
+Int32Array = NDArray[np.int32]
+
+_LEAF = 4
+"""Triangles that a leaf holds at most."""
+_DEPTH = 64
+"""Halving leaves fewer levels than this for any number of triangles that fits in memory."""
+_EDGE = 1e-9
+"""Triangles reach this much over their edges, as a share: two that share an edge leave no gap."""
+_HAIR_M = 1e-9
+"""Boxes are this much larger than what they hold, so that rounding loses no triangle."""
+
+
+class RayTree:
+    """Triangles that rays can be tested against; double-sided."""
+
+    def __init__(self, corners: NDArray[np.floating]) -> None:
+        """Sort the triangles into boxes.
+
+        Args:
+            corners: (N, 3, 3) metres, the corners of each triangle.
+
+        Raises:
+            ValueError: Not triangles, or not finite.
+        """
+        triangles = np.ascontiguousarray(corners, dtype=np.float64)
+        if triangles.ndim != 3 or triangles.shape[1:] != (3, 3):
+            raise ValueError(f"triangles are (N, 3, 3); got {triangles.shape}")
+        if not np.isfinite(triangles).all():
+            raise ValueError("triangles need finite corners")
+        count = len(triangles)
+        order = np.arange(count, dtype=np.int32)
+        most = max(1, 2 * count)
+        boxes = np.zeros((most, 6), dtype=np.float64)
+        nodes = np.zeros((most, 2), dtype=np.int32)
+        if count:
+            _build_kernel(triangles.min(axis=1), triangles.max(axis=1), order, boxes, nodes)
+        self._triangles = triangles[order]
+        self._boxes = boxes
+        self._nodes = nodes
+
+    def is_hit(self, origins: Float64Array, ways: Float64Array) -> NDArray[np.bool_]:
+        """Tell for each ray whether a triangle lies on it.
+
+        Args:
+            origins: (N, 3) metres, where the rays begin.
+            ways: (N, 3) metres, how far each reaches.
+
+        Returns:
+            (N,) whether it meets a triangle between its ends, these included.
+        """
+        out = np.zeros(len(origins), dtype=np.bool_)
+        if len(self._triangles):
+            _hit_kernel(
+                np.ascontiguousarray(origins, dtype=np.float64),
+                np.ascontiguousarray(ways, dtype=np.float64),
+                self._triangles,
+                self._boxes,
+                self._nodes,
+                out,
+            )
+        return out
+
+
+@njit(cache=True, nogil=True)
+def _build_kernel(
+    low: Float64Array,
+    high: Float64Array,
+    order: Int32Array,
+    boxes: Float64Array,
+    nodes: Int32Array,
+) -> None:
+    """Fill boxes (lower, upper corner) and nodes: (first child, 0) or (first triangle, count)."""
+    stack = np.empty((2 * _DEPTH, 3), dtype=np.int64)
+    stack[0] = 0, 0, len(order)
+    depth, used = 1, 1
+    while depth > 0:
+        depth -= 1
+        node, begin, end = stack[depth]
+        longest, axis = -1.0, 0
+        for k in range(3):
+            boxes[node, k] = np.inf
+            boxes[node, 3 + k] = -np.inf
+            for i in range(begin, end):
+                boxes[node, k] = min(boxes[node, k], low[order[i], k])
+                boxes[node, 3 + k] = max(boxes[node, 3 + k], high[order[i], k])
+            if boxes[node, 3 + k] - boxes[node, k] > longest:
+                longest, axis = boxes[node, 3 + k] - boxes[node, k], k
+        if end - begin <= _LEAF:
+            nodes[node] = begin, end - begin
+            continue
+        middles = np.empty(end - begin, dtype=np.float64)
+        for i in range(begin, end):
+            middles[i - begin] = low[order[i], axis] + high[order[i], axis]
+        order[begin:end] = order[begin:end][np.argsort(middles, kind="mergesort")]
+        half = (begin + end) // 2
+        nodes[node] = used, 0
+        stack[depth] = used, begin, half
+        stack[depth + 1] = used + 1, half, end
+        depth += 2
+        used += 2
+
+
+@njit(cache=True, nogil=True)
+def _hit_kernel(
+    origins: Float64Array,
+    ways: Float64Array,
+    triangles: Float64Array,
+    boxes: Float64Array,
+    nodes: Int32Array,
+    out: NDArray[np.bool_],
+) -> None:
+    stack = np.empty(2 * _DEPTH, dtype=np.int64)
+    for r in range(origins.shape[0]):
+        origin, way = origins[r], ways[r]
+        stack[0] = 0
+        depth = 1
+        while depth > 0 and not out[r]:
+            depth -= 1
+            node = stack[depth]
+            if not _meets_box(origin, way, boxes[node]):
+                continue
+            first, count = nodes[node]
+            if count == 0:
+                stack[depth] = first
+                stack[depth + 1] = first + 1
+                depth += 2
+                continue
+            for t in range(first, first + count):
+                if _meets_triangle(origin, way, triangles[t]):
+                    out[r] = True
+                    break
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _meets_box(origin: Float64Array, way: Float64Array, box: Float64Array) -> bool:
+    nearest, farthest = 0.0, 1.0
+    for k in range(3):
+        low, high = box[k] - origin[k] - _HAIR_M, box[3 + k] - origin[k] + _HAIR_M
+        if way[k] == 0.0:
+            if low > 0.0 or high < 0.0:
+                return False
+            continue
+        a, b = low / way[k], high / way[k]
+        nearest = max(nearest, min(a, b))
+        farthest = min(farthest, max(a, b))
+    return nearest <= farthest
+
+
+@njit(cache=True, nogil=True)
+def _meets_triangle(origin: Float64Array, way: Float64Array, corners: Float64Array) -> bool:
+    """Test a ray against a triangle (Möller and Trumbore 1997)."""
+    ax, ay, az = corners[0, 0], corners[0, 1], corners[0, 2]
+    e1x, e1y, e1z = corners[1, 0] - ax, corners[1, 1] - ay, corners[1, 2] - az
+    e2x, e2y, e2z = corners[2, 0] - ax, corners[2, 1] - ay, corners[2, 2] - az
+    px = way[1] * e2z - way[2] * e2y
+    py = way[2] * e2x - way[0] * e2z
+    pz = way[0] * e2y - way[1] * e2x
+    det = e1x * px + e1y * py + e1z * pz
+    if det == 0.0:
+        return False
+    sx, sy, sz = origin[0] - ax, origin[1] - ay, origin[2] - az
+    u = (sx * px + sy * py + sz * pz) / det
+    if u < -_EDGE or u > 1.0 + _EDGE:
+        return False
+    qx, qy, qz = sy * e1z - sz * e1y, sz * e1x - sx * e1z, sx * e1y - sy * e1x
+    v = (way[0] * qx + way[1] * qy + way[2] * qz) / det
+    if v < -_EDGE or u + v > 1.0 + _EDGE:
+        return False
+    t = (e2x * qx + e2y * qy + e2z * qz) / det
+    return 0.0 <= t <= 1.0
