@@ -236,7 +236,7 @@ class Conductor:
                 instance=self._instance, link="waiting", link_text=self._unread or nobody
             )
         goal = status.goal
-        link.drive_status, link.lease_status = status.drive, status.lease
+        link.drive_status, link.lease_status = status.drive, link.lease_in(status)
         return ShellState(
             instance=self._instance,
             robot=status.robot,
@@ -250,7 +250,7 @@ class Conductor:
             frame_age_ms=round(status.timings.frame_age_ms),
             has_map=self.model.voxels.count > 0,
             drive=status.drive,
-            lease=status.lease,
+            lease=link.lease_status,
             warning=difference(status.version),
             explanation=self._explanation,
         )

@@ -23,6 +23,7 @@ from app.messages.control import (
     DriveRequest,
     DriveStatus,
     M,
+    Status,
     TeleopTag,
     encode,
 )
@@ -137,6 +138,10 @@ class NavigatorLink(Wishes):
     async def lease(self, action: LeaseAction) -> LeaseReply:
         """Ask for control in the acting visitor's name, keep it, or hand it on."""
         return await asyncio.to_thread(self._lease, action)
+
+    def lease_in(self, status: Status) -> LeaseStatus:
+        """Return who holds control, as far as this console's pages are concerned."""
+        return status.lease
 
     def may_touch(self, visitor: Visitor) -> bool:
         """Tell whether a visitor may use the panels: nobody else holds control."""

@@ -2,6 +2,8 @@
 
 from typing import Any, NoReturn
 
+from app.messages.control import Status
+from app.messages.lease import LeaseStatus
 from app.nodes.console.commands import CommandError
 from app.nodes.console.inbox import Inbox
 from app.nodes.console.link import NavigatorLink
@@ -34,6 +36,10 @@ class RecordedLink(NavigatorLink):
     def query(self, topic: str, timeout_s: float = 0.0) -> bytes | None:  # noqa: ARG002
         """Nobody answers."""
         return None
+
+    def lease_in(self, status: Status) -> LeaseStatus:  # noqa: ARG002
+        """Whoever held control then holds nothing here: everybody may look at everything."""
+        return LeaseStatus()
 
     def _request(self, *_: Any, **__: Any) -> NoReturn:
         raise CommandError(REFUSAL)

@@ -1,0 +1,28 @@
+"""What stands in the navigator's place when a recording is shown."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from app.messages.lease import LeaseStatus
+from app.nodes.console.commands import CommandError
+from app.nodes.console.inbox import Inbox
+from app.nodes.console.visitors import Visitor
+from app.nodes.review.link import REFUSAL, RecordedLink
+
+
+@pytest.fixture
+def link():
+    return RecordedLink(Inbox([]), print)
+
+
+def test_whoever_held_control_when_it_was_recorded_keeps_nobody_out(link):
+    recorded = SimpleNamespace(lease=LeaseStatus(state="held", holder="Anna", epoch=3))
+    link.lease_status = link.lease_in(recorded)
+    assert link.lease_status.state == "free"
+    assert link.may_touch(Visitor("x" * 20, "browser 1", "supervisor"))
+
+
+def test_nothing_is_commanded(link):
+    with pytest.raises(CommandError, match=REFUSAL):
+        link.pause()
