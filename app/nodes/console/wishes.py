@@ -74,7 +74,7 @@ class Wishes(ABC):
     def preview(self, context: str | None, levels: dict[str, LevelName]) -> PreviewReply:
         """Ask what would be chosen next; nothing changes by it."""
         request = PreviewRequest(context=context, levels=levels)
-        return self._request(keys.PREVIEW, request, PreviewReply)
+        return self._request(keys.PREVIEW, request, PreviewReply, READ_S)
 
     def search(self, wanted: str, context: str) -> str:
         """Look for an object."""

@@ -17,8 +17,9 @@ Put = Callable[[Callable[[Mission], None]], None]
 class Questions:
     """Hands questions over and waits for the answers, in whatever thread asks."""
 
-    def __init__(self, put: Put) -> None:
+    def __init__(self, put: Put, answer_s: float = ANSWER_S) -> None:
         self._put = put
+        self._answer_s = answer_s
 
     def ask(self, question: Callable[[Mission], T]) -> T:
         """Have the mission's thread answer.
@@ -36,8 +37,8 @@ class Questions:
 
         self._put(run)
         try:
-            return answer.result(timeout=ANSWER_S)
+            return answer.result(timeout=self._answer_s)
         except TimeoutError as error:
             raise RequestRefusedError(
-                f"the navigator is busy and did not answer within {ANSWER_S:g} s; try again"
+                f"the navigator is busy and did not answer within {self._answer_s:g} s; try again"
             ) from error

@@ -21,12 +21,16 @@ from ippon.mission.inspection import inspect_voxel
 from ippon.vocabulary import canonical_label
 
 
+PATIENCE_S = 8.0
+"""Nobody drives by these answers: they may wait for a slow step and many viewpoints."""
+
+
 class WhatIf:
     """Everybody may ask."""
 
     def __init__(self, session: zenoh.Session, robot: str, goals: GoalBook, put: Put) -> None:
         self._goals = goals
-        self._questions = Questions(put)
+        self._questions = Questions(put, PATIENCE_S)
         self._prior = EmbeddedPrior()
         self._queryables = [
             serve(session, f"{robot}/{keys.INSPECT}", InspectRequest, self.inspect),
