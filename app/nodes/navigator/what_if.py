@@ -20,7 +20,6 @@ from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.inspection import inspect_voxel
 from ippon.vocabulary import canonical_label
 
-
 PATIENCE_S = 8.0
 """Nobody drives by these answers: they may wait for a slow step and many viewpoints."""
 
