@@ -20,6 +20,7 @@ from app.messages.control import (
     SearchAccepted,
     SearchRequest,
 )
+from app.messages.plain_text import complaint
 from app.nodes.navigator.counsel import Counsel
 from app.nodes.navigator.goals import GoalBook, PlannedSearch
 from ippon.mission.mission import Mission
@@ -94,6 +95,10 @@ class Desk:
         """Take a goal over."""
         if not request.object.strip():
             raise RequestRefusedError('the object is empty; say what to look for, like "hat"')
+        for what in ("object", "context", "scenario"):
+            problem = complaint(f"the {what}", getattr(request, what))
+            if problem is not None:
+                raise RequestRefusedError(problem)
         search = self._counsel.plan(request, time.monotonic())
         place = self._goals.add(search)
         if place is None:

@@ -188,3 +188,33 @@ def test_feedback_belongs_to_a_find(office):
     office.desk.run_queued(office.mission)
     assert "reject_find" in office.mission.names()
     assert office.goals.statuses()[0].outcome == "active"
+
+
+@pytest.mark.parametrize(
+    ("fields", "text"),
+    [
+        ({"object": "h\x07at"}, "the object holds a control character"),
+        ({"object": "hat", "context": "on the\x1b[2J sofa"}, "the context holds a control"),
+        ({"object": " \n "}, "the object is empty; say what to look for"),
+    ],
+)
+def test_text_that_cannot_be_read_is_refused_with_the_reason(office, fields, text):
+    with pytest.raises(RequestRefusedError, match=text):
+        office.desk.search(SearchRequest(**fields))
+    assert office.goals.active() is None
+
+
+def test_markup_is_only_text(office):
+    accepted = office.desk.search(SearchRequest(object="<b>hat</b>"))
+    assert accepted.position == 0
+
+
+@pytest.mark.parametrize("field", ["object", "context", "scenario"])
+def test_ten_thousand_characters_are_refused_with_the_bound(office, field):
+    request = {"object": "hat", field: "x" * 10_000}
+    payload = msgspec.json.encode(request)
+    (reply,) = list(office.client.get("r/search", payload=payload))
+    text = reply.ok.payload.to_string()
+    assert "not a SearchRequest" in text
+    assert "length <=" in text
+    assert f"$.{field}" in text
