@@ -33,7 +33,14 @@ def guidance_rows(_: int, __: bool) -> Iterator[Row]:
     yield from guidance.guidance_rows()
 
 
-BENCHMARKS = {"guidance": guidance_rows, "map": map_rows}
+def console_rows(_: int, quick: bool) -> Iterator[Row]:
+    """Measure the console under load, with an hour's messages."""
+    from tests.benchmarks import console_load
+
+    yield from console_load.load_rows(300 if quick else 3600)
+
+
+BENCHMARKS = {"console": console_rows, "guidance": guidance_rows, "map": map_rows}
 
 
 def main() -> None:

@@ -521,6 +521,7 @@ class SceneWatcher:
             origin=url,
             subprotocols=[f"viser-v{viser.__version__}"],
             max_size=None,
+            ping_interval=None,
         )
 
     def close(self):
