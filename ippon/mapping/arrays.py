@@ -22,7 +22,8 @@ class MapArrays(NamedTuple):
     Voxel (i, j, k) covers [i, i + 1) * voxel_size along x, and so on. It lies in block
     b = (i >> 3, j >> 3, k >> 3), found in row `directory[b - origin_block]` of the pools, at
     column ((i & 7) * 8 + (j & 7)) * 8 + (k & 7). A row below 0, or a block outside the directory,
-    means that nothing was observed there.
+    means that nothing was observed there. `ooi[slab[row], column]` and `level` likewise, because
+    most blocks are free space and have neither.
     """
 
     voxel_size: float
@@ -32,11 +33,14 @@ class MapArrays(NamedTuple):
     """(DX, DY, DZ) row in the pools, -1 for none."""
     state: NDArray[np.uint8]
     """(B, 512) `UNKNOWN`, `FREE` or `OCCUPIED`."""
+    slab: NDArray[np.int32]
+    """(B,) row in `ooi` and `level`, which only blocks with surface have one of their own of."""
     ooi: NDArray[np.uint8]
-    """(B, 512) p(v in O) in units of 1/254 of voxels in V_O, else `NOT_MAPPED`."""
+    """(S, 512) p(v in O) in units of 1/254 of voxels in V_O, else `NOT_MAPPED`."""
     level: NDArray[np.uint8]
-    """(B, 512) proximity level of the most probable label, else `NOT_MAPPED`."""
-    distance: NDArray[np.float32]
-    """(B, 512) metres between voxel centres to the nearest occupied voxel, cut off at a maximum."""
+    """(S, 512) proximity level of the most probable label, else `NOT_MAPPED`."""
+    squared_distance: NDArray[np.uint16]
+    """(B, 512) squared distance between voxel centres, in voxels, to the nearest occupied voxel,
+    cut off at a maximum: whole numbers, so nothing is lost."""
     revision: NDArray[np.int64]
     """(B,) map revision at which the block last changed."""

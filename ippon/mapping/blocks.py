@@ -20,12 +20,20 @@ GROWTH_MARGIN: Final = 8
 N_ROWS: Final = 0
 N_FREE: Final = 1
 N_LAYER_FREE: Final = 2
-BYTES_PER_VOXEL: Final = 16
-"""Of one block's row over all pools, surface rows not counted."""
+N_SLABS: Final = 3
+N_FREE_SLABS: Final = 4
+BYTES_PER_VOXEL: Final = 14
+"""Of one block's row over all pools and of a slab, surface rows not counted."""
+NO_SLAB: Final = 0
+"""The slab of every block without surface: no slot, nothing mapped."""
 
 
 class Pools(NamedTuple):
-    """Per-block arrays; row r of each belongs to one block, `tally` holds how many are in use."""
+    """Per-block arrays; row r of each belongs to one block, `tally` holds how many are in use.
+
+    `slot`, `ooi` and `level` say something of surface voxels only. They have a row, a slab, for
+    each block that has surface, which is about every second one.
+    """
 
     tsdf: NDArray[np.int16]
     """(B, 512) signed distance to the surface in units of truncation / 32767, positive outside."""
@@ -35,11 +43,16 @@ class Pools(NamedTuple):
     """(B, 512) for occupied (positive) or free (negative)."""
     state: NDArray[np.uint8]
     """(B, 512) see `MapArrays.state`."""
-    ooi: NDArray[np.uint8]
-    level: NDArray[np.uint8]
-    distance: NDArray[np.float32]
+    squared_distance: NDArray[np.uint16]
+    """(B, 512) see `MapArrays.squared_distance`."""
+    slab: NDArray[np.int32]
+    """(B,) row of `slot`, `ooi` and `level`, `NO_SLAB` for none."""
     slot: NDArray[np.int32]
-    """(B, 512) row of the surface pools, 0 for none."""
+    """(S, 512) row of the surface pools, 0 for none."""
+    ooi: NDArray[np.uint8]
+    """(S, 512) see `MapArrays.ooi`."""
+    level: NDArray[np.uint8]
+    """(S, 512) see `MapArrays.level`."""
     coord: NDArray[np.int64]
     """(B, 3) block index."""
     revision: NDArray[np.int64]
@@ -60,22 +73,27 @@ class Pools(NamedTuple):
     """(B,) free voxels of the block in the map's body layer."""
     free: NDArray[np.int32]
     """(B,) stack of rows that were given back."""
+    free_slabs: NDArray[np.int32]
+    """(S,) stack of slabs that were given back."""
     tally: NDArray[np.int64]
-    """(3,) rows ever used, length of `free`, sum of `layer_free`."""
+    """(5,) rows ever used, length of `free`, sum of `layer_free`, slabs ever used (`NO_SLAB`
+    included), length of `free_slabs`."""
 
 
 def make_pools(max_blocks: int) -> Pools:
     """Reserve pools for `max_blocks` blocks without touching their memory."""
     shape = (max_blocks, BLOCK_VOLUME)
-    return Pools(
+    slabs = (max_blocks + 1, BLOCK_VOLUME)
+    pools = Pools(
         tsdf=np.zeros(shape, np.int16),
         weight=np.zeros(shape, np.uint8),
         evidence=np.zeros(shape, np.int8),
         state=np.zeros(shape, np.uint8),
-        ooi=np.zeros(shape, np.uint8),
-        level=np.zeros(shape, np.uint8),
-        distance=np.zeros(shape, np.float32),
-        slot=np.zeros(shape, np.int32),
+        squared_distance=np.zeros(shape, np.uint16),
+        slab=np.zeros(max_blocks, np.int32),
+        slot=np.zeros(slabs, np.int32),
+        ooi=np.zeros(slabs, np.uint8),
+        level=np.zeros(slabs, np.uint8),
         coord=np.zeros((max_blocks, 3), np.int64),
         revision=np.zeros(max_blocks, np.int64),
         appearance=np.zeros(max_blocks, np.int64),
@@ -86,8 +104,12 @@ def make_pools(max_blocks: int) -> Pools:
         occupied=np.zeros(max_blocks, np.int32),
         layer_free=np.zeros(max_blocks, np.int32),
         free=np.zeros(max_blocks, np.int32),
-        tally=np.zeros(3, np.int64),
+        free_slabs=np.zeros(max_blocks + 1, np.int32),
+        tally=np.zeros(5, np.int64),
     )
+    pools.ooi[NO_SLAB] = pools.level[NO_SLAB] = NOT_MAPPED
+    pools.tally[N_SLABS] = NO_SLAB + 1
+    return pools
 
 
 class BlockDirectory:
@@ -134,7 +156,7 @@ class BlockDirectory:
 
 
 @njit(cache=True, nogil=True)
-def take_row(pools, x, y, z, distance_max, revision):
+def take_row(pools, x, y, z, farthest, revision):
     """Give a clean row to block (x, y, z); -1 when the bound is reached."""
     if pools.tally[N_FREE] > 0:
         pools.tally[N_FREE] -= 1
@@ -143,15 +165,13 @@ def take_row(pools, x, y, z, distance_max, revision):
         pools.weight[row, :] = 0
         pools.evidence[row, :] = 0
         pools.state[row, :] = 0
-        pools.slot[row, :] = 0
     elif pools.tally[N_ROWS] < pools.state.shape[0]:
         row = pools.tally[N_ROWS]
         pools.tally[N_ROWS] += 1
     else:
         return -1
-    pools.ooi[row, :] = NOT_MAPPED
-    pools.level[row, :] = NOT_MAPPED
-    pools.distance[row, :] = distance_max
+    pools.squared_distance[row, :] = farthest
+    pools.slab[row] = NO_SLAB
     pools.coord[row, 0] = x
     pools.coord[row, 1] = y
     pools.coord[row, 2] = z
@@ -177,3 +197,31 @@ def give_row_back(pools, row):
     pools.revision[row] = 0
     pools.free[pools.tally[N_FREE]] = row
     pools.tally[N_FREE] += 1
+
+
+@njit(cache=True, nogil=True)
+def take_slab(pools, row):
+    """Return the slab of a block that has surface, a clean one if it had none."""
+    slab = pools.slab[row]
+    if slab != NO_SLAB:
+        return slab
+    if pools.tally[N_FREE_SLABS] > 0:
+        pools.tally[N_FREE_SLABS] -= 1
+        slab = pools.free_slabs[pools.tally[N_FREE_SLABS]]
+    else:
+        slab = np.int32(pools.tally[N_SLABS])
+        pools.tally[N_SLABS] += 1
+    pools.slot[slab, :] = 0
+    pools.ooi[slab, :] = NOT_MAPPED
+    pools.level[slab, :] = NOT_MAPPED
+    pools.slab[row] = slab
+    return slab
+
+
+@njit(cache=True, nogil=True)
+def give_slab_back(pools, row):
+    """Return the slab of a block without surface."""
+    if pools.slab[row] != NO_SLAB:
+        pools.free_slabs[pools.tally[N_FREE_SLABS]] = pools.slab[row]
+        pools.tally[N_FREE_SLABS] += 1
+        pools.slab[row] = NO_SLAB

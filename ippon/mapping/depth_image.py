@@ -29,7 +29,7 @@ class DepthImage(NamedTuple):
     surface for one metre along the optical axis, 1 for a surface that faces the camera."""
     slope_shift: int
     tiles: NDArray[np.float32]
-    """(TH, TW, 3) of each tile: least depth, greatest depth, 1 if every pixel has one."""
+    """(TH, TW, 2) of each tile: least depth, `NOTHING` for none, and greatest depth, 0 for none."""
 
 
 def prepare_depth(
@@ -48,7 +48,7 @@ def prepare_depth(
     padded = np.zeros((height + 2, width + 2), np.float32)
     cell = 1 << shift
     slope = np.empty((-(-height // cell), -(-width // cell)), np.float32)
-    tiles = np.empty((-(-height // TILE), -(-width // TILE), 3), np.float32)
+    tiles = np.empty((-(-height // TILE), -(-width // TILE), 2), np.float32)
     _clean_kernel(np.ascontiguousarray(depth), np.float32(max_valid_m), padded, tiles)
     intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy], np.float32)
     _slope_kernel(padded, intrinsics, shift, slope)
@@ -61,23 +61,23 @@ def _clean_kernel(depth, max_valid, padded, tiles):
     height, width = depth.shape
     low = np.empty(width, np.float32)
     high = np.empty(width, np.float32)
-    full = np.empty(width, np.float32)
     for ty in range(tiles.shape[0]):
         low[:] = np.float32(NOTHING)
         high[:] = np.float32(0.0)
-        full[:] = np.float32(1.0)
         for v in range(ty * TILE, min(height, ty * TILE + TILE)):
-            _clean_row(depth[v], max_valid, padded[v + 1], low, high, full)
-        for tx in range(tiles.shape[1]):
-            first, last = tx * TILE, min(width, tx * TILE + TILE)
-            tiles[ty, tx, 0] = low[first:last].min()
-            tiles[ty, tx, 1] = high[first:last].max()
-            tiles[ty, tx, 2] = full[first:last].min()
+            _clean_row(depth[v], max_valid, padded[v + 1], low, high)
+        tiles[ty, :, 0] = np.float32(NOTHING)
+        tiles[ty, :, 1] = np.float32(0.0)
+        # Tiles in the inner loop do not wait for each other, pixels of one would.
+        for k in range(TILE):
+            for tx in range((width - k + TILE - 1) // TILE):
+                tiles[ty, tx, 0] = min(tiles[ty, tx, 0], low[tx * TILE + k])
+                tiles[ty, tx, 1] = max(tiles[ty, tx, 1], high[tx * TILE + k])
 
 
 @njit(cache=True, nogil=True)
-def _clean_row(depth, max_valid, out, low, high, full):
-    """Clean a row; keep each column's extremes, and 0 in `full` where a pixel had no depth."""
+def _clean_row(depth, max_valid, out, low, high):
+    """Clean a row; keep each column's extremes."""
     zero, nothing = np.float32(0.0), np.float32(NOTHING)
     for u in range(depth.shape[0]):
         d = depth[u]
@@ -87,10 +87,15 @@ def _clean_row(depth, max_valid, out, low, high, full):
         out[u + 1] = clean
         high[u] = max(high[u], clean)
         low[u] = min(low[u], clean if valid else nothing)
-        full[u] = full[u] if valid else zero
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract", "arcp"})
+# Without numba's check for zero, a division leaves the loop its vectors.
+@njit(
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+    fastmath={"nnan", "ninf", "nsz", "contract", "arcp"},
+)
 def _slope_row(here, above, below, v, intrinsics, cell, out):
     """Measure the slopes of a row of cells from inverse depths, `SPAN` cells apart.
 

@@ -22,7 +22,7 @@ LANES: Final = 32
 
 
 class DistanceField:
-    """Updates `Pools.distance`: min(distance between voxel centres, distance_max) in metres.
+    """Updates `Pools.squared_distance`, cut off at `farthest`.
 
     Where voxels of a block become occupied or cease to be, the distances of every block within
     reach are computed again, from all occupied voxels within reach of those.
@@ -35,8 +35,8 @@ class DistanceField:
                 f"distance_max_m / voxel_size_m may be at most {MAX_REACH}; got "
                 f"{distance_max} / {voxel_size}"
             )
-        squares = np.arange(FAR + self._reach**2 + 1, dtype=np.float64)
-        self._metres = np.minimum(np.sqrt(squares) * voxel_size, distance_max).astype(np.float32)
+        # The least whole number that means `distance_max` or more.
+        self.farthest = int(np.ceil((distance_max / voxel_size) ** 2 - 1e-9))
         self._extent: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
         self._offsets = _offsets_in_reach(self._reach)
         self._work: list[NDArray[np.int16]] = [np.empty(0, np.int16)] * 2
@@ -122,7 +122,7 @@ class DistanceField:
                 self._work[i] = np.empty(size + size // 4, np.int16)
         volume = self._work[0][: sizes[0]].reshape(nx, ny, length)
         skip = (low - read_low) * 8
-        _fill_kernel(pools, directory, read_low - origin, volume)
+        _fill_kernel(pools, directory, read_low - origin, volume, nz >> 3)
         _along_y_kernel(volume, self._reach, int(skip[1]), rows_out)
         guarded = self._work[1][: sizes[1]]
         _along_xz_kernel(
@@ -133,8 +133,8 @@ class DistanceField:
             guarded,
             directory,
             low - origin,
-            self._metres,
-            pools.distance,
+            np.int16(self.farthest),
+            pools.squared_distance,
         )
 
 
@@ -166,17 +166,18 @@ def _mark_kernel(changed, fresh, offsets, directory, shift, stale):
 
 
 @njit(cache=True, nogil=True)
-def _fill_kernel(pools, directory, shift, volume):
-    """Write 0 for occupied and FAR for other voxels of the box of blocks that begins at `shift`."""
+def _fill_kernel(pools, directory, shift, volume, blocks_z):
+    """Write 0 for occupied and FAR for other voxels of the box of blocks that begins at `shift`.
+
+    The end of each line, beyond `blocks_z` blocks, stays FAR.
+    """
     volume[:] = np.int16(FAR)
     for bx in range(volume.shape[0] >> 3):
         for by in range(volume.shape[1] >> 3):
-            for bz in range(directory.shape[2] - shift[2]):
+            for bz in range(blocks_z):
                 row = directory[bx + shift[0], by + shift[1], bz + shift[2]]
                 if row < 0 or pools.occupied[row] == 0:
                     continue
-                if bz * 8 >= volume.shape[2]:
-                    break
                 state = pools.state[row]
                 for i in range(8):
                     for j in range(8):
@@ -216,7 +217,7 @@ def _lower(line, other, step):
 
 
 @njit(cache=True, nogil=True)
-def _along_xz_kernel(volume, reach, skip, stale, work, directory, shift, metres, distance):
+def _along_xz_kernel(volume, reach, skip, stale, work, directory, shift, farthest, out):
     """Finish the transform plane by plane and write the distances of the stale blocks."""
     nx, length = volume.shape[0], volume.shape[2]
     size = stale.shape[1] * 8 * length
@@ -252,12 +253,12 @@ def _along_xz_kernel(volume, reach, skip, stale, work, directory, shift, metres,
                 if here + d < nx:
                     other = volume[here + d].ravel()[skip[1] * length :]
                     _lower(plane, other[start:stop], step)
-            out = result[start:stop]
-            out[:] = plane
+            least = result[start:stop]
+            least[:] = plane
             for d in range(1, reach + 1):
                 step = np.int16(d * d)
-                _lower(out, along_x[start + length - d : stop + length - d], step)
-                _lower(out, along_x[start + length + d : stop + length + d], step)
+                _lower(least, along_x[start + length - d : stop + length - d], step)
+                _lower(least, along_x[start + length + d : stop + length + d], step)
             for by in range(first, last + 1):
                 for bz in range(stale.shape[2]):
                     if stale[bx, by, bz] == 0:
@@ -266,4 +267,5 @@ def _along_xz_kernel(volume, reach, skip, stale, work, directory, shift, metres,
                     for j in range(8):
                         at = (by * 8 + j) * length + skip[2] + bz * 8
                         for k in range(8):
-                            distance[row, (i << 6) | (j << 3) | k] = metres[result[at + k]]
+                            squared = min(result[at + k], farthest)
+                            out[row, (i << 6) | (j << 3) | k] = np.uint16(squared)

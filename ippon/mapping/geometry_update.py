@@ -13,41 +13,22 @@ import numpy as np
 from numba import njit
 
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED
-from ippon.mapping.blocks import N_LAYER_FREE
+from ippon.mapping.blocks import N_LAYER_FREE, NO_SLAB, give_slab_back
 from ippon.mapping.hits import PIXEL_BITS
-from ippon.mapping.view_blocks import OPEN
+from ippon.mapping.view_blocks import CLEAR
 
 TSDF_ONE: Final = 32767
+VECTORS: Final = njit(
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+    fastmath={"nnan", "ninf", "nsz", "contract", "arcp", "reassoc"},
+)
+"""For loops that fill vector registers; numba's check of each division for zero would stop that."""
 # Flags of a block after an update.
 STATE_CHANGED: Final = 1
 OCCUPIED_CHANGED: Final = 2
 OBSERVED: Final = 4
-
-
-@njit(cache=True, nogil=True)
-def _open_block(pools, row, rules):
-    """Every voxel of the block was seen free, far from any surface."""
-    if pools.settled[row] == 1:
-        return OBSERVED
-    flags = OBSERVED
-    settled = True
-    tsdf, weight, evidence = pools.tsdf[row], pools.weight[row], pools.evidence[row]
-    state = pools.state[row]
-    for k in range(512):
-        w = np.int32(weight[k])
-        t = np.int32(tsdf[k])
-        t = (t * w + np.int32(TSDF_ONE)) // (w + np.int32(1)) if t < TSDF_ONE - 64 else TSDF_ONE
-        tsdf[k] = np.int16(t)
-        weight[k] = np.uint8(min(w + 1, rules.weight_max))
-        e = max(np.int32(evidence[k]) - rules.miss, rules.evidence_min)
-        evidence[k] = np.int8(e)
-        if t < TSDF_ONE or e > rules.evidence_min:
-            settled = False
-        if e < 0 and state[k] != FREE:
-            flags |= STATE_CHANGED | (OCCUPIED_CHANGED if state[k] == OCCUPIED else 0)
-            state[k] = FREE
-    pools.settled[row] = 1 if settled else 0
-    return flags
 
 
 @njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "arcp", "contract"})
@@ -85,33 +66,31 @@ def _name_slopes(u, v, u_last, v_last, per_cell, cells_u, out):
 
 
 @njit(cache=True, nogil=True)
-def _project_block(ox, oy, oz, offsets, view, width, height, scratch, index, cell, shift, cells_u):
+def _find_pixels(corner, offsets, lens, depths, width, height, z, inverse_z, u, v, index):
     """Find the pixel of each voxel's centre. Loops of few arrays each, see `hit_kernel`."""
-    z, inverse_z, u, v = scratch[0], scratch[1], scratch[2], scratch[3]
-    near, far = np.float32(view.near_m), np.float32(view.far_m)
-    fx, fy = np.float32(view.fx), np.float32(view.fy)
-    # One pixel of border, and half a one so that cutting off the fraction rounds.
-    cx, cy = np.float32(view.cx + 1.5), np.float32(view.cy + 1.5)
-    _depths(offsets[2], oz, near, z, inverse_z)
-    _project(offsets[0], ox, inverse_z, fx, cx, np.float32(width + 1), u)
-    _project(offsets[1], oy, inverse_z, fy, cy, np.float32(height + 1), v)
+    near, far = depths
+    fx, fy, cx, cy = lens
+    _depths(offsets[2], corner[2], near, z, inverse_z)
+    _project(offsets[0], corner[0], inverse_z, fx, cx, np.float32(width + 1), u)
+    _project(offsets[1], corner[1], inverse_z, fy, cy, np.float32(height + 1), v)
     _name_pixels(u, v, z, near, far, np.int32(width + 2), index)
-    per_cell = np.float32(1.0) / np.float32(1 << shift)
-    _name_slopes(
-        u, v, np.float32(width - 1), np.float32(height - 1), per_cell, np.int32(cells_u), cell
-    )
+
+
+@njit(cache=True, nogil=True)
+def _gather(image, index, out):
+    for k in range(512):
+        out[k] = image[index[k]]
 
 
 @njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz"})
-def _measure_block(depth, slope, index, cell, z, signed):
+def _measure(read, slope, z, signed):
     """Write each voxel's signed distance to the surface before it, -1e9 where there is none."""
     for k in range(512):
-        d = depth[index[k]]
-        s = (d - z[k]) * slope[cell[k]]
-        signed[k] = s if d > np.float32(0.0) else np.float32(-1e9)
+        s = (read[k] - z[k]) * slope[k]
+        signed[k] = s if read[k] > np.float32(0.0) else np.float32(-1e9)
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract", "arcp"})
+@VECTORS
 def _fuse_distance(tsdf, weight, signed, rules):
     """Average the signed distances into the block's, cut off at the truncation distance."""
     one, top = np.float32(1.0), np.float32(TSDF_ONE)
@@ -127,6 +106,72 @@ def _fuse_distance(tsdf, weight, signed, rules):
         valid = s > behind
         tsdf[k] = np.int16(mean if valid else t)
         weight[k] = np.uint8(min(w + one, w_max) if valid else w)
+
+
+@VECTORS
+def _fuse_free(tsdf, weight, read, rules):
+    """Average the truncation distance into the voxels with depth.
+
+    Returns:
+        Number of voxels that can still become more free, a float.
+    """
+    zero, one, top = np.float32(0.0), np.float32(1.0), np.float32(TSDF_ONE)
+    # Whole numbers would never quite get there.
+    near_top = np.float32(TSDF_ONE - 64)
+    w_max = np.float32(rules.weight_max)
+    left = zero
+    for k in range(512):
+        w = np.float32(weight[k])
+        t = np.float32(tsdf[k])
+        mean = t + (top - t) / (w + one)
+        mean = mean + (np.float32(0.5) if mean > zero else np.float32(-0.5))
+        mean = mean if t < near_top else top
+        valid = read[k] > zero
+        new = min(mean, top) if valid else t
+        tsdf[k] = np.int16(new)
+        weight[k] = np.uint8(min(w + one, w_max) if valid else w)
+        left += one if new < near_top else zero
+    return left
+
+
+@VECTORS
+def _weigh_free(evidence, state, read, rules):
+    """Count the voxels with depth as seen free; return counts of what that changed.
+
+    Returns:
+        Numbers of voxels observed, that can still become more free, whose state changed, and that
+        ceased to be occupied, all floats.
+    """
+    zero, one = np.float32(0.0), np.float32(1.0)
+    miss, e_min = np.float32(rules.miss), np.float32(rules.evidence_min)
+    free, occupied = np.float32(FREE), np.float32(OCCUPIED)
+    observed, left, changed, ceased = zero, zero, zero, zero
+    for k in range(512):
+        valid = one if read[k] > zero else zero
+        e = max(np.float32(evidence[k]) - miss * valid, e_min)
+        old = np.float32(state[k])
+        new = free if e < zero else old
+        evidence[k] = np.int8(e)
+        state[k] = np.uint8(new)
+        observed += valid
+        left += one if e > e_min else zero
+        was = one if old == occupied else zero
+        changed += one if new != old else zero
+        ceased += was * (one if new != old else zero)
+    return observed, left, changed, ceased
+
+
+@njit(cache=True, nogil=True)
+def _clear_block(tsdf, weight, evidence, state, rules, read):
+    """Where the image has depth, the block was seen free, far before any surface."""
+    left = _fuse_free(tsdf, weight, read, rules)
+    observed, unsure, changed, ceased = _weigh_free(evidence, state, read, rules)
+    flags = OBSERVED if observed > 0 else 0
+    if changed > 0:
+        flags |= STATE_CHANGED
+    if ceased > 0:
+        flags |= OCCUPIED_CHANGED
+    return flags, left + unsure == 0
 
 
 @njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "reassoc"})
@@ -161,11 +206,14 @@ def _weigh_evidence(evidence, state, signed, z, number, need, rules):
 
 
 @njit(cache=True, nogil=True)
-def _mixed_block(pools, row, rules, z, signed, number, need):
-    """Update signed distance, evidence and state of one block."""
-    _fuse_distance(pools.tsdf[row], pools.weight[row], signed, rules)
+def _mixed_block(tsdf, weight, evidence, state, rules, z, signed, number, need):
+    """Update signed distance, evidence and state of one block.
+
+    Its arrays come one by one: numba counts references to all arrays of a tuple at each call.
+    """
+    _fuse_distance(tsdf, weight, signed, rules)
     observed, changed, occupied_changed = _weigh_evidence(
-        pools.evidence[row], pools.state[row], signed, z, number, need, rules
+        evidence, state, signed, z, number, need, rules
     )
     flags = OBSERVED if observed > 0 else 0
     if changed > 0:
@@ -199,7 +247,7 @@ def update_kernel(
         view: The image's geometry.
         rules: Update rules.
         rows: (n,) pool rows of the blocks.
-        kinds: (n,) `OPEN` or `MIXED`.
+        kinds: (n,) `CLEAR` or `MIXED`.
         n: Length of the list.
         hits: Filled by `hit_kernel`.
         pools: The map's pools, updated.
@@ -221,40 +269,64 @@ def update_kernel(
         i, j, l = (k >> 6) + 0.5, ((k >> 3) & 7) + 0.5, (k & 7) + 0.5  # noqa: E741
         for axis in range(3):
             offsets[axis, k] = v * (m[axis, 0] * i + m[axis, 1] * j + m[axis, 2] * l)
-    scratch = np.empty((4, 512), np.float32)
-    z = scratch[0]
+    z, inverse_z = np.empty(512, np.float32), np.empty(512, np.float32)
+    u, v_pixel = np.empty(512, np.float32), np.empty(512, np.float32)
+    read, slopes = np.empty(512, np.float32), np.empty(512, np.float32)
     signed = np.empty(512, np.float32)
-    index = np.empty(512, np.uint32)
-    cell = np.empty(512, np.uint32)
+    index, cell = np.empty(512, np.uint32), np.empty(512, np.uint32)
     no_hits = np.zeros(512, np.uint16)
+    per_cell = np.float32(1.0 / (1 << depth_image.slope_shift))
+    depths = np.float32(view.near_m), np.float32(view.far_m)
+    # One pixel of border, and half a one so that cutting off the fraction rounds.
+    centre = np.float32(view.cx + 1.5), np.float32(view.cy + 1.5)
+    lens = np.float32(view.fx), np.float32(view.fy), centre[0], centre[1]
+    u_last, v_last = np.float32(width - 1), np.float32(height - 1)
     # A voxel's face covers (f v / z)^2 pixels, one of `strides[0] * strides[1]` was sampled.
     need = np.float32(
         max(rules.hit_share * view.fx * view.fy * v * v / (strides[0] * strides[1]), 1e-6)
     )
+    tsdf, weight, evidence, state = pools.tsdf, pools.weight, pools.evidence, pools.state
     n_entries = 0
     for at in range(n):
         row = rows[at]
         pools.seen[row] = revision
-        if kinds[at] == OPEN:
-            flag = _open_block(pools, row, rules)
+        if kinds[at] == CLEAR and pools.settled[row] == 1:
+            flags[at] = OBSERVED
+            continue
+        c = pools.coord[row]
+        edge = 8.0 * v
+        ox = np.float32(edge * (m[0, 0] * c[0] + m[0, 1] * c[1] + m[0, 2] * c[2]) + m[0, 3])
+        oy = np.float32(edge * (m[1, 0] * c[0] + m[1, 1] * c[1] + m[1, 2] * c[2]) + m[1, 3])
+        oz = np.float32(edge * (m[2, 0] * c[0] + m[2, 1] * c[1] + m[2, 2] * c[2]) + m[2, 3])
+        _find_pixels(
+            (ox, oy, oz), offsets, lens, depths, width, height, z, inverse_z, u, v_pixel, index
+        )
+        _gather(depth, index, read)
+        if kinds[at] == CLEAR:
+            flag, settled = _clear_block(
+                tsdf[row], weight[row], evidence[row], state[row], rules, read
+            )
+            pools.settled[row] = 1 if settled else 0
         else:
             pools.settled[row] = 0
-            c = pools.coord[row]
-            edge = 8.0 * v
-            ox = np.float32(edge * (m[0, 0] * c[0] + m[0, 1] * c[1] + m[0, 2] * c[2]) + m[0, 3])
-            oy = np.float32(edge * (m[1, 0] * c[0] + m[1, 1] * c[1] + m[1, 2] * c[2]) + m[1, 3])
-            oz = np.float32(edge * (m[2, 0] * c[0] + m[2, 1] * c[1] + m[2, 2] * c[2]) + m[2, 3])
-            _project_block(
-                ox, oy, oz, offsets, view, width, height, scratch, index, cell,
-                depth_image.slope_shift, cells_u,
-            )  # fmt: skip
+            _name_slopes(u, v_pixel, u_last, v_last, per_cell, np.int32(cells_u), cell)
+            _gather(slope, cell, slopes)
+            _measure(read, slopes, z, signed)
             count = hits.number[at] if hits.any[at] == 1 else no_hits
-            _measure_block(depth, slope, index, cell, z, signed)
-            flag = _mixed_block(pools, row, rules, z, signed, count, need)
+            flag = _mixed_block(
+                tsdf[row], weight[row], evidence[row], state[row], rules, z, signed, count, need
+            )
             if hits.any[at] == 1:
-                n_entries = _list_entries(pools, row, count, hits.best[at], entries, n_entries)
+                n_entries = _list_entries(state[row], row, count, hits.best[at], entries, n_entries)
         if flag & STATE_CHANGED:
-            _after_change(pools, surface, row, rules.layer)
+            pools.occupied[row] = _count(state[row], OCCUPIED)
+            if pools.slab[row] != NO_SLAB:
+                _drop_surface(pools, surface, row)
+            layer = rules.layer - 8 * pools.coord[row, 2]
+            if 0 <= layer < 8:
+                free = _count_layer(state[row], layer)
+                pools.tally[N_LAYER_FREE] += free - pools.layer_free[row]
+                pools.layer_free[row] = free
             pools.revision[row] = revision
             pools.appearance[row] = revision
         flags[at] = flag
@@ -262,8 +334,7 @@ def update_kernel(
 
 
 @njit(cache=True, nogil=True)
-def _list_entries(pools, row, count, best, entries, n):
-    state = pools.state[row]
+def _list_entries(state, row, count, best, entries, n):
     for k in range(512):
         if count[k] > 0 and state[k] == OCCUPIED:
             entries[n, 0] = row
@@ -274,29 +345,41 @@ def _list_entries(pools, row, count, best, entries, n):
 
 
 @njit(cache=True, nogil=True)
-def _after_change(pools, surface, row, layer):
-    """Drop what belongs to voxels that are surface no more, and count the body layer again."""
-    state, slot = pools.state[row], pools.slot[row]
+def _count(state, wanted):
+    n = 0
     for k in range(512):
-        if slot[k] != 0 and state[k] != OCCUPIED:
-            surface.free[surface.tally[1]] = slot[k]
-            surface.tally[1] += 1
-            surface.voxel[slot[k]] = -1
-            slot[k] = 0
-            pools.ooi[row, k] = NOT_MAPPED
-            pools.level[row, k] = NOT_MAPPED
-    best = 0
-    occupied = 0
+        n += np.int32(state[k] == wanted)
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _count_layer(state, layer):
+    n = 0
+    for c in range(64):
+        n += np.int32(state[c * 8 + layer] == FREE)
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _drop_surface(pools, surface, row):
+    """Drop what belongs to voxels that are surface no more."""
+    slab = pools.slab[row]
+    state, slot, ooi = pools.state[row], pools.slot[slab], pools.ooi[slab]
+    best, left = 0, 0
     for k in range(512):
-        occupied += state[k] == OCCUPIED
-        if pools.ooi[row, k] != NOT_MAPPED:
-            best = max(best, pools.ooi[row, k])
+        if slot[k] == 0:
+            continue
+        if state[k] == OCCUPIED:
+            left += 1
+            if ooi[k] != NOT_MAPPED:
+                best = max(best, ooi[k])
+            continue
+        surface.free[surface.tally[1]] = slot[k]
+        surface.tally[1] += 1
+        surface.voxel[slot[k]] = -1
+        slot[k] = 0
+        ooi[k] = NOT_MAPPED
+        pools.level[slab, k] = NOT_MAPPED
     pools.best_ooi[row] = best
-    pools.occupied[row] = occupied
-    at = layer - 8 * pools.coord[row, 2]
-    if 0 <= at < 8:
-        n = 0
-        for c in range(64):
-            n += state[c * 8 + at] == FREE
-        pools.tally[N_LAYER_FREE] += n - pools.layer_free[row]
-        pools.layer_free[row] = n
+    if left == 0:
+        give_slab_back(pools, row)

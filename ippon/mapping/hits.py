@@ -53,7 +53,7 @@ class Hits(NamedTuple):
     """Pixels by voxel, for the blocks of one image's list; only rows with `any` set are valid."""
 
     number: NDArray[np.uint16]
-    """(n, 512) samples that fell in the voxel."""
+    """(n, 512) samples that fell in the voxel, those left out because it is near included."""
     best: NDArray[np.uint32]
     """(n, 512) the sample nearest the voxel's centre, `NO_PIXEL` for none."""
     any: NDArray[np.uint8]
@@ -89,13 +89,31 @@ def make_hits(blocks: int) -> Hits:
     )
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
-def _lift_row(depth, slope, columns, cells_u, near, far, sink, out):
-    """Write each sample's depth, taken `sink` under the surface; -1 outside near .. far."""
+@njit(cache=True, nogil=True)
+def _read_row(depth, slope, columns, cells_u, read, slopes):
     for s in range(columns.shape[0]):
-        d = depth[columns[s]]
-        z = d + sink / slope[cells_u[s]]
-        out[s] = z if (d >= near) & (d <= far) else np.float32(-1.0)
+        read[s] = depth[columns[s]]
+        slopes[s] = slope[cells_u[s]]
+
+
+@njit(
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+    fastmath={"nnan", "ninf", "nsz", "contract"},
+)
+def _lift_row(read, slopes, row, near, far, sink, out):
+    """Write each sample's depth, taken `sink` under the surface; -1 for those left out.
+
+    Nearer than a quarter of the range, every second sample along either axis is enough;
+    `_name_voxels` says which those are.
+    """
+    quarter = np.float32(0.25) * far
+    for s in range(read.shape[0]):
+        d = read[s]
+        kept = (d >= quarter) | (((np.int32(s) | row) & 1) == 0)
+        z = d + sink / slopes[s]
+        out[s] = z if (d >= near) & (d <= far) & kept else np.float32(-1.0)
 
 
 @njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
@@ -118,16 +136,23 @@ def _name_cells(depth, x, y, z, size_x, size_y, size_z, out):
 
 
 @njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
-def _name_voxels(x, y, z, out):
-    """Write each sample's distance to its voxel's centre, coarsely, above nine bits of voxel."""
+def _name_voxels(x, y, z, read, far, out):
+    """Write what each sample stands for, its distance to the voxel's centre, and the voxel.
+
+    Bit 20: 1 if it stands for 4 samples, else for 1; bits 9 to 19 the distance, coarsely; bits 0 to
+    8 the voxel of its block.
+    """
     half, steps = np.float32(0.5), np.float32(2000.0)
+    quarter = np.float32(0.25) * far
     for s in range(x.shape[0]):
         i, j, k = np.int32(x[s]), np.int32(y[s]), np.int32(z[s])
         dx = x[s] - np.float32(i) - half
         dy = y[s] - np.float32(j) - half
         dz = z[s] - np.float32(k) - half
         away = np.int32((dx * dx + dy * dy + dz * dz) * steps)
-        out[s] = np.int32((away << 9) | ((i & 7) << 6) | ((j & 7) << 3) | (k & 7))
+        level = np.int32(read[s] < quarter)
+        voxel = ((i & 7) << 6) | ((j & 7) << 3) | (k & 7)
+        out[s] = np.int32((level << 20) | (away << 9) | voxel)
 
 
 @njit(cache=True, nogil=True)
@@ -156,8 +181,10 @@ def hit_kernel(depth_image, strides, view, rules, origin, directory, rows, list_
         u = min(su * strides[0] + strides[0] // 2, width - 1)
         columns[su], padded_columns[su], slope_columns[su] = u, u + 1, u >> shift
     # Loops of a few arrays each: LLVM gives up on vectors when one loop has more.
+    read, slopes = np.empty(samples_u, np.float32), np.empty(samples_u, np.float32)
     z = np.empty(samples_u, np.float32)
-    points = np.empty((3, samples_u), np.float32)
+    x, y = np.empty(samples_u, np.float32), np.empty(samples_u, np.float32)
+    up = np.empty(samples_u, np.float32)
     cells = np.empty(samples_u, np.int32)
     codes = np.empty(samples_u, np.int32)
     size = directory.shape
@@ -168,38 +195,57 @@ def hit_kernel(depth_image, strides, view, rules, origin, directory, rows, list_
     # Camera coordinates to voxels counted from the directory's corner.
     lines = view.T_world_camera[:3] / rules.voxel_size
     lines[:, 3] -= 8.0 * origin
+    steps = lines[:, 0] / view.fx
+    step_x, step_y, step_z = np.float32(steps[0]), np.float32(steps[1]), np.float32(steps[2])
+    shift_x, shift_y = np.float32(lines[0, 3]), np.float32(lines[1, 3])
+    shift_z = np.float32(lines[2, 3])
     for sv in range((height + strides[1] - 1) // strides[1]):
         v = min(sv * strides[1] + strides[1] // 2, height - 1)
-        _lift_row(
-            depth[v + 1], slope[v >> shift], padded_columns, slope_columns, near, far, sink, z
-        )
+        _read_row(depth[v + 1], slope[v >> shift], padded_columns, slope_columns, read, slopes)
+        _lift_row(read, slopes, np.int32(sv), near, far, sink, z)
         yn = (v - view.cy) / view.fy
-        for axis in range(3):
-            # The ray of the row's pixel u is start + step * u, for one metre of depth.
-            step = lines[axis, 0] / view.fx
-            start = lines[axis, 1] * yn + lines[axis, 2] - step * view.cx
-            shift_m = np.float32(lines[axis, 3])
-            _along_axis(z, columns, np.float32(start), np.float32(step), shift_m, points[axis])
-        _name_cells(z, points[0], points[1], points[2], size_x, size_y, size_z, cells)
-        _name_voxels(points[0], points[1], points[2], codes)
-        last_cell, at = -1, -1
-        for su in range(samples_u):
-            cell = cells[su]
-            if cell < 0:
-                continue
-            if cell != last_cell:
-                last_cell = cell
-                row = found[cell]
-                at = list_of_row[row] if row >= 0 else -1
-                if at >= n or (at >= 0 and rows[at] != row):
-                    at = -1
-                if at >= 0 and hits.any[at] == 0:
-                    hits.any[at] = 1
-                    hits.number[at, :] = 0
-                    hits.best[at, :] = NO_PIXEL
-            if at < 0:
-                continue
-            voxel = codes[su] & 511
-            code = np.uint32(((codes[su] >> 9) << PIXEL_BITS) | (sv * samples_u + su))
-            hits.best[at, voxel] = min(hits.best[at, voxel], code)
-            hits.number[at, voxel] += np.uint16(1)
+        # The ray of the row's pixel u is start + step * u, for one metre of depth.
+        start_x = np.float32(lines[0, 1] * yn + lines[0, 2] - steps[0] * view.cx)
+        start_y = np.float32(lines[1, 1] * yn + lines[1, 2] - steps[1] * view.cx)
+        start_z = np.float32(lines[2, 1] * yn + lines[2, 2] - steps[2] * view.cx)
+        _along_axis(z, columns, start_x, step_x, shift_x, x)
+        _along_axis(z, columns, start_y, step_y, shift_y, y)
+        _along_axis(z, columns, start_z, step_z, shift_z, up)
+        _name_cells(z, x, y, up, size_x, size_y, size_z, cells)
+        _name_voxels(x, y, up, read, far, codes)
+        _count_row(cells, codes, sv * samples_u, found, rows, list_of_row, n, hits)
+
+
+@njit(cache=True, nogil=True)
+def _count_row(cells, codes, first, found, rows, list_of_row, n, hits):
+    """Count a row's samples; neighbours mostly share a voxel and are counted in one go."""
+    last_cell, last_voxel, at = -1, -1, -1
+    run, least = 0, np.uint32(NO_PIXEL)
+    for su in range(cells.shape[0]):
+        cell = cells[su]
+        if cell < 0:
+            continue
+        voxel = codes[su] & 511
+        code = np.uint32((((codes[su] >> 9) & 2047) << PIXEL_BITS) | (first + su))
+        weight = 1 + 3 * (codes[su] >> 20)
+        if cell == last_cell and voxel == last_voxel:
+            run += weight
+            least = min(least, code)
+            continue
+        if at >= 0:
+            hits.best[at, last_voxel] = min(hits.best[at, last_voxel], least)
+            hits.number[at, last_voxel] += np.uint16(run)
+        if cell != last_cell:
+            last_cell = cell
+            row = found[cell]
+            at = list_of_row[row] if row >= 0 else -1
+            if at >= n or (at >= 0 and rows[at] != row):
+                at = -1
+            if at >= 0 and hits.any[at] == 0:
+                hits.any[at] = 1
+                hits.number[at, :] = 0
+                hits.best[at, :] = NO_PIXEL
+        last_voxel, run, least = voxel, weight, code
+    if at >= 0:
+        hits.best[at, last_voxel] = min(hits.best[at, last_voxel], least)
+        hits.number[at, last_voxel] += np.uint16(run)

@@ -179,7 +179,7 @@ class FrameIntegrator:
                 self._directory.origin,
                 self._directory.rows,
                 self._pools,
-                np.float32(cfg.distance_max_m),
+                np.uint16(self._field.farthest),
                 revision,
                 rows,
                 kinds,

@@ -8,7 +8,7 @@ from ippon.mapping.blocks import BYTES_PER_VOXEL
 
 SURFACE_ROWS_PER_BLOCK: Final = 64
 """Surface voxels that the map's bound allows for each block, on average."""
-BYTES_PER_SURFACE_ROW: Final = 120
+BYTES_PER_SURFACE_ROW: Final = 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

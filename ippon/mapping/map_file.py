@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from ippon.errors import MapFileError
 
 MAGIC: Final = b"IPPONMAP"
-VERSION: Final = 1
+VERSION: Final = 2
 DIGEST_BYTES: Final = 32
-DTYPES: Final = ("|u1", "|i1", "<i2", "<i4", "<i8", "<f4", "<f8")
+DTYPES: Final = ("|u1", "|i1", "<u2", "<i2", "<i4", "<i8", "<f4", "<f8")
 _PREFIX = struct.Struct("<8sII")
 
 Arrays = dict[str, NDArray[Any]]

@@ -47,7 +47,7 @@ def copy_signed_distances(voxel_map: VoxelMap) -> SignedDistances:
     """Copy what the mesh needs; call it between frames."""
     pools, surface = voxel_map.pools, voxel_map.surface
     rows = np.flatnonzero(pools.used[: int(pools.tally[N_ROWS])])
-    slot = pools.slot[rows]
+    slot = pools.slot[pools.slab[rows]]
     color = surface.color[slot]
     color[slot == 0] = UNSEEN_COLOR
     return SignedDistances(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ippon.frame import Heatmap
 from ippon.mapping.arrays import NOT_MAPPED
-from ippon.mapping.blocks import N_ROWS, BlockDirectory, Pools
+from ippon.mapping.blocks import N_ROWS, NO_SLAB, BlockDirectory, Pools
 from ippon.mapping.map_config import SURFACE_ROWS_PER_BLOCK, MapConfig
 from ippon.mapping.object_filter import (
     BAYES,
@@ -27,9 +27,11 @@ from ippon.mapping.surface_rows import (
     N_FREE,
     N_USED,
     NO_LABEL,
+    NORM_STEPS,
     STEPS_PER_NAT,
     SurfaceRows,
     make_surface_rows,
+    norm_code,
 )
 from ippon.mapping.surface_update import best_of
 
@@ -173,28 +175,35 @@ class ObjectLayers:
 def _reset_ooi_kernel(pools, surface, rows, labels, alias, revision):
     """Forget the object of interest; where the new one is common label `alias`, start from it."""
     for row in range(rows):
-        if pools.best_ooi[row] > 0 or (pools.ooi[row] != NOT_MAPPED).any():
-            pools.ooi[row, :] = NOT_MAPPED
+        slab = pools.slab[row]
+        if slab != NO_SLAB and (pools.ooi[slab] != NOT_MAPPED).any():
+            pools.ooi[slab, :] = NOT_MAPPED
             pools.best_ooi[row] = 0
             pools.revision[row] = revision
             pools.appearance[row] = revision
     prior = prior_log_odds(labels, alias)
     floor_code = ooi_code(-LOG_ODDS_MAX)
+    no_weights = np.zeros(labels, np.float32)
     for slot in range(1, surface.tally[0]):
         surface.log_odds[slot] = prior
         at = surface.voxel[slot]
         if alias < 0 or at < 0 or surface.label[slot] == NO_LABEL:
             continue
         # Most labels are far from most voxels: log q below -LOG_ODDS_MAX needs no logarithm.
-        log_q = -surface.energy[slot, alias] / STEPS_PER_NAT - surface.log_norm[slot]
+        log_q = -np.float32(surface.energy[slot, alias]) / STEPS_PER_NAT
+        log_q -= surface.log_norm[slot] / NORM_STEPS
         odds = -LOG_ODDS_MAX
+        if log_q > -1.0:
+            # Near 1 the odds hang on the small rest, which the stored normaliser is too coarse for.
+            exact = describe(surface.energy[slot], no_weights, labels)[3]
+            log_q = -np.float32(surface.energy[slot, alias]) / STEPS_PER_NAT - exact
         if log_q > -LOG_ODDS_MAX:
             q = np.exp(log_q)
             odds = min(max(log_q - np.log(max(1.0 - q, 1e-9)), odds), LOG_ODDS_MAX)
         surface.log_odds[slot] = odds
         row, k = at // 512, at % 512
         code = floor_code if odds == -LOG_ODDS_MAX else ooi_code(odds)
-        pools.ooi[row, k] = code
+        pools.ooi[pools.slab[row], k] = code
         pools.best_ooi[row] = max(pools.best_ooi[row], code)
         pools.revision[row] = revision
         pools.appearance[row] = revision
@@ -211,12 +220,12 @@ def _relevel_kernel(pools, surface, labels, levels, level_probability, revision)
             surface.energy[slot], level_probability, labels
         )
         surface.label[slot], surface.confidence[slot] = best, confidence
-        surface.proximity[slot], surface.log_norm[slot] = proximity, log_norm
+        surface.proximity[slot], surface.log_norm[slot] = proximity, norm_code(log_norm)
         row, k = at // 512, at % 512
         pools.appearance[row] = revision
         level = levels[surface.label[slot]]
-        if pools.level[row, k] != level:
-            pools.level[row, k] = level
+        if pools.level[pools.slab[row], k] != level:
+            pools.level[pools.slab[row], k] = level
             pools.revision[row] = revision
 
 
@@ -246,22 +255,23 @@ def _suppress_kernel(pools, surface, directory, origin, ball, voxel_size, revisi
                 ):
                     continue
                 row = directory[i, j, l]
-                if row < 0:
+                if row < 0 or pools.slab[row] == NO_SLAB:
                     continue
+                slab = pools.slab[row]
                 for k in range(512):
                     x = (bx * 8 + (k >> 6) + 0.5) * voxel_size - ball[0]
                     y = (by * 8 + ((k >> 3) & 7) + 0.5) * voxel_size - ball[1]
                     z = (bz * 8 + (k & 7) + 0.5) * voxel_size - ball[2]
                     if x * x + y * y + z * z > ball[3] * ball[3]:
                         continue
-                    slot = pools.slot[row, k]
+                    slot = pools.slot[slab, k]
                     if slot != 0:
                         surface.log_odds[slot] = -LOG_ODDS_MAX
-                    if pools.ooi[row, k] != NOT_MAPPED:
-                        pools.ooi[row, k] = code
+                    if pools.ooi[slab, k] != NOT_MAPPED:
+                        pools.ooi[slab, k] = code
                         pools.revision[row] = revision
                         pools.appearance[row] = revision
-                pools.best_ooi[row] = best_of(pools.ooi[row])
+                pools.best_ooi[row] = best_of(pools.ooi[slab])
 
 
 @njit(cache=True, nogil=True)
@@ -269,7 +279,10 @@ def _new_label_kernel(surface, labels):
     """Give label number `labels` the share of its prior, 1 / (labels + 1), in every row."""
     for slot in range(1, surface.tally[0]):
         # x / (Z + x) = 1 / (N + 1) for x = Z / N.
-        energy = np.log(max(labels, 1)) - surface.log_norm[slot]
+        log_norm = surface.log_norm[slot] / NORM_STEPS
+        energy = np.log(max(labels, 1)) - log_norm
         steps = min(max(np.round(energy * STEPS_PER_NAT), 0.0), float(ENERGY_MAX))
-        surface.energy[slot, labels] = np.int16(steps)
-        surface.log_norm[slot] += np.float32(np.log1p(1.0 / max(labels, 1)))
+        surface.energy[slot, labels] = np.uint8(steps)
+        surface.log_norm[slot] = norm_code(
+            np.log(np.exp(log_norm) + np.exp(-steps / STEPS_PER_NAT))
+        )

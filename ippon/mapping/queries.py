@@ -26,6 +26,14 @@ def state_at(arrays: MapArrays, points_world: NDArray[np.float64]) -> NDArray[np
     return out
 
 
+def to_metres(
+    squared_distance: NDArray[np.uint16], voxel_size: float, distance_max: float
+) -> NDArray[np.float32]:
+    """Return metres of `MapArrays.squared_distance`, at most `distance_max`."""
+    voxels = np.sqrt(squared_distance.astype(np.float64))
+    return np.minimum(voxels * voxel_size, distance_max).astype(np.float32)
+
+
 def distance_at(
     arrays: MapArrays,
     points_world: NDArray[np.float64],
@@ -46,7 +54,7 @@ def distance_at(
     """
     points = _points(points_world)
     out = np.empty(len(points), np.float32)
-    _distance_kernel(arrays, points, np.float32(distance_max), unknown == "obstacle", out)
+    _distance_kernel(arrays, points, distance_max, unknown == "obstacle", out)
     return out
 
 
@@ -130,4 +138,7 @@ def _distance_kernel(arrays, points, distance_max, unknown_is_obstacle, out):
         if unknown_is_obstacle and not known:
             out[n] = 0.0
         else:
-            out[n] = arrays.distance[row, column] if row >= 0 else distance_max
+            out[n] = distance_max
+            if row >= 0:
+                voxels = np.sqrt(np.float64(arrays.squared_distance[row, column]))
+                out[n] = min(voxels * arrays.voxel_size, distance_max)

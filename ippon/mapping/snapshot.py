@@ -7,13 +7,14 @@ from numpy.typing import NDArray
 
 from ippon.errors import MapFileError
 from ippon.mapping.arrays import BLOCK_VOLUME
-from ippon.mapping.blocks import N_LAYER_FREE, N_ROWS, BlockDirectory, Pools
+from ippon.mapping.blocks import N_LAYER_FREE, N_ROWS, N_SLABS, BlockDirectory, Pools
 from ippon.mapping.surface_rows import ENERGY_MAX, N_USED, SurfaceRows
 
 BLOCK_LAYERS: Final = (
-    "tsdf", "weight", "evidence", "state", "ooi", "level", "distance", "slot", "coord", "revision",
+    "tsdf", "weight", "evidence", "state", "squared_distance", "slab", "coord", "revision",
     "appearance", "seen", "settled", "best_ooi", "occupied", "layer_free",
 )  # fmt: skip
+SLAB_LAYERS: Final = ("slot", "ooi", "level")
 SURFACE_LAYERS: Final = (
     "energy", "log_norm", "log_odds", "color", "color_count", "label", "confidence", "proximity",
 )  # fmt: skip
@@ -29,6 +30,9 @@ def capture(pools: Pools, surface: SurfaceRows, labels: int) -> Arrays:
     renumbered = np.zeros(m, np.int32)
     renumbered[rows] = np.arange(1, len(rows) + 1)
     arrays: Arrays = {name: getattr(pools, name)[blocks] for name in BLOCK_LAYERS}
+    own = np.flatnonzero(arrays["slab"])
+    arrays |= {name: getattr(pools, name)[arrays["slab"][own]] for name in SLAB_LAYERS}
+    arrays["slab"][own] = np.arange(1, len(own) + 1)
     arrays["slot"] = renumbered[arrays["slot"]]
     arrays |= {f"surface_{name}": getattr(surface, name)[rows] for name in SURFACE_LAYERS}
     arrays["surface_energy"] = arrays["surface_energy"][:, :labels]
@@ -63,20 +67,25 @@ def restore(arrays: Arrays, pools: Pools, surface: SurfaceRows, directory: Block
         getattr(surface, name)[1 : m + 1] = arrays[f"surface_{name}"]
     surface.tally[N_USED] = m + 1
     slot = arrays["slot"]
-    block, voxel = np.nonzero(slot)
-    surface.voxel[slot[block, voxel]] = (block * BLOCK_VOLUME + voxel).astype(np.int32)
+    for name in SLAB_LAYERS:
+        getattr(pools, name)[1 : len(slot) + 1] = arrays[name]
+    pools.tally[N_SLABS] = len(slot) + 1
+    block = np.flatnonzero(arrays["slab"])[np.argsort(arrays["slab"][arrays["slab"] > 0])]
+    slab, voxel = np.nonzero(slot)
+    surface.voxel[slot[slab, voxel]] = (block[slab] * BLOCK_VOLUME + voxel).astype(np.int32)
 
 
 def _check(arrays: Arrays, pools: Pools, surface: SurfaceRows) -> tuple[int, int]:
     """Return numbers of blocks and of surface rows."""
-    missing = [k for k in BLOCK_LAYERS if k not in arrays]
+    missing = [k for k in (*BLOCK_LAYERS, *SLAB_LAYERS) if k not in arrays]
     missing += [k for k in SURFACE_LAYERS if f"surface_{k}" not in arrays]
     if missing:
         raise MapFileError(f"the saved map lacks {', '.join(missing)}")
-    n, m = len(arrays["coord"]), len(arrays["surface_energy"])
-    for name in BLOCK_LAYERS:
+    n, m, slabs = len(arrays["coord"]), len(arrays["surface_energy"]), len(arrays["slot"])
+    for name in (*BLOCK_LAYERS, *SLAB_LAYERS):
         pool, saved = getattr(pools, name), arrays[name]
-        if saved.shape != (n, *pool.shape[1:]) or saved.dtype != pool.dtype:
+        rows = slabs if name in SLAB_LAYERS else n
+        if saved.shape != (rows, *pool.shape[1:]) or saved.dtype != pool.dtype:
             raise MapFileError(f"the saved map's {name} is {saved.shape} {saved.dtype}")
     for name in SURFACE_LAYERS:
         pool, saved = getattr(surface, name), arrays[f"surface_{name}"]
@@ -89,8 +98,10 @@ def _check(arrays: Arrays, pools: Pools, surface: SurfaceRows) -> tuple[int, int
             f"{len(pools.used)} and {len(surface.voxel) - 1}; raise MapConfig.memory_limit_mb"
         )
     used = arrays["slot"][arrays["slot"] != 0]
+    own = arrays["slab"][arrays["slab"] != 0]
     if n and (
-        used.size != m
+        not np.array_equal(np.sort(own), np.arange(1, slabs + 1))
+        or used.size != m
         or not np.array_equal(np.sort(used), np.arange(1, m + 1))
         or len(np.unique(arrays["coord"], axis=0)) != n
         or int(arrays["state"].max()) > 2

@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import BLOCK_VOLUME, OCCUPIED
-from ippon.mapping.blocks import N_ROWS
+from ippon.mapping.blocks import N_ROWS, NO_SLAB
 from ippon.mapping.voxel_map import VoxelMap
 
 # Columns of `_Shown.looks`.
@@ -110,7 +110,7 @@ class SurfaceTracker:
         """Return those of the changed blocks that have or had surface, each with its slab."""
         pools = self._map.pools
         has_slab = self._slab_of_row[changed] >= 0
-        has_surface = pools.slot[changed].any(axis=1)
+        has_surface = pools.slab[changed] != NO_SLAB
         rows = changed[has_slab | has_surface].astype(np.int64)
         new = rows[self._slab_of_row[rows] < 0]
         while self._slabs + len(new) > len(self._shown.row):
@@ -178,10 +178,10 @@ def _delta_kernel(rows, slab_of_row, pools, surface, shown, thresholds, index, l
     m = 0
     for row in rows:
         slab = slab_of_row[row]
-        c = pools.coord[row]
+        c, block = pools.coord[row], pools.slab[row]
         for k in range(512):
             old = shown.looks[slab, k]
-            slot = pools.slot[row, k]
+            slot = pools.slot[block, k]
             if slot == 0 or pools.state[row, k] != OCCUPIED:
                 if old[_PRESENT] == 0:
                     continue
@@ -189,9 +189,9 @@ def _delta_kernel(rows, slab_of_row, pools, surface, shown, thresholds, index, l
             else:
                 for channel in range(3):
                     now[channel] = surface.color[slot, channel]
-                now[_OOI] = pools.ooi[row, k]
+                now[_OOI] = pools.ooi[block, k]
                 now[_PROXIMITY] = surface.proximity[slot]
-                now[_LEVEL] = pools.level[row, k]
+                now[_LEVEL] = pools.level[block, k]
                 now[_LABEL] = surface.label[slot]
                 now[_CONFIDENCE] = surface.confidence[slot]
                 now[_PRESENT] = 1

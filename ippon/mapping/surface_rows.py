@@ -6,13 +6,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from ippon.mapping.blocks import give_slab_back
+
 N_USED: Final = 0
 N_FREE: Final = 1
 
-STEPS_PER_NAT: Final = 1024
+STEPS_PER_NAT: Final = 24
 """Resolution of the common objects' negative log-probabilities."""
-ENERGY_MAX: Final = 14 * STEPS_PER_NAT
-"""Greatest gap to the most probable label (1.2 million to 1); a label can recover."""
+ENERGY_MAX: Final = 255
+"""Greatest gap to the most probable label (41,000 to 1); a label can recover."""
+NORM_STEPS: Final = 3000
+"""Resolution of `SurfaceRows.log_norm` for one nat."""
 NO_LABEL: Final = 255
 
 
@@ -20,14 +24,14 @@ class SurfaceRows(NamedTuple):
     """One row a surface voxel; row 0 is never used.
 
     `energy[r, j]` is -log q_j in steps of 1 / `STEPS_PER_NAT` nat, relative to the most probable
-    label of the row: whole numbers, so that a sequence of observations gives the same posterior in
-    any order, without rounding, until a label reaches `ENERGY_MAX`.
+    label of the row. An observation is rounded up or down by turns, see `object_filter`, so that
+    weak ones add up; it moves a label less than one step from where it should be.
     """
 
-    energy: NDArray[np.int16]
+    energy: NDArray[np.uint8]
     """(R, M) with M at least the number of labels; columns beyond it are `ENERGY_MAX`."""
-    log_norm: NDArray[np.float32]
-    """(R,) log of the sum of exp(-energy), so that log q_j = -energy_j - log_norm."""
+    log_norm: NDArray[np.int16]
+    """(R,) log of the sum of p = exp(-energy / `STEPS_PER_NAT`), in units of 1 / `NORM_STEPS`."""
     log_odds: NDArray[np.float32]
     """(R,) of the OOI against the common objects."""
     voxel: NDArray[np.int32]
@@ -49,15 +53,14 @@ class SurfaceRows(NamedTuple):
 
 _RECORD: Final = np.dtype(
     [
-        ("log_norm", np.float32),
         ("log_odds", np.float32),
         ("voxel", np.int32),
+        ("log_norm", np.int16),
         ("color", np.uint8, 3),
         ("color_count", np.uint8),
         ("label", np.uint8),
         ("confidence", np.uint8),
         ("proximity", np.uint8),
-        ("spare", np.uint8),
     ]
 )
 
@@ -72,7 +75,7 @@ def make_surface_rows(max_rows: int, labels: int) -> SurfaceRows:
     # What an update touches beside the energies lies together, so that it costs one cache line.
     record = np.zeros(max_rows, _RECORD)
     rows = SurfaceRows(
-        energy=np.zeros((max_rows, padded_labels(labels)), np.int16),
+        energy=np.zeros((max_rows, padded_labels(labels)), np.uint8),
         log_norm=record["log_norm"],
         log_odds=record["log_odds"],
         voxel=record["voxel"],
@@ -90,6 +93,12 @@ def make_surface_rows(max_rows: int, labels: int) -> SurfaceRows:
 
 
 @njit(cache=True, nogil=True)
+def norm_code(log_norm):
+    """Return a row's normaliser as `SurfaceRows.log_norm` keeps it."""
+    return np.int16(np.floor(log_norm * np.float32(NORM_STEPS) + np.float32(0.5)))
+
+
+@njit(cache=True, nogil=True)
 def take_surface_row(surface, voxel, labels, start_energy, prior_log_odds):
     """Give a row that knows nothing to a voxel; 0 when the bound is reached."""
     if surface.tally[N_FREE] > 0:
@@ -102,7 +111,7 @@ def take_surface_row(surface, voxel, labels, start_energy, prior_log_odds):
         return 0
     surface.energy[row, :labels] = start_energy
     surface.energy[row, labels:] = ENERGY_MAX
-    surface.log_norm[row] = np.log(np.float32(max(labels, 1)))
+    surface.log_norm[row] = norm_code(np.log(np.float32(max(labels, 1))))
     surface.log_odds[row] = prior_log_odds
     surface.voxel[row] = voxel
     surface.color[row, :] = 0
@@ -116,10 +125,10 @@ def take_surface_row(surface, voxel, labels, start_energy, prior_log_odds):
 @njit(cache=True, nogil=True)
 def give_surface_rows_back(pools, surface, row):
     """Return the surface rows of a block that is dropped."""
-    slot = pools.slot[row]
+    slot = pools.slot[pools.slab[row]]
     for k in range(512):
         if slot[k] != 0:
             surface.free[surface.tally[N_FREE]] = slot[k]
             surface.tally[N_FREE] += 1
             surface.voxel[slot[k]] = -1
-            slot[k] = 0
+    give_slab_back(pools, row)

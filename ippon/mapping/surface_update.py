@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from ippon.mapping.arrays import NOT_MAPPED
+from ippon.mapping.blocks import NO_SLAB, take_slab
 from ippon.mapping.object_filter import (
     LOG_ODDS_MAX,
     MAXIMUM,
@@ -18,9 +19,16 @@ from ippon.mapping.object_filter import (
     observe,
     ooi_code,
     prior_log_odds,
+    rounding_of,
     share_code,
 )
-from ippon.mapping.surface_rows import ENERGY_MAX, STEPS_PER_NAT, take_surface_row
+from ippon.mapping.surface_rows import (
+    ENERGY_MAX,
+    NORM_STEPS,
+    STEPS_PER_NAT,
+    norm_code,
+    take_surface_row,
+)
 
 COLOR_MEMORY: Final = 8
 """Observations that the running mean of the colour remembers."""
@@ -98,6 +106,8 @@ def fuse_kernel(
     start = ENERGY_MAX if fusion.mode == MAXIMUM else 0
     prior = prior_log_odds(labels, fusion.ooi_alias)
     after = np.zeros(surface.energy.shape[1], np.float32)
+    bits = after.view(np.int32)
+    per_norm_step = np.float32(1.0 / NORM_STEPS)
     gathered = np.zeros(surface.energy.shape[1], np.uint8)
     table, weights, alias = fusion.energy_of, fusion.level_probability, fusion.ooi_alias
     bayes = fusion.mode != MAXIMUM
@@ -107,13 +117,16 @@ def fuse_kernel(
         sv = sample // samples_u
         su = sample - sv * samples_u
         v, u = image_v[sv], image_u[su]
-        slot = pools.slot[row, k]
+        slab = pools.slab[row]
+        if slab == NO_SLAB:
+            slab = take_slab(pools, row)
+        slot = pools.slot[slab, k]
         if slot == 0:
             slot = take_surface_row(surface, row * 512 + k, labels, start, prior)
             if slot == 0:
                 # Bound reached; the blocks' share of rows makes room before the next frame.
                 continue
-            pools.slot[row, k] = slot
+            pools.slot[slab, k] = slot
         surface.color_count[slot] = _blend_color(
             surface.color[slot], surface.color_count[slot], color[v, u]
         )
@@ -132,31 +145,32 @@ def fuse_kernel(
         if not fusion.in_order:
             missing = gather(heat, fusion.channel, gathered, labels)
             seen = gathered
-        low = observe(energy, seen, table, after, labels)
+        low = observe(energy, seen, table, after, bits, labels)
         if missing:
             low = fill_missing(energy, fusion.channel, after, labels)
         log_mean, total, weighted = np.float32(0.0), np.float32(1.0), np.float32(0.0)
         if bayes:
             total, weighted, log_mean = fuse_bayes(
-                energy, after, low, weights, labels, surface.log_norm[slot], alias, common, ooi
-            )
+                energy, after, low, rounding_of(revision, k), weights, labels,
+                surface.log_norm[slot] * per_norm_step, alias, common, ooi,
+            )  # fmt: skip
         elif common:
             total, weighted = fuse_maximum(energy, after, weights, labels)
         if common:
             best = least_energy(energy, labels)
             top = np.exp(np.float32(energy[best]) * np.float32(-1.0 / STEPS_PER_NAT))
-            surface.log_norm[slot] = np.log(total)
+            surface.log_norm[slot] = norm_code(np.log(total))
             surface.label[slot] = best
             surface.confidence[slot] = share_code(top, total)
             surface.proximity[slot] = share_code(weighted, total)
-            if fusion.levels[best] != pools.level[row, k]:
-                pools.level[row, k] = fusion.levels[best]
+            if fusion.levels[best] != pools.level[slab, k]:
+                pools.level[slab, k] = fusion.levels[best]
                 pools.revision[row] = revision
         if ooi:
             log_h = table[heat[fusion.ooi_channel]] * np.float32(-1.0 / STEPS_PER_NAT)
             odds = surface.log_odds[slot] + log_h - log_mean
             if not bayes:
-                is_first = pools.ooi[row, k] == NOT_MAPPED
+                is_first = pools.ooi[slab, k] == NOT_MAPPED
                 odds = maximum_log_odds(log_h, surface.log_odds[slot], is_first)
             if len(fusion.suppressed) > 0 and _is_suppressed(
                 pools.coord[row], k, fusion.suppressed, voxel_size
@@ -165,8 +179,8 @@ def fuse_kernel(
             odds = min(max(odds, np.float32(-LOG_ODDS_MAX)), np.float32(LOG_ODDS_MAX))
             surface.log_odds[slot] = odds
             code = ooi_code(odds)
-            if code != pools.ooi[row, k]:
-                _show_ooi(pools.ooi[row], pools.best_ooi, row, k, code)
+            if code != pools.ooi[slab, k]:
+                _show_ooi(pools.ooi[slab], pools.best_ooi, row, k, code)
                 pools.revision[row] = revision
     return fused
 

@@ -10,8 +10,8 @@ from ippon.mapping.arrays import BLOCK_EDGE
 from ippon.mapping.blocks import take_row
 from ippon.mapping.depth_image import TILE
 
-OPEN: Final = 0
-"""The block lies before everything that the image shows there: all its voxels are seen free."""
+CLEAR: Final = 0
+"""The block lies before everything that the image shows there: where the image has depth, free."""
 MIXED: Final = 1
 """Some voxels may be at, behind or beside a surface."""
 CULLED: Final = -1
@@ -38,7 +38,7 @@ def frustum_box(
 
 @njit(cache=True, nogil=True)
 def classify_block(center, axes, depth_range, intrinsics, tiles, size):
-    """Tell how an image sees a box: `CULLED`, `OPEN` or `MIXED`.
+    """Tell how an image sees a box: `CULLED`, `CLEAR` or `MIXED`.
 
     Args:
         center: (3,) of the box in the camera frame, metres.
@@ -71,26 +71,23 @@ def classify_block(center, axes, depth_range, intrinsics, tiles, size):
         u0, v0, u1, v1 = u0 - 1.0, v0 - 1.0, u1 + 1.0, v1 + 1.0
         if u1 < 0.0 or v1 < 0.0 or u0 > width - 1.0 or v0 > height - 1.0:
             return CULLED
-        inside = u0 >= 0.0 and v0 >= 0.0 and u1 <= width - 1.0 and v1 <= height - 1.0
         tx0, ty0 = int(max(u0, 0.0)) // TILE, int(max(v0, 0.0)) // TILE
         tx1, ty1 = int(min(u1, width - 1.0)) // TILE, int(min(v1, height - 1.0)) // TILE
     else:
-        inside = False
         tx0, ty0 = 0, 0
         tx1, ty1 = tiles.shape[1] - 1, tiles.shape[0] - 1
     behind = max(z0 - behind_m, 0.0)
     before = z1 + ahead_m
-    seen = False
-    is_open = inside and z0 >= near_m and z1 <= far_m
+    seen, clear = False, True
     for ty in range(ty0, ty1 + 1):
         for tx in range(tx0, tx1 + 1):
             if tiles[ty, tx, 1] > behind:
                 seen = True
-            if tiles[ty, tx, 2] == 0.0 or tiles[ty, tx, 0] < before:
-                is_open = False
-            if seen and not is_open:
+            if tiles[ty, tx, 0] < before:
+                clear = False
+            if seen and not clear:
                 return MIXED
-    return OPEN if seen else CULLED
+    return CLEAR if seen else CULLED
 
 
 @njit(cache=True, nogil=True)
@@ -106,7 +103,7 @@ def select_kernel(
     origin,
     directory,
     pools,
-    distance_max,
+    farthest,
     revision,
     rows,
     kinds,
@@ -140,7 +137,7 @@ def select_kernel(
                 ix, iy, iz = bx - origin[0], by - origin[1], bz - origin[2]
                 row = directory[ix, iy, iz]
                 if row < 0:
-                    row = take_row(pools, bx, by, bz, distance_max, revision)
+                    row = take_row(pools, bx, by, bz, farthest, revision)
                     if row < 0:
                         return OVER_BOUND
                     directory[ix, iy, iz] = row

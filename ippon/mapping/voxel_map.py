@@ -12,7 +12,7 @@ from ippon.errors import MapFileError
 from ippon.frame import Frame
 from ippon.mapping import map_file, queries, snapshot
 from ippon.mapping.arrays import BLOCK_EDGE, MapArrays
-from ippon.mapping.blocks import N_LAYER_FREE, N_ROWS, BlockDirectory, Pools, make_pools
+from ippon.mapping.blocks import N_LAYER_FREE, N_ROWS, N_SLABS, BlockDirectory, Pools, make_pools
 from ippon.mapping.integration import FrameIntegrator, IntegrationReport
 from ippon.mapping.map_config import MapConfig
 from ippon.mapping.object_layers import ObjectLayers
@@ -99,15 +99,16 @@ class VoxelMap:
 
     def arrays(self) -> MapArrays:
         """Return views of the map for kernels; they show later changes, too."""
-        n = int(self.pools.tally[N_ROWS])
+        n, slabs = int(self.pools.tally[N_ROWS]), int(self.pools.tally[N_SLABS])
         return MapArrays(
             voxel_size=self.config.voxel_size_m,
             origin_block=self._directory.origin,
             directory=self._directory.rows,
             state=self.pools.state[:n],
-            ooi=self.pools.ooi[:n],
-            level=self.pools.level[:n],
-            distance=self.pools.distance[:n],
+            slab=self.pools.slab[:n],
+            ooi=self.pools.ooi[:slabs],
+            level=self.pools.level[:slabs],
+            squared_distance=self.pools.squared_distance[:n],
             revision=self.pools.revision[:n],
         )
 

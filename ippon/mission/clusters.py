@@ -29,7 +29,13 @@ class OoiVoxels:
                 [self._counts, np.zeros(rows - self._counts.shape[0], dtype=np.int32)]
             )
         total = _count_kernel(
-            arrays.state, arrays.ooi, arrays.revision, self._revision, self._threshold, self._counts
+            arrays.state,
+            arrays.slab,
+            arrays.ooi,
+            arrays.revision,
+            self._revision,
+            self._threshold,
+            self._counts,
         )
         self._revision = int(arrays.revision.max(initial=-1))
         index = np.empty((total, 3), dtype=np.int64)
@@ -38,6 +44,7 @@ class OoiVoxels:
             arrays.directory,
             arrays.origin_block,
             arrays.state,
+            arrays.slab,
             arrays.ooi,
             self._counts,
             self._threshold,
@@ -53,13 +60,13 @@ class OoiVoxels:
 
 
 @njit(cache=True, nogil=True)
-def _count_kernel(state, ooi, revision, since, threshold, counts):
+def _count_kernel(state, slab, ooi, revision, since, threshold, counts):
     total = 0
     for row in range(revision.shape[0]):
         if revision[row] > since:
-            n = 0
+            n, codes = 0, ooi[slab[row]]
             for c in range(BLOCK_VOLUME):
-                if state[row, c] == OCCUPIED and threshold < ooi[row, c] < NOT_MAPPED:
+                if state[row, c] == OCCUPIED and threshold < codes[c] < NOT_MAPPED:
                     n += 1
             counts[row] = n
         total += counts[row]
@@ -67,7 +74,7 @@ def _count_kernel(state, ooi, revision, since, threshold, counts):
 
 
 @njit(cache=True, nogil=True)
-def _gather_kernel(directory, origin_block, state, ooi, counts, threshold, index, value):
+def _gather_kernel(directory, origin_block, state, slab, ooi, counts, threshold, index, value):
     m = 0
     for bx in range(directory.shape[0]):
         for by in range(directory.shape[1]):
@@ -75,12 +82,13 @@ def _gather_kernel(directory, origin_block, state, ooi, counts, threshold, index
                 row = directory[bx, by, bz]
                 if row < 0 or counts[row] == 0:
                     continue
+                codes = ooi[slab[row]]
                 for c in range(BLOCK_VOLUME):
-                    if state[row, c] == OCCUPIED and threshold < ooi[row, c] < NOT_MAPPED:
+                    if state[row, c] == OCCUPIED and threshold < codes[c] < NOT_MAPPED:
                         index[m, 0] = (origin_block[0] + bx) * BLOCK_EDGE + c // 64
                         index[m, 1] = (origin_block[1] + by) * BLOCK_EDGE + (c // 8) % 8
                         index[m, 2] = (origin_block[2] + bz) * BLOCK_EDGE + c % 8
-                        value[m] = ooi[row, c]
+                        value[m] = codes[c]
                         m += 1
 
 

@@ -70,6 +70,7 @@ def label_census(
         arrays.directory,
         arrays.origin_block,
         arrays.state,
+        arrays.slab,
         voxel_map.pools.slot,
         voxel_map.surface.label,
         centre_world[:2] / arrays.voxel_size,
@@ -80,7 +81,7 @@ def label_census(
 
 
 @njit(cache=True, nogil=True)
-def _census_kernel(directory, origin, state, slot, label, centre, radius, counts):
+def _census_kernel(directory, origin, state, slab, slot, label, centre, radius, counts):
     x0 = max(0, int(np.floor((centre[0] - radius) / BLOCK_EDGE)) - origin[0])
     y0 = max(0, int(np.floor((centre[1] - radius) / BLOCK_EDGE)) - origin[1])
     x1 = int(np.floor((centre[0] + radius) / BLOCK_EDGE)) - origin[0] + 1
@@ -94,7 +95,7 @@ def _census_kernel(directory, origin, state, slot, label, centre, radius, counts
                 for c in range(BLOCK_VOLUME):
                     if state[row, c] != OCCUPIED:
                         continue
-                    of = label[slot[row, c]]
+                    of = label[slot[slab[row], c]]
                     if of == NO_LABEL:
                         continue
                     dx = (origin[0] + bx) * BLOCK_EDGE + c // 64 + 0.5 - centre[0]

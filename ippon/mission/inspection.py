@@ -57,8 +57,9 @@ def inspect_voxel(voxel_map: VoxelMap, point_world: Float64Array) -> VoxelReport
     cell = (i << 6) | (j << 3) | k
     if row < 0 or arrays.state[row, cell] != OCCUPIED:
         return None
-    slot = int(voxel_map.pools.slot[row, cell])
-    ooi, level = int(arrays.ooi[row, cell]), int(arrays.level[row, cell])
+    slab = int(arrays.slab[row])
+    slot = int(voxel_map.pools.slot[slab, cell])
+    ooi, level = int(arrays.ooi[slab, cell]), int(arrays.level[slab, cell])
     return VoxelReport(
         labels=_labels_of(voxel_map, slot),
         ooi=None if ooi == NOT_MAPPED else ooi / 254.0,
@@ -71,7 +72,8 @@ def _labels_of(voxel_map: VoxelMap, slot: int) -> tuple[tuple[str, float], ...]:
     if slot <= 0 or surface.label[slot] == NO_LABEL:
         return ()
     energy = surface.energy[slot, : len(names)].astype(np.float64) / STEPS_PER_NAT
-    probability = np.exp(-energy - float(surface.log_norm[slot]))
+    probability = np.exp(-energy)
+    probability /= probability.sum()
     best = np.argsort(-probability, kind="stable")[:TOP_LABELS]
     return tuple((names[n], float(probability[n])) for n in best)
 

@@ -176,7 +176,7 @@ def _note_changes_kernel(arrays, since, layers, rules, statistics, field, step, 
                         unknown += 1
                     elif state == OCCUPIED:
                         occupied += 1
-                        code = arrays.ooi[row, c]
+                        code = arrays.ooi[arrays.slab[row], c]
                         if code == NOT_MAPPED:
                             unlabelled += 1
                         elif code / 254.0 > rules.ooi_floor:

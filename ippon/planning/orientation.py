@@ -124,7 +124,7 @@ def _recount_kernel(arrays, near, out):
         row = block_row(arrays, i, j, k)
         if row < 0:
             continue
-        level = arrays.level[row, ((i & 7) << 6) | ((j & 7) << 3) | (k & 7)]
+        level = arrays.level[arrays.slab[row], ((i & 7) << 6) | ((j & 7) << 3) | (k & 7)]
         if level != NOT_MAPPED:
             out[near[n, 3], level] += 1
 

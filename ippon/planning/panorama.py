@@ -161,7 +161,7 @@ def cast_ray(
             state = arrays.state[row, column]
             if state == OCCUPIED:
                 return -t
-            step = max(arrays.distance[row, column] / arrays.voxel_size - 1.0, 0.5)
+            step = max(np.sqrt(float(arrays.squared_distance[row, column])) - 1.0, 0.5)
             if state == UNKNOWN:
                 hidden += step
         if hidden > unknown_depth:
@@ -215,7 +215,8 @@ def _see_kernel(arrays, table, rules, field, camera, out):
                     continue
                 column = voxel_column(i, j, k)
                 fresh = max(0.0, 1.0 - field.surface_looks[a, b, c] / rules.surface_looks)
-                code = arrays.ooi[row, column]
+                slab = arrays.slab[row]
+                code = arrays.ooi[slab, column]
                 recognised = far <= rules.surface_range
                 if code == NOT_MAPPED:
                     if recognised:
@@ -226,7 +227,7 @@ def _see_kernel(arrays, table, rules, field, camera, out):
                         known += posterior * fresh
                     if posterior > rules.ooi_threshold and dx * dx + dy * dy <= reach2:
                         ooi += 1.0
-                level = arrays.level[row, column]
+                level = arrays.level[slab, column]
                 if level != NOT_MAPPED and far <= rules.level_range:
                     out.levels[y, level] += 1
                     if near < out.near.shape[0]:

@@ -186,7 +186,7 @@ def _object_voxels_kernel(arrays, threshold, out):
                 if row < 0:
                     continue
                 for c in range(512):
-                    code = arrays.ooi[row, c]
+                    code = arrays.ooi[arrays.slab[row], c]
                     if code == NOT_MAPPED or code <= limit or arrays.state[row, c] != OCCUPIED:
                         continue
                     if count == out.shape[0]:

@@ -8,9 +8,10 @@ import open3d as o3d
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED
-from ippon.mapping.blocks import N_ROWS
+from ippon.mapping.blocks import N_ROWS, N_SLABS
 from ippon.mapping.mesh import copy_signed_distances, extract_mesh
-from ippon.mapping.snapshot import BLOCK_LAYERS, SURFACE_LAYERS
+from ippon.mapping.queries import to_metres
+from ippon.mapping.snapshot import BLOCK_LAYERS, SLAB_LAYERS, SURFACE_LAYERS
 from ippon.mapping.surface_rows import N_USED, NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.simulation.homes.generator import generate_home
@@ -46,6 +47,8 @@ def memory_mb(voxel_map: VoxelMap) -> float:
     n, m = int(voxel_map.pools.tally[N_ROWS]), int(voxel_map.surface.tally[N_USED])
     total = voxel_map._directory.rows.nbytes
     total += sum(n * getattr(voxel_map.pools, name)[0].nbytes for name in BLOCK_LAYERS)
+    slabs = int(voxel_map.pools.tally[N_SLABS])
+    total += sum(slabs * getattr(voxel_map.pools, name)[0].nbytes for name in SLAB_LAYERS)
     total += sum(m * getattr(voxel_map.surface, name)[0].nbytes for name in SURFACE_LAYERS)
     total += m * voxel_map.surface.voxel.itemsize
     return total / 1e6
@@ -59,7 +62,9 @@ def _voxels(voxel_map: VoxelMap) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     index = voxel_map.pools.coord[rows][:, None] * 8 + local
     centers = (index.reshape(-1, 3) + 0.5) * voxel_map.config.voxel_size_m
     state = voxel_map.pools.state[rows].ravel()
-    return centers, state, voxel_map.pools.distance[rows].ravel()
+    config = voxel_map.config
+    squared = voxel_map.pools.squared_distance[rows].ravel()
+    return centers, state, to_metres(squared, config.voxel_size_m, config.distance_max_m)
 
 
 def _ray_scene(scene: Scene) -> "o3d.t.geometry.RaycastingScene":

@@ -22,6 +22,7 @@ from ippon.mapping import distance_field, integration
 from ippon.mapping.arrays import OCCUPIED
 from ippon.mapping.blocks import N_ROWS
 from ippon.mapping.map_config import MapConfig
+from ippon.mapping.queries import to_metres
 from ippon.mapping.surface import SurfaceTracker
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.vocabulary import MATTERPORT_40
@@ -102,14 +103,15 @@ def dense_state(voxel_map: VoxelMap) -> tuple[np.ndarray, np.ndarray, np.ndarray
     n = int(voxel_map.pools.tally[N_ROWS])
     rows = np.flatnonzero(voxel_map.pools.used[:n])
     coord = voxel_map.pools.coord[rows]
-    low = coord.min(axis=0)
+    low, config = coord.min(axis=0), voxel_map.config
     shape = (coord.max(axis=0) - low + 1) * 8
     state, distance = np.zeros(shape, np.uint8), np.zeros(shape, np.float32)
     present = np.zeros(shape, bool)
     for row, block in zip(rows, coord - low, strict=True):
         at = tuple(slice(8 * k, 8 * k + 8) for k in block)
         state[at] = voxel_map.pools.state[row].reshape(8, 8, 8)
-        distance[at] = voxel_map.pools.distance[row].reshape(8, 8, 8)
+        squared = voxel_map.pools.squared_distance[row].reshape(8, 8, 8)
+        distance[at] = to_metres(squared, config.voxel_size_m, config.distance_max_m)
         present[at] = True
     return state, distance, present
 

@@ -30,9 +30,10 @@ def _floor_with(*boxes: Box, voxel_size: float = 0.1) -> MapArrays:
         origin_block=origin.astype(np.int64),
         directory=np.arange(n, dtype=np.int32).reshape(a, b, c),
         state=np.ascontiguousarray(rows),
-        ooi=np.full((n, BLOCK_VOLUME), NOT_MAPPED, dtype=np.uint8),
-        level=np.full((n, BLOCK_VOLUME), NOT_MAPPED, dtype=np.uint8),
-        distance=np.ones((n, BLOCK_VOLUME), dtype=np.float32),
+        slab=np.zeros(n, dtype=np.int32),
+        ooi=np.full((1, BLOCK_VOLUME), NOT_MAPPED, dtype=np.uint8),
+        level=np.full((1, BLOCK_VOLUME), NOT_MAPPED, dtype=np.uint8),
+        squared_distance=np.full((n, BLOCK_VOLUME), 100, dtype=np.uint16),
         revision=np.ones(n, dtype=np.int64),
     )
 

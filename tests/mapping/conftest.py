@@ -11,6 +11,7 @@ from ippon.camera import PinholeCamera
 from ippon.frame import Frame, Heatmap
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform, rotation_y, rotation_z
 from ippon.mapping.arrays import MapArrays
+from ippon.mapping.queries import to_metres
 
 
 @dataclass
@@ -87,14 +88,22 @@ def look(x: float, y: float, z: float, yaw: float, tilt: float = 0.0) -> NDArray
 
 
 def dense(arrays: MapArrays, name: str) -> tuple[NDArray[np.generic], NDArray[np.bool_]]:
-    """Return a layer over the directory's box, and where the box has blocks."""
-    layer = getattr(arrays, name)
+    """Return a layer over the directory's box, and where the box has blocks.
+
+    `distance` is in metres, cut off at 1.
+    """
+    if name == "distance":
+        layer = to_metres(arrays.squared_distance, arrays.voxel_size, 1.0)
+    else:
+        layer = getattr(arrays, name)
+    by_slab = name in ("ooi", "level")
     shape = np.array(arrays.directory.shape) * 8
     volume = np.zeros(shape, layer.dtype)
     has_block = np.zeros(shape, bool)
     for b in np.argwhere(arrays.directory >= 0):
         at = tuple(slice(8 * k, 8 * k + 8) for k in b)
-        volume[at] = layer[arrays.directory[tuple(b)]].reshape(8, 8, 8)
+        row = arrays.directory[tuple(b)]
+        volume[at] = layer[arrays.slab[row] if by_slab else row].reshape(8, 8, 8)
         has_block[at] = True
     return volume, has_block
 

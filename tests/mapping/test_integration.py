@@ -1,6 +1,8 @@
 """What cameras and trackers do wrong, growth in every direction, and the bound on memory."""
 
 import dataclasses
+import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from ippon.camera import PinholeCamera
 from ippon.errors import FrameRejectedError
 from ippon.frame import Heatmap
 from ippon.mapping.arrays import FREE, OCCUPIED
-from ippon.mapping.blocks import N_FREE, N_ROWS
+from ippon.mapping.blocks import N_FREE, N_ROWS, N_SLABS
 from ippon.mapping.map_config import MapConfig
 from ippon.mapping.surface_rows import N_USED
 from ippon.mapping.voxel_map import VoxelMap
@@ -104,7 +106,7 @@ def test_the_world_grows_in_any_direction_and_forgets_nothing(tools):
 
 
 def test_the_bound_on_memory_holds_and_distances_stay_exact(tools):
-    config = MapConfig(memory_limit_mb=25.0, max_range_m=3.0)
+    config = MapConfig(memory_limit_mb=15.0, max_range_m=3.0)
     voxel_map = VoxelMap(config, LABELS)
     dropped, used = 0, []
     for n in range(60):
@@ -153,6 +155,64 @@ def test_rolling_frames_keep_memory_flat(tools, world, fusion):
     blocks, rows = np.array(sizes).T
     assert blocks[-1] <= 1.02 * blocks[3]
     assert rows[-1] <= 1.02 * rows[9]
+
+
+def resident_mb():
+    """Memory of this process that is in RAM."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is read from /proc")
+def test_ten_thousand_frames_leave_memory_flat(tools, world):
+    voxel_map = VoxelMap(MapConfig(), LABELS)
+    voxel_map.set_ooi("hat")
+    rng = np.random.default_rng(1)
+    camera = PinholeCamera.from_horizontal_fov(80, 50, 1.4)
+    images = [world.frame(pose, camera=camera) for pose in tools.tour([(1.0, 1.0), (3.0, 2.0)])]
+    heat = rng.integers(0, 256, (40, 12, 16, 3), dtype=np.uint8)
+    noise = rng.normal(0.0, 0.01, (50, 50, 80)).astype(np.float32)
+    sizes, resident = [], []
+    for n in range(10_000):
+        frame = images[n % len(images)]
+        depth = np.where(frame.depth > 0, frame.depth + noise[n % len(noise)], 0)
+        heatmap = Heatmap(labels=LABELS, ooi="hat", probabilities=heat[n % len(heat)])
+        voxel_map.integrate(
+            dataclasses.replace(
+                frame, stamp_ns=n * 10**9, depth=depth.astype(np.float32), heatmap=heatmap
+            )
+        )
+        if n % 1000 == 999:
+            tally = voxel_map.pools.tally
+            sizes.append((tally[N_ROWS], tally[N_SLABS], voxel_map.surface.tally[N_USED]))
+            resident.append(resident_mb())
+    assert (np.array(sizes[-1]) <= 1.02 * np.array(sizes[1])).all()
+    assert resident[-1] <= resident[1] + 5.0
+
+
+def test_a_room_that_was_given_up_is_mapped_anew(tools):
+    config = MapConfig(memory_limit_mb=15.0, max_range_m=3.0)
+    voxel_map = VoxelMap(config, LABELS)
+
+    def visit(shift, stamp):
+        room = tools.World.room(5.0, 4.0)
+        room.boxes = [(a + shift, b, c, d + shift, e, f) for a, b, c, d, e, f in room.boxes]
+        dropped = 0
+        for n in range(8):
+            pose = tools.look(2.0 + shift, 2.0, 1.2, 0.8 * n)
+            frame = room.frame(pose, stamp_ns=(stamp + n) * 10**10)
+            dropped += voxel_map.integrate(frame).blocks_dropped
+        return dropped
+
+    there = np.array([[3.0, 2.0, 1.2], [4.95, 2.0, 1.2]])
+    visit(0.0, 0)
+    before = voxel_map.state_at(there)
+    assert sum(visit(5.2 * n, 100 * n) for n in range(1, 12)) > 100
+    assert (voxel_map.state_at(there) == 0).all()
+    visit(0.0, 10_000)
+    assert (voxel_map.state_at(there) == before).all()
+    assert before[0] == FREE
 
 
 def test_the_same_frames_make_the_same_map(tools, world):

@@ -11,7 +11,7 @@ from ippon.frame import Heatmap
 from ippon.mapping.arrays import NOT_MAPPED
 from ippon.mapping.map_config import MapConfig
 from ippon.mapping.object_filter import LOG_ODDS_MAX, energy_table, ooi_code
-from ippon.mapping.surface_rows import ENERGY_MAX, STEPS_PER_NAT
+from ippon.mapping.surface_rows import ENERGY_MAX, N_USED, NORM_STEPS, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
 from tests.reference.object_filter import joint_filter, two_part_filter
 
@@ -49,7 +49,7 @@ def posterior(voxel_map):
     rows = voxel_map.surface
     energy = rows.energy[1, :n].astype(np.float64) / STEPS_PER_NAT
     q = np.exp(-energy)
-    assert rows.log_norm[1] == pytest.approx(np.log(q.sum()), abs=1e-5)
+    assert rows.log_norm[1] / NORM_STEPS == pytest.approx(np.log(q.sum()), abs=2e-4)
     return q / q.sum(), float(rows.log_odds[1])
 
 
@@ -67,9 +67,11 @@ def test_two_parts_make_the_joint_filter(wall_frame, pixels):
     assert np.allclose([*(q_plain * (1.0 - p_ooi)), p_ooi], joint, atol=1e-9)
     q, log_odds = posterior(observed(wall_frame, pixels))
     assert q.sum() == pytest.approx(1.0)
-    # Every likelihood is rounded to half a step of 1/1024 nat.
+    # Every image rounds a label's -log q by less than a step, the most probable one's by nothing.
     bound = len(pixels) / STEPS_PER_NAT
-    assert np.abs(np.log(q) - np.log(q_plain)).max() < bound
+    gap, exact = np.log(q.max() / q), np.log(q_plain.max() / q_plain)
+    assert np.abs(gap - exact).max() < 2 * bound
+    assert np.abs(np.log(q) - np.log(q_plain)).max() < 2 * bound
     assert log_odds == pytest.approx(
         np.clip(log_odds_plain, -LOG_ODDS_MAX, LOG_ODDS_MAX), abs=bound + 1e-4
     )
@@ -80,8 +82,28 @@ def test_two_parts_make_the_joint_filter(wall_frame, pixels):
 def test_order_of_images_does_not_matter(wall_frame, pixels, seed):
     shuffled = np.random.default_rng(seed).permutation(np.array(pixels)).tolist()
     a, b = observed(wall_frame, pixels), observed(wall_frame, shuffled)
-    assert np.array_equal(a.surface.energy[1], b.surface.energy[1])
-    assert a.surface.log_odds[1] == pytest.approx(b.surface.log_odds[1], abs=1e-4)
+    apart = a.surface.energy[1].astype(int) - b.surface.energy[1].astype(int)
+    assert np.abs(apart).max() <= len(pixels)
+    bound = 2 * len(pixels) / STEPS_PER_NAT
+    assert a.surface.log_odds[1] == pytest.approx(b.surface.log_odds[1], abs=bound)
+
+
+@settings(max_examples=20, deadline=None)
+@given(first=images.map(lambda p: p[0]), second=images.map(lambda p: p[0]))
+def test_two_images_in_either_order_differ_by_a_step_at_most(wall_frame, first, second):
+    a, b = observed(wall_frame, [first, second]), observed(wall_frame, [second, first])
+    apart = a.surface.energy[1, :5].astype(int) - b.surface.energy[1, :5].astype(int)
+    assert np.abs(apart).max() <= 2
+    (q, _), (other, _) = posterior(a), posterior(b)
+    assert np.abs(q - other).max() <= 2 / STEPS_PER_NAT
+
+
+def test_weak_evidence_adds_up(wall_frame):
+    # 0.7 % more for the sofa than for the others is a sixth of a step; 400 images make it certain.
+    faint = [150, 150, 150, 150, 151, 150]
+    q, _ = posterior(observed(wall_frame, [faint] * 400))
+    exact, _ = two_part_filter(likelihood([faint[:-1]] * 400), likelihood([faint] * 400)[:, -1])
+    assert np.abs(np.log(q) - np.log(exact)).max() < 2 / STEPS_PER_NAT
 
 
 @settings(max_examples=30, deadline=None)
@@ -125,20 +147,23 @@ def test_a_common_label_as_the_object_of_interest(wall_frame, pixels):
     q, log_odds = posterior(later)
     wanted = np.clip(np.log(q[2] / max(1.0 - q[2], 1e-9)), -LOG_ODDS_MAX, LOG_ODDS_MAX)
     assert log_odds == pytest.approx(wanted, abs=2e-3)
-    assert later.best_ooi() == pytest.approx(1.0 / (1.0 + np.exp(-log_odds)), abs=1 / 254)
+    # Other voxels were rounded otherwise; the best of them all is what counts.
+    best = float(later.surface.log_odds[1 : later.surface.tally[N_USED]].max())
+    assert best == pytest.approx(log_odds, abs=2 * len(pixels) / STEPS_PER_NAT)
+    assert later.best_ooi() == pytest.approx(1.0 / (1.0 + np.exp(-best)), abs=1 / 254)
 
 
 def test_a_heatmap_for_another_object_teaches_common_objects_only(wall_frame):
     voxel_map = observed(wall_frame, [[10, 200, 10, 10, 10, 10]], ooi="hat")
     voxel_map.set_ooi("keys")
-    before = voxel_map.surface.energy[1].copy()
+    before = voxel_map.surface.energy[1, :5].copy()
     p = np.full((15, 20, 6), 10, np.uint8)
     p[..., 5] = 250
     heatmap = Heatmap(labels=LABELS, ooi="hat", probabilities=p)
     voxel_map.integrate(dataclasses.replace(wall_frame, stamp_ns=9, heatmap=heatmap))
     assert voxel_map.best_ooi() == 0.0
     assert (voxel_map.arrays().ooi == NOT_MAPPED).all()
-    assert np.array_equal(voxel_map.surface.energy[1], before)
+    assert np.abs(voxel_map.surface.energy[1, :5].astype(int) - before.astype(int)).max() == 0
 
 
 def test_labels_in_another_order_or_missing(wall_frame):
@@ -151,9 +176,9 @@ def test_labels_in_another_order_or_missing(wall_frame):
     # A label that the heatmap lacks keeps its share.
     fewer = observed(wall_frame, [p[:4] + p[5:] for p in pixels], labels=LABELS[:4])
     q, _ = posterior(fewer)
-    assert q[4] == pytest.approx(0.2, abs=2e-3)
+    assert q[4] == pytest.approx(0.2, abs=0.2 * 2 / STEPS_PER_NAT)
     h = likelihood([p[:4] for p in pixels])
-    assert np.allclose(q[:4] / q[:4].sum(), joint_filter(h), atol=5e-3)
+    assert np.allclose(q[:4] / q[:4].sum(), joint_filter(h), atol=2 / STEPS_PER_NAT)
 
 
 def test_a_label_added_while_running(wall_frame):
@@ -161,7 +186,7 @@ def test_a_label_added_while_running(wall_frame):
     before, _ = posterior(voxel_map)
     voxel_map.add_label("lamp")
     q, _ = posterior(voxel_map)
-    assert q[5] == pytest.approx(1.0 / 6.0, abs=1e-3)
+    assert q[5] == pytest.approx(1.0 / 6.0, rel=0.5 / STEPS_PER_NAT)
     assert np.allclose(q[:5] / q[:5].sum(), before, atol=1e-6)
     for n in range(30):
         voxel_map.add_label(f"thing {n}")
@@ -178,7 +203,7 @@ def test_maximum_fusion_keeps_the_highest(wall_frame):
     voxel_map = observed(wall_frame, pixels, config=config)
     highest = likelihood(pixels).max(axis=0)
     q, log_odds = posterior(voxel_map)
-    assert np.allclose(q, highest[:5] / highest[:5].sum(), atol=1e-3)
+    assert np.allclose(q, highest[:5] / highest[:5].sum(), atol=0.5 / STEPS_PER_NAT)
     assert 1.0 / (1.0 + np.exp(-log_odds)) == pytest.approx(highest[5], abs=1e-3)
 
 
@@ -201,4 +226,4 @@ def test_codes_and_tables():
     assert ooi_code(50.0) == 254
     table = energy_table(1.0 / 255.0)
     assert table[255] == 0.0
-    assert table[0] == table[1] == round(np.log(255.0) * STEPS_PER_NAT)
+    assert table[0] == table[1] == pytest.approx(np.log(255.0) * STEPS_PER_NAT)

@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN
 from ippon.mapping.map_config import MapConfig
 from ippon.mapping.voxel_map import VoxelMap
+from tests.reference import queries as plain
 
 
 @pytest.fixture(scope="module")
@@ -51,3 +54,19 @@ def test_spheres(room):
 def test_points_of_the_wrong_shape_are_refused(room):
     with pytest.raises(ValueError, match=r"\(N, 3\)"):
         room.state_at(np.zeros(3))
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**6), unknown=st.sampled_from(["free", "obstacle"]))
+def test_agree_with_the_plain_twins(room, seed, unknown):
+    rng = np.random.default_rng(seed)
+    points = rng.uniform((-1.0, -1.0, -1.0), (5.0, 5.0, 3.5), (20, 3))
+    arrays = room.arrays()
+    assert room.state_at(points).tolist() == [plain.state(arrays, p) for p in points]
+    expected = [
+        plain.distance(arrays, p, 1.0, unknown_blocks=unknown == "obstacle") for p in points
+    ]
+    assert np.allclose(room.distance_at(points, unknown=unknown), expected, atol=1e-6)
+    radii = rng.uniform(0.05, 0.85, len(points))
+    clear = [d > r + 0.05 for d, r in zip(np.float32(expected), radii, strict=True)]
+    assert room.spheres_are_free(points, radii, unknown=unknown).tolist() == clear

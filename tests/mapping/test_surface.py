@@ -7,8 +7,9 @@ import pytest
 
 from ippon.frame import Heatmap
 from ippon.mapping.map_config import MapConfig
-from ippon.mapping.surface import SurfaceTracker
+from ippon.mapping.surface import SurfaceThresholds, SurfaceTracker
 from ippon.mapping.voxel_map import VoxelMap
+from tests.reference import surface as plain
 
 LABELS = ("wall", "floor", "chair")
 COLUMNS = ("color", "ooi", "proximity", "level", "label", "confidence")
@@ -102,10 +103,11 @@ def test_values_are_those_of_the_map(tools, world):
         row = np.flatnonzero((voxel_map.pools.coord == delta.index[n] >> 3).all(axis=1))
         row = next(r for r in row if voxel_map.pools.used[r])
         k = (delta.index[n] & 7) @ [64, 8, 1]
-        slot = voxel_map.pools.slot[row, k]
+        slab = voxel_map.pools.slab[row]
+        slot = voxel_map.pools.slot[slab, k]
         assert (rows.color[slot] == delta.color[n]).all()
         assert rows.label[slot] == delta.label[n]
-        assert voxel_map.pools.ooi[row, k] == delta.ooi[n]
+        assert voxel_map.pools.ooi[slab, k] == delta.ooi[n]
 
 
 def test_the_same_view_again_sends_almost_nothing(tools, world):
@@ -140,3 +142,29 @@ def test_dropped_blocks_are_removed_from_the_view(tools, world):
     truth = View()
     truth.apply(SurfaceTracker(voxel_map).keyframe())
     assert view.voxels.keys() == truth.voxels.keys()
+
+
+def test_deltas_agree_with_the_plain_twin(tools, world):
+    voxel_map = VoxelMap(MapConfig(), LABELS)
+    voxel_map.set_ooi("hat")
+    least = SurfaceThresholds()
+    tracker, shown = SurfaceTracker(voxel_map, least), {}
+    for n, frame in enumerate(frames(tools, world, 10)):
+        if n == 6:
+            # The box is taken away, and seen through from here on.
+            world.boxes.pop()
+        voxel_map.integrate(frame)
+        if n == 4:
+            voxel_map.set_ooi("chair")
+        if n == 8:
+            voxel_map.set_levels(np.array([0, 1, 3], np.uint8), np.array([0, 0.1, 0.3, 0.9], "f4"))
+        delta = tracker.update()
+        values = [delta.color, *(getattr(delta, c)[:, None] for c in COLUMNS[1:])]
+        mine = {
+            tuple(index): None if delta.removed[k] else tuple(row)
+            for k, (index, row) in enumerate(
+                zip(delta.index.tolist(), np.concatenate(values, axis=1).tolist(), strict=True)
+            )
+        }
+        assert mine == plain.delta(shown, voxel_map, least)
+    assert len(shown) > 500

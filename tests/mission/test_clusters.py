@@ -21,9 +21,10 @@ def arrays() -> MapArrays:
         origin_block=np.array([-1, 0, 2], np.int64),
         directory=directory,
         state=state,
+        slab=np.array([0, 1], np.int32),
         ooi=ooi,
         level=np.full((2, 512), NOT_MAPPED, np.uint8),
-        distance=np.ones((2, 512), np.float32),
+        squared_distance=np.full((2, 512), 100, np.uint16),
         revision=np.array([1, 1], np.int64),
     )
 

@@ -69,9 +69,10 @@ class DenseMap:
             self._revisions[changed] = self.revision
         self._last = tuple(g.copy() for g in grouped)
         occupied = self.state == OCCUPIED
-        distance = np.full(self.state.shape, 1.0)
+        squared = np.full(self.state.shape, round(1.0 / self.voxel_size) ** 2)
         if occupied.any():
-            distance = np.minimum(distance_transform_edt(~occupied) * self.voxel_size, 1.0)
+            exact = np.rint(distance_transform_edt(~occupied) ** 2)
+            squared = np.minimum(squared, exact)
         directory = np.arange(self.missing.size, dtype=np.int32).reshape(self.missing.shape)
         directory[self.missing] = -1
         return MapArrays(
@@ -79,9 +80,10 @@ class DenseMap:
             origin_block=self.origin.copy(),
             directory=directory,
             state=grouped[0],
+            slab=np.arange(directory.size, dtype=np.int32),
             ooi=grouped[1],
             level=grouped[2],
-            distance=self._grouped(distance.astype(np.float32)),
+            squared_distance=self._grouped(squared.astype(np.uint16)),
             revision=self._revisions.copy(),
         )
 

@@ -107,20 +107,28 @@ class PlainGeometry:
     ) -> tuple[dict[Index, int], tuple[int, int]]:
         strides = sample_strides(camera, self.rules.voxel_size, self.far_m)
         hits: dict[Index, int] = {}
-        for v in range(strides[1] // 2, camera.height, strides[1]):
-            for u in range(strides[0] // 2, camera.width, strides[0]):
-                d = float(depth[v, u])
-                if not self.near_m <= d <= self.far_m:
-                    continue
-                z = d + self.rules.depth_of_hits / slope[v // cell, u // cell]
-                ray = np.array([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1.0])
-                point = transform_points(T_world_camera, (ray * z)[None])[0]
-                exact = point / self.rules.voxel_size
-                voxel = tuple(int(i) for i in np.floor(exact))
-                hits[voxel] = hits.get(voxel, 0) + 1
-                if np.abs(exact - np.rint(exact)).min() < 1e-3:
-                    for near in (np.floor(exact - 1e-3), np.floor(exact + 1e-3)):
-                        self.doubtful.add(tuple(int(i) for i in near))
+        samples = [
+            (sv, su, v, u)
+            for sv, v in enumerate(range(strides[1] // 2, camera.height, strides[1]))
+            for su, u in enumerate(range(strides[0] // 2, camera.width, strides[0]))
+        ]
+        for sv, su, v, u in samples:
+            d = float(depth[v, u])
+            if not self.near_m <= d <= self.far_m:
+                continue
+            # Near samples stand for four.
+            step = 1 if d >= self.far_m / 4 else 2
+            if sv % step or su % step:
+                continue
+            z = d + self.rules.depth_of_hits / slope[v // cell, u // cell]
+            ray = np.array([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1.0])
+            point = transform_points(T_world_camera, (ray * z)[None])[0]
+            exact = point / self.rules.voxel_size
+            voxel = tuple(int(i) for i in np.floor(exact))
+            hits[voxel] = hits.get(voxel, 0) + step**2
+            if np.abs(exact - np.rint(exact)).min() < 1e-3:
+                for near in (np.floor(exact - 1e-3), np.floor(exact + 1e-3)):
+                    self.doubtful.add(tuple(int(i) for i in near))
         return hits, strides
 
     def _apply(self, voxel: Index, signed: float | None, is_hit: bool) -> None:

@@ -44,7 +44,7 @@ def ray_end(
             state = arrays.state[row, column]
             if state == OCCUPIED:
                 return t, True
-            step = max(float(arrays.distance[row, column]) / arrays.voxel_size - 1.0, 0.5)
+            step = max(math.sqrt(float(arrays.squared_distance[row, column])) - 1.0, 0.5)
             if state == UNKNOWN:
                 hidden += step
         if hidden > unknown_depth:
@@ -101,6 +101,7 @@ def panorama(
                     continue
                 left = max(0.0, 1.0 - field.surface_looks[element] / rules.surface_looks)
                 pool = _pool(arrays, i, j, k)
+                pool = int(arrays.slab[pool[0]]), pool[1]
                 near = far <= rules.surface_range
                 if arrays.ooi[pool] == NOT_MAPPED:
                     unknown[at] += left if near else 0.0

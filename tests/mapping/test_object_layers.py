@@ -1,0 +1,79 @@
+"""New objects, new levels and rejected places, against the plain twins."""
+
+import numpy as np
+import pytest
+
+from ippon.frame import Heatmap
+from ippon.mapping.arrays import NOT_MAPPED
+from ippon.mapping.map_config import MapConfig
+from ippon.mapping.object_filter import LOG_ODDS_MAX, ooi_code
+from ippon.mapping.voxel_map import VoxelMap
+from tests.reference import object_layers as plain
+
+LABELS = ("wall", "floor", "chair", "sofa")
+LEVELS = np.array([0, 1, 3, 2], np.uint8)
+PROBABILITIES = np.array([0.02, 0.1, 0.25, 0.6], np.float32)
+
+
+@pytest.fixture
+def voxel_map(tools):
+    """A room seen with random, but repeated, heatmaps."""
+    rng = np.random.default_rng(4)
+    world = tools.World.room(3.0, 3.0)
+    result = VoxelMap(MapConfig(memory_limit_mb=64.0), LABELS)
+    result.set_ooi("hat")
+    for n in range(12):
+        p = rng.integers(0, 256, (15, 20, len(LABELS) + 1), dtype=np.uint8)
+        heatmap = Heatmap(labels=LABELS, ooi="hat", probabilities=p)
+        pose = tools.look(1.5, 1.5, 1.2, 2.4 * (n // 2), -0.4)
+        result.integrate(world.frame(pose, stamp_ns=n * 10**9, heatmap=lambda _, h=heatmap: h))
+    assert len(plain.labelled(result)) > 1000
+    return result
+
+
+def test_a_common_object_starts_from_what_is_known(voxel_map):
+    voxel_map.set_ooi("chair")
+    best = np.zeros(len(voxel_map.pools.best_ooi), int)
+    for slot, block, column in plain.labelled(voxel_map):
+        expected = plain.log_odds_of_label(voxel_map, slot, 2)
+        assert voxel_map.surface.log_odds[slot] == pytest.approx(expected, abs=2e-3)
+        code = int(voxel_map.pools.ooi[voxel_map.pools.slab[block], column])
+        assert code == ooi_code(voxel_map.surface.log_odds[slot])
+        best[block] = max(best[block], code)
+    assert (best == voxel_map.pools.best_ooi).all()
+
+
+def test_another_object_starts_from_nothing(voxel_map):
+    voxel_map.set_ooi("keys")
+    assert (voxel_map.arrays().ooi == NOT_MAPPED).all()
+    assert voxel_map.best_ooi() == 0.0
+    prior = -np.log(len(LABELS))
+    for slot, _, _ in plain.labelled(voxel_map):
+        assert voxel_map.surface.log_odds[slot] == pytest.approx(prior, abs=1e-6)
+
+
+def test_levels_and_proximity(voxel_map):
+    voxel_map.set_levels(LEVELS, PROBABILITIES)
+    rows, pools = voxel_map.surface, voxel_map.pools
+    for slot, block, column in plain.labelled(voxel_map):
+        q = plain.posterior(voxel_map, slot)
+        assert rows.label[slot] == int(np.argmax(q))
+        assert pools.level[pools.slab[block], column] == LEVELS[int(np.argmax(q))]
+        assert rows.confidence[slot] == pytest.approx(254 * q.max(), abs=0.51)
+        expected = plain.proximity(voxel_map, slot, PROBABILITIES[LEVELS])
+        assert rows.proximity[slot] == pytest.approx(254 * expected, abs=0.51)
+
+
+def test_a_rejected_place(voxel_map):
+    ball, radius = np.array([1.0, 1.0, 0.0]), 0.8
+    before = voxel_map.surface.log_odds.copy()
+    voxel_map.suppress_ooi(ball, radius)
+    inside = 0
+    for slot, block, column in plain.labelled(voxel_map):
+        away = float(np.linalg.norm(plain.center(voxel_map, block, column) - ball))
+        if abs(away - radius) < 1e-9:
+            continue
+        expected = -LOG_ODDS_MAX if away < radius else float(before[slot])
+        assert voxel_map.surface.log_odds[slot] == expected
+        inside += away < radius
+    assert inside > 50
