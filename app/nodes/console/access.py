@@ -82,7 +82,8 @@ class LoginAccess:
     def __init__(self, visitors: Visitors, *, is_secure: bool, clock: Clock = time.time) -> None:
         self._visitors = visitors
         self._clock = clock
-        self._is_secure = is_secure
+        self.is_secure = is_secure
+        """Whether the pages are served by TLS."""
         # A key of this start: a console that is started again asks everyone to log in again.
         self._signer = URLSafeSerializer(secrets.token_bytes(32), salt="ippon console login")
         self._revoked: dict[str, float] = {}
@@ -90,14 +91,14 @@ class LoginAccess:
     @property
     def cookie(self) -> str:
         """Name of the cookie; over TLS one that no other host and no plain page can set."""
-        return SECURE_COOKIE if self._is_secure else COOKIE
+        return SECURE_COOKIE if self.is_secure else COOKIE
 
     def issue(self, name: str, role: Role) -> IssuedPass:
         """Let a user in who has shown the password."""
         granted = _Pass(new_session(), name, role, self._clock() + LOGIN_S)
         value = self._signer.dumps(msgspec.to_builtins(granted))
         assert isinstance(value, str)
-        return IssuedPass(self.cookie, value, round(LOGIN_S), self._is_secure)
+        return IssuedPass(self.cookie, value, round(LOGIN_S), self.is_secure)
 
     def visitor_of(self, headers: Headers) -> Visitor | None:
         """Return the visitor whose pass this is."""

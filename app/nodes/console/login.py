@@ -107,7 +107,14 @@ class LoginDesk:
         page = self._page.replace("{form}", token).replace("{problem}", html.escape(problem))
         answer = Response(page.replace("{hidden}", hidden), status, media_type="text/html")
         answer.headers["Cache-Control"] = "no-store"
-        answer.set_cookie(FORM_COOKIE, token, max_age=3600, httponly=True, samesite="strict")
+        answer.set_cookie(
+            FORM_COOKIE,
+            token,
+            max_age=3600,
+            secure=self._access.is_secure,
+            httponly=True,
+            samesite="strict",
+        )
         return answer
 
 
