@@ -133,7 +133,10 @@ def page(parts: tuple[str, Wheels]) -> Iterator[Page]:
 
 @pytest.fixture
 def shoot(page: Page, folder: Path) -> Callable[[str], None]:
-    return lambda name: page.screenshot(path=folder / f"{name}.png") and None
+    def take(name: str) -> None:
+        page.screenshot(path=folder / f"{name}.png")
+
+    return take
 
 
 def view(page: Page) -> Any:

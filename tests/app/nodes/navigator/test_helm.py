@@ -160,9 +160,10 @@ def test_without_pictures_there_is_no_driving(bench):
         time.sleep(0.05)
     status = bench.helm.status()
     assert status.intervention.startswith("stopped: no picture for 1.")
+    told = []
     while not bench.commands.empty():
-        last = bench.commands.get()
-    assert stands(last)
+        told.append(bench.commands.get())
+    assert stands(told[-1])
 
 
 def test_the_camera_tilts_by_rate_and_stays_where_it_is_let_go(bench):
