@@ -10,6 +10,7 @@ from app.messages import control, keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_camera, decode_color
 from app.messages.motion import decode_path, decode_transforms
+from app.messages.recording import RecordingStatus
 from app.messages.scene import decode_detections, decode_tree, decode_voxels
 from app.view.restoration import RESTORE, Restoration
 from app.view.scene_model import SceneModel
@@ -39,6 +40,7 @@ class SceneReader:
             keys.TF_STATIC: lambda p: model.on_transforms(decode_transforms(p)),
             keys.CAMERA_INFO: lambda p: model.on_camera(decode_camera(p)),
             keys.COLOR: lambda p: model.on_image(decode_color(p)),
+            keys.RECORDING: lambda p: model.on_recording(_json(p, RecordingStatus)),
             RESTORE: lambda p: model.restore(_json(p, Restoration)),
         }
 

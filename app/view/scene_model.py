@@ -14,6 +14,7 @@ import numpy as np
 from app.messages.control import Event, PaintedRegions, PaintedStroke, ProximityTable, Status
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
+from app.messages.recording import RecordingStatus
 from app.messages.scene import Detection, VoxelCloud
 from app.view.history import History
 from app.view.pictures import PictureAlbum
@@ -35,6 +36,7 @@ Part = Literal[
     "events",
     "detections",
     "painted",
+    "recording",
 ]
 
 WORLD_FRAME: Final = "map"
@@ -70,6 +72,8 @@ class SceneModel:
         self.album = PictureAlbum()
         """Pictures from where the robot was, for explanations."""
         self.painted: tuple[PaintedStroke, ...] = ()
+        self.recording: RecordingStatus | None = None
+        """None while nobody records."""
         self.needs_keyframe = True
         """The map may miss voxels: whoever feeds the model asks for a keyframe."""
         self._changed: set[Part] = set()
@@ -169,6 +173,11 @@ class SceneModel:
         """Append to the log."""
         self.events.append(event)
         self._changed.add("events")
+
+    def on_recording(self, status: RecordingStatus) -> None:
+        """Take over what the recorder does."""
+        self.recording = status
+        self._changed.add("recording")
 
     def on_detections(self, detections: tuple[Detection, ...]) -> None:
         """Replace the found objects."""

@@ -18,6 +18,9 @@ LeaseAction = Literal["request", "renew", "release", "grant", "deny", "take"]
 PaintAction = Literal["look_here", "not_here", "undo", "clear"]
 
 
+RecordAction = Literal["start", "stop", "note", "mark"]
+
+
 class CommandError(Exception):
     """A command of the operator had no effect; the text is for the operator."""
 
@@ -98,6 +101,10 @@ class Actions(Protocol):
 
     def cancel(self) -> str:
         """End the current search."""
+        ...
+
+    def record(self, action: RecordAction, text: str) -> str:
+        """Begin or end recording, or write a note or mark beside it."""
         ...
 
     def set_drive(self, mode: DriveModeName, speed_limit: float) -> str:

@@ -26,7 +26,8 @@ from app.messages.control import (
     SentenceRequest,
     VocabularyRequest,
 )
-from app.nodes.console.commands import PaintAction
+from app.messages.recording import RecordingStatus, RecordRequest
+from app.nodes.console.commands import PaintAction, RecordAction
 
 REQUESTER: Final = "console"
 READ_S: Final = 12.0
@@ -49,6 +50,12 @@ class Wishes(ABC):
     def go_to(self, x_m: float, y_m: float) -> str:
         """Send the robot to a point on the floor."""
         return self._request(keys.GOTO, GotoRequest(x_m=x_m, y_m=y_m), Accepted).detail
+
+    def record(self, action: RecordAction, text: str) -> str:
+        """Begin or end recording, or write a note or mark beside it."""
+        request = RecordRequest(action=action, text=text, requester=REQUESTER)
+        status = self._request(keys.RECORD, request, RecordingStatus)
+        return "Written beside the recording." if action in {"note", "mark"} else status.text
 
     def cancel_go_to(self) -> str:
         """Send it nowhere any more."""

@@ -5,7 +5,9 @@ from typing import Any, Final
 import numpy as np
 from viser import uplot
 
+from app.nodes.console.commands import Actions
 from app.nodes.console.panels import markup
+from app.nodes.console.panels.record import RecordPanel
 from app.view.colors import GREEN, ORANGE, SKY, VERMILION, YELLOW, hex_of
 from app.view.history import History
 from app.view.scene_model import Part, SceneModel
@@ -17,7 +19,7 @@ _AXIS: Final = uplot.Axis(stroke="#93a0b0", grid=uplot.Axis_Grid(stroke="#252d38
 class SessionPanel:
     """Builds the tab inside the current container, and keeps it in step with the model."""
 
-    def __init__(self, gui: Any) -> None:
+    def __init__(self, gui: Any, actions: Actions) -> None:
         self._updates = 0
         self._start_ns: int | None = None
         self._figures = gui.add_html(markup.figures(None, 0))
@@ -28,6 +30,8 @@ class SessionPanel:
             _plot(gui, "Step of the navigator, ms", hex_of(ORANGE)),
             _plot(gui, "From picture to command, ms", hex_of(VERMILION)),
         ]
+        with gui.add_folder("Recording"):
+            self._record = RecordPanel(gui, actions)
         with gui.add_folder("Streams"):
             self._streams = gui.add_html(markup.streams(()))
         with gui.add_folder("Events"):
@@ -35,6 +39,8 @@ class SessionPanel:
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Show what changed."""
+        if "recording" in changed and model.recording is not None:
+            self._record.show(model.recording)
         status = model.status
         if status is None:
             return

@@ -36,7 +36,7 @@ class Tabs:
         with group.add_tab("Map", viser.Icon.MAP_2):
             self._map = MapPanel(gui, on_options, on_follow)
         with group.add_tab("Session", viser.Icon.ACTIVITY):
-            self._session = SessionPanel(gui)
+            self._session = SessionPanel(gui, actions)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(WIDTH_PX)
 
