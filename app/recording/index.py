@@ -100,7 +100,8 @@ class _Scanner:
         self._progress = progress
         self._index = FileIndex()
         self._schemas: dict[int, str] = {}
-        self._parts: dict[int, list[tuple[int, NDArray[np.void]]]] = {}
+        self._parts: dict[int, list[tuple[int, bytes]]] = {}
+        """Of each channel: chunk, and the entries of its message index."""
         self._loose: dict[int, list[tuple[int, int]]] = {}
         self._indexed = True
         """Whether the last chunk's messages are known."""
@@ -149,9 +150,9 @@ class _Scanner:
             self._indexed = False
         elif op == Op.MESSAGE_INDEX:
             channel, size = _WORDS.unpack_from(data, start)
-            entries = np.frombuffer(data[start + 6 : start + 6 + size], _ENTRY)
-            if len(entries):
-                self._note(channel, entries)
+            if size >= _ENTRY.itemsize:
+                whole = size - size % _ENTRY.itemsize
+                self._note(channel, data[start + 6 : start + 6 + whole])
             self._indexed = True
         elif op == Op.MESSAGE:
             channel, _, time_ns = struct.unpack_from("<HIQ", data, start)
@@ -168,7 +169,7 @@ class _Scanner:
             (length,) = struct.unpack_from("<I", data, start)
             index.profile = data[start + 4 : start + 4 + length].decode("utf-8", "replace")
 
-    def _note(self, channel: int, entries: NDArray[np.void]) -> None:
+    def _note(self, channel: int, entries: bytes) -> None:
         chunk = len(self._index.chunks) - 1
         if channel not in self._index.channels:
             self._define_from(chunk)
@@ -207,7 +208,7 @@ class _Scanner:
             self._take_definition(op, body)
         for channel, entries in found.messages.items():
             others = [part for part in self._parts.get(channel, []) if part[0] != chunk]
-            self._parts[channel] = [*others, (chunk, np.array(entries, _ENTRY))]
+            self._parts[channel] = [*others, (chunk, np.array(entries, _ENTRY).tobytes())]
 
     def _merged(self) -> dict[int, Entries]:
         merged: dict[int, Entries] = {}
@@ -217,8 +218,10 @@ class _Scanner:
                 continue
             parts = self._parts.get(channel, [])
             loose = np.array(self._loose.get(channel, []), _ENTRY)
-            rows = np.concatenate([*(entries for _, entries in parts), loose])
-            chunk = np.concatenate([np.full(len(e), c, np.int32) for c, e in [*parts, (-1, loose)]])
+            packed = b"".join(entries for _, entries in parts)
+            rows = np.concatenate([np.frombuffer(packed, _ENTRY), loose])
+            counts = [*(len(entries) // _ENTRY.itemsize for _, entries in parts), len(loose)]
+            chunk = np.repeat(np.array([*(c for c, _ in parts), -1], np.int32), counts)
             time_ns = rows["time"].astype(np.int64)
             order = np.argsort(time_ns, kind="stable")
             merged[channel] = Entries(

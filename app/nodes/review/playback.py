@@ -193,6 +193,9 @@ class Playback:
             for recording, emit in zip(recordings, self._emits, strict=False)
         ]
         self._playing, self._problem = False, ""
+        for recording in recordings:
+            for problem in recording.index.problems:
+                logger.warning("%s: %s; what is there is shown", recording.path, problem)
         self._describe(notes)
 
     def _describe(self, notes: list[list[Note]]) -> None:

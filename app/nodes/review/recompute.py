@@ -1,0 +1,309 @@
+"""The present code on the images of a session: the same goals, other settings, another result."""
+
+import dataclasses
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Final
+
+import msgspec
+import numpy as np
+
+from app.links.assembler import FrameAssembler
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.control import (
+    Event,
+    ProximityRow,
+    ProximityTable,
+    Status,
+    Timings,
+    decode,
+    encode,
+)
+from app.messages.images import (
+    decode_camera,
+    decode_color,
+    decode_depth,
+    decode_depth_raw,
+    decode_heatmap,
+)
+from app.messages.motion import (
+    StampedPath,
+    decode_flag,
+    decode_transforms,
+    decode_twist,
+    encode_path,
+)
+from app.messages.scene import encode_detections, encode_tree, encode_voxels
+from app.nodes.navigator.publisher import MAX_DETECTIONS, cloud_of, detection_of
+from app.nodes.navigator.report import find_report
+from app.nodes.review.settings import Settings
+from app.recording.errors import RecordingError
+from app.recording.limits import RecordingLimits
+from app.recording.recording import RecordedMessage, Recording
+from app.recording.session import Session
+from ippon.errors import FrameRejectedError
+from ippon.frame import Frame
+from ippon.guidance.levels import Guidance, LabelLevel
+from ippon.guidance.naming import resolve_object
+from ippon.mapping.surface import SurfaceTracker
+from ippon.mission.goal import Goal
+from ippon.mission.mission import Mission
+from ippon.mission.snapshot import Snapshot
+
+KEYFRAME_NS: Final = 10_000_000_000
+COPIED: Final = (keys.COLOR, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC)
+FUSED: Final = (*COPIED, keys.DEPTH, keys.DEPTH_RAW, keys.HEATMAP, keys.CONTACT)
+TOLD: Final = (keys.PROXIMITY, keys.EVENT, keys.STATUS)
+SAME_EVENTS: Final = frozenset({"rejected", "cancelled"})
+"""What the operator did that changes the map."""
+
+
+class Recomputation:
+    """One session, step by step; `mission` is what comes of it."""
+
+    def __init__(self, recording: Recording, settings: Settings) -> None:
+        """Prepare.
+
+        Raises:
+            RecordingError: The session has no status of a navigator.
+        """
+        status = recording.first(keys.STATUS)
+        if status is None:
+            raise RecordingError(f"{recording.path} has no {keys.STATUS}: nothing to recompute")
+        config = settings.navigator
+        self.mission = Mission(config.mission, config.profile, config.labels, config.seed)
+        self.frames = 0
+        """Fused so far."""
+        self.refused = 0
+        """Frames that the map did not take."""
+        self._recording = recording
+        self._settings = settings
+        self._status = decode(status.payload, Status)
+        self._answered = _answered(recording)
+        self._goal_stamps = _stamps_of(recording, "goal_set")
+        self._operator = [e for e in _events(recording) if e.kind in SAME_EVENTS]
+        self._tables: list[ProximityTable] = []
+        self._goal_id: int | None = None
+        self._goals = 0
+        self._tracker = SurfaceTracker(self.mission.voxel_map)
+        self._stamp_ns = -1
+        self._keyframe_ns: int | None = None
+
+    def messages(self) -> Iterator[RecordedMessage]:
+        """Yield what the robot and a navigator of these settings would have said, in order."""
+        assembler = FrameAssembler()
+        for message in self._recording.all_messages((*FUSED, *TOLD)):
+            if message.key in COPIED:
+                yield message
+            try:
+                self._take(assembler, message)
+                frame = assembler.take() if message.key in FUSED else None
+            except (MessageError, FrameRejectedError, msgspec.DecodeError, ValueError):
+                self.refused += 1
+                continue
+            if frame is not None and (not self._answered or frame.stamp_ns in self._answered):
+                for key, payload in self._step(frame, message.time_ns):
+                    yield RecordedMessage(time_ns=message.time_ns, key=key, payload=payload)
+
+    def _take(self, assembler: FrameAssembler, message: RecordedMessage) -> None:
+        payload = message.payload
+        match message.key:
+            case keys.PROXIMITY:
+                self._tables.append(decode(payload, ProximityTable))
+            case keys.STATUS:
+                self._status = decode(payload, Status)
+            case keys.TF:
+                assembler.add_transforms(decode_transforms(payload))
+            case keys.TF_STATIC:
+                assembler.add_transforms(decode_transforms(payload), fixed=True)
+            case keys.CAMERA_INFO:
+                assembler.add_camera(decode_camera(payload))
+            case keys.HEATMAP:
+                assembler.add_heatmap(decode_heatmap(payload))
+            case keys.CONTACT:
+                assembler.add_contact(decode_flag(payload))
+            case keys.DEPTH:
+                assembler.add_depth(decode_depth(payload))
+            case keys.DEPTH_RAW:
+                assembler.add_depth(decode_depth_raw(payload))
+            case keys.COLOR:
+                assembler.add_color(decode_color(payload))
+            case _:
+                return
+
+    def _step(self, frame: Frame, time_ns: int) -> Iterator[tuple[str, bytes]]:
+        yield from self._told(frame.stamp_ns)
+        try:
+            result = self.mission.step(frame)
+        except FrameRejectedError:
+            self.refused += 1
+            return
+        self.frames += 1
+        yield from self._shown(result.snapshot, time_ns)
+
+    def _told(self, stamp_ns: int) -> Iterator[tuple[str, bytes]]:
+        """Do what the operator did before this frame."""
+        while self._operator and self._operator[0].stamp_ns <= stamp_ns:
+            if self._operator.pop(0).kind == "rejected":
+                self.mission.reject_find()
+            else:
+                self.mission.cancel_goal()
+        waiting, self._tables = self._tables, []
+        for table in waiting:
+            new = table.goal_id != self._goal_id
+            stamps = self._goal_stamps
+            if new and self._goals < len(stamps) and stamps[self._goals] > stamp_ns:
+                # Its search began with a later frame.
+                self._tables.append(table)
+                continue
+            yield from self._search(table, new=new)
+
+    def _search(self, table: ProximityTable, *, new: bool) -> Iterator[tuple[str, bytes]]:
+        labels = self.mission.voxel_map.labels
+        levels = self._settings.levels_of(table)
+        reasons = {row.label: row.reason for row in table.rows}
+        changed = self._settings.levels
+        rows = tuple(
+            LabelLevel(
+                label=label,
+                level=levels[label],
+                reason="changed for this recomputation" if label in changed else reasons[label],
+            )
+            for label in labels
+            if label in levels
+        )
+        if len(rows) != len(labels):
+            raise RecordingError("the recorded levels are of other labels than the configuration's")
+        guidance = Guidance(
+            ooi=table.object, context=table.context, provider=table.provider, rows=rows
+        )
+        if new:
+            self._goal_id, self._goals = table.goal_id, self._goals + 1
+            named = resolve_object(table.object, labels)
+            goal = Goal(
+                goal_id=table.goal_id,
+                object=table.object,
+                display=table.object.replace("_", " "),
+                context=table.context,
+                category=named.category,
+            )
+            self.mission.set_goal(goal, guidance)
+        else:
+            self.mission.set_guidance(guidance)
+        shown = [
+            ProximityRow(label=r.label, level=r.level.name.lower(), reason=r.reason)  # pyright: ignore[reportArgumentType]
+            for r in rows
+        ]
+        yield keys.PROXIMITY, encode(msgspec.structs.replace(table, rows=shown))
+
+    def _shown(self, snapshot: Snapshot, time_ns: int) -> Iterator[tuple[str, bytes]]:
+        stamp = snapshot.stamp_ns
+        for event in snapshot.events:
+            kind = event.kind
+            yield (
+                keys.EVENT,
+                encode(Event(stamp_ns=stamp, kind=kind, text=event.text, goal_id=self._goal_id)),  # pyright: ignore[reportArgumentType]
+            )
+        yield keys.MAP_VOXELS, self._voxels(stamp, whole=False)
+        if self._keyframe_ns is None or time_ns - self._keyframe_ns >= KEYFRAME_NS:
+            self._keyframe_ns = time_ns
+            yield keys.MAP_KEYFRAME, self._voxels(stamp, whole=True)
+        path = np.empty((0, 3))
+        if snapshot.plan is not None:
+            yield keys.PLAN_TREE, encode_tree(snapshot.plan.tree, stamp)
+            path = snapshot.plan.path_world
+        yield keys.PLAN_PATH, encode_path(StampedPath(stamp_ns=stamp, points_world=path))
+        label = snapshot.goal.object if snapshot.goal is not None else ""
+        finds = [detection_of(find, label) for find in snapshot.candidates[:MAX_DETECTIONS]]
+        yield keys.DETECTIONS, encode_detections(finds, stamp)
+        yield keys.STATUS, encode(self._state(snapshot))
+
+    def _voxels(self, stamp_ns: int, *, whole: bool) -> bytes:
+        delta = self._tracker.keyframe() if whole else self._tracker.update()
+        self._stamp_ns = max(stamp_ns, self._stamp_ns + 1)
+        voxel_m = self.mission.config.map.voxel_size_m
+        return encode_voxels(cloud_of(delta, self._stamp_ns, voxel_m))
+
+    def _state(self, snapshot: Snapshot) -> Status:
+        find, goal = snapshot.find, snapshot.goal
+        return msgspec.structs.replace(
+            self._status,
+            stamp_ns=snapshot.stamp_ns,
+            state=snapshot.state.value,
+            why=snapshot.why,
+            find=find_report(find, goal) if find is not None and goal is not None else None,
+            timings=Timings(),
+            frames=self.frames,
+            elapsed_s=snapshot.elapsed_s,
+            path_length_m=snapshot.path_length_m,
+            best_ooi=snapshot.best_ooi,
+            explored_m2=snapshot.explored_m2,
+            voxel_size_m=self.mission.config.map.voxel_size_m,
+            map_revision=self.mission.voxel_map.revision,
+            notes=["recomputed"],
+        )
+
+
+def recompute(
+    recording: Recording, settings: Settings, root: Path, progress: Callable[[float], None]
+) -> Path:
+    """Write a session as it would have been with these settings; return its folder.
+
+    Args:
+        recording: The session.
+        settings: What is used instead.
+        root: Folder for the new session.
+        progress: Called with the fraction that is done.
+
+    Raises:
+        RecordingError: Nothing came of it.
+    """
+    work = Recomputation(recording, settings)
+    robot = f"{settings.navigator.robot}_recomputed"
+    try:
+        session = Session(root, robot, RecordingLimits(min_free_gb=0.0), time.time_ns())
+        config = dataclasses.replace(settings.navigator, robot=robot)
+        start = recording.start_ns
+        session.add(keys.CONFIGURATION, msgspec.json.encode(config), start, 0.0)
+        for message in work.messages():
+            at_s = (message.time_ns - start) * 1e-9
+            session.add(message.key, message.payload, message.time_ns, at_s)
+            progress(at_s / max(recording.duration_s, 1e-9))
+        session.close()
+    except OSError as error:
+        raise RecordingError(f"cannot write to {root}: {error.strerror}") from error
+    if not work.frames:
+        raise RecordingError(
+            f"{recording.path} gives no frame: it needs depth images and poses ({work.refused} "
+            "parts could not be used)"
+        )
+    return session.writer.folder
+
+
+def _answered(recording: Recording) -> frozenset[int]:
+    """Return the stamps of the frames that were answered: a late navigator skips some."""
+    stamps: set[int] = set()
+    for message in recording.all_messages((keys.CMD_VEL,)):
+        try:
+            stamps.add(decode_twist(message.payload).stamp_ns)
+        except MessageError:
+            # A command that cannot be read answers no frame.
+            continue
+    return frozenset(stamps)
+
+
+def _events(recording: Recording) -> list[Event]:
+    events: list[Event] = []
+    for message in recording.all_messages((keys.EVENT,)):
+        try:
+            events.append(decode(message.payload, Event))
+        except msgspec.DecodeError:
+            # An event of another version tells nothing here.
+            continue
+    return events
+
+
+def _stamps_of(recording: Recording, kind: str) -> list[int]:
+    return [event.stamp_ns for event in _events(recording) if event.kind == kind]

@@ -1,0 +1,180 @@
+"""The same images and settings give the same map; other settings another."""
+
+import dataclasses
+
+import msgspec
+import numpy as np
+import pytest
+
+from app.links.assembler import FrameAssembler
+from app.messages import keys
+from app.messages.control import Event, ProximityRow, ProximityTable, encode
+from app.messages.images import (
+    decode_camera,
+    decode_color,
+    decode_depth,
+    decode_heatmap,
+    encode_camera,
+    encode_color,
+    encode_depth,
+    encode_heatmap,
+)
+from app.messages.motion import (
+    StampedTransform,
+    StampedTwist,
+    decode_transforms,
+    encode_transforms,
+    encode_twist,
+)
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.review.recompute import Recomputation, recompute
+from app.nodes.review.settings import read_settings
+from app.recording.errors import RecordingError
+from app.recording.limits import RecordingLimits
+from app.recording.recording import Recording
+from app.recording.session import Session
+from ippon.camera import PinholeCamera
+from ippon.guidance.levels import Guidance, LabelLevel, Level
+from ippon.mapping.surface import SurfaceTracker
+from ippon.mission.goal import Goal
+from ippon.mission.mission import Mission
+from ippon.robot import ZED
+from ippon.simulation.homes.generator import generate_home
+from ippon.simulation.world import SimulatedWorld
+from tests.app.recording.conftest import status_of
+
+FRAMES = 8
+CAMERA_FRAME = "camera"
+
+
+@pytest.fixture(scope="module")
+def searched(tmp_path_factory):
+    """A few steps of a search, recorded as its messages; and the mission that made them."""
+    config = NavigatorConfig(robot="home/3")
+    scene = generate_home(4)
+    camera = PinholeCamera.from_horizontal_fov(96, 60, 1.29)
+    world = SimulatedWorld(scene, ZED, camera, scene.start_poses[0])
+    world.set_labels(list(config.labels), "plant")
+    mission = Mission(config.mission, ZED, config.labels, config.seed)
+    rows = tuple(LabelLevel(label=n, level=Level.AVERAGE, reason="") for n in config.labels)
+    guidance = Guidance(ooi="plant", context="", provider="test", rows=rows)
+    mission.set_goal(Goal(goal_id=1, object="plant", display="plant", category="plant"), guidance)
+    table = ProximityTable(
+        goal_id=1, object="plant", context="", provider="test", elapsed_ms=0.0,
+        rows=[ProximityRow(label=n, level="average", reason="") for n in config.labels],
+    )  # fmt: skip
+    root = tmp_path_factory.mktemp("searched")
+    session = Session(root, "home/3", RecordingLimits(min_free_gb=0.0), 0)
+
+    def say(key, payload):
+        say.n += 1
+        session.add(key, payload, 10**18 + say.n * 10**7, say.n * 0.01)
+
+    say.n = 0
+    say(keys.CONFIGURATION, msgspec.json.encode(config))
+    say(keys.STATUS, encode(status_of(0)))
+    say(keys.PROXIMITY, encode(table))
+    assembler = FrameAssembler()
+    for n in range(FRAMES):
+        seen = world.observe()
+        stamp = seen.stamp_ns
+        T_base_camera = world.robot.T_base_camera(world.base.tilt_rad)
+        links = (
+            ("map", "base_link", seen.T_world_base),
+            ("base_link", CAMERA_FRAME, T_base_camera),
+        )
+        sent = [
+            (keys.TF, encode_transforms(
+                StampedTransform(stamp_ns=stamp, parent=a, child=b, T_parent_child=T)
+                for a, b, T in links
+            )),
+            (keys.HEATMAP, encode_heatmap(seen.heatmap, stamp, CAMERA_FRAME)),
+            (keys.CAMERA_INFO, encode_camera(seen.camera, stamp, CAMERA_FRAME)),
+            (keys.DEPTH, encode_depth(seen.depth, stamp, CAMERA_FRAME)),
+            (keys.COLOR, encode_color(seen.color, stamp, CAMERA_FRAME)),
+        ]  # fmt: skip
+        for key, payload in sent:
+            say(key, payload)
+        assembler.add_transforms(decode_transforms(sent[0][1]))
+        assembler.add_heatmap(decode_heatmap(sent[1][1]))
+        assembler.add_camera(decode_camera(sent[2][1]))
+        assembler.add_depth(decode_depth(sent[3][1]))
+        assembler.add_color(decode_color(sent[4][1]))
+        # One frame comes too fast for the navigator: it is recorded, and answered by nothing.
+        if n != 5:
+            result = mission.step(assembler.take())
+            twist = StampedTwist(stamp_ns=stamp, linear_m_s=0.0, yaw_rate_rad_s=0.0)
+            say(keys.CMD_VEL, encode_twist(twist))
+            for event in result.snapshot.events:
+                say(keys.EVENT, encode(Event(stamp_ns=stamp, kind=event.kind, text=event.text)))
+        else:
+            assembler.take()
+        world.step(result.command, 0.2)
+    session.close()
+    recording = Recording(session.writer.folder)
+    yield recording, mission
+    recording.close()
+
+
+def _map_of(mission):
+    delta = SurfaceTracker(mission.voxel_map).keyframe()
+    return {f.name: getattr(delta, f.name) for f in dataclasses.fields(delta)}
+
+
+def test_the_same_settings_give_the_same_map_bit_for_bit(searched):
+    recording, live = searched
+    work = Recomputation(recording, read_settings(recording, ()))
+    kinds = {message.key for message in work.messages()}
+    assert work.frames == FRAMES - 1
+    assert work.refused == 0
+    assert {keys.MAP_VOXELS, keys.MAP_KEYFRAME, keys.PLAN_TREE, keys.STATUS} <= kinds
+    a, b = live.voxel_map.pools, work.mission.voxel_map.pools
+    for name in ("tsdf", "weight", "state", "ooi", "level"):
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+    expected, got = _map_of(live), _map_of(work.mission)
+    for name, value in expected.items():
+        np.testing.assert_array_equal(value, got[name], err_msg=name)
+    assert len(expected["index"]) > 500
+
+
+def test_other_settings_give_another_session_to_compare(searched, tmp_path):
+    recording, _ = searched
+    settings = read_settings(recording, ("map.voxel_size_m=0.2", "guidance.levels.floor=far"))
+    shares = []
+    again = Recording(recompute(recording, settings, tmp_path, shares.append))
+    assert shares[-1] == pytest.approx(1.0, abs=0.05)
+    assert again.latest(keys.COLOR, again.end_ns).payload == (
+        recording.latest(keys.COLOR, recording.end_ns).payload
+    )
+    table = msgspec.json.decode(again.first(keys.PROXIMITY).payload, type=ProximityTable)
+    levels = {row.label: row.level for row in table.rows}
+    assert (levels["floor"], levels["wall"]) == ("far", "average")
+    status = msgspec.json.decode(again.latest(keys.STATUS, again.end_ns).payload)
+    assert status["voxel_size_m"] == 0.2
+    again.close()
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ("map.voxel_size_m", "NAME=VALUE"),
+        ("map.voxel_size=0.1", "there is no 'voxel_size' in mission.map; there is body_height_m"),
+        ("map.voxel_size_m=-1", "voxel_size_m must be positive"),
+        ("map.fusion=sum", "refused"),
+        ("guidance.levels.sofa=close", "the levels are far, average, near, certain"),
+        ("guidance.levels.ufo=far", "there is no label 'ufo'"),
+    ],
+)
+def test_changes_that_are_none_are_refused(searched, change, text):
+    with pytest.raises(RecordingError, match=text):
+        read_settings(searched[0], (change,))
+
+
+def test_a_bag_of_others_cannot_be_recomputed(tmp_path):
+    session = Session(tmp_path, "r", RecordingLimits(min_free_gb=0.0), 0)
+    session.add(keys.STATUS, encode(status_of(0)), 1, 0.0)
+    session.close()
+    recording = Recording(session.writer.folder)
+    with pytest.raises(RecordingError, match="only sessions that ippon recorded"):
+        read_settings(recording, ())
+    recording.close()
