@@ -208,6 +208,13 @@ class Review:
     paths: Positional[tuple[Path, ...]] = ()
     """A recording, two to compare, or a folder of sessions. Without any, the sessions of this
     user."""
+    recompute: bool = False
+    """Run the present code on the recording's images, and show what comes of it beside it."""
+    set: tuple[str, ...] = ()
+    """What to change for the recomputation: NAME=VALUE of the configuration, like
+    map.voxel_size_m=0.05, or guidance.levels.LABEL=LEVEL, like guidance.levels.sofa=far."""
+    out: Path | None = None
+    """Folder for the recomputed session; that of the recording's folder without."""
     port: int = 8080
     """Port of the page; 0 takes any free one."""
     parent_pid: int | None = None

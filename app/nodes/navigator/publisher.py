@@ -70,7 +70,7 @@ class MapPublisher:
         self._path.put(encode_path(StampedPath(stamp_ns=stamp, points_world=path)))
         label = snapshot.goal.object if snapshot.goal is not None else ""
         finds = snapshot.candidates[:MAX_DETECTIONS]
-        self._detections.put(encode_detections([_detection(f, label) for f in finds], stamp))
+        self._detections.put(encode_detections([detection_of(f, label) for f in finds], stamp))
 
     def ask(self, query: zenoh.Query) -> bool:
         """Keep a request for the whole map until `answer`; safe from any thread.
@@ -111,18 +111,22 @@ class MapPublisher:
         # The map may change between two frames, and a whole map may follow a change of the same
         # frame: each message gets a newer stamp than the one before, so that order shows.
         self._stamp_ns = max(self._frame_ns, self._stamp_ns + 1)
-        centers = (delta.index.astype(np.float32) + np.float32(0.5)) * np.float32(self._voxel_m)
-        return VoxelCloud(
-            stamp_ns=self._stamp_ns,
-            centers_world=centers,
-            color=delta.color,
-            ooi=delta.ooi,
-            proximity=delta.proximity,
-            level=delta.level,
-            label=delta.label,
-            confidence=delta.confidence,
-            removed=delta.removed,
-        )
+        return cloud_of(delta, self._stamp_ns, self._voxel_m)
+
+
+def cloud_of(delta: SurfaceDelta, stamp_ns: int, voxel_m: float) -> VoxelCloud:
+    """Return changed voxels as they travel."""
+    return VoxelCloud(
+        stamp_ns=stamp_ns,
+        centers_world=(delta.index.astype(np.float32) + np.float32(0.5)) * np.float32(voxel_m),
+        color=delta.color,
+        ooi=delta.ooi,
+        proximity=delta.proximity,
+        level=delta.level,
+        label=delta.label,
+        confidence=delta.confidence,
+        removed=delta.removed,
+    )
 
 
 def _reply(query: zenoh.Query, key: str, payload: bytes) -> None:
@@ -130,7 +134,8 @@ def _reply(query: zenoh.Query, key: str, payload: bytes) -> None:
         query.reply(key, payload)
 
 
-def _detection(find: Find, label: str) -> Detection:
+def detection_of(find: Find, label: str) -> Detection:
+    """Return a find as it travels."""
     return Detection(
         label=label,
         probability=find.probability,

@@ -80,7 +80,7 @@ class StatusReport:
             goal=active,
             queue=queue,
             history=history,
-            find=_find_report(find, mission.goal) if find and mission.goal else None,
+            find=find_report(find, mission.goal) if find and mission.goal else None,
             streams=[monitor.status() for monitor in intake.monitors.values()],
             timings=Timings(
                 step_ms=watch.median_ms("step"),
@@ -128,7 +128,8 @@ def _surface_voxels(mission: Mission) -> int:
     return int(tally[N_USED] - 1 - tally[N_FREE])
 
 
-def _find_report(find: Find, goal: Goal) -> FindReport:
+def find_report(find: Find, goal: Goal) -> FindReport:
+    """Return a find as the status tells it."""
     return FindReport(
         goal_id=goal.goal_id,
         object=goal.object,
