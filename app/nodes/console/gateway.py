@@ -1,6 +1,7 @@
 """The one public port: our page, viser's client behind it, and the shell's WebSocket."""
 
 import asyncio
+import logging
 import time
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
@@ -26,11 +27,16 @@ from app.nodes.console.shell_socket import serve_shell
 from app.nodes.console.viser_proxy import pass_through
 from app.nodes.console.visitors import Visitor, act_as
 
+logger = logging.getLogger(__name__)
+
 _TYPES: Final = {"css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 _ASSETS: Final = (
     "shell.css", "shell.js", "view.css", "icon.svg",
     "drive.css", "drive.js", "explain.js", "help.js", "lease.css", "lease.js", "login.css",
 )  # fmt: skip
+MAX_SOCKETS: Final = 128
+"""Two for each page: more than watch one robot, and few enough to serve."""
+_TRY_LATER: Final = 1013
 _VIEW: Final = "/view/?darkMode"
 
 
@@ -62,6 +68,7 @@ class Gateway:
         self._access = access
         self._hosts = hosts
         self._login = login
+        self._open_sockets = 0
         root = resources.files("web_assets")
         self._page = (root / "index.html").read_bytes()
         self._assets = {name: (root / name).read_bytes() for name in _ASSETS}
@@ -132,12 +139,33 @@ class Gateway:
         return JSONResponse({"ok": True, "text": state})
 
     async def _view_socket(self, socket: WebSocket) -> None:
-        async with _for_as_long_as_let_in(socket) as visitor:
+        if await self._is_full(socket):
+            return
+        async with self._place(socket) as visitor:
             await pass_through(socket, self._backend, visitor, self._controller.may_touch)
 
     async def _shell_socket(self, socket: WebSocket) -> None:
-        async with _for_as_long_as_let_in(socket) as visitor:
+        if await self._is_full(socket):
+            return
+        async with self._place(socket) as visitor:
             await serve_shell(socket, self._bulletin, self._controller, visitor)
+
+    async def _is_full(self, socket: WebSocket) -> bool:
+        if self._open_sockets < MAX_SOCKETS:
+            return False
+        logger.warning("a page is turned away: %d sockets are open", self._open_sockets)
+        await socket.accept()
+        await socket.close(_TRY_LATER, "too many pages are open")
+        return True
+
+    @asynccontextmanager
+    async def _place(self, socket: WebSocket) -> AsyncGenerator[Visitor]:
+        self._open_sockets += 1
+        try:
+            async with _for_as_long_as_let_in(socket) as visitor:
+                yield visitor
+        finally:
+            self._open_sockets -= 1
 
 
 @asynccontextmanager

@@ -11,7 +11,7 @@ from viser._messages import ShareUrlRequest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from app.messages.lease import LeaseReply
-from app.nodes.console import shell_socket
+from app.nodes.console import gateway, shell_socket
 from app.nodes.console.access import OpenAccess
 from app.nodes.console.backend import start_viser
 from app.nodes.console.bulletin import Bulletin
@@ -416,3 +416,25 @@ def test_an_oversized_message_ends_the_scene(client):
 def _send_and_drain(socket, message):
     socket.send(message)
     _drain(socket)
+
+
+def test_beyond_so_many_pages_a_further_one_is_turned_away(client, monkeypatch):
+    monkeypatch.setattr(gateway, "MAX_SOCKETS", 2)
+    with client.socket("/api/ws") as one, client.socket("/api/ws") as two:
+        _hear(one)
+        _hear(two)
+        with client.socket("/api/ws") as three:
+            assert _closing_code(three) == 1013
+    deadline = time.monotonic() + 10.0
+    while True:
+        with client.socket("/api/ws") as again:
+            if json.loads(_first(again)).get("type"):
+                break
+        assert time.monotonic() < deadline
+
+
+def _first(socket):
+    try:
+        return socket.recv(timeout=10)
+    except ConnectionClosed:
+        return "{}"
