@@ -67,6 +67,21 @@ class EvalReport:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class EvalReplay:
+    """Run one episode of an evaluation again, and record it for `ippon review`.
+
+    The same version of the program gives the same search. Prints the recording's folder.
+    """
+
+    folder: Positional[Path]
+    """The folder that `ippon eval run` wrote."""
+    episode: Positional[str]
+    """The episode's name, for example 1003.hat.3.untold; the report lists them."""
+    method: str = "ippon"
+    """By which method."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class EvalHabitat:
     """Search in habitat-lab's environment and data, HM3D for example; see docs/habitat.md."""
 
@@ -91,5 +106,6 @@ class Eval:
     command: (
         Annotated[EvalRun, tyro.conf.subcommand("run")]
         | Annotated[EvalReport, tyro.conf.subcommand("report")]
+        | Annotated[EvalReplay, tyro.conf.subcommand("replay")]
         | Annotated[EvalHabitat, tyro.conf.subcommand("habitat")]
     )

@@ -5,9 +5,12 @@ import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
+from pathlib import Path
 from typing import Any, Final
+from urllib.parse import quote
 
 from app.cli.eval_plots import failure_plot, goal_plot, interval_plot, success_curves
+from app.cli.eval_store import SESSIONS
 from ippon.evaluation.catalogue import home_name
 from ippon.evaluation.methods import METHODS
 from ippon.evaluation.row import EpisodeRow
@@ -33,6 +36,7 @@ h1{font-size:24px}h2{font-size:18px;margin-top:40px}
 table{border-collapse:collapse;width:100%;font-size:14px;margin:8px 0}
 th,td{text-align:right;padding:4px 8px;border-bottom:1px solid var(--line);white-space:nowrap}
 th:first-child,td:first-child{text-align:left}td.wide{white-space:normal;text-align:left}
+a{color:#56b4e9}
 .dim{color:var(--dim)}.warn{border-left:4px solid #E69F00;padding:8px 12px;background:#E69F0018}
 .legend span{margin-right:16px;white-space:nowrap}.legend i{display:inline-block;width:12px;
 height:12px;margin-right:6px}svg{width:100%;height:auto}
@@ -58,6 +62,8 @@ class ReportData:
     """A second object on the map of the first, and on an empty one."""
     errors: Sequence[str]
     settings: dict[str, Any]
+    folder: Path
+    """Where the results lie, for commands and links."""
 
 
 def report_page(data: ReportData) -> str:
@@ -86,6 +92,7 @@ def report_page(data: ReportData) -> str:
         failure_plot(data.summaries),
         _causes(),
         *_failed(data),
+        *_recorded(data),
         "<h2>Set-up</h2>",
         "<details><summary>configuration</summary><pre>",
         escape(json.dumps(data.settings, indent=1)),
@@ -95,22 +102,6 @@ def report_page(data: ReportData) -> str:
         '<!doctype html><html lang="en"><meta charset="utf-8"><title>IPPON evaluation</title>'
         f"<style>{_STYLE}</style><body>{''.join(parts)}</body></html>\n"
     )
-
-
-def repeat_command(row: EpisodeRow, settings: dict[str, Any]) -> str:
-    """Return the command that runs one episode again."""
-    fixed = settings.get("fixed", {})
-    starts = settings.get("command", {}).get("starts", "1")
-    told = ["--context", "support"] if row.context else []
-    words = [
-        "ippon", "eval", "run", "--out", "again", "--homes", row.home, "--objects", row.goal,
-        "--methods", row.method, "--robot", str(fixed.get("robot", row.robot)),
-        "--image-width", str(row.image_width), "--seed", str(fixed.get("seed", 0)),
-        "--starts", str(starts), *told,
-    ]  # fmt: skip
-    if "voxel_size_m" in fixed:
-        words += ["--voxel-size-m", str(fixed["voxel_size_m"])]
-    return shlex.join(words)
 
 
 def _facts(data: ReportData) -> str:
@@ -222,14 +213,41 @@ def _failed(data: ReportData) -> Iterable[str]:
     failed = [r for r in data.rows if not r.success]
     if not failed:
         return
-    yield f"<details><summary>{len(failed)} failed episodes, and how to repeat them</summary>"
+    yield f"<details><summary>{len(failed)} failed episodes, and how to watch them</summary>"
     body = (
         f"<tr><td>{escape(r.episode_id)}</td><td>{r.method}</td><td>{r.failure}</td>"
         f"<td>{r.distance_to_goal_m:.1f} m away</td>"
-        f'<td class="wide"><code>{escape(repeat_command(r, data.settings))}</code></td></tr>'
+        f'<td class="wide"><code>{escape(replay_command(data.folder, r))}</code></td></tr>'
         for r in failed
     )
     yield f"<table>{''.join(body)}</table></details>"
+
+
+def replay_command(folder: Path, row: EpisodeRow) -> str:
+    """Return the command that runs an episode again and records it."""
+    words = ["ippon", "eval", "replay", str(folder), row.episode_id, "--method", row.method]
+    return shlex.join(words)
+
+
+def _recorded(data: ReportData) -> Iterable[str]:
+    """List what `ippon eval replay` has recorded, to be opened."""
+    sessions = sorted((data.folder / SESSIONS).glob("*/*/metadata.yaml"))
+    if not sessions:
+        yield (
+            '<p class="dim">Any episode can be watched: ippon eval replay FOLDER EPISODE --method '
+            "METHOD records it for ippon review. The rows name the episodes.</p>"
+        )
+        return
+    yield "<h2>Recorded episodes</h2><table>"
+    for path in sessions:
+        folder = path.parent
+        link = "/".join(quote(part) for part in folder.relative_to(data.folder).parts)
+        command = shlex.join(["ippon", "review", str(folder)])
+        yield (
+            f'<tr><td><a href="{link}/">{escape(folder.parent.name)}</a></td>'
+            f'<td class="wide"><code>{escape(command)}</code></td></tr>'
+        )
+    yield "</table>"
 
 
 def _table(head: Sequence[str], body: Iterable[Sequence[str]]) -> str:

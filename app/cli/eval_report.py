@@ -40,6 +40,7 @@ def run_report(command: EvalReport) -> int:
         seconds=second_object_effects(rows),
         errors=folder.errors(),
         settings=folder.settings(),
+        folder=command.folder,
     )
     page, table = command.folder / "report.html", command.folder / "report.json"
     try:

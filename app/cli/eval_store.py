@@ -15,6 +15,8 @@ from ippon.evaluation.row import EpisodeRow, row_from
 
 RUN_FILE = "run.json"
 TABLE_FILE = "episodes.parquet"
+SESSIONS = "sessions"
+"""Folder of the recordings of single episodes."""
 _ARROW_TYPES: dict[Any, Any] = {
     str: pa.string(),
     bool: pa.bool_(),

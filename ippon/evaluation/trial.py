@@ -137,6 +137,10 @@ class Trial:
             dataclasses.replace(fresh, kind="fresh", after=spec.goal),
         )
 
+    def guidance(self, spec: EpisodeSpec, method: Method) -> Guidance:
+        """Return the levels that the search goes by."""
+        return self._goal(spec, method)[1]
+
     def _run_first(self, spec: EpisodeSpec, method: Method) -> tuple[EpisodeRow, Rig]:
         began = self._clocks.wall(), self._clocks.cpu()
         self._judge(spec.goal)

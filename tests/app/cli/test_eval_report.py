@@ -1,13 +1,14 @@
 import json
 import re
+from pathlib import Path
 
 import pytest
 
 from app.cli.errors import UsageError
 from app.cli.eval_options import EvalReport
-from app.cli.eval_page import repeat_command
+from app.cli.eval_page import replay_command
 from app.cli.eval_report import run_report
-from app.cli.eval_store import EvaluationFolder
+from app.cli.eval_store import SESSIONS, EvaluationFolder
 
 _SETTINGS = {
     "fixed": {"seed": 4, "robot": "zed", "image_width": 320, "voxel_size_m": 0.1},
@@ -71,7 +72,7 @@ def test_the_page_is_whole_and_needs_nothing_from_elsewhere(results, capsys):
     assert "A small sample" in page
     assert "0.500 [0.40, 0.60]" in page
     assert "oracle, stuck: 1" in page
-    assert "--homes 2 --objects bed --methods oracle --robot zed" in page
+    assert f"ippon eval replay {results.path} 2.bed.0.untold --method oracle" in page
     everything = json.loads((results.path / "report.json").read_text())
     assert everything["comparisons"][0]["spl"]["mean"] == 0.0
     assert everything["settings"]["fixed"]["seed"] == 4
@@ -93,12 +94,18 @@ def test_names_from_a_home_cannot_break_the_page(results, make_row, capsys):
     assert "<script>" not in (results.path / "report.html").read_text()
 
 
-def test_the_command_that_repeats_an_episode(make_row):
-    row = make_row(home="a b/studio", context="I left it on the sofa.", goal="hat")
-    assert repeat_command(row, _SETTINGS) == (
-        "ippon eval run --out again --homes 'a b/studio' --objects hat --methods ippon --robot zed "
-        "--image-width 320 --seed 4 --starts 2 --context support --voxel-size-m 0.1"
-    )
+def test_an_episode_can_be_watched(results, make_row, capsys):
+    row = make_row(episode_id="studio.hat.0.told", method="no_bayes")
+    command = "ippon eval replay 'a b' studio.hat.0.told --method no_bayes"
+    assert replay_command(Path("a b"), row) == command
+    results.write(row)
+    session = results.path / SESSIONS / "studio.hat.0.told.no_bayes" / "2026 #1"
+    session.mkdir(parents=True)
+    (session / "metadata.yaml").touch()
+    run_report(EvalReport(folder=results.path))
+    page = (results.path / "report.html").read_text()
+    assert f'href="{SESSIONS}/studio.hat.0.told.no_bayes/2026%20%231/"' in page
+    assert "ippon review" in page
 
 
 def test_nothing_to_report_is_a_clear_error(tmp_path):
