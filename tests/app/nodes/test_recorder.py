@@ -1,0 +1,141 @@
+"""The recorder on a real network."""
+
+import random
+import threading
+import time
+
+import msgspec
+import pytest
+
+from app.links.requests import RequestRefusedError, ask, last_message, serve
+from app.messages import keys
+from app.messages.control import ControlReply, ControlRequest, Event
+from app.messages.recording import RecordingStatus, RecordRequest
+from app.nodes.recorder import Recorder, RecorderConfig
+from app.recording.backlog import Backlog
+from app.recording.limits import RecordingLimits
+from app.recording.notes import read_notes
+from app.recording.recording import Recording
+
+ROBOT = "test/robot-1"
+
+
+def _await(condition, timeout_s=15.0):
+    deadline = time.monotonic() + timeout_s
+    while time.monotonic() < deadline:
+        found = condition()
+        if found:
+            return found
+        time.sleep(0.02)
+    raise TimeoutError
+
+
+@pytest.fixture
+def record(sessions, free_endpoint, tmp_path):
+    """Start a recorder in a thread; returns a function that ends it and opens what it wrote."""
+    stop = threading.Event()
+    threads = []
+
+    def start(**options):
+        config = RecorderConfig(connect=free_endpoint, robot=ROBOT, root=tmp_path / "s", **options)
+        threads.append(threading.Thread(target=Recorder(config).run, args=(stop,)))
+        threads[0].start()
+        _await(lambda: last_message(sessions[1], f"{ROBOT}/{keys.RECORDING}", 1.0))
+
+        def finish():
+            stop.set()
+            threads[0].join(20)
+            return [Recording(folder) for folder in sorted((tmp_path / "s").iterdir())]
+
+        return finish
+
+    yield start
+    stop.set()
+    for thread in threads:
+        thread.join(20)
+
+
+def _request(session, action, text=""):
+    request = RecordRequest(action=action, text=text, requester="Anna")
+    return ask(session, f"{ROBOT}/{keys.RECORD}", request, RecordingStatus, timeout_s=8.0)
+
+
+def test_what_is_said_is_recorded_with_who_asked_for_it(sessions, record):
+    _, client = sessions
+    serve(client, f"{ROBOT}/{keys.CONTROL}", ControlRequest, lambda _: ControlReply(state="paused"))
+    finish = record(limits=RecordingLimits(min_free_gb=0.0))
+    payloads = [b"%d" % n for n in range(200)]
+    for payload in payloads:
+        client.put(f"{ROBOT}/some/thing", payload)
+    request = ControlRequest(action="pause", requester="Anna")
+    ask(client, f"{ROBOT}/{keys.CONTROL}", request, ControlReply, timeout_s=5.0)
+    _request(client, "note", "a note")
+    with pytest.raises(RequestRefusedError, match="the note is empty"):
+        _request(client, "note", " ")
+    time.sleep(0.3)
+    (recording,) = finish()
+    assert [m.payload for m in recording.all_messages(("some/thing",))] == payloads
+    exchange = recording.first(f"{keys.CONTROL}/{keys.EXCHANGE}")
+    content = msgspec.json.decode(exchange.payload)
+    assert (content["number"], content["request"]["requester"]) == (1, "Anna")
+    assert content["reply"]["state"] == "paused"
+    assert recording.index.complete
+    (note,) = read_notes(recording.path)
+    assert (note.text, note.author) == ("a note", "Anna")
+    recording.close()
+
+
+def test_recording_is_switched_on_and_off_by_request(sessions, record):
+    _, client = sessions
+    finish = record(limits=RecordingLimits(min_free_gb=0.0), wait=True)
+    with pytest.raises(RequestRefusedError, match="nothing is recorded"):
+        _request(client, "mark")
+    assert _request(client, "start").state == "recording"
+    client.put(f"{ROBOT}/a", b"1")
+    time.sleep(0.3)
+    status = _request(client, "stop")
+    assert (status.state, status.text) == ("off", "not recording: ended by Anna")
+    client.put(f"{ROBOT}/a", b"2")
+    time.sleep(0.3)
+    (recording,) = finish()
+    assert [m.payload for m in recording.all_messages(("a",))] == [b"1"]
+    recording.close()
+
+
+def test_at_its_limit_a_recording_ends_and_everyone_is_told(sessions, record):
+    router, client = sessions
+    events = []
+    router.declare_subscriber(
+        f"{ROBOT}/{keys.EVENT}", lambda s: events.append(s.payload.to_bytes())
+    )
+    finish = record(limits=RecordingLimits(max_gb=2e-4, min_free_gb=0.0))
+    rng = random.Random(1)
+    for _ in range(6):
+        client.put(f"{ROBOT}/noise", rng.randbytes(60_000))
+    told = msgspec.json.decode(_await(lambda: events and events[0]), type=Event)
+    assert told.kind == "error"
+    assert "limit of 0.0002 GB; the robot goes on" in told.text
+    (recording,) = finish()
+    assert recording.index.complete
+    recording.close()
+
+
+def test_a_disk_that_refuses_ends_the_recording_and_nothing_else(sessions, record, tmp_path):
+    _, client = sessions
+    (tmp_path / "s").write_text("a file where the folder should be")
+    record(limits=RecordingLimits(min_free_gb=0.0))
+    status = msgspec.json.decode(
+        last_message(client, f"{ROBOT}/{keys.RECORDING}", 2.0), type=RecordingStatus
+    )
+    assert status.state == "failed"
+    assert "cannot be written to" in status.text
+    (tmp_path / "s").unlink()
+    assert _request(client, "start").state == "recording"
+
+
+def test_what_finds_no_room_is_counted():
+    backlog = Backlog(limit_bytes=10)
+    for _ in range(3):
+        backlog.put("k", b"12345")
+    assert len(backlog.take(0.0)) == 2
+    assert backlog.dropped == 1
