@@ -21,10 +21,10 @@ SHOWN_EVENTS: Final = 500
 TF_NS: Final = 1_000_000_000
 """Poses of so long before a moment place every frame of a robot that is alive."""
 LATEST: Final = (
-    keys.CAMERA_INFO, keys.COLOR, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.PROXIMITY,
+    keys.CAMERA_INFO, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.PROXIMITY,
 )  # fmt: skip
 PLAYED: Final = (
-    keys.STATUS, keys.EVENT, keys.MAP_VOXELS, keys.TF, keys.TF_STATIC, *LATEST,
+    keys.COLOR, keys.STATUS, keys.EVENT, keys.MAP_VOXELS, keys.TF, keys.TF_STATIC, *LATEST,
 )  # fmt: skip
 
 Emit = Callable[[str, bytes], object]
@@ -67,9 +67,11 @@ class Player:
         time_ns = recording.start_ns + round(position_s * 1e9)
         self.time_ns = min(max(time_ns, self._first_ns), recording.end_ns)
         self._emit(RESTORE, msgspec.json.encode(self._past()))
-        status = recording.latest(keys.STATUS, self.time_ns)
-        if status is not None:
-            self._emit(keys.STATUS, status.payload)
+        # The picture first: a find is shown in the picture of its moment.
+        for key in (keys.COLOR, keys.STATUS):
+            last = recording.latest(key, self.time_ns)
+            if last is not None:
+                self._emit(key, last.payload)
         self._show_map()
         for message in recording.between(0, self.time_ns, (keys.TF_STATIC,)):
             self._emit(message.key, message.payload)
