@@ -19,6 +19,7 @@ from rich.table import Table
 from rich.text import Text
 
 from app.cli.options import Doctor
+from app.cli.segment_options import Segmentation
 from app.links.registry import running_navigators
 
 Verdict = Literal["ok", "warning", "missing"]
@@ -33,6 +34,8 @@ LIBRARIES: Final = {
 PACKAGES: Final = ("numba", "numpy", "open3d", "ompl", "eclipse-zenoh", "viser")
 DISK_GB: Final = 2.0
 SLOW_MS: Final = 150.0
+SLOW_SEGMENTATION_S: Final = 0.5
+"""A robot that drives on sees twice a second what is around it."""
 EXIT_UNWELL: Final = 1
 
 
@@ -61,6 +64,8 @@ def run_doctor(command: Doctor) -> int:
         _navigators,
     )
     findings = [finding for check in checks for finding in check()]
+    if command.segmentation:
+        findings.append(_segmentation(command.network))
     if command.json:
         print(json.dumps([asdict(finding) for finding in findings]))
     else:
@@ -162,6 +167,18 @@ def _speed() -> list[Finding]:
         ),
         Finding(what="kernels ready in", verdict="ok", detail=f"{marks[-1] - started:.1f} s"),
     ]
+
+
+def _segmentation(options: Segmentation) -> Finding:
+    from app.cli.doctor_segmentation import measure_network
+    from ippon.segmentation.errors import SegmentationError
+
+    try:
+        speed = measure_network(options)
+    except (SegmentationError, ValueError) as error:
+        return Finding(what="segmentation", verdict="missing", detail=str(error))
+    verdict = "ok" if speed.image_s < SLOW_SEGMENTATION_S else "warning"
+    return Finding(what="segmentation", verdict=verdict, detail=str(speed))
 
 
 def _navigators() -> list[Finding]:

@@ -30,7 +30,7 @@ class Segmentation:
     """Shorter side of the image that SAN sees; larger sees smaller things and takes longer."""
     small_objects: bool = True
     """Look a second time at a crop where the object of interest is small or not to be seen."""
-    distractors: bool = True
+    distractors: bool = False
     """Offer the network labels of common small things, so that what is no object of interest has
     something better to be taken for."""
 

@@ -22,7 +22,11 @@ def load_segmenter(config: SegmentationConfig, folder: Path) -> Segmenter:
         CheckpointError: The weights are missing, damaged or of another network.
         SegmentationError: There is no such device.
     """
-    segmenter = _network(config, folder)
+    return with_second_passes(_network(config, folder), config)
+
+
+def with_second_passes(segmenter: Segmenter, config: SegmentationConfig) -> Segmenter:
+    """Put the chosen second passes around a segmenter."""
     if config.distractors:
         segmenter = DistractorSegmenter(segmenter)
     return CropSegmenter(segmenter) if config.small_objects else segmenter

@@ -63,6 +63,29 @@ def stretched_kernel(grid: Float32Array, i: int, j: int, h: int, w: int) -> floa
     return (1.0 - fy) * top + fy * bottom
 
 
+def part_of_grid(
+    grid: NDArray[np.float64], window: tuple[float, float, float, float]
+) -> NDArray[np.float64]:
+    """Read the part of a stretched grid that a crop of the image sees, bilinearly.
+
+    Args:
+        grid: (gh, gw), stretched over the image.
+        window: Top, left, height and width of the crop as shares of the image.
+
+    Returns:
+        (gh, gw) to stretch over the crop; the grid itself for the whole image.
+    """
+    if window == (0.0, 0.0, 1.0, 1.0):
+        return grid
+    for axis, (start, extent) in enumerate(((window[0], window[2]), (window[1], window[3]))):
+        n = grid.shape[axis]
+        at = (start + extent * np.linspace(0.0, 1.0, n)) * (n - 1)
+        low = np.minimum(at.astype(np.int64), n - 2)
+        part = np.expand_dims(at - low, 1 - axis)
+        grid = (1.0 - part) * grid.take(low, axis) + part * grid.take(low + 1, axis)
+    return grid
+
+
 def neighbours(labels: Int32Array, count: int) -> NDArray[np.int64]:
     """Return (count,) the label that borders each label most; itself where nothing does.
 
@@ -168,3 +191,15 @@ def _round_in_turn(mixed: Float32Array, out: UInt8Array) -> None:
         value = np.uint8(carry)
         carry -= np.float32(value)
         out[c] = value
+
+
+def compact_samples(samples: Int32Array) -> tuple[Int32Array, Int32Array]:
+    """Return the sorted distinct values, all at least -1, and the samples as rows of them."""
+    present = np.bincount(samples.ravel() + 1) > 0
+    rows = np.cumsum(present, dtype=np.int32) - np.int32(1)
+    return np.flatnonzero(present).astype(np.int32) - np.int32(1), rows[samples + 1]
+
+
+def sigmoid(logit: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the probability that a logit stands for."""
+    return 1.0 / (1.0 + np.exp(-logit))

@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 from ippon.frame import Heatmap
 from ippon.geometry import Float64Array
 from ippon.simulation.confusion import affinity, is_vague, ooi_affinity
-from ippon.simulation.heatmap import Float32Array, Int32Array, blend, neighbours, sample_instances
+from ippon.simulation.heatmap import (
+    Float32Array,
+    Int32Array,
+    blend,
+    compact_samples,
+    neighbours,
+    part_of_grid,
+    sample_instances,
+    sigmoid,
+)
 from ippon.simulation.renderer import Rendering
 from ippon.simulation.scene import Instance, Scene
 from ippon.vocabulary import canonical_label
@@ -160,14 +169,19 @@ class SimulatedSegmenter:
         return self._truth.copy()
 
     def segment(
-        self, rendering: Rendering, camera_position_world: Float64Array, frame_index: int
+        self,
+        rendering: Rendering,
+        camera_position_world: Float64Array,
+        frame_index: int,
+        window: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0),
     ) -> Heatmap:
-        """Segment one picture.
+        """Segment one picture, or a crop of it.
 
         Args:
             rendering: What a perfect camera sees.
             camera_position_world: (3,) metres; which side of an object is seen depends on it.
             frame_index: Number of the frame, from 0; nearby numbers flicker alike.
+            window: Top, left, height and width of a crop as shares; it errs as its place does.
 
         Returns:
             Probabilities per label; the channels of a pixel sum to 255.
@@ -178,7 +192,7 @@ class SimulatedSegmenter:
         warp = self._rng(5, frame_index).standard_normal(_WARP_SHAPE, dtype=np.float32)
         warp *= np.float32(self.config.wobble_px)
         samples = sample_instances(rendering.instance, size, self.config.edge_px, warp)
-        seen, local = _compact(samples)
+        seen, local = compact_samples(samples)
         centre = local[..., 0]
         pixels = np.bincount(centre.ravel(), minlength=len(seen))
         ranges = self._ranges(rendering.depth, centre, pixels)
@@ -189,7 +203,7 @@ class SimulatedSegmenter:
             beside = neighbours(centre, len(seen))
             good = weights[:, None] * good + (1.0 - weights[:, None]) * good[beside]
             bad = weights[:, None] * bad + (1.0 - weights[:, None]) * bad[beside]
-        field = self._smooth(frame_index)[2].astype(np.float32)
+        field = part_of_grid(self._smooth(frame_index)[2], window).astype(np.float32)
         probabilities = blend(local, good.astype(np.float32), bad.astype(np.float32), field)
         return Heatmap(labels=self.labels, ooi=self.ooi, probabilities=probabilities)
 
@@ -266,8 +280,8 @@ class SimulatedSegmenter:
             - config.range_loss_per_m * np.maximum(ranges - config.clear_range_m, 0.0)
         )
         known = (seen >= 0) & (self._truth[seen] >= 0)
-        good = np.where(known, _sigmoid(logit + config.field_sigma), 0.0)
-        bad = np.where(known, _sigmoid(logit - config.field_sigma), 0.0)
+        good = np.where(known, sigmoid(logit + config.field_sigma), 0.0)
+        bad = np.where(known, sigmoid(logit - config.field_sigma), 0.0)
         return good, bad
 
     def _side(self, seen: Int32Array, camera_position_world: Float64Array) -> Float64Array:
@@ -287,7 +301,7 @@ class SimulatedSegmenter:
         white = self._rng(3, frame_index).standard_normal(len(self._stable))
         logit = 2.0 * np.log(np.maximum(shares, 1e-9) / self.config.missed_share)
         logit += 0.8 * self._missed[seen] + 0.8 * white[seen]
-        return np.where(seen >= 0, _sigmoid(logit), 1.0)
+        return np.where(seen >= 0, sigmoid(logit), 1.0)
 
     def _rows(self, seen: Int32Array, share: Float64Array, frame_index: int) -> Float64Array:
         """Make the probability vector of each thing from its right label's share."""
@@ -331,18 +345,7 @@ class SimulatedSegmenter:
         return np.random.Generator(np.random.PCG64([self._seed, *stream]))
 
 
-def _compact(samples: Int32Array) -> tuple[Int32Array, Int32Array]:
-    """Return the sorted distinct values, all at least -1, and the samples as rows of them."""
-    present = np.bincount(samples.ravel() + 1) > 0
-    rows = np.cumsum(present, dtype=np.int32) - np.int32(1)
-    return np.flatnonzero(present).astype(np.int32) - np.int32(1), rows[samples + 1]
-
-
 def _mix(first: Float64Array, second: Float64Array, part: float | Float64Array) -> Float64Array:
     """Interpolate two independent draws, keeping their variance."""
     scale = np.sqrt((1.0 - part) ** 2 + np.square(part))
     return ((1.0 - part) * first + part * second) / scale
-
-
-def _sigmoid(logit: Float64Array) -> Float64Array:
-    return 1.0 / (1.0 + np.exp(-logit))

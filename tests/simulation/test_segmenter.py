@@ -5,7 +5,7 @@ import pytest
 
 from ippon.geometry import base_pose
 from ippon.robot import ZED
-from ippon.simulation.heatmap import sample_instances
+from ippon.simulation.heatmap import part_of_grid, sample_instances
 from ippon.simulation.loader import load_scene
 from ippon.simulation.renderer import SceneRenderer
 from ippon.simulation.segmenter import SegmenterConfig, SimulatedSegmenter
@@ -243,3 +243,14 @@ def test_what_answers_the_question_takes_its_channel(furnished):
     assert model.true_channels()[hat] == 40
     plain = SimulatedSegmenter(furnished, MATTERPORT_40, "headgear")
     assert plain.true_channels()[hat] == MATTERPORT_40.index("clothes")
+
+
+def test_a_crop_sees_its_part_of_the_images_bad_patches():
+    grid = np.random.default_rng(5).standard_normal((6, 9))
+    np.testing.assert_array_equal(part_of_grid(grid, (0.0, 0.0, 1.0, 1.0)), grid)
+    corner = part_of_grid(grid, (0.0, 0.0, 0.5, 0.5))
+    assert corner[0, 0] == grid[0, 0]
+    np.testing.assert_allclose(corner[-1, -1], (grid[2, 4] + grid[3, 4]) / 2.0)
+    last = part_of_grid(grid, (0.5, 0.5, 0.5, 0.5))
+    np.testing.assert_allclose(last[0, 0], corner[-1, -1])
+    np.testing.assert_allclose(last[-1, -1], grid[-1, -1])

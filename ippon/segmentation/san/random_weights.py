@@ -1,0 +1,28 @@
+"""A SAN that has learnt nothing: as fast as a trained one, for measuring and for tests."""
+
+import torch
+from torch import Tensor
+
+from ippon.segmentation.san.architecture import SanArchitecture
+from ippon.segmentation.san.checkpoint import network_of
+from ippon.segmentation.san.network import SanNetwork
+
+
+def random_network(architecture: SanArchitecture, seed: int) -> SanNetwork:
+    """Return a network whose weights are drawn, each sized to keep activations near 1."""
+    with torch.device("meta"):
+        empty = SanNetwork(architecture).state_dict()
+    generator = torch.Generator().manual_seed(seed)
+    state = {
+        name: _drawn(name, tensor, generator)
+        for name, tensor in empty.items()
+        if name != "ov_classifier.attn_mask"
+    }
+    return network_of(state, architecture, "random weights")
+
+
+def _drawn(name: str, like: Tensor, generator: torch.Generator) -> Tensor:
+    if like.dim() < 2:
+        return torch.ones(like.shape) if name.endswith("weight") else torch.zeros(like.shape)
+    fan_in = like[0].numel()
+    return torch.randn(like.shape, generator=generator) * fan_in**-0.5
