@@ -107,6 +107,10 @@ def _max_fusion(config: MissionConfig) -> MissionConfig:
     return replace(config, map=replace(config.map, fusion="max"))
 
 
+def _by_room(config: MissionConfig) -> MissionConfig:
+    return replace(config, rooms=replace(config.rooms, enabled=True))
+
+
 def _straight_only(config: MissionConfig) -> MissionConfig:
     planner = config.planner
     local = replace(planner.local_planner, enabled=False)
@@ -141,6 +145,12 @@ _ALL: Final = (
         name="no_guidance",
         summary="every common object is rated average",
         guide=_all_average,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="rooms",
+        summary="common objects are rated by the type of room that they stand in",
+        configure=_by_room,
         equip=_viewpoint_planner,
     ),
     Method(

@@ -7,6 +7,9 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+BY_OPERATOR = "set by the operator"
+"""Reason of a level that no answer and no room changes."""
+
 
 class Level(IntEnum):
     """The four levels of the paper (Sec. Semantic Guidance), ordered by probability."""

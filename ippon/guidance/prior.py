@@ -23,6 +23,11 @@ class EmbeddedPrior:
     def __init__(self) -> None:
         self._knowledge: Knowledge = load_knowledge()
 
+    @property
+    def room_types(self) -> tuple[str, ...]:
+        """Types of room that `levels` can be asked for."""
+        return self._knowledge.room_types
+
     def warm_up(self) -> None:
         """Pay what the first question with an unknown plural costs, about a second, in advance."""
         singular("gazebos")
@@ -91,7 +96,9 @@ class EmbeddedPrior:
     def _room(self, room: str | None) -> dict[str, float] | None:
         if room is None:
             return None
-        kind = self._knowledge.room(words(canonical_label(room)))
+        label = canonical_label(room)
+        named = self._knowledge.room(words(label))
+        kind = label if label in self._knowledge.room_types else named
         if kind is None:
             known = ", ".join(self._knowledge.room_types)
             raise ValueError(f"no type of room {room!r}; the types are {known}")

@@ -19,6 +19,9 @@ from ippon.control.safety import filter_command
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, yaw_of
 from ippon.guidance.levels import Guidance, LevelProbabilities
+from ippon.guidance.room_levels import RoomLevels
+from ippon.guidance.rooms import RoomConfig
+from ippon.mapping.arrays import MapArrays
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
 from ippon.mission.clusters import OoiVoxels, cluster_finds
 from ippon.mission.explanation import explain
@@ -57,6 +60,7 @@ class MissionConfig:
 
     map: MapConfig = field(default_factory=MapConfig)
     levels: LevelProbabilities = field(default_factory=LevelProbabilities)
+    rooms: RoomConfig = field(default_factory=RoomConfig)
     planner: PlannerConfig = field(default_factory=PlannerConfig)
     follower: FollowerConfig = field(default_factory=FollowerConfig)
     look_around: LookAroundConfig = field(default_factory=LookAroundConfig)
@@ -102,6 +106,7 @@ class Mission:
         self.config = config
         self.robot = robot
         self.voxel_map = VoxelMap(config.map, labels)
+        self._rooms = RoomLevels(config.rooms) if config.rooms.enabled else None
         self._planner: Planner = planner or ViewpointPlanner(config.planner, robot, seed)
         self._follower = PathFollower(config.follower, robot)
         self._look_around = LookAround(config.look_around, robot)
@@ -166,6 +171,8 @@ class Mission:
         goal = self._search.goal
         probabilities = self.config.levels.as_array()
         self.voxel_map.set_levels(guidance.levels(), probabilities)
+        if self._rooms is not None:
+            self._rooms.set_guidance(guidance)
         self._planner.set_goal(
             probabilities=probabilities,
             termination_min=termination_voxels(
@@ -355,8 +362,9 @@ class Mission:
         if self._recovery.blocked(frame.stamp_ns, frame.T_world_base, frame.contact):
             self._note("contact", "blocked: marking what is ahead and backing off")
             self._planner.mark_contact(frame.T_world_base)
-        arrays = self.voxel_map.arrays()
-        plan = self._plan = self._planner.step(arrays, frame.T_world_base, frame.tilt_rad)
+        plan = self._plan = self._planner.step(
+            self._guided(frame), frame.T_world_base, frame.tilt_rad
+        )
         if self._drive is DriveMode.MANUAL and self._waypoint is None:
             self._why = "you drive; the map goes on growing"
             return Command(tilt_rad=frame.tilt_rad)
@@ -398,6 +406,13 @@ class Mission:
             sweep = self._travel_pitch.tilt(search.elapsed_s(frame.stamp_ns))
             return dataclasses.replace(command, tilt_rad=sweep)
         return command
+
+    def _guided(self, frame: Frame) -> MapArrays:
+        """Return the map as it guides the planner: by the type of room, where that is asked for."""
+        if self._rooms is None:
+            return self.voxel_map.arrays()
+        floor_z_m = float(frame.T_world_base[2, 3])
+        return self._rooms.follow(self.voxel_map, frame.stamp_ns, floor_z_m)
 
     def _go_on(self, frame: Frame, plan: Plan, dt_s: float) -> Command:
         """Drive on to the operator's point; there, or without a way, it is done with."""

@@ -58,7 +58,7 @@ def test_without_guidance_every_level_is_average():
 
 
 def test_groups_name_methods():
-    assert set(ABLATIONS) | set(BASELINES) | {"ippon", "oracle"} == set(METHODS)
+    assert set(ABLATIONS) | set(BASELINES) | {"ippon", "oracle", "rooms"} == set(METHODS)
 
 
 def test_a_wider_robot_is_wider_by_that_much():

@@ -34,7 +34,7 @@ from app.messages.control import (
     VocabularyRequest,
 )
 from app.nodes.navigator.goals import GoalBook, PlannedSearch
-from ippon.guidance.levels import LabelLevel, Level
+from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level
 from ippon.guidance.naming import ResolvedObject, resolve_object
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.guidance.sentence import read_query
@@ -45,7 +45,6 @@ from ippon.vocabulary import canonical_label
 
 logger = logging.getLogger(__name__)
 
-BY_OPERATOR: Final = "set by the operator"
 SENTENCE_S: Final = 8.0
 """A sentence that the model has not read by then is read by rules: somebody waits for it."""
 MAX_LEARNED: Final = 20
