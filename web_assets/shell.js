@@ -215,7 +215,11 @@ function notice(shown) {
     case "manual":
       return state.drive?.waypoint ? ["On the way to your point", ""] : ["", ""];
     case "exhausted":
-      return ["Not found", `Everything that can be reached was seen; no ${state.object}.`];
+      return [
+        "Not found",
+        `Everything that can be reached was seen. The best match was ${Math.round(100 * state.best_ooi)} %: ` +
+          "Map, Object shows where; click it, or send the robot there.",
+      ];
     case "lost":
       return ["The robot waits", state.why];
     case "paused":

@@ -60,6 +60,7 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     context: str = ""
     elapsed_s: float = 0.0
     frame_age_ms: float | None = None
+    best_ooi: float = 0.0
     drive: DriveStatus = DriveStatus()
     lease: LeaseStatus = LeaseStatus()
     warning: str = ""
@@ -248,6 +249,7 @@ class Conductor:
             context=goal.context if goal is not None else "",
             elapsed_s=float(int(status.elapsed_s)),
             frame_age_ms=round(status.timings.frame_age_ms),
+            best_ooi=round(status.best_ooi, 2),
             has_map=self.model.voxels.count > 0,
             drive=status.drive,
             lease=link.lease_status,
