@@ -126,9 +126,16 @@ class EvaluationFolder:
             raise UsageError(f"{table} is damaged: {error}") from error
 
     def settings(self) -> dict[str, Any]:
-        """Return what the folder was made with; empty when that is not known."""
+        """Return what the folder was made with; empty when that is not known.
+
+        Raises:
+            UsageError: The note of it is damaged.
+        """
         run = self.path / RUN_FILE
-        return json.loads(run.read_text(encoding="utf-8")) if run.is_file() else {}
+        try:
+            return json.loads(run.read_text(encoding="utf-8")) if run.is_file() else {}
+        except (OSError, ValueError) as error:
+            raise UsageError(f"{run} is damaged: {error}; delete it to go without") from error
 
     def merge(self) -> int:
         """Write all rows into one Parquet file; returns their number."""

@@ -77,6 +77,8 @@ def test_damage_is_named(folder, make_row):
     (folder.path / RUN_FILE).write_text("{")
     with pytest.raises(UsageError, match=r"run\.json is damaged"):
         folder.open_for(_SETTINGS)
+    with pytest.raises(UsageError, match=r"run\.json is damaged: .*delete it to go without"):
+        folder.settings()
     folder.write(make_row())
     (path,) = (folder.path / "rows").iterdir()
     values = json.loads(path.read_text())
@@ -103,3 +105,9 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(UsageError, match="cannot write to"):
         EvaluationFolder(tmp_path / "file" / "out").open_for(_SETTINGS)
+
+
+def test_a_damaged_table_is_named(folder):
+    (folder.path / TABLE_FILE).write_bytes(b"PAR1 no more")
+    with pytest.raises(UsageError, match=r"episodes\.parquet is damaged"):
+        folder.rows()
