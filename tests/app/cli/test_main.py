@@ -58,6 +58,14 @@ def own_runtime(runtime, monkeypatch):
             "no navigator answers at tcp/127.0.0.1:1 within 0.5 s",
         ),
         (["levels", ""], "no object given"),
+        (["levels", "?!"], "no object in"),
+        (["levels", "hat", "--llm.base-url", "http://127.0.0.1:1/v1"], "need a model: name it"),
+        (
+            ["levels", "hat", "--llm.model", "m", "--llm.base-url", "ftp://x"],
+            "base_url 'ftp://x' is no HTTP address",
+        ),
+        (["levels", "hat", "--llm.look-every-s", "-1"], "is 0 or more seconds; got -1"),
+        (["ask", "hat", "--show-prompt"], "--show-prompt goes with --explain"),
     ],
     ids=lambda value: " ".join(value)[:60] if isinstance(value, list) else "",
 )
