@@ -14,11 +14,8 @@ from ippon.mapping.blocks import BlockDirectory, Pools
 from ippon.mapping.depth_image import DepthImage, prepare_depth
 from ippon.mapping.distance_field import DistanceField
 from ippon.mapping.eviction import drop_blocks_kernel, drop_unobserved_kernel, oldest_blocks
-from ippon.mapping.geometry_update import (
-    OBSERVED,
-    OCCUPIED_CHANGED,
-    update_kernel,
-)
+from ippon.mapping.free_space import OBSERVED, OCCUPIED_CHANGED
+from ippon.mapping.geometry_update import update_kernel
 from ippon.mapping.hits import Rules, View, hit_kernel, make_hits, n_samples, sample_strides
 from ippon.mapping.map_config import MapConfig
 from ippon.mapping.object_layers import ObjectLayers

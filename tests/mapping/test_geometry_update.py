@@ -5,7 +5,7 @@ import pytest
 
 from ippon.camera import PinholeCamera
 from ippon.mapping.arrays import FREE, OCCUPIED
-from ippon.mapping.geometry_update import TSDF_ONE
+from ippon.mapping.free_space import TSDF_ONE
 from ippon.mapping.map_config import MapConfig
 from ippon.mapping.voxel_map import VoxelMap
 from tests.reference.geometry_update import PlainGeometry
