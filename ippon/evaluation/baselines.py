@@ -84,8 +84,8 @@ class BaselinePlanner:
     that shows enough of the object, or when no reachable viewpoint promises anything. So its own
     choice of where to explore counts only when the rule has nothing left, which spares a frontier
     planner the failures of stopping when the floor is seen and the shelves are not. What looks
-    like the object is approached at once, as VLFM does. A planner step takes longer than that of a
-    bare frontier planner.
+    like the object is approached by the same rule, as VLFM does at once, too. A planner step takes
+    longer than that of a bare frontier planner.
     """
 
     def __init__(self, config: PlannerConfig, robot: RobotProfile, seed: int, rule: Rule) -> None:
@@ -118,36 +118,19 @@ class BaselinePlanner:
         """See `Planner.step`."""
         plan = self._tree.step(map_arrays, T_world_base, tilt_rad)
         self._floor.update(map_arrays, T_world_base)
-        if plan.target is not None and plan.target.kind is NodeKind.TERMINATING:
+        ends = plan.target is not None and plan.target.kind is NodeKind.TERMINATING
+        if ends or plan.closer_look:
             self._aim = None
             return plan
         routes = FloorRoutes(self._floor, float(T_world_base[0, 3]), float(T_world_base[1, 3]))
         self._watch(T_world_base)
-        aim = self._approach(plan) or self._rule.choose(plan, routes, self._aim, self._is_untried)
+        aim = self._rule.choose(plan, routes, self._aim, self._is_untried)
         self._age = self._age + 1 if _is_same(aim, self._aim) else 0
         self._aim = aim
         cell = None if aim is None else routes.nearest_cell(*aim.stand, _NEAR_M)
         if aim is None or cell is None:
             return plan
         return self._plan_to(aim, cell, plan, routes)
-
-    def _approach(self, plan: Plan) -> Aim | None:
-        """Go closer to what looks like the object, though it takes more of it to stop there."""
-        tree = plan.tree
-        worth = tree.terminations[1:] / (tree.path_costs_s[1:] + 1.0)
-        for row in np.argsort(-worth, kind="stable").tolist():
-            if worth[row] <= 0.0:
-                return None
-            x, y, _ = tree.positions_world[row + 1].tolist()
-            if self._is_untried((x, y)):
-                return Aim(
-                    stand=(x, y),
-                    yaw_rad=float(tree.yaws_rad[row + 1]),
-                    tilt_rad=float(tree.tilts_rad[row + 1]),
-                    worth=float(worth[row]),
-                    about=(x, y),
-                )
-        return None
 
     def _is_untried(self, about: tuple[float, float]) -> bool:
         return all(math.dist(about, old) > _GIVEN_UP_M for old in self._given_up)

@@ -33,6 +33,8 @@ def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> 
             f"going to where {goal.display} can be seen from close by: "
             f"{target.termination:.0f} voxels, {target.path_cost_s:.1f} s away"
         )
+    if plan.closer_look:
+        return f"going closer to what may be {goal.display}, {target.path_cost_s:.1f} s away"
     level = target.level.name.lower()
     return (
         f"going to the viewpoint {_place(target, voxel_map, guidance)} ({level}): "

@@ -71,3 +71,5 @@ class Plan:
     """Everything reachable was seen: no viewpoint promises anything."""
     evaluated: int
     """Viewpoints evaluated for this plan."""
+    closer_look: bool = False
+    """The target is where something that may be the object is seen better."""

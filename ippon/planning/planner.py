@@ -5,26 +5,25 @@ bounded by counts, not by a clock, so that two runs of one seed are the same run
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
+from ippon.planning.closer_look import CloserLook, CloserLookConfig, CloserLooks
 from ippon.planning.connection import COMFORT_M, Connector, LocalPlannerConfig
 from ippon.planning.picture import TreePicture
 from ippon.planning.plan import Plan, Viewpoint
+from ippon.planning.promise import promise
 from ippon.planning.regions import RegionWeights
 from ippon.planning.roadmap import Roadmap
+from ippon.planning.sampler import Sampler
 from ippon.planning.sampling import (
     STANDABLE,
     SamplingConfig,
-    cell_centre,
-    cover,
-    draw_place,
     object_voxels,
-    open_places,
     reachable_cells,
 )
 from ippon.planning.selection import Scores, SelectionConfig, score_nodes, select
@@ -48,6 +47,7 @@ class PlannerConfig:
     traversability: TraversabilityConfig = field(default_factory=TraversabilityConfig)
     local_planner: LocalPlannerConfig = field(default_factory=LocalPlannerConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
+    closer_look: CloserLookConfig = field(default_factory=CloserLookConfig)
     samples_per_step: int = 10
     """Viewpoints added in a step at most; more covers new space sooner."""
     evaluations_per_step: int = 6
@@ -75,11 +75,14 @@ class ViewpointPlanner:
     def __init__(self, config: PlannerConfig, robot: RobotProfile, seed: int) -> None:
         self.config = config
         self._robot = robot
-        self._rng = np.random.default_rng(seed)
         self._floor = Traversability(config.traversability, robot)
         self._road = Roadmap(config.max_nodes)
         self._views = Viewpoints(config.view, robot, config.max_nodes, config.ooi_threshold)
         self._connector = Connector(config.local_planner, self._road, self._floor, robot, seed)
+        self._sampler = Sampler(
+            config.sampling, config.samples_per_step, self._road, self._floor, self._connector, seed
+        )
+        self._closer = CloserLooks(config.closer_look, robot.max_linear_m_s)
         self._termination_min = math.inf
         self._levels_changed = False
         self._target: int | None = None
@@ -100,6 +103,7 @@ class ViewpointPlanner:
         self._levels_changed = True
         self._target = self._path = None
         self._given_up.clear()
+        self._closer.forget()
         self._second_chances = self.config.second_chances
 
     def set_regions(self, regions: RegionWeights | None) -> None:
@@ -168,10 +172,13 @@ class ViewpointPlanner:
                 self._forget(node)
         grid, limits = self._floor.grid, self._floor.limits
         reachable = reachable_cells(grid, limits, x, y, self._floor.margin_m, COMFORT_M)
-        saturated = self._sample(map_arrays, reachable, x, y)
+        objects = object_voxels(map_arrays, self.config.ooi_threshold)
+        saturated = self._sampler.add(objects, reachable, x, y)
         seeds, tree = self._grow_tree(reachable, x, y, yaw)
-        evaluated = self._evaluate(map_arrays, tree)
+        evaluated = self._evaluate(map_arrays, tree, objects)
         target, scores = self._choose(map_arrays, tree)
+        look = self._look_closer(target, scores, objects, map_arrays, tree, T_world_base)
+        target = target if look is None else look.node
         path = np.zeros((0, 2))
         if target is not None:
             path = self._connector.shorten(self._road.path_to(target, tree, seeds))
@@ -183,12 +190,16 @@ class ViewpointPlanner:
             exhausted = not self._floor.relax()
         self._tree = tree
         picture = self._picture(tree, scores)
+        viewpoint = None if target is None else picture.viewpoint(target)
+        if viewpoint is not None and look is not None:
+            viewpoint = replace(viewpoint, yaw_rad=look.yaw_rad, tilt_rad=look.tilt_rad)
         return Plan(
-            target=None if target is None else picture.viewpoint(target),
+            target=viewpoint,
             path_world=np.column_stack([path, np.full(len(path), self._floor.floor_z_m)]),
             tree=picture.tree_view(x, y, yaw, tilt_rad),
             exhausted=exhausted,
             evaluated=evaluated,
+            closer_look=look is not None,
         )
 
     def _picture(self, tree: ShortestTree, scores: Scores) -> TreePicture:
@@ -240,38 +251,6 @@ class ViewpointPlanner:
         if self._target == node:
             self._target = self._path = None
 
-    def _sample(self, arrays: MapArrays, reachable: NDArray[np.uint8], x: float, y: float) -> bool:
-        """Add viewpoints where there is room; tell whether there was none left."""
-        config, grid = self.config.sampling, self._floor.grid
-        near = np.zeros_like(reachable)
-        cover(near, grid, np.array([[x, y]]), config.local_radius_m, 1)
-        objects = np.zeros_like(reachable)
-        voxels = object_voxels(arrays, self.config.ooi_threshold)
-        cover(objects, grid, voxels, config.object_reach_m, 1)
-        left = self.config.samples_per_step
-        # Round an object first, then round the robot, then everywhere.
-        for mask, spacing, share in (
-            (objects, config.object_spacing_m, left // 2),
-            (near, config.local_spacing_m, left),
-            (np.ones_like(reachable), config.spacing_m, left),
-        ):
-            for _ in range(min(share, left)):
-                xy = self._road.xy[self._road.nodes]
-                places = np.argwhere(open_places(reachable * mask, grid, xy, spacing))
-                if not len(places) or not self._add(places):
-                    break
-                left -= 1
-        return left > 0
-
-    def _add(self, places: NDArray[np.int64]) -> bool:
-        grid = self._floor.grid
-        i, j = draw_place(places, grid, self._rng, self.config.sampling.choices)
-        node = self._road.add_node(*cell_centre(grid, i, j))
-        if node is None:
-            return False
-        self._connector.connect(node)
-        return True
-
     def _grow_tree(
         self, reachable: NDArray[np.uint8], x: float, y: float, yaw: float
     ) -> tuple[Seeds, ShortestTree]:
@@ -282,42 +261,22 @@ class ViewpointPlanner:
             tree = self._road.shortest_tree(seeds, yaw, rate)
         return seeds, tree
 
-    def _evaluate(self, arrays: MapArrays, tree: ShortestTree) -> int:
+    def _evaluate(self, arrays: MapArrays, tree: ShortestTree, voxels: Float64Array) -> int:
         """Bring the most promising viewpoints up to date."""
         nodes = tree.order
         nodes = nodes[self._views.stale(nodes, self._road.xy, arrays.voxel_size)]
         if not len(nodes):
             return 0
-        promise = self._promise(nodes, arrays) / (tree.cost[nodes] + 1.0)
-        chosen = nodes[np.argsort(-promise, kind="stable")[: self.config.evaluations_per_step - 1]]
+        worth = promise(
+            nodes, self._road.nodes, self._road.xy, self._views, voxels, target=self._target
+        )
+        worth /= tree.cost[nodes] + 1.0
+        chosen = nodes[np.argsort(-worth, kind="stable")[: self.config.evaluations_per_step - 1]]
         # One place in each step is for whoever waited longest, so that nobody waits for ever.
         oldest = nodes[np.argmin(self._views.evaluated[nodes])]
         for node in dict.fromkeys([*chosen.tolist(), int(oldest)]):
             self._views.evaluate(int(node), self._road.xy[node], arrays)
         return len(set(chosen.tolist()) | {int(oldest)})
-
-    def _promise(self, nodes: NDArray[np.int64], arrays: MapArrays) -> Float64Array:
-        """Guess what evaluating each node could bring to light."""
-        views = self._views
-        promise = views.gain[nodes].astype(np.float64) + 0.2 * views.potential[nodes]
-        fresh = views.evaluated[nodes] < 0
-        known = self._road.nodes
-        known = known[views.evaluated[known] >= 0]
-        if fresh.any():
-            guess = np.full(int(fresh.sum()), 100.0)
-            if len(known):
-                apart = np.linalg.norm(
-                    self._road.xy[nodes[fresh], None] - self._road.xy[None, known], axis=2
-                )
-                guess = 1.0 + np.where(apart < 2.0, views.potential[known], 0.0).max(axis=1)
-            promise[fresh] = guess
-        voxels = object_voxels(arrays, self.config.ooi_threshold)
-        if len(voxels):
-            apart = np.linalg.norm(self._road.xy[nodes, None] - voxels[None], axis=2)
-            promise[apart.min(axis=1) <= 1.0] += 1e6
-        if self._target is not None:
-            promise[nodes == self._target] += 1e7
-        return promise
 
     def _choose(self, arrays: MapArrays, tree: ShortestTree) -> tuple[int | None, Scores]:
         """Select the target; one whose surroundings changed is looked at again first."""
@@ -332,6 +291,30 @@ class ViewpointPlanner:
             self._views.evaluate(target, self._road.xy[target], arrays)
         scores = self._score(tree)
         return select(self.config.selection, scores, self._target), scores
+
+    def _look_closer(
+        self,
+        target: int | None,
+        scores: Scores,
+        voxels: Float64Array,
+        arrays: MapArrays,
+        tree: ShortestTree,
+        T_world_base: Float64Array,
+    ) -> CloserLook | None:
+        """Look closer at what may be the object, unless the target ends the search."""
+        if target is not None and scores.terminating[target]:
+            self._closer.rest()
+            return None
+        return self._closer.choose(
+            voxels,
+            arrays,
+            self._views,
+            tree,
+            self._road.xy,
+            T_world_base,
+            termination_min=self._termination_min,
+            barred=frozenset(self._given_up),
+        )
 
     def _score(self, tree: ShortestTree) -> Scores:
         n, views, selection = self._road.count, self._views, self.config.selection

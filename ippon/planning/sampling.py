@@ -169,8 +169,8 @@ def cell_centre(grid: FloorGrid, i: int, j: int) -> tuple[float, float]:
 
 
 def object_voxels(arrays: MapArrays, threshold: float) -> Float64Array:
-    """Return the (M, 2) horizontal centres of up to 512 occupied voxels above p_T, metres."""
-    out = np.empty((512, 2), dtype=np.float64)
+    """Return the (M, 3) centres of up to 512 occupied voxels above p_T, metres."""
+    out = np.empty((512, 3), dtype=np.float64)
     count = _object_voxels_kernel(arrays, threshold, out)
     return out[:count]
 
@@ -195,5 +195,7 @@ def _object_voxels_kernel(arrays, threshold, out):
                     j = ((by + arrays.origin_block[1]) << 3) + ((c >> 3) & 7)
                     out[count, 0] = (i + 0.5) * arrays.voxel_size
                     out[count, 1] = (j + 0.5) * arrays.voxel_size
+                    k = ((bz + arrays.origin_block[2]) << 3) + (c & 7)
+                    out[count, 2] = (k + 0.5) * arrays.voxel_size
                     count += 1
     return count

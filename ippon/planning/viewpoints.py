@@ -5,7 +5,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
@@ -20,8 +19,9 @@ from ippon.planning.orientation import (
     sum_sectors,
     sum_views,
 )
-from ippon.planning.panorama import ViewRules, see
+from ippon.planning.panorama import ViewRules, cast_ray, see
 from ippon.planning.regions import RegionWeights, painted
+from ippon.planning.staleness import stale_kernel
 from ippon.planning.view_table import (
     Orientations,
     ViewTable,
@@ -237,7 +237,7 @@ class Viewpoints:
         """
         out = np.zeros(len(nodes), dtype=np.bool_)
         assert self._table is not None
-        _stale_kernel(
+        stale_kernel(
             nodes,
             xy / voxel_size,
             self.evaluated,
@@ -255,6 +255,24 @@ class Viewpoints:
         if math.isnan(yaw):
             return float(self.yaw[node]), float(self.tilt[node])
         return float(yaw), float(tilt)
+
+    def eye_z_m(self, arrays: MapArrays) -> float:
+        """Height of the camera in the world, metres."""
+        return (self._camera_layer + 0.5) * arrays.voxel_size
+
+    def sees(self, xy: Float64Array, point_world: Float64Array, arrays: MapArrays) -> bool:
+        """Tell whether nothing known stands between a viewpoint (2,) and an occupied voxel (3,)."""
+        assert self._table is not None, "follow() comes first"
+        assert self._rules is not None, "follow() comes first"
+        camera = self._camera_voxel(arrays.voxel_size, float(xy[0]), float(xy[1]))
+        offset = np.floor(point_world / arrays.voxel_size) - np.array(camera)
+        far = float(np.linalg.norm(offset))
+        if far < 1.0:
+            return True
+        dx, dy, dz = (offset / far).tolist()
+        depth = cast_ray(arrays, self._table, self._rules.unknown_depth, *camera, dx, dy, dz)
+        # A ray may graze the voxel beside the one that is meant.
+        return abs(depth) >= far - 1.8
 
     def best_tilt(self, node: int, heading: int) -> float:
         """Return the tilt of highest gain for one candidate heading."""
@@ -321,31 +339,3 @@ class Viewpoints:
         self.evaluated[:] = -1
         self._sums.clear()
         self._near.clear()
-
-
-@njit(cache=True, nogil=True)
-def _stale_kernel(nodes, xy, evaluated, reach, changed, origin, range_voxels, out):
-    columns = reach.shape[1]
-    blocks = int(range_voxels) // 8 + 1
-    for n in range(nodes.shape[0]):
-        node = nodes[n]
-        since = evaluated[node]
-        if since < 0:
-            out[n] = True
-            continue
-        x, y = xy[node, 0] - origin[0], xy[node, 1] - origin[1]
-        bx, by = int(x) >> 3, int(y) >> 3
-        for a in range(max(0, bx - blocks), min(changed.shape[0], bx + blocks + 1)):
-            if out[n]:
-                break
-            for b in range(max(0, by - blocks), min(changed.shape[1], by + blocks + 1)):
-                if changed[a, b] <= since:
-                    continue
-                dx, dy = a * 8 + 4 - x, b * 8 + 4 - y
-                distance = math.hypot(dx, dy)
-                yaw = math.atan2(dy, dx) % (2.0 * math.pi)
-                seen = reach[node, int(yaw / (2.0 * math.pi) * columns) % columns]
-                # A block column counts as visible when its near edge is.
-                if distance - 6.0 <= seen:
-                    out[n] = True
-                    break

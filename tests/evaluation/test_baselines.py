@@ -195,18 +195,20 @@ def test_with_nothing_left_the_paper_s_planner_decides_how_to_end(map_arrays, ro
         assert plan.exhausted == expected.exhausted
 
 
-def test_what_looks_like_the_object_is_approached_before_anything_else(robot):
+def test_what_looks_like_the_object_is_approached_before_anything_else(
+    map_arrays, robot, monkeypatch
+):
     aim = Aim(stand=(2.0, 3.5), yaw_rad=1.0, tilt_rad=-0.3, worth=0.7, about=(2.0, 4.0))
     planner = _planner(robot, aim)
-    exploring = NodeKind.EXPLORING
-    plan = _plan([(1.0, 0.0, 1.0, exploring), (2.0, 0.0, 1.0, exploring)])
-    assert planner._approach(plan) is None
-    plan.tree.terminations[1:] = (1.0, 3.0)
-    near = planner._approach(plan)
-    assert near is not None
-    assert near.stand == (2.0, 0.0)
-    # Having looked from there in vain, the next best is tried, and then none.
-    planner._given_up.append(near.about)
-    assert planner._approach(plan).stand == (1.0, 0.0)
-    planner._given_up.append((1.0, 0.0))
-    assert planner._approach(plan) is None
+    step = ViewpointPlanner.step
+    looks = iter((False, True))
+
+    def looking(*args):
+        return dataclasses.replace(step(*args), closer_look=next(looks))
+
+    monkeypatch.setattr(ViewpointPlanner, "step", looking)
+    here = base_pose(2.0, 2.0, 0.0, 0.0)
+    assert planner.step(map_arrays, here, 0.0).target is not None
+    assert planner._aim == aim
+    planner.step(map_arrays, here, 0.0)
+    assert planner._aim is None, "the paper's planner leads to it"

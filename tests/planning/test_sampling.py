@@ -80,7 +80,8 @@ def test_object_voxels_are_the_occupied_ones_above_the_threshold(dense_map):
     volume.fill((0.2, 0.3, 0.2), (0.4, 0.4, 0.4), OCCUPIED, ooi=0.9)
     volume.fill((1.0, 1.0, 0.2), (1.1, 1.1, 0.4), OCCUPIED, ooi=0.6)
     found = object_voxels(volume.arrays(), 0.8)
-    assert sorted(map(tuple, found.round(3).tolist())) == [(0.25, 0.35)] * 2 + [(0.35, 0.35)] * 2
+    expected = [(x, 0.35, z) for x in (0.25, 0.35) for z in (0.25, 0.35)]
+    assert sorted(map(tuple, found.round(3).tolist())) == expected
 
 
 def test_spacings_that_contradict_each_other_are_refused():

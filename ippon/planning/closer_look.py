@@ -1,0 +1,224 @@
+"""Where to look closer at what may be the object, while no viewpoint ends the search yet.
+
+The paper puts terminating nodes first (Sec. Node Selection). An object that is recognised from
+afar has none as long as the floor beside it is unseen, and its few voxels weigh little against the
+thousands of an unseen room: the robot would drive off. So a cluster of OOI voxels that is large
+enough goes before exploring, too.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from ippon.geometry import Float64Array, wrap_angle, yaw_of
+from ippon.mapping.arrays import MapArrays
+from ippon.planning.shortest_tree import ShortestTree
+from ippon.planning.viewpoints import Viewpoints
+
+_kd_tree: Any = KDTree
+_components: Any = connected_components
+"""Untyped on purpose: scipy does not say what its functions return."""
+
+_CLUSTER_GAP = 2.1
+"""Voxels of one cluster lie at most this many edges apart."""
+_TRIES = 12
+"""Viewpoints whose line of sight is checked in a step at most."""
+_STAY_S = 1.0
+"""Another viewpoint must be this much better."""
+_THERE_M = 0.25
+_FACING_RAD = 0.35
+_SAME_M = 0.5
+"""A cluster whose centre moved less than this is the same one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CloserLookConfig:
+    """When something is worth a closer look before exploring goes on."""
+
+    share: float = 0.5
+    """Share of T_min that a cluster must exceed; less goes after more misread specks. Of clusters
+    above one half five in six are the object, of those below one in six."""
+    patience_steps: int = 16
+    """Steps in front of it, facing it, after which it is left alone; the camera looks down in the
+    second half, since mostly it is unseen floor that keeps the robot from going closer."""
+    down_rad: float = 0.5
+    """How much lower it looks then; more sees floor closer to the robot."""
+    give_up_steps: int = 250
+    """Steps on the way to it after which it is left alone."""
+    grown: float = 1.5
+    """A cluster that was left alone counts again when it has this many times the voxels."""
+
+    def __post_init__(self) -> None:
+        """Reject shares and counts without meaning."""
+        if self.share < 0.0 or self.patience_steps < 1 or self.give_up_steps < 1:
+            raise ValueError(
+                "share must be at least 0, patience_steps and give_up_steps at least 1; got "
+                f"{self.share}, {self.patience_steps}, {self.give_up_steps}"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CloserLook:
+    """A viewpoint from which something that may be the object is seen better."""
+
+    node: int
+    yaw_rad: float
+    tilt_rad: float
+
+
+@dataclass(slots=True, kw_only=True)
+class _Pursuit:
+    """What is being looked at, and for how long."""
+
+    centre: Float64Array
+    voxels: int
+    node: int
+    stand: Float64Array
+    yaw_rad: float
+    age: int = 0
+    settled: int = 0
+
+
+class CloserLooks:
+    """Chooses them, and remembers which came to nothing."""
+
+    def __init__(self, config: CloserLookConfig, speed_m_s: float) -> None:
+        self._config = config
+        self._speed = speed_m_s
+        self._pursuit: _Pursuit | None = None
+        self._left_alone: list[tuple[Float64Array, int]] = []
+
+    def forget(self) -> None:
+        """Start anew: another object is searched for."""
+        self._pursuit = None
+        self._left_alone.clear()
+
+    def rest(self) -> None:
+        """Take note that the search ends or explores at this step."""
+        self._pursuit = None
+
+    def choose(
+        self,
+        voxels: Float64Array,
+        arrays: MapArrays,
+        views: Viewpoints,
+        tree: ShortestTree,
+        xy: Float64Array,
+        T_world_base: Float64Array,
+        *,
+        termination_min: float,
+        barred: frozenset[int],
+    ) -> CloserLook | None:
+        """Return the viewpoint to look from, None when nothing is worth it.
+
+        Args:
+            voxels: (M, 3) centres of OOI voxels, metres.
+            arrays: The map.
+            views: For lines of sight.
+            tree: Cheapest ways.
+            xy: (capacity, 2) positions of the viewpoints.
+            T_world_base: Where the robot stands.
+            termination_min: T_min.
+            barred: Viewpoints that are out of the question.
+        """
+        self._watch(T_world_base)
+        nodes = np.array([n for n in tree.order.tolist() if n not in barred], dtype=np.int64)
+        best: tuple[float, int, Float64Array] | None = None
+        for cluster in clusters_of(voxels, arrays.voxel_size) if len(nodes) else ():
+            if len(cluster) <= self._config.share * termination_min or self._is_settled(cluster):
+                continue
+            found = self._nearest_sight(cluster, nodes, arrays, views, tree, xy)
+            if found is not None and (best is None or found[0] < best[0]):
+                best = (*found, cluster)
+        if best is None:
+            self._pursuit = None
+            return None
+        return self._towards(best[1], best[2], xy, views.eye_z_m(arrays))
+
+    def _nearest_sight(
+        self,
+        cluster: Float64Array,
+        nodes: NDArray[np.int64],
+        arrays: MapArrays,
+        views: Viewpoints,
+        tree: ShortestTree,
+        xy: Float64Array,
+    ) -> tuple[float, int] | None:
+        """Return seconds and viewpoint from which the cluster is reached soonest and in sight."""
+        centre = cluster[int(np.argmin(((cluster - cluster.mean(axis=0)) ** 2).sum(axis=1)))]
+        away = np.linalg.norm(xy[nodes, None] - cluster[None, :, :2], axis=2).min(axis=1)
+        # The rest of the way is likely to lead round something.
+        seconds = tree.cost[nodes] + 1.5 * away / self._speed
+        if self._pursuit is not None:
+            seconds[nodes == self._pursuit.node] -= _STAY_S
+        for row in np.argsort(seconds, kind="stable")[:_TRIES].tolist():
+            if views.sees(xy[nodes[row]], centre, arrays):
+                return float(seconds[row]), int(nodes[row])
+        return None
+
+    def _towards(
+        self, node: int, cluster: Float64Array, xy: Float64Array, eye_z_m: float
+    ) -> CloserLook:
+        centre = cluster.mean(axis=0)
+        dx, dy = centre[:2] - xy[node]
+        yaw = math.atan2(dy, dx)
+        old = self._pursuit
+        same = old is not None and _is_near(old.centre, centre)
+        self._pursuit = _Pursuit(
+            centre=centre,
+            voxels=len(cluster),
+            node=node,
+            stand=xy[node].copy(),
+            yaw_rad=yaw,
+            age=old.age if old is not None and same else 0,
+            settled=old.settled if old is not None and same and old.node == node else 0,
+        )
+        tilt = math.atan2(centre[2] - eye_z_m, max(math.hypot(dx, dy), 0.1))
+        if self._pursuit.settled >= self._config.patience_steps // 4:
+            tilt -= self._config.down_rad
+        return CloserLook(node=node, yaw_rad=yaw, tilt_rad=tilt)
+
+    def _watch(self, T_world_base: Float64Array) -> None:
+        """Leave alone what stays what it is although the robot stands in front of it."""
+        pursuit = self._pursuit
+        if pursuit is None:
+            return
+        there = math.dist(pursuit.stand, T_world_base[:2, 3]) < _THERE_M
+        facing = abs(wrap_angle(pursuit.yaw_rad - yaw_of(T_world_base))) < _FACING_RAD
+        pursuit.age += 1
+        pursuit.settled = pursuit.settled + 1 if there and facing else 0
+        patient = pursuit.settled < self._config.patience_steps
+        if not patient or pursuit.age >= self._config.give_up_steps:
+            self._left_alone.append((pursuit.centre, pursuit.voxels))
+            self._pursuit = None
+
+    def _is_settled(self, cluster: Float64Array) -> bool:
+        centre, size = cluster.mean(axis=0), len(cluster)
+        return any(
+            _is_near(old, centre) and size < self._config.grown * count
+            for old, count in self._left_alone
+        )
+
+
+def clusters_of(voxels: Float64Array, voxel_size: float) -> list[Float64Array]:
+    """Split (M, 3) voxel centres into those that touch, one voxel of gap allowed."""
+    count = len(voxels)
+    if count == 0:
+        return []
+    pairs: NDArray[np.int64] = _kd_tree(voxels).query_pairs(
+        _CLUSTER_GAP * voxel_size, output_type="ndarray"
+    )
+    ones = np.ones(len(pairs), dtype=np.int8)
+    graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), (count, count))
+    number, member_of = _components(graph, directed=False)
+    return [voxels[member_of == c] for c in range(number)]
+
+
+def _is_near(one: Float64Array, other: Float64Array) -> bool:
+    return math.dist(one[:2], other[:2]) <= _SAME_M
