@@ -158,7 +158,10 @@ def test_other_settings_give_another_session_to_compare(searched, tmp_path):
     ("change", "text"),
     [
         ("map.voxel_size_m", "NAME=VALUE"),
-        ("map.voxel_size=0.1", "there is no 'voxel_size' in mission.map; there is body_height_m"),
+        (
+            "map.voxel_size=0.1",
+            "there is no 'voxel_size' in mission.map; there is behind_voxels, body",
+        ),
         ("map.voxel_size_m=-1", "voxel_size_m must be positive"),
         ("map.fusion=sum", "refused"),
         ("guidance.levels.sofa=close", "the levels are far, average, near, certain"),
