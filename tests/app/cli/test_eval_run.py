@@ -8,7 +8,7 @@ import pytest
 
 from app.cli.errors import UsageError
 from app.cli.eval_options import EvalRun
-from app.cli.eval_run import catalogue_of, expand_homes, expand_methods, trial_of
+from app.cli.eval_run import catalogue_of, expand_homes, expand_methods, run_evaluation, trial_of
 from app.cli.eval_store import TABLE_FILE, EvaluationFolder
 from ippon.evaluation.methods import ABLATIONS, METHODS
 from ippon.evaluation.row import TIMING_COLUMNS
@@ -128,3 +128,38 @@ def test_a_home_without_the_object_is_a_clear_error(launch, room, tmp_path):
     status, _ = child.finish(120.0)
     assert status == 2
     assert "these homes have none of these objects within reach" in child.log()
+
+
+@pytest.mark.process
+@pytest.mark.slow
+def test_a_home_that_cannot_be_read_is_named_and_the_others_are_searched(room, tmp_path, capsys):
+    bad = tmp_path / "bad"
+    bad.mkdir()
+    (bad / "scene.glb").write_bytes(b"glTF, but not really")
+    (bad / "scene.json").write_text("{}")
+    out = tmp_path / "out"
+    run = EvalRun(
+        out=out, homes=(str(bad), str(room)), objects="hat", methods="oracle", robot="zed",
+        image_width=64,
+    )  # fmt: skip
+    assert run_evaluation(run) == 1
+    assert str(bad) in capsys.readouterr().err.replace("\n", "")
+    assert [row.goal for row in EvaluationFolder(out).rows()] == ["hat"]
+    assert EvaluationFolder(out).errors() == ("home bad",)
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"workers": 0}, "--workers is at least 1; got 0"),
+        ({"limit": 0}, "--limit is at least 1; got 0"),
+        ({"second_object": True, "methods": "ippon,oracle"}, "oracle cannot go on to a second"),
+        ({"ray": ("a", "b")}, "--ray takes one address; got a, b"),
+        ({"objects": "?"}, "no object in"),
+    ],
+)
+def test_what_cannot_be_run_is_refused_before_anything_starts(tmp_path, change, text):
+    out = tmp_path / "out"
+    with pytest.raises(UsageError, match=text):
+        run_evaluation(EvalRun(out=out, **change))
+    assert not out.exists()
