@@ -27,12 +27,12 @@ from app.cli.demo_result import (
 )
 from app.cli.errors import DemoError, UsageError
 from app.cli.homes import load_home
+from app.cli.language_model import as_arguments, make_model
 from app.cli.levels import check_query
 from app.cli.options import Demo
 from app.links.requests import RequestRefusedError, ask, last_message
 from app.links.session import LinkError, open_client
 from app.messages import keys
-from app.cli.language_model import as_arguments, make_model
 from app.messages.control import SearchAccepted, SearchRequest, decode
 from app.messages.recording import RecordingStatus
 
@@ -146,6 +146,9 @@ def _check(command: Demo, context: str) -> None:
             f"port {command.port} is taken; name another with --port, or leave --port away for the "
             "first free one"
         )
+    model = make_model(command.llm, os.environ)
+    if model is not None:
+        model.close()  # The navigator makes its own; here a mistake is told before anything starts.
     from ippon.mapping.voxel_map import MapConfig
 
     try:
@@ -156,9 +159,6 @@ def _check(command: Demo, context: str) -> None:
 
 def _end_on(number: int, handler: Callable[..., None] | None = None) -> None:
     def interrupt(*_: object) -> None:
-    model = make_model(command.llm, os.environ)
-    if model is not None:
-        model.close()  # The navigator makes its own; here a mistake is told before anything starts.
         raise KeyboardInterrupt
 
     signal.signal(number, handler or interrupt)
