@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, UNKNOWN, MapArrays
+from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, UNKNOWN, MapArrays
 from ippon.planning.panorama import ViewField, ViewRules, cast_ray, within_field
 from ippon.planning.view_table import ViewTable
 
@@ -55,7 +55,7 @@ class ViewMemory:
             rules: What a voxel counts.
         """
         self.step += 1
-        self._fit(arrays, layers)
+        self._fit(arrays, layers, rules.floor_layers)
         rows = arrays.state.shape[0]
         if rows > self._statistics.shape[0]:
             grown = np.zeros((max(rows, 2 * self._statistics.shape[0]), 4), dtype=np.float32)
@@ -106,7 +106,7 @@ class ViewMemory:
             self._changed,
         )
 
-    def _fit(self, arrays: MapArrays, layers: tuple[int, int]) -> None:
+    def _fit(self, arrays: MapArrays, layers: tuple[int, int], floor_layers: int) -> None:
         """Match extent and layers; other layers mean another floor, and a fresh start."""
         margin, old = self._margin, self._field
         first = (arrays.origin_block[:2] - margin) * 8
@@ -119,6 +119,7 @@ class ViewMemory:
         if old.state.shape == shape and (old.origin == origin).all():
             return
         field = _empty_field(origin, shape)
+        field.state[:, :, :floor_layers] = FREE
         changed = np.zeros((shape[0] // 8, shape[1] // 8), dtype=np.int64)
         if old.origin[2] == origin[2] and old.state.shape[2] == shape[2]:
             offset = old.origin - origin
@@ -171,12 +172,18 @@ def _note_changes_kernel(arrays, since, layers, rules, statistics, field, step, 
                     if k < layers[0] or k > layers[1]:
                         continue
                     state = arrays.state[row, c]
+                    code = NOT_MAPPED
+                    if state == OCCUPIED:
+                        code = arrays.ooi[arrays.slab[row], c]
+                    if k < layers[0] + rules.floor_layers and (
+                        code == NOT_MAPPED or code / 254.0 <= rules.ooi_threshold
+                    ):
+                        state = FREE
                     field.state[fx + (c >> 6), fy + ((c >> 3) & 7), k - origin[2]] = state
                     if state == UNKNOWN:
                         unknown += 1
                     elif state == OCCUPIED:
                         occupied += 1
-                        code = arrays.ooi[arrays.slab[row], c]
                         if code == NOT_MAPPED:
                             unlabelled += 1
                         elif code / 254.0 > rules.ooi_floor:

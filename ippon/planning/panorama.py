@@ -50,6 +50,9 @@ class ViewRules(NamedTuple):
     """Horizontal reach of N_T in voxels."""
     level_range: float
     """Range in voxels within which labelled voxels decide p_img."""
+    floor_layers: int = 0
+    """Lowest layers of the field in which only object voxels count: what lies flat on the floor
+    ends a search, and the floor itself promises nothing."""
 
 
 class Panorama(NamedTuple):

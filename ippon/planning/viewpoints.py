@@ -51,7 +51,9 @@ class ViewConfig:
     """p(v in O) up to which a voxel is background: thousands of wall voxels at one percent
     would otherwise outweigh every unexplored room."""
     band_low_m: float = 0.1
-    """Height above the floor from which voxels count."""
+    """Height above the floor from which all voxels count."""
+    object_low_m: float = -0.05
+    """Height above the floor from which object voxels count: things lie flat on it."""
     band_high_m: float = 2.0
     """Height above the floor up to which they count; more looks for things on the ceiling."""
     termination_range_m: float = 0.85
@@ -305,8 +307,9 @@ class Viewpoints:
     def _prepare(self, arrays: MapArrays, floor_z_m: float) -> None:
         v, config, robot = arrays.voxel_size, self.config, self._robot
         camera = math.floor((floor_z_m + robot.camera_height_m) / v)
+        band_low = math.ceil((floor_z_m + config.band_low_m) / v - 0.5)
         layers = (
-            math.ceil((floor_z_m + config.band_low_m) / v - 0.5),
+            min(band_low, math.ceil((floor_z_m + config.object_low_m) / v - 0.5)),
             math.floor((floor_z_m + config.band_high_m) / v - 0.5),
         )
         if self._table is not None and (camera, layers) == (self._camera_layer, self._layers):
@@ -334,6 +337,7 @@ class Viewpoints:
             ooi_threshold=self._ooi_threshold,
             termination_range=config.termination_range_m / v,
             level_range=config.level_range_m / v,
+            floor_layers=band_low - layers[0],
         )
         # The raster has changed: what was summed over the old one means nothing any more.
         self.evaluated[:] = -1

@@ -29,6 +29,18 @@ def test_the_field_holds_the_maps_states_where_they_belong(speckled):
         assert field.state[tuple(voxel - field.origin)] == expected
 
 
+def test_of_the_floors_layers_only_object_voxels_count(dense_map):
+    volume = dense_map().room((0.8, 0.8), (5.6, 5.6), ooi=0.5)
+    volume.fill((4.0, 4.0, -0.1), (4.1, 4.1, 0.0), OCCUPIED, ooi=0.9)
+    volume.fill((2.0, 2.0, 0.0), (2.1, 2.1, 0.1), OCCUPIED, ooi=0.9)
+    memory = ViewMemory(30.0)
+    memory.follow(volume.arrays(), (-1, 19), RULES._replace(floor_layers=2))
+    floor = memory.field.state[:, :, :2]
+    found = np.argwhere(floor != FREE) + memory.field.origin
+    assert found.tolist() == [[20, 20, 0], [40, 40, -1]]
+    assert (memory.field.state[:, :, 2] == OCCUPIED).any(), "walls above it count as ever"
+
+
 def test_only_changes_that_matter_are_noted(dense_map):
     volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
     memory = followed(volume)
