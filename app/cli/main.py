@@ -56,6 +56,9 @@ def prepare_process() -> None:
         datefmt="%H:%M:%S",
         stream=sys.stderr,
     )
+    for chatty in ("httpx", "websockets"):
+        # They tell of every request and connection, which is for whoever debugs them.
+        logging.getLogger(chatty).setLevel(logging.WARNING)
 
 
 def _log_level(name: str) -> str:

@@ -13,6 +13,8 @@ _MARGIN_M: Final = 0.08
 _LABEL_GAP_M: Final = 0.22
 _SHOWN: Final = 32
 _SAME_M: Final = 0.3
+_APART_M: Final = 1.0
+"""Nearer than this to a name, the name of another place would cover it."""
 _EDGES: Final = [(a, b) for a in range(8) for b in range(a + 1, 8) if (a ^ b) in {1, 2, 4}]
 _SIGNS: Final = np.array(
     [[(n >> axis & 1) * 2 - 1 for axis in range(3)] for n in range(8)], dtype=np.float32
@@ -26,6 +28,7 @@ class Mark:
     center_world: tuple[float, float, float]
     size_m: tuple[float, float, float]
     text: str
+    """Empty where it would cover another."""
     found: bool
     """The search ended here; else it is only likely."""
 
@@ -62,13 +65,13 @@ class FindLayer:
         box, label = self._boxes[n], self._labels[n]
         box.points, box.colors, box.visible = segments, colors, True
         box.thickness = 0.04 if mark.found else 0.015
-        label.position, label.text, label.visible = top, mark.text, named
+        label.position, label.text, label.visible = top, mark.text, named and bool(mark.text)
         label.font_screen_scale = 1.25 if mark.found else 0.9
 
 
 def marks_of(report: FindReport | None, detections: tuple[Detection, ...]) -> tuple[Mark, ...]:
-    """Mark the find and the likely places; the detection of the find itself is left out."""
-    marks = []
+    """Mark the find and the likely places, the likeliest first; those in the find are left out."""
+    marks: list[Mark] = []
     if report is not None:
         marks.append(
             Mark(
@@ -78,17 +81,28 @@ def marks_of(report: FindReport | None, detections: tuple[Detection, ...]) -> tu
                 found=True,
             )
         )
-        here = np.array(report.position_world)
-        detections = tuple(
-            d for d in detections if np.abs(here - np.array(d.center_world)).max() > _SAME_M
+        detections = tuple(d for d in detections if not _is_part_of(d, report))
+    for detection in sorted(detections, key=lambda d: -d.probability):
+        text = f"{detection.label.replace('_', ' ')}? {detection.probability:.0%}"
+        marks.append(
+            Mark(
+                center_world=detection.center_world,
+                size_m=detection.size_m,
+                text=text if _has_room(detection, marks) else "",
+                found=False,
+            )
         )
-    marks += [
-        Mark(
-            center_world=detection.center_world,
-            size_m=detection.size_m,
-            text=f"{detection.label.replace('_', ' ')}? {detection.probability:.0%}",
-            found=False,
-        )
-        for detection in detections
-    ]
     return tuple(marks)
+
+
+def _is_part_of(detection: Detection, report: FindReport) -> bool:
+    offset = np.abs(np.subtract(detection.center_world, report.position_world))
+    return bool((offset <= np.maximum(0.5 * np.array(report.size_m), _SAME_M)).all())
+
+
+def _has_room(detection: Detection, marks: list[Mark]) -> bool:
+    return all(
+        np.linalg.norm(np.subtract(detection.center_world, mark.center_world)) >= _APART_M
+        for mark in marks
+        if mark.text
+    )

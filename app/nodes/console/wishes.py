@@ -88,7 +88,7 @@ class Wishes(ABC):
         request = SearchRequest(object=wanted, context=context, requester=REQUESTER)
         accepted = self._request(keys.SEARCH, request, SearchAccepted)
         name = accepted.object.replace("_", " ")
-        when = "" if accepted.position == 0 else f", after {accepted.position} other goals"
+        when = "" if accepted.position == 0 else f", after {_goals(accepted.position)}"
         return " ".join([f"Looking for: {name}{when}.", *accepted.notes])
 
     def read(self, sentence: str) -> SentenceReading:
@@ -115,3 +115,7 @@ class Wishes(ABC):
         """Change the proximity level of one label."""
         self._request(keys.GUIDANCE, GuidanceRequest(label=label, level=level), Accepted)
         return f"{label.replace('_', ' ')} is now {level}."
+
+
+def _goals(count: int) -> str:
+    return "1 other goal" if count == 1 else f"{count} other goals"

@@ -22,6 +22,8 @@ from ippon.mission.mission import Mission
 from ippon.mission.snapshot import Find, Snapshot
 
 STILL = 1e-3
+ENDS = ("found", "exhausted")
+GOES_ON = ("looking_around", "searching", "approaching", "manual")
 
 
 class StatusReport:
@@ -34,6 +36,8 @@ class StatusReport:
         self._first_command_at: float | None = None
         self.first_motion_s: float | None = None
         self._last_tilt: float | None = None
+        self._took_s: float | None = None
+        """How long the search took that ended, while its find waits to be judged."""
 
     def goal_set(self, since: float) -> None:
         """Another goal, asked for at a monotonic time: its first motion is still to come."""
@@ -91,7 +95,7 @@ class StatusReport:
                 first_motion_s=self.first_motion_s,
             ),
             frames=intake.frames,
-            elapsed_s=snapshot.elapsed_s if snapshot else 0.0,
+            elapsed_s=self._elapsed_s(state, snapshot),
             path_length_m=snapshot.path_length_m if snapshot else 0.0,
             best_ooi=snapshot.best_ooi if snapshot else 0.0,
             explored_m2=snapshot.explored_m2 if snapshot else 0.0,
@@ -102,6 +106,17 @@ class StatusReport:
             drive=drive,
             lease=lease,
         )
+
+    def _elapsed_s(self, state: MissionState, snapshot: Snapshot | None) -> float:
+        """Return the time since the search began, or what it took if it ended."""
+        elapsed_s = snapshot.elapsed_s if snapshot else 0.0
+        if state in GOES_ON:
+            self._took_s = None
+        elif state in ENDS or self._took_s is not None:
+            # The lesser, because the next search may have ended before anything was said of it.
+            self._took_s = min(self._took_s or elapsed_s, elapsed_s)
+            return self._took_s
+        return elapsed_s
 
 
 def _state(

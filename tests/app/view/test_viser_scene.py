@@ -176,6 +176,16 @@ def test_likely_places_are_amber_and_the_find_is_green(make):
     assert [mark.found for mark in marks_of(None, places)] == [False, False]
 
 
+def test_names_of_likely_places_leave_the_find_and_each_other_readable(make):
+    report = make.find(position_world=(2.0, 2.0, 0.3), size_m=(2.0, 1.0, 0.5))
+    places = tuple(
+        Detection(label="hat", probability=p, center_world=(x, 2.0, 0.3), size_m=(1, 1, 1))
+        for p, x in ((0.7, 2.9), (0.5, 5.4), (0.8, 5.0), (0.6, 6.5))
+    )
+    marks = marks_of(report, places)
+    assert [mark.text for mark in marks] == ["hat 90%", "hat? 80%", "hat? 60%", ""]
+
+
 def test_a_shrinking_tree_keeps_its_names(server, model, make):
     scene = _draw_everything(server, model, make)
     model.on_tree(_tree(2))

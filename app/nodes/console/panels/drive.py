@@ -47,7 +47,7 @@ class DrivePanel:
         self._mode = gui.add_button_group("Who drives", tuple(MODES))
         self._mode_text = gui.add_html("")
         self._limit = gui.add_slider(
-            "Speed limit",
+            "Speed limit, %",
             min=10,
             max=100,
             step=5,
@@ -60,7 +60,7 @@ class DrivePanel:
             self._tools = gui.add_button_group("does", tuple(TOOLS))
             self._tool_text = gui.add_html("")
             self._brush = gui.add_slider(
-                "Brush", min=0.2, max=2.0, step=0.1, initial_value=0.6, hint="Radius in metres"
+                "Brush, m", min=0.2, max=2.0, step=0.1, initial_value=0.6, hint="Radius in metres"
             )
             self._undo = gui.add_button_group("Painted", ("Undo", "Clear"))
         self._answer = gui.add_html("")

@@ -58,7 +58,7 @@ class MapPanel:
         self._things: tuple[str, ...] = ()
         self._thing = gui.add_dropdown("Thing", (_NO_THING,), hint="For the colour mode Thing")
         self._ceiling = gui.add_slider(
-            "Cut above",
+            "Cut above, m",
             min=0.4,
             max=_NO_CUT_M,
             step=0.1,

@@ -63,4 +63,4 @@ def recording_line(status: RecordingStatus | None) -> str:
     head = f"Recording: {figures}{lost}" if status.state == "recording" else escape(status.text)
     warning = f'<p class="ip-muted">{escape(status.warning)}</p>' if status.warning else ""
     where = escape(status.session.rsplit("/", 1)[-1])
-    return f'<p class="ip-title">{head}<span>{where}</span></p>{warning}'
+    return f'<p class="ip-recording"><b>{head}</b><span>{where}</span></p>{warning}'

@@ -18,6 +18,7 @@ from ippon.guidance.sentence import is_name
 MAX_OBJECT: Final = 80
 MAX_CONTEXT: Final = 2000
 MAX_TYPED: Final = 2100
+_ENDS: Final = ("found", "exhausted")
 
 
 class SearchPanel:
@@ -26,11 +27,14 @@ class SearchPanel:
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._actions = actions
         self._find: FindReport | None = None
+        self._state = ""
+        self._fades = False
+        """The answer that is shown tells of nothing once the search has ended."""
         self._proposed = ("", "")
         """Object and context that a doubtful sentence was read as, shown for correction."""
         self._build_query(gui)
         self._now = gui.add_html(markup.now(None))
-        self._steer = gui.add_button_group("Control", ("Pause", "Resume", "End"), visible=False)
+        self._steer = gui.add_button_group("This search", ("Pause", "Resume", "End"), visible=False)
         self._steer.on_click(lambda event: self._control(event.target.value))
         self._build_find(gui)
         self._camera = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
@@ -132,12 +136,16 @@ class SearchPanel:
 
     def _say(self, text: str, *, ok: bool) -> None:
         self._answer.content = markup.answer(text, ok=ok)
+        self._fades = ok
 
     def _show_status(self, status: Status, model: SceneModel) -> None:
         self._now.content = markup.now(status)
         self._show_queue(status.queue)
         self._goals.content = markup.goals(status.queue, status.history)
         self._steer.visible = status.goal is not None
+        if status.state != self._state and status.state in _ENDS and self._fades:
+            self._answer.content = ""
+        self._state = status.state
         find = status.find
         if find == self._find:
             return

@@ -8,12 +8,16 @@ from viser import uplot
 from app.nodes.console.commands import Actions
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.record import RecordPanel
-from app.view.colors import GREEN, ORANGE, SKY, VERMILION, YELLOW, hex_of
+from app.view.colors import BLUE, GREEN, ORANGE, SKY, VERMILION, hex_of
 from app.view.history import History
 from app.view.scene_model import Part, SceneModel
 
 _PLOT_EVERY: Final = 5
-_AXIS: Final = uplot.Axis(stroke="#93a0b0", grid=uplot.Axis_Grid(stroke="#252d38"))
+# Between the inks of the light and of the dark page, because a plot is drawn once for both.
+_LINES: Final = "rgba(128, 140, 155, 0.3)"
+_AXIS: Final = uplot.Axis(
+    stroke="#8591a0", grid=uplot.Axis_Grid(stroke=_LINES), ticks=uplot.Axis_Ticks(stroke=_LINES)
+)
 
 
 class SessionPanel:
@@ -23,19 +27,19 @@ class SessionPanel:
         self._updates = 0
         self._start_ns: int | None = None
         self._figures = gui.add_html(markup.figures(None, 0))
-        self._plots = [
-            _plot(gui, "Best match", hex_of(GREEN)),
-            _plot(gui, "Explored, m²", hex_of(SKY)),
-            _plot(gui, "Path, m", hex_of(YELLOW)),
-            _plot(gui, "Step of the navigator, ms", hex_of(ORANGE)),
-            _plot(gui, "From picture to command, ms", hex_of(VERMILION)),
-        ]
         with gui.add_folder("Recording"):
             self._record = RecordPanel(gui, actions)
         with gui.add_folder("Streams"):
             self._streams = gui.add_html(markup.streams(()))
         with gui.add_folder("Events"):
             self._log = gui.add_html(markup.event_log((), 0))
+        self._plots = [
+            _plot(gui, "Best match", hex_of(GREEN)),
+            _plot(gui, "Explored, m²", hex_of(SKY)),
+            _plot(gui, "Path, m", hex_of(BLUE)),
+            _plot(gui, "Step of the navigator, ms", hex_of(ORANGE)),
+            _plot(gui, "From picture to command, ms", hex_of(VERMILION)),
+        ]
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Show what changed."""

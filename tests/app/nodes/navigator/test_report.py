@@ -108,3 +108,20 @@ def test_each_goal_has_its_own(report, clock):
     report.command_given(Command(linear_m_s=0.1))
     report.goal_set(since=clock[0])
     assert report.first_motion_s is None
+
+
+def test_the_clock_of_a_search_stands_while_its_find_is_judged(report):
+    told = [
+        report._elapsed_s(state, SimpleNamespace(elapsed_s=elapsed_s))
+        for state, elapsed_s in (
+            ("searching", 8.0),
+            ("found", 9.0),
+            ("found", 60.0),
+            ("stopped", 70.0),
+            ("found", 80.0),
+            ("searching", 90.0),
+            ("found", 95.0),
+            ("found", 3.0),
+        )
+    ]
+    assert told == [8.0, 9.0, 9.0, 9.0, 9.0, 90.0, 95.0, 3.0]
