@@ -7,7 +7,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, UNKNOWN, MapArrays
-from ippon.planning.panorama import ViewField, ViewRules, cast_ray, within_field
+from ippon.planning.panorama import ViewField, ViewRules, within_field
+from ippon.planning.rays import cast_rays
 from ippon.planning.view_table import ViewTable
 
 
@@ -95,16 +96,10 @@ class ViewMemory:
         if not within_field(table, self._field, camera_voxel):
             # The robot drove off the map; there is nothing to settle there.
             return
-        _record_kernel(
-            arrays,
-            table,
-            rules,
-            self._field,
-            np.array(camera_voxel, dtype=np.int64),
-            shown,
-            self.step,
-            self._changed,
-        )
+        camera = np.array(camera_voxel, dtype=np.int64)
+        cells = np.flatnonzero(shown)
+        depth = cast_rays(arrays, table, rules.unknown_depth, camera, cells)
+        _record_kernel(table, rules, self._field, camera, cells, depth, self.step, self._changed)
 
     def _fit(self, arrays: MapArrays, layers: tuple[int, int], floor_layers: int) -> None:
         """Match extent and layers; other layers mean another floor, and a fresh start."""
@@ -202,16 +197,13 @@ def _note_changes_kernel(arrays, since, layers, rules, statistics, field, step, 
 
 
 @njit(cache=True, nogil=True)
-def _record_kernel(arrays, table, rules, field, camera, shown, step, changed):
+def _record_kernel(table, rules, field, camera, cells, depths, step, changed):
     cx, cy, cz = camera[0], camera[1], camera[2]
     fx, fy, fz = cx - field.origin[0], cy - field.origin[1], cz - field.origin[2]
     half = math.ceil(0.5 * rules.unknown_looks)
     enough = math.ceil(rules.unknown_looks)
-    for cell in range(shown.shape[0]):
-        if not shown[cell]:
-            continue
-        ray = table.rays[cell]
-        depth = cast_ray(arrays, table, rules.unknown_depth, cx, cy, cz, ray[0], ray[1], ray[2])
+    for r in range(cells.shape[0]):
+        cell, depth = cells[r], depths[r]
         solid_end = (1.0 - depth) if depth < 0.0 else depth
         space_end = (-1.0 - depth) if depth < 0.0 else depth
         for n in range(table.start[cell], table.start[cell + 1]):

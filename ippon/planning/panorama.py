@@ -7,7 +7,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, UNKNOWN, MapArrays
+from ippon.mapping.arrays import FREE, NOT_MAPPED, UNKNOWN, MapArrays
+from ippon.planning.rays import cast_rays_kernel
 from ippon.planning.view_table import ViewTable
 from ippon.planning.voxels import block_row, voxel_column
 
@@ -114,82 +115,35 @@ def within_field(table: ViewTable, field: ViewField, voxel: tuple[int, int, int]
     return bool((low >= 0).all() and (low + 2 * reach < field.state.shape[:2]).all())
 
 
-@njit(cache=True, nogil=True)
-def cast_ray(
-    arrays: MapArrays,
-    table: ViewTable,
-    unknown_depth: float,
-    cx: int,
-    cy: int,
-    cz: int,
-    dx: float,
-    dy: float,
-    dz: float,
-) -> float:
-    """Follow a ray from the centre of a voxel through free and unknown space.
-
-    Steps are as long as the distance field allows: an occupied voxel reaches less than one edge
-    beyond what its centre's distance says, corners aside. Unobserved blocks are crossed in one.
-
-    Returns:
-        Length in voxels; negative when it ends at an occupied voxel.
-    """
-    px, py, pz = cx + 0.5, cy + 0.5, cz + 0.5
-    t, hidden = 0.0, 0.0
-    # The camera's own voxel and its neighbours cannot hold anything the camera stands in.
-    t = 1.0
-    low, high = cz + table.layer_low, cz + table.layer_high
-    while t < table.range_voxels:
-        i = math.floor(px + t * dx)
-        j = math.floor(py + t * dy)
-        k = math.floor(pz + t * dz)
-        if (k < low and dz <= 0.0) or (k > high and dz >= 0.0):
-            break
-        row = block_row(arrays, i, j, k)
-        if row < 0:
-            step = 20.0
-            if abs(dx) > 1e-9:
-                edge = ((i >> 3) + (1 if dx > 0.0 else 0)) * 8
-                step = min(step, (edge - px) / dx - t)
-            if abs(dy) > 1e-9:
-                edge = ((j >> 3) + (1 if dy > 0.0 else 0)) * 8
-                step = min(step, (edge - py) / dy - t)
-            if abs(dz) > 1e-9:
-                edge = ((k >> 3) + (1 if dz > 0.0 else 0)) * 8
-                step = min(step, (edge - pz) / dz - t)
-            step = max(step, 0.0) + 1e-3
-            hidden += step
-        else:
-            column = voxel_column(i, j, k)
-            state = arrays.state[row, column]
-            if state == OCCUPIED:
-                return -t
-            step = max(np.sqrt(float(arrays.squared_distance[row, column])) - 1.0, 0.5)
-            if state == UNKNOWN:
-                hidden += step
-        if hidden > unknown_depth:
-            return min(t + step - (hidden - unknown_depth), table.range_voxels)
-        t += step
-    return min(t, table.range_voxels)
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _see_kernel(arrays, table, rules, field, camera, out):
     cx, cy, cz = camera[0], camera[1], camera[2]
-    # From offsets to elements of the field.
+    # From offsets to elements of the field, whose layers are read flat: what `within_field` let
+    # pass needs no test for indices below zero.
     fx, fy, fz = cx - field.origin[0], cy - field.origin[1], cz - field.origin[2]
+    along_x, along_y = field.state.shape[1] * field.state.shape[2], field.state.shape[2]
+    base = fx * along_x + fy * along_y + fz
+    states = field.state.reshape(-1)
+    unknown_looks, surface_looks = field.unknown_looks.reshape(-1), field.surface_looks.reshape(-1)
+    hidden_worth, surface_worth = np.empty(256), np.empty(256)
+    for c in range(256):
+        hidden_worth[c] = rules.unknown_occupied * max(0.0, 1.0 - c / rules.unknown_looks)
+        surface_worth[c] = max(0.0, 1.0 - c / rules.surface_looks)
+    cells = np.empty(table.yaw_bins, dtype=np.int64)
+    lengths = np.empty(table.yaw_bins)
     reach2 = rules.termination_range * rules.termination_range
     near = 0
     for p in range(table.pitch_bins):
         group = table.group[p]
-        depth = 0.0
+        count = table.yaw_bins // group
+        for n in range(count):
+            cells[n] = p * table.yaw_bins + n * group + group // 2
+        cast_rays_kernel(
+            arrays, table, rules.unknown_depth, camera, table.rays, cells[:count], lengths
+        )
         for y in range(table.yaw_bins):
             cell = p * table.yaw_bins + y
-            if y % group == 0:
-                ray = table.rays[cell + group // 2]
-                depth = cast_ray(
-                    arrays, table, rules.unknown_depth, cx, cy, cz, ray[0], ray[1], ray[2]
-                )
+            depth = lengths[y // group]
             out.depth[p, y] = depth
             # A surface is seen a voxel deep; space ends a voxel before it, so that the unknown
             # inside of a wall seen at a slant does not count.
@@ -201,15 +155,13 @@ def _see_kernel(arrays, table, rules, field, camera, out):
                 if far > solid_end:
                     break
                 dx, dy, dz = table.offset[n, 0], table.offset[n, 1], table.offset[n, 2]
-                a, b, c = fx + dx, fy + dy, fz + dz
-                state = field.state[a, b, c]
+                at = np.uint64(base + dx * along_x + dy * along_y + dz)
+                state = states[at]
                 if state == FREE:
                     continue
                 if state == UNKNOWN:
                     if far <= space_end:
-                        unknown += rules.unknown_occupied * max(
-                            0.0, 1.0 - field.unknown_looks[a, b, c] / rules.unknown_looks
-                        )
+                        unknown += hidden_worth[unknown_looks[at]]
                     continue
                 i, j, k = cx + dx, cy + dy, cz + dz
                 row = block_row(arrays, i, j, k)
@@ -217,7 +169,7 @@ def _see_kernel(arrays, table, rules, field, camera, out):
                     # Dropped from a full map: nothing is known of its labels.
                     continue
                 column = voxel_column(i, j, k)
-                fresh = max(0.0, 1.0 - field.surface_looks[a, b, c] / rules.surface_looks)
+                fresh = surface_worth[surface_looks[at]]
                 slab = arrays.slab[row]
                 code = arrays.ooi[slab, column]
                 recognised = far <= rules.surface_range

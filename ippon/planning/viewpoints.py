@@ -19,7 +19,8 @@ from ippon.planning.orientation import (
     sum_sectors,
     sum_views,
 )
-from ippon.planning.panorama import ViewRules, cast_ray, see
+from ippon.planning.panorama import ViewRules, see
+from ippon.planning.rays import cast_ray
 from ippon.planning.regions import RegionWeights, painted
 from ippon.planning.staleness import stale_kernel
 from ippon.planning.view_table import (
@@ -271,8 +272,7 @@ class Viewpoints:
         far = float(np.linalg.norm(offset))
         if far < 1.0:
             return True
-        dx, dy, dz = (offset / far).tolist()
-        depth = cast_ray(arrays, self._table, self._rules.unknown_depth, *camera, dx, dy, dz)
+        depth = cast_ray(arrays, self._table, self._rules.unknown_depth, camera, offset / far)
         # A ray may graze the voxel beside the one that is meant.
         return abs(depth) >= far - 1.8
 
