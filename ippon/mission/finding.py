@@ -1,7 +1,7 @@
 """Which of the candidates a search has ended at, and where it is."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -35,3 +35,17 @@ def looked_at(frame: Frame) -> Float64Array:
     seen = middle[np.isfinite(middle) & (middle > 0.0)]
     away = min(float(np.median(seen)), FIND_WITHIN_M) if seen.size else 0.5 * FIND_WITHIN_M
     return frame.T_world_camera[:3, 3] + away * frame.T_world_camera[:3, 2]
+
+
+def exhausted_text(display: str, candidates: Sequence[Find]) -> str:
+    """Say why a search ended without a find.
+
+    Args:
+        display: The object, as the operator reads it.
+        candidates: What looks like it, most voxels first.
+    """
+    text = f"{display} not found: everything reachable was seen"
+    if not candidates:
+        return text
+    x, y, _ = candidates[0].position_world
+    return f"{text}; no way leads close to what looks most like it, at ({x:.1f}, {y:.1f}) m"

@@ -6,7 +6,13 @@ import pytest
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import base_pose
-from ippon.mission.finding import FIND_WITHIN_M, distance_m, looked_at, nearest_find
+from ippon.mission.finding import (
+    FIND_WITHIN_M,
+    distance_m,
+    exhausted_text,
+    looked_at,
+    nearest_find,
+)
 from ippon.mission.snapshot import Find
 from ippon.robot import ZED
 
@@ -52,3 +58,10 @@ def test_what_is_looked_at_is_in_the_middle_of_the_image(depth, away):
     assert looked_at(frame) == pytest.approx(centre + np.array([away, 0.0, 0.0]))
     frame = dataclasses.replace(frame, depth=np.full((18, 30), np.nan, np.float32))
     assert looked_at(frame) == pytest.approx(centre + np.array([0.5 * FIND_WITHIN_M, 0.0, 0.0]))
+
+
+def test_a_search_that_found_nothing_says_what_it_could_not_get_to():
+    plain = "hat not found: everything reachable was seen"
+    assert exhausted_text("hat", ()) == plain
+    text = exhausted_text("hat", (find(3.0, 9), find(1.0, 2)))
+    assert text == f"{plain}; no way leads close to what looks most like it, at (3.0, 2.0) m"
