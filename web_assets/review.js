@@ -127,8 +127,11 @@ function compare() {
 
 function show(at, words) {
   tip.textContent = words;
-  tip.style.left = `${Math.min(92, Math.max(8, (100 * at) / Math.max(session.duration_s, 0.1)))}%`;
   tip.hidden = false;
+  // Its whole width stays on the track.
+  const [half, wide] = [tip.offsetWidth / 2, track.clientWidth];
+  const middle = (wide * at) / Math.max(session.duration_s, 0.1);
+  tip.style.left = `${Math.max(half, Math.min(wide - half, middle))}px`;
 }
 
 function render() {

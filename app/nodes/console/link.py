@@ -91,6 +91,8 @@ class NavigatorLink(Wishes):
         self._listening: zenoh.Session | None = None
         self._commanding: zenoh.Session | None = None
         self._heard_at = self._opened_at = time.monotonic()
+        self._silence_told_of: float | None = None
+        """When the navigator was last heard before the silence that the log tells of."""
         self._stop = threading.Event()
         self._thread = vital_thread("link", self._keep_open, on_failure)
 
@@ -247,7 +249,9 @@ class NavigatorLink(Wishes):
                 self._open_commanding()
             quiet_s = time.monotonic() - max(self._heard_at, self._opened_at)
             if self._listening is not None and quiet_s > SILENT_S:
-                logger.info("the navigator at %s is silent: listening again", self.endpoint)
+                if self._silence_told_of != self._heard_at:
+                    logger.info("the navigator at %s is silent: listening again", self.endpoint)
+                    self._silence_told_of = self._heard_at
                 self._listening = _closed(self._listening)
             if self._listening is None:
                 self._open_listening()

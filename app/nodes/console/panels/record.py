@@ -8,7 +8,7 @@ from app.messages.recording import RecordingStatus
 from app.nodes.console.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 
-NOBODY = "Nobody records this robot. Start ippon record, and this button works."
+NOBODY = "No recorder is heard. ippon record starts one for a running robot."
 
 
 class RecordPanel:

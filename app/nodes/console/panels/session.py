@@ -54,7 +54,8 @@ class SessionPanel:
             self._figures.content = markup.figures(status, model.voxels.count)
             self._streams.content = markup.streams(status.streams)
             self._updates += 1
-            if self._updates % _PLOT_EVERY == 1:
+            # A jump in a recording brings its events with it, and another past to plot.
+            if self._updates % _PLOT_EVERY == 1 or "events" in changed:
                 self._draw_plots(model.history)
         if "events" in changed:
             self._log.content = markup.event_log(model.events, self._start_ns)
