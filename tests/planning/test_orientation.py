@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ippon.guidance.levels import Level, LevelProbabilities
@@ -66,6 +66,8 @@ def test_sums_equal_adding_up_each_image(table, orientations):
         np.testing.assert_array_equal(sums.levels[a], panorama.levels[columns].sum(axis=0))
 
 
+# The first example may wait for a kernel.
+@settings(deadline=None)
 @given(st.lists(st.integers(0, 30), min_size=4, max_size=4))
 def test_the_highest_ranking_level_that_is_not_empty_is_taken(counts):
     order = [Level.CERTAIN, Level.FAR, Level.NEAR]
