@@ -1,0 +1,166 @@
+"""What a search comes to where a home or its robot is awkward: every such outcome is defined."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ippon.mission.snapshot import MissionState
+from ippon.robot import ZED
+
+
+def toilet(x, y, z=0.0):
+    return ("toilet", "toilet", (x, y, z), (x + 0.5, y + 0.5, z + 0.8))
+
+
+def sofa(x, y):
+    return ("sofa", "sofa", (x, y, 0.0), (x + 1.6, y + 0.8, 0.8))
+
+
+def events(results, kind):
+    return [e for r in results for e in r.snapshot.events if e.kind == kind]
+
+
+def test_an_object_in_view_at_the_start_is_driven_to_straight(searcher, room):
+    robot = searcher([*room(), toilet(5.4, 1.8)], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(30.0)
+    assert robot.last.state is MissionState.FOUND
+    assert robot.world.path_length_m() < 4.2, "it stands 4.4 m away and is seen from a metre"
+
+
+def test_an_object_beside_the_robot_needs_hardly_a_move(searcher, room):
+    robot = searcher([*room(), toilet(1.9, 1.8)], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(20.0)
+    assert robot.last.state is MissionState.FOUND
+    assert robot.world.path_length_m() < 0.8
+
+
+def test_without_the_object_everything_reachable_is_seen_and_the_search_says_so(searcher, room):
+    robot = searcher([*room(), sofa(4.0, 3.1)], 1.0, 2.0)
+    robot.ask("toilet")
+    results = robot.search(90.0)
+    assert robot.last.state is MissionState.EXHAUSTED
+    assert robot.last.why == "toilet not found: everything reachable was seen"
+    assert robot.last.candidates == ()
+    assert [e.text for e in events(results, "exhausted")] == [robot.last.why]
+    assert results[-1].command.linear_m_s == results[-1].command.yaw_rate_rad_s == 0.0
+
+
+@pytest.mark.parametrize("gap", [0.01, -0.02], ids=["all but touching", "in contact"])
+def test_a_robot_in_an_obstacles_margin_gets_out_and_searches(searcher, room, gap):
+    robot = searcher([*room(), toilet(5.4, 1.8)], ZED.radius_m + gap, 2.0, math.pi)
+    robot.ask("toilet")
+    robot.search(60.0)
+    assert robot.last.state is MissionState.FOUND
+    assert robot.world.collisions == 0
+
+
+def test_an_obstacle_that_moves_onto_the_path_is_driven_round(searcher, room):
+    home = [*room(8.0, 4.0), toilet(7.4, 1.8)]
+    robot = searcher(home, 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(40.0, lambda r: r.command.linear_m_s > 0.3 and robot.at[0] > 2.0)
+    speed, yaw = robot.world.base.linear_m_s, robot.world.base.yaw_rad
+    assert speed > 0.2, "it is under way"
+    x, y = robot.at + 1.6 * np.array([math.cos(yaw), math.sin(yaw)])
+    box = ("box", "box", (x - 0.1, y - 0.3, 0.0), (x + 0.1, y + 0.3, 1.2))
+    before = robot.last.plan
+    robot.rebuild([*home, box])
+    robot.search(60.0)
+    assert robot.last.state is MissionState.FOUND
+    assert robot.world.collisions == 0
+    assert passes(before.path_world, box), "the old path led through it"
+
+
+def passes(path_world, box, radius=0.25):
+    """Tell whether a path comes closer than the body's radius to a box."""
+    (x0, y0, _), (x1, y1, _) = box[2:]
+    knots = np.arange(len(path_world))
+    dense = np.linspace(0.0, knots[-1], 400)
+    x, y = (np.interp(dense, knots, path_world[:, k]) for k in range(2))
+    apart = np.hypot(
+        np.maximum(np.maximum(x0 - x, x - x1), 0.0), np.maximum(np.maximum(y0 - y, y - y1), 0.0)
+    )
+    return bool(apart.min() < radius)
+
+
+def test_a_drop_is_never_driven_onto_even_with_the_object_below(searcher, room):
+    ground = [
+        ("floor", "floor", (-0.1, -0.1, -0.1), (3.0, 4.1, 0.0)),
+        ("floor", "floor", (3.0, -0.1, -1.1), (6.1, 4.1, -1.0)),
+        ("wall", "wall", (2.95, -0.1, -1.0), (3.0, 4.1, -0.1)),
+    ]
+    robot = searcher([*ground, *room()[1:], toilet(4.5, 1.8, -1.0)], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(90.0)
+    assert robot.last.state is MissionState.EXHAUSTED
+    assert robot.world.collisions == 0
+    assert robot.world.trajectory[:, 0].max() < 3.0 - ZED.radius_m
+    assert robot.last.candidates, "it was seen from above"
+
+
+def test_stairs_up_are_no_floor(searcher, room):
+    stairs = [
+        ("stairs", "stairs", (3.0 + 0.3 * k, -0.1, 0.0), (3.3 + 0.3 * k, 4.1, 0.17 * (k + 1)))
+        for k in range(6)
+    ]
+    landing = ("floor", "floor", (4.8, -0.1, 0.0), (8.1, 4.1, 1.02))
+    robot = searcher([*room(8.0, 4.0), *stairs, landing, toilet(7.0, 1.8, 1.02)], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(90.0)
+    assert robot.last.state is MissionState.EXHAUSTED
+    assert robot.world.collisions == 0
+    assert robot.world.trajectory[:, 0].max() < 3.0 - ZED.radius_m
+
+
+def test_a_rejected_find_is_not_found_again(searcher, room):
+    robot = searcher([*room(), toilet(5.4, 1.8)], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(30.0)
+    assert robot.mission.reject_find()
+    again = robot.search(90.0)
+    assert MissionState.FOUND not in [r.snapshot.state for r in again]
+    assert robot.last.state is MissionState.EXHAUSTED
+    assert robot.last.candidates == (), "what was rejected is no candidate either"
+
+
+def test_after_a_rejected_find_another_one_may_be_found(searcher, room):
+    robot = searcher([*room(), toilet(5.4, 1.8), toilet(0.1, 0.1)], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(30.0)
+    first = robot.last.find
+    assert robot.mission.reject_find()
+    robot.search(90.0)
+    assert robot.last.state is MissionState.FOUND
+    apart = np.subtract(robot.last.find.position_world, first.position_world)
+    assert np.linalg.norm(apart) > 3.0
+
+
+def test_a_second_object_that_the_map_shows_is_driven_to_at_once(searcher, room):
+    robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8), sofa(3.0, 3.1)], 1.0, 2.0)
+    robot.ask("toilet")
+    nodes = len(robot.search(40.0)[-1].snapshot.plan.tree.parents)
+    known, driven = robot.last.explored_m2, robot.world.path_length_m()
+    robot.ask("sofa", goal_id=2)
+    second = robot.search(40.0)
+    first = second[0].snapshot
+    assert first.explored_m2 >= known, "the map stays"
+    assert len(first.plan.tree.parents) >= 0.9 * nodes, "the tree stays"
+    assert first.state is MissionState.APPROACHING, "nothing is looked for first"
+    assert robot.last.state is MissionState.FOUND
+    assert robot.world.path_length_m() - driven < 5.0, "straight there"
+
+
+def test_a_robot_whose_wheels_do_not_turn_for_a_while_recovers(searcher, room):
+    robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(40.0, lambda r: r.command.linear_m_s > 0.3 and robot.at[0] > 2.0)
+    held = []
+    for _ in range(30):
+        held.append(robot.mission.step(robot.world.observe()))
+        robot.world.step(None, 0.2)
+    assert events(held, "contact"), "it notices without a bumper"
+    robot.search(90.0)
+    assert robot.last.state is MissionState.FOUND
