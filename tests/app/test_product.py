@@ -27,7 +27,7 @@ ARGUMENTS = [
 SEARCH_MS = 240_000
 PATIENCE_MS = 30_000
 KEEP_PICTURES = "IPPON_KEEP_PICTURES"
-"""Set it to a folder to keep the pictures; the README shows `console.png` of them."""
+"""Set it to a folder to keep the pictures; README.md and docs/console.md show three of them."""
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def page(launch: Callable[..., Any], port: int):
     path = find_browser()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
-        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="dark")
         page.goto(f"http://127.0.0.1:{port}")
         yield page
         browser.close()
@@ -75,6 +75,20 @@ def expect_state(page: Page, text: str, timeout_ms: int = PATIENCE_MS) -> None:
     expect(page.locator("#state")).to_have_text(text, timeout=timeout_ms)
 
 
+def take_figures(page: Page, pictures: Path) -> None:
+    """Take the paper's first two figures: the trail to the find; proximity and viewpoints."""
+    view = page.frame_locator("#view")
+    view.get_by_role("tab", name="Map").click(timeout=PATIENCE_MS)
+    expect(view.locator("[data-mode='camera']")).to_be_visible(timeout=PATIENCE_MS)
+    page.screenshot(path=pictures / "fig1.png")
+    view.get_by_role("button", name="Proximity", exact=True).click(timeout=PATIENCE_MS)
+    expect(view.locator("[data-mode='proximity']")).to_be_visible(timeout=PATIENCE_MS)
+    page.wait_for_timeout(3_000)
+    page.screenshot(path=pictures / "fig2.png")
+    view.get_by_role("button", name="Camera", exact=True).click(timeout=PATIENCE_MS)
+    view.get_by_role("tab", name="Search").click(timeout=PATIENCE_MS)
+
+
 def test_a_typed_query_finds_the_plant_and_the_next_one_starts_at_once(
     page: Page, pictures: Path
 ) -> None:
@@ -94,6 +108,7 @@ def test_a_typed_query_finds_the_plant_and_the_next_one_starts_at_once(
     expect(view.get_by_role("button", name="Confirm")).to_be_visible(timeout=PATIENCE_MS)
     page.wait_for_timeout(3_000)
     page.screenshot(path=pictures / "console.png")
+    take_figures(page, pictures)
 
     ask(page, "toilet")
     expect(page.locator("#goal")).to_have_text("toilet", timeout=PATIENCE_MS)
