@@ -37,7 +37,7 @@ from ippon.evaluation.methods import ABLATIONS, BASELINES, METHODS, method_named
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.trial import TrialConfig, config_hash, habitat_trial
 from ippon.mapping.map_config import MapConfig
-from ippon.mission.mission import MissionConfig
+from ippon.mission.config import MissionConfig
 from ippon.robot import ZED
 
 EXIT_FAILED = 1

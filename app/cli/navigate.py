@@ -20,7 +20,7 @@ from app.links.session import LinkError
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import run_navigator
 from ippon.mapping.voxel_map import MapConfig
-from ippon.mission.mission import MissionConfig
+from ippon.mission.config import MissionConfig
 
 logger = logging.getLogger(__name__)
 

@@ -18,8 +18,9 @@ from ippon.frame import Frame, Heatmap
 from ippon.geometry import base_pose
 from ippon.guidance.levels import Guidance
 from ippon.guidance.naming import ResolvedObject, resolve_object
+from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
-from ippon.mission.mission import Mission, MissionConfig
+from ippon.mission.mission import Mission
 from ippon.mission.snapshot import MissionState
 from ippon.robot import HABITAT, RobotProfile
 from ippon.segmentation.segmenter import Segmenter

@@ -18,7 +18,7 @@ from ippon.evaluation.metrics import Judge
 from ippon.evaluation.oracle import OraclePlanner
 from ippon.frame import Frame
 from ippon.guidance.levels import Guidance, LabelLevel, Level
-from ippon.mission.mission import MissionConfig
+from ippon.mission.config import MissionConfig
 from ippon.planning.interface import Planner
 from ippon.planning.planner import ViewpointPlanner
 from ippon.robot import CollisionSphere, RobotProfile

@@ -19,8 +19,9 @@ from ippon.geometry import Float64Array
 from ippon.guidance.levels import Guidance
 from ippon.guidance.naming import is_instance_of, resolve_object
 from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
-from ippon.mission.mission import Mission, MissionConfig
+from ippon.mission.mission import Mission
 from ippon.robot import HABITAT, RobotProfile
 from ippon.simulation.robot import BaseConfig
 from ippon.simulation.scene import Scene, StartPose

@@ -1,15 +1,21 @@
 """What the map knows of one voxel, and what would be chosen next if levels were others."""
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
+from ippon.guidance.levels import Guidance
 from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, MapArrays
 from ippon.mapping.surface_rows import NO_LABEL, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
-from ippon.planning.plan import Viewpoint
+from ippon.mission.explanation import explain
+from ippon.mission.goal import Goal
+from ippon.mission.waypoint import Steerable
+from ippon.planning.interface import Planner
+from ippon.planning.plan import Plan, Viewpoint
 
 TOP_LABELS = 5
 
@@ -91,3 +97,35 @@ def with_levels(voxel_map: VoxelMap, levels: NDArray[np.uint8]) -> MapArrays:
     labels = voxel_map.surface.label[voxel_map.pools.slot[: len(arrays.level)]]
     level = np.where(arrays.level == NOT_MAPPED, NOT_MAPPED, table[labels]).astype(np.uint8)
     return arrays._replace(level=level)
+
+
+def preview(
+    planner: Planner,
+    plan: Plan,
+    voxel_map: VoxelMap,
+    goal: Goal,
+    now: Guidance,
+    then: Guidance,
+) -> Preview | None:
+    """Tell what a planner would choose with other levels; nothing changes by it.
+
+    Args:
+        planner: The one that made the plan.
+        plan: What it chose last.
+        voxel_map: The map, with the levels of `now`.
+        goal: What is searched for.
+        now: Levels of the map's labels, as they count.
+        then: The other levels.
+
+    Returns:
+        Both choices in words; None when the planner cannot tell.
+    """
+    if not isinstance(planner, Steerable):
+        return None
+    target = planner.preview(with_levels(voxel_map, then.levels()))
+    return Preview(
+        now=explain(plan, voxel_map, goal, now),
+        then=explain(dataclasses.replace(plan, target=target), voxel_map, goal, then),
+        before=plan.target,
+        after=target,
+    )

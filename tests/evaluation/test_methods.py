@@ -5,7 +5,7 @@ import pytest
 from ippon.evaluation.methods import ABLATIONS, BASELINES, METHODS, method_named, widened
 from ippon.guidance.levels import Level
 from ippon.guidance.prior import EmbeddedPrior
-from ippon.mission.mission import MissionConfig
+from ippon.mission.config import MissionConfig
 from ippon.robot import ZED
 from ippon.vocabulary import MATTERPORT_40
 

@@ -11,7 +11,8 @@ from ippon.evaluation.row import TIMING_COLUMNS, row_from
 from ippon.evaluation.search import Clocks
 from ippon.evaluation.trial import Trial, TrialConfig, config_hash, habitat_trial
 from ippon.guidance.prior import EmbeddedPrior
-from ippon.mission.mission import Mission, MissionConfig
+from ippon.mission.config import MissionConfig
+from ippon.mission.mission import Mission
 from ippon.simulation.world import SimulatedWorld, WorldConfig
 from ippon.vocabulary import MATTERPORT_40
 

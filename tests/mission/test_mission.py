@@ -15,8 +15,9 @@ from ippon.geometry import base_pose, yaw_of
 from ippon.guidance.levels import Level
 from ippon.guidance.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
-from ippon.mission.mission import Mission, MissionConfig
+from ippon.mission.mission import Mission
 from ippon.mission.snapshot import MissionState
 from ippon.robot import ZED
 from ippon.simulation.homes.generator import generate_home

@@ -10,9 +10,10 @@ from ippon.control.drive import DriveMode
 from ippon.guidance.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.arrays import NOT_MAPPED
+from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
 from ippon.mission.inspection import inspect_voxel
-from ippon.mission.mission import Mission, MissionConfig
+from ippon.mission.mission import Mission
 from ippon.mission.snapshot import MissionState
 from ippon.planning.regions import RegionWeights, Stroke
 from ippon.robot import ZED

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from app.messages.keys import check_prefix
-from ippon.mission.mission import MissionConfig
+from ippon.mission.config import MissionConfig
 from ippon.robot import ZED, RobotProfile
 from ippon.vocabulary import MATTERPORT_40
 

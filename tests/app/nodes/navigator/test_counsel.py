@@ -26,7 +26,8 @@ from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.prior import PROVIDER, EmbeddedPrior
 from ippon.guidance.sentence import Query
 from ippon.mapping.voxel_map import MapConfig
-from ippon.mission.mission import Mission, MissionConfig
+from ippon.mission.config import MissionConfig
+from ippon.mission.mission import Mission
 from ippon.robot import ZED
 from ippon.vocabulary import MATTERPORT_40
 

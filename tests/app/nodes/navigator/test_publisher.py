@@ -14,7 +14,8 @@ from app.messages.scene import decode_voxels
 from app.nodes.navigator import publisher
 from app.nodes.navigator.publisher import MAX_WAITING, MapPublisher
 from ippon.camera import PinholeCamera
-from ippon.mission.mission import Mission, MissionConfig
+from ippon.mission.config import MissionConfig
+from ippon.mission.mission import Mission
 from ippon.robot import ZED
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.world import SimulatedWorld

@@ -10,7 +10,8 @@ from app.nodes.navigator.goals import GoalBook
 from app.nodes.navigator.intake import Stopwatch
 from app.nodes.navigator.report import StatusReport
 from ippon.command import Command
-from ippon.mission.mission import Mission, MissionConfig
+from ippon.mission.config import MissionConfig
+from ippon.mission.mission import Mission
 from ippon.robot import ZED
 from ippon.vocabulary import MATTERPORT_40
 

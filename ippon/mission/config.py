@@ -1,0 +1,31 @@
+"""Everything that decides how a search goes, from the map to the last look."""
+
+from dataclasses import dataclass, field
+
+from ippon.control.follower import FollowerConfig
+from ippon.guidance.levels import LevelProbabilities
+from ippon.guidance.rooms import RoomConfig
+from ippon.mapping.voxel_map import MapConfig
+from ippon.mission.look_around import LookAroundConfig
+from ippon.mission.recovery import RecoveryConfig
+from ippon.mission.travel_pitch import TravelPitchConfig
+from ippon.planning.planner import PlannerConfig
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissionConfig:
+    """Everything that decides how a search goes."""
+
+    map: MapConfig = field(default_factory=MapConfig)
+    levels: LevelProbabilities = field(default_factory=LevelProbabilities)
+    rooms: RoomConfig = field(default_factory=RoomConfig)
+    planner: PlannerConfig = field(default_factory=PlannerConfig)
+    follower: FollowerConfig = field(default_factory=FollowerConfig)
+    look_around: LookAroundConfig = field(default_factory=LookAroundConfig)
+    travel_pitch: TravelPitchConfig = field(default_factory=TravelPitchConfig)
+    recovery: RecoveryConfig = field(default_factory=RecoveryConfig)
+    confirm_steps: int = 3
+    """Frames that must agree in front of the object before it counts as found; more frames stop
+    fewer searches at the wrong thing and take longer."""
+    exhausted_steps: int = 15
+    """Frames in a row without anything left to see before the search ends as exhausted."""

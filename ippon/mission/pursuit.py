@@ -1,0 +1,86 @@
+"""From plan to command: follow the planner's choice, and notice where a search ends."""
+
+import dataclasses
+from dataclasses import dataclass
+
+from ippon.command import Command
+from ippon.control.follower import PathFollower
+from ippon.frame import Frame
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.mission.config import MissionConfig
+from ippon.mission.explanation import explain
+from ippon.mission.finding import exhausted_text, nearest_find
+from ippon.mission.search import Search
+from ippon.mission.snapshot import MissionState
+from ippon.mission.travel_pitch import TravelPitch
+from ippon.planning.plan import NodeKind, Plan
+from ippon.robot import RobotProfile
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pursued:
+    """What a step of the pursuit came to."""
+
+    command: Command
+    state: MissionState
+    """`FOUND` and `EXHAUSTED` end the search."""
+    why: str
+
+
+class Pursuit:
+    """Goes where the plan says until the object is in front of the robot, or nothing is left."""
+
+    def __init__(
+        self,
+        config: MissionConfig,
+        robot: RobotProfile,
+        follower: PathFollower,
+        voxel_map: VoxelMap,
+    ) -> None:
+        self._config = config
+        self._follower = follower
+        self._voxel_map = voxel_map
+        self._travel_pitch = TravelPitch(config.travel_pitch, robot)
+
+    def step(self, search: Search, frame: Frame, plan: Plan, dt_s: float) -> Pursued:
+        """Follow the plan, and end the search where it says so.
+
+        Args:
+            search: Takes note of how often in a row the plan led nowhere, or to the object.
+            frame: Where the robot stands.
+            plan: What the planner chose on this frame.
+            dt_s: Seconds since the frame before.
+        """
+        search.empty_steps = search.empty_steps + 1 if plan.exhausted else 0
+        if search.empty_steps >= self._config.exhausted_steps:
+            return Pursued(
+                command=Command(tilt_rad=frame.tilt_rad),
+                state=MissionState.EXHAUSTED,
+                why=exhausted_text(search.goal.display, search.candidates),
+            )
+        command = self._follower.step(
+            plan, frame.T_world_base, frame.tilt_rad, self._voxel_map.arrays(), dt_s
+        )
+        approaching = ends_search(plan)
+        arrived = approaching and self._follower.reached
+        search.arrived_steps = search.arrived_steps + 1 if arrived else 0
+        if search.arrived_steps >= self._config.confirm_steps:
+            search.find = nearest_find(search.candidates, frame.T_world_base)
+            return Pursued(
+                command=Command(tilt_rad=command.tilt_rad),
+                state=MissionState.FOUND,
+                why=search.found_text(frame.T_world_base),
+            )
+        if command.linear_m_s > 0.05 and not approaching:
+            sweep = self._travel_pitch.tilt(search.elapsed_s(frame.stamp_ns))
+            command = dataclasses.replace(command, tilt_rad=sweep)
+        return Pursued(
+            command=command,
+            state=MissionState.APPROACHING if approaching else MissionState.SEARCHING,
+            why=explain(plan, self._voxel_map, search.goal, search.guidance),
+        )
+
+
+def ends_search(plan: Plan) -> bool:
+    """Tell whether the plan leads to where the object can be seen from close by."""
+    return plan.target is not None and plan.target.kind is NodeKind.TERMINATING

@@ -1,0 +1,79 @@
+"""One goal and how far the search for it is."""
+
+import numpy as np
+
+from ippon.frame import Frame
+from ippon.geometry import Float64Array
+from ippon.guidance.levels import Guidance
+from ippon.mapping.arrays import MapArrays
+from ippon.mission.clusters import OoiVoxels, cluster_finds
+from ippon.mission.finding import distance_m
+from ippon.mission.goal import Goal
+from ippon.mission.recovery import NANOSECONDS
+from ippon.mission.snapshot import Find
+
+
+class Search:
+    """One goal, its levels, what may be the object, and what was spent on it.
+
+    Args:
+        goal: What is searched for.
+        guidance: Levels of the map's labels for that goal.
+        ooi_threshold: p_T; voxels above it are probably the object.
+    """
+
+    def __init__(self, goal: Goal, guidance: Guidance, ooi_threshold: float) -> None:
+        self.goal = goal
+        self.guidance = guidance
+        self.candidates: tuple[Find, ...] = ()
+        self.find: Find | None = None
+        self.path_length_m = 0.0
+        self.arrived_steps = 0
+        self.empty_steps = 0
+        self._ooi_voxels = OoiVoxels(ooi_threshold)
+        self._started_ns: int | None = None
+
+    def elapsed_s(self, stamp_ns: int) -> float:
+        """Return the age of the search in robot time."""
+        return 0.0 if self._started_ns is None else (stamp_ns - self._started_ns) / NANOSECONDS
+
+    def keep_time(self, last: Frame | None, frame: Frame) -> None:
+        """Start the search's clock with its first frame."""
+        if self._started_ns is None:
+            self._started_ns = frame.stamp_ns
+        elif last is not None and frame.stamp_ns < last.stamp_ns:
+            # The robot's clock started anew: the search keeps the age that it had.
+            self._started_ns += frame.stamp_ns - last.stamp_ns
+
+    def add_way(self, last: Frame | None, frame: Frame) -> None:
+        """Add what the robot drove since the frame before."""
+        if last is not None:
+            moved = frame.T_world_base[:3, 3] - last.T_world_base[:3, 3]
+            self.path_length_m += float(np.linalg.norm(moved))
+
+    def update_candidates(self, arrays: MapArrays, frame: Frame) -> None:
+        """Look again for clusters of voxels that are probably the object."""
+        centres, probabilities = self._ooi_voxels.update(arrays)
+        self.candidates = cluster_finds(
+            centres,
+            probabilities,
+            arrays.voxel_size,
+            camera=frame.camera,
+            T_world_camera=frame.T_world_camera,
+        )
+
+    def go_on_from_find(self) -> Find | None:
+        """Search on after a find that was none; returns that find."""
+        find, self.find = self.find, None
+        self.arrived_steps = self.empty_steps = 0
+        return find
+
+    def found_text(self, T_world_base: Float64Array) -> str:
+        """Say what was found, and how far from the robot it is."""
+        text = f"found {self.goal.display}"
+        if self.find is None:
+            return text
+        return (
+            f"{text}: {self.find.voxels} voxels at p = {self.find.probability:.2f}, "
+            f"{distance_m(T_world_base, self.find):.1f} m away"
+        )
