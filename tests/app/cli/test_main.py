@@ -48,7 +48,7 @@ def own_runtime(runtime, monkeypatch):
         (["navigate", "--listen", "foo"], "'foo' is no zenoh endpoint"),
         (["navigate", "--voxel-size-m", "0"], "voxel_size_m must be positive"),
         (["console", "--port", "99999"], "a port lies in 0 to 65535"),
-        (["console", "--host", "0.0.0.0"], "127.0.0.1 only"),
+        (["console", "--host", "0.0.0.0"], "demands a login"),
         (["ask", ""], "no object given"),
         (["ask", "hat"], "no navigator runs on this machine; start one with `ippon demo`"),
         (["ask", "hat", "--timeout-s", "-1"], "--timeout-s is a positive number"),

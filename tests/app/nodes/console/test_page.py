@@ -57,7 +57,7 @@ def console(stage, zenoh_port):
 @pytest.fixture
 def page(browser, console):
     """The page, opened as an operator would."""
-    page = browser.new_page(viewport={"width": 1440, "height": 900})
+    page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="dark")
     page.goto(console.url)
     yield page
     page.close()
