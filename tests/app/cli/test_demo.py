@@ -73,7 +73,9 @@ def test_lock_step_finds_the_bed_and_repeats_itself(launch):
         demo = launch("demo", *ONE_SEARCH, "--object", "bed")
         status, out = demo.finish(280.0)
         assert status == 0, demo.log()
-        results.append(json.loads(out.splitlines()[-1]))
+        result = json.loads(out.splitlines()[-1])
+        assert Path(result.pop("session")).is_dir()
+        results.append(result)
     assert results[0] == results[1]
     result = results[0]
     assert (result["object"], result["found"], result["correct"]) == ("bed", True, True)

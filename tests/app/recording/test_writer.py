@@ -4,7 +4,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 import yaml
 from mcap.reader import make_reader
@@ -32,7 +31,7 @@ def test_rosbags_reads_every_message_with_its_type(session_folder, made_up):
             seen.setdefault(connection.topic, []).append(message.data.encode() if text else raw)
             assert time_ns >= made_up.START_NS
     markers = seen.pop(f"/home/_3/{MARKERS_KEY}")
-    assert len(markers) == 6
+    assert len(markers) in {5, 6}, "one a second"
     assert seen == expected
 
 
@@ -129,4 +128,4 @@ def test_text_that_is_none_is_refused(data):
 def test_names_of_topics_are_those_that_ros_accepts():
     assert ros_name("ippon/apartment-3-99/camera/x") == "/ippon/apartment_3_99/camera/x"
     assert ros_name("3/a.b") == "/_3/a_b"
-    assert np.unique(list(typestore().types)).size > 200
+    assert {"ippon_msgs/msg/Heatmap", "tf2_msgs/msg/TFMessage"} <= set(typestore().types)

@@ -187,7 +187,7 @@ def test_space_stops_after_a_click_on_a_checkbox(home, page):
     _state(page, "Searching")
     view = _view(page)
     view.get_by_text("Map", exact=True).click(timeout=PATIENCE_MS)
-    box = _field(page, "Surfaces")
+    box = _field(page, "Voxels")
     box.click()
     expect(box).not_to_be_checked()
     page.keyboard.press("Space")
