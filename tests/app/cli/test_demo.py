@@ -63,7 +63,7 @@ def demo(launch, free_page_port):
     demo = launch("demo", "--home", "3", "--object", "toilet", "--port", free_page_port)
     demo.wait_for_log("simulated robot in home-3", timeout_s=240.0)
     demo.children = children_of(demo.child.pid)
-    assert len(demo.children) == 3, demo.children
+    assert len(demo.children) == 4, demo.children
     return demo
 
 
