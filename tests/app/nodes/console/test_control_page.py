@@ -102,7 +102,7 @@ def test_login_roles_and_control_as_people_meet_them(open_page, console, picture
         expect(vera.locator(button)).to_be_hidden()
     panel = vera.frame_locator("#view").locator("[data-ip-watching]")
     expect(panel).to_have_attribute(
-        "data-ip-watching", "Your login may watch, and stop the robot.", timeout=PATIENCE_MS
+        "data-ip-watching", "Your login may watch, and stop the robot.", timeout=3 * PATIENCE_MS
     )
     vera.screenshot(path=pictures / "viewer.png")
     press(vera, "#stop")
