@@ -13,26 +13,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Page, expect
 
 from app.links.session import open_client
 from app.links.subscription import subscribe
 from app.messages import keys
 from app.messages.motion import decode_twist
 from tests.app.conftest import Process
-from tests.browser import find_browser
+from tests.chromium import PATIENCE_MS, new_page, open_browser
 
 pytestmark = [pytest.mark.browser, pytest.mark.process, pytest.mark.slow]
 
-ARGUMENTS = [
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-    "--disable-dev-shm-usage",
-]
-PATIENCE_MS = 30_000
 ROBOT = "ippon"
 FLOOR = (560, 520)
 """A pixel where there is floor or furniture once the first room is mapped."""
@@ -113,23 +104,21 @@ def parts(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Wheel
 
 @pytest.fixture(scope="module")
 def page(parts: tuple[str, Wheels]) -> Iterator[Page]:
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=find_browser(), args=ARGUMENTS)
-        page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="dark")
+    with open_browser() as browser:
+        page = new_page(browser)
         # Before the page's own listeners, which let nobody else see a key that drives.
         page.add_init_script(
             "addEventListener('keydown', () => (window.pressedAt = Date.now()), true)"
         )
         page.goto(parts[0])
         # The first picture of a software renderer takes its time on a busy machine.
-        view(page).get_by_role("tab", name="Search").click(timeout=4 * PATIENCE_MS)
+        view(page).get_by_role("tab", name="Search").click(timeout=2 * PATIENCE_MS)
         field = "xpath=//label[text()='Find']/ancestor::div[.//input][1]//input"
         view(page).locator(field).fill("toilet")
         view(page).get_by_role("button", name="Search").click()
-        expect(page.locator("#goal")).to_have_text("toilet", timeout=PATIENCE_MS)
+        expect(page.locator("#goal")).to_have_text("toilet")
         expect(page.locator("#state")).to_have_text("Searching", timeout=2 * PATIENCE_MS)
         yield page
-        browser.close()
 
 
 @pytest.fixture
@@ -144,19 +133,29 @@ def view(page: Page) -> Any:
     return page.frame_locator("#view")
 
 
+def hold_until(page: Page, key: str, test: Callable[[], bool]) -> None:
+    """Hold a key until a test holds; press it again where the page let go: it does when late."""
+    deadline = time.monotonic() + PATIENCE_MS / 1e3
+    while not test():
+        assert time.monotonic() < deadline
+        page.keyboard.up(key)
+        page.keyboard.down(key)
+        page.wait_for_timeout(2_000)
+
+
 def tab(page: Page, name: str) -> None:
-    view(page).get_by_role("tab", name=name).click(timeout=PATIENCE_MS)
+    view(page).get_by_role("tab", name=name).click()
 
 
 def choose(page: Page, name: str) -> None:
-    view(page).get_by_role("button", name=name, exact=True).click(timeout=PATIENCE_MS)
+    view(page).get_by_role("button", name=name, exact=True).click()
 
 
 def test_a_held_key_drives_and_whatever_ends_the_hold_stops(page, parts, folder, shoot):
     wheels = parts[1]
     tab(page, "Drive")
     choose(page, "Manual")
-    expect(page.locator("#state")).to_have_text("Manual", timeout=PATIENCE_MS)
+    expect(page.locator("#state")).to_have_text("Manual")
     expect(page.locator("#pad")).to_be_visible()
     wheels.wait(moving=False)
     page.locator("#pad-mode").click()
@@ -180,20 +179,18 @@ def test_a_held_key_drives_and_whatever_ends_the_hold_stops(page, parts, folder,
     page.locator("[data-hold='0 1 0']").dispatch_event("pointerdown", {"pointerId": 1})
     page.locator("#stop").click()
     wheels.wait(moving=False)
-    expect(page.locator("#state")).to_have_text("Stopped", timeout=PATIENCE_MS)
+    expect(page.locator("#state")).to_have_text("Stopped")
     shoot("stopped")
     page.locator("#resume").click()
-    expect(page.locator("#state")).to_have_text("Manual", timeout=PATIENCE_MS)
+    expect(page.locator("#state")).to_have_text("Manual")
 
 
 def test_the_filter_says_why_it_slows_the_operator(page, parts, shoot):
     page.locator("#pad-mode").click()
-    page.keyboard.down("w")
-    try:
-        expect(page.locator("#pad-note")).to_contain_text("obstacle", timeout=PATIENCE_MS)
-        shoot("manual")
-    finally:
-        page.keyboard.up("w")
+    note = page.locator("#pad-note")
+    hold_until(page, "w", lambda: "obstacle" in note.inner_text())
+    shoot("manual")
+    page.keyboard.up("w")
     parts[1].wait(moving=False)
 
 
@@ -201,7 +198,7 @@ def test_a_click_explains_sends_and_paints(page, shoot):
     choose(page, "Explain")
     page.mouse.click(*FLOOR)
     card = page.locator("#explanation")
-    expect(card).to_be_visible(timeout=PATIENCE_MS)
+    expect(card).to_be_visible()
     expect(card.locator("dt").first).to_be_visible()
     shoot("explained")
     card.locator("#explanation-close").click()
@@ -209,20 +206,18 @@ def test_a_click_explains_sends_and_paints(page, shoot):
 
     choose(page, "Look here")
     page.mouse.click(*FLOOR)
-    expect(view(page).get_by_text("looking there first")).to_be_visible(timeout=PATIENCE_MS)
+    expect(view(page).get_by_text("looking there first")).to_be_visible()
     choose(page, "Not here")
     page.mouse.click(FLOOR[0] - 120, FLOOR[1])
-    expect(view(page).get_by_text("not looking there")).to_be_visible(timeout=PATIENCE_MS)
+    expect(view(page).get_by_text("not looking there")).to_be_visible()
     shoot("painted")
     choose(page, "Undo")
-    expect(view(page).get_by_text("undone; 1 left")).to_be_visible(timeout=PATIENCE_MS)
+    expect(view(page).get_by_text("undone; 1 left")).to_be_visible()
     choose(page, "Clear")
 
     choose(page, "Go")
     page.mouse.click(4, 70)
-    expect(view(page).get_by_text(_either("no way is known", "not on the floor"))).to_be_visible(
-        timeout=PATIENCE_MS
-    )
+    expect(view(page).get_by_text(_either("no way is known", "not on the floor"))).to_be_visible()
 
 
 def _either(*texts: str) -> re.Pattern[str]:
@@ -231,14 +226,14 @@ def _either(*texts: str) -> re.Pattern[str]:
 
 def test_what_if_shows_the_next_choice_and_changes_nothing(page):
     choose(page, "Auto")
-    expect(page.locator("#state")).not_to_have_text("Manual", timeout=PATIENCE_MS)
+    expect(page.locator("#state")).not_to_have_text("Manual")
     tab(page, "Search")
     inside = view(page)
     inside.get_by_text("Reasons and corrections").click()
     before = inside.locator(".ip-levels").inner_text()
     choose(page, "What if?")
     expect(inside.locator(".ip-answer").first).to_contain_text(
-        _either("The choice would stay", "It would be", "there is no plan"), timeout=PATIENCE_MS
+        _either("The choice would stay", "It would be", "there is no plan")
     )
     assert inside.locator(".ip-levels").inner_text() == before
     inside.get_by_text("Reasons and corrections").click()
@@ -248,11 +243,11 @@ def test_every_colour_has_a_legend_and_every_figure_a_plot(page, shoot):
     tab(page, "Map")
     for word, mode in (("Object", "ooi"), ("Gain", "gain"), ("Proximity", "proximity")):
         choose(page, word)
-        expect(view(page).locator(f"[data-mode='{mode}']")).to_be_visible(timeout=PATIENCE_MS)
+        expect(view(page).locator(f"[data-mode='{mode}']")).to_be_visible()
         page.wait_for_timeout(1_500)
         shoot(f"map-{mode}")
     tab(page, "Session")
-    expect(view(page).locator("canvas").nth(2)).to_be_visible(timeout=PATIENCE_MS)
+    expect(view(page).locator("canvas").nth(2)).to_be_visible()
     shoot("session")
     tab(page, "Map")
     choose(page, "Camera")

@@ -9,23 +9,14 @@ from typing import Any
 
 import httpx
 import pytest
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Page, expect
 
-from tests.browser import find_browser
+from tests.chromium import PATIENCE_MS, new_page, open_browser
 
 pytestmark = [pytest.mark.browser, pytest.mark.process, pytest.mark.slow]
 
 ROOT = Path(__file__).parents[2]
-ARGUMENTS = [
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-    "--disable-dev-shm-usage",
-]
 SEARCH_MS = 240_000
-PATIENCE_MS = 30_000
 KEEP_PICTURES = "IPPON_KEEP_PICTURES"
 """Set it to a folder to keep the pictures; README.md and docs/console.md show three of them."""
 
@@ -50,13 +41,10 @@ def page(launch: Callable[..., Any], port: int):
     demo = launch("demo", "--home", "4", "--port", str(port), "--speed", "2", "--no-search")
     demo.wait_for_log("simulated robot in home-4", timeout_s=300.0)
     assert httpx.get(f"http://127.0.0.1:{port}/health").is_success
-    path = find_browser()
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
-        page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="dark")
+    with open_browser() as browser:
+        page = new_page(browser)
         page.goto(f"http://127.0.0.1:{port}")
         yield page
-        browser.close()
 
 
 def field(page: Page, label: str):
@@ -67,7 +55,7 @@ def field(page: Page, label: str):
 
 
 def ask(page: Page, sentence: str) -> None:
-    field(page, "Find").fill(sentence, timeout=PATIENCE_MS)
+    field(page, "Find").fill(sentence)
     page.frame_locator("#view").get_by_role("button", name="Search").click()
 
 
@@ -78,15 +66,15 @@ def expect_state(page: Page, text: str, timeout_ms: int = PATIENCE_MS) -> None:
 def take_figures(page: Page, pictures: Path) -> None:
     """Take the paper's first two figures: the trail to the find; proximity and viewpoints."""
     view = page.frame_locator("#view")
-    view.get_by_role("tab", name="Map").click(timeout=PATIENCE_MS)
-    expect(view.locator("[data-mode='camera']")).to_be_visible(timeout=PATIENCE_MS)
+    view.get_by_role("tab", name="Map").click()
+    expect(view.locator("[data-mode='camera']")).to_be_visible()
     page.screenshot(path=pictures / "fig1.png")
-    view.get_by_role("button", name="Proximity", exact=True).click(timeout=PATIENCE_MS)
-    expect(view.locator("[data-mode='proximity']")).to_be_visible(timeout=PATIENCE_MS)
+    view.get_by_role("button", name="Proximity", exact=True).click()
+    expect(view.locator("[data-mode='proximity']")).to_be_visible()
     page.wait_for_timeout(3_000)
     page.screenshot(path=pictures / "fig2.png")
-    view.get_by_role("button", name="Camera", exact=True).click(timeout=PATIENCE_MS)
-    view.get_by_role("tab", name="Search").click(timeout=PATIENCE_MS)
+    view.get_by_role("button", name="Camera", exact=True).click()
+    view.get_by_role("tab", name="Search").click()
 
 
 def test_a_typed_query_finds_the_plant_and_the_next_one_starts_at_once(
@@ -96,26 +84,24 @@ def test_a_typed_query_finds_the_plant_and_the_next_one_starts_at_once(
     page.screenshot(path=pictures / "waiting.png")
 
     ask(page, "find the plant, I think it is near the sofa")
-    expect(page.locator("#goal")).to_have_text("plant", timeout=PATIENCE_MS)
+    expect(page.locator("#goal")).to_have_text("plant")
     expect_state(page, "Looking around")
-    expect_state(page, "Searching", timeout_ms=60_000)
+    expect_state(page, "Searching")
     view = page.frame_locator("#view")
     expect(view.get_by_text("embedded prior", exact=False)).to_be_visible()
     page.wait_for_timeout(4_000)
     page.screenshot(path=pictures / "searching.png")
 
     expect_state(page, "Found", timeout_ms=SEARCH_MS)
-    expect(view.get_by_role("button", name="Confirm")).to_be_visible(timeout=PATIENCE_MS)
+    expect(view.get_by_role("button", name="Confirm")).to_be_visible()
     page.wait_for_timeout(3_000)
     page.screenshot(path=pictures / "console.png")
     take_figures(page, pictures)
 
     ask(page, "toilet")
-    expect(page.locator("#goal")).to_have_text("toilet", timeout=PATIENCE_MS)
+    expect(page.locator("#goal")).to_have_text("toilet")
     # Without looking around again: the map is there already.
-    expect(page.locator("#state")).to_have_text(
-        re.compile("Searching|Approaching|Found"), timeout=PATIENCE_MS
-    )
+    expect(page.locator("#state")).to_have_text(re.compile("Searching|Approaching|Found"))
 
     page.locator("#stop").click()
     expect_state(page, "Stopped")

@@ -7,19 +7,13 @@ import av
 import numpy as np
 import open3d
 import pytest
-from playwright.sync_api import sync_playwright
 from pyarrow import csv
 
 from app.cli.main import run
 from app.export.geometry import voxel_faces
 from app.export.story import need_map, open_story, read_trajectory
 from app.recording.writer import SessionWriter
-from tests.browser import find_browser
-
-ARGUMENTS = [
-    "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-    "--disable-dev-shm-usage",
-]  # fmt: skip
+from tests.chromium import new_page, open_browser
 
 
 @pytest.fixture(scope="module")
@@ -113,19 +107,17 @@ def test_the_report_says_it_all_and_needs_nothing_else(exported):
 
 @pytest.mark.browser
 def test_a_browser_opens_the_report_and_the_scene(exported, tmp_path):
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=find_browser(), args=ARGUMENTS)
-        page = browser.new_page(viewport={"width": 1280, "height": 900})
+    with open_browser() as browser:
+        page = new_page(browser, 1280)
         page.goto((exported / "report.html").as_uri())
         loaded = page.evaluate("[...document.images].every((i) => i.naturalWidth > 0)")
         assert loaded
         assert page.locator("polyline").count() == 4
         page.goto((exported / "scene.html").as_uri())
-        page.wait_for_selector("canvas", timeout=30_000)
+        page.wait_for_selector("canvas")
         page.wait_for_function(
-            "document.querySelector('canvas').getBoundingClientRect().width > 200", timeout=30_000
+            "document.querySelector('canvas').getBoundingClientRect().width > 200"
         )
-        browser.close()
 
 
 def test_what_is_not_there_is_said_and_the_rest_is_written(tmp_path, capsys):

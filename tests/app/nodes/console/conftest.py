@@ -259,7 +259,7 @@ class PublishedHome:
     The map grows with every tick. Requests are answered, and change what the status says.
     """
 
-    def __init__(self, port, robot="ippon", hz=5.0):
+    def __init__(self, port, lease_clock=time.monotonic, robot="ippon", hz=5.0):
         self.robot, self.hz = robot, hz
         self.requests = []
         self.state = "searching"
@@ -282,7 +282,7 @@ class PublishedHome:
         config.insert_json5("listen/endpoints", f'["tcp/127.0.0.1:{port}"]')
         config.insert_json5("scouting/multicast/enabled", "false")
         self._session = zenoh.open(config)
-        self.lease = LeaseDesk(self._session, robot)
+        self.lease = LeaseDesk(self._session, robot, lease_clock)
         for key, answer in {
             keys.SEARCH: self._search,
             keys.CONTROL: self._control,

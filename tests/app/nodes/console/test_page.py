@@ -3,32 +3,19 @@
 import time
 
 import pytest
-from playwright.sync_api import expect, sync_playwright
+from playwright.sync_api import expect
 
 from app.messages import keys
-from tests.browser import find_browser
+from tests.chromium import new_page, open_browser
 
 pytestmark = pytest.mark.browser
-
-ARGUMENTS = [
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-    "--disable-dev-shm-usage",
-]
-PATIENCE_MS = 30_000
 
 
 @pytest.fixture(scope="module")
 def browser():
     """Chromium of the system, else Playwright's own; without one the tests fail."""
-    path = find_browser()
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+    with open_browser() as browser:
         yield browser
-        browser.close()
 
 
 @pytest.fixture
@@ -57,7 +44,7 @@ def console(stage, zenoh_port):
 @pytest.fixture
 def page(browser, console):
     """The page, opened as an operator would."""
-    page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="dark")
+    page = new_page(browser)
     page.goto(console.url)
     yield page
     page.close()
@@ -73,7 +60,7 @@ def _field(page, label):
 
 
 def _state(page, text):
-    expect(page.locator("#state")).to_have_text(text, timeout=PATIENCE_MS)
+    expect(page.locator("#state")).to_have_text(text)
 
 
 def _picture(page, tmp_path):
@@ -104,9 +91,7 @@ def test_shows_the_search_as_it_goes(home, page, tmp_path):
     expect(page.locator("#link")).to_contain_text("live")
     expect(page.locator("#veil")).to_be_hidden()
     view = _view(page)
-    expect(view.get_by_text("going to the viewpoint by the sofa")).to_be_visible(
-        timeout=PATIENCE_MS
-    )
+    expect(view.get_by_text("going to the viewpoint by the sofa")).to_be_visible()
     expect(view.get_by_text("embedded common sense", exact=False)).to_be_visible()
     _drawn(page, tmp_path)
 
@@ -125,7 +110,7 @@ def test_the_camera_follows_the_growing_map_in_the_browser(home, page, tmp_path)
 def test_everything_of_the_search_fits_without_scrolling(home, page):
     view = _view(page)
     folder = view.get_by_text("Reasons and corrections")
-    expect(folder).to_be_visible(timeout=PATIENCE_MS)
+    expect(folder).to_be_visible()
     page.wait_for_timeout(1500)
     box = folder.bounding_box()
     assert box is not None
@@ -136,8 +121,8 @@ def test_a_typed_query_reaches_the_navigator(home, page):
     view = _view(page)
     _field(page, "Find").fill("find my student card, I just used it on the printer")
     view.get_by_role("button", name="Search").click()
-    expect(view.get_by_text("Looking for: student card.")).to_be_visible(timeout=PATIENCE_MS)
-    expect(page.locator("#goal")).to_have_text("student card", timeout=PATIENCE_MS)
+    expect(view.get_by_text("Looking for: student card.")).to_be_visible()
+    expect(page.locator("#goal")).to_have_text("student card")
     key, payload = home.requests[-1]
     assert key == keys.SEARCH
     assert b'"object":"student card"' in payload
@@ -146,18 +131,16 @@ def test_a_typed_query_reaches_the_navigator(home, page):
 
 def test_a_refused_query_says_why(home, page):
     view = _view(page)
-    _field(page, "Find").fill("unicorn", timeout=PATIENCE_MS)
+    _field(page, "Find").fill("unicorn")
     view.get_by_role("button", name="Search").click()
-    expect(view.get_by_text("nobody has ever seen a unicorn")).to_be_visible(timeout=PATIENCE_MS)
+    expect(view.get_by_text("nobody has ever seen a unicorn")).to_be_visible()
     _field(page, "Find").fill("")
     view.get_by_role("button", name="Search").click()
-    expect(view.get_by_text("Type what to look for")).to_be_visible(timeout=PATIENCE_MS)
+    expect(view.get_by_text("Type what to look for")).to_be_visible()
     _field(page, "Find").fill("hat")
     _field(page, "Context").fill("x" * 10_000)
     view.get_by_role("button", name="Search").click()
-    expect(view.get_by_text("The context has at most 2000 characters")).to_be_visible(
-        timeout=PATIENCE_MS
-    )
+    expect(view.get_by_text("The context has at most 2000 characters")).to_be_visible()
     assert [key for key, _ in home.requests] == [keys.SEARCH]
 
 
@@ -168,7 +151,7 @@ def test_stop_by_click_and_by_space_and_resume(home, page):
     expect(page.locator("#notice")).to_contain_text("Nothing moves until you resume")
     page.locator("#resume").click()
     _state(page, "Searching")
-    _view(page).locator("canvas").last.click(timeout=PATIENCE_MS)
+    _view(page).locator("canvas").last.click()
     page.keyboard.press("Space")
     _state(page, "Stopped")
     actions = [payload for key, payload in home.requests if key == keys.CONTROL]
@@ -177,7 +160,7 @@ def test_stop_by_click_and_by_space_and_resume(home, page):
 
 def test_a_space_in_a_text_field_is_a_space(home, page):
     field = _field(page, "Find")
-    field.click(timeout=PATIENCE_MS)
+    field.click()
     page.keyboard.type("student card")
     expect(field).to_have_value("student card")
     assert not [key for key, _ in home.requests if key == keys.CONTROL]
@@ -186,7 +169,7 @@ def test_a_space_in_a_text_field_is_a_space(home, page):
 def test_space_stops_after_a_click_on_a_checkbox(home, page):
     _state(page, "Searching")
     view = _view(page)
-    view.get_by_text("Map", exact=True).click(timeout=PATIENCE_MS)
+    view.get_by_text("Map", exact=True).click()
     box = _field(page, "Voxels")
     box.click()
     expect(box).not_to_be_checked()
@@ -198,7 +181,7 @@ def test_space_stops_after_a_click_on_a_checkbox(home, page):
 def test_space_stops_after_a_click_on_a_button_and_does_not_press_it(home, page):
     _state(page, "Searching")
     view = _view(page)
-    view.get_by_role("button", name="Pause", exact=True).click(timeout=PATIENCE_MS)
+    view.get_by_role("button", name="Pause", exact=True).click()
     _state(page, "Paused")
     page.keyboard.press("Space")
     _state(page, "Stopped")
@@ -244,11 +227,11 @@ def test_a_find_is_shown_and_can_be_rejected(home, stage, page):
     _state(page, "Found")
     view = _view(page)
     reject = view.get_by_role("button", name="Not this: keep looking")
-    expect(reject).to_be_visible(timeout=PATIENCE_MS)
+    expect(reject).to_be_visible()
     expect(view.get_by_role("button", name="Confirm: this is it")).to_be_visible()
     reject.click()
     _state(page, "Searching")
-    expect(reject).to_be_hidden(timeout=PATIENCE_MS)
+    expect(reject).to_be_hidden()
     assert home.requests[-1] == (keys.FEEDBACK, b'{"verdict":"reject"}')
 
 
@@ -259,7 +242,7 @@ def test_the_search_can_be_paused_resumed_and_ended(home, page):
         ("Resume", b"resume", "Searching"),
         ("End", b"cancel", "Searching"),
     ]:
-        view.get_by_role("button", name=word, exact=True).click(timeout=PATIENCE_MS)
+        view.get_by_role("button", name=word, exact=True).click()
         _state(page, state)
         page.wait_for_timeout(300)
         assert action in home.requests[-1][1]
@@ -267,32 +250,32 @@ def test_the_search_can_be_paused_resumed_and_ended(home, page):
 
 def test_a_level_can_be_corrected(home, page):
     view = _view(page)
-    view.get_by_text("Reasons and corrections").click(timeout=PATIENCE_MS)
-    view.get_by_text("a hat and a sofa").wait_for(timeout=PATIENCE_MS)
+    view.get_by_text("Reasons and corrections").click()
+    view.get_by_text("a hat and a sofa").wait_for()
     view.get_by_role("button", name="Change the level").click()
-    expect(view.get_by_text("bed is now near.")).to_be_visible(timeout=PATIENCE_MS)
+    expect(view.get_by_text("bed is now near.")).to_be_visible()
     assert home.requests[-1] == (keys.GUIDANCE, b'{"label":"bed","level":"near"}')
     _field(page, "One more").fill("bookcase")
     view.get_by_role("button", name="Add to the things").click()
-    expect(_field(page, "One more")).to_have_value("", timeout=PATIENCE_MS)
+    expect(_field(page, "One more")).to_have_value("")
     assert home.requests[-1][0] == keys.VOCABULARY
     assert b'"label":"bookcase"' in home.requests[-1][1]
     view.get_by_role("button", name="Question and answer").click()
-    expect(view.get_by_text("I am a robot, and I am to find")).to_be_visible(timeout=PATIENCE_MS)
+    expect(view.get_by_text("I am a robot, and I am to find")).to_be_visible()
     expect(view.get_by_text("sofa: <b>hats</b> are left there.")).to_be_visible()
     view.get_by_role("button", name="Close", exact=True).click()
-    expect(view.get_by_text("I am a robot, and I am to find")).to_be_hidden(timeout=PATIENCE_MS)
+    expect(view.get_by_text("I am a robot, and I am to find")).to_be_hidden()
 
 
 def test_a_doubtful_sentence_is_shown_before_anything_is_searched_for(home, page):
     view = _view(page)
-    _field(page, "Find").fill("where did the quokka go after lunch", timeout=PATIENCE_MS)
+    _field(page, "Find").fill("where did the quokka go after lunch")
     view.get_by_role("button", name="Search").click()
-    expect(view.get_by_text("Correct it above")).to_be_visible(timeout=PATIENCE_MS)
+    expect(view.get_by_text("Correct it above")).to_be_visible()
     assert [key for key, _ in home.requests] == [keys.SENTENCE]
     _field(page, "Find").fill("hat")
     view.get_by_role("button", name="Search").click()
-    expect(view.get_by_text("Looking for: hat.")).to_be_visible(timeout=PATIENCE_MS)
+    expect(view.get_by_text("Looking for: hat.")).to_be_visible()
     assert [key for key, _ in home.requests] == [keys.SENTENCE, keys.SEARCH]
 
 
@@ -319,7 +302,7 @@ def test_the_page_comes_back_by_itself_when_the_console_does(home, page, console
     try:
         _state(page, "Searching")
         _drawn(page, tmp_path)
-        expect(_view(page).get_by_text("going to the viewpoint")).to_be_visible(timeout=PATIENCE_MS)
+        expect(_view(page).get_by_text("going to the viewpoint")).to_be_visible()
     finally:
         again.close()
 
@@ -331,8 +314,8 @@ def _port(console):
 def test_text_from_outside_runs_nothing(home, page):
     attack = "<img src=x onerror=\"parent.document.title='owned'\">"
     home.status_changes = {"why": attack, "robot": attack}
-    expect(page.locator("#robot")).to_have_text(attack, timeout=PATIENCE_MS)
-    expect(_view(page).get_by_text(attack)).to_be_visible(timeout=PATIENCE_MS)
+    expect(page.locator("#robot")).to_have_text(attack)
+    expect(_view(page).get_by_text(attack)).to_be_visible()
     page.wait_for_timeout(500)
     assert "owned" not in page.title()
 
