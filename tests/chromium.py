@@ -1,0 +1,38 @@
+"""The browser of the tests, opened once and with patience: a renderer without a GPU is slow."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+
+from tests.browser import find_browser
+
+ARGUMENTS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-dev-shm-usage",
+]
+PATIENCE_MS = 90_000
+"""How long a thing may take to come about before it counts as missing, machine busy or not."""
+
+
+@contextmanager
+def open_browser() -> Iterator[Browser]:
+    """Yield Chromium, the system's or Playwright's own, without a window."""
+    expect.set_options(timeout=PATIENCE_MS)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=find_browser(), args=ARGUMENTS, timeout=PATIENCE_MS
+        )
+        yield browser
+        browser.close()
+
+
+def new_page(browser: Browser, width: int = 1440, height: int = 900) -> Page:
+    """Return an empty page of a window of its own, which whoever opens it closes."""
+    page = browser.new_page(viewport={"width": width, "height": height}, color_scheme="dark")
+    page.set_default_timeout(PATIENCE_MS)
+    return page
