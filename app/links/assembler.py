@@ -138,6 +138,10 @@ class FrameAssembler:
         """
         return self._late.popleft() if self._late else None
 
+    def forget(self, stamp_ns: int) -> None:
+        """Keep a frame for no late heatmap: the map refused it."""
+        self._without.pop(stamp_ns, None)
+
     def _await_heatmap(self, frame: Frame) -> None:
         self._without[frame.stamp_ns] = frame
         most = min(MOST_WITHOUT, BYTES_WITHOUT // (frame.color.nbytes + frame.depth.nbytes))

@@ -9,14 +9,22 @@ from numpy.typing import NDArray
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 from ippon.geometry import invert_transform
-from ippon.mapping.arrays import BLOCK_EDGE
+from ippon.mapping.arrays import BLOCK_EDGE, OCCUPIED
 from ippon.mapping.blocks import BlockDirectory, Pools
 from ippon.mapping.depth_image import DepthImage, prepare_depth
 from ippon.mapping.distance_field import DistanceField
 from ippon.mapping.eviction import drop_blocks_kernel, drop_unobserved_kernel, oldest_blocks
 from ippon.mapping.free_space import OBSERVED, OCCUPIED_CHANGED
 from ippon.mapping.geometry_update import update_kernel
-from ippon.mapping.hits import Rules, View, hit_kernel, make_hits, n_samples, sample_strides
+from ippon.mapping.hits import (
+    PIXEL_BITS,
+    Rules,
+    View,
+    hit_kernel,
+    make_hits,
+    n_samples,
+    sample_strides,
+)
 from ippon.mapping.map_config import MapConfig
 from ippon.mapping.object_layers import ObjectLayers
 from ippon.mapping.surface_update import fuse_kernel
@@ -77,11 +85,7 @@ class FrameIntegrator:
         cfg = self._config
         self._check(frame)
         image = prepare_depth(frame.depth, frame.camera, cfg.max_valid_depth_m)
-        deepest = min(float(image.tiles[..., 1].max()), cfg.max_range_m)
-        margin = cfg.voxel_size_m * (cfg.behind_voxels + 2.0)
-        low, high = frustum_box(
-            _corner_rays(frame), frame.T_world_camera, deepest + margin, self._block_m
-        )
+        low, high = self._box(frame, image)
         if not self._directory.fits(low, high):
             raise FrameRejectedError(
                 f"camera at {_text(frame.T_world_camera[:3, 3])} m is too far from the map to hold "
@@ -92,18 +96,77 @@ class FrameIntegrator:
             self.layer = math.floor(height / cfg.voxel_size_m)
         self._last_pose = (frame.stamp_ns, frame.T_world_camera[:3, 3].copy())
         self._directory.cover(low, high)
-        view = View(
+        seen = self._select(frame, image, layers, (low, high), revision)
+        return self._update(frame, image, seen, layers, revision)
+
+    def learn(self, frame: Frame, layers: ObjectLayers, revision: int) -> int:
+        """Take the heatmap alone of a frame that is in the map; see `VoxelMap.learn`."""
+        if self.layer is None:
+            return 0
+        cfg, pools = self._config, self._pools
+        image = prepare_depth(frame.depth, frame.camera, cfg.max_valid_depth_m)
+        rows = self._directory.rows_in(*self._box(frame, image))
+        strides = sample_strides(frame.camera, cfg.voxel_size_m, cfg.max_range_m)
+        self._count_hits(frame, image, strides, rows)
+        entries = self._hit_surface(rows)
+        slot = pools.slot[pools.slab[entries[:, 0]], entries[:, 1]]
+        # Their colours have this image in them already.
+        known = slot[slot > 0]
+        colors = layers.surface.color[known], layers.surface.color_count[known]
+        labelled = fuse_kernel(
+            entries, len(entries), strides, image.depth, np.ascontiguousarray(frame.color),
+            layers.fusion_input(frame.heatmap), len(layers.labels), cfg.voxel_size_m, pools,
+            layers.surface, revision,
+        )  # fmt: skip
+        layers.surface.color[known], layers.surface.color_count[known] = colors
+        return int(labelled)
+
+    def _hit_surface(self, rows: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Return (m, 3) block row, voxel and sample of the surface that was hit in `rows`."""
+        at = np.flatnonzero(self._hits.any[: len(rows)])
+        is_hit = (self._hits.number[at] > 0) & (self._pools.state[rows[at]] == OCCUPIED)
+        block, k = np.nonzero(is_hit)
+        sample = self._hits.best[at[block], k] & np.uint32((1 << PIXEL_BITS) - 1)
+        columns = (rows[at[block]], k, sample)
+        return np.stack([c.astype(np.int32) for c in columns], axis=1)
+
+    def _box(self, frame: Frame, image: DepthImage) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the box [low, high) of blocks that the image may see."""
+        cfg = self._config
+        deepest = min(float(image.tiles[..., 1].max()), cfg.max_range_m)
+        margin = cfg.voxel_size_m * (cfg.behind_voxels + 2.0)
+        rays = _corner_rays(frame)
+        return frustum_box(rays, frame.T_world_camera, deepest + margin, self._block_m)
+
+    def _view(self, frame: Frame) -> View:
+        return View(
             invert_transform(frame.T_world_camera),
             np.ascontiguousarray(frame.T_world_camera),
             frame.camera.fx,
             frame.camera.fy,
             frame.camera.cx,
             frame.camera.cy,
-            cfg.min_range_m,
-            cfg.max_range_m,
+            self._config.min_range_m,
+            self._config.max_range_m,
         )
-        seen = self._select(frame, image, layers, (low, high), revision)
-        return self._update(frame, image, view, seen, layers, revision)
+
+    def _count_hits(
+        self,
+        frame: Frame,
+        image: DepthImage,
+        strides: tuple[int, int],
+        rows: NDArray[np.int32],
+    ) -> None:
+        """Fill `_hits` with the image's points in the blocks of `rows`."""
+        n = len(rows)
+        if len(self._hits.any) < n:
+            self._hits = make_hits(n + n // 2)
+        self._hits.any[:n] = 0
+        self._list_of_row[rows] = np.arange(n, dtype=np.int32)
+        hit_kernel(
+            image, strides, self._view(frame), self._rules(), self._directory.origin,
+            self._directory.rows, rows, self._list_of_row, n, self._hits,
+        )  # fmt: skip
 
     @property
     def _block_m(self) -> float:
@@ -219,7 +282,6 @@ class FrameIntegrator:
         self,
         frame: Frame,
         image: DepthImage,
-        view: View,
         seen: _Selection,
         layers: ObjectLayers,
         revision: int,
@@ -227,20 +289,13 @@ class FrameIntegrator:
         cfg, pools = self._config, self._pools
         directory, origin = self._directory.rows, self._directory.origin
         rows, n = seen.rows, len(seen.rows)
-        if len(self._hits.any) < n:
-            self._hits = make_hits(n + n // 2)
-        self._hits.any[:n] = 0
-        self._list_of_row[rows] = np.arange(n, dtype=np.int32)
-        rules = self._rules()
         strides = sample_strides(frame.camera, cfg.voxel_size_m, cfg.max_range_m)
-        hit_kernel(
-            image, strides, view, rules, origin, directory, rows, self._list_of_row, n, self._hits
-        )
+        self._count_hits(frame, image, strides, rows)
         flags = np.zeros(n, np.uint8)
         entries = np.empty((n_samples(frame.camera, strides), 3), np.int32)
         n_entries = update_kernel(
-            image, strides, view, rules, rows, seen.kinds, n, self._hits, pools, layers.surface,
-            revision, flags, entries,
+            image, strides, self._view(frame), self._rules(), rows, seen.kinds, n, self._hits,
+            pools, layers.surface, revision, flags, entries,
         )  # fmt: skip
         labelled = fuse_kernel(
             entries, n_entries, strides, image.depth, np.ascontiguousarray(frame.color),

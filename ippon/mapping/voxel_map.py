@@ -67,6 +67,25 @@ class VoxelMap:
         self.revision = report.revision
         return report
 
+    def learn(self, frame: Frame) -> int:
+        """Take only the heatmap of a frame that was integrated without it: it came late.
+
+        Depth and colour stay as they are. What is no surface any more learns nothing.
+
+        Args:
+            frame: The frame, now with its heatmap.
+
+        Returns:
+            Number of surface voxels that the heatmap updated.
+
+        Raises:
+            ValueError: The frame has no heatmap.
+        """
+        if frame.heatmap is None:
+            raise ValueError("a frame teaches nothing without a heatmap; integrate it instead")
+        self.revision += 1
+        return self._integrator.learn(frame, self._layers, self.revision)
+
     def set_ooi(self, ooi: str | None) -> None:
         """Search for another object: its probabilities start anew, everything else stays.
 

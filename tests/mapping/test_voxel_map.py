@@ -9,6 +9,8 @@ from scipy.ndimage import distance_transform_edt
 from ippon.errors import FrameRejectedError
 from ippon.frame import Heatmap
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, UNKNOWN
+from ippon.mapping.blocks import N_ROWS
+from ippon.mapping.surface_rows import N_USED
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
 
 LABELS = ("floor", "wall", "chair", "table")
@@ -92,6 +94,40 @@ def test_rejected_frame_says_why_and_changes_nothing(tools, furnished):
     assert (voxel_map.arrays().state == before).all()
     voxel_map.integrate(good)
     assert voxel_map.revision == revision + 1
+
+
+def test_a_heatmap_that_comes_late_teaches_labels_and_leaves_depth_and_colour(tools, furnished):
+    names = {0: "floor", 6: "hat"}
+    heat = heat_of(LABELS, "hat", lambda n: names.get(int(n), "wall"))
+    poses = tools.tour([(1.0, 1.0)], yaws=3)
+    told = [furnished.frame(p, stamp_ns=n * 10**9, heatmap=heat) for n, p in enumerate(poses)]
+    at_once, late = VoxelMap(MapConfig(), LABELS), VoxelMap(MapConfig(), LABELS)
+    assert late.learn(told[0]) == 0
+    for voxel_map in (at_once, late):
+        voxel_map.set_ooi("hat")
+    for frame in told:
+        report = at_once.integrate(frame)
+        late.integrate(dataclasses.replace(frame, heatmap=None))
+        assert late.learn(frame) == report.labelled > 100
+    used = slice(int(at_once.pools.tally[N_ROWS]))
+    for name in ("tsdf", "weight", "evidence", "state", "squared_distance", "settled"):
+        mine, theirs = getattr(late.pools, name), getattr(at_once.pools, name)
+        np.testing.assert_array_equal(mine[used], theirs[used])
+    used = slice(1, int(at_once.surface.tally[N_USED]))
+    for name in ("voxel", "color", "color_count"):
+        mine, theirs = getattr(late.surface, name), getattr(at_once.surface, name)
+        np.testing.assert_array_equal(mine[used], theirs[used])
+    # The rounding of a label's probability hangs on the number of the change.
+    assert (late.surface.label[used] == at_once.surface.label[used]).mean() > 0.999
+    steps = late.surface.energy[used].astype(int) - at_once.surface.energy[used]
+    assert abs(steps).max() <= len(poses)
+    np.testing.assert_allclose(
+        late.surface.log_odds[used], at_once.surface.log_odds[used], atol=0.3
+    )
+    assert late.best_ooi() == pytest.approx(at_once.best_ooi(), abs=0.01)
+    assert late.best_ooi() > 0.9
+    with pytest.raises(ValueError, match="nothing without a heatmap"):
+        late.learn(dataclasses.replace(told[0], heatmap=None))
 
 
 def test_labels_and_ooi_follow_the_images(tools, furnished):

@@ -123,8 +123,15 @@ class Intake:
         """Take note that the last frame could be used."""
         self.refused = ""
 
-    def refuse_frame(self, problem: str) -> None:
-        """Count a frame that could not be used, under the stream that the problem lies in."""
+    def refuse_frame(self, problem: str, stamp_ns: int | None = None) -> None:
+        """Count a frame that could not be used, under the stream that the problem lies in.
+
+        Args:
+            problem: What is wrong with it.
+            stamp_ns: Its stamp, where it had become a frame: no late heatmap belongs to it.
+        """
+        if stamp_ns is not None:
+            self.assembler.forget(stamp_ns)
         self.refused = problem
         word = problem.split(" ", 1)[0]
         stream = {"depth": "depth", "heatmap": "heatmap"}.get(word, "colour")

@@ -164,7 +164,7 @@ class Navigator:
         try:
             self._mission.observe(frame)
         except FrameRejectedError as error:
-            self._intake.refuse_frame(str(error))
+            self._intake.refuse_frame(str(error), frame.stamp_ns)
             self._commander.give(Command(tilt_rad=frame.tilt_rad), frame.stamp_ns)
             return
         self._intake.accept()
@@ -188,14 +188,10 @@ class Navigator:
         self._take_note(snapshot)
 
     def _learn_late(self) -> None:
-        """Fuse one older frame again, now that a slow segmentation has told what is in it."""
+        """Take in what a slow segmentation has told only now of one older frame."""
         late = self._intake.take_late()
-        if late is None:
-            return
-        try:
-            self._mission.observe(late)
-        except FrameRejectedError as error:
-            self._intake.refuse("heatmap", f"heatmap: {error}")
+        if late is not None:
+            self._mission.voxel_map.learn(late)
 
     def _take_note(self, snapshot: Snapshot) -> None:
         for event in snapshot.events:

@@ -252,6 +252,10 @@ def test_a_late_heatmap_is_joined_to_the_frame_that_went_without_it(assembler):
     # Heatmaps come in order: what is older than the last one is not kept for one.
     assembler.add_heatmap(heatmap(first.stamp_ns))
     assert assembler.take_late() is None
+    # What the map refused learns nothing later either.
+    assembler.forget(went[2].stamp_ns)
+    assembler.add_heatmap(heatmap(went[2].stamp_ns))
+    assert assembler.take_late() is None
 
 
 def test_frames_are_not_kept_where_nobody_segments(assembler):
