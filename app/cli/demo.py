@@ -181,8 +181,8 @@ def _start_navigator(running: _Running, command: Demo) -> None:
 def _try_navigator(running: _Running, command: Demo, port: int) -> None:
     running.endpoint = f"tcp/127.0.0.1:{port}"
     sizes = ("--seed", str(command.seed), "--voxel-size-m", str(command.voxel_size_m))
-    model = as_arguments(command.llm)
-    child = running.start("navigator", ["navigate", "--listen", running.endpoint, *sizes, *model])
+    how = ("--rooms" if command.rooms else "--no-rooms", *as_arguments(command.llm))
+    child = running.start("navigator", ["navigate", "--listen", running.endpoint, *sizes, *how])
     deadline = time.monotonic() + READY_S
     while time.monotonic() < deadline:
         _refuse_ended(running, child, port)

@@ -3,8 +3,6 @@
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-
 from app.messages import keys
 from app.messages.control import (
     Event,
@@ -17,14 +15,12 @@ from app.messages.control import (
 )
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import (
-    StampedPath,
     StampedTransform,
     encode_flag,
-    encode_path,
     encode_transforms,
 )
-from app.messages.scene import encode_detections, encode_tree, encode_voxels
-from app.nodes.navigator.publisher import MAX_DETECTIONS, cloud_of, detection_of
+from app.messages.scene import encode_voxels
+from app.nodes.navigator.publisher import cloud_of, plan_messages
 from app.nodes.navigator.report import find_report
 from app.recording.limits import RecordingLimits
 from app.recording.session import Session
@@ -118,15 +114,8 @@ class EpisodeRecorder:
 
     def _add_plan(self, snapshot: Snapshot) -> None:
         stamp = snapshot.stamp_ns
-        path = np.empty((0, 3))
-        if snapshot.plan is not None:
-            self._add(keys.PLAN_TREE, encode_tree(snapshot.plan.tree, stamp), stamp)
-            path = snapshot.plan.path_world
-        points = StampedPath(stamp_ns=stamp, points_world=path)
-        self._add(keys.PLAN_PATH, encode_path(points), stamp)
-        label = snapshot.goal.object if snapshot.goal is not None else ""
-        finds = [detection_of(find, label) for find in snapshot.candidates[:MAX_DETECTIONS]]
-        self._add(keys.DETECTIONS, encode_detections(finds, stamp), stamp)
+        for key, payload in plan_messages(snapshot):
+            self._add(key, payload, stamp)
         for event in snapshot.events:
             told = Event(stamp_ns=stamp, kind=event.kind, text=event.text)  # pyright: ignore[reportArgumentType]
             self._add(keys.EVENT, encode(told), stamp)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import platformdirs
 
 from app.cli.errors import UsageError
-from app.cli.options import Llm
+from app.cli.llm_options import Llm
 
 if TYPE_CHECKING:
     from app.links.language_model import LanguageModel

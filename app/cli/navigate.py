@@ -19,6 +19,7 @@ from app.links.parent import end_with_parent
 from app.links.session import LinkError
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import run_navigator
+from ippon.guidance.rooms import RoomConfig
 from ippon.mapping.voxel_map import MapConfig
 from ippon.mission.config import MissionConfig
 
@@ -33,7 +34,10 @@ def run_navigate(command: Navigate) -> int:
     end_with_parent(command.parent_pid)
     model = make_model(command.llm, os.environ)
     try:
-        mission = MissionConfig(map=MapConfig(voxel_size_m=command.voxel_size_m))
+        mission = MissionConfig(
+            map=MapConfig(voxel_size_m=command.voxel_size_m),
+            rooms=RoomConfig(enabled=command.rooms),
+        )
         config = NavigatorConfig(
             listen=command.listen,
             robot=command.robot,

@@ -7,31 +7,11 @@ from typing import Annotated, Literal
 import tyro
 
 from app.cli.eval_options import Eval
+from app.cli.llm_options import Llm
 from app.cli.segment_options import NavigatorSegmentation, Segmentation
 
 Positional = tyro.conf.Positional
 Speed = Literal["1", "2", "max"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Llm:
-    """A language model for the levels; without one the embedded prior answers alone.
-
-    Its key comes from IPPON_API_KEY, OPENAI_API_KEY or a file; it is never logged or recorded.
-    """
-
-    model: str | None = None
-    """Name of the model at its endpoint; without one, that of IPPON_LLM_MODEL."""
-    base_url: str | None = None
-    """Address of an OpenAI-compatible endpoint, such as http://127.0.0.1:11434/v1; without one,
-    that of IPPON_LLM_BASE_URL or OPENAI_BASE_URL, or OpenAI's."""
-    key_file: Path | None = None
-    """File that holds the key alone, in place of the environment."""
-    timeout_s: float = 30.0
-    """The longest that one answer may take; the search goes on meanwhile."""
-    look_every_s: float = 0.0
-    """Show a model that takes images what the camera sees, this often, and let it add common
-    objects to tell apart; 0 never does. Images leave this machine when the model is elsewhere."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,6 +47,9 @@ class Demo:
     """Record the session, for `ippon review`."""
     record_to: Path | None = None
     """Folder of the sessions; without one, the user's data folder."""
+    rooms: bool = False
+    """Rate common objects by the type of room that they stand in, where it is clear: a sink in a
+    kitchen is far from a toilet."""
     llm: Llm = field(default_factory=Llm)
 
 
@@ -110,6 +93,9 @@ class Navigate:
     """Of the planner's samples."""
     voxel_size_m: float = 0.1
     """Edge of a voxel. Smaller shows more detail and costs more time."""
+    rooms: bool = False
+    """Rate common objects by the type of room that they stand in, where it is clear: a sink in a
+    kitchen is far from a toilet."""
     segmentation: NavigatorSegmentation = field(default_factory=NavigatorSegmentation)
     llm: Llm = field(default_factory=Llm)
     parent_pid: int | None = None

@@ -3,7 +3,7 @@
 from app.cli.errors import UsageError
 from app.cli.options import Record
 from app.links.parent import end_with_parent
-from app.links.registry import running_navigators
+from app.links.registry import newest_address
 from app.links.session import LinkError
 from app.nodes.recorder import RecorderConfig, run_recorder
 from app.recording.folders import sessions_folder
@@ -13,14 +13,11 @@ from app.recording.limits import RecordingLimits
 def run_record(command: Record) -> int:
     """Record until the process is stopped."""
     end_with_parent(command.parent_pid)
-    connect, robot = command.connect, command.robot
-    running = running_navigators() if connect is None or robot is None else []
-    if running:
-        connect, robot = connect or running[-1].endpoint, robot or running[-1].robot
+    connect, robot = newest_address(command.connect, command.robot)
     try:
         config = RecorderConfig(
-            connect=connect or "tcp/127.0.0.1:7447",
-            robot=robot or "ippon",
+            connect=connect,
+            robot=robot,
             root=command.out or sessions_folder(),
             limits=RecordingLimits(max_gb=command.max_gb, min_free_gb=command.min_free_gb),
             sensor_hz=command.sensor_hz,

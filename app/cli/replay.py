@@ -3,7 +3,7 @@
 from app.cli.errors import UsageError
 from app.cli.options import Replay
 from app.links.parent import end_with_parent
-from app.links.registry import running_navigators
+from app.links.registry import newest_address
 from app.links.session import LinkError
 from app.nodes.replay.datasets import DatasetError
 from app.nodes.replay.node import ReplayConfig, run_replay
@@ -12,15 +12,12 @@ from app.nodes.replay.node import ReplayConfig, run_replay
 def run_replay_command(command: Replay) -> int:
     """Play until the end, or until the process is stopped."""
     end_with_parent(command.parent_pid)
-    connect, robot = command.connect, command.robot
-    running = running_navigators() if connect is None or robot is None else []
-    if running:
-        connect, robot = connect or running[-1].endpoint, robot or running[-1].robot
+    connect, robot = newest_address(command.connect, command.robot)
     try:
         config = ReplayConfig(
             path=command.path,
-            connect=connect or "tcp/127.0.0.1:7447",
-            robot=robot or "ippon",
+            connect=connect,
+            robot=robot,
             rate=command.rate,
             start_s=command.start_s,
             loop=command.loop,

@@ -75,6 +75,23 @@ def running_navigators() -> list[RunningNavigator]:
     return [navigator for _, navigator in sorted(found, key=lambda entry: entry[0])]
 
 
+def newest_address(connect: str | None, robot: str | None) -> tuple[str, str]:
+    """Fill in what was not named of a navigator's address.
+
+    Args:
+        connect: zenoh endpoint; None for that of the navigator started last on this machine, else
+            the standard one.
+        robot: Key prefix; None likewise.
+
+    Returns:
+        Endpoint and prefix.
+    """
+    running = running_navigators() if connect is None or robot is None else []
+    if running:
+        connect, robot = connect or running[-1].endpoint, robot or running[-1].robot
+    return connect or "tcp/127.0.0.1:7447", robot or "ippon"
+
+
 def _files(folder: Path) -> list[Path]:
     try:
         return [path for path in folder.iterdir() if path.suffix == ".json"]

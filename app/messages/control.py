@@ -204,6 +204,8 @@ class InspectReply(_Message, frozen=True):
     """The most probable first."""
     ooi: float | None
     level: LevelName | None
+    room: str = ""
+    """Type of the room that the level comes from; empty where it is that of the label anywhere."""
 
 
 class DriveStatus(_Message, frozen=True):

@@ -172,18 +172,19 @@ class _Scanner:
     def _note(self, channel: int, entries: bytes) -> None:
         chunk = len(self._index.chunks) - 1
         if channel not in self._index.channels:
-            self._define_from(chunk)
+            self._read_chunk(chunk)
         self._parts.setdefault(channel, []).append((chunk, entries))
 
-    def _define_from(self, chunk: int) -> None:
-        """Read schemas and channels of a chunk that names a channel for the first time."""
+    def _read_chunk(self, chunk: int) -> dict[int, list[tuple[int, int]]]:
+        """Take a chunk's schemas and channels in; return where its messages are, by channel."""
         try:
             found = index_chunk(unpack_chunk(self._data, self._index.chunks[chunk]))
         except RecordingError as error:
             self._index.problems.append(str(error))
-            return
+            return {}
         for op, body in found.definitions:
             self._take_definition(op, body)
+        return found.messages
 
     def _take_definition(self, op: int, body: bytes) -> None:
         if op == Op.SCHEMA:
@@ -199,14 +200,7 @@ class _Scanner:
             return
         self._indexed = True
         chunk = len(self._index.chunks) - 1
-        try:
-            found = index_chunk(unpack_chunk(self._data, self._index.chunks[chunk]))
-        except RecordingError as error:
-            self._index.problems.append(str(error))
-            return
-        for op, body in found.definitions:
-            self._take_definition(op, body)
-        for channel, entries in found.messages.items():
+        for channel, entries in self._read_chunk(chunk).items():
             others = [part for part in self._parts.get(channel, []) if part[0] != chunk]
             self._parts[channel] = [*others, (chunk, np.array(entries, _ENTRY).tobytes())]
 
@@ -233,7 +227,7 @@ class _Scanner:
 
 
 def _chunk_at(data: mmap.mmap, start: int, stop: int) -> Chunk:
-    first, last, size, _, length = CHUNK_HEAD.unpack_from(data, start)
+    first, last, size, checksum, length = CHUNK_HEAD.unpack_from(data, start)
     at = start + CHUNK_HEAD.size
     compression = data[at : at + length].decode("ascii", "replace")
     at += length + 8
@@ -243,5 +237,6 @@ def _chunk_at(data: mmap.mmap, start: int, stop: int) -> Chunk:
         offset=at,
         length=stop - at,
         size=size,
+        checksum=checksum,
         compression=compression,
     )

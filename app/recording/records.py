@@ -2,6 +2,7 @@
 
 import mmap
 import struct
+import zlib
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Final
@@ -56,6 +57,8 @@ class Chunk:
     length: int
     size: int
     """Unpacked."""
+    checksum: int
+    """CRC-32 of the unpacked bytes; 0 where the writer took none."""
     compression: str
 
 
@@ -77,9 +80,15 @@ def unpack_chunk(data: Bytes, chunk: Chunk) -> bytes:
     Raises:
         RecordingError: It is damaged, or packed in a way that is not read here.
     """
-    packed = data[chunk.offset : chunk.offset + chunk.length]
     if chunk.size > MAX_CHUNK_BYTES:
         raise RecordingError(f"a chunk says that it unpacks to {chunk.size} bytes: damaged")
+    records = _unpacked(data[chunk.offset : chunk.offset + chunk.length], chunk)
+    if chunk.checksum and zlib.crc32(records) != chunk.checksum:
+        raise RecordingError(f"the chunk at byte {chunk.offset} is damaged: its checksum differs")
+    return records
+
+
+def _unpacked(packed: bytes, chunk: Chunk) -> bytes:
     try:
         if chunk.compression == "zstd":
             return zstandard.ZstdDecompressor().decompress(packed, max_output_size=chunk.size)

@@ -3,6 +3,7 @@
 import io
 import itertools
 import json
+import math
 import platform
 import re
 import shutil
@@ -73,7 +74,7 @@ class Session:
         self._found_image: bytes | None = None
         self._tree: bytes | None = None
         self._finds: bytes | None = None
-        self._marked_at = 0.0
+        self._marked_at = -math.inf
         self.writer.note_metadata(VERSIONS, {**_versions(robot), "sensor_hz": f"{sensor_hz:g}"})
         self.writer.flush()
 

@@ -1,5 +1,7 @@
 """SAN as a segmenter: labels that change, sizes, files that are missing or wrong."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -14,34 +16,14 @@ from ippon.segmentation.errors import (  # noqa: E402
     SegmentationError,
 )
 from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from ippon.segmentation.san.architecture import SanArchitecture  # noqa: E402
 from ippon.segmentation.san.checkpoint import load_network, network_of  # noqa: E402
 from ippon.segmentation.san.network import SanNetwork  # noqa: E402
 from ippon.segmentation.san.segmenter import SanSegmenter, label_probabilities  # noqa: E402
 from ippon.segmentation.tokenizer import ClipTokenizer  # noqa: E402
+from tests.segmentation.test_san_network import TINY  # noqa: E402
 
 TOKENIZER = ClipTokenizer([])
-SMALL = SanArchitecture(
-    clip_layers=4,
-    clip_width=16,
-    clip_heads=2,
-    clip_patch_px=4,
-    clip_image_px=16,
-    clip_scale=0.5,
-    recognition_from=3,
-    embedding_width=12,
-    text_layers=2,
-    text_width=12,
-    text_heads=2,
-    text_vocabulary=514,
-    side_layers=3,
-    side_width=12,
-    side_heads=2,
-    side_image_px=64,
-    fusion=(0, 1, 3),
-    queries=5,
-    mask_width=8,
-)
+SMALL = dataclasses.replace(TINY, text_vocabulary=514)
 CONFIG = SegmentationConfig(short_side_px=64, longest_side_px=32, device="cpu")
 LABELS = ("wall", "chest_of_drawers", "others")
 

@@ -122,13 +122,3 @@ def acting() -> Visitor | None:
 def act_as(visitor: Visitor | None) -> None:
     """Answer in a visitor's name from here on, in this task and what it starts."""
     _acting.set(visitor)
-
-
-@contextmanager
-def acting_as(visitor: Visitor | None) -> Generator[None]:
-    """Answer in a visitor's name inside."""
-    token = _acting.set(visitor)
-    try:
-        yield
-    finally:
-        _acting.reset(token)

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections.abc import Iterator
 from functools import partial
 from typing import Final
 
@@ -51,9 +52,10 @@ class MapPublisher:
             f"{robot}/{keys.MAP_VOXELS}", congestion_control=block
         )
         self._keyframe = session.declare_publisher(self._keyframe_key, congestion_control=block)
-        self._tree = Latched(session, f"{robot}/{keys.PLAN_TREE}", sender)
-        self._path = Latched(session, f"{robot}/{keys.PLAN_PATH}", sender)
-        self._detections = Latched(session, f"{robot}/{keys.DETECTIONS}", sender)
+        self._plan = {
+            key: Latched(session, f"{robot}/{key}", sender)
+            for key in (keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS)
+        }
 
     def publish(self, snapshot: Snapshot) -> None:
         """Publish the map's changes and the plan of one step."""
@@ -63,14 +65,8 @@ class MapPublisher:
             if time.monotonic() - self._keyframe_at > self._keyframe_every_s:
                 self._keyframe_at = time.monotonic()
                 self._put(self._keyframe, self.keyframe())
-        stamp = snapshot.stamp_ns
-        if snapshot.plan is not None:
-            self._tree.put(encode_tree(snapshot.plan.tree, stamp))
-        path = snapshot.plan.path_world if snapshot.plan is not None else np.empty((0, 3))
-        self._path.put(encode_path(StampedPath(stamp_ns=stamp, points_world=path)))
-        label = snapshot.goal.object if snapshot.goal is not None else ""
-        finds = snapshot.candidates[:MAX_DETECTIONS]
-        self._detections.put(encode_detections([detection_of(f, label) for f in finds], stamp))
+        for key, payload in plan_messages(snapshot):
+            self._plan[key].put(payload)
 
     def ask(self, query: zenoh.Query) -> bool:
         """Keep a request for the whole map until `answer`; safe from any thread.
@@ -112,6 +108,19 @@ class MapPublisher:
         # frame: each message gets a newer stamp than the one before, so that order shows.
         self._stamp_ns = max(self._frame_ns, self._stamp_ns + 1)
         return cloud_of(delta, self._stamp_ns, self._voxel_m)
+
+
+def plan_messages(snapshot: Snapshot) -> Iterator[tuple[str, bytes]]:
+    """Yield key and payload of one step's tree, where it has one, path and detections."""
+    stamp = snapshot.stamp_ns
+    path = np.empty((0, 3))
+    if snapshot.plan is not None:
+        yield keys.PLAN_TREE, encode_tree(snapshot.plan.tree, stamp)
+        path = snapshot.plan.path_world
+    yield keys.PLAN_PATH, encode_path(StampedPath(stamp_ns=stamp, points_world=path))
+    label = snapshot.goal.object if snapshot.goal is not None else ""
+    finds = [detection_of(find, label) for find in snapshot.candidates[:MAX_DETECTIONS]]
+    yield keys.DETECTIONS, encode_detections(finds, stamp)
 
 
 def cloud_of(delta: SurfaceDelta, stamp_ns: int, voxel_m: float) -> VoxelCloud:

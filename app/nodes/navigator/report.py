@@ -156,8 +156,13 @@ def find_report(find: Find, goal: Goal) -> FindReport:
     )
 
 
-def proximity_table(search: PlannedSearch) -> ProximityTable:
-    """Return the levels of a search, and how they came about."""
+def proximity_table(search: PlannedSearch, by_room: str = "") -> ProximityTable:
+    """Return the levels of a search, and how they came about.
+
+    Args:
+        search: What is searched for.
+        by_room: What types of room change, in words; empty for nothing.
+    """
     guidance = search.guidance
     return ProximityTable(
         goal_id=search.goal.goal_id,
@@ -169,7 +174,7 @@ def proximity_table(search: PlannedSearch) -> ProximityTable:
             ProximityRow(label=row.label, level=row.level.name.lower(), reason=row.reason)  # pyright: ignore[reportArgumentType]
             for row in guidance.rows
         ],
-        notes=list(guidance.notes),
+        notes=[*guidance.notes, *([by_room] if by_room else [])],
         asking=search.asking,
         from_cache=search.from_cache,
         prompt=search.prompt,

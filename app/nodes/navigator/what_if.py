@@ -41,13 +41,16 @@ class WhatIf:
         point = np.array(request.point_world)
         if not np.isfinite(point).all():
             raise RequestRefusedError(f"a point has three finite numbers; got {point.tolist()}")
-        report = self._questions.ask(lambda mission: inspect_voxel(mission.voxel_map, point))
+        report = self._questions.ask(
+            lambda mission: inspect_voxel(mission.voxel_map, point, mission.rooms)
+        )
         if report is None:
             raise RequestRefusedError("the map has no surface there")
         return InspectReply(
             labels=[LabelShare(label=name, probability=p) for name, p in report.labels],
             ooi=report.ooi,
             level=None if report.level is None else Level(report.level).name.lower(),  # pyright: ignore[reportArgumentType]
+            room=report.room,
         )
 
     def preview(self, request: PreviewRequest) -> PreviewReply:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Final
 
 import msgspec
-import numpy as np
 
 from app.links.assembler import FrameAssembler
 from app.messages import keys
@@ -29,14 +28,12 @@ from app.messages.images import (
     decode_heatmap,
 )
 from app.messages.motion import (
-    StampedPath,
     decode_flag,
     decode_transforms,
     decode_twist,
-    encode_path,
 )
-from app.messages.scene import encode_detections, encode_tree, encode_voxels
-from app.nodes.navigator.publisher import MAX_DETECTIONS, cloud_of, detection_of
+from app.messages.scene import encode_voxels
+from app.nodes.navigator.publisher import cloud_of, plan_messages
 from app.nodes.navigator.report import find_report
 from app.nodes.review.settings import Settings
 from app.recording.errors import RecordingError
@@ -210,14 +207,7 @@ class Recomputation:
         if self._keyframe_ns is None or time_ns - self._keyframe_ns >= KEYFRAME_NS:
             self._keyframe_ns = time_ns
             yield keys.MAP_KEYFRAME, self._voxels(stamp, whole=True)
-        path = np.empty((0, 3))
-        if snapshot.plan is not None:
-            yield keys.PLAN_TREE, encode_tree(snapshot.plan.tree, stamp)
-            path = snapshot.plan.path_world
-        yield keys.PLAN_PATH, encode_path(StampedPath(stamp_ns=stamp, points_world=path))
-        label = snapshot.goal.object if snapshot.goal is not None else ""
-        finds = [detection_of(find, label) for find in snapshot.candidates[:MAX_DETECTIONS]]
-        yield keys.DETECTIONS, encode_detections(finds, stamp)
+        yield from plan_messages(snapshot)
         yield keys.STATUS, encode(self._state(snapshot))
 
     def _voxels(self, stamp_ns: int, *, whole: bool) -> bytes:
