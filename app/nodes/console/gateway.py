@@ -5,7 +5,6 @@ import logging
 import time
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
-from importlib import resources
 from typing import Final
 
 import msgspec
@@ -18,7 +17,8 @@ from starlette.websockets import WebSocket
 
 from app.messages.control import ControlRequest
 from app.nodes.console.access import Access
-from app.nodes.console.backend import ViserBackend, client_page
+from app.nodes.console.assets import Assets
+from app.nodes.console.backend import ViserBackend
 from app.nodes.console.bulletin import Bulletin
 from app.nodes.console.commands import CommandError, Controller
 from app.nodes.console.guard import Guard, Hosts
@@ -29,11 +29,6 @@ from app.nodes.console.visitors import Visitor, act_as
 
 logger = logging.getLogger(__name__)
 
-_TYPES: Final = {"css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
-_ASSETS: Final = (
-    "shell.css", "shell.js", "view.css", "icon.svg",
-    "drive.css", "drive.js", "explain.js", "help.js", "lease.css", "lease.js", "login.css",
-)  # fmt: skip
 MAX_SOCKETS: Final = 128
 """Two for each page: more than watch one robot, and few enough to serve."""
 _TRY_LATER: Final = 1013
@@ -69,10 +64,7 @@ class Gateway:
         self._hosts = hosts
         self._login = login
         self._open_sockets = 0
-        root = resources.files("web_assets")
-        self._page = (root / "index.html").read_bytes()
-        self._assets = {name: (root / name).read_bytes() for name in _ASSETS}
-        self._view = _dressed(client_page().read_bytes())
+        self._assets = Assets()
 
     def app(self) -> Starlette:
         """Return the application."""
@@ -93,22 +85,20 @@ class Gateway:
             middleware=[Middleware(Guard, access=self._access, hosts=self._hosts)],
         )
 
-    async def _shell(self, _: Request) -> Response:
-        return Response(self._page, media_type="text/html", headers={"Cache-Control": "no-store"})
+    async def _shell(self, request: Request) -> Response:
+        return self._assets.shell.response(request)
 
     async def _asset(self, request: Request) -> Response:
-        name = request.path_params["name"]
-        content = self._assets.get(name)
-        if content is None:
+        asset = self._assets.files.get(request.path_params["name"])
+        if asset is None:
             return Response("no such file\n", status_code=404, media_type="text/plain")
-        kind = _TYPES[name.rpartition(".")[2]]
-        return Response(content, media_type=kind, headers={"Cache-Control": "no-cache"})
+        return asset.response(request)
 
     async def _view_page(self, request: Request) -> Response:
         if "websocket" in request.query_params or request.url.path != "/view/":
             # The client would take another server's address from the URL.
             return RedirectResponse(_VIEW, status_code=303)
-        return Response(self._view, media_type="text/html", headers={"Cache-Control": "no-cache"})
+        return self._assets.view.response(request)
 
     async def _health(self, _: Request) -> Response:
         notice = self._bulletin.notice
@@ -179,10 +169,3 @@ async def _for_as_long_as_let_in(socket: WebSocket) -> AsyncGenerator[Visitor]:
                 yield visitor
         except TimeoutError:
             await socket.close(1008, "the login has run out")
-
-
-def _dressed(page: bytes) -> bytes:
-    """Give viser's client our looks."""
-    head, mark, rest = page.partition(b"</head>")
-    assert mark, "viser's client page has a head"
-    return head + b'<link rel="stylesheet" href="/assets/view.css">' + mark + rest

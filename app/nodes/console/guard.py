@@ -21,13 +21,13 @@ SHELL_POLICY: Final = (
 """For our own pages: nothing inline, nothing from elsewhere."""
 
 VIEW_POLICY: Final = (
-    "default-src 'self'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval' blob:; "
+    "default-src 'self'; script-src 'self' 'wasm-unsafe-eval' blob:; "
     "worker-src 'self' blob:; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "connect-src 'self' data: blob:; font-src 'self' data:; frame-ancestors 'self'; "
     "base-uri 'none'; form-action 'none'; object-src 'none'"
 )
-"""For viser's client, which is one inlined file: it may connect to this server only, so that
-`?websocket=` cannot lead it to another, and it may not evaluate text as code."""
+"""For viser's client: it may connect to this server only, so that `?websocket=` cannot lead it to
+another; it may not evaluate text as code, and runs no script that stands in HTML."""
 
 _COMMON: Final = {
     "X-Content-Type-Options": "nosniff",

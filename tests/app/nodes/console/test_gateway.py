@@ -130,6 +130,8 @@ def test_the_scene_may_connect_to_this_server_only(client):
     policy = page.headers["content-security-policy"]
     assert "connect-src 'self' data: blob:" in policy
     assert "'unsafe-eval'" not in policy
+    assert "'unsafe-inline'" not in policy.partition("script-src")[2].partition(";")[0]
+    assert "<script>" not in page.text
 
 
 def test_another_servers_address_in_the_url_is_dropped(client):
