@@ -11,7 +11,11 @@ export class Lease {
     this.you = { name: "", role: "operator", standing: "watches", detail: "", has_login: false };
     this.lease = { state: "free", holder: "", requester: "", epoch: 0 };
     // A page that sleeps sends no beat, and what it held runs out.
-    setInterval(() => send({ type: "alive" }), BEAT_MS);
+    setInterval(() => {
+      send({ type: "alive" });
+      // The panels may come long after the last news of the lease.
+      this.dress();
+    }, BEAT_MS);
     for (const button of document.querySelectorAll("button[data-lease]")) {
       button.addEventListener("click", () => act(button.dataset.lease));
     }
