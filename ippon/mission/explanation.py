@@ -5,6 +5,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.guidance.levels import Guidance, Level
+from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, OCCUPIED
 from ippon.mapping.surface_rows import NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
@@ -16,7 +17,9 @@ NEARBY_M = 2.5
 _PERVASIVE = frozenset({"wall", "floor", "ceiling", "beam", "column", "others", "objects"})
 
 
-def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> str:
+def explain(
+    plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance, rooms: RoomLevels
+) -> str:
     """Say where the plan leads, what is nearby, what it promises and how far it is.
 
     Args:
@@ -24,6 +27,7 @@ def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> 
         voxel_map: The map that it was made from.
         goal: What is searched for.
         guidance: Levels of the map's labels for that goal.
+        rooms: Levels that depend on the room.
     """
     target = plan.target
     if target is None:
@@ -37,20 +41,26 @@ def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> 
         return f"going closer to what may be {goal.display}, {target.path_cost_s:.1f} s away"
     level = target.level.name.lower()
     return (
-        f"going to the viewpoint {_place(target, voxel_map, guidance)} ({level}): "
+        f"going to the viewpoint {_place(target, voxel_map, guidance, rooms)} ({level}): "
         f"gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
     )
 
 
-def _place(target: Viewpoint, voxel_map: VoxelMap, guidance: Guidance) -> str:
-    """Name the common object that the viewpoint's level comes from."""
+def _place(target: Viewpoint, voxel_map: VoxelMap, guidance: Guidance, rooms: RoomLevels) -> str:
+    """Name the common object that the viewpoint's level comes from, and the room if it does so."""
+    x, y, _ = target.position_world
     counts = label_census(voxel_map, np.array(target.position_world), NEARBY_M)
-    for j, row in enumerate(guidance.rows):
-        if row.level is not target.level or row.label in _PERVASIVE:
-            counts[j] = 0
-    if counts.sum() == 0:
-        return "in unseen space" if target.level is Level.AVERAGE else "ahead"
-    return f"by the {guidance.rows[int(counts.argmax())].label.replace('_', ' ')}"
+    for room, here in (*rooms.around((x, y), NEARBY_M), ("", guidance)):
+        by = [
+            n * (row.level is target.level and row.label not in _PERVASIVE)
+            for n, row in zip(counts.tolist(), here.rows, strict=True)
+        ]
+        if any(by):
+            j = by.index(max(by))
+            changed = here.rows[j].level is not guidance.rows[j].level
+            where = f" in the {room}" if changed else ""
+            return f"by the {guidance.rows[j].label.replace('_', ' ')}{where}"
+    return "in unseen space" if target.level is Level.AVERAGE else "ahead"
 
 
 def label_census(

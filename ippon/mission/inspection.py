@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Guidance
+from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, MapArrays
 from ippon.mapping.surface_rows import NO_LABEL, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
@@ -31,6 +32,8 @@ class VoxelReport:
     """p(v in O); None where no image told."""
     level: int | None
     """`Level` of the most probable label; None without one."""
+    room: str = ""
+    """Type of the room that the level comes from; empty where it is that of the label anywhere."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,12 +46,15 @@ class Preview:
     after: Viewpoint | None
 
 
-def inspect_voxel(voxel_map: VoxelMap, point_world: Float64Array) -> VoxelReport | None:
+def inspect_voxel(
+    voxel_map: VoxelMap, point_world: Float64Array, rooms: RoomLevels
+) -> VoxelReport | None:
     """Report on the voxel that holds a point.
 
     Args:
         voxel_map: The map.
         point_world: (3,) metres.
+        rooms: Levels that depend on the room.
 
     Returns:
         The report, None where there is no surface.
@@ -66,11 +72,17 @@ def inspect_voxel(voxel_map: VoxelMap, point_world: Float64Array) -> VoxelReport
     slab = int(arrays.slab[row])
     slot = int(voxel_map.pools.slot[slab, cell])
     ooi, level = int(arrays.ooi[slab, cell]), int(arrays.level[slab, cell])
-    return VoxelReport(
+    report = VoxelReport(
         labels=_labels_of(voxel_map, slot),
         ooi=None if ooi == NOT_MAPPED else ooi / 254.0,
         level=None if level == NOT_MAPPED else level,
     )
+    here = rooms.room_at((float(point_world[0]), float(point_world[1])))
+    if here is None or level == NOT_MAPPED:
+        return report
+    room, guidance = here
+    own = guidance.rows[int(voxel_map.surface.label[slot])].level
+    return report if own == level else dataclasses.replace(report, level=int(own), room=room)
 
 
 def _labels_of(voxel_map: VoxelMap, slot: int) -> tuple[tuple[str, float], ...]:
@@ -106,6 +118,7 @@ def preview(
     goal: Goal,
     now: Guidance,
     then: Guidance,
+    rooms: RoomLevels,
 ) -> Preview | None:
     """Tell what a planner would choose with other levels; nothing changes by it.
 
@@ -116,16 +129,20 @@ def preview(
         goal: What is searched for.
         now: Levels of the map's labels, as they count.
         then: The other levels.
+        rooms: Levels that depend on the room, for the levels of `now`.
 
     Returns:
         Both choices in words; None when the planner cannot tell.
     """
     if not isinstance(planner, Steerable):
         return None
-    target = planner.preview(with_levels(voxel_map, then.levels()))
+    supposed = rooms.supposing(then)
+    arrays = with_levels(voxel_map, then.levels())
+    target = planner.preview(supposed.applied(voxel_map, arrays))
+    imagined = dataclasses.replace(plan, target=target)
     return Preview(
-        now=explain(plan, voxel_map, goal, now),
-        then=explain(dataclasses.replace(plan, target=target), voxel_map, goal, then),
+        now=explain(plan, voxel_map, goal, now, rooms),
+        then=explain(imagined, voxel_map, goal, then, supposed),
         before=plan.target,
         after=target,
     )

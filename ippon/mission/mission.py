@@ -59,12 +59,12 @@ class Mission:
         self.config = config
         self.robot = robot
         self.voxel_map = VoxelMap(config.map, labels)
-        self._rooms = RoomLevels(config.rooms) if config.rooms.enabled else None
+        self.rooms = RoomLevels(config.rooms)
         self._planner: Planner = planner or ViewpointPlanner(config.planner, robot, seed)
         self._journal = Journal()
         follower = PathFollower(config.follower, robot)
         self._steering = Steering(self._planner, follower, self.voxel_map, self._journal)
-        self._pursuit = Pursuit(config, robot, follower, self.voxel_map)
+        self._pursuit = Pursuit(config, robot, follower, self.voxel_map, self.rooms)
         self._look_around = LookAround(config.look_around, robot)
         self._recovery = Recovery(config.recovery, robot)
         self._search: Search | None = None
@@ -118,8 +118,7 @@ class Mission:
         goal = self._search.goal
         probabilities = self.config.levels.as_array()
         self.voxel_map.set_levels(guidance.levels(), probabilities)
-        if self._rooms is not None:
-            self._rooms.set_guidance(guidance)
+        self.rooms.set_guidance(guidance)
         self._planner.set_goal(
             probabilities=probabilities,
             termination_min=termination_voxels(
@@ -222,8 +221,9 @@ class Mission:
         search = self._search
         if search is None or self._plan is None:
             return None
+        now = search.guidance
         return preview(
-            self._planner, self._plan, self.voxel_map, search.goal, search.guidance, guidance
+            self._planner, self._plan, self.voxel_map, search.goal, now, guidance, self.rooms
         )
 
     # -- one step ----------------------------------------------------------------------------
@@ -300,10 +300,8 @@ class Mission:
 
     def _guided(self, frame: Frame) -> MapArrays:
         """Return the map as it guides the planner: by the type of room, where that is asked for."""
-        if self._rooms is None:
-            return self.voxel_map.arrays()
         floor_z_m = float(frame.T_world_base[2, 3])
-        return self._rooms.follow(self.voxel_map, frame.stamp_ns, floor_z_m)
+        return self.rooms.follow(self.voxel_map, frame.stamp_ns, floor_z_m)
 
     def _conclude(self, state: MissionState, why: str) -> None:
         self._state = state

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from ippon.command import Command
 from ippon.control.follower import PathFollower
 from ippon.frame import Frame
+from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.config import MissionConfig
 from ippon.mission.explanation import explain
@@ -36,10 +37,12 @@ class Pursuit:
         robot: RobotProfile,
         follower: PathFollower,
         voxel_map: VoxelMap,
+        rooms: RoomLevels,
     ) -> None:
         self._config = config
         self._follower = follower
         self._voxel_map = voxel_map
+        self._rooms = rooms
         self._travel_pitch = TravelPitch(config.travel_pitch, robot)
 
     def step(self, search: Search, frame: Frame, plan: Plan, dt_s: float) -> Pursued:
@@ -77,7 +80,7 @@ class Pursuit:
         return Pursued(
             command=command,
             state=MissionState.APPROACHING if approaching else MissionState.SEARCHING,
-            why=explain(plan, self._voxel_map, search.goal, search.guidance),
+            why=explain(plan, self._voxel_map, search.goal, search.guidance, self._rooms),
         )
 
 

@@ -121,6 +121,25 @@ def test_a_sink_counts_by_its_room():
     assert set(voxel_map.arrays().level.reshape(-1)[at].tolist()) == {Level.AVERAGE}
     again = levels.follow(voxel_map, 10**9, 0.0)
     assert np.array_equal(again.level, seen.level)
+    assert [room for room, _ in levels.around((2.0, 2.0), 1.5)] == ["bathroom"]
+    assert {room for room, _ in levels.around((4.8, 2.4), 2.0)} == {"bathroom", "kitchen"}
+    assert levels.around((60.0, 2.0), 1.0) == ()
+    room, here = levels.room_at((7.0, 2.0))
+    assert (room, here.rows[MATTERPORT_40.index("sink")].level) == ("kitchen", Level.FAR)
+    assert levels.note.startswith("things count by their room, too: near in the bathroom; far in")
+    # Another guidance is tried out without a trace.
+    bed = EmbeddedPrior().levels("bed", "", MATTERPORT_40)
+    supposed = levels.supposing(bed).applied(voxel_map, voxel_map.arrays())
+    assert set(supposed.level.reshape(-1)[at].tolist()) == {Level.FAR}
+    assert np.array_equal(levels.follow(voxel_map, 10**9, 0.0).level, seen.level)
+
+
+def test_without_rooms_the_map_is_left_alone():
+    voxel_map = home(["sink", "toilet"], ["sink", "counter"])
+    levels = RoomLevels(RoomConfig())
+    levels.set_guidance(EmbeddedPrior().levels("toilet", "", MATTERPORT_40))
+    assert levels.follow(voxel_map, 0, 0.0).level is voxel_map.arrays().level
+    assert (levels.note, levels.around((2.0, 2.0), 1.5)) == ("", ())
 
 
 def test_what_the_operator_set_counts_in_every_room():

@@ -23,10 +23,10 @@ CAMERA = PinholeCamera.from_horizontal_fov(128, 80, math.radians(74.0))
 class Searcher:
     """A robot in a home of boxes, with its mission; everything that it sees is told truthfully."""
 
-    def __init__(self, boxes, x, y, yaw=0.0):
+    def __init__(self, boxes, x, y, yaw=0.0, config=None):
         self.scene = boxes_scene(boxes)
         self.world = self._world(self.scene, StartPose(x=x, y=y, z=0.0, yaw=yaw))
-        self.mission = Mission(MissionConfig(), ZED, MATTERPORT_40, seed=1)
+        self.mission = Mission(config or MissionConfig(), ZED, MATTERPORT_40, seed=1)
         self.results = []
 
     @property
