@@ -178,7 +178,7 @@ def test_it_stands_when_the_link_is_gone_and_comes_back_by_itself(
     station.close()
     again = Station(free_endpoint)
     try:
-        again.wait_for(keys.COLOR, timeout_s=20.0)
+        again.wait_for(keys.COLOR, timeout_s=60.0)
         now, _ = again.pose()
         went_m = float(np.linalg.norm(now[:3, 3] - T[:3, 3]))
         assert went_m < 0.4 * (0.5 + 2 * TF_PERIOD_S)
