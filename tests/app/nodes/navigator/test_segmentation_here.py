@@ -1,0 +1,100 @@
+"""`ippon navigate --segmentation.where here`, from its options to labels in the map.
+
+Everything is as it is in use but for two things: the network is tiny and random, and what is a
+process of its own runs in a thread.
+"""
+
+import threading
+
+import pytest
+import tyro
+
+torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
+transformers = pytest.importorskip(
+    "transformers", reason="the extra ippon[segmentation] is not installed"
+)
+
+from app.cli import navigate  # noqa: E402
+from app.cli.options import Navigate, Segment  # noqa: E402
+from app.cli.segment import run_segment_command  # noqa: E402
+from app.cli.segment_options import NavigatorSegmentation  # noqa: E402
+from app.messages import keys  # noqa: E402
+from app.messages.control import SearchRequest, encode  # noqa: E402
+from app.nodes.navigator.config import NavigatorConfig  # noqa: E402
+from app.nodes.navigator.node import Navigator  # noqa: E402
+from ippon.mapping.surface_rows import N_USED, NO_LABEL  # noqa: E402
+from tests.app.nodes.navigator.test_node_streams import Robot  # noqa: E402
+from tests.segmentation.test_pretrained import TEXT, VISION, save_tokenizer  # noqa: E402
+
+PATIENCE_S = 300.0
+
+
+@pytest.fixture
+def model(tmp_path):
+    """A folder with a CLIPSeg that has learnt nothing."""
+    torch.manual_seed(0)
+    shape = transformers.CLIPSegConfig(
+        text_config=TEXT,
+        vision_config=VISION,
+        projection_dim=12,
+        extract_layers=[0, 1],
+        reduce_dim=8,
+        decoder_num_attention_heads=2,
+        decoder_intermediate_size=16,
+        initializer_factor=20.0,
+    )
+    transformers.CLIPSegForImageSegmentation(shape).save_pretrained(tmp_path)
+    save_tokenizer(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def in_a_thread(monkeypatch):
+    """What takes the place of `Child`."""
+    stop = threading.Event()
+    monkeypatch.setattr("app.nodes.segment.SignalledStop", lambda: stop)
+
+    class InAThread:
+        def __init__(self, name, arguments):
+            assert arguments[0] == name.removesuffix("ation"), "ippon segment"
+            command = tyro.cli(Segment, args=arguments[1:])
+            self._thread = threading.Thread(target=run_segment_command, args=(command,))
+            self._thread.start()
+
+        def wait(self):
+            self._thread.join()
+            return 0
+
+        def stop(self):
+            stop.set()
+            self.wait()
+
+    monkeypatch.setattr(navigate, "Child", InAThread)
+
+
+@pytest.mark.usefixtures("in_a_thread")
+def test_segmentation_beside_the_navigator_teaches_the_map(sessions, free_endpoint, model):
+    router, client = sessions
+    navigator, stop = Navigator(NavigatorConfig(robot="r"), router), threading.Event()
+    thread = threading.Thread(target=navigator.run, args=(stop,))
+    thread.start()
+    options = NavigatorSegmentation(
+        where="here", backend="clipseg", model=str(model), device="cpu", longest_side_px=32
+    )
+    command = Navigate(listen=free_endpoint, robot="r", segmentation=options)
+    segmentation = navigate._start_segmentation(command)
+    try:
+        request = encode(SearchRequest(object="hat"))
+        list(client.get(f"r/{keys.SEARCH}", payload=request, timeout=PATIENCE_S))
+        # No heatmap comes from the robot itself.
+        Robot(client).send_until(lambda s: s.best_ooi > 0.0, PATIENCE_S, heatmap=False)
+    finally:
+        segmentation.stop()
+        stop.set()
+        thread.join()
+        navigator.close()
+    voxel_map = navigator._mission.voxel_map
+    used = slice(1, int(voxel_map.surface.tally[N_USED]))
+    assert (voxel_map.surface.label[used] != NO_LABEL).mean() > 0.3
+    # A heatmap that came late has brought no depth along.
+    assert voxel_map.pools.weight.max() <= navigator._intake.frames
