@@ -58,19 +58,30 @@ def free_page_port():
 
 
 @pytest.fixture
-def demo(launch, free_page_port):
-    """A demo with its page, searching, and its children."""
-    demo = launch("demo", "--home", "3", "--object", "toilet", "--port", free_page_port)
-    demo.wait_for_log("simulated robot in home-3", timeout_s=240.0)
-    demo.children = children_of(demo.child.pid)
-    assert len(demo.children) == 4, demo.children
-    return demo
+def start(launch):
+    """Start demos side by side; each gets its children's command lines by process."""
+
+    def start(*options):
+        demos = [launch("demo", *arguments) for arguments in options]
+        for demo in demos:
+            demo.wait_for_log("simulated robot in home-", timeout_s=240.0)
+            demo.children = children_of(demo.child.pid)
+            assert len(demo.children) == 4 - ("--headless" in demo.child.args), demo.children
+        return demos
+
+    return start
+
+
+def kill(demo, command):
+    """Kill the child that runs a command; return the others."""
+    killed = next(pid for pid, line in demo.children.items() if f" {command} " in line)
+    os.kill(killed, signal.SIGKILL)
+    return [pid for pid in demo.children if pid != killed]
 
 
 def test_lock_step_finds_the_bed_and_repeats_itself(launch):
     results = []
-    for _ in range(2):
-        demo = launch("demo", *ONE_SEARCH, "--object", "bed")
+    for demo in [launch("demo", *ONE_SEARCH, "--object", "bed") for _ in range(2)]:
         status, out = demo.finish(280.0)
         assert status == 0, demo.log()
         result = json.loads(out.splitlines()[-1])
@@ -84,55 +95,30 @@ def test_lock_step_finds_the_bed_and_repeats_itself(launch):
     assert result["path_length_m"] > 0.0
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_ending_the_demo_leaves_no_process(demo, number, free_page_port):
+def test_a_dead_console_is_replaced_and_a_dead_navigator_is_the_end(start, free_page_port):
+    (demo,) = start(("--home", "3", "--object", "toilet", "--port", free_page_port))
     assert httpx.get(f"http://127.0.0.1:{free_page_port}/health").is_success
-    demo.child.send_signal(number)
-    assert demo.finish(20.0)[0] == 0
-    wait_until_gone(demo.children, 1.0)
-    assert "Traceback" not in demo.log()
-
-
-def test_a_killed_demo_takes_its_children_along(demo):
-    demo.child.kill()
-    wait_until_gone(demo.children, 10.0)
-
-
-def test_a_dead_navigator_ends_the_demo_with_an_error(demo):
-    navigator = next(pid for pid, line in demo.children.items() if " navigate " in line)
-    os.kill(navigator, signal.SIGKILL)
-    status, _ = demo.finish(30.0)
-    assert status == 3
-    assert "the navigator ended" in demo.log()
-    wait_until_gone(demo.children, 5.0)
-
-
-def test_a_dead_console_is_reported_and_the_search_goes_on(demo, free_page_port):
-    console = next(pid for pid, line in demo.children.items() if " console " in line)
-    os.kill(console, signal.SIGKILL)
-    demo.wait_for_log("-P -m app console --connect", timeout_s=20.0)
+    others = kill(demo, "console")
+    demo.wait_for_log("-P -m app console --connect", timeout_s=60.0)
     assert f"--port {free_page_port}\n" in demo.log()
-    others = [pid for pid in demo.children if pid != console]
     assert all(alive(pid) for pid in others)
     assert demo.child.poll() is None
+
+    demo.children = children_of(demo.child.pid)
+    kill(demo, "navigate")
+    status, _ = demo.finish(60.0)
+    assert status == 3
+    assert "the navigator ended" in demo.log()
+    wait_until_gone(demo.children, 20.0)
 
 
 def test_an_interrupted_search_is_no_result(launch):
     demo = launch("demo", "--headless", "--exit-when-done", "--home", "3", "--object", "toilet")
     demo.wait_for_log("simulated robot in home-3", timeout_s=240.0)
+    children = children_of(demo.child.pid)
     demo.child.send_signal(signal.SIGINT)
-    assert demo.finish(20.0) == (130, "")
-
-
-def test_demos_started_at_the_same_moment_get_a_page_each(launch):
-    demos = [launch("demo", "--home", "3", "--no-search") for _ in range(2)]
-    for demo in demos:
-        demo.wait_for_log("simulated robot in home-3", timeout_s=240.0)
-    pages = [re.findall(r"IPPON is at (\S+)", demo.log())[0] for demo in demos]
-    robots = [httpx.get(f"{page}/health").json()["state"]["robot"] for page in pages]
-    assert len(set(pages)) == 2
-    for demo, robot in zip(demos, robots, strict=True):
-        assert robot.endswith(f"-{demo.child.pid}")
+    assert demo.finish(60.0) == (130, "")
+    wait_until_gone(children, 5.0)
 
 
 def where(demo):
@@ -141,11 +127,14 @@ def where(demo):
     return re.findall(r"--listen (\S+) .*--robot (\S+)", line)[0]
 
 
-def test_two_demos_side_by_side_do_not_hear_each_other(launch, demo):
-    second = launch("demo", "--home", "4", "--object", "bed", "--headless")
-    second.wait_for_log("simulated robot in home-4", timeout_s=240.0)
-    second.children = children_of(second.child.pid)
-    places = [where(demo), where(second)]
+def test_demos_side_by_side_do_not_disturb_each_other(launch, start):
+    demos = start(("--home", "3", "--object", "toilet"), ("--home", "4", "--object", "bed"))
+    pages = [re.findall(r"IPPON is at (\S+)", demo.log())[0] for demo in demos]
+    assert len(set(pages)) == 2
+    for demo, page in zip(demos, pages, strict=True):
+        robot = httpx.get(f"{page}/health").json()["state"]["robot"]
+        assert robot.endswith(f"-{demo.child.pid}")
+    places = [where(demo) for demo in demos]
     assert len({endpoint for endpoint, _ in places}) == 2
     assert len({robot for _, robot in places}) == 2
     goals = []
@@ -167,10 +156,18 @@ def test_two_demos_side_by_side_do_not_hear_each_other(launch, demo):
     assert asked.finish()[0] == 2
     assert "several navigators run on this machine" in asked.log()
 
+    first, second = demos
+    first.child.kill()
+    wait_until_gone(first.children, 20.0)
+    assert all(alive(pid) for pid in second.children)
+    second.child.send_signal(signal.SIGINT)
+    assert second.finish(60.0)[0] == 0
+    wait_until_gone(second.children, 5.0)
+    assert "Traceback" not in second.log()
 
-def test_asking_and_following_from_another_terminal(launch):
-    demo = launch("demo", "--home", "3", "--headless", "--no-search", "--speed", "2")
-    demo.wait_for_log("simulated robot in home-3", timeout_s=240.0)
+
+def test_asking_and_following_from_another_terminal(launch, start):
+    (demo,) = start(("--home", "3", "--headless", "--no-search", "--speed", "2"))
     asked = launch("ask", "find the bed, I think it is in the bedroom", "--follow", "--json")
     status, out = asked.finish(240.0)
     assert status == 0, asked.log()
@@ -178,3 +175,7 @@ def test_asking_and_following_from_another_terminal(launch):
     assert lines[0]["object"] == "bed"
     assert (lines[-1]["state"], lines[-1]["outcome"]) == ("found", "found")
     assert len(lines[-1]["position_world"]) == 3
+
+    demo.child.send_signal(signal.SIGTERM)
+    assert demo.finish(60.0)[0] == 0
+    wait_until_gone(demo.children, 5.0)
