@@ -57,9 +57,13 @@ class Robot:
         put(f"r/{keys.TF}", encode_transforms(transforms))
         put(f"r/{keys.CAMERA_INFO}", encode_camera(CAMERA, stamp, optical))
         if heatmap:
-            put(f"r/{keys.HEATMAP}", encode_heatmap(self._heatmap, stamp, optical))
+            self.send_heatmap(stamp)
         put(f"r/{keys.DEPTH}", encode_depth(frame.depth, stamp, optical))
         put(f"r/{keys.COLOR}", encode_color(frame.color, stamp, optical))
+
+    def send_heatmap(self, stamp_ns):
+        message = encode_heatmap(self._heatmap, stamp_ns, "optical")
+        self._session.put(f"r/{keys.HEATMAP}", message)
 
     def send_until(self, test, timeout_s=30.0, **how):
         """Publish until a status passes a test; returns that status."""
@@ -74,6 +78,13 @@ class Robot:
         raise AssertionError([(s.state, s.why, s.notes) for s in self.statuses[-3:]])
 
 
+def wait_until(condition, timeout_s=120.0):
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
 @pytest.fixture
 def robot(sessions):
     router, client = sessions
@@ -84,6 +95,7 @@ def robot(sessions):
     thread.start()
     list(client.get(f"r/{keys.SEARCH}", payload=encode(SearchRequest(object="hat")), timeout=10.0))
     robot.send_until(lambda s: s.frames > 3 and s.state != "lost", 120.0)
+    robot.navigator = navigator
     yield robot
     stop.set()
     thread.join()
@@ -109,3 +121,19 @@ def test_a_segmentation_that_stops_is_reported_and_the_search_goes_on(robot):
     assert robot.send_until(lambda s: not s.notes).goal.outcome == "active"
     told = [(e.kind, e.text[:10]) for e in robot.events if "heatmap" in e.text]
     assert told == [("stream_lost", "no heatmap"), ("stream_back", "heatmap is")]
+
+
+def test_a_heatmap_that_comes_late_counts_once_and_its_depth_not_again(robot):
+    frames = robot.send_until(lambda s: bool(s.notes), heatmap=False).frames
+    robot.send_until(lambda s: s.frames > frames + 3, heatmap=False)
+    # Silent for so long, it has no frame that waits.
+    wait_until(lambda: robot.statuses[-1].state == "lost")
+    voxel_map = robot.navigator._mission.voxel_map
+    revision, weight = voxel_map.revision, voxel_map.pools.weight.copy()
+    labels, odds = voxel_map.surface.energy.copy(), voxel_map.surface.log_odds.copy()
+    for stamp_ns in sorted(robot.navigator._intake.assembler._without)[-2:]:
+        robot.send_heatmap(stamp_ns)
+    wait_until(lambda: voxel_map.revision == revision + 2)
+    assert (voxel_map.surface.energy != labels).any()
+    assert (voxel_map.surface.log_odds != odds).any()
+    assert (voxel_map.pools.weight == weight).all()
