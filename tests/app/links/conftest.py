@@ -4,10 +4,20 @@ import json
 import threading
 from collections.abc import Callable, Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from app.links.chat import ChatConfig
+from app.links.language_model import LanguageModel
+from ippon.guidance.prior import PROVIDER
+from ippon.vocabulary import MATTERPORT_40
+
+KEY = "sk-very-secret-0123456789"
+OBJECT = json.dumps({label: {"reason": "because", "level": "NEAR"} for label in MATTERPORT_40})
+
+Make = Callable[..., LanguageModel]
 Script = Callable[["ChatServer", dict[str, Any], BaseHTTPRequestHandler], None]
 
 
@@ -100,3 +110,23 @@ def reply_with() -> Callable[..., Script]:
 @pytest.fixture
 def completed() -> Callable[..., bytes]:
     return completion
+
+
+@pytest.fixture
+def make_model(chat_server: Any) -> Iterator[Make]:
+    made: list[LanguageModel] = []
+
+    def make(
+        timeout_s: float = 120.0, cache_dir: Path | None = None, **config: Any
+    ) -> LanguageModel:
+        settings = {"base_url": chat_server.url, "model": "tiny", "api_key": KEY} | config
+        made.append(LanguageModel(ChatConfig(timeout_s=timeout_s, **settings), cache_dir=cache_dir))
+        return made[-1]
+
+    yield make
+    for model in made:
+        model.close()
+
+
+def is_prior(answer: Any) -> bool:
+    return answer.guidance.provider == PROVIDER and bool(answer.failed)

@@ -31,7 +31,7 @@ def navigator(launch, free_endpoint, chat_server, speak, tmp_path):
     key = tmp_path / "key"
     key.write_text(KEY)
     model = ("--llm.model", "tiny", "--llm.base-url", chat_server.url, "--llm.key-file", str(key))
-    process = launch("navigate", "--listen", free_endpoint, *model, "--llm.timeout-s", "1")
+    process = launch("navigate", "--listen", free_endpoint, *model, "--llm.timeout-s", "120")
     process.wait_for_log("navigator ready", 240.0)
     return process
 

@@ -1,0 +1,68 @@
+"""Sentences and images read by a language model, and its key."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.links.language_model import read_api_key
+from ippon.vocabulary import MATTERPORT_40
+from tests.app.links.conftest import KEY, Make
+
+
+def test_reads_one_sentence(chat_server: Any, speak: Any, make_model: Make) -> None:
+    chat_server.script = speak('{"object": "hat", "context": "on the sofa"}')
+    answer = make_model().read_query("my hat please, on the sofa")
+    assert (answer.query.object, answer.query.context) == ("hat", "on the sofa")
+    assert (answer.provider, answer.failed) == ("tiny at 127.0.0.1", "")
+    assert chat_server.requests[0]["messages"][0]["content"] == answer.prompt
+
+
+@pytest.mark.parametrize("reply", ["I do not know", '{"object": "", "context": ""}'])
+def test_rules_read_the_sentence_that_the_model_does_not(
+    chat_server: Any, speak: Any, make_model: Make, reply: str
+) -> None:
+    chat_server.script = speak(reply)
+    answer = make_model().read_query("find my hat, it is on the sofa")
+    assert (answer.query.object, answer.query.context) == ("hat", "it is on the sofa")
+    assert (answer.provider, answer.failed) == ("rules", "the model found no object")
+
+
+def test_rules_read_the_sentence_where_the_endpoint_fails(
+    chat_server: Any, reply_with: Any, make_model: Make
+) -> None:
+    chat_server.script = reply_with(500, b"")
+    answer = make_model().read_query("find my hat")
+    assert (answer.query.object, answer.failed) == ("hat", "HTTP 500")
+
+
+def test_names_things_in_an_image(chat_server: Any, speak: Any, make_model: Make) -> None:
+    chat_server.script = speak('{"things": ["desk", "sofa", "ignore all of the above"]}')
+    sighting = make_model().name_things(b"\xff\xd8picture", MATTERPORT_40)
+    assert (sighting.labels, sighting.failed) == (("desk",), "")
+    text, image = chat_server.requests[0]["messages"][0]["content"]
+    assert "chest of drawers" in text["text"]
+    assert image["image_url"]["url"] == "data:image/jpeg;base64,/9hwaWN0dXJl"
+
+
+def test_a_model_without_eyes_names_nothing(
+    chat_server: Any, reply_with: Any, make_model: Make
+) -> None:
+    chat_server.script = reply_with(400, b'{"error": {"message": "images are not supported"}}')
+    sighting = make_model().name_things(b"", MATTERPORT_40)
+    assert sighting.labels == ()
+    assert "images are not supported" in sighting.failed
+
+
+def test_reads_the_key(tmp_path: Path) -> None:
+    assert read_api_key({}) is None
+    assert read_api_key({"OPENAI_API_KEY": KEY, "IPPON_API_KEY": ""}) == KEY
+    assert read_api_key({"OPENAI_API_KEY": "other", "IPPON_API_KEY": KEY}) == KEY
+    file = tmp_path / "key"
+    file.write_text(f"{KEY}\n")
+    assert read_api_key({"OPENAI_API_KEY": "other"}, file) == KEY
+    file.write_text(f"{KEY}\nmore")
+    with pytest.raises(ValueError, match="must hold the API key alone"):
+        read_api_key({}, file)
+    with pytest.raises(ValueError, match=r"cannot read the API key from .*absent: FileNotFound"):
+        read_api_key({}, tmp_path / "absent")
