@@ -24,6 +24,7 @@ from ippon.simulation.heatmap import (
 )
 from ippon.simulation.renderer import Rendering
 from ippon.simulation.scene import Instance, Scene
+from ippon.simulation.smooth_noise import SmoothNoise, mixed
 from ippon.vocabulary import canonical_label
 
 _AZIMUTHS = 8
@@ -162,7 +163,10 @@ class SimulatedSegmenter:
         self._centres = np.array(
             [np.add(i.aabb_min, i.aabb_max) * 0.5 for i in scene.instances], dtype=np.float64
         ).reshape(-1, 3)
-        self._nodes: dict[int, tuple[Float64Array, Float64Array, Float64Array]] = {}
+        shapes = ((count,), _FIELD_SHAPE, (count, len(self._channels)))
+        self._smooth = SmoothNoise(
+            shapes, self.config.flicker_period, draws=lambda node: self._rng(4, node)
+        )
 
     def true_channels(self) -> NDArray[np.int64]:
         """Return (I,) the right channel of each instance, -1 where no label names it."""
@@ -203,7 +207,7 @@ class SimulatedSegmenter:
             beside = neighbours(centre, len(seen))
             good = weights[:, None] * good + (1.0 - weights[:, None]) * good[beside]
             bad = weights[:, None] * bad + (1.0 - weights[:, None]) * bad[beside]
-        field = part_of_grid(self._smooth(frame_index)[2], window).astype(np.float32)
+        field = part_of_grid(self._smooth.at(frame_index)[1], window).astype(np.float32)
         probabilities = blend(local, good.astype(np.float32), bad.astype(np.float32), field)
         return Heatmap(labels=self.labels, ooi=self.ooi, probabilities=probabilities)
 
@@ -268,7 +272,7 @@ class SimulatedSegmenter:
     ) -> tuple[Float64Array, Float64Array]:
         """Return the right label's share where the image is good and where it is bad."""
         config = self.config
-        smooth, _, _ = self._smooth(frame_index)
+        smooth, _, _ = self._smooth.at(frame_index)
         white = self._rng(2, frame_index).standard_normal(len(self._stable))
         flicker = 0.8 * smooth + 0.6 * white
         logit = (
@@ -292,7 +296,7 @@ class SimulatedSegmenter:
         part = turn - lower
         first = self._sides[seen, lower % _AZIMUTHS]
         second = self._sides[seen, (lower + 1) % _AZIMUTHS]
-        return _mix(first, second, part)
+        return mixed(first, second, part)
 
     def _weights(self, seen: Int32Array, shares: Float64Array, frame_index: int) -> Float64Array:
         """Return how much of each thing is noticed; small ones vanish into their surroundings."""
@@ -305,7 +309,7 @@ class SimulatedSegmenter:
 
     def _rows(self, seen: Int32Array, share: Float64Array, frame_index: int) -> Float64Array:
         """Make the probability vector of each thing from its right label's share."""
-        _, wobble, _ = self._smooth(frame_index)
+        _, _, wobble = self._smooth.at(frame_index)
         wrong = self._lookalikes[seen] * np.exp(self.config.flicker_sigma * wobble[seen])
         wrong /= np.maximum(wrong.sum(axis=1, keepdims=True), 1e-12)
         wrong = (1.0 - self.config.haze) * wrong + self.config.haze / wrong.shape[1]
@@ -315,37 +319,5 @@ class SimulatedSegmenter:
         rows[known, self._truth[seen[known]]] += share[known]
         return rows
 
-    def _smooth(self, frame_index: int) -> tuple[Float64Array, Float64Array, Float64Array]:
-        """Interpolate noise of unit variance between draws `flicker_period` frames apart.
-
-        Returns:
-            (I,) per instance; (I, C) per instance and channel; the field over the image.
-        """
-        node, step = divmod(frame_index, self.config.flicker_period)
-        part = step / self.config.flicker_period
-        for old in [k for k in self._nodes if k not in (node, node + 1)]:
-            del self._nodes[old]
-        for k in (node, node + 1):
-            if k not in self._nodes:
-                self._nodes[k] = self._node(k)
-        first, second = self._nodes[node], self._nodes[node + 1]
-        return (
-            _mix(first[0], second[0], part),
-            _mix(first[1], second[1], part),
-            _mix(first[2], second[2], part),
-        )
-
-    def _node(self, k: int) -> tuple[Float64Array, Float64Array, Float64Array]:
-        rng = self._rng(4, k)
-        count = len(self._stable)
-        per_instance, field = rng.standard_normal(count), rng.standard_normal(_FIELD_SHAPE)
-        return per_instance, rng.standard_normal((count, len(self._channels))), field
-
     def _rng(self, *stream: int) -> np.random.Generator:
         return np.random.Generator(np.random.PCG64([self._seed, *stream]))
-
-
-def _mix(first: Float64Array, second: Float64Array, part: float | Float64Array) -> Float64Array:
-    """Interpolate two independent draws, keeping their variance."""
-    scale = np.sqrt((1.0 - part) ** 2 + np.square(part))
-    return ((1.0 - part) * first + part * second) / scale
