@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,8 +12,31 @@ from ippon.mission.snapshot import Find
 
 FIND_WITHIN_M = 2.5
 """A find lies at most this far from where the search ended."""
+AROUND_M = 0.2
+"""Ruled out beyond what was seen of a rejected find, and closer than this to it lies its rest."""
 LOOKED_AT_RADIUS_M = 0.75
 """Ruled out round where the robot looks, when a find without voxels is rejected."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Ball:
+    """A place that is ruled out."""
+
+    centre_world: Float64Array
+    radius_m: float
+
+    def touches(self, find: Find) -> bool:
+        """Tell whether a find begins where this ends: then it is more of the same thing."""
+        outside = np.abs(self.centre_world - find.position_world) - 0.5 * np.array(find.size_m)
+        return float(np.linalg.norm(np.maximum(outside, 0.0))) <= self.radius_m + AROUND_M
+
+
+def ball_round(find: Find) -> Ball:
+    """Return what rejecting a find rules out."""
+    return Ball(
+        centre_world=np.array(find.position_world),
+        radius_m=0.5 * math.hypot(*find.size_m) + AROUND_M,
+    )
 
 
 def nearest_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find | None:

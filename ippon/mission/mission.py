@@ -5,10 +5,7 @@ levels of the goal colour it (Sec. Semantic Guidance), the planner weighs gain a
 (Sec. Informative Path Planning), and the search ends in front of the object.
 """
 
-import math
 from collections.abc import Sequence
-
-import numpy as np
 
 from ippon.command import Command
 from ippon.control.drive import DriveMode
@@ -20,7 +17,7 @@ from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.config import MissionConfig
-from ippon.mission.finding import LOOKED_AT_RADIUS_M, looked_at
+from ippon.mission.finding import LOOKED_AT_RADIUS_M, ball_round, looked_at
 from ippon.mission.goal import Goal
 from ippon.mission.inspection import Preview, preview
 from ippon.mission.journal import WAITING, Journal
@@ -147,8 +144,9 @@ class Mission:
             return False
         find = self._search.go_on_from_find()
         if find is not None:
-            radius = 0.5 * math.hypot(*find.size_m) + 0.2
-            self.voxel_map.suppress_ooi(np.array(find.position_world), radius)
+            ball = ball_round(find)
+            self._search.rejected.append(ball)
+            self.voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
         elif self._last is not None:
             # No voxels are left to point at: what the robot looks at is what it took for it.
             self.voxel_map.suppress_ooi(looked_at(self._last), LOOKED_AT_RADIUS_M)
@@ -250,6 +248,8 @@ class Mission:
         dt_s = self._travelled(frame)
         if self._search is not None:
             self._search.update_candidates(self.voxel_map.arrays(), frame)
+            for ball in self._search.rests_of_rejected():
+                self.voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
         wanted = self._act(frame, dt_s)
         # The command before the filter: a robot that is kept from driving is stuck, too.
         own = wanted if self._steering.commands_followed else Command(tilt_rad=frame.tilt_rad)

@@ -7,7 +7,7 @@ from ippon.geometry import Float64Array
 from ippon.guidance.levels import Guidance
 from ippon.mapping.arrays import MapArrays
 from ippon.mission.clusters import OoiVoxels, cluster_finds
-from ippon.mission.finding import distance_m
+from ippon.mission.finding import Ball, ball_round, distance_m
 from ippon.mission.goal import Goal
 from ippon.mission.recovery import NANOSECONDS
 from ippon.mission.snapshot import Find
@@ -27,6 +27,8 @@ class Search:
         self.guidance = guidance
         self.candidates: tuple[Find, ...] = ()
         self.find: Find | None = None
+        self.rejected: list[Ball] = []
+        """What the operator said is not the object."""
         self.path_length_m = 0.0
         self.arrived_steps = 0
         self.empty_steps = 0
@@ -61,6 +63,16 @@ class Search:
             camera=frame.camera,
             T_world_camera=frame.T_world_camera,
         )
+
+    def rests_of_rejected(self) -> list[Ball]:
+        """Take what continues a rejected find from the candidates: the rest of a thing half seen.
+
+        Returns:
+            What is to be ruled out with it.
+        """
+        rests = [c for c in self.candidates if any(ball.touches(c) for ball in self.rejected)]
+        self.candidates = tuple(c for c in self.candidates if c not in rests)
+        return [ball_round(rest) for rest in rests]
 
     def go_on_from_find(self) -> Find | None:
         """Search on after a find that was none; returns that find."""
