@@ -142,9 +142,11 @@ function render() {
   play.textContent = state.playing ? "Pause" : "Play";
   if (document.activeElement !== speed) speed.value = state.speed;
   time.replaceChildren(clock(state.position_s), make("small", "", ` / ${clock(session.duration_s)}`));
-  const problem = state.problem || session.problems.join("; ");
+  // A file that is being written is not ended, and that is no problem.
+  const problem = state.problem || (state.growing ? "" : session.problems.join("; "));
   const first = session.sessions[0];
-  said.textContent = problem || (first ? `${first.name}${first.context ? ` – “${first.context}”` : ""}` : "");
+  const live = state.growing ? "being recorded: the timeline grows – " : "";
+  said.textContent = problem || (first ? `${live}${first.name}${first.context ? ` – “${first.context}”` : ""}` : "");
   said.title = said.textContent;
   said.classList.toggle("problem", problem !== "");
 }

@@ -211,15 +211,16 @@ class Review:
 class Export:
     """A recording as files: map, trajectory, finds, video, a report, and a scene for the browser.
 
-    ply and glb: the map. tum and csv: where the robot was. finds: what was found, as JSON. camera
-    and map-video: MP4. report: one HTML page with everything. viser and page: the scene in 3D, the
-    page opens in any browser.
+    ply and glb: the map. mesh: its surface as triangles (PLY), made of the recorded depth images.
+    tum and csv: where the robot was. finds: what was found, as JSON. camera and map-video: MP4.
+    report: one HTML page with everything. viser and page: the scene in 3D, the page opens in any
+    browser.
     """
 
     recording: Positional[Path]
     """A recording, or a session's folder."""
     what: Positional[tuple[str, ...]] = ()
-    """ply, glb, tum, csv, finds, camera, map-video, report, viser, page; all of them without."""
+    """ply, glb, mesh, tum, csv, finds, camera, map-video, report, viser, page; without, all."""
     out: Path | None = None
     """Folder for the files; "export" in the session's folder without."""
     color: Literal["camera", "ooi", "proximity", "height"] = "camera"

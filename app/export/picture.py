@@ -13,6 +13,7 @@ from app.export.geometry import ExportColor, colors_of
 from app.messages.scene import Detection
 from app.view.colors import FOUND, ORANGE, ROBOT
 from app.view.scene_model import SceneModel
+from app.view.voxel_store import ATTRIBUTES
 
 GROUND: Final = (13, 17, 23)
 CEILING_M: Final = 1.4
@@ -45,54 +46,106 @@ def frame_of(indices: NDArray[np.int64], voxel_m: float, longest_px: int) -> Fra
     return Frame(low=(float(low[0]), float(low[1])), pixels_per_m=scale, size=(width, height))
 
 
-def draw_map(
-    scene: SceneModel, frame: Frame, mode: ExportColor = "camera", trail_to: int | None = None
-) -> NDArray[np.uint8]:
+class MapFromAbove:
+    """What lies highest below the ceiling, kept up to date as voxels come and go."""
+
+    def __init__(
+        self,
+        indices: NDArray[np.int64],
+        voxel_m: float,
+        frame: Frame,
+        mode: ExportColor = "camera",
+    ) -> None:
+        """Begin empty.
+
+        Args:
+            indices: (N, 3) voxels that bound what is ever drawn.
+            voxel_m: Edge of a voxel.
+            frame: The picture.
+            mode: Colours.
+        """
+        self._voxel_m, self._frame = voxel_m, frame
+        self._mode: ExportColor = mode
+        self._low = indices.min(axis=0)
+        size = indices.max(axis=0) - self._low + 1
+        below = math.ceil(CEILING_M / voxel_m - 0.5) - int(self._low[2])
+        size[2] = max(1, min(int(size[2]), below))
+        self._size = size
+        self._solid = np.zeros(tuple(size), np.bool_)
+        self._attributes = np.zeros((*size, ATTRIBUTES), np.uint8)
+        self._cells = np.full((int(size[1]), int(size[0]), 3), GROUND, np.uint8)
+
+    def clear(self) -> None:
+        """Forget every voxel."""
+        self._solid[:] = False
+        self._cells[:] = GROUND
+
+    def take(
+        self,
+        indices: NDArray[np.int64],
+        attributes: NDArray[np.uint8],
+        surface: NDArray[np.bool_] | None = None,
+    ) -> None:
+        """Take voxels over; those that are no surface any more leave.
+
+        Args:
+            indices: (N, 3).
+            attributes: (N, 8), as `VoxelStore` keeps them.
+            surface: (N,); all of them without.
+        """
+        at = indices - self._low
+        inside = ((at >= 0) & (at < self._size)).all(axis=1)
+        i, j, k = at[inside].T
+        self._solid[i, j, k] = True if surface is None else surface[inside]
+        self._attributes[i, j, k] = attributes[inside]
+        height = int(self._size[1])
+        self._color(*np.divmod(np.unique(i * height + j), height))
+
+    def _color(self, i: NDArray[np.int64], j: NDArray[np.int64]) -> None:
+        self._cells[j, i] = GROUND
+        columns = self._solid[i, j]
+        filled = columns.any(axis=1)
+        i, j = i[filled], j[filled]
+        top = columns.shape[1] - 1 - np.argmax(columns[filled, ::-1], axis=1)
+        indices = np.stack([i, j, top], axis=1) + self._low
+        colors = colors_of(indices, self._attributes[i, j, top], self._voxel_m, self._mode)
+        # Higher is lighter, so that furniture stands out from the floor.
+        rise = np.clip((indices[:, 2:] + 1) * (self._voxel_m / CEILING_M), 0.0, 1.0)
+        self._cells[j, i] = (colors * (0.72 + 0.28 * rise)).astype(np.uint8)
+
+    def image(self) -> Image.Image:
+        """Return a new picture of it."""
+        image = Image.new("RGB", self._frame.size, GROUND)
+        low, high = self._low * self._voxel_m, (self._low + self._size) * self._voxel_m
+        u0, v1 = self._frame.place(float(low[0]), float(low[1]))
+        u1, v0 = self._frame.place(float(high[0]), float(high[1]))
+        box = (max(1, round(u1 - u0)), max(1, round(v1 - v0)))
+        patch = Image.fromarray(self._cells[::-1]).resize(box, Image.Resampling.NEAREST)
+        image.paste(patch, (round(u0), round(v0)))
+        return image
+
+
+def draw_map(scene: SceneModel, frame: Frame, mode: ExportColor = "camera") -> NDArray[np.uint8]:
     """Draw what the scene shows, seen from above, (H, W, 3)."""
     image = Image.new("RGB", frame.size, GROUND)
     indices, attributes = scene.voxels.all_voxels()
-    voxel_m = scene.voxel_size_m
-    if voxel_m is not None and len(indices):
-        image = _voxels(indices, attributes, voxel_m, frame, mode)
+    if scene.voxel_size_m is not None and len(indices):
+        above = MapFromAbove(indices, scene.voxel_size_m, frame, mode)
+        above.take(indices, attributes)
+        image = above.image()
+    return draw_things(image, scene, frame)
+
+
+def draw_things(image: Image.Image, scene: SceneModel, frame: Frame) -> NDArray[np.uint8]:
+    """Draw the robot's way, what it found, and the robot over a map, (H, W, 3)."""
     draw = ImageDraw.Draw(image)
-    trail = scene.trail_world if trail_to is None else scene.trail_world[:trail_to]
-    points = [frame.place(x, y) for x, y, _ in trail]
+    points = [frame.place(x, y) for x, y, _ in scene.trail_world]
     if len(points) > 1:
-        draw.line(points, fill=ROBOT, width=3, joint="curve")
+        draw.line(points, fill=ROBOT, width=3)
     _draw_finds(draw, scene, frame, scene.detections)
     if scene.T_world_base is not None:
         _draw_robot(draw, scene.T_world_base, frame)
     return np.asarray(image)
-
-
-def _voxels(
-    indices: NDArray[np.int64],
-    attributes: NDArray[np.uint8],
-    voxel_m: float,
-    frame: Frame,
-    mode: ExportColor,
-) -> Image.Image:
-    below = (indices[:, 2] + 0.5) * voxel_m < CEILING_M
-    indices, attributes = indices[below], attributes[below]
-    order = np.argsort(indices[:, 2], kind="stable")
-    indices, attributes = indices[order], attributes[order]
-    colors = colors_of(indices, attributes, voxel_m, mode).astype(np.float32)
-    # Higher is lighter, so that furniture stands out from the floor.
-    rise = np.clip((indices[:, 2:] + 1) * (voxel_m / CEILING_M), 0.0, 1.0).astype(np.float32)
-    shade = np.float32(0.72) + np.float32(0.28) * rise
-    low = indices[:, :2].min(axis=0) if len(indices) else np.zeros(2, np.int64)
-    size = (indices[:, :2].max(axis=0) - low + 1) if len(indices) else np.ones(2, np.int64)
-    cells = np.zeros((int(size[1]), int(size[0]), 3), np.uint8)
-    cells[:] = GROUND
-    # Of voxels above one another the highest is written last.
-    cells[indices[:, 1] - low[1], indices[:, 0] - low[0]] = (colors * shade).astype(np.uint8)
-    u0, v1 = frame.place(*(low * voxel_m).tolist())
-    u1, v0 = frame.place(*((low + size) * voxel_m).tolist())
-    image = Image.new("RGB", frame.size, GROUND)
-    box = (max(1, round(u1 - u0)), max(1, round(v1 - v0)))
-    patch = Image.fromarray(cells[::-1]).resize(box, Image.Resampling.NEAREST)
-    image.paste(patch, (round(u0), round(v0)))
-    return image
 
 
 def _draw_finds(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from app.export.story import Story, Trajectory, read_trajectory
+from app.export.story import Story, Trajectory
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.scene import Detection, decode_detections
@@ -20,7 +20,7 @@ def write_tum(story: Story, path: Path) -> None:
     Raises:
         RecordingError: There is no pose.
     """
-    trajectory = read_trajectory(story)
+    trajectory = story.trajectory
     lines = ["# time tx ty tz qx qy qz qw\n"]
     for t, row in zip(trajectory.time_ns.tolist(), _rows(trajectory).tolist(), strict=True):
         lines.append(f"{t / 1e9:.6f} " + " ".join(f"{value:.6f}" for value in row) + "\n")
@@ -33,7 +33,7 @@ def write_csv(story: Story, path: Path) -> None:
     Raises:
         RecordingError: There is no pose.
     """
-    trajectory = read_trajectory(story)
+    trajectory = story.trajectory
     rows = _rows(trajectory)
     steps = np.linalg.norm(np.diff(rows[:, :2], axis=0, prepend=rows[:1, :2]), axis=1)
     driven = np.cumsum(steps)

@@ -9,53 +9,88 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from app.export.picture import draw_map, frame_of
-from app.export.story import Story, need_map
+from app.export.picture import MapFromAbove, draw_things, frame_of
+from app.export.story import Story, Tell, need_map, silent
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color, decompress_color
-from app.nodes.review.player import Player
+from app.messages.scene import decode_voxels
 from app.recording.errors import RecordingError
+from app.recording.recording import RecordedMessage
 from app.view.reader import SceneReader
 from app.view.scene_model import SceneModel
 
 CLOCK_HZ: Final = 1000
 SCENE_HZ: Final = 4.0
+SCENE_PICTURES: Final = 1200
+POSE_NS: Final = 100_000_000
+"""Poses of so long before a picture say where the robot is in it."""
 SCENE_PX: Final = 720
 QUALITY: Final = "23"
 
 Pictures = Iterator[tuple[float, NDArray[np.uint8]]]
 
 
-def write_camera_video(story: Story, path: Path) -> None:
+def write_camera_video(story: Story, path: Path, tell: Tell = silent) -> None:
     """Write every picture of the camera at its time.
 
     Raises:
         RecordingError: There is none.
     """
-    if not _write(path, _camera_pictures(story)):
+    if not _write(path, _camera_pictures(story), story.recording.duration_s, tell):
         raise RecordingError(f"{story.recording.path} has no picture of a camera")
 
 
-def write_scene_video(story: Story, path: Path) -> None:
+def write_scene_video(story: Story, path: Path, tell: Tell = silent) -> None:
     """Write the map from above as it grew.
 
     Raises:
         RecordingError: There is no map.
     """
+    _write(path, _scene_pictures(story), story.recording.duration_s, tell)
+
+
+def _scene_pictures(story: Story) -> Pictures:
+    recording = story.recording
     indices, _, voxel_m = need_map(story)
     frame = frame_of(indices, voxel_m, SCENE_PX)
+    above = MapFromAbove(indices, voxel_m, frame)
+    scene = SceneModel()
+    reader = SceneReader(scene)
+    for message in recording.all_messages((keys.TF_STATIC,)):
+        reader.feed(message.key, message.payload)
+    # Not more pictures than this, however long it took: drawing one costs more than storing it.
+    every_ns = max(round(1e9 / SCENE_HZ), (recording.end_ns - recording.start_ns) // SCENE_PICTURES)
+    before_ns, now_ns = recording.start_ns - 1, recording.start_ns
+    while True:
+        for message in recording.between(before_ns, now_ns, (keys.MAP_VOXELS, keys.MAP_KEYFRAME)):
+            _grow(above, message, voxel_m)
+        for message in recording.between(now_ns - POSE_NS, now_ns, (keys.TF,)):
+            reader.feed(message.key, message.payload)
+        for key in (keys.STATUS, keys.DETECTIONS):
+            last = recording.latest(key, now_ns)
+            if last is not None and last.time_ns > before_ns:
+                reader.feed(key, last.payload)
+        yield (now_ns - recording.start_ns) * 1e-9, draw_things(above.image(), scene, frame)
+        if now_ns >= recording.end_ns:
+            return
+        before_ns, now_ns = now_ns, min(now_ns + every_ns, recording.end_ns)
 
-    def pictures() -> Pictures:
-        scene = SceneModel()
-        player = Player(story.recording, SceneReader(scene).feed, story.digest)
-        while True:
-            yield player.position_s, draw_map(scene, frame)
-            if player.ended:
-                return
-            player.advance(1.0 / SCENE_HZ)
 
-    _write(path, pictures())
+def _grow(above: MapFromAbove, message: RecordedMessage, voxel_m: float) -> None:
+    try:
+        cloud = decode_voxels(message.payload)
+    except MessageError:
+        # Counted when the session was watched; the next keyframe says it again.
+        return
+    if message.key == keys.MAP_KEYFRAME:
+        above.clear()
+    others = (cloud.ooi, cloud.proximity, cloud.level, cloud.label, cloud.confidence)
+    above.take(
+        cloud.indices(voxel_m).astype(np.int64),
+        np.column_stack([cloud.color, *others]),
+        ~cloud.removed,
+    )
 
 
 def _camera_pictures(story: Story) -> Pictures:
@@ -69,7 +104,7 @@ def _camera_pictures(story: Story) -> Pictures:
         yield (message.time_ns - start_ns) * 1e-9, image
 
 
-def _write(path: Path, pictures: Pictures) -> int:
+def _write(path: Path, pictures: Pictures, duration_s: float, tell: Tell) -> int:
     """Encode pictures of any spacing in time; return how many."""
     count, last = 0, -1
     container: Any = None
@@ -93,6 +128,7 @@ def _write(path: Path, pictures: Pictures) -> int:
             picture.time_base = Fraction(1, CLOCK_HZ)
             container.mux(stream.encode(picture))
             count += 1
+            tell(at_s / max(duration_s, 1e-9))
         if stream is not None:
             container.mux(stream.encode())
     finally:

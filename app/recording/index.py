@@ -19,6 +19,7 @@ from app.recording.errors import RecordingError
 from app.recording.records import (
     CHUNK_HEAD,
     RECORD_HEAD,
+    Bytes,
     Channel,
     Chunk,
     Op,
@@ -71,22 +72,6 @@ class FileIndex:
     problems: list[str] = field(default_factory=list[str])
 
 
-def scan(path: Path, progress: Callable[[float], None] | None = None) -> FileIndex:
-    """Find everything in a file.
-
-    Raises:
-        RecordingError: It cannot be read, or is no MCAP file.
-    """
-    try:
-        with path.open("rb") as file:
-            if file.read(len(MAGIC)) != MAGIC:
-                raise RecordingError(_not_ours(path))
-            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-                return _Scanner(data, progress).run()
-    except OSError as error:
-        raise RecordingError(f"cannot read {path}: {error.strerror}") from error
-
-
 def _not_ours(path: Path) -> str:
     return (
         f"{path} is no recording: an MCAP file begins with other bytes. `ippon review` opens .mcap "
@@ -94,53 +79,78 @@ def _not_ours(path: Path) -> str:
     )
 
 
-class _Scanner:
-    def __init__(self, data: mmap.mmap, progress: Callable[[float], None] | None) -> None:
-        self._data = data
-        self._progress = progress
-        self._index = FileIndex()
+class Scanner:
+    """Finds everything in a file; of one that is being written, later what has come since."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._data: Bytes = b""
+        self._index = FileIndex(end=len(MAGIC))
         self._schemas: dict[int, str] = {}
         self._parts: dict[int, list[tuple[int, bytes]]] = {}
         """Of each channel: chunk, and the entries of its message index."""
         self._loose: dict[int, list[tuple[int, int]]] = {}
         self._indexed = True
         """Whether the last chunk's messages are known."""
+        self._read_to: int | None = None
+        """The chunk whose messages were found by its content: what its index says is known."""
+        self._unended = ""
+        self._undefined: set[int] = set()
 
-    def run(self) -> FileIndex:
-        data, size = self._data, len(self._data)
-        position = len(MAGIC)
-        told = 0
+    def scan(self, progress: Callable[[float], None] | None = None) -> FileIndex:
+        """Go on where the last call ended, and return what is in the file.
+
+        Raises:
+            RecordingError: It cannot be read, or is no MCAP file.
+        """
+        try:
+            with self._path.open("rb") as file:
+                if file.read(len(MAGIC)) != MAGIC:
+                    raise RecordingError(_not_ours(self._path))
+                with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as self._data:
+                    self._read_on(progress)
+        except OSError as error:
+            raise RecordingError(f"cannot read {self._path}: {error.strerror}") from error
+        finally:
+            self._data = b""
+        return self._index
+
+    def _read_on(self, progress: Callable[[float], None] | None) -> None:
+        index, size = self._index, len(self._data)
+        index.problems = [text for text in index.problems if text != self._unended]
+        self._read_records(progress)
+        if not index.complete and index.chunks:
+            # The cut may lie between the indexes of its channels.
+            self._indexed = False
+        self._complete_chunk()
+        if not index.complete:
+            self._unended = (
+                f"the file was not ended: its index is missing, and {size - index.end} bytes at "
+                "its end are no whole record"
+            )
+            index.problems.append(self._unended)
+        index.entries = self._merged()
+
+    def _read_records(self, progress: Callable[[float], None] | None) -> None:
+        data, index, size = self._data, self._index, len(self._data)
+        position = told = index.end
         while position + RECORD_HEAD.size <= size:
             op, length = RECORD_HEAD.unpack_from(data, position)
             start, stop = position + RECORD_HEAD.size, position + RECORD_HEAD.size + length
             if stop > size:
-                break
+                return
             if op in (Op.DATA_END, Op.FOOTER):
-                self._index.complete = data[size - len(MAGIC) :] == MAGIC
-                break
+                index.complete = data[size - len(MAGIC) :] == MAGIC
+                return
             try:
                 self._take(op, start, stop)
             except (struct.error, ValueError, IndexError) as error:
-                self._index.problems.append(f"the record at byte {position} is damaged: {error}")
-                break
-            self._index.end = stop
-            position = stop
-            if self._progress is not None and position - told > size // 50:
+                index.problems.append(f"the record at byte {position} is damaged: {error}")
+                return
+            index.end = position = stop
+            if progress is not None and position - told > size // 50:
                 told = position
-                self._progress(position / size)
-        if not self._index.complete and self._index.chunks:
-            # The cut may lie between the indexes of its channels.
-            self._indexed = False
-        self._complete_chunk()
-        if not self._index.complete:
-            missing = size - self._index.end
-            self._index.problems.append(
-                f"the file was not ended: its index is missing, and {missing} bytes at its end "
-                "are no whole record"
-            )
-        self._index.end = self._index.end or len(MAGIC)
-        self._index.entries = self._merged()
-        return self._index
+                progress(position / size)
 
     def _take(self, op: int, start: int, stop: int) -> None:
         data, index = self._data, self._index
@@ -150,7 +160,7 @@ class _Scanner:
             self._indexed = False
         elif op == Op.MESSAGE_INDEX:
             channel, size = _WORDS.unpack_from(data, start)
-            if size >= _ENTRY.itemsize:
+            if size >= _ENTRY.itemsize and self._read_to != len(index.chunks) - 1:
                 whole = size - size % _ENTRY.itemsize
                 self._note(channel, data[start + 6 : start + 6 + whole])
             self._indexed = True
@@ -199,7 +209,7 @@ class _Scanner:
         if self._indexed:
             return
         self._indexed = True
-        chunk = len(self._index.chunks) - 1
+        chunk = self._read_to = len(self._index.chunks) - 1
         for channel, entries in self._read_chunk(chunk).items():
             others = [part for part in self._parts.get(channel, []) if part[0] != chunk]
             self._parts[channel] = [*others, (chunk, np.array(entries, _ENTRY).tobytes())]
@@ -208,7 +218,10 @@ class _Scanner:
         merged: dict[int, Entries] = {}
         for channel in self._parts.keys() | self._loose.keys():
             if channel not in self._index.channels:
-                self._index.problems.append(f"messages of channel {channel}, which is not defined")
+                if channel not in self._undefined:
+                    self._undefined.add(channel)
+                    text = f"messages of channel {channel}, which is not defined"
+                    self._index.problems.append(text)
                 continue
             parts = self._parts.get(channel, [])
             loose = np.array(self._loose.get(channel, []), _ENTRY)
@@ -226,7 +239,7 @@ class _Scanner:
         return merged
 
 
-def _chunk_at(data: mmap.mmap, start: int, stop: int) -> Chunk:
+def _chunk_at(data: Bytes, start: int, stop: int) -> Chunk:
     first, last, size, checksum, length = CHUNK_HEAD.unpack_from(data, start)
     at = start + CHUNK_HEAD.size
     compression = data[at : at + length].decode("ascii", "replace")

@@ -1,6 +1,7 @@
 """A recording, read: the messages of any moment, in order."""
 
 import mmap
+import os
 from collections import Counter, OrderedDict
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from app.recording.channels import key_of, to_wire
 from app.recording.errors import RecordingError
-from app.recording.index import Entries, FileIndex, scan
+from app.recording.index import Entries, FileIndex, Scanner
 from app.recording.records import read_message, unpack_chunk
 
 CACHE_BYTES: Final = 64 * 2**20
@@ -40,10 +41,39 @@ class Recording:
             RecordingError: There is none, or it holds no message that is understood.
         """
         self.path = file_of(path)
-        self.index: FileIndex = scan(self.path, progress)
+        self._scanner = Scanner(self.path)
+        self.index: FileIndex = self._scanner.scan(progress)
         self.damaged: Counter[str] = Counter()
         """Messages that could not be read, by what was wrong."""
         self._entries: dict[str, list[tuple[Entries, str]]] = {}
+        self.start_ns = self.end_ns = 0
+        self._adopt()
+        self._cache: OrderedDict[int, bytes] = OrderedDict()
+        self._cached = 0
+        self._file = self.path.open("rb")
+        self._data = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
+
+    def refresh(self) -> bool:
+        """Take in what was written since, of a file that is not ended; return whether there is.
+
+        Raises:
+            RecordingError: It cannot be read any more.
+        """
+        try:
+            size = os.fstat(self._file.fileno()).st_size
+        except OSError as error:
+            raise RecordingError(f"cannot read {self.path}: {error.strerror}") from error
+        if self.index.complete or size <= len(self._data):
+            return False
+        end = self.index.end
+        self._scanner.scan()
+        self._adopt()
+        self._data.close()
+        self._data = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
+        return self.index.end > end or self.index.complete
+
+    def _adopt(self) -> None:
+        self._entries.clear()
         for number, entries in self.index.entries.items():
             channel = self.index.channels[number]
             key = key_of(channel.topic, channel.metadata)
@@ -59,10 +89,6 @@ class Recording:
             raise RecordingError(_nothing(self.path, self.index))
         self.start_ns = int(min(first for first, _ in ranges))
         self.end_ns = int(max(last for _, last in ranges))
-        self._cache: OrderedDict[int, bytes] = OrderedDict()
-        self._cached = 0
-        self._file = self.path.open("rb")
-        self._data = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
 
     def close(self) -> None:
         """Let go of the file."""

@@ -67,6 +67,9 @@ class Actions(Protocol):
     Each raises `CommandError` when the command did not arrive or was refused.
     """
 
+    recorded: bool
+    """What is shown was recorded: there is no robot, and nothing to record."""
+
     def search(self, wanted: str, context: str) -> str:
         """Look for an object."""
         ...

@@ -37,6 +37,8 @@ READ_S: Final = 12.0
 class Wishes(ABC):
     """The part of `Actions` that needs nothing but a way to ask."""
 
+    recorded = False
+
     @abstractmethod
     def _request(
         self, topic: str, message: msgspec.Struct, kind: type[M], timeout_s: float | None = None

@@ -15,6 +15,8 @@ REFUSAL = "this is a recording: nothing here commands a robot"
 class RecordedLink(NavigatorLink):
     """A link without a network: the playback fills the inbox, and every command is refused."""
 
+    recorded = True
+
     def __init__(self, inbox: Inbox, on_failure: OnFailure) -> None:
         super().__init__("the recording", "recorded", (), inbox, on_failure)
 

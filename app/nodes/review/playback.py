@@ -1,6 +1,7 @@
 """The thread that plays: one session, or two of them on one timeline."""
 
 import logging
+import math
 import queue
 import threading
 import time
@@ -24,6 +25,10 @@ logger = logging.getLogger(__name__)
 TICK_S: Final = 0.04
 MIN_SPEED: Final = 0.25
 MAX_SPEED: Final = 16.0
+FOLLOW_S: Final = 2.0
+"""Between two looks at a file that is being written."""
+GROWING_S: Final = 10.0
+"""A file that has not grown for so long is not being written."""
 
 
 class ReviewCommand(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -44,6 +49,8 @@ class ReviewState(msgspec.Struct, frozen=True, kw_only=True):
     position_s: float
     playing: bool
     speed: float
+    growing: bool = False
+    """The recording goes on: its end is not the end."""
     problem: str = ""
 
 
@@ -103,6 +110,8 @@ class Playback:
         self._version = 0
         self._problem = ""
         self._jump_to: float | None = None
+        self._looked_at = 0.0
+        self._grew_at = -math.inf
         self._stop = threading.Event()
         self._session = ReviewSession(sessions=[], duration_s=0.0, marks=[], notes=[], problems=[])
         self._thread = vital_thread("playback", self._run, on_failure)
@@ -156,6 +165,9 @@ class Playback:
             if self._playing:
                 self._advance((now - before) * self._speed)
             before = now
+            if now - self._looked_at >= FOLLOW_S:
+                self._looked_at = now
+                self._follow(now)
             self._tell()
 
     def _do_what_waits(self) -> None:
@@ -192,11 +204,28 @@ class Playback:
             Player(recording, emit)
             for recording, emit in zip(recordings, self._emits, strict=False)
         ]
-        self._playing, self._problem = False, ""
+        self._playing, self._problem, self._grew_at = False, "", -math.inf
         for recording in recordings:
             for problem in recording.index.problems:
                 logger.warning("%s: %s; what is there is shown", recording.path, problem)
         self._describe(notes)
+
+    def _follow(self, now: float) -> None:
+        """Take in what was written since, of recordings that go on."""
+        open_ended = [p for p in self._players if not p.recording.index.complete]
+        try:
+            # Each of them is asked, the first that grew or not.
+            grown = [player.refresh() for player in open_ended]
+            if any(grown):
+                self._grew_at = now
+                self._describe([read_notes(p.recording.path) for p in self._players])
+        except RecordingError as error:
+            self._problem = str(error)
+
+    @property
+    def _growing(self) -> bool:
+        open_ended = any(not p.recording.index.complete for p in self._players)
+        return open_ended and time.monotonic() - self._grew_at < GROWING_S
 
     def _describe(self, notes: list[list[Note]]) -> None:
         self._version += 1
@@ -256,7 +285,7 @@ class Playback:
     def _advance(self, seconds: float) -> None:
         for player in self._players:
             player.advance(seconds)
-        if all(player.ended for player in self._players):
+        if all(player.ended for player in self._players) and not self._growing:
             self._playing = False
 
     def _tell(self) -> None:
@@ -266,6 +295,7 @@ class Playback:
             position_s=round(position, 2),
             playing=self._playing,
             speed=self._speed,
+            growing=self._growing,
             problem=self._problem,
         )
         self._bulletin.post(msgspec.json.encode(state))

@@ -11,7 +11,7 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
 from app.messages.scene import VoxelCloud, encode_voxels
-from app.recording.digest import Digest, digest_of
+from app.recording.digest import DIGEST_KEYS, Digest, digest_of
 from app.recording.recording import Recording
 from app.view.restoration import RESTORE, Restoration
 
@@ -45,6 +45,8 @@ class Player:
         self.digest = digest if digest is not None else digest_of(recording)
         self._emit = emit
         self._frames = recording.times_ns(keys.COLOR)
+        self._whole = False
+        """Whether a whole map was shown, that changes can be added to."""
         statuses = recording.times_ns(keys.STATUS)
         # Before the first status nobody knows how large a voxel is.
         self._first_ns = int(statuses[0]) if len(statuses) else recording.start_ns
@@ -60,6 +62,20 @@ class Player:
     def ended(self) -> bool:
         """Whether there is nothing more to play."""
         return self.time_ns >= self.recording.end_ns
+
+    def refresh(self) -> bool:
+        """Take in what was recorded since; return whether there is anything.
+
+        Raises:
+            RecordingError: The file cannot be read any more.
+        """
+        before_ns = self.recording.end_ns
+        if not self.recording.refresh():
+            return False
+        for message in self.recording.between(before_ns, self.recording.end_ns, DIGEST_KEYS):
+            self.digest.take(message.key, message.payload, message.time_ns)
+        self._frames = self.recording.times_ns(keys.COLOR)
+        return True
 
     def seek(self, position_s: float) -> None:
         """Jump to a moment, and show what was shown then."""
@@ -84,7 +100,13 @@ class Player:
     def advance(self, seconds: float) -> None:
         """Play on."""
         until_ns = min(self.time_ns + round(seconds * 1e9), self.recording.end_ns)
-        for message in self.recording.between(self.time_ns, until_ns, PLAYED):
+        # Of a recording that began in the middle of a search the map comes a little later.
+        wanted = PLAYED if self._whole else (*PLAYED, keys.MAP_KEYFRAME)
+        for message in self.recording.between(self.time_ns, until_ns, wanted):
+            if message.key == keys.MAP_KEYFRAME:
+                if self._whole:
+                    continue
+                self._whole = True
             self._emit(message.key, message.payload)
         self.time_ns = until_ns
 
@@ -114,6 +136,7 @@ class Player:
         recording = self.recording
         keyframe = recording.latest(keys.MAP_KEYFRAME, self.time_ns)
         since_ns = recording.start_ns - 1
+        self._whole = keyframe is not None
         if keyframe is None:
             self._emit(keys.MAP_KEYFRAME, _no_voxels())
         else:

@@ -20,21 +20,11 @@ from app.messages.control import (
     decode,
     encode,
 )
-from app.messages.images import (
-    decode_camera,
-    decode_color,
-    decode_depth,
-    decode_depth_raw,
-    decode_heatmap,
-)
-from app.messages.motion import (
-    decode_flag,
-    decode_transforms,
-    decode_twist,
-)
+from app.messages.motion import decode_twist
 from app.messages.scene import encode_voxels
 from app.nodes.navigator.publisher import cloud_of, plan_messages
 from app.nodes.navigator.report import find_report
+from app.nodes.review.frames import FUSED, assemble
 from app.nodes.review.settings import Settings
 from app.recording.errors import RecordingError
 from app.recording.limits import RecordingLimits
@@ -51,7 +41,6 @@ from ippon.mission.snapshot import Snapshot
 
 KEYFRAME_NS: Final = 10_000_000_000
 COPIED: Final = (keys.COLOR, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC)
-FUSED: Final = (*COPIED, keys.DEPTH, keys.DEPTH_RAW, keys.HEATMAP, keys.CONTACT)
 TOLD: Final = (keys.PROXIMITY, keys.EVENT, keys.STATUS)
 SAME_EVENTS: Final = frozenset({"rejected", "cancelled"})
 """What the operator did that changes the map."""
@@ -111,24 +100,8 @@ class Recomputation:
                 self._tables.append(decode(payload, ProximityTable))
             case keys.STATUS:
                 self._status = decode(payload, Status)
-            case keys.TF:
-                assembler.add_transforms(decode_transforms(payload))
-            case keys.TF_STATIC:
-                assembler.add_transforms(decode_transforms(payload), fixed=True)
-            case keys.CAMERA_INFO:
-                assembler.add_camera(decode_camera(payload))
-            case keys.HEATMAP:
-                assembler.add_heatmap(decode_heatmap(payload))
-            case keys.CONTACT:
-                assembler.add_contact(decode_flag(payload))
-            case keys.DEPTH:
-                assembler.add_depth(decode_depth(payload))
-            case keys.DEPTH_RAW:
-                assembler.add_depth(decode_depth_raw(payload))
-            case keys.COLOR:
-                assembler.add_color(decode_color(payload))
             case _:
-                return
+                assemble(assembler, message)
 
     def _step(self, frame: Frame, time_ns: int) -> Iterator[tuple[str, bytes]]:
         yield from self._told(frame.stamp_ns)

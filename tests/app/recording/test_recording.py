@@ -157,3 +157,28 @@ def test_a_digest_of_another_version_is_made_anew(recording):
     assert unpack_digest(pack_digest(Digest())) == Digest()
     with pytest.raises(RecordingError, match="digest"):
         unpack_digest(b"nonsense")
+
+
+def test_a_file_that_is_being_written_is_followed_wherever_its_writer_is(session_folder, tmp_path):
+    whole = (session_folder / "session_0.mcap").read_bytes()
+    expected = Recording(session_folder)
+    path = tmp_path / "growing.mcap"
+    first = expected.index.chunks[0]
+    sizes = np.random.default_rng(1).integers(first.offset + first.length, len(whole), 30)
+    path.write_bytes(whole[: int(sizes.min())])
+    growing = Recording(path)
+    assert not growing.refresh()
+    assert growing.index.problems
+    for size in [*sorted(sizes.tolist()), len(whole)]:
+        with path.open("ab") as file:
+            file.write(whole[path.stat().st_size : size])
+        growing.refresh()
+        count = sum(len(entries.time_ns) for entries in growing.index.entries.values())
+        assert count == len(list(growing.all_messages())), "each message once"
+    assert growing.index.complete
+    assert not growing.index.problems
+    assert list(growing.all_messages()) == list(expected.all_messages())
+    assert growing.attachment(ATTACHMENT) == expected.attachment(ATTACHMENT)
+    assert not growing.refresh()
+    growing.close()
+    expected.close()

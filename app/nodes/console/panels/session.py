@@ -27,8 +27,10 @@ class SessionPanel:
         self._updates = 0
         self._start_ns: int | None = None
         self._figures = gui.add_html(markup.figures(None, 0))
-        with gui.add_folder("Recording"):
-            self._record = RecordPanel(gui, actions)
+        self._record: RecordPanel | None = None
+        if not actions.recorded:
+            with gui.add_folder("Recording"):
+                self._record = RecordPanel(gui, actions)
         with gui.add_folder("Streams"):
             self._streams = gui.add_html(markup.streams(()))
         with gui.add_folder("Events"):
@@ -43,7 +45,7 @@ class SessionPanel:
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Show what changed."""
-        if "recording" in changed and model.recording is not None:
+        if "recording" in changed and model.recording is not None and self._record is not None:
             self._record.show(model.recording)
         status = model.status
         if status is None:

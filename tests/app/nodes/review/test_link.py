@@ -5,9 +5,12 @@ from types import SimpleNamespace
 import pytest
 
 from app.messages.lease import LeaseStatus
+from app.nodes.console.backend import start_viser
 from app.nodes.console.commands import CommandError
 from app.nodes.console.inbox import Inbox
-from app.nodes.console.visitors import Visitor
+from app.nodes.console.link import NavigatorLink
+from app.nodes.console.panels.session import SessionPanel
+from app.nodes.console.visitors import Visitor, Visitors
 from app.nodes.review.link import REFUSAL, RecordedLink
 
 
@@ -26,3 +29,17 @@ def test_whoever_held_control_when_it_was_recorded_keeps_nobody_out(link):
 def test_nothing_is_commanded(link):
     with pytest.raises(CommandError, match=REFUSAL):
         link.pause()
+
+
+def test_a_recording_has_no_buttons_to_record_it():
+    backend = start_viser(Visitors())
+    try:
+        for recorded, link in ((True, RecordedLink(Inbox([]), print)), (False, _live_link())):
+            panel = SessionPanel(backend.server.gui, link)
+            assert (panel._record is None) is recorded
+    finally:
+        backend.close()
+
+
+def _live_link():
+    return NavigatorLink("tcp/127.0.0.1:1", "r", [], Inbox([]), print)

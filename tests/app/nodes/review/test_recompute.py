@@ -5,7 +5,11 @@ import dataclasses
 import msgspec
 import numpy as np
 import pytest
+import trimesh
+from scipy.spatial import cKDTree
 
+from app.export.mesh import write_mesh
+from app.export.story import open_story
 from app.links.assembler import FrameAssembler
 from app.messages import keys
 from app.messages.control import Event, ProximityRow, ProximityTable, encode
@@ -35,6 +39,7 @@ from app.recording.recording import Recording
 from app.recording.session import Session
 from ippon.camera import PinholeCamera
 from ippon.guidance.levels import Guidance, LabelLevel, Level
+from ippon.mapping.mesh import copy_signed_distances, extract_mesh
 from ippon.mapping.surface import SurfaceTracker
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
@@ -135,6 +140,21 @@ def test_the_same_settings_give_the_same_map_bit_for_bit(searched):
     for name, value in expected.items():
         np.testing.assert_array_equal(value, got[name], err_msg=name)
     assert len(expected["index"]) > 100
+
+
+def test_the_exported_mesh_is_the_surface_of_the_live_map(searched, tmp_path):
+    recording, live = searched
+    story = open_story(recording.path)
+    shares = []
+    write_mesh(story, tmp_path / "mesh.ply", shares.append)
+    story.recording.close()
+    assert shares == sorted(shares)
+    assert shares[-1] == pytest.approx(1.0, abs=0.05)
+    exported = trimesh.load(tmp_path / "mesh.ply")
+    expected = extract_mesh(copy_signed_distances(live.voxel_map))
+    # The live map left one frame out, and this one has it.
+    far, _ = cKDTree(exported.vertices).query(expected.vertices)
+    assert np.quantile(far, 0.95) < live.config.map.voxel_size_m
 
 
 def test_other_settings_give_another_session_to_compare(searched, tmp_path):

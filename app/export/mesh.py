@@ -1,0 +1,61 @@
+"""The surface as triangles, made anew from the recorded depth images."""
+
+from pathlib import Path
+from typing import Any
+
+import trimesh
+
+from app.export.story import Story, Tell, silent
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.review.frames import geometry_frames
+from app.nodes.review.settings import read_settings
+from app.recording.errors import RecordingError
+from app.recording.recording import Recording
+from app.recording.session import CONFIGURATION
+from ippon.errors import FrameRejectedError
+from ippon.mapping.mesh import copy_signed_distances, extract_mesh
+from ippon.mapping.voxel_map import VoxelMap
+
+
+def write_mesh(story: Story, path: Path, tell: Tell = silent) -> None:
+    """Write the zero crossing of the signed distance as a PLY, coloured by the camera.
+
+    The map that was sent holds voxels, no distances: those come of the depth images, with the
+    settings of the session.
+
+    Raises:
+        RecordingError: There are no images of depth with poses, or they show no surface.
+    """
+    mesh = extract_mesh(copy_signed_distances(_map_of(story.recording, tell)))
+    if not len(mesh.faces):
+        raise RecordingError(f"{story.recording.path} shows no surface to make a mesh of")
+    triangles: Any = trimesh.Trimesh(
+        mesh.vertices, mesh.faces, vertex_colors=mesh.colors, process=False, validate=False
+    )
+    path.write_bytes(triangles.export(file_type="ply"))
+
+
+def _map_of(recording: Recording, tell: Tell) -> VoxelMap:
+    config = _config_of(recording)
+    voxel_map = VoxelMap(config.mission.map, config.labels)
+    frames = refused = 0
+    for time_ns, frame in geometry_frames(recording):
+        try:
+            voxel_map.integrate(frame)
+            frames += 1
+        except FrameRejectedError:
+            refused += 1
+        tell((time_ns - recording.start_ns) * 1e-9 / max(recording.duration_s, 1e-9))
+    if not frames:
+        raise RecordingError(
+            f"{recording.path} has no depth image with colour and pose to make a mesh of"
+            + (f" ({refused} contradict themselves)" if refused else "")
+        )
+    return voxel_map
+
+
+def _config_of(recording: Recording) -> NavigatorConfig:
+    """Return the session's configuration; a bag of others has none, and gets the usual one."""
+    if recording.attachment(CONFIGURATION) is None:
+        return NavigatorConfig()
+    return read_settings(recording, ()).navigator

@@ -1,0 +1,61 @@
+"""The thread that plays: a session that goes on while it is shown."""
+
+import threading
+
+import msgspec
+import pytest
+
+from app.nodes.console.bulletin import Bulletin
+from app.nodes.review.playback import Playback, ReviewCommand, ReviewState
+
+PATIENCE_S = 120.0
+
+
+class _Board(Bulletin):
+    """Lets a test wait for a state."""
+
+    def __init__(self):
+        super().__init__()
+        self._changed = threading.Condition()
+
+    def post(self, notice):
+        super().post(notice)
+        with self._changed:
+            self._changed.notify_all()
+
+    def wait(self, test):
+        def holds():
+            return self.notice is not None and test(
+                msgspec.json.decode(self.notice, type=ReviewState)
+            )
+
+        with self._changed:
+            assert self._changed.wait_for(holds, PATIENCE_S), self.notice
+
+
+def test_the_timeline_of_a_session_that_is_recorded_grows(made_up, tmp_path):
+    session = made_up.write_session(tmp_path, seconds=3.0, end=False)
+    session.writer.flush()
+    later = [m for m in made_up.all_messages(6.0) if m[0] > made_up.START_NS + 3 * 10**9]
+    board, failures = _Board(), []
+    playback = Playback((lambda *_: None,), board, failures.append)
+    playback.start()
+    try:
+        playback.show([session.writer.folder])
+        assert playback.session.duration_s == pytest.approx(2.8, abs=0.05)
+        assert "was not ended" in playback.session.problems[0]
+        playback.command(ReviewCommand(action="seek", value=2.0))
+        for time_ns, key, payload in later:
+            session.add(key, payload, time_ns, (time_ns - made_up.START_NS) * 1e-9)
+        session.writer.flush()
+        board.wait(lambda state: state.growing and playback.session.duration_s > 5.7)
+        assert playback.session.marks[-1].kind == "found"
+        playback.command(ReviewCommand(action="speed", value=16.0))
+        playback.command(ReviewCommand(action="play"))
+        board.wait(lambda state: state.position_s == pytest.approx(5.8, abs=0.05))
+        session.close()
+        board.wait(lambda state: not state.growing and not state.playing)
+        assert not playback.session.problems
+    finally:
+        playback.close()
+    assert not failures
