@@ -217,8 +217,7 @@ function notice(shown) {
     case "exhausted":
       return [
         "Not found",
-        `Everything that can be reached was seen. The best match was ${Math.round(100 * state.best_ooi)} %: ` +
-          "Map, Object shows where; click it, or send the robot there.",
+        "Everything that the robot can reach was seen. The Search tab lists what looked most like it.",
       ];
     case "lost":
       return ["The robot waits", state.why];

@@ -14,6 +14,9 @@ _EASE: Final = 0.16
 _STILL_M: Final = 0.02
 _SAME_M: Final = 0.03
 _REMEMBERED: Final = 512
+_PATIENCE: Final = 40
+"""Steps after which a browser that is not where it was sent is sent there again: while its scene is
+not up, it drops what it is told."""
 _MARGIN: Final = 1.06
 _WALL_M: Final = 1.2
 """Room for the walls, which rise above the floor that is framed."""
@@ -57,6 +60,8 @@ class _Watcher:
     arrived: bool = False
     """It has been seen where it was sent; before that it reports where it started."""
     free: bool = False
+    waited: int = 0
+    """Steps since it was sent somewhere."""
     now: View | None = None
 
 
@@ -97,13 +102,16 @@ class CameraFollow:
 
     def _move(self, watcher: _Watcher, wanted: View) -> None:
         now = watcher.now
+        watcher.waited += 1
+        if not watcher.arrived and watcher.waited > _PATIENCE:
+            now = None
         if now is None:
             shown = wanted
         elif _distance(now, wanted) < _STILL_M:
             return
         else:
             shown = _between(now, wanted, _EASE)
-        watcher.now = shown
+        watcher.now, watcher.waited = shown, 0
         watcher.sent.append(shown)
         camera = watcher.client.camera
         with watcher.client.atomic():

@@ -7,12 +7,16 @@ import numpy as np
 
 from app.messages.control import FindReport
 from app.messages.scene import Detection
+from app.view.candidates import Candidate
 from app.view.colors import FOUND, ORANGE, Rgb, linear
 
 _MARGIN_M: Final = 0.08
 _LABEL_GAP_M: Final = 0.22
 _SHOWN: Final = 32
 _SAME_M: Final = 0.3
+_REJECTED_M: Final = 0.2
+"""So much farther than a rejected find reaches, the navigator rules out, too."""
+_PLACE_M: Final = 0.4
 _APART_M: Final = 1.0
 """Nearer than this to a name, the name of another place would cover it."""
 _EDGES: Final = [(a, b) for a in range(8) for b in range(a + 1, 8) if (a ^ b) in {1, 2, 4}]
@@ -69,9 +73,17 @@ class FindLayer:
         label.font_screen_scale = 1.25 if mark.found else 0.9
 
 
-def marks_of(report: FindReport | None, detections: tuple[Detection, ...]) -> tuple[Mark, ...]:
-    """Mark the find and the likely places, the likeliest first; those in the find are left out."""
+def marks_of(
+    report: FindReport | None,
+    detections: tuple[Detection, ...],
+    rejected: tuple[FindReport, ...] = (),
+) -> tuple[Mark, ...]:
+    """Mark the find and the likely places, the likeliest first.
+
+    Places in the find are left out, and what was rejected.
+    """
     marks: list[Mark] = []
+    detections = tuple(d for d in detections if not any(_is_ruled_out(d, r) for r in rejected))
     if report is not None:
         marks.append(
             Mark(
@@ -93,6 +105,25 @@ def marks_of(report: FindReport | None, detections: tuple[Detection, ...]) -> tu
             )
         )
     return tuple(marks)
+
+
+def places_of(candidates: tuple[Candidate, ...]) -> tuple[Mark, ...]:
+    """Mark the places that a search without a find lists, under their numbers."""
+    return tuple(
+        Mark(
+            center_world=candidate.point_world,
+            size_m=(_PLACE_M, _PLACE_M, _PLACE_M),
+            text=f"{n}: {candidate.probability:.0%}",
+            found=False,
+        )
+        for n, candidate in enumerate(candidates, start=1)
+    )
+
+
+def _is_ruled_out(detection: Detection, rejected: FindReport) -> bool:
+    reach = 0.5 * float(np.linalg.norm(rejected.size_m)) + _REJECTED_M
+    offset = np.subtract(detection.center_world, rejected.position_world)
+    return float(np.linalg.norm(offset)) <= reach
 
 
 def _is_part_of(detection: Detection, report: FindReport) -> bool:

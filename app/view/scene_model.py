@@ -11,11 +11,19 @@ from typing import Final, Literal
 
 import numpy as np
 
-from app.messages.control import Event, PaintedRegions, PaintedStroke, ProximityTable, Status
+from app.messages.control import (
+    Event,
+    FindReport,
+    PaintedRegions,
+    PaintedStroke,
+    ProximityTable,
+    Status,
+)
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.recording import RecordingStatus
 from app.messages.scene import Detection, VoxelCloud
+from app.view.candidates import Candidate, best_candidates
 from app.view.history import History
 from app.view.pictures import PictureAlbum
 from app.view.restoration import Restoration
@@ -68,6 +76,8 @@ class SceneModel:
         self.proximity: ProximityTable | None = None
         self.events: deque[Event] = deque(maxlen=_MAX_EVENTS)
         self.detections: tuple[Detection, ...] = ()
+        self.rejected: tuple[FindReport, ...] = ()
+        """What the operator said is not the object of the present goal."""
         self.history = History()
         self.album = PictureAlbum()
         """Pictures from where the robot was, for explanations."""
@@ -80,6 +90,8 @@ class SceneModel:
         self._held: deque[VoxelCloud] = deque(maxlen=_MAX_HELD)
         self._transforms: dict[str, StampedTransform] = {}
         self._camera_frame: str | None = None
+        self._last_find: FindReport | None = None
+        self._candidates: tuple[Candidate, ...] | None = None
 
     def take_changes(self) -> frozenset[Part]:
         """Return what changed since the last call."""
@@ -92,6 +104,11 @@ class SceneModel:
         before = self.status
         if before is not None and _restarted(before, status):
             self._forget_session()
+        elif before is not None and _goal_of(before) != _goal_of(status):
+            self.rejected = ()
+        if before is None or before.state != status.state:
+            self._candidates = None
+        self._last_find = status.find or self._last_find
         self.status = status
         self.history.add(status)
         self._changed.add("status")
@@ -109,6 +126,7 @@ class SceneModel:
     def on_keyframe(self, cloud: VoxelCloud) -> None:
         """Replace the map by all its voxels, then repeat the changes that are newer."""
         self.voxels.clear()
+        self._candidates = None
         self._store(cloud)
         for delta in self._held:
             if delta.stamp_ns > cloud.stamp_ns:
@@ -164,14 +182,30 @@ class SceneModel:
         self.painted = tuple(painted.regions)
         self._changed.add("painted")
 
+    def candidates(self) -> tuple[Candidate, ...]:
+        """Return the places that look most like the object.
+
+        They are worked out when first asked for, and stay until the state changes: that goes over
+        the whole map.
+        """
+        if self.voxel_size_m is None:
+            return ()
+        if self._candidates is None:
+            self._candidates = best_candidates(self.voxels, self.voxel_size_m, self.album)
+        return self._candidates
+
     def on_proximity(self, table: ProximityTable) -> None:
         """Replace the proximity levels."""
         self.proximity = table
         self._changed.add("proximity")
 
     def on_event(self, event: Event) -> None:
-        """Append to the log."""
+        """Append to the log, and remember what was rejected."""
         self.events.append(event)
+        if event.kind == "rejected" and self._last_find is not None:
+            self.rejected += (self._last_find,)
+            self._last_find = None
+            self._changed.add("detections")
         self._changed.add("events")
 
     def on_recording(self, status: RecordingStatus) -> None:
@@ -204,7 +238,8 @@ class SceneModel:
         self.trail_world.clear()
         self.history.clear()
         self.album.clear()
-        self.painted = ()
+        self.painted, self.rejected, self._last_find = (), (), None
+        self._candidates = None
         self.tree, self.path_world, self.detections = None, np.empty((0, 3)), ()
         self._changed |= {"voxels", "tree", "path", "pose", "detections", "painted"}
 
@@ -242,6 +277,10 @@ class SceneModel:
         self.trail_world.append((x, y, z))
         if len(self.trail_world) > _MAX_TRAIL:
             self.trail_world = self.trail_world[::2]
+
+
+def _goal_of(status: Status) -> int | None:
+    return None if status.goal is None else status.goal.goal_id
 
 
 def _restarted(before: Status, now: Status) -> bool:

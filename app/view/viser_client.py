@@ -48,7 +48,7 @@ class ClientFiles:
     files: dict[str, bytes]
     """Content by name; a name changes with its content, so browsers may keep it for good."""
     links: bytes
-    """HTML that has a browser fetch the files before it opens the page."""
+    """HTML that has a browser fetch the program before it opens the page."""
 
 
 def unpack_client(page: bytes, prefix: str) -> ClientFiles:
@@ -81,10 +81,7 @@ def unpack_client(page: bytes, prefix: str) -> ClientFiles:
         f'<link rel="stylesheet" href="{prefix}{style}">'
         f'<script type="module" src="{prefix}{script}"></script>'
     ).encode()
-    links = (
-        f'<link rel="modulepreload" href="{prefix}{script}">'
-        f'<link rel="preload" as="style" href="{prefix}{style}">'
-    ).encode()
+    links = f'<link rel="modulepreload" href="{prefix}{script}">'.encode()
     return ClientFiles(
         page=page[: found.start()] + loaded + page[found.end() :],
         files={script: code, style: content[:style_size], decoder: wasm},

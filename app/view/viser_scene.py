@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from app.view.derived_layers import DerivedLayers
-from app.view.find_layer import FindLayer, marks_of
+from app.view.find_layer import FindLayer, Mark, marks_of, places_of
 from app.view.options import ViewOptions
 from app.view.overlay_layer import OverlayLayer
 from app.view.robot_layer import RobotLayer
@@ -25,7 +25,11 @@ ALL_PARTS: Final[frozenset[Part]] = frozenset(
 
 
 class ViserScene:
-    """Draws one `SceneModel` into one viser server."""
+    """Draws one `SceneModel` into one viser server, for all browsers, or into one client's scene.
+
+    Args:
+        server: The server or the client.
+    """
 
     def __init__(self, server: Any) -> None:
         self._server = server
@@ -38,6 +42,8 @@ class ViserScene:
         self.overlay = OverlayLayer(scene)
         self._options: ViewOptions | None = None
         self._gains_at = -math.inf
+        self._revision = 0
+        """Of the voxels that are drawn."""
         # The default picture of surroundings keeps the whole scene dim until it is decoded.
         scene.configure_environment_map(hdri=None)
         scene.configure_default_lights(enabled=False)
@@ -69,7 +75,7 @@ class ViserScene:
         layers = options.layers
         with self._server.atomic():
             if "voxels" in changed and model.voxel_size_m is not None:
-                dirty = model.voxels.take_dirty()
+                dirty, self._revision = model.voxels.changed_since(self._revision)
                 # The skin lies on the voxels: both at once would flicker.
                 bare = replace(options, layers=layers - {"map"}) if "mesh" in layers else options
                 self.voxels.draw(model.voxels, model.voxel_size_m, dirty, bare)
@@ -85,10 +91,7 @@ class ViserScene:
             if "painted" in changed:
                 self.overlay.draw_painted(model.painted, 0.0)
             if changed & {"status", "detections"}:
-                report = model.status.find if model.status is not None else None
-                self._finds.draw(
-                    marks_of(report, model.detections), "finds" in layers, "labels" in layers
-                )
+                self._finds.draw(_marks(model), "finds" in layers, "labels" in layers)
 
     def _recolored(
         self, model: SceneModel, changed: frozenset[Part], options: ViewOptions
@@ -102,7 +105,7 @@ class ViserScene:
         self._gains_at = now
         tree = model.tree
         self.voxels.beads = np.column_stack([tree.positions_world[:, :2], tree.gains])
-        model.voxels.touch_all()
+        self._revision = 0
         return frozenset({"voxels"})
 
     def bounds(self) -> tuple[Float64Array, Float64Array] | None:
@@ -121,3 +124,10 @@ class ViserScene:
             self._robot.draw_trail(model.trail_world, "trail" in layers)
         if changed & {"camera", "image"} and model.image is not None and "camera" in layers:
             self._robot.draw_image(model.image.encoded)
+
+
+def _marks(model: SceneModel) -> tuple[Mark, ...]:
+    status = model.status
+    if status is not None and status.state == "exhausted":
+        return places_of(model.candidates())
+    return marks_of(None if status is None else status.find, model.detections, model.rejected)

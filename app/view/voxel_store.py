@@ -3,11 +3,15 @@
 Changes touch only the blocks that they fall in, and mark the columns that have to be drawn again.
 """
 
+from collections import OrderedDict
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from app.view.colors import NOT_MAPPED
 
 EDGE: Final = 8
 VOLUME: Final = EDGE**3
@@ -72,11 +76,13 @@ class VoxelStore:
         self.refused = 0
         """Voxels not stored: too far out, or beyond `MAX_BLOCKS`."""
         self._rows: dict[int, int] = {}
-        self._block_z = np.empty(0, dtype=np.int64)
+        self._block = np.empty((0, 3), dtype=np.int64)
         self._columns: dict[Column, list[int]] = {}
         self._present = np.zeros((0, VOLUME), dtype=np.bool_)
         self._attributes = np.zeros((0, VOLUME, ATTRIBUTES), dtype=np.uint8)
-        self._dirty: dict[Column, None] = {}
+        self._revision = 0
+        self._touched: OrderedDict[Column, int] = OrderedDict()
+        """The revision of each column's last change, the latest at the end."""
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -112,23 +118,25 @@ class VoxelStore:
         self._present[row, cell] = surface
         self._attributes[row, cell] = attributes
         self.count += int(np.count_nonzero(self._present[rows]) - before)
-        self._dirty.update(dict.fromkeys(map(tuple, blocks[first, :2].tolist())))
+        self._touch(map(tuple, blocks[first, :2].tolist()))
 
     def clear(self) -> None:
         """Forget every voxel; columns that held some are marked."""
         self._present[:] = False
         self.count = 0
-        self._dirty.update(dict.fromkeys(self._columns))
+        self._touch(self._columns)
 
-    def touch_all(self) -> None:
-        """Mark every column as changed."""
-        self._dirty.update(dict.fromkeys(self._columns))
+    def changed_since(self, revision: int) -> tuple[tuple[Column, ...], int]:
+        """Return the columns that changed since a revision, and the present one; 0 means all.
 
-    def take_dirty(self) -> tuple[Column, ...]:
-        """Return the columns that changed since the last call."""
-        dirty = tuple(self._dirty)
-        self._dirty.clear()
-        return dirty
+        Each picture of the map keeps its own revision; the cost is that of what changed.
+        """
+        changed: list[Column] = []
+        for column, touched in reversed(self._touched.items()):
+            if touched <= revision:
+                break
+            changed.append(column)
+        return tuple(changed), self._revision
 
     def column(self, column: Column, below: int | None = None) -> ColumnVoxels:
         """Gather the voxels of one column.
@@ -142,7 +150,7 @@ class VoxelStore:
         local = np.empty((len(cell), 3), dtype=np.int16)
         local[:, 0] = cell >> 6
         local[:, 1] = (cell >> 3) & 7
-        local[:, 2] = (cell & 7) + self._block_z[rows][which] * EDGE
+        local[:, 2] = (cell & 7) + self._block[rows, 2][which] * EDGE
         if below is not None:
             kept = local[:, 2] < below
             which, cell, local = which[kept], cell[kept], local[kept]
@@ -165,6 +173,23 @@ class VoxelStore:
             return np.empty((0, 3), np.int64), np.empty((0, ATTRIBUTES), np.uint8)
         return np.concatenate(indices), np.concatenate(attributes)
 
+    def at_least(self, ooi: int) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
+        """Return (N, 3) indices and (N, 8) attributes of the voxels that are so likely the object.
+
+        Args:
+            ooi: Least p(v in O) as it is stored; voxels without one are left out.
+        """
+        stored = self._attributes[..., 3]
+        row, cell = np.nonzero(self._present & (stored >= ooi) & (stored < NOT_MAPPED))
+        within = np.stack([cell >> 6, (cell >> 3) & 7, cell & 7], axis=1)
+        return self._block[row] * EDGE + within, self._attributes[row, cell]
+
+    def _touch(self, columns: Iterable[Column]) -> None:
+        self._revision += 1
+        for column in columns:
+            self._touched[column] = self._revision
+            self._touched.move_to_end(column)
+
     def _rows_of(self, keys: NDArray[np.int64], blocks: NDArray[np.int64]) -> NDArray[np.int64]:
         rows = np.empty(len(keys), dtype=np.int64)
         for n, key in enumerate(keys.tolist()):
@@ -178,15 +203,15 @@ class VoxelStore:
             return -1
         if row >= len(self._present):
             self._grow(max(64, 2 * row))
-        x, y, z = block.tolist()
+        x, y, _ = block.tolist()
         self._rows[key] = row
-        self._block_z[row] = z
+        self._block[row] = block
         self._columns.setdefault((x, y), []).append(row)
         return row
 
     def _grow(self, size: int) -> None:
         old = len(self._present)
-        for name in ("_present", "_attributes", "_block_z"):
+        for name in ("_present", "_attributes", "_block"):
             pool = getattr(self, name)
             larger = np.zeros((size, *pool.shape[1:]), dtype=pool.dtype)
             larger[:old] = pool
@@ -220,7 +245,7 @@ class VoxelStore:
         to_x, from_x = _BORDER[dx]
         to_y, from_y = _BORDER[dy]
         for row in self._columns.get(column, ()):
-            base = int(self._block_z[row]) * EDGE - low
+            base = int(self._block[row, 2]) * EDGE - low
             start, stop = max(base, 0), min(base + EDGE, solid.shape[2])
             if start >= stop:
                 continue

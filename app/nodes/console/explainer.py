@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import islice
 from typing import Final
 
 import msgspec
@@ -16,15 +17,13 @@ from app.view.overlay_layer import NOTHING, Highlight
 from app.view.picking import SurfaceLookup, first_voxel, nearest_bead, seen_from
 from app.view.pictures import KeptPicture
 from app.view.scene_model import SceneModel
+from app.view.sightings import SEEN_M, sightings
 from app.view.tree_layer import HEIGHT_M
 from ippon.geometry import Float64Array, make_transform, rotation_y
 from ippon.guidance.levels import Level
 from ippon.planning.plan import NodeKind, TreeView
 
-SEEN_M: Final = 5.0
 PICTURES: Final = 3
-_TRIED: Final = 12
-"""Pictures whose line of sight is checked at most, the closest first."""
 _MARK_PX: Final = 5
 KIND_WORDS: Final = {
     NodeKind.EXPLORING: "explores",
@@ -133,7 +132,7 @@ class Explainer:
     ) -> tuple[Explanation, Highlight, tuple[float, float, float]]:
         center = (np.array(voxel) + 0.5) * size
         point = (float(center[0]), float(center[1]), float(center[2]))
-        pictures = self._pictures(center, voxel, size, lookup)
+        pictures = self._pictures(voxel, size, lookup)
         explanation = Explanation(
             title="Surface",
             rows=[("Where", f"{point[0]:.2f}, {point[1]:.2f}, height {point[2]:.2f} m")],
@@ -143,23 +142,13 @@ class Explainer:
         return explanation, Highlight(seen=NOTHING.seen, at=point, voxel_size_m=size), point
 
     def _pictures(
-        self,
-        center: Float64Array,
-        voxel: tuple[int, int, int],
-        size: float,
-        lookup: SurfaceLookup,
+        self, voxel: tuple[int, int, int], size: float, lookup: SurfaceLookup
     ) -> list[ShownPicture]:
         shown: list[ShownPicture] = []
-        for picture, u, v, depth in self._model.album.showing(center, SEEN_M)[:_TRIED]:
-            eye = picture.T_world_camera[:3, 3]
-            hit = first_voxel(eye, center - eye, size, lookup)
-            if hit is None or max(abs(a - b) for a, b in zip(hit[0], voxel, strict=True)) > 1:
-                continue
-            name = f"{picture.number}-{u}-{v}"
-            self._show(name, marked(picture, u, v))
-            shown.append(ShownPicture(name=name, caption=f"from {depth:.1f} m"))
-            if len(shown) == PICTURES:
-                break
+        for seen in islice(sightings(self._model.album, voxel, size, lookup), PICTURES):
+            name = f"{seen.picture.number}-{seen.u}-{seen.v}"
+            self._show(name, marked(seen.picture, seen.u, seen.v))
+            shown.append(ShownPicture(name=name, caption=f"from {seen.depth_m:.1f} m"))
         return shown
 
 

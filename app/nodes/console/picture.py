@@ -7,8 +7,12 @@ from numpy.typing import NDArray
 from app.messages.cdr import MessageError
 from app.messages.images import decompress_color
 from app.view.colors import FOUND
+from app.view.sightings import Sighting
 
 _LINE_PX = 3
+_CROP_M = 0.7
+"""Half the width of what a crop shows, at the distance of its middle."""
+_LEAST_PX = 24
 
 
 def outlined(encoded: bytes, box_px: tuple[int, int, int, int] | None) -> bytes:
@@ -26,6 +30,21 @@ def outlined(encoded: bytes, box_px: tuple[int, int, int, int] | None) -> bytes:
         return encoded
     _frame(image, box_px)
     return simplejpeg.encode_jpeg(image, quality=88, colorspace="RGB")
+
+
+def crop(seen: Sighting) -> bytes | None:
+    """Return as JPEG what a picture shows round a voxel; None where it cannot be read."""
+    try:
+        image = decompress_color(seen.picture.encoded)
+    except MessageError:
+        return None
+    height, width = image.shape[:2]
+    half = max(int(seen.picture.camera.fx * _CROP_M / seen.depth_m), _LEAST_PX)
+    half_u, half_v = min(half, width // 2), min(int(0.75 * half), height // 2)
+    u = min(max(seen.u, half_u), width - half_u)
+    v = min(max(seen.v, half_v), height - half_v)
+    part = image[v - half_v : v + half_v, u - half_u : u + half_u]
+    return simplejpeg.encode_jpeg(np.ascontiguousarray(part), quality=80, colorspace="RGB")
 
 
 def _frame(image: NDArray[np.uint8], box_px: tuple[int, int, int, int]) -> None:

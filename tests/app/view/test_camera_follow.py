@@ -116,3 +116,21 @@ def test_a_camera_that_lags_behind_is_not_taken_for_a_hand(client):
         client.camera.report()
     follow.step(SMALL)
     assert client.camera.position[2] < framing(*LARGE, 1.25).position[2]
+
+
+def test_a_browser_that_dropped_what_it_was_told_is_told_again(client):
+    follow = CameraFollow()
+    follow.add(client)
+    follow.step(SMALL)
+    wanted = client.camera.position
+    client.camera.position = (3.0, 3.0, 3.0)
+    client.camera.report()
+    for _ in range(60):
+        follow.step(None)
+    assert client.camera.position == wanted
+    client.camera.report()
+    client.camera.position = (4.0, 4.0, 4.0)
+    client.camera.report()
+    for _ in range(60):
+        follow.step(None)
+    assert client.camera.position == (4.0, 4.0, 4.0), "once it has arrived, the hand has it"

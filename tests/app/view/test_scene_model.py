@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from app.messages.control import Event, GoalStatus
 from app.messages.images import StampedCamera
 from app.messages.motion import StampedTransform
 from app.view.scene_model import SceneModel
@@ -133,3 +134,30 @@ def test_the_history_keeps_its_size(model, make):
     assert 300 < columns.shape[1] < 1300
     assert (np.diff(columns[0]) > 0).all()
     assert columns[1, -1] > 0.99
+
+
+def test_what_was_rejected_stays_rejected_until_another_goal(model, make):
+    find = make.find()
+    model.on_status(make.status(state="found", find=find))
+    model.on_status(make.status())
+    assert model.rejected == ()
+    model.on_event(Event(stamp_ns=1, kind="rejected", text="not the hat: searching on"))
+    assert "detections" in model.take_changes()
+    model.on_status(make.status())
+    assert model.rejected == (find,)
+    model.on_event(Event(stamp_ns=2, kind="rejected", text="nothing to point at"))
+    assert model.rejected == (find,), "the same find is not rejected twice"
+    model.on_status(make.status(goal=GoalStatus(goal_id=2, object="plant")))
+    assert model.rejected == ()
+
+
+def test_places_are_worked_out_once_for_a_state(model, make):
+    model.on_keyframe(make.cloud([(0, 0, 0)], ooi=100))
+    model.on_status(make.status(state="exhausted"))
+    first = model.candidates()
+    assert [place.probability for place in first] == [pytest.approx(100 / 254)]
+    model.on_voxels(make.cloud([(0, 0, 0)], 2, ooi=200))
+    model.on_status(make.status(state="exhausted"))
+    assert model.candidates() is first
+    model.on_status(make.status(state="searching"))
+    assert model.candidates()[0].probability == pytest.approx(200 / 254)

@@ -176,6 +176,27 @@ def test_likely_places_are_amber_and_the_find_is_green(make):
     assert [mark.found for mark in marks_of(None, places)] == [False, False]
 
 
+def test_a_rejected_find_leaves_no_box(make):
+    rejected = make.find(position_world=(2.0, 2.0, 0.3), size_m=(1.0, 2.0, 0.6))
+    places = tuple(
+        Detection(label="bed", probability=1.0, center_world=(x, 2.0, 0.3), size_m=(1, 1, 1))
+        for x in (2.0, 2.9, 4.0)
+    )
+    marks = marks_of(None, places, (rejected,))
+    assert [mark.center_world[0] for mark in marks] == [4.0]
+
+
+def test_a_search_without_a_find_numbers_its_places(server, model, make):
+    scene = _draw_everything(server, model, make)
+    model.on_voxels(make.cloud([(30, 30, 2)], 9, ooi=254))
+    model.on_status(make.status(state="exhausted"))
+    scene.draw(model, model.take_changes(), ViewOptions())
+    assert _node(server, "/finds/0/label").text == "1: 100%"
+    np.testing.assert_allclose(
+        _node(server, "/finds/0/label").position[:2], (3.05, 3.05), atol=1e-5
+    )
+
+
 def test_names_of_likely_places_leave_the_find_and_each_other_readable(make):
     report = make.find(position_world=(2.0, 2.0, 0.3), size_m=(2.0, 1.0, 0.5))
     places = tuple(

@@ -59,10 +59,12 @@ def test_holds_what_a_dictionary_would(batches):
 def test_only_touched_columns_are_dirty():
     store = VoxelStore()
     store.apply(_update([((0, 0, 0), 1, True), ((9, 0, 30), 1, True), ((-1, -9, 0), 1, True)]))
-    assert set(store.take_dirty()) == {(0, 0), (1, 0), (-1, -2)}
-    assert store.take_dirty() == ()
+    columns, revision = store.changed_since(0)
+    assert set(columns) == {(0, 0), (1, 0), (-1, -2)}
+    assert store.changed_since(revision) == ((), revision)
     store.apply(_update([((9, 3, 2), 1, True)]))
-    assert store.take_dirty() == ((1, 0),)
+    assert store.changed_since(revision) == (((1, 0),), revision + 1)
+    assert len(store.changed_since(0)[0]) == 3, "another picture has its own revision"
 
 
 def test_a_column_is_local_in_x_and_y_and_absolute_in_z():
@@ -103,10 +105,10 @@ def _openness(store, column):
 def test_clear_empties_and_marks_every_column():
     store = VoxelStore()
     store.apply(_box((0, 0, 0), (9, 1, 1)))
-    store.take_dirty()
+    _, revision = store.changed_since(0)
     store.clear()
     assert store.count == 0
-    assert set(store.take_dirty()) == {(0, 0), (1, 0)}
+    assert set(store.changed_since(revision)[0]) == {(0, 0), (1, 0)}
     assert len(store.column((0, 0)).local) == 0
 
 

@@ -3,6 +3,7 @@
 viser puts HTML into the page as it is, handlers and all, so nothing else may build HTML.
 """
 
+import base64
 from collections import defaultdict
 from collections.abc import Iterable
 from html import escape as _escape
@@ -15,6 +16,7 @@ from app.messages.control import (
     Status,
     StreamStatus,
 )
+from app.view.candidates import Candidate
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
 from ippon.guidance.levels import Level
 
@@ -98,6 +100,36 @@ def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus]) -> str:
         for goal in (*queue, *list(history)[::-1][:4])
     ]
     return f'<ul class="ip-goals">{"".join(rows)}</ul>' if rows else ""
+
+
+def not_found(count: int) -> str:
+    """Head the list of places that a search without a find ends with."""
+    text = (
+        "What looked most like it, the likeliest first:"
+        if count
+        else "Nothing in the map looks like it. Another name or more context may help."
+    )
+    return f'<p class="ip-not-found">{text}</p>'
+
+
+def candidate(
+    number: int, place: Candidate, picture: bytes | None, label: str, start_ns: int
+) -> str:
+    """Show one such place: how it looked, how likely it is, where, and when it was seen."""
+    x, y, z = place.point_world
+    image = '<span class="ip-no-picture">no picture kept</span>'
+    seen = "no picture of it is kept"
+    if picture is not None and place.sighting is not None:
+        data = base64.b64encode(picture).decode()
+        image = f'<img alt="" src="data:image/jpeg;base64,{data}">'
+        since_ns = place.sighting.picture.stamp_ns - start_ns
+        when = "before this search" if since_ns < 0 else f"at {_clock(since_ns)}"
+        seen = f"seen {when} from {place.sighting.depth_m:.1f} m"
+    taken_for = f"taken for: {words(label)}<br>" if label else ""
+    return (
+        f'<div class="ip-candidate">{image}<p><b>{number}</b> {place.probability:.0%} likely<br>'
+        f"{taken_for}<span>at ({x:.1f}, {y:.1f}) m, {z:.1f} m high<br>{seen}</span></p></div>"
+    )
 
 
 def levels(table: ProximityTable | None) -> str:

@@ -9,6 +9,7 @@ import viser
 from app.messages.control import FindReport, GoalStatus, Status
 from app.nodes.console.commands import Actions, CommandError
 from app.nodes.console.panels import markup
+from app.nodes.console.panels.candidates import CandidatesPanel
 from app.nodes.console.panels.common_sense import CommonSense
 from app.nodes.console.picture import outlined
 from app.view.scene_model import Part, SceneModel
@@ -37,6 +38,7 @@ class SearchPanel:
         self._steer = gui.add_button_group("This search", ("Pause", "Resume", "End"), visible=False)
         self._steer.on_click(lambda event: self._control(event.target.value))
         self._build_find(gui)
+        self._candidates = CandidatesPanel(gui, actions, self._try)
         self._camera = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
         self._build_queue(gui)
         self._goals = gui.add_html("")
@@ -142,23 +144,25 @@ class SearchPanel:
         self._now.content = markup.now(status)
         self._show_queue(status.queue)
         self._goals.content = markup.goals(status.queue, status.history)
-        self._steer.visible = status.goal is not None
+        self._steer.visible = status.goal is not None and status.state != "exhausted"
         if status.state != self._state and status.state in _ENDS and self._fades:
             self._answer.content = ""
         self._state = status.state
+        self._candidates.show(model, status)
         find = status.find
+        self._camera.visible = (
+            find is None and not self._candidates.is_shown and model.image is not None
+        )
         if find == self._find:
             return
         self._find = find
         if find is not None and model.image is not None:
             show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
         self._find_box.visible = find is not None
-        self._camera.visible = find is None and model.image is not None
 
     def _show_camera(self, jpeg: bytes) -> None:
         if jpeg.startswith(b"\xff\xd8"):
             show_jpeg_in_panel(self._camera, jpeg)
-            self._camera.visible = True
 
 
 def _problem(wanted: str, context: str) -> str | None:

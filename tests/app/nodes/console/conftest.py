@@ -223,7 +223,7 @@ def proximity_of():
     )
 
 
-def camera_image(tick=0, size=(400, 250)):
+def camera_image(tick=0, size=(400, 250), stamp_ns=0):
     """A drawn camera picture: a sofa with a hat, encoded as JPEG in a CompressedImage."""
     width, height = size
     image = np.zeros((height, width, 3), np.uint8)
@@ -232,7 +232,7 @@ def camera_image(tick=0, size=(400, 250)):
     image[100:190, 90:330] = (74, 104, 150)
     image[95:150, 160:230] = (120, 30, 40)
     image[:, (tick * 7) % width] = 255
-    return encode_color(image, time.time_ns(), "camera_color_optical_frame")
+    return encode_color(image, stamp_ns, "camera_color_optical_frame")
 
 
 def robot_pose(tick):
@@ -290,6 +290,8 @@ class PublishedHome:
             keys.FEEDBACK: self._feedback,
             keys.SENTENCE: self._sentence,
             keys.VOCABULARY: self._accept,
+            keys.GOTO: self._accept,
+            keys.PAINT: self._accept,
             keys.MAP_KEYFRAME: lambda _: encode_voxels(self.keyframe()),
             keys.STATUS: lambda _: encode(self.status()),
             keys.PROXIMITY: lambda _: encode(proximity_of()),
@@ -353,7 +355,7 @@ class PublishedHome:
         )
         camera = PinholeCamera.from_horizontal_fov(400, 250, 1.29)
         self.put(keys.CAMERA_INFO, encode_camera(camera, self.stamp_ns, frame))
-        self.put(keys.COLOR, camera_image(self.ticks))
+        self.put(keys.COLOR, camera_image(self.ticks, stamp_ns=self.stamp_ns))
         tree = tree_of(np.random.default_rng(3), 20 + min(self.ticks, 40))
         self.put(keys.PLAN_TREE, encode_tree(tree, self.stamp_ns))
         path = np.stack([T_world_base[:3, 3], [2.3, 4.4, 0.0]])

@@ -1,12 +1,18 @@
 import re
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from app.messages.control import Event, GoalStatus, ProximityRow, ProximityTable, StreamStatus
 from app.nodes.console.panels import markup
+from app.view.candidates import Candidate
 from app.view.colors import COLOR_MODES, TREE_LEGEND, legend
+from app.view.pictures import KeptPicture
+from app.view.sightings import Sighting
+from ippon.camera import PinholeCamera
 
 ATTACKS = [
     "<img src=x onerror=alert(1)>",
@@ -20,8 +26,11 @@ ATTACKS = [
 # What our own code writes; everything else in the output must be text.
 OWN_TAGS = {
     "div", "p", "b", "span", "table", "tr", "td", "th", "thead", "tbody", "i", "ul", "ol", "li",
-    "dl", "dt", "dd", "time",
+    "dl", "dt", "dd", "time", "br",
 }  # fmt: skip
+
+
+PLACE = Candidate(point_world=(2.4, 5.2, 0.6), probability=0.41, label=2, sighting=None)
 
 
 def _assert_harmless(html):
@@ -58,6 +67,8 @@ def test_no_text_from_outside_becomes_markup(text, stage):
         markup.conversation(table),
         markup.figures(status, 3),
         markup.streams([StreamStatus(name=text, age_s=None, rate_hz=0.0)]),
+        markup.not_found(3),
+        markup.candidate(1, PLACE, None, text, 0),
         markup.event_log([Event(stamp_ns=1, kind="error", text=text)], 0),
     ):
         _assert_harmless(html)
@@ -104,3 +115,21 @@ def test_nothing_yet_is_said_in_words():
     assert "Ask for an object" in markup.levels(None)
     assert markup.answer("", ok=True) == ""
     assert markup.goals([], []) == ""
+
+
+def test_a_place_says_how_likely_where_when_and_what_else_it_may_be():
+    picture = KeptPicture(
+        number=1,
+        stamp_ns=52_000_000_000,
+        encoded=b"",
+        camera=PinholeCamera.from_horizontal_fov(400, 250, 1.29),
+        T_world_camera=np.eye(4),
+    )
+    seen = replace(PLACE, sighting=Sighting(picture=picture, u=5, v=5, depth_m=1.84))
+    html = markup.candidate(2, seen, b"jpeg", "coffee_table", 10_000_000_000)
+    for said in ("41% likely", "taken for: coffee table", "at (2.4, 5.2) m, 0.6 m high"):
+        assert said in html
+    assert "seen at 0:42 from 1.8 m" in html
+    assert "data:image/jpeg;base64,anBlZw==" in html
+    assert "before this search" in markup.candidate(2, seen, b"jpeg", "", 60_000_000_000)
+    assert "no picture of it is kept" in markup.candidate(1, PLACE, None, "", 0)

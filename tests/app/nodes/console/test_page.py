@@ -233,6 +233,26 @@ def test_a_find_is_shown_and_can_be_rejected(home, stage, page):
     _state(page, "Searching")
     expect(reject).to_be_hidden()
     assert home.requests[-1] == (keys.FEEDBACK, b'{"verdict":"reject"}')
+    _a_search_that_ends_without_a_find_lists_places(home, page)
+
+
+def _a_search_that_ends_without_a_find_lists_places(home, page):
+    view = _view(page)
+    while home.ticks < 40:
+        page.wait_for_timeout(200)
+    home.state = "exhausted"
+    _state(page, "Not found")
+    expect(page.locator("#notice")).to_contain_text("Everything that the robot can reach was seen")
+    expect(view.get_by_text("What looked most like it")).to_be_visible()
+    expect(view.get_by_text("taken for: sofa").first).to_be_visible()
+    view.get_by_role("button", name="Look again").first.click()
+    _state(page, "Searching")
+    expect(view.get_by_role("button", name="Look again").first).to_be_hidden()
+    search, goto = home.requests[-2:]
+    assert search[0] == keys.SEARCH
+    assert b'"object":"hat"' in search[1]
+    assert goto[0] == keys.GOTO
+    assert b'"x_m":2.' in goto[1]
 
 
 def test_the_search_can_be_paused_resumed_and_ended(home, page):

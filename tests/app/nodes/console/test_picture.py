@@ -2,8 +2,11 @@ import numpy as np
 import simplejpeg
 
 from app.messages.images import decompress_color
-from app.nodes.console.picture import outlined
+from app.nodes.console.picture import crop, outlined
 from app.view.colors import FOUND
+from app.view.pictures import KeptPicture
+from app.view.sightings import Sighting
+from ippon.camera import PinholeCamera
 
 
 def _jpeg():
@@ -28,3 +31,22 @@ def test_without_a_box_or_a_readable_picture_nothing_is_changed():
     jpeg = _jpeg()
     assert outlined(jpeg, None) is jpeg
     assert outlined(b"broken", (1, 1, 5, 5)) == b"broken"
+
+
+def _seen(encoded, u, v, depth_m):
+    picture = KeptPicture(
+        number=1,
+        stamp_ns=1,
+        encoded=encoded,
+        camera=PinholeCamera(width=160, height=100, fx=80.0, fy=80.0, cx=80.0, cy=50.0),
+        T_world_camera=np.eye(4),
+    )
+    return Sighting(picture=picture, u=u, v=v, depth_m=depth_m)
+
+
+def test_a_crop_shows_as_much_of_the_place_from_near_and_far():
+    assert decompress_color(crop(_seen(_jpeg(), 80, 50, 1.4))).shape == (60, 80, 3)
+    assert decompress_color(crop(_seen(_jpeg(), 80, 50, 4.0))).shape == (36, 48, 3)
+    assert decompress_color(crop(_seen(_jpeg(), 2, 99, 2.0))).shape == (42, 56, 3)
+    assert decompress_color(crop(_seen(_jpeg(), 80, 50, 0.1))).shape == (100, 160, 3)
+    assert crop(_seen(b"broken", 80, 50, 1.0)) is None

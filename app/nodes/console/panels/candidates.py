@@ -1,0 +1,70 @@
+"""Not found: the places that looked most like the object, and what to do about each."""
+
+from collections.abc import Callable
+from typing import Any
+
+from app.messages.control import Status
+from app.nodes.console.commands import Actions, CommandError
+from app.nodes.console.panels import markup
+from app.nodes.console.picture import crop
+from app.view.candidates import LISTED, Candidate
+from app.view.scene_model import SceneModel
+
+Try = Callable[[Callable[[], str]], None]
+
+
+class CandidatesPanel:
+    """Builds its part of the Search tab where nothing was found."""
+
+    def __init__(self, gui: Any, actions: Actions, attempt: Try) -> None:
+        self._actions = actions
+        self._shown: tuple[Candidate, ...] | None = None
+        self._goal = ("", "")
+        """Object and context of the search that is over."""
+        self._head = gui.add_html("", visible=False)
+        self._rows: list[tuple[Any, Any]] = []
+        for n in range(LISTED):
+            text = gui.add_html("", visible=False)
+            buttons = gui.add_button_group(
+                f"Place {n + 1}", ("Look again", "Go there"), visible=False
+            )
+            buttons.on_click(lambda event, n=n: attempt(lambda: self._act(n, event.target.value)))
+            self._rows.append((text, buttons))
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether places are listed now."""
+        return bool(self._shown)
+
+    def show(self, model: SceneModel, status: Status) -> None:
+        """List the places while the search is over without a find."""
+        goal = status.goal
+        is_over = status.state == "exhausted" and goal is not None
+        shown = model.candidates() if is_over else None
+        if goal is not None:
+            self._goal = (goal.object, goal.context)
+        if shown is self._shown:
+            return
+        self._shown = shown
+        self._head.visible = is_over
+        self._head.content = markup.not_found(len(shown or ()))
+        start_ns = status.stamp_ns - int(status.elapsed_s * 1e9)
+        labels = [row.label for row in model.proximity.rows] if model.proximity is not None else []
+        for n, (text, buttons) in enumerate(self._rows):
+            is_listed = shown is not None and n < len(shown)
+            text.visible = buttons.visible = is_listed
+            if shown is not None and is_listed:
+                place = shown[n]
+                picture = None if place.sighting is None else crop(place.sighting)
+                label = labels[place.label] if place.label < len(labels) else ""
+                text.content = markup.candidate(n + 1, place, picture, label, start_ns)
+
+    def _act(self, n: int, word: str) -> str:
+        if self._shown is None or n >= len(self._shown):
+            raise CommandError("That place is listed no longer; ask for the object again.")
+        x, y, _ = self._shown[n].point_world
+        if word == "Go there":
+            return self._actions.go_to(x, y)
+        wanted, context = self._goal
+        asked = self._actions.search(wanted, context)
+        return f"{asked} Place {n + 1} comes first. {self._actions.go_to(x, y)}"
