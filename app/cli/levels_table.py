@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ippon.guidance.levels import Level
+from ippon.guidance.words import is_many
 
 COLORS = {
     Level.CERTAIN: "#D55E00",
@@ -37,7 +38,8 @@ def print_levels(
 ) -> None:
     """Print every common object with its level and the reason, the nearest first."""
     console = Console()
-    title = f"Where is the {printable(name.replace('_', ' '))}?"
+    words = printable(name.replace("_", " "))
+    title = f"Where {'are' if is_many(words) else 'is'} the {words}?"
     table = Table(title=title, title_justify="left", title_style="bold")
     for heading in ("level", "near this object", "because"):
         table.add_column(heading)

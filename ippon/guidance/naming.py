@@ -178,6 +178,7 @@ def _spelling(words: list[str], knowledge: Knowledge) -> tuple[Entry | None, str
     for start in range(len(words)):
         phrase = " ".join(words[start:])
         if len(phrase) < 4:
+            suggestion = suggestion or _swapped(phrase, knowledge)
             continue
         near = process.extract(phrase, knowledge.phrases.keys(), scorer=fuzz.ratio, limit=5)
         for candidate, _, _ in near:
@@ -186,6 +187,14 @@ def _spelling(words: list[str], knowledge: Knowledge) -> tuple[Entry | None, str
         if near and near[0][1] >= 75.0 and suggestion is None:
             suggestion = near[0][0]
     return None, suggestion
+
+
+def _swapped(phrase: str, knowledge: Knowledge) -> str | None:
+    """Return a word of three letters that two letters make when they change places."""
+    if len(phrase) != 3:
+        return None
+    swapped = (phrase[1] + phrase[0] + phrase[2], phrase[0] + phrase[2] + phrase[1])
+    return next((word for word in swapped if word in knowledge.phrases), None)
 
 
 def _is_misspelling(phrase: str, candidate: str) -> bool:

@@ -12,8 +12,8 @@ def word_set(text: str) -> frozenset[str]:
 
 
 DETERMINERS = word_set(
-    "a an the my your our his her their its this that these those some any one another other each "
-    "every both all whose own said please"
+    "a an the teh hte my your our his her their its this that these those some any one another "
+    "other each every both all whose own said please"
 )
 """Words before a noun that say which one, not what it is."""
 
@@ -136,6 +136,11 @@ def generic(phrase: str) -> str:
     if last in _PLURALS:
         return f"{phrase} are"
     return f"{head} {plural(last)} are".strip()
+
+
+def is_many(phrase: str) -> bool:
+    """Tell whether a phrase is a plural: "keys", "scissors"."""
+    return generic(phrase) == f"{phrase} are"
 
 
 def with_article(phrase: str) -> str:

@@ -31,6 +31,8 @@ def claims_of(context: str, ooi: str = "hat") -> list[str]:
         ("it's in the kitchen", ["in kitchen"]),
         ("it is in the livingroom", ["in living_room"]),
         ("next to my laptop", ["next to laptop"]),
+        ("next too teh bed", ["next to bed"]),
+        ("on teh soffa", ["on sofa"]),
         ("under the big comfy bed", ["under bed"]),
         ("behind the couch, I guess", ["behind sofa"]),
         ("in front of the telly", ["in front of tv"]),

@@ -87,7 +87,9 @@ def test_misspellings_are_corrected_and_told(text: str, canonical: str) -> None:
     assert found.suggestion is not None
 
 
-@pytest.mark.parametrize(("text", "suggestion"), [("coach", "couch"), ("pearls", "pear")])
+@pytest.mark.parametrize(
+    ("text", "suggestion"), [("coach", "couch"), ("pearls", "pear"), ("hta", "hat")]
+)
 def test_what_may_be_right_is_not_corrected(text: str, suggestion: str) -> None:
     found = resolve_object(text, MATTERPORT_40)
     assert not found.known

@@ -1,6 +1,6 @@
 import pytest
 
-from ippon.guidance.words import generic, plain, singular, tokenize, with_article
+from ippon.guidance.words import generic, is_many, plain, singular, tokenize, with_article
 
 
 @pytest.mark.parametrize(
@@ -39,6 +39,11 @@ def test_articles() -> None:
     assert with_article("shoes") == "shoes"
     assert with_article("umbrella") == "an umbrella"
     assert with_article("utensil") == "a utensil"
+    assert [is_many(phrase) for phrase in ("reading glasses", "hat", "soap")] == [
+        True,
+        False,
+        False,
+    ]
 
 
 def test_tokens_know_where_they_stand() -> None:

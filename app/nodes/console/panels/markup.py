@@ -19,6 +19,7 @@ from app.messages.control import (
 from app.view.candidates import Candidate
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
 from ippon.guidance.levels import Level
+from ippon.guidance.words import with_article
 
 LEVEL_ORDER: tuple[Level, ...] = (Level.CERTAIN, Level.NEAR, Level.AVERAGE, Level.FAR)
 
@@ -147,12 +148,13 @@ def levels(table: ProximityTable | None) -> str:
         for level in LEVEL_ORDER
         for name in (level.name.lower(),)
     )
+    sought = escape(with_article(table.object.replace("_", " ")))
     asking = f"asking {table.asking}, until then: " if table.asking else ""
     lines = [asking + table.provider, *table.notes[:3]] if asking else table.notes[:3]
     notes = "".join(f'<p class="ip-muted">{escape(note)}</p>' for note in lines)
     cached = ", kept" if table.from_cache else ""
     return (
-        f'<div class="ip-levels"><p class="ip-title">Where a {words(table.object)} may be near'
+        f'<div class="ip-levels"><p class="ip-title">Where {sought} may be near'
         f"<span>{escape(table.provider, 40)}, {_milliseconds(table.elapsed_ms)}{cached}</span></p>"
         f"<table>{rows}</table>{notes}</div>"
     )
