@@ -16,8 +16,8 @@ const clock = (s) => `${Math.floor(s / 60)}:${String(Math.floor(s % 60)).padStar
 function card(s) {
   const link = make("a", "card-of-session");
   link.href = `/session/${encodeURIComponent(s.id)}`;
-  const picture = s.has_picture ? make("img") : make("div", "none", s.problem ? "cannot be read" : "no picture");
-  if (s.has_picture) {
+  const picture = s.picture_bytes > 0 ? make("img") : make("div", "none", s.problem ? "cannot be read" : "no picture");
+  if (s.picture_bytes > 0) {
     picture.src = `/review/picture/${encodeURIComponent(s.id)}`;
     picture.alt = "";
     picture.loading = "lazy";
@@ -25,8 +25,15 @@ function card(s) {
   const body = make("div", "body");
   const top = make("div", "top");
   top.append(make("span", "", s.object.replaceAll("_", " ") || s.id), make("span", `outcome ${s.outcome}`, s.outcome));
-  const figures = s.problem || `${s.when}  ·  ${clock(s.duration_s)}  ·  ${s.path_length_m.toFixed(1)} m  ·  ${s.robot}`;
-  body.append(top, make("div", "context", s.context || "no context"), make("div", "figures", figures));
+  if (s.problem) {
+    body.append(top, make("div", "problem", s.problem));
+  } else {
+    const figures = `${s.when}  ·  ${clock(s.duration_s)}  ·  ${s.path_length_m.toFixed(1)} m`;
+    body.append(
+      top, make("div", "context", s.context || "no context"), make("div", "figures", figures),
+      make("div", "figures", s.robot),
+    );
+  }
   const label = make("label", "", "");
   const box = make("input");
   box.type = "checkbox";

@@ -206,5 +206,5 @@ def _png(image: NDArray[np.uint8]) -> str:
 
 
 def _clock(nanoseconds: int) -> str:
-    seconds = max(0.0, nanoseconds * 1e-9)
-    return f"{int(seconds // 60)}:{seconds % 60:04.1f}"
+    minutes, tenths = divmod(max(0, round(nanoseconds * 1e-8)), 600)
+    return f"{minutes}:{tenths / 10:04.1f}"

@@ -10,6 +10,7 @@ import msgspec
 
 from app.recording.digest import digest_of
 from app.recording.errors import RecordingError
+from app.recording.index import Span
 from app.recording.recording import Recording
 from app.recording.session import SUMMARY, THUMBNAIL, summary_of
 
@@ -17,6 +18,7 @@ logger = logging.getLogger(__name__)
 
 CACHE_NAME: Final = ".ippon-sessions.json"
 MAX_DEPTH: Final = 3
+JPEG: Final = b"\xff\xd8"
 
 
 class SessionEntry(msgspec.Struct, frozen=True, kw_only=True):
@@ -26,6 +28,10 @@ class SessionEntry(msgspec.Struct, frozen=True, kw_only=True):
     """Path below the folder."""
     size: int
     changed_ns: int
+    picture_offset: int
+    """Where in the file its picture is, so that it is shown without the file being searched."""
+    picture_bytes: int
+    """0 without a picture."""
     when: str = ""
     object: str = ""
     context: str = ""
@@ -33,7 +39,6 @@ class SessionEntry(msgspec.Struct, frozen=True, kw_only=True):
     robot: str = ""
     duration_s: float = 0.0
     path_length_m: float = 0.0
-    has_picture: bool = False
     problem: str = ""
 
 
@@ -73,16 +78,18 @@ def path_of(folder: Path, name: str, entries: list[SessionEntry]) -> Path | None
     return folder / name
 
 
-def picture_of(path: Path) -> bytes | None:
-    """Return the small picture of a recording, None where there is none."""
-    try:
-        recording = Recording(path)
-    except RecordingError:
+def picture_of(folder: Path, name: str, entries: list[SessionEntry]) -> bytes | None:
+    """Return the small picture of a listed session, None where there is none, or no longer."""
+    entry = next((entry for entry in entries if entry.id == name), None)
+    if entry is None:
         return None
     try:
-        return recording.attachment(THUMBNAIL)
-    finally:
-        recording.close()
+        with (folder / name).open("rb") as file:
+            file.seek(entry.picture_offset)
+            picture = file.read(entry.picture_bytes)
+    except OSError:
+        return None
+    return picture if picture.startswith(JPEG) else None
 
 
 def _recordings(folder: Path) -> list[Path]:
@@ -102,16 +109,26 @@ def _read(path: Path, name: str, size: int, changed_ns: int) -> SessionEntry:
     try:
         recording = Recording(path)
     except RecordingError as error:
-        return SessionEntry(id=name, size=size, changed_ns=changed_ns, problem=str(error))
+        return SessionEntry(
+            id=name,
+            size=size,
+            changed_ns=changed_ns,
+            picture_offset=0,
+            picture_bytes=0,
+            problem=str(error),
+        )
     try:
         summary = recording.index.metadata.get(SUMMARY)
         if summary is None:
             summary = summary_of(digest_of(recording), recording.duration_s)
+        picture = recording.index.attachments.get(THUMBNAIL, Span(offset=0, length=0))
         start = time.localtime(recording.start_ns * 1e-9)
         return SessionEntry(
             id=name,
             size=size,
             changed_ns=changed_ns,
+            picture_offset=picture.offset,
+            picture_bytes=picture.length,
             when=time.strftime("%Y-%m-%d %H:%M:%S", start),
             object=summary.get("object", ""),
             context=summary.get("context", ""),
@@ -119,7 +136,6 @@ def _read(path: Path, name: str, size: int, changed_ns: int) -> SessionEntry:
             robot=summary.get("robot", ""),
             duration_s=_number(summary, "duration_s"),
             path_length_m=_number(summary, "path_length_m"),
-            has_picture=THUMBNAIL in recording.index.attachments,
         )
     finally:
         recording.close()

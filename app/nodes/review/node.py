@@ -150,8 +150,11 @@ class ReviewPages:
 
     async def _picture(self, request: Request) -> Response:
         folder = self._config.folder
-        path = path_of(folder, request.path_params["name"], self._entries) if folder else None
-        picture = await run_in_threadpool(picture_of, path) if path is not None else None
+        name = request.path_params["name"]
+        found = folder is not None and await run_in_threadpool(
+            picture_of, folder, name, self._entries
+        )
+        picture = found or None
         if picture is None:
             return PlainTextResponse("no picture\n", status_code=404)
         return Response(picture, media_type="image/jpeg", headers={"Cache-Control": "max-age=60"})

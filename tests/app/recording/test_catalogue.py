@@ -1,9 +1,10 @@
 """Lists of sessions."""
 
+import io
 import shutil
-import time
 
 import pytest
+from PIL import Image
 
 from app.recording import catalogue
 from app.recording.catalogue import list_sessions, path_of, picture_of
@@ -16,8 +17,11 @@ def test_a_session_in_a_list(session_folder):
     assert entry.id == f"{session_folder.name}/session_0.mcap"
     assert (entry.object, entry.context, entry.outcome) == ("hat", "on the sofa", "found")
     assert entry.robot == "home/3"
-    assert entry.has_picture
-    assert picture_of(root / entry.id).startswith(b"\xff\xd8")
+    picture = picture_of(root, entry.id, [entry])
+    assert Image.open(io.BytesIO(picture)).size == (64, 40)
+    assert picture_of(root, "../secret.mcap", [entry]) is None
+    (root / entry.id).write_bytes(b"changed since")
+    assert picture_of(root, entry.id, [entry]) is None
     assert path_of(root, entry.id, [entry]) == root / entry.id
     assert path_of(root, "../secret.mcap", [entry]) is None
 
@@ -43,10 +47,8 @@ def test_a_thousand_sessions_are_read_once(session_folder, monkeypatch):
     reads = []
     read = catalogue._read
     monkeypatch.setattr(catalogue, "_read", lambda *a: reads.append(a) or read(*a))
-    started = time.perf_counter()
     assert len(list_sessions(root)) == 1000
     assert reads == []
-    assert time.perf_counter() - started < 10.0
     shutil.rmtree(root / "copy-7")
     assert len(list_sessions(root)) == 999
 
