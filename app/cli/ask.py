@@ -10,7 +10,7 @@ import zenoh
 
 from app.cli.errors import UsageError
 from app.cli.levels import check_query
-from app.cli.levels_table import as_json, print_levels, print_question, printable
+from app.cli.levels_table import as_json, print_levels, print_question, printable, said_by
 from app.cli.options import Ask
 from app.links.holding import in_name_of
 from app.links.registry import running_navigators
@@ -166,8 +166,7 @@ def _explain(tables: "queue.SimpleQueue[bytes]", accepted: SearchAccepted, comma
             told |= {"prompt": table.prompt, "reply": table.reply}
         print(as_json(told, rated), flush=True)
         return
-    cached = ", from the cache" if table.from_cache else ""
-    source = f"{table.provider}, {table.elapsed_ms:.1f} ms{cached}"
+    source = said_by(table.provider, table.elapsed_ms, from_cache=table.from_cache)
     print_levels(table.object, rated, table.notes, source)
     if command.show_prompt:
         print_question(table.prompt, table.reply)

@@ -7,7 +7,7 @@ import msgspec
 
 from app.cli.errors import UsageError
 from app.cli.language_model import make_model
-from app.cli.levels_table import as_json, print_levels, print_question
+from app.cli.levels_table import as_json, print_levels, print_question, said_by
 from app.cli.options import Levels
 from app.links.answers import Answer
 from app.messages.control import SearchRequest
@@ -35,8 +35,7 @@ def run_levels(command: Levels) -> int:
             told |= {"prompt": answer.prompt, "reply": answer.reply}
         print(as_json(told, rated))
         return 0
-    cached = ", from the cache" if answer.from_cache else ""
-    source = f"{guidance.provider}, {answer.elapsed_ms:.1f} ms{cached}"
+    source = said_by(guidance.provider, answer.elapsed_ms, from_cache=answer.from_cache)
     print_levels(guidance.ooi, rated, guidance.notes, source)
     if command.show_prompt:
         print_question(answer.prompt, answer.reply)

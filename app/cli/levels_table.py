@@ -33,6 +33,12 @@ class Row(Protocol):
         ...
 
 
+def said_by(provider: str, elapsed_ms: float, *, from_cache: bool) -> str:
+    """Say whose levels they are, and after what time they were there."""
+    took = f"{elapsed_ms:.1f} ms" if elapsed_ms < 1000.0 else f"{1e-3 * elapsed_ms:.1f} s"
+    return f"{provider}, after {took}{', from the cache' if from_cache else ''}"
+
+
 def print_levels(
     name: str, rated: Sequence[tuple[Level, Row]], notes: Sequence[str], source: str
 ) -> None:

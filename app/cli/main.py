@@ -56,7 +56,7 @@ def prepare_process() -> None:
         datefmt="%H:%M:%S",
         stream=sys.stderr,
     )
-    for chatty in ("httpx", "websockets"):
+    for chatty in ("httpx", "httpx2", "websockets"):
         # They tell of every request and connection, which is for whoever debugs them.
         logging.getLogger(chatty).setLevel(logging.WARNING)
 
