@@ -89,9 +89,17 @@ class Recomputation:
             except (MessageError, FrameRejectedError, msgspec.DecodeError, ValueError):
                 self.refused += 1
                 continue
-            if frame is not None and (not self._answered or frame.stamp_ns in self._answered):
-                for key, payload in self._step(frame, message.time_ns):
-                    yield RecordedMessage(time_ns=message.time_ns, key=key, payload=payload)
+            if frame is not None:
+                before = self.frames
+                if not self._answered or frame.stamp_ns in self._answered:
+                    for key, payload in self._step(frame, message.time_ns):
+                        yield RecordedMessage(time_ns=message.time_ns, key=key, payload=payload)
+                if self.frames == before:
+                    # A late heatmap belongs to a frame that is in the map, or to none.
+                    assembler.forget(frame.stamp_ns)
+            late = assembler.take_late()
+            if late is not None:
+                self.mission.voxel_map.learn(late)
 
     def _take(self, assembler: FrameAssembler, message: RecordedMessage) -> None:
         payload = message.payload
