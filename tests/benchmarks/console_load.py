@@ -8,12 +8,8 @@ from typing import Any
 
 from websockets.exceptions import ConnectionClosed
 
-from tests.app.nodes.console.conftest import (
-    ConsoleProcess,
-    PublishedHome,
-    SceneWatcher,
-    free_port,
-)
+from tests.app.nodes.console.published_home import PublishedHome
+from tests.app.nodes.console.served import ConsoleProcess, SceneWatcher, free_port
 from tests.benchmarks.rows import Row
 
 _WAKE_S = 3.0

@@ -1,0 +1,207 @@
+"""A robot and a navigator as the network shows them, with a drawn home."""
+
+import threading
+import time
+
+import msgspec
+import numpy as np
+import zenoh
+
+from app.messages import keys
+from app.messages.control import (
+    Accepted,
+    ControlReply,
+    ControlRequest,
+    ErrorReply,
+    GoalStatus,
+    SearchAccepted,
+    SearchRequest,
+    SentenceReading,
+    SentenceRequest,
+    decode,
+    encode,
+)
+from app.messages.images import encode_camera
+from app.messages.motion import StampedPath, StampedTransform, encode_path, encode_transforms
+from app.messages.scene import encode_tree, encode_voxels
+from app.nodes.navigator.lease_desk import LeaseDesk
+from ippon.camera import PinholeCamera
+from ippon.guidance.sentence import read_query
+from tests.app.nodes.console.drawn_home import (
+    camera_image,
+    cloud_of,
+    cloud_rows,
+    home_voxels,
+    proximity_of,
+    robot_pose,
+    status_of,
+    tree_of,
+)
+
+
+class PublishedHome:
+    """A robot and a navigator as the network shows them: real zenoh, real bytes, a drawn home.
+
+    The map grows with every tick. Requests are answered, and change what the status says.
+    """
+
+    def __init__(self, port, lease_clock=time.monotonic, robot="ippon", hz=5.0):
+        self.robot, self.hz = robot, hz
+        self.requests = []
+        self.state = "searching"
+        self.goal = GoalStatus(
+            goal_id=1, object="hat", context="I left it on the sofa", outcome="active"
+        )
+        self.find = None
+        self.ticks = 0
+        self.status_changes = {}
+        self.frozen = False
+        """Nothing changes, and only the status is published."""
+        self.stamp_ns = 10_000_000_000
+        self._indices, self._labels = home_voxels()
+        self._order = np.argsort(np.linalg.norm(self._indices[:, :2] - [46, 26], axis=1))
+        self._shown = 0
+        self._lock = threading.RLock()
+        self._stop = threading.Event()
+        config = zenoh.Config()
+        config.insert_json5("mode", '"router"')
+        config.insert_json5("listen/endpoints", f'["tcp/127.0.0.1:{port}"]')
+        config.insert_json5("scouting/multicast/enabled", "false")
+        self._session = zenoh.open(config)
+        self.lease = LeaseDesk(self._session, robot, lease_clock)
+        for key, answer in {
+            keys.SEARCH: self._search,
+            keys.CONTROL: self._control,
+            keys.GUIDANCE: self._accept,
+            keys.FEEDBACK: self._feedback,
+            keys.SENTENCE: self._sentence,
+            keys.VOCABULARY: self._accept,
+            keys.GOTO: self._accept,
+            keys.PAINT: self._accept,
+            keys.MAP_KEYFRAME: lambda _: encode_voxels(self.keyframe()),
+            keys.STATUS: lambda _: encode(self.status()),
+            keys.PROXIMITY: lambda _: encode(proximity_of()),
+        }.items():
+            self._session.declare_queryable(f"{robot}/{key}", self._responder(key, answer))
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def close(self):
+        self._stop.set()
+        self._thread.join(5)
+        self._session.close()
+
+    def put(self, key, payload):
+        self._session.put(f"{self.robot}/{key}", payload)
+
+    def status(self):
+        return status_of(
+            self.state,
+            goal=self.goal,
+            find=self.find,
+            stamp_ns=self.stamp_ns,
+            frames=self.ticks,
+            elapsed_s=self.ticks / self.hz,
+            surface_voxels=self._shown,
+            explored_m2=self._shown * 0.004,
+            best_ooi=min(0.95, self.ticks / 100),
+            map_revision=self.ticks,
+            lease=self.lease.status(),
+            **self.status_changes,
+        )
+
+    def keyframe(self):
+        with self._lock:
+            rows = self._order[: self._shown]
+            cloud = cloud_of(self._indices, self._labels, self.stamp_ns, hat=self.ticks > 20)
+            return cloud_rows(cloud, rows)
+
+    def tick(self):
+        with self._lock:
+            self.ticks += 1
+            self.stamp_ns += int(1e9 / self.hz)
+            cloud = cloud_of(self._indices, self._labels, self.stamp_ns, hat=self.ticks > 20)
+            more = min(self._shown + 600, len(self._order))
+            rows = self._order[self._shown : more]
+            if self.ticks % 10 == 0:
+                rows = self._order[:more]
+            self._shown = more
+            self.put(keys.MAP_VOXELS, encode_voxels(cloud_rows(cloud, rows)))
+        T_world_base, T_base_camera = robot_pose(self.ticks)
+        frame = "camera_color_optical_frame"
+        self.put(
+            keys.TF,
+            encode_transforms(
+                StampedTransform(stamp_ns=self.stamp_ns, parent=a, child=b, T_parent_child=T)
+                for a, b, T in [
+                    ("map", "base_link", T_world_base),
+                    ("base_link", frame, T_base_camera),
+                ]
+            ),
+        )
+        camera = PinholeCamera.from_horizontal_fov(400, 250, 1.29)
+        self.put(keys.CAMERA_INFO, encode_camera(camera, self.stamp_ns, frame))
+        self.put(keys.COLOR, camera_image(self.ticks, stamp_ns=self.stamp_ns))
+        tree = tree_of(np.random.default_rng(3), 20 + min(self.ticks, 40))
+        self.put(keys.PLAN_TREE, encode_tree(tree, self.stamp_ns))
+        path = np.stack([T_world_base[:3, 3], [2.3, 4.4, 0.0]])
+        self.put(keys.PLAN_PATH, encode_path(StampedPath(stamp_ns=1, points_world=path)))
+        self.put(keys.STATUS, encode(self.status()))
+
+    def _run(self):
+        while not self._stop.wait(1.0 / self.hz):
+            if self.frozen:
+                self.put(keys.STATUS, encode(self.status()))
+            else:
+                self.tick()
+
+    def _responder(self, key, answer):
+        def respond(query):
+            payload = b"" if query.payload is None else query.payload.to_bytes()
+            if payload:
+                self.requests.append((key, payload))
+            query.reply(f"{self.robot}/{key}", answer(payload))
+
+        return respond
+
+    def _search(self, payload):
+        try:
+            request = decode(payload, SearchRequest)
+        except msgspec.DecodeError as error:
+            return encode(ErrorReply(error=str(error)))
+        if request.object == "unicorn":
+            return encode(ErrorReply(error="nobody has ever seen a unicorn"))
+        self.goal = GoalStatus(
+            goal_id=2, object=request.object, context=request.context, outcome="active"
+        )
+        self.find = None
+        self.state = "searching"
+        return encode(SearchAccepted(goal_id=2, object=request.object, position=0))
+
+    def _control(self, payload):
+        action = decode(payload, ControlRequest).action
+        self.state = {"stop": "stopped", "resume": "searching", "pause": "paused"}.get(
+            action, "searching"
+        )
+        self.put(keys.STATUS, encode(self.status()))
+        return encode(ControlReply(state=self.state))
+
+    def _accept(self, _):
+        return encode(Accepted())
+
+    def _sentence(self, payload):
+        query = read_query(decode(payload, SentenceRequest).sentence)
+        return encode(
+            SentenceReading(
+                object=query.object,
+                context=query.context,
+                doubtful=query.doubtful,
+                provider="rules",
+                elapsed_ms=1.0,
+            )
+        )
+
+    def _feedback(self, payload):
+        self.find = None
+        self.state = "searching"
+        return encode(Accepted())

@@ -1,0 +1,156 @@
+"""The console served: its gateway on a socket, its process, and a browser's scene without one."""
+
+import socket
+import struct
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import httpx
+import msgspec
+import uvicorn
+import viser
+import websockets.sync.client
+import zstandard
+
+from app.nodes.console.node import server_settings
+
+ROOT = Path(__file__).parents[4]
+
+
+class Served:
+    """The gateway on a real socket, and a browser's requests to it."""
+
+    def __init__(self, gateway):
+        self._server = uvicorn.Server(server_settings(gateway.app(), port=0))
+        self._thread = threading.Thread(target=self._server.run, daemon=True)
+        self._thread.start()
+        deadline = time.monotonic() + 20.0
+        while not self._server.started:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        self.port = self._server.servers[0].sockets[0].getsockname()[1]
+        self.host = f"127.0.0.1:{self.port}"
+        self.origin = f"http://{self.host}"
+        self.http = httpx.Client(base_url=self.origin, headers={"Origin": self.origin})
+        self.get, self.post = self.http.get, self.http.post
+
+    def socket(self, path, *, origin=None, subprotocols=None, cookie=None):
+        return websockets.sync.client.connect(
+            f"ws://{self.host}{path}",
+            origin=origin or self.origin,
+            subprotocols=subprotocols,
+            additional_headers={"Cookie": cookie} if cookie else None,
+            max_size=None,
+        )
+
+    def close(self):
+        self.http.close()
+        self._server.should_exit = True
+        self._thread.join(10)
+
+
+def free_port():
+    """Return a loopback port that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+START = """
+import logging, sys
+from pathlib import Path
+from app.nodes.console.node import ConsoleConfig, run_console
+logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s %(message)s")
+more = {"users": Path(sys.argv[3])} if len(sys.argv) > 3 else {}
+run_console(ConsoleConfig(connect=sys.argv[1], port=int(sys.argv[2]), **more))
+"""
+
+
+class ConsoleProcess:
+    """The console as its own process."""
+
+    def __init__(self, zenoh_port, port, users=None):
+        self.url = f"http://127.0.0.1:{port}"
+        self.started_at = time.monotonic()
+        self.process = subprocess.Popen(
+            [
+                sys.executable,
+                "-c",
+                START,
+                f"tcp/127.0.0.1:{zenoh_port}",
+                str(port),
+                *([] if users is None else [str(users)]),
+            ],
+            cwd=ROOT,
+        )
+
+    def wait_until_up(self, timeout_s=30.0):
+        deadline = time.monotonic() + timeout_s
+        while time.monotonic() < deadline:
+            assert self.process.poll() is None, "the console has ended"
+            try:
+                answer = httpx.get(f"{self.url}/health", timeout=1.0)
+                return answer.json() if answer.is_success else None
+            except httpx.TransportError:
+                time.sleep(0.05)
+        raise TimeoutError("the console does not answer")
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait(10)
+
+    def close(self):
+        self.process.terminate()
+        try:
+            self.process.wait(10)
+        except subprocess.TimeoutExpired:
+            self.kill()
+
+
+class SceneWatcher:
+    """A browser's scene without the browser: reads what viser sends, as viser's client does."""
+
+    def __init__(self, url):
+        self.points = {}
+        """Points of every cloud of the map, by name."""
+        self.bytes = 0
+        self._socket = websockets.sync.client.connect(
+            url.replace("http:", "ws:") + "/view",
+            origin=url,
+            subprotocols=[f"viser-v{viser.__version__}"],
+            max_size=None,
+            ping_interval=None,
+        )
+
+    def close(self):
+        self._socket.close()
+
+    def read(self, quiet_s=0.5, timeout_s=10.0):
+        """Read until nothing has come for a while."""
+        deadline = time.monotonic() + timeout_s
+        while time.monotonic() < deadline:
+            try:
+                self._take(self._socket.recv(timeout=quiet_s))
+            except TimeoutError:
+                return
+
+    def read_until(self, condition, timeout_s=20.0):
+        deadline = time.monotonic() + timeout_s
+        while not condition(self):
+            self._take(self._socket.recv(timeout=max(deadline - time.monotonic(), 0.01)))
+
+    def _take(self, data):
+        self.bytes += len(data)
+        size, packed = struct.unpack_from("<QQ", data)
+        text = zstandard.ZstdDecompressor().decompress(data[16 : 16 + packed], size)
+        content = msgspec.msgpack.decode(text)
+        lengths = content.get("binaryBufferLengths") or ()
+        for message in content["messages"]:
+            name = message.get("name", "")
+            if name.startswith("/map/"):
+                changed = message.get("props") or message.get("updates") or {}
+                if isinstance(changed.get("points"), dict):
+                    self.points[name] = lengths[changed["points"]["__binary_index"]] // 6
