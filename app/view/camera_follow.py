@@ -85,9 +85,10 @@ class CameraFollow:
         """Forget a browser that has left."""
         self._watchers.pop(client.client_id, None)
 
-    def recall(self) -> None:
-        """Frame the whole map again, in every browser."""
-        for watcher in tuple(self._watchers.values()):
+    def recall(self, client: Any) -> None:
+        """Frame the whole map again in one browser."""
+        watcher = self._watchers.get(client.client_id)
+        if watcher is not None:
             watcher.free = False
 
     def step(self, bounds: tuple[Float64Array, Float64Array] | None) -> None:

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.messages.control import PaintedStroke
+from app.messages.driving import PaintedStroke
 from app.view.colors import CERTAIN_BRUSH, NEVER_BRUSH, ROBOT, linear
 
 _LIFT_M: Final = 0.035

@@ -8,6 +8,7 @@ import msgspec
 
 from app.messages import control, keys
 from app.messages.cdr import MessageError
+from app.messages.driving import PaintedRegions
 from app.messages.images import decode_camera, decode_color
 from app.messages.motion import decode_path, decode_transforms
 from app.messages.recording import RecordingStatus
@@ -29,7 +30,7 @@ class SceneReader:
         self._handlers: dict[str, Callable[[bytes], None]] = {
             keys.STATUS: lambda p: model.on_status(_json(p, control.Status)),
             keys.PROXIMITY: lambda p: model.on_proximity(_json(p, control.ProximityTable)),
-            keys.PAINTED: lambda p: model.on_painted(_json(p, control.PaintedRegions)),
+            keys.PAINTED: lambda p: model.on_painted(_json(p, PaintedRegions)),
             keys.EVENT: lambda p: model.on_event(_json(p, control.Event)),
             keys.MAP_VOXELS: lambda p: model.on_voxels(decode_voxels(p)),
             keys.MAP_KEYFRAME: lambda p: model.on_keyframe(decode_voxels(p)),

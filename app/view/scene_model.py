@@ -11,14 +11,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from app.messages.control import (
-    Event,
-    FindReport,
-    PaintedRegions,
-    PaintedStroke,
-    ProximityTable,
-    Status,
-)
+from app.messages.control import Event, FindReport, ProximityTable, Status
+from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.recording import RecordingStatus

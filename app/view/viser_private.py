@@ -51,6 +51,18 @@ def carry_context(server: viser.ViserServer) -> None:
 
 
 @contextmanager
+def outliving(client: viser.ClientHandle) -> Generator[None]:
+    """Draw for a browser that may leave meanwhile: what it gets no more is nobody's mistake."""
+    with client._websock_connection.get_message_buffer().sanctioned_dead_writes():  # noqa: SLF001
+        yield
+
+
+def uuid_of(handle: Any) -> str:
+    """Return the name that a control of a panel has in messages."""
+    return handle._impl.uuid  # noqa: SLF001
+
+
+@contextmanager
 def demanding_secret(
     secret: str, admit: Callable[[Headers], None] = lambda _: None
 ) -> Generator[None]:

@@ -19,6 +19,11 @@ from ippon.geometry import Float64Array
 
 GAINS_S: Final = 2.0
 """Between two recolourings of the map by gain."""
+ROOTS: Final = (
+    "/map", "/object_voxels", "/skin", "/clearance", "/tree", "/path", "/trail", "/camera",
+    "/robot", "/finds", "/painted", "/pointed",
+)  # fmt: skip
+"""Above every node of the drawing; not of the lights and the floor."""
 ALL_PARTS: Final[frozenset[Part]] = frozenset(
     {"voxels", "tree", "path", "pose", "camera", "image", "status", "detections", "painted"}
 )
@@ -28,7 +33,7 @@ class ViserScene:
     """Draws one `SceneModel` into one viser server, for all browsers, or into one client's scene.
 
     Args:
-        server: The server or the client.
+        server: The server, the client, or a `Subtree` of either.
     """
 
     def __init__(self, server: Any) -> None:

@@ -35,7 +35,7 @@ class Asset:
     def __init__(self, name: str, content: bytes, caching: str) -> None:
         self._type = _TYPES[name.rpartition(".")[2]]
         self._plain = content
-        self._packed = gzip.compress(content, 6, mtime=0) if len(content) >= _WORTH_IT else None
+        self._packed = gzip.compress(content, 3, mtime=0) if len(content) >= _WORTH_IT else None
         self._caching = caching
 
     def response(self, request: Request) -> Response:

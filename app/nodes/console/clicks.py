@@ -8,10 +8,13 @@ import numpy as np
 from app.nodes.console.commands import Actions, CommandError
 from app.nodes.console.panels.drive import DrivePanel
 from app.view.picking import floor_point
+from app.view.regions import dabs_over, floor_region
 from ippon.geometry import Float64Array
 
 Ray = tuple[Float64Array, Float64Array]
 """Origin and direction in the world."""
+Question = tuple[Float64Array, Float64Array, int]
+"""A ray, and the browser whose click it was."""
 
 MAX_WAITING: Final = 8
 
@@ -22,12 +25,13 @@ class Clicks:
     def __init__(self, server: Any, panel: DrivePanel, actions: Actions) -> None:
         self._panel = panel
         self._actions = actions
-        self._questions: queue.SimpleQueue[Ray] = queue.SimpleQueue()
+        self._questions: queue.SimpleQueue[Question] = queue.SimpleQueue()
         server.scene.on_click()(self._clicked)
+        server.scene.on_rect_select(modifier="shift")(self._dragged)
 
-    def questions(self) -> list[Ray]:
+    def questions(self) -> list[Question]:
         """Take the rays that ask for an explanation."""
-        rays: list[Ray] = []
+        rays: list[Question] = []
         while True:
             try:
                 rays.append(self._questions.get_nowait())
@@ -42,9 +46,23 @@ class Clicks:
             return
         if self._panel.tool == "explain":
             if self._questions.qsize() < MAX_WAITING:
-                self._questions.put(ray)
+                self._questions.put((*ray, event.client_id))
             return
         self._panel.attempt(lambda: self._command(*ray))
+
+    def _dragged(self, event: Any) -> None:
+        self._panel.attempt(lambda: self._paint_region(event))
+
+    def _paint_region(self, event: Any) -> str:
+        tool = self._panel.tool
+        if tool not in ("look_here", "not_here"):
+            raise CommandError("Choose Look here or Not here first: then Shift and drag paint.")
+        try:
+            corners = floor_region(event.client.camera, event.screen_min, event.screen_max, 0.0)
+        except ValueError as error:
+            raise CommandError(str(error)) from error
+        dabs, radius_m = dabs_over(corners)
+        return self._actions.paint(tool, dabs, radius_m)
 
     def _command(self, origin: Float64Array, direction: Float64Array) -> str:
         try:

@@ -3,13 +3,8 @@
 from collections.abc import Sequence
 from typing import Literal, Protocol
 
-from app.messages.control import (
-    ControlRequest,
-    DriveModeName,
-    LevelName,
-    PreviewReply,
-    SentenceReading,
-)
+from app.messages.control import ControlRequest, LevelName, PreviewReply, SentenceReading
+from app.messages.driving import DriveModeName
 from app.messages.lease import LeaseReply
 from app.nodes.console.visitors import Visitor
 from ippon.control.drive import Hand

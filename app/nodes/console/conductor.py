@@ -12,7 +12,8 @@ import msgspec
 import viser
 
 from app.messages import keys
-from app.messages.control import DriveStatus, InspectReply
+from app.messages.control import InspectReply
+from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
 from app.nodes.console.backend import ViserBackend
 from app.nodes.console.bulletin import Bulletin
@@ -23,12 +24,12 @@ from app.nodes.console.inbox import Inbox
 from app.nodes.console.link import NavigatorLink
 from app.nodes.console.panels.tabs import Tabs
 from app.nodes.console.versions import difference, not_understood
+from app.nodes.console.visitors import acting
 from app.nodes.console.vital_thread import OnFailure, vital_thread
+from app.nodes.console.windows import Windows
 from app.view.camera_follow import CameraFollow
-from app.view.options import ViewOptions
 from app.view.reader import SceneReader
 from app.view.scene_model import Part, SceneModel
-from app.view.viser_scene import ViserScene
 
 logger = logging.getLogger(__name__)
 
@@ -87,9 +88,8 @@ class Conductor:
         self._bulletin = bulletin
         self._instance = secrets.token_hex(8)
         self._follow = CameraFollow()
-        self._scene = ViserScene(backend.server)
-        self._tabs = Tabs(backend.server, link, self._choose, self._follow.recall)
-        self._options = self._tabs.options()
+        self._tabs = Tabs(backend.server, link)
+        self._windows = Windows(backend.server, self._tabs.map, self._follow, inbox.wake)
         self._clicks = Clicks(backend.server, self._tabs.drive, link)
         self._explainer = Explainer(self.model, bulletin.show)
         self._explanation: Explanation | None = None
@@ -181,11 +181,11 @@ class Conductor:
             self._fetching = False
 
     def _explain(self) -> None:
-        for origin, direction in self._clicks.questions():
+        for origin, direction, client_id in self._clicks.questions():
             self._explanation, highlight, voxel = self._explainer.explain(
-                origin, direction, self._options.ceiling_m
+                origin, direction, self._windows.options_of(client_id).ceiling_m
             )
-            self._scene.overlay.draw_highlight(highlight)
+            self._windows.point_at(highlight)
             self._asked += 1
             if voxel is not None:
                 self._fetcher.submit(self._inspect, self._asked, voxel)
@@ -207,8 +207,8 @@ class Conductor:
         self._changed.clear()
         if changed:
             self._tabs.update(self.model, changed)
-            self._scene.draw(self.model, self._without_haste(changed), self._options)
-        self._follow.step(self._scene.bounds() if "voxels" in changed else None)
+        self._windows.draw(self.model, self._without_haste(changed))
+        self._follow.step(self._windows.bounds() if "voxels" in changed else None)
 
     def _without_haste(self, changed: frozenset[Part]) -> frozenset[Part]:
         """Leave the picture for later when the last one is fresh.
@@ -257,13 +257,8 @@ class Conductor:
             explanation=self._explanation,
         )
 
-    def _choose(self, options: ViewOptions) -> None:
-        self._options = options
-        self._changed.add("voxels")
-        self._inbox.wake()
-
     async def _joined(self, client: viser.ClientHandle) -> None:
-        self._follow.add(client)
+        self._windows.join(client, acting())
 
     async def _left(self, client: viser.ClientHandle) -> None:
-        self._follow.remove(client)
+        self._windows.leave(client)

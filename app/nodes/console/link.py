@@ -15,18 +15,8 @@ from app.links.requests import RequestRefusedError, ask, last_message
 from app.links.session import LinkError, open_client
 from app.links.subscription import subscribe
 from app.messages import keys
-from app.messages.control import (
-    Accepted,
-    ControlReply,
-    ControlRequest,
-    DriveModeName,
-    DriveRequest,
-    DriveStatus,
-    M,
-    Status,
-    TeleopTag,
-    encode,
-)
+from app.messages.control import Accepted, ControlReply, ControlRequest, M, Status, encode
+from app.messages.driving import DriveModeName, DriveRequest, DriveStatus, TeleopTag
 from app.messages.lease import LeaseReply, LeaseRequest, LeaseStatus, TakeRequest
 from app.messages.motion import StampedTwist, encode_twist
 from app.nodes.console.commands import CommandError, LeaseAction

@@ -9,7 +9,8 @@ from typing import Annotated, Final, Literal
 import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from app.messages.control import ControlRequest, DriveModeName
+from app.messages.control import ControlRequest
+from app.messages.driving import DriveModeName
 from app.nodes.console.bulletin import Bulletin
 from app.nodes.console.commands import CommandError, Controller
 from app.nodes.console.visitors import Role, Standing, Visitor, act_as

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Callable
+from collections.abc import Set as AbstractSet
 from typing import Any, Final
 
 import msgspec
@@ -44,6 +45,7 @@ _TRY_LATER: Final = 1013
 
 class _Kind(msgspec.Struct):
     type: str
+    uuid: str = ""
 
 
 _kind = msgspec.msgpack.Decoder(_Kind)
@@ -81,7 +83,7 @@ async def pass_through(
     async with upstream:
         await browser.accept(subprotocol=upstream.subprotocol)
         await _race(
-            _to_viser(browser, upstream, lambda: STEERING if may_touch(visitor) else WATCHING),
+            _to_viser(browser, upstream, visitor, lambda: may_touch(visitor)),
             _to_browser(browser, upstream),
         )
 
@@ -100,7 +102,10 @@ async def _race(*directions: Any) -> None:
 
 
 async def _to_viser(
-    browser: WebSocket, upstream: ClientConnection, kinds: Callable[[], frozenset[str]]
+    browser: WebSocket,
+    upstream: ClientConnection,
+    visitor: Visitor,
+    may_touch: Callable[[], bool],
 ) -> None:
     try:
         while True:
@@ -111,20 +116,22 @@ async def _to_viser(
             if data is None or len(data) > MAX_CLIENT_MESSAGE:
                 await browser.close(_UNREADABLE, "not a message of the scene's client")
                 return
-            if _allowed(data, kinds()):
+            if _allowed(data, may_touch(), visitor.own_controls):
                 await upstream.send(data)
     except (ConnectionClosed, WebSocketDisconnect):
         return
 
 
-def _allowed(data: bytes, kinds: frozenset[str]) -> bool:
+def _allowed(data: bytes, may_touch: bool, own_controls: AbstractSet[str]) -> bool:
     try:
-        kind = _kind.decode(data).type
+        message = _kind.decode(data)
     except msgspec.DecodeError:
         logger.warning("a browser sent %d bytes that are no scene message", len(data))
         return False
+    kind = message.type
     if kind in STEERING:
-        return kind in kinds
+        is_own = kind == "GuiUpdateMessage" and message.uuid in own_controls
+        return may_touch or is_own or kind in WATCHING
     logger.warning("a browser sent %.60r: refused", kind)
     return False
 

@@ -34,6 +34,8 @@ class Visitor:
         self.detail = ""
         self.expires_s: float | None = None
         """Wall clock at which the login ends; None without one."""
+        self.own_controls: set[str] = set()
+        """Controls that change nothing but what this browser sees."""
         self._tasks: set[asyncio.Task[object]] = set()
 
     @property

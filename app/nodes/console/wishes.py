@@ -10,13 +10,11 @@ from app.messages import keys
 from app.messages.control import (
     Accepted,
     FeedbackRequest,
-    GotoRequest,
     GuidanceRequest,
     InspectReply,
     InspectRequest,
     LevelName,
     M,
-    PaintRequest,
     PreviewReply,
     PreviewRequest,
     QueueRequest,
@@ -26,6 +24,7 @@ from app.messages.control import (
     SentenceRequest,
     VocabularyRequest,
 )
+from app.messages.driving import GotoRequest, PaintRequest
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.nodes.console.commands import PaintAction, RecordAction
 

@@ -18,7 +18,7 @@ import zenoh
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.control import DriveStatus, TeleopTag
+from app.messages.driving import DriveStatus, TeleopTag
 from app.messages.motion import StampedTwist, decode_twist
 from app.nodes.navigator.commander import Commander
 from ippon.command import Command

@@ -10,7 +10,8 @@ import zenoh
 
 from app.links.requests import RequestRefusedError, serve_known
 from app.messages import keys
-from app.messages.control import ControlRequest, TeleopTag
+from app.messages.control import ControlRequest
+from app.messages.driving import TeleopTag
 from app.messages.lease import Credential, LeaseReply, LeaseRequest, LeaseStatus, TakeRequest
 from app.nodes.navigator.lease import Lease
 

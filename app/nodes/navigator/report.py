@@ -3,7 +3,6 @@
 import time
 
 from app.messages.control import (
-    DriveStatus,
     FindReport,
     MissionState,
     ProximityRow,
@@ -11,6 +10,7 @@ from app.messages.control import (
     Status,
     Timings,
 )
+from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.goals import GoalBook, PlannedSearch

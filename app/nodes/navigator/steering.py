@@ -8,15 +8,13 @@ from app.links.latched import Latched
 from app.links.requests import Permit, RequestRefusedError, anyone, serve
 from app.links.sender import Sender
 from app.messages import keys
-from app.messages.control import (
-    Accepted,
+from app.messages.control import Accepted, QueueRequest, encode
+from app.messages.driving import (
     DriveRequest,
     GotoRequest,
     PaintedRegions,
     PaintedStroke,
     PaintRequest,
-    QueueRequest,
-    encode,
 )
 from app.nodes.navigator.goals import GoalBook
 from app.nodes.navigator.helm import Helm

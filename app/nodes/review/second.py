@@ -1,7 +1,7 @@
 """A second session in the same scene, beside the first."""
 
 import threading
-from typing import Any, Final
+from typing import Final
 
 from app.nodes.console.backend import ViserBackend
 from app.nodes.console.conductor import DRAW_S
@@ -10,38 +10,10 @@ from app.nodes.console.vital_thread import OnFailure, vital_thread
 from app.view.options import ViewOptions
 from app.view.reader import SceneReader
 from app.view.scene_model import SceneModel
+from app.view.subtree import Subtree
 from app.view.viser_scene import ViserScene
 
 ROOT: Final = "/second"
-ONCE: Final = frozenset({"add_light_ambient", "add_light_directional", "add_grid"})
-"""What the first scene has put there for both."""
-
-
-class _Beside:
-    """viser's scene, with every node under one that can be moved aside."""
-
-    def __init__(self, scene: Any) -> None:
-        self._scene = scene
-
-    def __getattr__(self, name: str) -> Any:
-        method = getattr(self._scene, name)
-        if name in ONCE:
-            return lambda *_, **__: None
-        if not name.startswith("add_"):
-            return method
-
-        def add(node: str, *arguments: Any, **named: Any) -> Any:
-            return method(f"{ROOT}{node}", *arguments, **named)
-
-        return add
-
-
-class _Server:
-    """What `ViserScene` needs of a server."""
-
-    def __init__(self, server: Any) -> None:
-        self.scene = _Beside(server.scene)
-        self.atomic = server.atomic
 
 
 class SecondScene:
@@ -53,7 +25,7 @@ class SecondScene:
         self._reader = SceneReader(self.model)
         self._root = backend.server.scene.add_frame(ROOT, show_axes=False)
         self._root.visible = False
-        self._scene = ViserScene(_Server(backend.server))
+        self._scene = ViserScene(Subtree(backend.server, ROOT))
         self._options = ViewOptions()
         self._stop = threading.Event()
         self._thread = vital_thread("second", self._run, on_failure)

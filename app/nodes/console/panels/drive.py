@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, Final, Literal
 
-from app.messages.control import DriveModeName, DriveStatus
+from app.messages.driving import DriveModeName, DriveStatus
 from app.nodes.console.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.view.scene_model import Part, SceneModel
@@ -31,8 +31,8 @@ TOOLS: Final[dict[str, Tool]] = {
 TOOL_TEXT: Final[dict[Tool, str]] = {
     "explain": "Click a viewpoint or a surface to see what the robot knows of it.",
     "go": "Click the floor: the robot goes there, then on with its search.",
-    "look_here": "Click the floor to paint where to look first.",
-    "not_here": "Click the floor to paint where not to look.",
+    "look_here": "Click the floor to paint where to look first; Shift and drag paint a region.",
+    "not_here": "Click the floor to paint where not to look; Shift and drag paint a region.",
 }
 
 

@@ -84,8 +84,8 @@ class MapPanel:
                 for layer in LAYERS
             }
         gui.add_html(markup.legend(TREE_LEGEND))
-        follow = gui.add_button("Frame the whole map")
-        follow.on_click(lambda _: on_follow())
+        self._frame = gui.add_button("Frame the whole map")
+        self._frame.on_click(lambda _: on_follow())
         self._mode.on_click(lambda event: self._choose(event.target.value))
         for handle in (self._ceiling, self._thing, self._threshold, *self._layers.values()):
             handle.on_update(lambda _: self._changed())
@@ -101,6 +101,13 @@ class MapPanel:
             thing=self._row(str(self._thing.value)),
             layers=frozenset(layer for layer, box in self._layers.items() if box.value),
         )
+
+    def controls(self) -> tuple[Any, ...]:
+        """Return what a browser may change without control of the robot."""
+        return (
+            self._mode, self._thing, self._ceiling, self._threshold, self._frame,
+            *self._layers.values(),
+        )  # fmt: skip
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Take over the things that the map tells apart."""

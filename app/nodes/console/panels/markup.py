@@ -8,14 +8,8 @@ from collections import defaultdict
 from collections.abc import Iterable
 from html import escape as _escape
 
-from app.messages.control import (
-    DriveStatus,
-    Event,
-    GoalStatus,
-    ProximityTable,
-    Status,
-    StreamStatus,
-)
+from app.messages.control import Event, GoalStatus, ProximityTable, Status, StreamStatus
+from app.messages.driving import DriveStatus
 from app.view.candidates import Candidate
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
 from ippon.guidance.levels import Level

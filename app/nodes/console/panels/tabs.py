@@ -1,31 +1,22 @@
 """The panel beside the scene, with its tabs."""
 
-from collections.abc import Callable
 from typing import Any, Final
 
 import viser
 
 from app.nodes.console.commands import Actions
 from app.nodes.console.panels.drive import DrivePanel
-from app.nodes.console.panels.map import MapPanel
 from app.nodes.console.panels.search import SearchPanel
 from app.nodes.console.panels.session import SessionPanel
-from app.view.options import ViewOptions
 from app.view.scene_model import Part, SceneModel
 
 WIDTH_PX: Final = 384
 
 
 class Tabs:
-    """Search, Drive, Map and Session, docked to the right."""
+    """Search, Drive, Map and Session, docked to the right; what is in Map is each browser's own."""
 
-    def __init__(
-        self,
-        server: viser.ViserServer,
-        actions: Actions,
-        on_options: Callable[[ViewOptions], None],
-        on_follow: Callable[[], None],
-    ) -> None:
+    def __init__(self, server: viser.ViserServer, actions: Actions) -> None:
         self._server = server
         gui: Any = server.gui
         group = gui.add_tab_group()
@@ -33,21 +24,15 @@ class Tabs:
             self._search = SearchPanel(gui, actions)
         with group.add_tab("Drive", viser.Icon.STEERING_WHEEL):
             self.drive = DrivePanel(gui, actions)
-        with group.add_tab("Map", viser.Icon.MAP_2):
-            self._map = MapPanel(gui, on_options, on_follow)
+        self.map = group.add_tab("Map", viser.Icon.MAP_2)
         with group.add_tab("Session", viser.Icon.ACTIVITY):
             self._session = SessionPanel(gui, actions)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(WIDTH_PX)
-
-    def options(self) -> ViewOptions:
-        """Return what the operator chose to see."""
-        return self._map.options()
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Show what changed."""
         with self._server.atomic():
             self._search.update(model, changed)
             self.drive.update(model, changed)
-            self._map.update(model, changed)
             self._session.update(model, changed)

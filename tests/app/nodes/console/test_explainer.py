@@ -130,16 +130,33 @@ class Panel:
 
 
 def _click(tool, origin=(1.0, 2.0, 3.0), direction=(0.0, 0.0, -1.0)):
-    callbacks: list[Any] = []
-    scene = SimpleNamespace(on_click=lambda: callbacks.append)
+    clicks, said = _clicks(tool)
+    clicks._clicked(SimpleNamespace(ray_origin=origin, ray_direction=direction, client_id=7))
+    return said(), clicks.questions()
+
+
+def _clicks(tool):
+    """Return clicks with a tool, and what tells what was said to the operator."""
+    scene = SimpleNamespace(on_click=lambda: id, on_rect_select=lambda **_: id)
     actions: Any = SimpleNamespace(
         go_to=lambda x, y: f"to {x:g} {y:g}",
         paint=lambda wish, strokes, radius: f"{wish} {strokes} {radius}",
     )
     panel: Any = Panel(tool)
     clicks = Clicks(SimpleNamespace(scene=scene), panel, actions)
-    callbacks[0](SimpleNamespace(ray_origin=origin, ray_direction=direction))
-    return panel.said, clicks.questions()
+    return clicks, lambda: panel.said
+
+
+def _drag(tool, low=(0.5, 0.25), high=(0.75, 0.5), height_m=4.0):
+    """Drag a rectangle with Shift, over a camera that looks straight down."""
+    camera = SimpleNamespace(
+        position=(2.0, 3.0, height_m), wxyz=(0.0, 1.0, 0.0, 0.0), fov=0.5 * np.pi, aspect=1.0
+    )
+    clicks, said = _clicks(tool)
+    clicks._dragged(
+        SimpleNamespace(client=SimpleNamespace(camera=camera), screen_min=low, screen_max=high)
+    )
+    return said()
 
 
 def test_what_a_click_does_is_what_the_tab_says():
@@ -148,7 +165,15 @@ def test_what_a_click_does_is_what_the_tab_says():
     assert _click("not_here")[0] == "not_here [(1.0, 2.0)] 0.5"
     said, questions = _click("explain")
     assert said == ""
-    assert len(questions) == 1
+    assert [client for _, _, client in questions] == [7]
+
+
+def test_a_drag_paints_a_region_and_nothing_else():
+    assert _drag("look_here").startswith("look_here [(2.")
+    assert _drag("not_here").count("(") > 100
+    assert _drag("explain").startswith("refused: Choose Look here or Not here first")
+    assert _drag("go").startswith("refused: Choose")
+    assert "not on the floor" in _drag("look_here", height_m=-1.0)
 
 
 def test_a_click_off_the_floor_or_without_a_ray_commands_nothing():

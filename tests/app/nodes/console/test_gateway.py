@@ -11,7 +11,7 @@ from viser._messages import ShareUrlRequest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from app.messages.lease import LeaseReply
-from app.nodes.console import gateway, shell_socket
+from app.nodes.console import gateway, shell_socket, viser_proxy
 from app.nodes.console.access import OpenAccess
 from app.nodes.console.backend import start_viser
 from app.nodes.console.bulletin import Bulletin
@@ -337,6 +337,19 @@ def test_panels_of_who_watches_do_nothing(client, backend, navigator):
         scene.send(click)
         assert changed.wait(10.0)
     box.remove()
+
+
+def test_who_watches_may_change_what_this_browser_sees_and_no_more():
+    def allowed(kind, uuid="", may_touch=False):
+        message = msgspec.msgpack.encode({"type": kind, "uuid": uuid, "updates": {}})
+        return viser_proxy._allowed(message, may_touch, {"own"})
+
+    assert allowed("GuiUpdateMessage", "own")
+    assert not allowed("GuiUpdateMessage", "another")
+    assert not allowed("SceneNodeClickMessage", "own")
+    assert allowed("ViewerCameraMessage")
+    assert allowed("GuiUpdateMessage", "another", may_touch=True)
+    assert not allowed("ShareUrlRequest", "own", may_touch=True)
 
 
 def test_a_panels_click_is_answered_in_the_name_of_its_browser(client, backend):

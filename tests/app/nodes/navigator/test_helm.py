@@ -9,7 +9,7 @@ import pytest
 
 from app.links.subscription import subscribe
 from app.messages import keys
-from app.messages.control import TeleopTag
+from app.messages.driving import TeleopTag
 from app.messages.motion import StampedTwist, decode_twist, encode_twist
 from app.nodes.navigator.commander import Commander
 from app.nodes.navigator.helm import Helm

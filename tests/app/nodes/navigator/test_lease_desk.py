@@ -7,13 +7,8 @@ import pytest
 
 from app.links.requests import RequestRefusedError, ask, serve
 from app.messages import keys
-from app.messages.control import (
-    Accepted,
-    ControlReply,
-    ControlRequest,
-    FeedbackRequest,
-    TeleopTag,
-)
+from app.messages.control import Accepted, ControlReply, ControlRequest, FeedbackRequest
+from app.messages.driving import TeleopTag
 from app.messages.lease import Credential, LeaseReply, LeaseRequest, TakeRequest
 from app.nodes.navigator.lease_desk import LeaseDesk
 

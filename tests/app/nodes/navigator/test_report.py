@@ -3,7 +3,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.messages.control import DriveStatus
+from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.goals import GoalBook

@@ -11,17 +11,14 @@ from app.links.sender import Sender
 from app.messages import keys
 from app.messages.control import (
     Accepted,
-    DriveRequest,
-    GotoRequest,
     InspectReply,
     InspectRequest,
-    PaintedRegions,
-    PaintRequest,
     PreviewReply,
     PreviewRequest,
     QueueRequest,
     decode,
 )
+from app.messages.driving import DriveRequest, GotoRequest, PaintedRegions, PaintRequest
 from app.nodes.navigator.goals import GoalBook, PlannedSearch
 from app.nodes.navigator.steering import Steering
 from app.nodes.navigator.what_if import WhatIf
