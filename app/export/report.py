@@ -25,6 +25,9 @@ from app.view.colors import GREEN, ORANGE, SKY, hex_of
 
 RESULT_FILE: Final = "result.json"
 MAP_PX: Final = 900
+MOST_PICTURES: Final = 10
+_PICTURED: Final = ("found", "rejected", "confirmed", "detection", "contact")
+"""Marks that a picture belongs to, the most telling first."""
 _PLOTS: Final = (
     (1, "Best match", "", hex_of(GREEN)),
     (2, "Explored", "m²", hex_of(SKY)),
@@ -45,6 +48,7 @@ def write_report(story: Story, path: Path) -> None:
     parts = [
         f"<h1>{escape(title)}</h1><p class=when>{escape(_when(story))}</p>",
         _figures(story),
+        _searches(story),
         _map(story),
         _pictures(story),
         _plots(story),
@@ -79,10 +83,11 @@ def _when(story: Story) -> str:
 def _figures(story: Story) -> str:
     last = story.digest.last
     cells = [("Recorded", f"{story.recording.duration_s:.0f} s")]
+    if last is not None and last.goal is not None:
+        seconds, way = _effort(story, last.goal.goal_id)
+        cells += [("Search time", f"{seconds:.1f} s"), ("Path", f"{way:.1f} m")]
     if last is not None:
         cells += [
-            ("Search time", f"{last.elapsed_s:.1f} s"),
-            ("Path", f"{last.path_length_m:.1f} m"),
             ("Explored", f"{last.explored_m2:.1f} m²"),
             ("Best match", f"{last.best_ooi:.0%}"),
             ("Frames", f"{last.frames}"),
@@ -97,6 +102,41 @@ def _figures(story: Story) -> str:
         ]
     body = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in cells)
     return f"<dl>{body}</dl>"
+
+
+def _searches(story: Story) -> str:
+    """Return a table of the searches where there was more than one."""
+    last = story.digest.last
+    goals = [*last.history, *([last.goal] if last.goal else [])] if last is not None else []
+    if len(goals) < 2:
+        return ""
+    rows: list[str] = []
+    for goal in goals:
+        seconds, way = _effort(story, goal.goal_id)
+        cells = (
+            escape(goal.object.replace("_", " ")),
+            escape(goal.context),
+            escape(goal.outcome),
+            f"{seconds:.1f} s",
+            f"{way:.1f} m",
+        )
+        rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    names = ("Object", "Context", "Outcome", "Time", "Path")
+    head = "".join(f"<th>{name}</th>" for name in names)
+    return f"<h2>Searches</h2><table><tr>{head}</tr>{''.join(rows)}</table>"
+
+
+def _effort(story: Story, goal_id: int) -> tuple[float, float]:
+    """Return the seconds and metres of one search, without what came after its end."""
+    during = [
+        s.status
+        for s in story.digest.statuses
+        if s.status.goal is not None and s.status.goal.goal_id == goal_id
+    ]
+    # The clock of a search runs on while its find waits for an answer.
+    active = [s for s in during if s.goal is not None and s.goal.outcome == "active"] or during[:1]
+    seconds = max((status.elapsed_s for status in active), default=0.0)
+    return seconds, max((status.path_length_m for status in during), default=0.0)
 
 
 def _truth(story: Story) -> dict[str, Any] | None:
@@ -127,12 +167,15 @@ def _map(story: Story) -> str:
 
 
 def _pictures(story: Story) -> str:
-    moments = [_Moment("Start", story.recording.start_ns + 2 * 10**9)]
-    moments += [
-        _Moment(mark.text, mark.time_ns)
-        for mark in story.digest.marks
-        if mark.kind in {"found", "rejected", "contact", "detection"}
-    ][:10]
+    first = story.recording.first(keys.COLOR)
+    if first is None:
+        return ""
+    moments = [_Moment("Start", first.time_ns)]
+    marks = [mark for mark in story.digest.marks if mark.kind in _PICTURED]
+    # Of many, those that a reader asks about; then in the order of the session.
+    marks.sort(key=lambda mark: _PICTURED.index(mark.kind))
+    marks = sorted(marks[:MOST_PICTURES], key=lambda mark: mark.time_ns)
+    moments += [_Moment(mark.text, mark.time_ns) for mark in marks]
     moments.append(_Moment("End", story.recording.end_ns))
     figures: list[str] = []
     for moment in moments:
@@ -151,8 +194,6 @@ def _pictures(story: Story) -> str:
         figures.append(
             f'<figure><img alt="" src="{source}"><figcaption>{text}</figcaption></figure>'
         )
-    if not figures:
-        return ""
     return f"<h2>What the camera saw</h2><div class=pictures>{''.join(figures)}</div>"
 
 

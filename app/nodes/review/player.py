@@ -19,7 +19,7 @@ PLOT_POINTS: Final = 1000
 TRAIL_POINTS: Final = 4000
 SHOWN_EVENTS: Final = 500
 TF_NS: Final = 1_000_000_000
-"""Poses of so long before a moment place every frame of a robot that is alive."""
+"""Poses of so long before the last one place every frame of a robot."""
 LATEST: Final = (
     keys.CAMERA_INFO, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.PROXIMITY,
 )  # fmt: skip
@@ -124,7 +124,10 @@ class Player:
     def _poses(self) -> list[StampedTransform]:
         """Return the last pose of each frame: those before would lengthen the trail."""
         latest: dict[str, StampedTransform] = {}
-        for message in self.recording.between(self.time_ns - TF_NS, self.time_ns, (keys.TF,)):
+        last = self.recording.latest(keys.TF, self.time_ns)
+        # A robot that fell silent is shown where it was.
+        until_ns = last.time_ns if last is not None else self.time_ns
+        for message in self.recording.between(until_ns - TF_NS, until_ns, (keys.TF,)):
             try:
                 latest |= {t.child: t for t in decode_transforms(message.payload)}
             except MessageError:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from app.messages import keys
+from app.messages.control import encode
 from app.nodes.console.commands import CommandError
 from app.nodes.console.inbox import Inbox
 from app.nodes.review.link import REFUSAL, RecordedLink
@@ -80,6 +81,20 @@ def test_after_a_jump_playing_goes_on_as_if_there_had_been_none(stage, recording
     player.seek(4.0)
     player.advance(1.0)
     _assert_same(model, _live(made_up, player.time_ns))
+
+
+def test_a_robot_that_fell_silent_is_shown_where_it_was(made_up, tmp_path):
+    session = made_up.write_session(tmp_path, seconds=1.0, end=False)
+    for n in range(15):
+        time_ns = made_up.START_NS + (1 + n) * 10**9
+        session.add(keys.STATUS, encode(made_up.status_of(5 + n)), time_ns, 1.0 + n)
+    session.close()
+    recording = Recording(session.writer.folder)
+    model = SceneModel()
+    Player(recording, SceneReader(model).feed).seek(14.0)
+    np.testing.assert_allclose(model.T_world_base[:2, 3], [0.08, 0.5], atol=1e-9)
+    assert model.T_world_camera is not None
+    recording.close()
 
 
 def test_steps_go_from_picture_to_picture(stage, recording):
