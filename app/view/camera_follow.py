@@ -5,6 +5,8 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+import numpy as np
+
 from ippon.geometry import Float64Array
 
 FOV_RAD: Final = 0.9
@@ -71,6 +73,8 @@ class CameraFollow:
     def __init__(self) -> None:
         self._watchers: dict[int, _Watcher] = {}
         self._bounds: tuple[Float64Array, Float64Array] | None = None
+        self.beside: tuple[Float64Array, Float64Array] | None = None
+        """Least and greatest (x, y) of what stands beside the map and belongs in the picture."""
 
     def add(self, client: Any) -> None:
         """Take over a browser that has just connected."""
@@ -97,9 +101,13 @@ class CameraFollow:
             self._bounds = bounds
         if self._bounds is None:
             return
+        low, high = self._bounds
+        beside = self.beside
+        if beside is not None:
+            low, high = np.minimum(low, beside[0]), np.maximum(high, beside[1])
         for watcher in tuple(self._watchers.values()):
             if not watcher.free:
-                self._move(watcher, framing(*self._bounds, watcher.client.camera.aspect))
+                self._move(watcher, framing(low, high, watcher.client.camera.aspect))
 
     def _move(self, watcher: _Watcher, wanted: View) -> None:
         now = watcher.now

@@ -87,9 +87,9 @@ class Conductor:
         self._inbox = inbox
         self._bulletin = bulletin
         self._instance = secrets.token_hex(8)
-        self._follow = CameraFollow()
+        self.follow = CameraFollow()
         self._tabs = Tabs(backend.server, link)
-        self._windows = Windows(backend.server, self._tabs.map, self._follow, inbox.wake)
+        self._windows = Windows(backend.server, self._tabs.map, self.follow, inbox.wake)
         self._clicks = Clicks(backend.server, self._tabs.drive, link)
         self._explainer = Explainer(self.model, bulletin.show)
         self._explanation: Explanation | None = None
@@ -208,7 +208,7 @@ class Conductor:
         if changed:
             self._tabs.update(self.model, changed)
         self._windows.draw(self.model, self._without_haste(changed))
-        self._follow.step(self._windows.bounds() if "voxels" in changed else None)
+        self.follow.step(self._windows.bounds() if "voxels" in changed else None)
 
     def _without_haste(self, changed: frozenset[Part]) -> frozenset[Part]:
         """Leave the picture for later when the last one is fresh.

@@ -222,7 +222,7 @@ def run_review(config: ReviewConfig) -> None:
     gateway = Gateway(backend, shell, link, OpenAccess(visitors), Hosts("127.0.0.1"))
     playback = Playback(tuple(inbox.put for inbox in inboxes), timeline, fail)
     conductor = Conductor(backend, link, inboxes[0], shell, fail)
-    second = SecondScene(backend, inboxes[1], fail)
+    second = SecondScene(backend, inboxes[1], conductor.follow, fail)
     pages = ReviewPages(config, playback, timeline, second)
     app = gateway.app()
     app.router.routes[:0] = pages.routes()

@@ -3,10 +3,13 @@
 import threading
 from typing import Final
 
+import numpy as np
+
 from app.nodes.console.backend import ViserBackend
 from app.nodes.console.conductor import DRAW_S
 from app.nodes.console.inbox import Inbox
 from app.nodes.console.vital_thread import OnFailure, vital_thread
+from app.view.camera_follow import CameraFollow
 from app.view.options import ViewOptions
 from app.view.reader import SceneReader
 from app.view.scene_model import SceneModel
@@ -19,9 +22,20 @@ ROOT: Final = "/second"
 class SecondScene:
     """Draws the second session to the right of the first."""
 
-    def __init__(self, backend: ViserBackend, inbox: Inbox, on_failure: OnFailure) -> None:
+    def __init__(
+        self, backend: ViserBackend, inbox: Inbox, follow: CameraFollow, on_failure: OnFailure
+    ) -> None:
+        """Prepare.
+
+        Args:
+            backend: Where the first session is drawn.
+            inbox: Messages of the second.
+            follow: Keeps both in the picture.
+            on_failure: Told of a thread that has failed.
+        """
         self.model = SceneModel()
         self._inbox = inbox
+        self._follow = follow
         self._reader = SceneReader(self.model)
         self._root = backend.server.scene.add_frame(ROOT, show_axes=False)
         self._root.visible = False
@@ -47,6 +61,8 @@ class SecondScene:
     def show(self, visible: bool) -> None:
         """Show it, or not."""
         self._root.visible = visible
+        if not visible:
+            self._follow.beside = None
 
     def _run(self) -> None:
         while not self._stop.is_set():
@@ -55,3 +71,11 @@ class SecondScene:
             changed = self.model.take_changes()
             if changed:
                 self._scene.draw(self.model, changed, self._options)
+            if "voxels" in changed and self._root.visible:
+                self._frame()
+
+    def _frame(self) -> None:
+        bounds = self._scene.bounds()
+        if bounds is not None:
+            aside = np.array(self._root.position[:2], np.float64)
+            self._follow.beside = (bounds[0] + aside, bounds[1] + aside)

@@ -134,3 +134,17 @@ def test_a_browser_that_dropped_what_it_was_told_is_told_again(client):
     for _ in range(60):
         follow.step(None)
     assert client.camera.position == (4.0, 4.0, 4.0), "once it has arrived, the hand has it"
+
+
+def test_what_stands_beside_the_map_is_in_the_picture_too(client):
+    follow = CameraFollow()
+    follow.add(client)
+    follow.beside = (np.array([7.5, -1.0]), np.array([13.5, 4.0]))
+    for _ in range(100):
+        follow.step(SMALL)
+    both = framing(np.array([0.0, -1.0]), np.array([13.5, 5.0]), 1.25)
+    np.testing.assert_allclose(client.camera.position, both.position, atol=0.05)
+    follow.beside = None
+    for _ in range(100):
+        follow.step(None)
+    np.testing.assert_allclose(client.camera.position, framing(*SMALL, 1.25).position, atol=0.05)
