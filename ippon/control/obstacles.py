@@ -1,15 +1,21 @@
-"""Obstacles near the robot, straight from the map, for the moment before each command."""
+"""Obstacles near the robot, from the map and the newest image, for the moment before a command."""
 
 import math
 
 import numpy as np
 from numba import njit
 
-from ippon.geometry import Float64Array
+from ippon.frame import Frame
+from ippon.geometry import Float64Array, transform_points
 from ippon.mapping.arrays import OCCUPIED, MapArrays
 from ippon.planning.columns import ColumnBands
 from ippon.planning.voxels import block_row
 from ippon.robot import RobotProfile
+
+_MOST_PIXELS = 6000
+"""Pixels of a depth image that are looked at, on an even raster."""
+_FEWEST_POINTS = 4
+"""Points in a column that make it an obstacle: fewer may be errors of the camera."""
 
 
 def near_obstacles(
@@ -61,6 +67,53 @@ def _near_obstacles_kernel(arrays, x, y, radius, low, high, out):
                     count += 1
                     break
     return count
+
+
+def seen_obstacles(
+    frame: Frame, robot: RobotProfile, voxel_size: float, radius_m: float
+) -> Float64Array:
+    """List what the newest depth image shows at the height of the robot's body.
+
+    The map wants more than one image before it takes free space for occupied; what steps in front
+    of the robot cannot wait for that.
+
+    Args:
+        frame: Depth image and poses.
+        robot: Its body and step height.
+        voxel_size: Edge of the columns that points are gathered in, metres.
+        radius_m: How far round the robot to look.
+
+    Returns:
+        (M, 2) float64 world x and y, metres: the middle of the points in each column. What lies
+        inside the body is the robot itself and left out.
+    """
+    floor_z_m = float(frame.T_world_base[2, 3])
+    bands = ColumnBands.of(robot, floor_z_m, voxel_size)
+    rows, columns = frame.depth.shape
+    step = max(1, math.ceil(math.sqrt(rows * columns / _MOST_PIXELS)))
+    depth = frame.depth[::step, ::step]
+    # Nothing within the radius is deeper in the image than this.
+    deepest = math.hypot(radius_m + robot.radius_m, robot.camera_height_m + 1.0)
+    v, u = np.nonzero((depth > 0.0) & (depth < deepest))
+    z = depth[v, u].astype(np.float64)
+    camera = frame.camera
+    x = (u * step - camera.cx) / camera.fx * z
+    y = (v * step - camera.cy) / camera.fy * z
+    points = transform_points(frame.T_world_camera, np.stack([x, y, z], axis=1))
+    away = np.hypot(*(points[:, :2] - frame.T_world_base[:2, 3]).T)
+    inside = (away <= radius_m) & (away > robot.radius_m - 0.5 * voxel_size)
+    inside &= points[:, 2] >= bands.body_low * voxel_size
+    inside &= points[:, 2] < (bands.body_high + 1) * voxel_size
+    return _middles(points[inside, :2], voxel_size)
+
+
+def _middles(points: Float64Array, cell_m: float) -> Float64Array:
+    """Return the mean (M, 2) of the points (N, 2) in each square that holds enough of them."""
+    cells = np.floor(points / cell_m).astype(np.int64)
+    _, member_of, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+    sums = np.stack([np.bincount(member_of, points[:, k], len(count)) for k in range(2)], axis=1)
+    enough = count >= _FEWEST_POINTS
+    return sums[enough] / count[enough, None]
 
 
 def room_at(points: Float64Array, obstacles: Float64Array) -> Float64Array:

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from ippon.command import Command
-from ippon.control.obstacles import body_room, near_obstacles
+from ippon.control.obstacles import body_room, near_obstacles, seen_obstacles
+from ippon.frame import Frame
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.robot import RobotProfile
@@ -22,6 +23,7 @@ def filter_command(
     robot: RobotProfile,
     map_arrays: MapArrays,
     horizon_s: float,
+    frame: Frame | None = None,
 ) -> tuple[Command, str | None]:
     """Scale a command down until the robot could carry it out and still stop in time.
 
@@ -36,6 +38,8 @@ def filter_command(
         robot: Its body and limits.
         map_arrays: The map; unknown space is no obstacle here.
         horizon_s: How long the command may hold before the next one.
+        frame: The newest image; what it shows is an obstacle before the map says so. None where
+            there is none.
 
     Returns:
         The command that is safe, and why it differs; None when it does not.
@@ -43,6 +47,9 @@ def filter_command(
     speed = abs(command.linear_m_s)
     reach = robot.radius_m + speed * (horizon_s + speed / robot.max_linear_acceleration_m_s2) + 0.3
     obstacles = near_obstacles(map_arrays, robot, T_world_base, reach)
+    if frame is not None:
+        seen = seen_obstacles(frame, robot, map_arrays.voxel_size, reach)
+        obstacles = np.concatenate([obstacles, seen])
     return filter_among(command, T_world_base, robot, obstacles, horizon_s)
 
 

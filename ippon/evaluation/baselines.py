@@ -14,8 +14,9 @@ from ippon.frame import Frame
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import MapArrays
+from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind, Plan, Viewpoint
-from ippon.planning.planner import PlannerConfig, ViewpointPlanner
+from ippon.planning.planner import ViewpointPlanner
 from ippon.planning.sampling import cell_centre
 from ippon.planning.traversability import Traversability
 from ippon.robot import RobotProfile

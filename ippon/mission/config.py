@@ -9,7 +9,7 @@ from ippon.mapping.voxel_map import MapConfig
 from ippon.mission.look_around import LookAroundConfig
 from ippon.mission.recovery import RecoveryConfig
 from ippon.mission.travel_pitch import TravelPitchConfig
-from ippon.planning.planner import PlannerConfig
+from ippon.planning.config import PlannerConfig
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

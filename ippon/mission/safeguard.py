@@ -1,4 +1,4 @@
-"""The last word on a mission's command: nothing that the map knows is driven into."""
+"""The last word on a mission's command: nothing that was seen is driven into."""
 
 from ippon.command import Command
 from ippon.control.safety import filter_command
@@ -18,11 +18,11 @@ def moves_base(command: Command) -> bool:
 def without_collision(
     command: Command, frame: Frame, robot: RobotProfile, voxel_map: VoxelMap, dt_s: float
 ) -> tuple[Command, str | None]:
-    """Keep a command from driving the body into what the map knows.
+    """Keep a command from driving the body into what map and newest image show.
 
     Args:
         command: What is wanted.
-        frame: Where the robot stands.
+        frame: Where the robot stands, and what it sees.
         robot: Its body.
         voxel_map: What is known of its surroundings.
         dt_s: Seconds since the frame before.
@@ -33,4 +33,4 @@ def without_collision(
     if not moves_base(command):
         return command, None
     horizon_s = min(max(dt_s, MIN_HORIZON_S), MAX_HORIZON_S)
-    return filter_command(command, frame.T_world_base, robot, voxel_map.arrays(), horizon_s)
+    return filter_command(command, frame.T_world_base, robot, voxel_map.arrays(), horizon_s, frame)

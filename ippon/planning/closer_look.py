@@ -29,6 +29,8 @@ _CLUSTER_GAP = 2.1
 """Voxels of one cluster lie at most this many edges apart."""
 _TRIES = 12
 """Viewpoints whose line of sight is checked in a step at most."""
+_SIGHTS = 6
+"""Voxels of a cluster that lines of sight are drawn to: of a bed behind a door a corner shows."""
 _STAY_S = 1.0
 """Another viewpoint must be this much better."""
 _THERE_M = 0.25
@@ -129,7 +131,7 @@ class CloserLooks:
         """
         self._watch(T_world_base)
         nodes = np.array([n for n in tree.order.tolist() if n not in barred], dtype=np.int64)
-        best: tuple[float, int, Float64Array] | None = None
+        best: tuple[float, int, Float64Array, Float64Array] | None = None
         for cluster in clusters_of(voxels, arrays.voxel_size) if len(nodes) else ():
             if len(cluster) <= self._config.share * termination_min or self._is_settled(cluster):
                 continue
@@ -139,7 +141,7 @@ class CloserLooks:
         if best is None:
             self._pursuit = None
             return None
-        return self._towards(best[1], best[2], xy, views.eye_z_m(arrays))
+        return self._towards(best[1], best[2], best[3], xy, views.eye_z_m(arrays))
 
     def _nearest_sight(
         self,
@@ -149,24 +151,30 @@ class CloserLooks:
         views: Viewpoints,
         tree: ShortestTree,
         xy: Float64Array,
-    ) -> tuple[float, int] | None:
-        """Return seconds and viewpoint from which the cluster is reached soonest and in sight."""
-        centre = cluster[int(np.argmin(((cluster - cluster.mean(axis=0)) ** 2).sum(axis=1)))]
+    ) -> tuple[float, int, Float64Array] | None:
+        """Return seconds, viewpoint and voxel (3,) in sight from where the cluster is soonest."""
         away = np.linalg.norm(xy[nodes, None] - cluster[None, :, :2], axis=2).min(axis=1)
         # The rest of the way is likely to lead round something.
         seconds = tree.cost[nodes] + 1.5 * away / self._speed
         if self._pursuit is not None:
             seconds[nodes == self._pursuit.node] -= _STAY_S
+        samples = _spread(cluster)
         for row in np.argsort(seconds, kind="stable")[:_TRIES].tolist():
-            if views.sees(xy[nodes[row]], centre, arrays):
-                return float(seconds[row]), int(nodes[row])
+            for voxel in samples:
+                if views.sees(xy[nodes[row]], voxel, arrays):
+                    return float(seconds[row]), int(nodes[row]), voxel
         return None
 
     def _towards(
-        self, node: int, cluster: Float64Array, xy: Float64Array, eye_z_m: float
+        self,
+        node: int,
+        voxel: Float64Array,
+        cluster: Float64Array,
+        xy: Float64Array,
+        eye_z_m: float,
     ) -> CloserLook:
         centre = cluster.mean(axis=0)
-        dx, dy = centre[:2] - xy[node]
+        dx, dy = voxel[:2] - xy[node]
         yaw = math.atan2(dy, dx)
         old = self._pursuit
         same = old is not None and _is_near(old.centre, centre)
@@ -179,7 +187,7 @@ class CloserLooks:
             age=old.age if old is not None and same else 0,
             settled=old.settled if old is not None and same and old.node == node else 0,
         )
-        tilt = math.atan2(centre[2] - eye_z_m, max(math.hypot(dx, dy), 0.1))
+        tilt = math.atan2(voxel[2] - eye_z_m, max(math.hypot(dx, dy), 0.1))
         if self._pursuit.settled >= self._config.patience_steps // 4:
             tilt -= self._config.down_rad
         return CloserLook(node=node, yaw_rad=yaw, tilt_rad=tilt)
@@ -218,6 +226,17 @@ def clusters_of(voxels: Float64Array, voxel_size: float) -> list[Float64Array]:
     graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), (count, count))
     number, member_of = _components(graph, directed=False)
     return [voxels[member_of == c] for c in range(number)]
+
+
+def _spread(cluster: Float64Array) -> Float64Array:
+    """Return up to `_SIGHTS` of (M, 3) voxels, the middle one first, each far from those before."""
+    away = ((cluster - cluster.mean(axis=0)) ** 2).sum(axis=1)
+    chosen = [int(np.argmin(away))]
+    apart = ((cluster - cluster[chosen[0]]) ** 2).sum(axis=1)
+    while len(chosen) < min(_SIGHTS, len(cluster)):
+        chosen.append(int(np.argmax(apart)))
+        apart = np.minimum(apart, ((cluster - cluster[chosen[-1]]) ** 2).sum(axis=1))
+    return cluster[chosen]
 
 
 def _is_near(one: Float64Array, other: Float64Array) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ippon.mapping.arrays import FREE, OCCUPIED, MapArrays
+from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN, MapArrays
 from ippon.planning.voxels import block_row
 from ippon.robot import RobotProfile
 
@@ -26,7 +26,7 @@ COLUMN_BLOCKED: Final = 2
 FLOOR_SEEN: Final = 4
 """Bit: a surface at the height of the floor."""
 FLOOR_ABSENT: Final = 8
-"""Bit: seen to be empty where the floor should be: a drop."""
+"""Bit: seen to be empty where the floor should be: a drop, or a stair that leads down."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,8 @@ class ColumnBands:
         """Find the layers for a robot on a floor of this height."""
         # A surface that is a step high shows in voxels up to almost half an edge above it.
         above = floor_z_m + robot.max_step_m + 0.45 * voxel_size
-        below = floor_z_m - robot.max_step_m - 0.5 * voxel_size
+        # As far below, but no more: half an edge would let a stair two steps deep pass for floor.
+        below = floor_z_m - robot.max_step_m - 0.45 * voxel_size
         top = floor_z_m + max(s.z_m + s.radius_m for s in robot.spheres)
         floor_high = math.floor(above / voxel_size - 0.5)
         return cls(
@@ -105,20 +106,25 @@ def _read_columns_kernel(arrays, blocks, bands, min_seen, origin_i, origin_j, ou
                 elif free >= min_seen * layers:
                     value = COLUMN_CLEAR
                 floor, empty = False, 0
-                # One layer more than the band: a floor may hide half a voxel below it.
-                for k in range(bands[0] - 1, bands[1] + 1):
+                for k in range(bands[0], bands[1] + 1):
                     row = block_row(arrays, i, j, k)
                     if row < 0:
                         continue
                     state = arrays.state[row, (a << 6) | (b << 3) | (k & 7)]
-                    if state == OCCUPIED and k >= bands[0]:
+                    if state == OCCUPIED:
                         floor = True
                     elif state == FREE:
                         empty += 1
                 if floor:
                     value |= FLOOR_SEEN
-                elif empty == bands[1] - bands[0] + 2:
-                    value |= FLOOR_ABSENT
+                elif empty == bands[1] - bands[0] + 1:
+                    # Nothing is known of a floor whose edge the band's last layer just misses, so
+                    # the layer below must have been seen, too: as more space, or as a step down.
+                    row = block_row(arrays, i, j, bands[0] - 1)
+                    if row >= 0:
+                        c = (a << 6) | (b << 3) | ((bands[0] - 1) & 7)
+                        if arrays.state[row, c] != UNKNOWN:
+                            value |= FLOOR_ABSENT
                 out[i - origin_i, j - origin_j] = value
 
 

@@ -5,68 +5,42 @@ bounded by counts, not by a clock, so that two runs of one seed are the same run
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
-from ippon.planning.closer_look import CloserLook, CloserLookConfig, CloserLooks
-from ippon.planning.connection import COMFORT_M, Connector, LocalPlannerConfig
+from ippon.planning.closer_look import CloserLook, CloserLooks
+from ippon.planning.config import PlannerConfig
+from ippon.planning.connection import COMFORT_M, Connector
 from ippon.planning.picture import TreePicture
 from ippon.planning.plan import Plan, Viewpoint
-from ippon.planning.promise import promise
+from ippon.planning.promise import promise, waits
 from ippon.planning.regions import RegionWeights
 from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampler import Sampler
 from ippon.planning.sampling import (
     STANDABLE,
-    SamplingConfig,
     object_voxels,
     reachable_cells,
 )
-from ippon.planning.selection import Scores, SelectionConfig, score_nodes, select
+from ippon.planning.selection import (
+    Commitment,
+    Scores,
+    commit,
+    score_nodes,
+    select,
+    with_passing,
+)
 from ippon.planning.shortest_tree import Seeds, ShortestTree
-from ippon.planning.traversability import Traversability, TraversabilityConfig
-from ippon.planning.viewpoints import ViewConfig, Viewpoints
+from ippon.planning.traversability import Traversability
+from ippon.planning.viewpoints import Viewpoints
 from ippon.robot import RobotProfile
 
 WAYPOINT_REACH_M = 0.75
 """A point that an operator chose may lie this far from where the robot can stand: on a table."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlannerConfig:
-    """Everything that decides where the robot looks next."""
-
-    ooi_threshold: float = 0.8
-    """p_T: posterior above which a voxel is one of the object; more stops later and errs less."""
-    view: ViewConfig = field(default_factory=ViewConfig)
-    sampling: SamplingConfig = field(default_factory=SamplingConfig)
-    traversability: TraversabilityConfig = field(default_factory=TraversabilityConfig)
-    local_planner: LocalPlannerConfig = field(default_factory=LocalPlannerConfig)
-    selection: SelectionConfig = field(default_factory=SelectionConfig)
-    closer_look: CloserLookConfig = field(default_factory=CloserLookConfig)
-    samples_per_step: int = 10
-    """Viewpoints added in a step at most; more covers new space sooner."""
-    evaluations_per_step: int = 6
-    """Viewpoints evaluated in a step at most, about 1.5 ms each."""
-    second_chances: int = 2
-    """Times a search that would end opens again what contacts closed and tries gaps that are all
-    but too narrow; more tries harder and takes longer to give up."""
-    max_nodes: int = 1500
-    """Viewpoints kept at most; 1,000 m² of floor takes about 1,000."""
-
-    def __post_init__(self) -> None:
-        """Reject budgets that never get anywhere."""
-        if not 0.0 < self.ooi_threshold < 1.0:
-            raise ValueError(f"ooi_threshold must lie in (0, 1); got {self.ooi_threshold}")
-        if self.samples_per_step < 1 or self.evaluations_per_step < 2 or self.max_nodes < 10:
-            raise ValueError(
-                "samples_per_step must be at least 1, evaluations_per_step 2, max_nodes 10; got "
-                f"{self.samples_per_step}, {self.evaluations_per_step}, {self.max_nodes}"
-            )
 
 
 class ViewpointPlanner:
@@ -74,7 +48,7 @@ class ViewpointPlanner:
 
     def __init__(self, config: PlannerConfig, robot: RobotProfile, seed: int) -> None:
         self.config = config
-        self._robot = robot
+        self._turn_rate = robot.max_yaw_rate_rad_s
         self._floor = Traversability(config.traversability, robot)
         self._road = Roadmap(config.max_nodes)
         self._views = Viewpoints(config.view, robot, config.max_nodes, config.ooi_threshold)
@@ -87,6 +61,7 @@ class ViewpointPlanner:
         self._levels_changed = False
         self._target: int | None = None
         self._path: Float64Array | None = None
+        self._commitment: Commitment | None = None
         self._tree: ShortestTree | None = None
         self._given_up: dict[int, int] = {}
         self._second_chances = 0
@@ -139,11 +114,6 @@ class ViewpointPlanner:
         self._floor.mark_contact(T_world_base)
         self._path = None
 
-    def block_region(self, centre_world: tuple[float, float], radius_m: float) -> None:
-        """Take a disc of the floor for untraversable until the robot has driven over it."""
-        self._floor.block_disc(centre_world, radius_m)
-        self._path = None
-
     def give_up_target(self, steps: int = 100) -> None:
         """Do not go to the present target for a while: the robot cannot get there."""
         if self._target is not None:
@@ -160,9 +130,8 @@ class ViewpointPlanner:
         """
         x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
         box = self._floor.update(map_arrays, T_world_base)
-        self._views.follow(
-            map_arrays, self._floor.floor_z_m, T_world_base, tilt_rad, self._standing_at(x, y)
-        )
+        standing_at = self._standing_at(x, y)
+        self._views.follow(map_arrays, self._floor.floor_z_m, T_world_base, tilt_rad, standing_at)
         if self._levels_changed:
             self._views.memory.forget_surfaces()
             self._views.recount(map_arrays)
@@ -175,9 +144,13 @@ class ViewpointPlanner:
         objects = object_voxels(map_arrays, self.config.ooi_threshold)
         saturated = self._sampler.add(objects, reachable, x, y)
         seeds, tree = self._grow_tree(reachable, x, y, yaw)
-        evaluated = self._evaluate(map_arrays, tree, objects)
+        evaluated = self._evaluate(map_arrays, tree, objects, standing_at is not None)
         target, scores = self._choose(map_arrays, tree)
         look = self._look_closer(target, scores, objects, map_arrays, tree, T_world_base)
+        gain = self._views.gain
+        self._commitment = commit(
+            scores, gain, None if look is not None else target, self._commitment
+        )
         target = target if look is None else look.node
         path = np.zeros((0, 2))
         if target is not None:
@@ -255,16 +228,22 @@ class ViewpointPlanner:
         self, reachable: NDArray[np.uint8], x: float, y: float, yaw: float
     ) -> tuple[Seeds, ShortestTree]:
         seeds = self._connector.seeds(x, y, yaw, self._target, self._path)
-        rate = self._robot.max_yaw_rate_rad_s
+        rate = self._turn_rate
         tree = self._road.shortest_tree(seeds, yaw, rate)
         if self._connector.bridge(tree, reachable):
             tree = self._road.shortest_tree(seeds, yaw, rate)
         return seeds, tree
 
-    def _evaluate(self, arrays: MapArrays, tree: ShortestTree, voxels: Float64Array) -> int:
+    def _evaluate(
+        self, arrays: MapArrays, tree: ShortestTree, voxels: Float64Array, standing: bool
+    ) -> int:
         """Bring the most promising viewpoints up to date."""
         nodes = tree.order
-        nodes = nodes[self._views.stale(nodes, self._road.xy, arrays.voxel_size)]
+        stale = self._views.stale(nodes, self._road.xy, arrays.voxel_size)
+        if standing:
+            # Looks alone change nothing in the map, but they use up what there is to see.
+            stale |= nodes == self._target
+        nodes = nodes[stale]
         if not len(nodes):
             return 0
         worth = promise(
@@ -328,7 +307,7 @@ class ViewpointPlanner:
         banned = list(self._given_up)
         eligible[banned] = False
         termination[banned] = 0.0
-        return score_nodes(
+        scores = score_nodes(
             selection,
             tree,
             gain=views.gain[:n],
@@ -337,13 +316,13 @@ class ViewpointPlanner:
             yaw=yaw,
             eligible=eligible,
             termination_min=self._termination_min,
-            turn_rate=self._robot.max_yaw_rate_rad_s,
+            turn_rate=self._turn_rate,
         )
+        if self._commitment is None or self._commitment.node != self._target:
+            return scores
+        return with_passing(selection, scores, views.gain, self._commitment)
 
     def _promising_left(self, arrays: MapArrays, tree: ShortestTree) -> bool:
         """Tell whether a viewpoint waits to be evaluated that might be worth going to."""
-        nodes = tree.order
-        stale = nodes[self._views.stale(nodes, self._road.xy, arrays.voxel_size)]
-        unseen = self._views.evaluated[stale] < 0
-        worth = self._views.potential[stale] >= 0.5 * self.config.selection.min_gain
-        return bool((unseen | worth).any())
+        stale = self._views.stale(tree.order, self._road.xy, arrays.voxel_size)
+        return waits(tree.order[stale], self._views, 0.5 * self.config.selection.min_gain)

@@ -52,3 +52,9 @@ def promise(
     if target is not None:
         out[nodes == target] += 1e7
     return out
+
+
+def waits(nodes: NDArray[np.int64], views: Viewpoints, min_potential: float) -> bool:
+    """Tell whether any of (N,) stale viewpoints might be worth going to."""
+    unseen = views.evaluated[nodes] < 0
+    return bool((unseen | (views.potential[nodes] >= min_potential)).any())

@@ -88,6 +88,58 @@ def score_nodes(
     return Scores(path_gain, path_cost, ratio, terminating)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Commitment:
+    """What the way to a target promised when it was chosen."""
+
+    node: int
+    passing: float
+    """Gain of the viewpoints on that way."""
+    cost: float
+    """Seconds that it took."""
+
+
+def commit(
+    scores: Scores, gain: NDArray[np.float32], target: int | None, before: Commitment | None
+) -> Commitment | None:
+    """Return what the way to a target promises, as of when it was chosen.
+
+    Args:
+        scores: Of every node.
+        gain: (N,) G(n).
+        target: The node that was chosen, None for none.
+        before: What the last step returned.
+    """
+    if target is None:
+        return None
+    if before is not None and before.node == target:
+        return before
+    return Commitment(
+        node=target,
+        passing=float(scores.path_gain[target] - gain[target]),
+        cost=float(scores.path_cost[target]),
+    )
+
+
+def with_passing(
+    config: SelectionConfig, scores: Scores, gain: NDArray[np.float32], commitment: Commitment
+) -> Scores:
+    """Count for the target what it was chosen to pass, as far as that still lies ahead.
+
+    The robot's own way to it leads past the same places, but through none of their nodes: without
+    this the target would be worth less for being the target, and two of them take turns for ever.
+    """
+    node = commitment.node
+    left = min(1.0, float(scores.path_cost[node]) / max(commitment.cost, 1e-6))
+    path_gain = max(float(scores.path_gain[node]), float(gain[node]) + left * commitment.passing)
+    if scores.ratio[node] <= 0.0 or scores.terminating[node]:
+        return scores
+    gains, ratio = scores.path_gain.copy(), scores.ratio.copy()
+    gains[node] = path_gain
+    ratio[node] = path_gain / (scores.path_cost[node] + config.settle_s)
+    return scores._replace(path_gain=gains, ratio=ratio)
+
+
 @njit(cache=True, nogil=True)
 def _path_kernel(tree, gain, by_heading, yaw, weight, rate, path_gain, path_cost):
     gathered = np.zeros(gain.shape[0])

@@ -209,12 +209,6 @@ class Traversability:
         n = np.unravel_index(int(np.argmin(away)), away.shape)
         return math.atan2(cy[n] - y, cx[n] - x)
 
-    def block_disc(self, centre: tuple[float, float], radius_m: float) -> None:
-        """Close a disc of the floor until it is driven over."""
-        if self._grid is not None:
-            self._mark_disc(centre, radius_m, CONTACT)
-            self._reread = True
-
     def clearance(self, x: float, y: float) -> float:
         """Return metres from a point of the floor to the nearest obstacle."""
         return clearance_at(self.grid, float(x), float(y))
@@ -315,8 +309,9 @@ def _combine_kernel(columns, marks, box, kind, window):
                     absent += 1 if columns[a, b] & FLOOR_ABSENT else 0
             value = columns[i, j] & 3
             # A floor seen from afar has holes of single voxels, and a ray that slips through the
-            # floor's edge empties one: neighbours decide.
-            if value == COLUMN_BLOCKED or absent >= 5 or marks[i, j] & CONTACT:
+            # floor's edge empties one: neighbours decide. Three make an edge, and the column before
+            # it counts as the drop: nobody squeezes past that by half a voxel.
+            if value == COLUMN_BLOCKED or absent >= 3 or marks[i, j] & CONTACT:
                 now = OBSTACLE
             elif marks[i, j] & DRIVEN or (value == COLUMN_CLEAR and floor >= 3):
                 now = OPEN

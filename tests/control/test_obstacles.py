@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from ippon.control.obstacles import body_room, near_obstacles, room_at
+from ippon.camera import PinholeCamera
+from ippon.control.obstacles import body_room, near_obstacles, room_at, seen_obstacles
+from ippon.frame import Frame
 from ippon.geometry import base_pose
 from ippon.mapping.arrays import OCCUPIED
 from ippon.planning.columns import ColumnBands
@@ -65,3 +67,38 @@ def test_a_long_robot_has_less_room_sideways_when_it_turns():
     along, across = np.array([[0.0, 0.0, 0.0]]), np.array([[0.0, 0.0, np.pi / 2]])
     assert body_room(robot, along, post)[0] == pytest.approx(0.4)
     assert body_room(robot, across, post)[0] == pytest.approx(0.1)
+
+
+def looking_at(distance_m, rows=slice(None), columns=slice(None)):
+    """A frame of the level camera at `HERE`: something upright at a distance, the rest far."""
+    camera = PinholeCamera.from_horizontal_fov(160, 100, ZED.horizontal_fov_rad)
+    depth = np.full((100, 160), 4.5, dtype=np.float32)
+    depth[rows, columns] = distance_m
+    return Frame(
+        stamp_ns=0,
+        color=np.zeros((100, 160, 3), dtype=np.uint8),
+        depth=depth,
+        camera=camera,
+        T_world_camera=HERE @ ZED.T_base_camera(0.0),
+        T_world_base=HERE,
+        tilt_rad=0.0,
+    )
+
+
+def test_what_one_image_shows_is_where_it_is():
+    found = seen_obstacles(looking_at(0.9, columns=slice(70, 90)), ZED, 0.1, 2.0)
+    np.testing.assert_allclose(found[:, 0], 0.9, atol=1e-6)
+    half = 0.9 * np.tan(0.5 * ZED.horizontal_fov_rad) * 10.5 / 80
+    assert -half <= found[:, 1].min() < -0.03
+    assert 0.03 < found[:, 1].max() <= half
+
+
+def test_one_image_shows_no_obstacle_above_below_beyond_or_inside_the_body():
+    above, below = slice(0, 40), slice(95, 100)
+    assert len(seen_obstacles(looking_at(1.5, rows=above), ZED, 0.1, 2.0)) == 0
+    assert len(seen_obstacles(looking_at(2.7, rows=below), ZED, 0.1, 3.0)) == 0, "the floor"
+    assert len(seen_obstacles(looking_at(2.1), ZED, 0.1, 2.0)) == 0
+    assert len(seen_obstacles(looking_at(0.15), ZED, 0.1, 2.0)) == 0, "the robot itself"
+    assert len(seen_obstacles(looking_at(0.9, slice(60, 61), slice(80, 83)), ZED, 0.1, 2.0)) == 0, (
+        "three pixels may be errors"
+    )

@@ -13,8 +13,9 @@ from ippon.evaluation.baselines import (
 )
 from ippon.evaluation.floor_routes import FloorRoutes
 from ippon.geometry import base_pose
+from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind, Plan, TreeView
-from ippon.planning.planner import PlannerConfig, ViewpointPlanner
+from ippon.planning.planner import ViewpointPlanner
 
 
 def _plan(nodes=(), *, exhausted=False) -> Plan:

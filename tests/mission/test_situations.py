@@ -74,6 +74,20 @@ def test_an_obstacle_that_moves_onto_the_path_is_driven_round(searcher, room):
     assert passes(before.path_world, box), "the old path led through it"
 
 
+def test_what_appears_in_front_of_a_moving_robot_stops_it_before_the_map_knows(searcher, room):
+    home = [*room(8.0, 4.0), toilet(7.4, 1.8)]
+    robot = searcher(home, 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(40.0, lambda r: r.command.linear_m_s > 0.65 and robot.at[0] > 2.0)
+    yaw = robot.world.base.yaw_rad
+    assert robot.world.base.linear_m_s > 0.55, "it is under way"
+    x, y = robot.at + 1.0 * np.array([math.cos(yaw), math.sin(yaw)])
+    robot.rebuild([*home, ("box", "box", (x - 0.1, y - 0.3, 0.0), (x + 0.1, y + 0.3, 1.2))])
+    robot.search(60.0)
+    assert robot.world.collisions == 0
+    assert robot.last.state is MissionState.FOUND
+
+
 def passes(path_world, box, radius=0.25):
     """Tell whether a path comes closer than the body's radius to a box."""
     (x0, y0, _), (x1, y1, _) = box[2:]
@@ -113,6 +127,32 @@ def test_stairs_up_are_no_floor(searcher, room):
     assert robot.last.state is MissionState.EXHAUSTED
     assert robot.world.collisions == 0
     assert robot.world.trajectory[:, 0].max() < 3.0 - ZED.radius_m
+
+
+def test_stairs_down_are_no_floor(searcher, room):
+    stairs = [
+        ("stairs", "stairs", (3.0 + 0.3 * k, -0.1, -2.0), (3.3 + 0.3 * k, 4.1, -0.17 * (k + 1)))
+        for k in range(6)
+    ]
+    ground = [
+        ("floor", "floor", (-0.1, -0.1, -0.1), (3.0, 4.1, 0.0)),
+        ("floor", "floor", (4.8, -0.1, -1.3), (8.1, 4.1, -1.02)),
+    ]
+    robot = searcher([*ground, *room(8.0, 4.0)[1:], *stairs, toilet(7.0, 1.8, -1.02)], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(90.0)
+    assert robot.last.state is MissionState.EXHAUSTED
+    assert robot.world.trajectory[:, 0].max() < 3.0 - ZED.radius_m
+
+
+def test_an_object_that_no_way_leads_to_ends_the_search_with_it_as_candidate(searcher, room):
+    barrier = ("wall", "wall", (4.0, -0.1, 0.0), (4.1, 4.1, 0.9))
+    robot = searcher([*room(), barrier, toilet(5.4, 1.8)], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(150.0)
+    assert robot.last.state is MissionState.EXHAUSTED
+    assert robot.last.candidates, "it was seen over the barrier"
+    assert "no way leads close to what looks most like it" in robot.last.why
 
 
 def test_a_rejected_find_is_not_found_again(searcher, room):

@@ -9,7 +9,8 @@ from ippon.geometry import base_pose
 from ippon.guidance.levels import LevelProbabilities
 from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN
 from ippon.planning.closer_look import CloserLookConfig, clusters_of
-from ippon.planning.planner import PlannerConfig, ViewpointPlanner
+from ippon.planning.config import PlannerConfig
+from ippon.planning.planner import ViewpointPlanner
 from ippon.robot import ZED
 
 POSE = base_pose(1.4, 2.8, 0.0, 0.0)
@@ -72,6 +73,18 @@ def test_what_stays_a_speck_from_close_by_is_left_alone(dense_map):
     # Another goal forgets; so does the thing when much more of it shows.
     volume.fill((4.8, 2.5, 0.7), (5.0, 3.1, 0.9), OCCUPIED, ooi=0.95)
     assert run(planner, volume, 3).closer_look
+
+
+def test_a_corner_in_sight_is_enough(dense_map):
+    volume = seen_from_afar(dense_map)
+    # Long enough to be cut off by the wall but at one end.
+    volume.fill((4.8, 1.0, 0.7), (5.0, 2.9, 0.9), OCCUPIED, ooi=0.95)
+    volume.fill((4.3, 0.7, 0.0), (4.4, 2.7, 2.0), OCCUPIED, ooi=0.0, level=1)
+    plan = run(make(), volume, 10)
+    assert plan.closer_look
+    x, y, _ = plan.target.position_world
+    seen = math.atan2(2.85 - y, 4.9 - x)
+    assert plan.target.yaw_rad == pytest.approx(seen, abs=0.12), "it looks at what shows"
 
 
 def test_an_object_behind_a_wall_is_no_reason_to_go_there(dense_map):

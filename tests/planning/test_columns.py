@@ -55,6 +55,16 @@ def test_kinds_of_columns(dense_map):
     assert out[24, 0] == COLUMN_CLEAR | FLOOR_ABSENT, "a drop"
 
 
+@pytest.mark.parametrize("robot", [ZED, HABITAT])
+def test_a_stair_down_is_a_drop_and_an_unseen_depth_is_not(dense_map, robot):
+    volume = dense_map((1.6, 0.8, 2.4))
+    volume.fill((0.0, 0.0, -0.1), (1.6, 0.8, 2.0), FREE)
+    volume.fill((0.0, 0.0, -0.2), (0.8, 0.8, -0.1), OCCUPIED)
+    out, _, _ = _read(volume, robot)
+    assert out[0, 0] == COLUMN_CLEAR | FLOOR_ABSENT
+    assert out[8, 0] == COLUMN_CLEAR
+
+
 def test_what_hangs_above_the_robot_does_not_block(dense_map):
     volume = dense_map((0.8, 0.8, 2.4))
     volume.fill((0.0, 0.0, -0.1), (0.8, 0.8, 0.0), OCCUPIED)

@@ -10,8 +10,9 @@ from ippon.guidance.levels import Level, LevelProbabilities
 from ippon.mapping.arrays import FREE, OCCUPIED
 from ippon.planning import viewpoints as viewpoints_module
 from ippon.planning.clearance import move_between
+from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind, Plan
-from ippon.planning.planner import PlannerConfig, ViewpointPlanner
+from ippon.planning.planner import ViewpointPlanner
 from ippon.robot import HABITAT, ZED
 
 PROBABILITIES = LevelProbabilities().as_array()

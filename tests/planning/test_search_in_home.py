@@ -10,8 +10,9 @@ from ippon.command import Command
 from ippon.control.follower import FollowerConfig, PathFollower
 from ippon.guidance.levels import Level, LevelProbabilities
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
+from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind
-from ippon.planning.planner import PlannerConfig, ViewpointPlanner
+from ippon.planning.planner import ViewpointPlanner
 from ippon.robot import HABITAT, ZED
 from ippon.simulation.scene import Instance, Scene, StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig

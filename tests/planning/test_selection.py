@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ippon.planning.selection import SelectionConfig, score_nodes, select
+from ippon.planning.selection import SelectionConfig, commit, score_nodes, select, with_passing
 from ippon.planning.shortest_tree import ShortestTree
 
 CONFIG = SelectionConfig(passing_weight=1.0, settle_s=1.0, stay_factor=1.3)
@@ -84,3 +84,29 @@ def test_weights_without_meaning_are_refused():
         SelectionConfig(stay_factor=0.5)
     with pytest.raises(ValueError, match="passing_weight"):
         SelectionConfig(passing_weight=2.0)
+
+
+def test_a_target_keeps_the_gain_of_what_it_was_chosen_to_pass():
+    gain = np.array([10.0, 20.0, 24.0], dtype=np.float32)
+    chosen = commit(score(chain([2.0, 4.0, math.inf]), [10.0, 20.0, 24.0]), gain, 1, None)
+    assert chosen is not None
+    assert (chosen.node, chosen.passing, chosen.cost) == (1, 10.0, 4.0)
+    # Now the robot's own way leads to it, past no node, and another one looks better for it.
+    own = ShortestTree(
+        cost=np.array([2.0, 4.0, 4.0]),
+        parent=np.full(3, -1),
+        via=np.zeros(3, dtype=np.int64),
+        heading=np.zeros(3),
+        order=np.arange(3),
+    )
+    scores = score(own, gain.tolist(), config=SelectionConfig(stay_factor=1.0, settle_s=1.0))
+    bare = SelectionConfig(stay_factor=1.0, settle_s=1.0)
+    assert select(bare, scores, 1) == 2
+    kept = with_passing(bare, scores, gain, chosen)
+    assert kept.path_gain[1] == 30.0
+    assert select(bare, kept, 1) == 1
+    # Half way there half of what was to be passed is left.
+    near = score(own._replace(cost=np.array([1.0, 2.0, 2.0])), gain.tolist(), config=bare)
+    assert with_passing(bare, near, gain, chosen).path_gain[1] == 25.0
+    assert commit(scores, gain, 1, chosen) is chosen
+    assert commit(scores, gain, None, chosen) is None

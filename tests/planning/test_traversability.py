@@ -155,15 +155,6 @@ def test_relaxing_opens_contacts_and_narrows_the_margin_once(dense_map):
     assert not floor.relax(), "there is nothing left to relax"
 
 
-def test_a_blocked_disc_is_closed_until_driven_over(dense_map):
-    volume = open_floor(dense_map)
-    floor = Traversability(TraversabilityConfig(), ZED)
-    floor.update(volume.arrays(), POSE)
-    floor.block_disc((4.5, 4.5), 0.3)
-    floor.update(volume.arrays(), POSE)
-    assert kind_at(floor, 4.55, 4.55) == OBSTACLE
-
-
 @pytest.mark.parametrize(
     ("values", "text"),
     [

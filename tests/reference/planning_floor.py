@@ -38,7 +38,7 @@ def column(arrays: MapArrays, bands: ColumnBands, i: int, j: int, min_seen: floa
         value = COLUMN_CLEAR
     if OCCUPIED in floor:
         value |= FLOOR_SEEN
-    elif all(s == FREE for s in [below, *floor]):
+    elif all(s == FREE for s in floor) and below != UNKNOWN:
         value |= FLOOR_ABSENT
     return value
 

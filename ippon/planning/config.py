@@ -1,0 +1,43 @@
+"""Everything that decides where the robot looks next."""
+
+from dataclasses import dataclass, field
+
+from ippon.planning.closer_look import CloserLookConfig
+from ippon.planning.connection import LocalPlannerConfig
+from ippon.planning.sampling import SamplingConfig
+from ippon.planning.selection import SelectionConfig
+from ippon.planning.traversability import TraversabilityConfig
+from ippon.planning.viewpoints import ViewConfig
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannerConfig:
+    """Everything that decides where the robot looks next."""
+
+    ooi_threshold: float = 0.8
+    """p_T: posterior above which a voxel is one of the object; more stops later and errs less."""
+    view: ViewConfig = field(default_factory=ViewConfig)
+    sampling: SamplingConfig = field(default_factory=SamplingConfig)
+    traversability: TraversabilityConfig = field(default_factory=TraversabilityConfig)
+    local_planner: LocalPlannerConfig = field(default_factory=LocalPlannerConfig)
+    selection: SelectionConfig = field(default_factory=SelectionConfig)
+    closer_look: CloserLookConfig = field(default_factory=CloserLookConfig)
+    samples_per_step: int = 10
+    """Viewpoints added in a step at most; more covers new space sooner."""
+    evaluations_per_step: int = 6
+    """Viewpoints evaluated in a step at most, about 1.5 ms each."""
+    second_chances: int = 2
+    """Times a search that would end opens again what contacts closed and tries gaps that are all
+    but too narrow; more tries harder and takes longer to give up."""
+    max_nodes: int = 1500
+    """Viewpoints kept at most; 1,000 m² of floor takes about 1,000."""
+
+    def __post_init__(self) -> None:
+        """Reject budgets that never get anywhere."""
+        if not 0.0 < self.ooi_threshold < 1.0:
+            raise ValueError(f"ooi_threshold must lie in (0, 1); got {self.ooi_threshold}")
+        if self.samples_per_step < 1 or self.evaluations_per_step < 2 or self.max_nodes < 10:
+            raise ValueError(
+                "samples_per_step must be at least 1, evaluations_per_step 2, max_nodes 10; got "
+                f"{self.samples_per_step}, {self.evaluations_per_step}, {self.max_nodes}"
+            )
