@@ -121,12 +121,13 @@ class BlockDirectory:
         self._max_cells = max_cells
         self._empty = True
 
-    def rows_in(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> NDArray[np.int32]:
-        """Return the rows of the blocks that are there of the box [low, high)."""
-        first = np.maximum(low - self.origin, 0)
-        end = np.maximum(high - self.origin, 0)
-        box = self.rows[tuple(slice(a, b) for a, b in zip(first, end, strict=True))]
-        return box[box >= 0]
+    def part(
+        self, low: NDArray[np.int64], high: NDArray[np.int64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+        """Return the lower corner and the rows of what it holds of the box [low, high)."""
+        low = np.maximum(low, self.origin)
+        first, end = low - self.origin, np.maximum(high - self.origin, 0)
+        return low, self.rows[tuple(slice(a, b) for a, b in zip(first, end, strict=True))]
 
     def reach(
         self, low: NDArray[np.int64], high: NDArray[np.int64]

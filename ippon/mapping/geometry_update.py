@@ -24,63 +24,67 @@ from ippon.mapping.hits import PIXEL_BITS
 from ippon.mapping.view_blocks import CLEAR
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "arcp", "contract"})
-def _project(offset, origin, inverse_z, focal, center, last, out):
-    """Write one pixel coordinate of the padded image, its fraction kept, clamped to 0 .. last."""
-    zero = np.float32(0.0)
-    for k in range(512):
-        at = (origin + offset[k]) * inverse_z[k] * focal + center
-        out[k] = min(max(at, zero), last)
+@VECTORS
+def _find_pixels(corner, steps, lens, depths, width, height, per_cell, cells_u, z, index, cell):
+    """Find the pixel of each voxel's centre; 0, which has no depth, when it is out of range.
 
-
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "arcp", "contract"})
-def _depths(offset, origin, near, z, inverse_z):
-    for k in range(512):
-        z[k] = origin + offset[k]
-        inverse_z[k] = np.float32(1.0) / max(origin + offset[k], near)
-
-
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
-def _name_pixels(u, v, z, near, far, stride, out):
-    """Write the index of each voxel's pixel; 0, which has no depth, when it is out of range."""
-    for k in range(512):
-        inside = np.int32(1) if (z[k] > near) & (z[k] <= far) else np.int32(0)
-        out[k] = np.uint32((np.int32(v[k]) * stride + np.int32(u[k])) * inside)
-
-
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
-def _name_slopes(u, v, u_last, v_last, per_cell, cells_u, out):
-    """Write the index of each voxel's slope; the border's is the nearest, and never used."""
-    zero, one = np.float32(0.0), np.float32(1.0)
-    for k in range(512):
-        uc = np.int32(min(max(u[k] - one, zero), u_last) * per_cell)
-        vc = np.int32(min(max(v[k] - one, zero), v_last) * per_cell)
-        out[k] = np.uint32(vc * cells_u + uc)
-
-
-@njit(cache=True, nogil=True)
-def _find_pixels(corner, offsets, lens, depths, width, height, z, inverse_z, u, v, index):
-    """Find the pixel of each voxel's centre. Loops of few arrays each, see `hit_kernel`."""
+    One loop that only writes, and few arrays: LLVM gives up on vectors when it has to check more
+    of them for overlaps, and numba counts references to each at each call.
+    """
     near, far = depths
     fx, fy, cx, cy = lens
-    _depths(offsets[2], corner[2], near, z, inverse_z)
-    _project(offsets[0], corner[0], inverse_z, fx, cx, np.float32(width + 1), u)
-    _project(offsets[1], corner[1], inverse_z, fy, cy, np.float32(height + 1), v)
-    _name_pixels(u, v, z, near, far, np.int32(width + 2), index)
+    ox, oy, oz = corner
+    (xi, xj, xk), (yi, yj, yk), (zi, zj, zk) = steps
+    zero, one = np.float32(0.0), np.float32(1.0)
+    u_last, v_last = np.float32(width), np.float32(height)
+    line = np.int32(width + 2)
+    for n in range(512):
+        i = np.float32(np.int32(np.int32(n) >> 6))
+        j = np.float32(np.int32(np.int32(np.int32(n) >> 3) & np.int32(7)))
+        k = np.float32(np.int32(np.int32(n) & np.int32(7)))
+        depth = oz + i * zi + j * zj + k * zk
+        inverse = one / max(depth, near)
+        # Coordinates of the padded image, clamped to its border, their fraction kept.
+        u = min(max((ox + i * xi + j * xj + k * xk) * inverse * fx + cx, zero), u_last + one)
+        v = min(max((oy + i * yi + j * yj + k * yk) * inverse * fy + cy, zero), v_last + one)
+        pixel = np.int32(np.int32(np.int32(v) * line) + np.int32(u))
+        index[n] = np.uint32(pixel if (depth > near) & (depth <= far) else np.int32(0))
+        # The border's slope is the nearest, and never used.
+        uc = np.int32(min(max(u - one, zero), u_last - one) * per_cell)
+        vc = np.int32(min(max(v - one, zero), v_last - one) * per_cell)
+        cell[n] = np.uint32(np.int32(np.int32(vc * cells_u) + uc))
+        z[n] = depth
 
 
-@njit(cache=True, nogil=True)
-def _gather(image, index, out):
+@VECTORS
+def _read(image, index, out):
+    """Write the image's values at the pixels; return how many are positive, a float."""
+    zero, one = np.float32(0.0), np.float32(1.0)
     for k in range(512):
         out[k] = image[index[k]]
-
-
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz"})
-def _measure(read, slope, z, signed):
-    """Write each voxel's signed distance to the surface before it, -1e9 where there is none."""
+    positive = zero
     for k in range(512):
-        s = (read[k] - z[k]) * slope[k]
-        signed[k] = s if read[k] > np.float32(0.0) else np.float32(-1e9)
+        positive += one if out[k] > zero else zero
+    return positive
+
+
+@VECTORS
+def _measure(slope, cell, read, z, signed, behind):
+    """Write each voxel's signed distance to the surface before it, -1e9 where there is none.
+
+    Returns:
+        How many are greater than `behind`, a float.
+    """
+    zero, one, none = np.float32(0.0), np.float32(1.0), np.float32(-1e9)
+    for k in range(512):
+        signed[k] = slope[cell[k]]
+    observed = zero
+    for k in range(512):
+        s = (read[k] - z[k]) * signed[k]
+        s = s if read[k] > zero else none
+        signed[k] = s
+        observed += one if s > behind else zero
+    return observed
 
 
 @VECTORS
@@ -191,28 +195,22 @@ def update_kernel(
     cells_u = depth_image.slope.shape[1]
     v = rules.voxel_size
     m = view.T_camera_world
-    offsets = np.empty((3, 512), np.float32)
-    for k in range(512):
-        i, j, l = (k >> 6) + 0.5, ((k >> 3) & 7) + 0.5, (k & 7) + 0.5  # noqa: E741
-        for axis in range(3):
-            offsets[axis, k] = v * (m[axis, 0] * i + m[axis, 1] * j + m[axis, 2] * l)
-    z, inverse_z = np.empty(512, np.float32), np.empty(512, np.float32)
-    u, v_pixel = np.empty(512, np.float32), np.empty(512, np.float32)
-    read, slopes = np.empty(512, np.float32), np.empty(512, np.float32)
+    z, read = np.empty(512, np.float32), np.empty(512, np.float32)
     signed = np.empty(512, np.float32)
     index, cell = np.empty(512, np.uint32), np.empty(512, np.uint32)
-    no_hits = np.zeros(512, np.uint16)
+    no_hits = np.zeros(512, np.int32)
     per_cell = np.float32(1.0 / (1 << depth_image.slope_shift))
     depths = np.float32(view.near_m), np.float32(view.far_m)
     # One pixel of border, and half a one so that cutting off the fraction rounds.
     centre = np.float32(view.cx + 1.5), np.float32(view.cy + 1.5)
     lens = np.float32(view.fx), np.float32(view.fy), centre[0], centre[1]
-    u_last, v_last = np.float32(width - 1), np.float32(height - 1)
+    x, y, depth_axis = _steps(m, 0, v), _steps(m, 1, v), _steps(m, 2, v)
     # A voxel's face covers (f v / z)^2 pixels, one of `strides[0] * strides[1]` was sampled.
     need = np.float32(
         max(rules.hit_share * view.fx * view.fy * v * v / (strides[0] * strides[1]), 1e-6)
     )
     tsdf, weight, evidence, state = pools.tsdf, pools.weight, pools.evidence, pools.state
+    behind = np.float32(-rules.behind)
     n_entries = 0
     for at in range(n):
         row = rows[at]
@@ -221,30 +219,33 @@ def update_kernel(
             flags[at] = OBSERVED
             continue
         c = pools.coord[row]
-        edge = 8.0 * v
-        ox = np.float32(edge * (m[0, 0] * c[0] + m[0, 1] * c[1] + m[0, 2] * c[2]) + m[0, 3])
-        oy = np.float32(edge * (m[1, 0] * c[0] + m[1, 1] * c[1] + m[1, 2] * c[2]) + m[1, 3])
-        oz = np.float32(edge * (m[2, 0] * c[0] + m[2, 1] * c[1] + m[2, 2] * c[2]) + m[2, 3])
+        corner = _at(m, 0, v, c), _at(m, 1, v, c), _at(m, 2, v, c)
         _find_pixels(
-            (ox, oy, oz), offsets, lens, depths, width, height, z, inverse_z, u, v_pixel, index
-        )
-        _gather(depth, index, read)
+            corner, (x, y, depth_axis), lens, depths, width, height, per_cell, np.int32(cells_u),
+            z, index, cell,
+        )  # fmt: skip
+        if _read(depth, index, read) == 0 and hits.any[at + 1] == 0:
+            flags[at] = 0
+            continue
         if kinds[at] == CLEAR:
             flag, settled = update_clear_block(
                 tsdf[row], weight[row], evidence[row], state[row], rules, read
             )
             pools.settled[row] = 1 if settled else 0
         else:
+            observed = _measure(slope, cell, read, z, signed, behind)
+            if observed == 0 and hits.any[at + 1] == 0:
+                flags[at] = 0
+                continue
             pools.settled[row] = 0
-            _name_slopes(u, v_pixel, u_last, v_last, per_cell, np.int32(cells_u), cell)
-            _gather(slope, cell, slopes)
-            _measure(read, slopes, z, signed)
-            count = hits.number[at] if hits.any[at] == 1 else no_hits
+            count = hits.number[at + 1] if hits.any[at + 1] == 1 else no_hits
             flag = _mixed_block(
                 tsdf[row], weight[row], evidence[row], state[row], rules, z, signed, count, need
             )
-            if hits.any[at] == 1:
-                n_entries = _list_entries(state[row], row, count, hits.best[at], entries, n_entries)
+            if hits.any[at + 1] == 1:
+                n_entries = _list_entries(
+                    state[row], row, count, hits.best[at + 1], entries, n_entries
+                )
         if flag & STATE_CHANGED:
             pools.occupied[row] = _count(state[row], OCCUPIED)
             if pools.slab[row] != NO_SLAB:
@@ -261,12 +262,25 @@ def update_kernel(
 
 
 @njit(cache=True, nogil=True)
+def _steps(m, axis, v):
+    """Return how far a step along i, j and k leads along an axis of the camera."""
+    return np.float32(m[axis, 0] * v), np.float32(m[axis, 1] * v), np.float32(m[axis, 2] * v)
+
+
+@njit(cache=True, nogil=True)
+def _at(m, axis, v, block):
+    """Return a block's first voxel centre along an axis of the camera."""
+    i, j, k = 8 * block[0] + 0.5, 8 * block[1] + 0.5, 8 * block[2] + 0.5
+    return np.float32(v * (m[axis, 0] * i + m[axis, 1] * j + m[axis, 2] * k) + m[axis, 3])
+
+
+@njit(cache=True, nogil=True)
 def _list_entries(state, row, count, best, entries, n):
     for k in range(512):
         if count[k] > 0 and state[k] == OCCUPIED:
             entries[n, 0] = row
             entries[n, 1] = k
-            entries[n, 2] = np.int32(best[k] & np.uint32((1 << PIXEL_BITS) - 1))
+            entries[n, 2] = best[k] & np.int32((1 << PIXEL_BITS) - 1)
             n += 1
     return n
 

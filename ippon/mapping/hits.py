@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
 
-NO_PIXEL: Final = 0xFFFFFFFF
+NO_SAMPLE: Final = 0x7FFFFFFF
 PIXEL_BITS: Final = 20
 """Bits of `Hits.best` that name a sample; the others hold its distance to the voxel's centre."""
 
@@ -50,14 +50,17 @@ class Rules(NamedTuple):
 
 
 class Hits(NamedTuple):
-    """Pixels by voxel, for the blocks of one image's list; only rows with `any` set are valid."""
+    """Pixels by voxel: row r is for block r - 1 of an image's list, valid where `any` is set.
 
-    number: NDArray[np.uint16]
-    """(n, 512) samples that fell in the voxel, those left out because it is near included."""
-    best: NDArray[np.uint32]
-    """(n, 512) the sample nearest the voxel's centre, `NO_PIXEL` for none."""
+    Row 0 takes what lies in no block of the list.
+    """
+
+    number: NDArray[np.int32]
+    """(n + 1, 512) samples that fell in the voxel, those left out because it is near included."""
+    best: NDArray[np.int32]
+    """(n + 1, 512) the sample nearest the voxel's centre, `NO_SAMPLE` for none."""
     any: NDArray[np.uint8]
-    """(n,) the block has hits."""
+    """(n + 1,) the block has hits."""
 
 
 def sample_strides(camera: PinholeCamera, voxel_size: float, far_m: float) -> tuple[int, int]:
@@ -83,80 +86,90 @@ def n_samples(camera: PinholeCamera, strides: tuple[int, int]) -> int:
 def make_hits(blocks: int) -> Hits:
     """Reserve room for the hits of a list of `blocks` blocks."""
     return Hits(
-        np.zeros((blocks, 512), np.uint16),
-        np.zeros((blocks, 512), np.uint32),
-        np.zeros(blocks, np.uint8),
+        np.zeros((blocks + 1, 512), np.int32),
+        np.zeros((blocks + 1, 512), np.int32),
+        np.zeros(blocks + 1, np.uint8),
     )
 
 
-@njit(cache=True, nogil=True)
-def _read_row(depth, slope, columns, cells_u, read, slopes):
-    for s in range(columns.shape[0]):
-        read[s] = depth[columns[s]]
-        slopes[s] = slope[cells_u[s]]
-
-
-@njit(
+# Numba's check of each division for zero would keep a loop from vector registers.
+_ROWS: Final = njit(
     cache=True,
     nogil=True,
     error_model="numpy",
     fastmath={"nnan", "ninf", "nsz", "contract"},
 )
-def _lift_row(read, slopes, row, near, far, sink, out):
-    """Write each sample's depth, taken `sink` under the surface; -1 for those left out.
 
-    Nearer than a quarter of the range, every second sample along either axis is enough;
-    `_name_voxels` says which those are.
-    """
-    quarter = np.float32(0.25) * far
+
+@_ROWS
+def _read_sinks(slope, cells, sink, out):
+    """Write how much deeper than the surface each sample of a row of cells is taken."""
+    for s in range(cells.shape[0]):
+        out[s] = sink / slope[cells[s]]
+
+
+@_ROWS
+def _read_depth(depth, columns, out):
+    for s in range(columns.shape[0]):
+        out[s] = depth[columns[s]]
+
+
+@_ROWS
+def _lift_row(read, sinks, near, far, out):
+    """Write the depth under the surface that each sample is taken at; -1 for those out of range."""
     for s in range(read.shape[0]):
         d = read[s]
-        kept = (d >= quarter) | (((np.int32(s) | row) & 1) == 0)
-        z = d + sink / slopes[s]
-        out[s] = z if (d >= near) & (d <= far) & kept else np.float32(-1.0)
+        out[s] = d + sinks[s] if (d >= near) & (d <= far) else np.float32(-1.0)
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
-def _along_axis(depth, columns, start, step, shift, out):
+@_ROWS
+def _along_axis(depth, pixels, start, step, shift, out):
     """Write one coordinate of the samples of a row: (start + step * u) * depth + shift."""
     for s in range(depth.shape[0]):
-        out[s] = (start + step * np.float32(columns[s])) * depth[s] + shift
+        out[s] = (start + step * pixels[s]) * depth[s] + shift
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
-def _name_cells(depth, x, y, z, size_x, size_y, size_z, out):
-    """Write each sample's linear index in the directory, -1 where it lies in no block."""
-    zero, per_block = np.float32(0.0), np.float32(1.0 / 8.0)
+@_ROWS
+def _name_voxels(depth, x, y, z, size_x, size_y, size_z, out):
+    """Write each sample's voxel: (cell of the box of blocks + 1) * 512 + voxel; 0 for none."""
+    zero, eight = np.float32(0.0), np.float32(8.0)
+    end_x = np.float32(size_x) * eight
+    end_y, end_z = np.float32(size_y) * eight, np.float32(size_z) * eight
     for s in range(depth.shape[0]):
-        i, j, k = x[s] * per_block, y[s] * per_block, z[s] * per_block
-        inside = (depth[s] > zero) & (i >= zero) & (j >= zero) & (k >= zero)
-        inside = inside & (i < size_x) & (j < size_y) & (k < size_z)
-        cell = (np.int32(i) * np.int32(size_y) + np.int32(j)) * np.int32(size_z) + np.int32(k)
-        out[s] = np.int32(cell if inside else -1)
-
-
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"})
-def _name_voxels(x, y, z, read, far, out):
-    """Write what each sample stands for, its distance to the voxel's centre, and the voxel.
-
-    Bit 20: 1 if it stands for 4 samples, else for 1; bits 9 to 19 the distance, coarsely; bits 0 to
-    8 the voxel of its block.
-    """
-    half, steps = np.float32(0.5), np.float32(2000.0)
-    quarter = np.float32(0.25) * far
-    for s in range(x.shape[0]):
+        inside = (x[s] >= zero) & (y[s] >= zero) & (z[s] >= zero) & (depth[s] > zero)
+        inside = inside & (x[s] < end_x) & (y[s] < end_y) & (z[s] < end_z)
         i, j, k = np.int32(x[s]), np.int32(y[s]), np.int32(z[s])
-        dx = x[s] - np.float32(i) - half
-        dy = y[s] - np.float32(j) - half
-        dz = z[s] - np.float32(k) - half
-        away = np.int32((dx * dx + dy * dy + dz * dz) * steps)
-        level = np.int32(read[s] < quarter)
-        voxel = ((i & 7) << 6) | ((j & 7) << 3) | (k & 7)
-        out[s] = np.int32((level << 20) | (away << 9) | voxel)
+        # Each step stays 32 bits wide, so that twice as many fit in a register.
+        cell = np.int32(np.int32(i >> 3) * size_y) + np.int32(j >> 3)
+        cell = np.int32(np.int32(cell) * size_z) + np.int32(k >> 3)
+        low = np.int32(np.int32((i & 7) << 6) | np.int32((j & 7) << 3)) | np.int32(k & 7)
+        voxel = np.int32(np.int32((np.int32(cell) + 1) << 9) | np.int32(low))
+        out[s] = np.uint32(voxel if inside else np.int32(0))
+
+
+@_ROWS
+def _rate_samples(x, y, z, read, quarter, row, first, codes, weights):
+    """Write what each sample stands for, and its place in the order of which is best.
+
+    Nearer than a quarter of the range, one sample stands for four: every second one along either
+    axis is enough. The order is by distance to the voxel's centre, coarsely, then by number.
+    """
+    half, steps, most = np.float32(0.5), np.float32(2000.0), np.float32(2047.0)
+    for s in range(x.shape[0]):
+        dx = x[s] - np.floor(x[s]) - half
+        dy = y[s] - np.floor(y[s]) - half
+        dz = z[s] - np.floor(z[s]) - half
+        away = np.int32(min((dx * dx + dy * dy + dz * dz) * steps, most))
+        is_near = read[s] < quarter
+        left_out = is_near & ((np.int32(np.int32(s) | row) & np.int32(1)) == np.int32(1))
+        code = np.int32(np.int32(away << PIXEL_BITS) | np.int32(first + np.int32(s)))
+        codes[s] = np.int32(NO_SAMPLE) if left_out else code
+        one = np.int32(4) if is_near else np.int32(1)
+        weights[s] = np.int32(0) if left_out else one
 
 
 @njit(cache=True, nogil=True)
-def hit_kernel(depth_image, strides, view, rules, origin, directory, rows, list_of_row, n, hits):
+def hit_kernel(depth_image, strides, view, rules, box, place, hits):
     """Count in which voxels the image's points fall, and keep the most central of each.
 
     Args:
@@ -164,88 +177,88 @@ def hit_kernel(depth_image, strides, view, rules, origin, directory, rows, list_
         strides: Pixels between samples along u and v.
         view: The image's geometry.
         rules: Update rules.
-        origin: (3,) block index of `directory[0, 0, 0]`.
-        directory: (DX, DY, DZ) rows by block.
-        rows: (n,) pool rows of the blocks in view.
-        list_of_row: Place of each pool row in `rows`; void for rows that are not there.
-        n: Length of the list.
+        box: Block index of the lower corner of the box of blocks that holds the view, and its
+            shape, three each.
+        place: (1 + shape[0] * shape[1] * shape[2],) see `select_kernel`.
         hits: Out.
     """
     depth, slope, shift = depth_image.depth, depth_image.slope, depth_image.slope_shift
     height, width = depth.shape[0] - 2, depth.shape[1] - 2
     samples_u = (width + strides[0] - 1) // strides[0]
-    columns = np.empty(samples_u, np.uint32)
-    padded_columns = np.empty(samples_u, np.uint32)
-    slope_columns = np.empty(samples_u, np.uint32)
+    pixels, columns = np.empty(samples_u, np.float32), np.empty(samples_u, np.uint32)
+    cells = np.empty(samples_u, np.uint32)
     for su in range(samples_u):
         u = min(su * strides[0] + strides[0] // 2, width - 1)
-        columns[su], padded_columns[su], slope_columns[su] = u, u + 1, u >> shift
+        pixels[su], columns[su], cells[su] = u, u + 1, u >> shift
     # Loops of a few arrays each: LLVM gives up on vectors when one loop has more.
-    read, slopes = np.empty(samples_u, np.float32), np.empty(samples_u, np.float32)
+    sinks, read = np.empty(samples_u, np.float32), np.empty(samples_u, np.float32)
     z = np.empty(samples_u, np.float32)
     x, y = np.empty(samples_u, np.float32), np.empty(samples_u, np.float32)
     up = np.empty(samples_u, np.float32)
-    cells = np.empty(samples_u, np.int32)
-    codes = np.empty(samples_u, np.int32)
-    size = directory.shape
-    size_x, size_y, size_z = np.float32(size[0]), np.float32(size[1]), np.float32(size[2])
+    voxels, codes = np.empty(samples_u, np.uint32), np.empty(samples_u, np.int32)
+    weights = np.empty(samples_u, np.int32)
+    low_x, low_y, low_z, size_x, size_y, size_z = box
+    size_x, size_y, size_z = np.int32(size_x), np.int32(size_y), np.int32(size_z)
     near, far = np.float32(view.near_m), np.float32(view.far_m)
-    sink = np.float32(rules.depth_of_hits)
-    found = directory.ravel()
-    # Camera coordinates to voxels counted from the directory's corner.
+    quarter, sink = np.float32(0.25) * far, np.float32(rules.depth_of_hits)
+    # Camera coordinates to voxels counted from the box's corner.
     lines = view.T_world_camera[:3] / rules.voxel_size
-    lines[:, 3] -= 8.0 * origin
+    lines[0, 3] -= 8.0 * low_x
+    lines[1, 3] -= 8.0 * low_y
+    lines[2, 3] -= 8.0 * low_z
     steps = lines[:, 0] / view.fx
     step_x, step_y, step_z = np.float32(steps[0]), np.float32(steps[1]), np.float32(steps[2])
     shift_x, shift_y = np.float32(lines[0, 3]), np.float32(lines[1, 3])
     shift_z = np.float32(lines[2, 3])
+    number, best = hits.number.ravel(), hits.best.ravel()
+    last_line = -1
     for sv in range((height + strides[1] - 1) // strides[1]):
         v = min(sv * strides[1] + strides[1] // 2, height - 1)
-        _read_row(depth[v + 1], slope[v >> shift], padded_columns, slope_columns, read, slopes)
-        _lift_row(read, slopes, np.int32(sv), near, far, sink, z)
+        if v >> shift != last_line:
+            last_line = v >> shift
+            _read_sinks(slope[last_line], cells, sink, sinks)
+        if strides[0] == 1:
+            read = depth[v + 1][1:-1]
+        else:
+            _read_depth(depth[v + 1], columns, read)
+        _lift_row(read, sinks, near, far, z)
         yn = (v - view.cy) / view.fy
         # The ray of the row's pixel u is start + step * u, for one metre of depth.
         start_x = np.float32(lines[0, 1] * yn + lines[0, 2] - steps[0] * view.cx)
         start_y = np.float32(lines[1, 1] * yn + lines[1, 2] - steps[1] * view.cx)
         start_z = np.float32(lines[2, 1] * yn + lines[2, 2] - steps[2] * view.cx)
-        _along_axis(z, columns, start_x, step_x, shift_x, x)
-        _along_axis(z, columns, start_y, step_y, shift_y, y)
-        _along_axis(z, columns, start_z, step_z, shift_z, up)
-        _name_cells(z, x, y, up, size_x, size_y, size_z, cells)
-        _name_voxels(x, y, up, read, far, codes)
-        _count_row(cells, codes, sv * samples_u, found, rows, list_of_row, n, hits)
+        _along_axis(z, pixels, start_x, step_x, shift_x, x)
+        _along_axis(z, pixels, start_y, step_y, shift_y, y)
+        _along_axis(z, pixels, start_z, step_z, shift_z, up)
+        _name_voxels(z, x, y, up, size_x, size_y, size_z, voxels)
+        first = np.int32(sv * samples_u)
+        _rate_samples(x, y, up, read, quarter, np.int32(sv), first, codes, weights)
+        _count_row(voxels, codes, weights, place, number, best, hits.any)
 
 
 @njit(cache=True, nogil=True)
-def _count_row(cells, codes, first, found, rows, list_of_row, n, hits):
-    """Count a row's samples; neighbours mostly share a voxel and are counted in one go."""
-    last_cell, last_voxel, at = -1, -1, -1
-    run, least = 0, np.uint32(NO_PIXEL)
-    for su in range(cells.shape[0]):
-        cell = cells[su]
-        if cell < 0:
-            continue
-        voxel = codes[su] & 511
-        code = np.uint32((((codes[su] >> 9) & 2047) << PIXEL_BITS) | (first + su))
-        weight = 1 + 3 * (codes[su] >> 20)
-        if cell == last_cell and voxel == last_voxel:
-            run += weight
-            least = min(least, code)
-            continue
-        if at >= 0:
-            hits.best[at, last_voxel] = min(hits.best[at, last_voxel], least)
-            hits.number[at, last_voxel] += np.uint16(run)
-        if cell != last_cell:
-            last_cell = cell
-            row = found[cell]
-            at = list_of_row[row] if row >= 0 else -1
-            if at >= n or (at >= 0 and rows[at] != row):
-                at = -1
-            if at >= 0 and hits.any[at] == 0:
-                hits.any[at] = 1
-                hits.number[at, :] = 0
-                hits.best[at, :] = NO_PIXEL
-        last_voxel, run, least = voxel, weight, code
-    if at >= 0:
-        hits.best[at, last_voxel] = min(hits.best[at, last_voxel], least)
-        hits.number[at, last_voxel] += np.uint16(run)
+def _count_row(voxels, codes, weights, place, number, best, has_hits):
+    """Add a row's samples to their voxels, by turns from each quarter of the row.
+
+    Neighbours mostly share a voxel, and would wait for each other's result to reach memory.
+    """
+    # Unsigned indices spare the test for negative ones.
+    n = np.uint64(voxels.shape[0])
+    quarter = (n + np.uint64(3)) >> np.uint64(2)
+    for start in range(quarter):
+        for part in range(np.uint64(4)):
+            s = start + part * quarter
+            if s >= n:
+                break
+            voxel = voxels[s]
+            at = place[voxel >> np.uint32(9)]
+            if at < 0:
+                # The block's first.
+                at = -at
+                place[voxel >> np.uint32(9)] = at
+                has_hits[at] = 1
+                number[at << 9 : (at + 1) << 9] = 0
+                best[at << 9 : (at + 1) << 9] = NO_SAMPLE
+            k = (np.uint64(at) << np.uint64(9)) | np.uint64(voxel & np.uint32(511))
+            number[k] += weights[s]
+            best[k] = min(best[k], codes[s])

@@ -1,6 +1,7 @@
 """One frame into the map: its blocks, their geometry, the object probabilities, the distances."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,6 +63,10 @@ class _Selection:
     rows: NDArray[np.int32]
     kinds: NDArray[np.int8]
     is_new: NDArray[np.uint8]
+    box: tuple[int, ...]
+    """Lower corner and shape of the box of blocks round the view."""
+    place: NDArray[np.int32]
+    """Places of the box's blocks in `rows`, see `select_kernel`."""
     dropped: list[NDArray[np.int64]]
     """Blocks that were given up to make room."""
 
@@ -75,7 +80,6 @@ class FrameIntegrator:
         self._directory = directory
         self._field = DistanceField(config.voxel_size_m, config.distance_max_m)
         self._hits = make_hits(0)
-        self._list_of_row = np.zeros(config.max_blocks, np.int32)
         self._last_pose: tuple[int, NDArray[np.float64]] | None = None
         self.layer: int | None = None
         """Voxel layer at body height, once the first frame told where the floor is."""
@@ -105,9 +109,12 @@ class FrameIntegrator:
             return 0
         cfg, pools = self._config, self._pools
         image = prepare_depth(frame.depth, frame.camera, cfg.max_valid_depth_m)
-        rows = self._directory.rows_in(*self._box(frame, image))
+        low, cells = self._directory.part(*self._box(frame, image))
+        rows = cells[cells >= 0]
+        place = np.zeros(1 + cells.size, np.int32)
+        place[1:][cells.ravel() >= 0] = -1 - np.arange(len(rows))
         strides = sample_strides(frame.camera, cfg.voxel_size_m, cfg.max_range_m)
-        self._count_hits(frame, image, strides, rows)
+        self._count_hits(frame, image, strides, len(rows), _whole(low, cells.shape), place)
         entries = self._hit_surface(rows)
         slot = pools.slot[pools.slab[entries[:, 0]], entries[:, 1]]
         # Their colours have this image in them already.
@@ -123,10 +130,10 @@ class FrameIntegrator:
 
     def _hit_surface(self, rows: NDArray[np.int32]) -> NDArray[np.int32]:
         """Return (m, 3) block row, voxel and sample of the surface that was hit in `rows`."""
-        at = np.flatnonzero(self._hits.any[: len(rows)])
-        is_hit = (self._hits.number[at] > 0) & (self._pools.state[rows[at]] == OCCUPIED)
+        at = np.flatnonzero(self._hits.any[1 : 1 + len(rows)])
+        is_hit = (self._hits.number[1 + at] > 0) & (self._pools.state[rows[at]] == OCCUPIED)
         block, k = np.nonzero(is_hit)
-        sample = self._hits.best[at[block], k] & np.uint32((1 << PIXEL_BITS) - 1)
+        sample = self._hits.best[1 + at[block], k] & np.int32((1 << PIXEL_BITS) - 1)
         columns = (rows[at[block]], k, sample)
         return np.stack([c.astype(np.int32) for c in columns], axis=1)
 
@@ -155,18 +162,16 @@ class FrameIntegrator:
         frame: Frame,
         image: DepthImage,
         strides: tuple[int, int],
-        rows: NDArray[np.int32],
+        n: int,
+        box: tuple[int, ...],
+        place: NDArray[np.int32],
     ) -> None:
-        """Fill `_hits` with the image's points in the blocks of `rows`."""
-        n = len(rows)
-        if len(self._hits.any) < n:
+        """Fill `_hits` with the image's points in the `n` blocks that `place` names."""
+        if len(self._hits.any) <= n:
             self._hits = make_hits(n + n // 2)
-        self._hits.any[:n] = 0
-        self._list_of_row[rows] = np.arange(n, dtype=np.int32)
-        hit_kernel(
-            image, strides, self._view(frame), self._rules(), self._directory.origin,
-            self._directory.rows, rows, self._list_of_row, n, self._hits,
-        )  # fmt: skip
+        self._hits.any[: n + 1] = 0
+        view, rules = self._view(frame), self._rules()
+        hit_kernel(image, strides, view, rules, box, place, self._hits)
 
     @property
     def _block_m(self) -> float:
@@ -217,7 +222,7 @@ class FrameIntegrator:
         low, high = box
         most = int(np.prod(high - low))
         rows, kinds = np.empty(most, np.int32), np.empty(most, np.int8)
-        is_new = np.empty(most, np.uint8)
+        is_new, place = np.empty(most, np.uint8), np.empty(most + 1, np.int32)
         v = cfg.voxel_size_m
         depths = (
             cfg.min_range_m,
@@ -244,9 +249,12 @@ class FrameIntegrator:
                 rows,
                 kinds,
                 is_new,
+                place,
             )
             if n != OVER_BOUND and layers.has_room_for(n):
-                return _Selection(rows[:n], kinds[:n], is_new[:n], dropped)
+                return _Selection(
+                    rows[:n], kinds[:n], is_new[:n], _whole(low, high - low), place, dropped
+                )
             gone = self._drop_blocks(layers, frame.T_world_camera[:3, 3], revision)
             dropped.append(gone)
             if len(gone) == 0:
@@ -290,7 +298,7 @@ class FrameIntegrator:
         directory, origin = self._directory.rows, self._directory.origin
         rows, n = seen.rows, len(seen.rows)
         strides = sample_strides(frame.camera, cfg.voxel_size_m, cfg.max_range_m)
-        self._count_hits(frame, image, strides, rows)
+        self._count_hits(frame, image, strides, n, seen.box, seen.place)
         flags = np.zeros(n, np.uint8)
         entries = np.empty((n_samples(frame.camera, strides), 3), np.int32)
         n_entries = update_kernel(
@@ -324,6 +332,10 @@ def _corner_rays(frame: Frame) -> NDArray[np.float64]:
     u = np.array([-0.5, c.width - 0.5, -0.5, c.width - 0.5])
     v = np.array([-0.5, -0.5, c.height - 0.5, c.height - 0.5])
     return np.stack([(u - c.cx) / c.fx, (v - c.cy) / c.fy, np.ones(4)], axis=1)
+
+
+def _whole(low: NDArray[np.int64], shape: Iterable[int]) -> tuple[int, ...]:
+    return *(int(n) for n in low), *(int(n) for n in shape)
 
 
 def _text(point: NDArray[np.float64]) -> str:

@@ -74,7 +74,7 @@ def prior_log_odds(labels, alias):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _exp_of_steps(energy):
+def exp_of_steps(energy):
     """Return exp(-energy / STEPS_PER_NAT), absolute error below 1e-6, in vectorisable float32."""
     y = energy * np.float32(-1.0 / (32 * STEPS_PER_NAT))
     c2, c3 = np.float32(1 / 2), np.float32(1 / 6)
@@ -93,7 +93,7 @@ def _sums(energy, weights, n):
     """Return the sums over the first n entries of p and of weights * p, p = exp(-energy)."""
     total, weighted = np.float32(0.0), np.float32(0.0)
     for j in range(n):
-        p = _exp_of_steps(np.float32(energy[j]))
+        p = exp_of_steps(np.float32(energy[j]))
         total += p
         weighted += weights[j] * p
     return total, weighted
@@ -131,7 +131,7 @@ def _store(energy, after, low, rounding, weights, n):
         code = np.int32(min(after[j] - low + rounding, top))
         energy[j] = np.uint8(code)
         e = np.float32(code)
-        p = _exp_of_steps(e)
+        p = exp_of_steps(e)
         total += p
         weighted += weights[j] * p
     return total, weighted
@@ -147,7 +147,7 @@ def _log_sum_but(energy, n, alias):
     total = np.float32(0.0)
     for j in range(n):
         if j != alias:
-            total += _exp_of_steps(min(np.float32(energy[j]) - low, np.float32(ENERGY_MAX)))
+            total += exp_of_steps(min(np.float32(energy[j]) - low, np.float32(ENERGY_MAX)))
     return np.log(total) - low * np.float32(1.0 / STEPS_PER_NAT)
 
 
@@ -197,7 +197,7 @@ def describe(energy, weights, n):
     """
     total, weighted = _sums(energy, weights, n)
     best = least_energy(energy, n)
-    confidence = share_code(_exp_of_steps(np.float32(energy[best])), total)
+    confidence = share_code(exp_of_steps(np.float32(energy[best])), total)
     return best, confidence, share_code(weighted, total), np.log(total)
 
 
@@ -254,7 +254,7 @@ def _sum_after(after, low, n):
     """Return the sum of exp(-(after - low)) over the first n entries."""
     total, top = np.float32(0.0), np.float32(14 * STEPS_PER_NAT)
     for j in range(n):
-        total += _exp_of_steps(min(after[j] - low, top))
+        total += exp_of_steps(min(after[j] - low, top))
     return total
 
 

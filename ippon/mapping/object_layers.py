@@ -19,6 +19,7 @@ from ippon.mapping.object_filter import (
     FusionInput,
     describe,
     energy_table,
+    exp_of_steps,
     ooi_code,
     prior_log_odds,
 )
@@ -176,7 +177,7 @@ def _reset_ooi_kernel(pools, surface, rows, labels, alias, revision):
     """Forget the object of interest; where the new one is common label `alias`, start from it."""
     for row in range(rows):
         slab = pools.slab[row]
-        if slab != NO_SLAB and (pools.ooi[slab] != NOT_MAPPED).any():
+        if slab != NO_SLAB and _count_mapped(pools.ooi[slab]) > 0:
             pools.ooi[slab, :] = NOT_MAPPED
             pools.best_ooi[row] = 0
             pools.revision[row] = revision
@@ -189,24 +190,35 @@ def _reset_ooi_kernel(pools, surface, rows, labels, alias, revision):
         at = surface.voxel[slot]
         if alias < 0 or at < 0 or surface.label[slot] == NO_LABEL:
             continue
-        # Most labels are far from most voxels: log q below -LOG_ODDS_MAX needs no logarithm.
         log_q = -np.float32(surface.energy[slot, alias]) / STEPS_PER_NAT
         log_q -= surface.log_norm[slot] / NORM_STEPS
-        odds = -LOG_ODDS_MAX
         if log_q > -1.0:
             # Near 1 the odds hang on the small rest, which the stored normaliser is too coarse for.
             exact = describe(surface.energy[slot], no_weights, labels)[3]
             log_q = -np.float32(surface.energy[slot, alias]) / STEPS_PER_NAT - exact
+        odds, code = -LOG_ODDS_MAX, floor_code
         if log_q > -LOG_ODDS_MAX:
-            q = np.exp(log_q)
-            odds = min(max(log_q - np.log(max(1.0 - q, 1e-9)), odds), LOG_ODDS_MAX)
+            q = exp_of_steps(np.float32(min(log_q, 0.0) * -STEPS_PER_NAT))
+            # The odds of q, to 1e-5: most labels are far from most voxels and need no logarithm.
+            rest = q * (1.0 + q * (0.5 + q / 3.0))
+            if log_q > -3.0:
+                rest = -np.log(max(1.0 - np.exp(log_q), 1e-9))
+            odds = min(max(log_q + rest, odds), LOG_ODDS_MAX)
+            code = np.uint8(254.0 * q + 0.5)
         surface.log_odds[slot] = odds
         row, k = at // 512, at % 512
-        code = floor_code if odds == -LOG_ODDS_MAX else ooi_code(odds)
         pools.ooi[pools.slab[row], k] = code
         pools.best_ooi[row] = max(pools.best_ooi[row], code)
         pools.revision[row] = revision
         pools.appearance[row] = revision
+
+
+@njit(cache=True, nogil=True)
+def _count_mapped(codes):
+    n = 0
+    for k in range(512):
+        n += np.int32(codes[k] != NOT_MAPPED)
+    return n
 
 
 @njit(cache=True, nogil=True)

@@ -91,6 +91,35 @@ def classify_block(center, axes, depth_range, intrinsics, tiles, size):
 
 
 @njit(cache=True, nogil=True)
+def _sides(intrinsics, size):
+    """Return the slopes of the view's left, right, upper and lower side, and their secants.
+
+    Two pixels wider than the image, because the kernels round in float32.
+    """
+    fx, fy, cx, cy = intrinsics
+    left, right = (-2.0 - cx) / fx, (size[0] + 1.0 - cx) / fx
+    upper, lower = (-2.0 - cy) / fy, (size[1] + 1.0 - cy) / fy
+    return (
+        (left, np.sqrt(1.0 + left * left)),
+        (right, np.sqrt(1.0 + right * right)),
+        (upper, np.sqrt(1.0 + upper * upper)),
+        (lower, np.sqrt(1.0 + lower * lower)),
+    )
+
+
+@njit(cache=True, nogil=True)
+def _is_beside(x, y, z, radius, sides):
+    """Tell whether a ball lies outside one of the view's sides."""
+    left, right, upper, lower = sides
+    return (
+        x - left[0] * z < -radius * left[1]
+        or x - right[0] * z > radius * right[1]
+        or y - upper[0] * z < -radius * upper[1]
+        or y - lower[0] * z > radius * lower[1]
+    )
+
+
+@njit(cache=True, nogil=True)
 def select_kernel(
     low,
     high,
@@ -108,21 +137,27 @@ def select_kernel(
     rows,
     kinds,
     is_new,
+    place,
 ):
     """List the rows of the blocks of [low, high) that the image sees, making those that lack one.
 
     Returns:
         Length of the list in `rows`, `kinds` and `is_new`; `OVER_BOUND` when there was no row left.
+        `place[1 + k]` is -(1 + n) if block k of the box, counted along z first, is number n of the
+        list, and 0 if the image does not see it; `place[0]` is 0.
     """
     edge = voxel_size * BLOCK_EDGE
     m = T_camera_world
     half = 0.5 * edge
     axes = np.ascontiguousarray(m[:3, :3]) * half
     radius = np.sqrt(3.0) * half
-    n = 0
+    sides = _sides(intrinsics, size)
+    n, cell = 0, 0
+    place[:] = 0
     for bx in range(low[0], high[0]):
         for by in range(low[1], high[1]):
             for bz in range(low[2], high[2]):
+                cell += 1
                 wx = (bx + 0.5) * edge
                 wy = (by + 0.5) * edge
                 wz = (bz + 0.5) * edge
@@ -130,6 +165,8 @@ def select_kernel(
                 y = m[1, 0] * wx + m[1, 1] * wy + m[1, 2] * wz + m[1, 3]
                 z = m[2, 0] * wx + m[2, 1] * wy + m[2, 2] * wz + m[2, 3]
                 if z + radius <= depth_range[0] or z - radius > depth_range[1]:
+                    continue
+                if _is_beside(x, y, z, radius, sides):
                     continue
                 kind = classify_block((x, y, z), axes, depth_range, intrinsics, tiles, size)
                 if kind == CULLED:
@@ -146,4 +183,5 @@ def select_kernel(
                 rows[n] = row
                 kinds[n] = kind
                 n += 1
+                place[cell] = -n
     return n
