@@ -3,6 +3,7 @@
 import os
 import re
 import socket
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import httpx
 import pytest
 from playwright.sync_api import Page, expect
 
+from app.recording.notes import read_notes
 from tests.chromium import PATIENCE_MS, new_page, open_browser
 
 pytestmark = [pytest.mark.browser, pytest.mark.process, pytest.mark.slow]
@@ -77,8 +79,33 @@ def take_figures(page: Page, pictures: Path) -> None:
     view.get_by_role("tab", name="Search").click()
 
 
+def keep_a_record(page: Page, sessions: Path, pictures: Path) -> None:
+    """Press what the Session tab has for the recording, and find it beside the file."""
+    view = page.frame_locator("#view")
+    view.get_by_role("tab", name="Session").click()
+    line = view.locator(".ip-recording")
+    expect(line).to_contain_text("Recording: ")
+    (first,) = sessions.iterdir()
+    view.get_by_role("button", name="Mark", exact=True).click()
+    expect(view.get_by_text("Written beside the recording.")).to_be_visible()
+    field(page, "Note").fill("the lamp is new")
+    view.get_by_role("button", name="Write the note").click()
+    deadline = time.monotonic() + PATIENCE_MS / 1e3
+    while len(notes := read_notes(first / "session_0.mcap")) < 2:
+        assert time.monotonic() < deadline, notes
+        page.wait_for_timeout(500)
+    assert [(n.kind, n.text) for n in notes] == [("mark", ""), ("note", "the lamp is new")]
+    view.get_by_role("button", name="Off", exact=True).click()
+    expect(line).to_contain_text("not recording: ended by")
+    page.screenshot(path=pictures / "record.png")
+    view.get_by_role("button", name="On", exact=True).click()
+    expect(line).to_contain_text("Recording: ")
+    assert len(list(sessions.iterdir())) == 2
+    view.get_by_role("tab", name="Search").click()
+
+
 def test_a_typed_query_finds_the_plant_and_the_next_one_starts_at_once(
-    page: Page, pictures: Path
+    page: Page, pictures: Path, tmp_path: Path
 ) -> None:
     expect_state(page, "Starting")
     page.screenshot(path=pictures / "waiting.png")
@@ -97,6 +124,7 @@ def test_a_typed_query_finds_the_plant_and_the_next_one_starts_at_once(
     page.wait_for_timeout(3_000)
     page.screenshot(path=pictures / "console.png")
     take_figures(page, pictures)
+    keep_a_record(page, tmp_path / "ippon" / "sessions", pictures)
 
     ask(page, "toilet")
     expect(page.locator("#goal")).to_have_text("toilet")
