@@ -4,6 +4,14 @@ from types import SimpleNamespace
 
 import pytest
 
+from app.messages.lease import LeaseReply
+from app.nodes.console.access import OpenAccess
+from app.nodes.console.backend import start_viser
+from app.nodes.console.bulletin import Bulletin
+from app.nodes.console.commands import CommandError
+from app.nodes.console.gateway import Gateway
+from app.nodes.console.guard import Hosts
+from app.nodes.console.visitors import Visitors, acting
 from tests.app.nodes.console.drawn_home import (
     camera_image,
     cloud_of,
@@ -39,3 +47,74 @@ def stage():
         free_port=free_port,
         SceneWatcher=SceneWatcher,
     )
+
+
+class Navigator:
+    """Takes control requests."""
+
+    def __init__(self):
+        self.actions = []
+        self.problem = None
+        self.is_free = True
+        self.counts_renewals = False
+        self.who = None
+
+    def may_touch(self, visitor):
+        return self.is_free
+
+    async def lease(self, action):
+        if action != "renew" or self.counts_renewals:
+            self.actions.append(action)
+        if self.problem is not None:
+            raise CommandError(self.problem)
+        self.who = acting()
+        if action == "renew" and not acting().in_play:
+            return LeaseReply(standing="watches", epoch=3, detail="Nobody holds control.")
+        reply = LeaseReply(standing="holds", epoch=3, detail="You hold control.")
+        acting().take_note(reply)
+        return reply
+
+    async def control(self, request):
+        self.actions.append(request.action)
+        self.who = acting()
+        if self.problem is not None:
+            raise CommandError(self.problem)
+        return "stopped"
+
+
+@pytest.fixture(scope="module")
+def visitors():
+    """Everyone who comes by in this module."""
+    return Visitors()
+
+
+@pytest.fixture(scope="module")
+def backend(visitors):
+    """A viser server behind its secret."""
+    backend = start_viser(visitors)
+    yield backend
+    backend.close()
+
+
+@pytest.fixture
+def navigator():
+    """A navigator that remembers what it was asked."""
+    return Navigator()
+
+
+@pytest.fixture
+def bulletin():
+    """A bulletin with one notice."""
+    bulletin = Bulletin()
+    bulletin.post(b'{"type":"state","link":"live"}')
+    return bulletin
+
+
+@pytest.fixture
+def client(stage, backend, bulletin, navigator, visitors):
+    """A browser's requests, without the browser."""
+    served = stage.Served(
+        Gateway(backend, bulletin, navigator, OpenAccess(visitors), Hosts("127.0.0.1"))
+    )
+    yield served
+    served.close()

@@ -1,5 +1,6 @@
 """The console served: its gateway on a socket, its process, and a browser's scene without one."""
 
+import json
 import socket
 import struct
 import subprocess
@@ -10,14 +11,32 @@ from pathlib import Path
 
 import httpx
 import msgspec
+import pytest
 import uvicorn
 import viser
 import websockets.sync.client
 import zstandard
+from websockets.exceptions import ConnectionClosed
 
 from app.nodes.console.node import server_settings
 
 ROOT = Path(__file__).parents[4]
+PROTOCOL = f"viser-v{viser.__version__}"
+CAMERA = msgspec.msgpack.encode(
+    {
+        "type": "ViewerCameraMessage",
+        "wxyz": (1.0, 0.0, 0.0, 0.0),
+        "position": (0.0, 0.0, 1.0),
+        "fov": 1.0,
+        "near": 0.1,
+        "far": 100.0,
+        "image_height": 480,
+        "image_width": 640,
+        "look_at": (1.0, 0.0, 0.0),
+        "up_direction": (0.0, 0.0, 1.0),
+    }
+)
+"""A client is one for viser once it has said where it looks from."""
 
 
 class Served:
@@ -120,7 +139,7 @@ class SceneWatcher:
         self._socket = websockets.sync.client.connect(
             url.replace("http:", "ws:") + "/view",
             origin=url,
-            subprotocols=[f"viser-v{viser.__version__}"],
+            subprotocols=[PROTOCOL],
             max_size=None,
             ping_interval=None,
         )
@@ -154,3 +173,31 @@ class SceneWatcher:
                 changed = message.get("props") or message.get("updates") or {}
                 if isinstance(changed.get("points"), dict):
                     self.points[name] = lengths[changed["points"]["__binary_index"]] // 6
+
+
+def hear(socket, kind=None):
+    """Return the next message, or the next of a kind; "you" only where it is asked for."""
+    while True:
+        message = json.loads(socket.recv(timeout=10))
+        if message["type"] == kind or (kind is None and message["type"] != "you"):
+            return message
+
+
+def closing_code(socket):
+    with pytest.raises(ConnectionClosed) as closed:
+        drain(socket)
+    received = closed.value.rcvd
+    assert received is not None
+    return received.code
+
+
+def drain(socket):
+    while True:
+        socket.recv(timeout=10)
+
+
+def first(socket):
+    try:
+        return socket.recv(timeout=10)
+    except ConnectionClosed:
+        return "{}"
