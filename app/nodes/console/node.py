@@ -27,6 +27,7 @@ from app.nodes.console.viser_proxy import MAX_CLIENT_MESSAGE
 from app.nodes.console.visitors import Visitors
 from app.view.reader import SceneReader
 from app.view.scene_model import SceneModel
+from app.view.viser_client import PackingError
 
 logger = logging.getLogger(__name__)
 
@@ -100,7 +101,12 @@ def run_console(config: ConsoleConfig) -> None:
     link = NavigatorLink(config.connect, config.robot, topics, inbox, fail)
     visitors = Visitors()
     backend = start_viser(visitors)
-    gateway = _gateway(config, backend, bulletin, link, visitors, accounts)
+    try:
+        gateway = _gateway(config, backend, bulletin, link, visitors, accounts)
+    except PackingError as error:
+        backend.close()
+        listener.close()
+        raise ConsoleError(f"{error}; install the viser that constraints.txt names") from error
     settings = server_settings(gateway.app())
     settings.load()
     settings.ssl = tls
