@@ -110,7 +110,9 @@ def seen_obstacles(
 def _middles(points: Float64Array, cell_m: float) -> Float64Array:
     """Return the mean (M, 2) of the points (N, 2) in each square that holds enough of them."""
     cells = np.floor(points / cell_m).astype(np.int64)
-    _, member_of, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+    # One number for each square: rows are compared far more slowly.
+    names = (cells[:, 0] << 32) + cells[:, 1]
+    _, member_of, count = np.unique(names, return_inverse=True, return_counts=True)
     sums = np.stack([np.bincount(member_of, points[:, k], len(count)) for k in range(2)], axis=1)
     enough = count >= _FEWEST_POINTS
     return sums[enough] / count[enough, None]
