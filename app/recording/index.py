@@ -32,6 +32,8 @@ from app.recording.records import (
 )
 
 MAGIC: Final = b"\x89MCAP0\r\n"
+BACKWARDS_NS: Final = 1_000_000_000
+"""Messages of one chunk may be older than those of the last by so much: they came on many ways."""
 _ENTRY: Final = np.dtype([("time", "<u8"), ("offset", "<u8")])
 _WORDS: Final = struct.Struct("<HI")
 
@@ -96,6 +98,7 @@ class Scanner:
         """The chunk whose messages were found by its content: what its index says is known."""
         self._unended = ""
         self._undefined: set[int] = set()
+        self._clock_set_back = False
 
     def scan(self, progress: Callable[[float], None] | None = None) -> FileIndex:
         """Go on where the last call ended, and return what is in the file.
@@ -156,7 +159,9 @@ class Scanner:
         data, index = self._data, self._index
         if op == Op.CHUNK:
             self._complete_chunk()
-            index.chunks.append(_chunk_at(data, start, stop))
+            chunk = _chunk_at(data, start, stop)
+            self._check_clock(chunk)
+            index.chunks.append(chunk)
             self._indexed = False
         elif op == Op.MESSAGE_INDEX:
             channel, size = _WORDS.unpack_from(data, start)
@@ -178,6 +183,15 @@ class Scanner:
         elif op == Op.HEADER:
             (length,) = struct.unpack_from("<I", data, start)
             index.profile = data[start + 4 : start + 4 + length].decode("utf-8", "replace")
+
+    def _check_clock(self, chunk: Chunk) -> None:
+        back_ns = self._index.chunks[-1].end_ns - chunk.start_ns if self._index.chunks else 0
+        if back_ns > BACKWARDS_NS and not self._clock_set_back:
+            self._clock_set_back = True
+            self._index.problems.append(
+                f"the recorder's clock was set back by {back_ns * 1e-9:.1f} s: what came before "
+                "and after that is shown mixed for as long"
+            )
 
     def _note(self, channel: int, entries: bytes) -> None:
         chunk = len(self._index.chunks) - 1

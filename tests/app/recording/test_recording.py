@@ -182,3 +182,16 @@ def test_a_file_that_is_being_written_is_followed_wherever_its_writer_is(session
     assert not growing.refresh()
     growing.close()
     expected.close()
+
+
+def test_a_clock_that_was_set_back_is_told_of(made_up, tmp_path):
+    session = made_up.write_session(tmp_path, seconds=2.0, end=False)
+    for time_ns, key, payload in made_up.all_messages(2.0):
+        now_s = 2.0 + (time_ns - made_up.START_NS) * 1e-9
+        session.add(key, payload, time_ns - 3 * 10**9, now_s)
+    session.close()
+    recording = Recording(session.writer.folder)
+    (problem,) = recording.index.problems
+    assert "clock was set back by 4.8 s" in problem
+    assert len(_ours(recording.all_messages())) == 2 * len(made_up.all_messages(2.0))
+    recording.close()
