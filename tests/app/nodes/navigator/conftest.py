@@ -1,0 +1,124 @@
+"""What tests of the counsel share: a stand-in for the model, and a real map."""
+
+import queue
+import threading
+from types import SimpleNamespace
+
+import pytest
+
+from app.links.answers import Answer, SentenceAnswer, Sighting
+from app.messages.control import (
+    SearchRequest,
+)
+from app.nodes.navigator.counsel import Counsel
+from app.nodes.navigator.goals import GoalBook
+from ippon.guidance.levels import Guidance, LabelLevel, Level
+from ippon.guidance.prior import PROVIDER
+from ippon.guidance.sentence import Query
+from ippon.mapping.voxel_map import MapConfig
+from ippon.mission.config import MissionConfig
+from ippon.mission.mission import Mission
+from ippon.robot import ZED
+from ippon.vocabulary import MATTERPORT_40
+
+MODEL = "tiny at 127.0.0.1"
+
+
+class Model:
+    """Answers when it is let, with one level for everything."""
+
+    name = MODEL
+
+    def __init__(self):
+        self.asked = queue.SimpleQueue()
+        self.may_answer = threading.Semaphore(0)
+        self.level = Level.NEAR
+        self.failed = ""
+        self.labels = None
+        self.closed = False
+
+    def levels(self, ooi, context, vocabulary, *, scenario):
+        self.asked.put((ooi.display, context, vocabulary, scenario))
+        self.may_answer.acquire(timeout=120.0)
+        rows = tuple(LabelLevel(label=x, level=self.level, reason="so") for x in vocabulary)
+        provider = PROVIDER if self.failed else MODEL
+        notes = (f"{MODEL}: {self.failed}; the embedded prior answered instead",)
+        return Answer(
+            guidance=Guidance(
+                ooi=ooi.canonical,
+                context=context,
+                provider=provider,
+                rows=rows,
+                notes=notes if self.failed else (),
+            ),
+            prompt="the question",
+            reply="the answer",
+            elapsed_ms=1234.0,
+            from_cache=False,
+            failed=self.failed,
+        )
+
+    def read_query(self, sentence):
+        self.may_answer.acquire(timeout=120.0)
+        return SentenceAnswer(Query(object="hat", context="", doubtful=False), MODEL, "q", "a", "")
+
+    def name_things(self, jpeg, vocabulary):
+        self.asked.put((jpeg[:2], len(vocabulary)))
+        self.may_answer.acquire(timeout=120.0)
+        return Sighting(("bookcase", "hat", "bookcase"))
+
+    def close(self):
+        self.closed = True
+        self.may_answer.release(100)
+
+
+@pytest.fixture
+def open_office(sessions):
+    """Make a counsel, with or without a model, whose operations the test runs on a real mission."""
+    router, client = sessions
+    opened = []
+
+    def make(model=None, look_every_s=0.0):
+        goals = GoalBook(max_queue=5)
+        operations, events = queue.SimpleQueue(), []
+        counsel = Counsel(
+            router,
+            "r",
+            MATTERPORT_40,
+            goals,
+            model=model,
+            look_every_s=look_every_s,
+            put=operations.put,
+            say=lambda kind, text: events.append((kind, text)),
+        )
+        config = MissionConfig(map=MapConfig(voxel_size_m=0.2, memory_limit_mb=128.0))
+        mission = Mission(config, ZED, MATTERPORT_40, seed=0)
+        office = SimpleNamespace(
+            counsel=counsel, goals=goals, mission=mission, events=events, client=client, model=model
+        )
+        office.operations = operations
+        opened.append(office)
+        return office
+
+    yield make
+    for office in opened:
+        office.counsel.close()
+
+
+def search(office, wanted="hat", context="on the sofa", start=True):
+    """Do what the desk and the node do with a request."""
+    planned = office.counsel.plan(SearchRequest(object=wanted, context=context), 0.0)
+    goal_id, _ = office.goals.add(planned)
+    office.counsel.consult(goal_id)
+    if start:
+        active = office.counsel.fitted(office.goals.next())
+        office.mission.set_goal(active.goal, active.guidance)
+    return goal_id
+
+
+def run_next(office):
+    office.operations.get(timeout=120.0)(office.mission)
+
+
+def levels(office):
+    return {row.label: row.level for row in office.goals.active().guidance.rows}
