@@ -244,7 +244,9 @@ def _along_xz_kernel(volume, reach, skip, stale, work, directory, shift, farthes
             here = bx * 8 + i + skip[0]
             source = volume[here].ravel()[skip[1] * length :]
             plane = along_x[start + length : stop + length]
-            plane[:] = source[start:stop]
+            # Not slice to slice: the words of numba's error for it take seconds to compile.
+            for n in range(stop - start):
+                plane[n] = source[start + n]
             for d in range(1, reach + 1):
                 step = np.int16(d * d)
                 if here - d >= 0:
@@ -254,7 +256,8 @@ def _along_xz_kernel(volume, reach, skip, stale, work, directory, shift, farthes
                     other = volume[here + d].ravel()[skip[1] * length :]
                     _lower(plane, other[start:stop], step)
             least = result[start:stop]
-            least[:] = plane
+            for n in range(stop - start):
+                least[n] = plane[n]
             for d in range(1, reach + 1):
                 step = np.int16(d * d)
                 _lower(least, along_x[start + length - d : stop + length - d], step)

@@ -204,14 +204,14 @@ def update_kernel(
     # One pixel of border, and half a one so that cutting off the fraction rounds.
     centre = np.float32(view.cx + 1.5), np.float32(view.cy + 1.5)
     lens = np.float32(view.fx), np.float32(view.fy), centre[0], centre[1]
-    x, y, depth_axis = _steps(m, 0, v), _steps(m, 1, v), _steps(m, 2, v)
+    steps = _steps(m, v)
     # A voxel's face covers (f v / z)^2 pixels, one of `strides[0] * strides[1]` was sampled.
     need = np.float32(
         max(rules.hit_share * view.fx * view.fy * v * v / (strides[0] * strides[1]), 1e-6)
     )
     tsdf, weight, evidence, state = pools.tsdf, pools.weight, pools.evidence, pools.state
     behind = np.float32(-rules.behind)
-    n_entries = 0
+    n_entries = np.int64(0)
     for at in range(n):
         row = rows[at]
         pools.seen[row] = revision
@@ -219,9 +219,8 @@ def update_kernel(
             flags[at] = OBSERVED
             continue
         c = pools.coord[row]
-        corner = _at(m, 0, v, c), _at(m, 1, v, c), _at(m, 2, v, c)
         _find_pixels(
-            corner, (x, y, depth_axis), lens, depths, width, height, per_cell, np.int32(cells_u),
+            _corner(m, v, c), steps, lens, depths, width, height, per_cell, np.int32(cells_u),
             z, index, cell,
         )  # fmt: skip
         if _read(depth, index, read) == 0 and hits.any[at + 1] == 0:
@@ -262,16 +261,24 @@ def update_kernel(
 
 
 @njit(cache=True, nogil=True)
-def _steps(m, axis, v):
-    """Return how far a step along i, j and k leads along an axis of the camera."""
-    return np.float32(m[axis, 0] * v), np.float32(m[axis, 1] * v), np.float32(m[axis, 2] * v)
+def _steps(m, v):
+    """Return how far a step along i, j and k leads along each axis of the camera."""
+    return (
+        (np.float32(m[0, 0] * v), np.float32(m[0, 1] * v), np.float32(m[0, 2] * v)),
+        (np.float32(m[1, 0] * v), np.float32(m[1, 1] * v), np.float32(m[1, 2] * v)),
+        (np.float32(m[2, 0] * v), np.float32(m[2, 1] * v), np.float32(m[2, 2] * v)),
+    )
 
 
 @njit(cache=True, nogil=True)
-def _at(m, axis, v, block):
-    """Return a block's first voxel centre along an axis of the camera."""
+def _corner(m, v, block):
+    """Return the centre of a block's first voxel in the camera frame."""
     i, j, k = 8 * block[0] + 0.5, 8 * block[1] + 0.5, 8 * block[2] + 0.5
-    return np.float32(v * (m[axis, 0] * i + m[axis, 1] * j + m[axis, 2] * k) + m[axis, 3])
+    return (
+        np.float32(v * (m[0, 0] * i + m[0, 1] * j + m[0, 2] * k) + m[0, 3]),
+        np.float32(v * (m[1, 0] * i + m[1, 1] * j + m[1, 2] * k) + m[1, 3]),
+        np.float32(v * (m[2, 0] * i + m[2, 1] * j + m[2, 2] * k) + m[2, 3]),
+    )
 
 
 @njit(cache=True, nogil=True)

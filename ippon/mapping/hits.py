@@ -202,11 +202,14 @@ def hit_kernel(depth_image, strides, view, rules, box, place, hits):
     near, far = np.float32(view.near_m), np.float32(view.far_m)
     quarter, sink = np.float32(0.25) * far, np.float32(rules.depth_of_hits)
     # Camera coordinates to voxels counted from the box's corner.
-    lines = view.T_world_camera[:3] / rules.voxel_size
+    lines = np.empty((3, 4))
+    for i in range(3):
+        for k in range(4):
+            lines[i, k] = view.T_world_camera[i, k] / rules.voxel_size
     lines[0, 3] -= 8.0 * low_x
     lines[1, 3] -= 8.0 * low_y
     lines[2, 3] -= 8.0 * low_z
-    steps = lines[:, 0] / view.fx
+    steps = lines[0, 0] / view.fx, lines[1, 0] / view.fx, lines[2, 0] / view.fx
     step_x, step_y, step_z = np.float32(steps[0]), np.float32(steps[1]), np.float32(steps[2])
     shift_x, shift_y = np.float32(lines[0, 3]), np.float32(lines[1, 3])
     shift_z = np.float32(lines[2, 3])

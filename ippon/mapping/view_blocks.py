@@ -149,7 +149,10 @@ def select_kernel(
     edge = voxel_size * BLOCK_EDGE
     m = T_camera_world
     half = 0.5 * edge
-    axes = np.ascontiguousarray(m[:3, :3]) * half
+    axes = np.empty((3, 3))
+    for i in range(3):
+        for k in range(3):
+            axes[i, k] = m[i, k] * half
     radius = np.sqrt(3.0) * half
     sides = _sides(intrinsics, size)
     n, cell = 0, 0
