@@ -106,7 +106,7 @@ class ConsoleProcess:
             cwd=ROOT,
         )
 
-    def wait_until_up(self, timeout_s=30.0):
+    def wait_until_up(self, timeout_s=180.0):
         deadline = time.monotonic() + timeout_s
         while time.monotonic() < deadline:
             assert self.process.poll() is None, "the console has ended"
@@ -115,6 +115,7 @@ class ConsoleProcess:
                 return answer.json() if answer.is_success else None
             except httpx.TransportError:
                 time.sleep(0.05)
+        self.close()
         raise TimeoutError("the console does not answer")
 
     def kill(self):
