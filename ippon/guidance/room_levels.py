@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.guidance.levels import BY_OPERATOR, Guidance, Level
+from ippon.guidance.levels import BY_OPERATOR, Guidance, LabelLevel, Level
 from ippon.guidance.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.guidance.rating import words
@@ -28,9 +28,11 @@ _NAMED: Final = 4
 class RoomLevels:
     """Rates the map's voxels by their label and the type of the room that they are in.
 
-    Where the embedded prior rates a label otherwise in a room than in general, the room's rating
-    takes the place of whatever level the guidance gives; elsewhere the guidance stands. The
-    operator's corrections are kept in every room. Without `RoomConfig.enabled` nothing is changed.
+    Where the embedded prior rates a label higher in a room than in general, or takes back there
+    that it is near, the room's rating takes the place of whatever level the guidance gives;
+    elsewhere the guidance stands. A picture in a bedroom stays average for a toilet: it may hang
+    beside the door of the bathroom. The operator's corrections are kept in every room. Without
+    `RoomConfig.enabled` nothing is changed.
     """
 
     def __init__(self, config: RoomConfig) -> None:
@@ -122,7 +124,7 @@ class RoomLevels:
         for room in self._prior.room_types:
             here = self._prior.levels(goal, guidance.context, labels, room=room).rows
             rows = (
-                own if own.level != usual.level and given.reason != BY_OPERATOR else given
+                own if _counts(own, usual) and given.reason != BY_OPERATOR else given
                 for own, usual, given in zip(here, general, guidance.rows, strict=True)
             )
             out.append(dataclasses.replace(guidance, rows=tuple(rows)))
@@ -137,8 +139,8 @@ class RoomLevels:
                 for own, usual in zip(here.rows, guidance.rows, strict=True)
                 if own.level != usual.level
             )
-            for level, told in changed.most_common(1):
-                if level in kinds and told > len(here.rows) // 4:
+            for level, _ in changed.most_common(1):
+                if level in kinds:
                     kinds[level].append(f"the {words(room)}")
         parts = [
             f"{level.name.lower()} in {', '.join(names[:_NAMED])}"
@@ -164,3 +166,8 @@ class RoomLevels:
             room[known], labels
         ]
         return level
+
+
+def _counts(own: LabelLevel, usual: LabelLevel) -> bool:
+    """Tell whether a room's rating takes the place of the usual one; see `RoomLevels`."""
+    return own.level > usual.level or (own.level < usual.level and usual.level > Level.AVERAGE)

@@ -134,6 +134,21 @@ def test_a_sink_counts_by_its_room():
     assert np.array_equal(levels.follow(voxel_map, 10**9, 0.0).level, seen.level)
 
 
+def test_a_room_takes_back_that_things_are_near_and_no_more():
+    levels = RoomLevels(RoomConfig(enabled=True))
+    voxel_map = home(["bed", "chest_of_drawers"], ["bathtub", "toilet"])
+    levels.set_guidance(EmbeddedPrior().levels("toilet paper", "", MATTERPORT_40))
+    levels.follow(voxel_map, 0, 0.0)
+    rated = {
+        room: {row.label: row.level for row in here.rows}
+        for room, here in (levels.room_at((2.0, 2.0)), levels.room_at((7.0, 2.0)))
+    }
+    # It may hang beside the door of the bathroom.
+    assert rated["bedroom"]["picture"] == Level.AVERAGE
+    assert rated["bedroom"]["sink"] == Level.FAR
+    assert rated["bathroom"]["picture"] == rated["bathroom"]["sink"] == Level.NEAR
+
+
 def test_without_rooms_the_map_is_left_alone():
     voxel_map = home(["sink", "toilet"], ["sink", "counter"])
     levels = RoomLevels(RoomConfig())
