@@ -25,6 +25,7 @@ from app.nodes.navigator.what_if import WhatIf
 from ippon.control.drive import DriveMode
 from ippon.guidance.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
+from ippon.guidance.room_levels import RoomConfig, RoomLevels
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
 from ippon.mission.goal import Goal
 
@@ -38,6 +39,7 @@ class Missionary:
         self.modes: list[DriveMode] = []
         self.regions: list[object] = []
         self.voxel_map = VoxelMap(MapConfig(), ["wall"])
+        self.rooms = RoomLevels(RoomConfig())
 
     def drive(self, mode) -> None:
         self.modes.append(mode)
