@@ -93,6 +93,8 @@ def run_demo(command: Demo) -> int:
     _check(command, context)
     scene = load_home(command.home)
     _end_on(signal.SIGTERM)
+    # A shell starts what runs in its background with this one ignored.
+    _end_on(signal.SIGINT)
     screen = Console(file=sys.stderr)
     running = _Running(robot=f"ippon/{prefix_part(scene.name)}-{os.getpid()}")
     try:
