@@ -22,7 +22,7 @@ class Demo:
     of the page, and searches. Ctrl-C ends all of them.
     """
 
-    home: str = "3"
+    home: str = "24"
     """Seed of a generated home, or a folder with scene.glb and scene.json."""
     object: str = "hat"
     """What to look for."""
@@ -57,7 +57,7 @@ class Demo:
 class Sim:
     """A simulated robot in a simulated home, on zenoh; or a picture of the home from above."""
 
-    home: str = "3"
+    home: str = "24"
     """Seed of a generated home, or a folder with scene.glb and scene.json."""
     picture: Path | None = None
     """Write a picture of the home from above to this PNG, and end."""
