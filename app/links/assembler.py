@@ -6,14 +6,20 @@ from dataclasses import dataclass, replace
 from typing import Final, TypeVar
 
 from app.links.transforms import TransformBuffer
+from app.messages import keys
 from app.messages.images import (
     CompressedColor,
     DepthImage,
     StampedCamera,
     StampedHeatmap,
+    decode_camera,
+    decode_color,
+    decode_depth,
+    decode_depth_raw,
+    decode_heatmap,
     decompress_color,
 )
-from app.messages.motion import StampedTransform
+from app.messages.motion import StampedTransform, decode_flag, decode_transforms
 from ippon.frame import Frame
 from ippon.geometry import invert_transform
 
@@ -237,3 +243,35 @@ class FrameAssembler:
         # The last heatmap stays: that there are heatmaps is why a frame waits for its own.
         newest = max(self._heatmaps, default=-1)
         self._heatmaps = {s: m for s, m in self._heatmaps.items() if s > stamp_ns or s == newest}
+
+
+def assemble(assembler: FrameAssembler, key: str, payload: bytes) -> None:
+    """Decode a message of a robot and hand it over; other messages are none of its business.
+
+    Args:
+        assembler: Takes it.
+        key: What it is, without the robot's prefix.
+        payload: As it came, or was recorded.
+
+    Raises:
+        MessageError: It cannot be read.
+    """
+    match key:
+        case keys.TF:
+            assembler.add_transforms(decode_transforms(payload))
+        case keys.TF_STATIC:
+            assembler.add_transforms(decode_transforms(payload), fixed=True)
+        case keys.CAMERA_INFO:
+            assembler.add_camera(decode_camera(payload))
+        case keys.HEATMAP:
+            assembler.add_heatmap(decode_heatmap(payload))
+        case keys.CONTACT:
+            assembler.add_contact(decode_flag(payload))
+        case keys.DEPTH:
+            assembler.add_depth(decode_depth(payload))
+        case keys.DEPTH_RAW:
+            assembler.add_depth(decode_depth_raw(payload))
+        case keys.COLOR:
+            assembler.add_color(decode_color(payload))
+        case _:
+            return

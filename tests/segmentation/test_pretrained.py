@@ -46,11 +46,9 @@ def save_tokenizer(folder):
     transformers.CLIPTokenizer(vocab=numbers, merges=[]).save_pretrained(folder)
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    root = tmp_path_factory.mktemp("models")
-    torch.manual_seed(0)
-    clipseg = transformers.CLIPSegConfig(
+def save_clipseg(folder):
+    """Save a CLIPSeg that has learnt nothing."""
+    shape = transformers.CLIPSegConfig(
         text_config=TEXT,
         vision_config=VISION,
         projection_dim=12,
@@ -60,7 +58,14 @@ def folder(tmp_path_factory):
         decoder_intermediate_size=16,
         initializer_factor=20.0,
     )
-    transformers.CLIPSegForImageSegmentation(clipseg).save_pretrained(root / "clipseg-tiny")
+    transformers.CLIPSegForImageSegmentation(shape).save_pretrained(folder)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    root = tmp_path_factory.mktemp("models")
+    torch.manual_seed(0)
+    save_clipseg(root / "clipseg-tiny")
     owlv2 = transformers.Owlv2Config(text_config=TEXT, vision_config=VISION, projection_dim=16)
     transformers.Owlv2ForObjectDetection(owlv2).save_pretrained(root / "owlv2-tiny")
     sam = transformers.SamConfig(

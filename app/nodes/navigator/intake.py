@@ -8,19 +8,12 @@ from typing import Any, Final
 
 import zenoh
 
-from app.links.assembler import FrameAssembler
+from app.links.assembler import FrameAssembler, assemble
 from app.links.streams import StreamMonitor
 from app.links.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.images import (
-    decode_camera,
-    decode_color,
-    decode_depth,
-    decode_depth_raw,
-    decode_heatmap,
-)
-from app.messages.motion import decode_flag, decode_transforms
+from app.messages.images import decode_color
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 
@@ -28,6 +21,17 @@ WAITING: Final = 4
 """Messages of one topic that may wait to be decoded; older ones are dropped and counted."""
 ARRIVALS: Final = 64
 """Colour images whose time of arrival is remembered."""
+_STREAM_OF: Final = {
+    keys.TF: "pose",
+    keys.TF_STATIC: "",
+    keys.CAMERA_INFO: "",
+    keys.CONTACT: "",
+    keys.HEATMAP: "heatmap",
+    keys.DEPTH: "depth",
+    keys.DEPTH_RAW: "depth",
+    keys.COLOR: "colour",
+}
+"""Stream that counts the messages of each topic, "" for none; decoded in this order."""
 NEEDED: Final = ("colour", "depth", "pose")
 """Streams without which there is no frame."""
 
@@ -51,24 +55,10 @@ class Intake:
         self._arrived = threading.Condition()
         self._waiting: dict[str, deque[tuple[float, bytes]]] = {}
         self._arrivals: dict[int, float] = {}
-        self._take_in: dict[str, tuple[str, Callable[[bytes], None]]] = {}
-        add = self.assembler
-        tf_static = keys.TF_STATIC
-        topics: tuple[tuple[str, str, Callable[[bytes], None]], ...] = (
-            (keys.TF, "pose", lambda p: add.add_transforms(decode_transforms(p))),
-            (tf_static, "", lambda p: add.add_transforms(decode_transforms(p), fixed=True)),
-            (keys.CAMERA_INFO, "", lambda p: add.add_camera(decode_camera(p))),
-            (keys.CONTACT, "", lambda p: add.add_contact(decode_flag(p))),
-            (keys.HEATMAP, "heatmap", lambda p: add.add_heatmap(decode_heatmap(p))),
-            (keys.DEPTH, "depth", lambda p: add.add_depth(decode_depth(p))),
-            (keys.DEPTH_RAW, "depth", lambda p: add.add_depth(decode_depth_raw(p))),
-            (keys.COLOR, "colour", self._add_color),
-        )
-        for topic, stream, take_in in topics:
+        for topic, stream in _STREAM_OF.items():
             # Poses come faster than images, and each is needed to place an image between two.
             size = 100 if topic in (keys.TF, keys.CONTACT) else WAITING
             self._waiting[topic] = deque(maxlen=size)
-            self._take_in[topic] = (stream, take_in)
             subscribe(session, f"{robot}/{topic}", self._receiver(topic, stream))
 
     def _receiver(self, topic: str, stream: str) -> Callable[[bytes], None]:
@@ -164,11 +154,13 @@ class Intake:
         self.assembler.add_color(color)
 
     def _decode(self, topic: str, payload: bytes) -> None:
-        stream, take_in = self._take_in[topic]
         try:
-            take_in(payload)
+            if topic == keys.COLOR:
+                self._add_color(payload)
+            else:
+                assemble(self.assembler, topic, payload)
         except (MessageError, FrameRejectedError, ValueError) as error:
-            self.refuse(stream or "pose", f"{topic}: {error}")
+            self.refuse(_STREAM_OF[topic] or "pose", f"{topic}: {error}")
 
 
 class Stopwatch:

@@ -8,7 +8,7 @@ from typing import Final
 
 import msgspec
 
-from app.links.assembler import FrameAssembler
+from app.links.assembler import FrameAssembler, assemble
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import (
@@ -24,7 +24,7 @@ from app.messages.motion import decode_twist
 from app.messages.scene import encode_voxels
 from app.nodes.navigator.publisher import cloud_of, plan_messages
 from app.nodes.navigator.report import find_report
-from app.nodes.review.frames import FUSED, assemble
+from app.nodes.review.frames import FUSED
 from app.nodes.review.settings import Settings
 from app.recording.errors import RecordingError
 from app.recording.limits import RecordingLimits
@@ -109,7 +109,7 @@ class Recomputation:
             case keys.STATUS:
                 self._status = decode(payload, Status)
             case _:
-                assemble(assembler, message)
+                assemble(assembler, message.key, message.payload)
 
     def _step(self, frame: Frame, time_ns: int) -> Iterator[tuple[str, bytes]]:
         yield from self._told(frame.stamp_ns)

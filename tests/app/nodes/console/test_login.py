@@ -15,7 +15,6 @@ from app.messages.lease import LeaseStatus
 from app.nodes.console import connections
 from app.nodes.console.access import COOKIE, LoginAccess
 from app.nodes.console.accounts import add_account, load_accounts
-from app.nodes.console.backend import start_viser
 from app.nodes.console.bulletin import Bulletin
 from app.nodes.console.gateway import Gateway
 from app.nodes.console.guard import Hosts
@@ -23,23 +22,10 @@ from app.nodes.console.inbox import Inbox
 from app.nodes.console.link import NavigatorLink
 from app.nodes.console.login import STALE, WRONG, LoginDesk
 from app.nodes.console.throttle import FREE
-from app.nodes.console.visitors import Visitors
 
 PASSWORDS = {"anna": "correct horse", "vera": "battery staple", "sue": "trombone shop"}
 ROLES = {"anna": "operator", "vera": "viewer", "sue": "supervisor"}
 PROTOCOL = f"viser-v{viser_version}"
-
-
-@pytest.fixture(scope="module")
-def visitors():
-    return Visitors()
-
-
-@pytest.fixture(scope="module")
-def backend(visitors):
-    backend = start_viser(visitors)
-    yield backend
-    backend.close()
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,7 @@ from app.nodes.navigator.config import NavigatorConfig  # noqa: E402
 from app.nodes.navigator.node import Navigator  # noqa: E402
 from ippon.mapping.surface_rows import N_USED, NO_LABEL  # noqa: E402
 from tests.app.nodes.navigator.test_node_streams import Robot  # noqa: E402
-from tests.segmentation.test_pretrained import TEXT, VISION, save_tokenizer  # noqa: E402
+from tests.segmentation.test_pretrained import save_clipseg, save_tokenizer  # noqa: E402
 
 PATIENCE_S = 300.0
 
@@ -33,17 +33,7 @@ PATIENCE_S = 300.0
 def model(tmp_path):
     """A folder with a CLIPSeg that has learnt nothing."""
     torch.manual_seed(0)
-    shape = transformers.CLIPSegConfig(
-        text_config=TEXT,
-        vision_config=VISION,
-        projection_dim=12,
-        extract_layers=[0, 1],
-        reduce_dim=8,
-        decoder_num_attention_heads=2,
-        decoder_intermediate_size=16,
-        initializer_factor=20.0,
-    )
-    transformers.CLIPSegForImageSegmentation(shape).save_pretrained(tmp_path)
+    save_clipseg(tmp_path)
     save_tokenizer(tmp_path)
     return tmp_path
 
