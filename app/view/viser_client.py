@@ -20,16 +20,26 @@ _SCRIPT: Final = re.compile(
     rb".*?</script>",
     re.DOTALL,
 )
-_DEFAULTS: Final = (
-    # A picture of surroundings: decoding it holds a software renderer up for seconds.
-    (re.compile(rb"`data:image/jpeg;base64,[A-Za-z0-9+/=]+`"), b"null"),
+_CHANGES: Final = (
+    # What the client shows until the server says otherwise, as ours always does. A picture of
+    # surroundings: decoding it holds a software renderer up for seconds.
+    (re.compile(rb"`data:image/jpeg;base64,[A-Za-z0-9+/=]+`"), rb"null"),
     # Lights whose shadows take a compilation of their own.
     (
         re.compile(rb"enableDefaultLights:!0,enableDefaultLightsShadows:!0"),
-        b"enableDefaultLights:!1,enableDefaultLightsShadows:!1",
+        rb"enableDefaultLights:!1,enableDefaultLightsShadows:!1",
+    ),
+    # Where a connection begins, and where a batch of messages is taken: `map_first.js` is asked.
+    (
+        re.compile(rb"(\w+)\.messageQueue\.length=0,\1\.firstMessageBatch=!0"),
+        rb"\g<0>,globalThis.ipponMapFirst.begin()",
+    ),
+    (
+        re.compile(rb"function (\w+)\((\w+),(\w+)\)\{(?=let \w+=\2\.messageQueue,)"),
+        rb"\g<0>\3=globalThis.ipponMapFirst.sieve(\3,\2.messageQueue,held=>\1(\2,held));",
     ),
 )
-"""What the client shows until the server says otherwise, as ours always does; and in its place."""
+"""What is written in the client, and in its place."""
 _BASE: Final = 88
 _GROUP: Final = 5
 """Digits that hold four bytes."""
@@ -75,7 +85,7 @@ def unpack_client(page: bytes, prefix: str) -> ClientFiles:
         raise PackingError(f"viser's page unpacks to {len(content)} bytes and not {size}")
     decoder = _named("zstd", "wasm", wasm)
     publish = f'await WebAssembly.compileStreaming(fetch("{prefix}{decoder}"))'
-    code = f"globalThis.__viserZstdWasm={publish};\n".encode() + _bare(content[style_size:])
+    code = f"globalThis.__viserZstdWasm={publish};\n".encode() + _changed(content[style_size:])
     script, style = _named("viser", "js", code), _named("viser", "css", content[:style_size])
     loaded = (
         f'<link rel="stylesheet" href="{prefix}{style}">'
@@ -89,13 +99,13 @@ def unpack_client(page: bytes, prefix: str) -> ClientFiles:
     )
 
 
-def _bare(code: bytes) -> bytes:
-    """Leave out what the client would show before the server's first message."""
-    for default, instead in _DEFAULTS:
-        code, count = default.subn(instead, code)
+def _changed(code: bytes) -> bytes:
+    """Leave out what would be shown before the server's first message, and let the map be first."""
+    for written, instead in _CHANGES:
+        code, count = written.subn(instead, code)
         if count != 1:
             raise PackingError(
-                f"viser's client has {default.pattern[:40]!r} {count} times, not once"
+                f"viser's client has {written.pattern[:40]!r} {count} times, not once"
             )
     return code
 

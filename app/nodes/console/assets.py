@@ -15,6 +15,7 @@ PREFIX: Final = "/assets/"
 _NAMES: Final = (
     "shell.css", "shell.js", "view.css", "icon.svg",
     "drive.css", "drive.js", "explain.js", "help.js", "lease.css", "lease.js", "login.css",
+    "map_first.js",
 )  # fmt: skip
 _TYPES: Final = {
     "css": "text/css",
@@ -55,9 +56,13 @@ class Assets:
         client = unpack_client(client_page().read_bytes(), PREFIX)
         # The browser fetches and compiles the scene's program while it reads the shell.
         shell = _with_head(root.joinpath("index.html").read_bytes(), client.links)
-        looks = f'<link rel="stylesheet" href="{PREFIX}view.css">'.encode()
+        # Not deferred: the scene's program asks for it.
+        ours = (
+            f'<link rel="stylesheet" href="{PREFIX}view.css">'
+            f'<script src="{PREFIX}map_first.js"></script>'
+        ).encode()
         self.shell = Asset("index.html", shell, "no-store")
-        self.view = Asset("view.html", _with_head(client.page, looks), _ASK_AGAIN)
+        self.view = Asset("view.html", _with_head(client.page, ours), _ASK_AGAIN)
         self.files: Mapping[str, Asset] = {
             name: Asset(name, (root / name).read_bytes(), _ASK_AGAIN) for name in _NAMES
         } | {name: Asset(name, content, _FOR_GOOD) for name, content in client.files.items()}

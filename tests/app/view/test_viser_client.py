@@ -10,8 +10,17 @@ from app.view.viser_client import PackingError, unpack_client
 
 DIGITS = bytes(c for c in range(0x21, 0x7F) if chr(c) not in "\"&<>'`")
 
-DEFAULTS = b"`data:image/jpeg;base64,AAAA`,enableDefaultLights:!0,enableDefaultLightsShadows:!0"
-BARE = b"null,enableDefaultLights:!1,enableDefaultLightsShadows:!1"
+DEFAULTS = (
+    b"`data:image/jpeg;base64,AAAA`,enableDefaultLights:!0,enableDefaultLightsShadows:!0;"
+    b"t.messageQueue.length=0,t.firstMessageBatch=!0;"
+    b"function q(e,t){let n=e.messageQueue,r=1}"
+)
+CHANGED = (
+    b"null,enableDefaultLights:!1,enableDefaultLightsShadows:!1;"
+    b"t.messageQueue.length=0,t.firstMessageBatch=!0,globalThis.ipponMapFirst.begin();"
+    b"function q(e,t){t=globalThis.ipponMapFirst.sieve(t,e.messageQueue,held=>q(e,held));"
+    b"let n=e.messageQueue,r=1}"
+)
 
 
 def _written(content):
@@ -36,6 +45,7 @@ def test_the_installed_client_unpacks_to_files_that_its_page_names(page):
     assert client.files[script].startswith(b"globalThis.__viserZstdWasm=await")
     assert f'fetch("/assets/{decoder}")'.encode() in client.files[script]
     assert b"data:image/jpeg" not in client.files[script], "our own surroundings only"
+    assert client.files[script].count(b"globalThis.ipponMapFirst") == 2, "the map comes first"
     assert b"mantine" in client.files[style]
     assert client.files[decoder].startswith(b"\0asm")
     assert f'src="/assets/{script}"'.encode() in client.page
@@ -56,7 +66,7 @@ def test_every_length_is_read(page, rest):
         page,
     )
     script, style, _ = unpack_client(own, "/x/").files.items()
-    assert script[1].endswith(BARE + b" " * rest)
+    assert script[1].endswith(CHANGED + b" " * rest)
     assert style[1] == b"p{}"
 
 
