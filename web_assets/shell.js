@@ -211,6 +211,10 @@ function notice(shown) {
     case "stopped":
       return ["Stopped", "Nothing moves until you resume."];
     case "found":
+      if (state.out_of_reach_m !== null) {
+        const away = `${state.out_of_reach_m.toFixed(1)} m from the nearest place where the robot can stand`;
+        return [`Found, out of reach: ${state.object}`, `It is ${away}. Confirm it, or let the search go on.`];
+      }
       return [`Found: ${state.object}`, "Confirm it, or let the search go on, in the panel."];
     case "manual":
       return state.drive?.waypoint ? ["On the way to your point", ""] : ["", ""];

@@ -39,6 +39,8 @@ READ_S = 12.0
 ANSWER_S = 150.0
 """Two requests to a language model and one for what it left out, with time to spare."""
 EXIT_NOT_FOUND = 1
+EXIT_OUT_OF_REACH = 4
+"""It was found, and no way leads close to it."""
 NAME = "ippon ask"
 
 
@@ -219,7 +221,12 @@ def _follow(updates: "queue.SimpleQueue[bytes]", goal_id: int, command: Ask) -> 
             print(f"{status.elapsed_s:7.1f} s  {line}", flush=True)
         shown = line
         if goal.outcome != "active":
-            return 0 if goal.outcome == "found" else EXIT_NOT_FOUND
+            return exit_status(goal)
+
+
+def exit_status(goal: GoalStatus) -> int:
+    """Return what a command ends with that waited for a search to be over."""
+    return {"found": 0, "out_of_reach": EXIT_OUT_OF_REACH}.get(goal.outcome, EXIT_NOT_FOUND)
 
 
 def known_goal(status: Status, goal_id: int) -> GoalStatus | None:
@@ -238,6 +245,7 @@ def _as_dict(status: Status, goal: GoalStatus) -> dict[str, object]:
         "elapsed_s": round(status.elapsed_s, 2),
         "path_length_m": round(status.path_length_m, 3),
         "position_world": status.find.position_world if status.find is not None else None,
+        "out_of_reach_m": None if status.find is None else status.find.out_of_reach_m,
     }
 
 

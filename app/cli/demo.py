@@ -18,13 +18,9 @@ import zenoh
 from rich.console import Console
 from rich.text import Text
 
+from app.cli.ask import exit_status
 from app.cli.children import PROGRAM, Child, free_port, port_is_free, wait_for_end
-from app.cli.demo_result import (
-    EXIT_NOT_FOUND,
-    await_outcome,
-    end_recording,
-    measured_result,
-)
+from app.cli.demo_result import await_outcome, end_recording, measured_result
 from app.cli.errors import DemoError, UsageError
 from app.cli.homes import load_home
 from app.cli.language_model import as_arguments, make_model
@@ -113,7 +109,7 @@ def run_demo(command: Demo) -> int:
             result = measured_result(running.session, running.robot, status, goal, scene)
             result["session"] = end_recording(recorder, running.recorded, result)
             print(json.dumps({"object": command.object, **result}), flush=True)
-            return 0 if result["found"] else EXIT_NOT_FOUND
+            return exit_status(goal)
         _supervise(running, robot, screen)
     except DemoError as error:
         screen.print(Text(f"ippon demo: {error}", style="red"))

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from ippon.simulation.scene import Scene
 
 SILENT_S: Final = 20.0
-EXIT_NOT_FOUND: Final = 1
 RESULT_FILE: Final = "result.json"
 """Beside a recording: how good the search was, where the truth is known."""
 
@@ -96,5 +95,6 @@ def measured_result(
         "spl": round(metrics.spl, 4),
         "soft_spl": round(metrics.soft_spl, 4),
         "frames": status.frames,
+        "out_of_reach_m": None if status.find is None else status.find.out_of_reach_m,
         "session": None,
     }

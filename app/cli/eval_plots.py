@@ -20,6 +20,7 @@ _FAILURE_COLOURS: Final = {
     "never_seen": "#0072B2",
     "seen_and_missed": "#56B4E9",
     "false_stop": "#D55E00",
+    "out_of_reach": "#009E73",
     "stuck": "#CC79A7",
     "time": "#E69F00",
 }

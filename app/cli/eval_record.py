@@ -123,12 +123,11 @@ class EpisodeRecorder:
     def _status(self, snapshot: Snapshot, mission: Mission) -> Status:
         goal, find = snapshot.goal, snapshot.find
         state = snapshot.state.value
-        outcome = state if state in {"found", "exhausted"} else "active"
         told = goal and GoalStatus(
             goal_id=goal.goal_id,
             object=goal.object,
             context=goal.context,
-            outcome=outcome,  # pyright: ignore[reportArgumentType]
+            outcome=snapshot.outcome or "active",
         )
         return Status(
             robot=ROBOT,

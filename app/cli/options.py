@@ -40,7 +40,7 @@ class Demo:
     """Without the console."""
     exit_when_done: bool = False
     """End with the search: the last line of standard output is its result as JSON, and the exit
-    status is 0 when the object was found."""
+    status is 0 when the object was found, 4 when it was found and no way leads close to it."""
     no_search: bool = False
     """Wait for a query from the page or from `ippon ask` instead of searching at once."""
     record: bool = True
@@ -272,7 +272,8 @@ class Ask:
     """Tell one more kind of common object apart from now on, such as "bookcase"; an object to look
     for need not be given with it."""
     follow: bool = False
-    """Stay, print what happens, and end with the search; exit status 0 when it was found."""
+    """Stay, print what happens, and end with the search; exit status 0 when it was found, 4 when it
+    was found and no way leads close to it, 1 otherwise."""
     json: bool = False
     """Print one JSON object per line instead of text."""
     connect: str | None = None

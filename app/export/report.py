@@ -26,6 +26,11 @@ from app.view.colors import GREEN, ORANGE, SKY, hex_of
 RESULT_FILE: Final = "result.json"
 MAP_PX: Final = 900
 MOST_PICTURES: Final = 10
+OUTCOMES: Final = {
+    "found": "found",
+    "out_of_reach": "found, out of reach",
+    "exhausted": "not found",
+}
 _PICTURED: Final = ("found", "rejected", "confirmed", "detection", "contact")
 """Marks that a picture belongs to, the most telling first."""
 _PLOTS: Final = (
@@ -68,7 +73,7 @@ def _title(story: Story) -> str:
     if last is None or last.goal is None:
         return story.name
     name = last.goal.object.replace("_", " ")
-    outcome = {"found": "found", "exhausted": "not found"}.get(last.goal.outcome, "not finished")
+    outcome = OUTCOMES.get(last.goal.outcome, "not finished")
     return f"Search for {name}: {outcome}"
 
 
@@ -116,7 +121,7 @@ def _searches(story: Story) -> str:
         cells = (
             escape(goal.object.replace("_", " ")),
             escape(goal.context),
-            escape(goal.outcome),
+            escape(goal.outcome.replace("_", " ")),
             f"{seconds:.1f} s",
             f"{way:.1f} m",
         )

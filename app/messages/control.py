@@ -209,13 +209,17 @@ class ProximityTable(_Message, frozen=True):
     """The exact answer."""
 
 
+GoalOutcome = Literal["queued", "active", "found", "out_of_reach", "exhausted", "cancelled"]
+"""`out_of_reach`: it was found, and no way leads close to it; the state is `found`."""
+
+
 class GoalStatus(_Message, frozen=True):
     """A goal and how far it is."""
 
     goal_id: int
     object: str
     context: str = ""
-    outcome: Literal["queued", "active", "found", "exhausted", "cancelled"] = "queued"
+    outcome: GoalOutcome = "queued"
 
 
 class FindReport(_Message, frozen=True):
@@ -229,6 +233,9 @@ class FindReport(_Message, frozen=True):
     voxels: int
     box_px: tuple[int, int, int, int] | None = None
     """(u0, v0, u1, v1) of the object in the colour image of that moment."""
+    out_of_reach_m: float | None = None
+    """Metres over the floor to it from the nearest place where the robot can stand and see it, in
+    a find that no way leads close to."""
 
 
 class StreamStatus(_Message, frozen=True):

@@ -11,10 +11,12 @@ from ippon.mission.snapshot import Find
 from ippon.simulation.renderer import Rendering
 from ippon.simulation.scene import Instance
 
-Ending = Literal["found", "exhausted", "time"]
-Failure = Literal["none", "false_stop", "stuck", "never_seen", "seen_and_missed", "time"]
+Ending = Literal["found", "out_of_reach", "exhausted", "time"]
+Failure = Literal[
+    "none", "false_stop", "out_of_reach", "stuck", "never_seen", "seen_and_missed", "time"
+]
 FAILURES: Final[tuple[Failure, ...]] = (
-    "never_seen", "seen_and_missed", "false_stop", "stuck", "time",
+    "never_seen", "seen_and_missed", "false_stop", "out_of_reach", "stuck", "time",
 )  # fmt: skip
 
 STUCK_AFTER_S: Final = 60.0
@@ -70,7 +72,8 @@ def failure_cause(
         stuck: The robot had not moved for the last minute of an episode that ran out of time.
 
     Returns:
-        `false_stop`: the robot said found where the object is not. `stuck`: it could not move.
+        `false_stop`: the robot said found where the object is not. `out_of_reach`: it said
+        that it sees the object and no way leads close to it. `stuck`: it could not move.
         `never_seen`: the object never came into view. `time`: the map shows it, and time ran out
         before the robot stood in front of it. `seen_and_missed`: it came into view, and the search
         went past it.
@@ -79,6 +82,8 @@ def failure_cause(
         return "none"
     if ending == "found":
         return "false_stop"
+    if ending == "out_of_reach":
+        return "out_of_reach"
     if stuck:
         return "stuck"
     if not seen:

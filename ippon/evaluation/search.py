@@ -14,7 +14,7 @@ from ippon.frame import Frame
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
 from ippon.mission.mission import Mission
-from ippon.mission.snapshot import MissionState, Snapshot, StepResult
+from ippon.mission.snapshot import Snapshot, StepResult
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
 from ippon.simulation.world import SimulatedWorld
@@ -151,7 +151,7 @@ def search(
         hits=world.collisions - began_hits,
         first_seen_s=notes.first_seen_s,
         last=last,
-        ending=_ending(last.state),
+        ending=last.outcome or "time",
         recognised=any(is_at_instance(c, instances) for c in last.candidates),
         planner_s=tuple(planner.seconds[began_plans:]),
         step_s=tuple(notes.step_s),
@@ -161,9 +161,3 @@ def search(
 def _is_in_view(world: SimulatedWorld, judge: Judge, within_m: float) -> bool:
     rendering = world.rendering
     return rendering is not None and shows_object(rendering, judge.instances, within_m)
-
-
-def _ending(state: MissionState) -> Ending:
-    if state is MissionState.FOUND:
-        return "found"
-    return "exhausted" if state is MissionState.EXHAUSTED else "time"

@@ -37,6 +37,11 @@ def explain(
             f"going to where {goal.display} can be seen from close by: "
             f"{target.termination:.0f} voxels, {target.path_cost_s:.1f} s away"
         )
+    if plan.out_of_reach_m is not None:
+        return (
+            f"no way leads close to {goal.display}: going to where it can be seen from, "
+            f"{plan.out_of_reach_m:.1f} m off, {target.path_cost_s:.1f} s away"
+        )
     if plan.closer_look:
         return f"going closer to what may be {goal.display}, {target.path_cost_s:.1f} s away"
     level = target.level.name.lower()

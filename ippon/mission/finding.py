@@ -1,5 +1,6 @@
 """Which of the candidates a search has ended at, and where it is."""
 
+import dataclasses
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -10,6 +11,8 @@ from ippon.frame import Frame
 from ippon.geometry import Float64Array
 from ippon.mission.snapshot import Find
 
+SUCCESS_M = 1.0
+"""An object this near, over the floor, is reached: the metre of the task."""
 FIND_WITHIN_M = 2.5
 """A find lies at most this far from where the search ended."""
 AROUND_M = 0.2
@@ -39,11 +42,30 @@ def ball_round(find: Find) -> Ball:
     )
 
 
-def nearest_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find | None:
+def nearest_find(
+    candidates: Iterable[Find], T_world_base: Float64Array, within_m: float = FIND_WITHIN_M
+) -> Find | None:
     """Return the largest candidate near the robot, those in view first; None where none is near."""
-    near = [f for f in candidates if distance_m(T_world_base, f) < FIND_WITHIN_M]
+    near = [f for f in candidates if distance_m(T_world_base, f) < within_m]
     in_view = [f for f in near if f.box_px is not None] or near
     return max(in_view, key=lambda f: f.voxels, default=None)
+
+
+def find_from(candidates: Iterable[Find], T_world_base: Float64Array, away_m: float) -> Find | None:
+    """Return the candidate that a search ends at which no way leads closer to.
+
+    Args:
+        candidates: What looks like the object.
+        T_world_base: Where the robot stands, as near to it as it can.
+        away_m: Metres over the floor from there to the object.
+
+    Returns:
+        The find, out of reach where it is farther than `SUCCESS_M`; None where none is that near.
+    """
+    find = nearest_find(candidates, T_world_base, max(FIND_WITHIN_M, away_m + 1.0))
+    if find is None or away_m <= SUCCESS_M:
+        return find
+    return dataclasses.replace(find, out_of_reach_m=away_m)
 
 
 def distance_m(T_world_base: Float64Array, find: Find) -> float:
@@ -59,6 +81,11 @@ def looked_at(frame: Frame) -> Float64Array:
     seen = middle[np.isfinite(middle) & (middle > 0.0)]
     away = min(float(np.median(seen)), FIND_WITHIN_M) if seen.size else 0.5 * FIND_WITHIN_M
     return frame.T_world_camera[:3, 3] + away * frame.T_world_camera[:3, 2]
+
+
+def out_of_reach_text(display: str, away_m: float) -> str:
+    """Say that an object was found that no way leads close to."""
+    return f"found {display}, out of reach: {away_m:.1f} m from the nearest place I can stand"
 
 
 def exhausted_text(display: str, candidates: Sequence[Find]) -> str:

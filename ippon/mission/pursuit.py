@@ -10,7 +10,7 @@ from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.config import MissionConfig
 from ippon.mission.explanation import explain
-from ippon.mission.finding import exhausted_text, nearest_find
+from ippon.mission.finding import exhausted_text, find_from, nearest_find
 from ippon.mission.search import Search
 from ippon.mission.snapshot import MissionState
 from ippon.mission.travel_pitch import TravelPitch
@@ -68,7 +68,11 @@ class Pursuit:
         arrived = approaching and self._follower.reached
         search.arrived_steps = search.arrived_steps + 1 if arrived else 0
         if search.arrived_steps >= self._config.confirm_steps:
-            search.find = nearest_find(search.candidates, frame.T_world_base)
+            search.find = (
+                nearest_find(search.candidates, frame.T_world_base)
+                if plan.out_of_reach_m is None
+                else find_from(search.candidates, frame.T_world_base, plan.out_of_reach_m)
+            )
             return Pursued(
                 command=Command(tilt_rad=command.tilt_rad),
                 state=MissionState.FOUND,
@@ -85,5 +89,7 @@ class Pursuit:
 
 
 def ends_search(plan: Plan) -> bool:
-    """Tell whether the plan leads to where the object can be seen from close by."""
-    return plan.target is not None and plan.target.kind is NodeKind.TERMINATING
+    """Tell whether the plan leads to where the object can be seen from as close as a way leads."""
+    if plan.target is None:
+        return False
+    return plan.target.kind is NodeKind.TERMINATING or plan.out_of_reach_m is not None

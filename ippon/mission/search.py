@@ -7,7 +7,7 @@ from ippon.geometry import Float64Array
 from ippon.guidance.levels import Guidance
 from ippon.mapping.arrays import MapArrays
 from ippon.mission.clusters import OoiVoxels, cluster_finds
-from ippon.mission.finding import Ball, ball_round, distance_m
+from ippon.mission.finding import Ball, ball_round, distance_m, out_of_reach_text
 from ippon.mission.goal import Goal
 from ippon.mission.recovery import NANOSECONDS
 from ippon.mission.snapshot import Find
@@ -85,6 +85,8 @@ class Search:
         text = f"found {self.goal.display}"
         if self.find is None:
             return text
+        if self.find.out_of_reach_m is not None:
+            return out_of_reach_text(self.goal.display, self.find.out_of_reach_m)
         return (
             f"{text}: {self.find.voxels} voxels at p = {self.find.probability:.2f}, "
             f"{distance_m(T_world_base, self.find):.1f} m away"

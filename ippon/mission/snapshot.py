@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Literal
 
 from ippon.command import Command
 from ippon.geometry import Float64Array
@@ -36,6 +37,9 @@ class Find:
     voxels: int
     box_px: tuple[int, int, int, int] | None
     """(u0, v0, u1, v1) in the colour image of the step, None when out of view."""
+    out_of_reach_m: float | None = None
+    """Metres over the floor to it from the nearest place where the robot can stand and see it, in a
+    find that no way leads close to; None in all others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +72,16 @@ class Snapshot:
     best_ooi: float
     explored_m2: float
     events: tuple[MissionEvent, ...]
+
+    @property
+    def outcome(self) -> Literal["found", "out_of_reach", "exhausted"] | None:
+        """How the search ended; None while it goes on."""
+        if self.state is MissionState.EXHAUSTED:
+            return "exhausted"
+        if self.state is not MissionState.FOUND:
+            return None
+        near = self.find is None or self.find.out_of_reach_m is None
+        return "found" if near else "out_of_reach"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

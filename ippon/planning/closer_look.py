@@ -3,11 +3,12 @@
 The paper puts terminating nodes first (Sec. Node Selection). An object that is recognised from
 afar has none as long as the floor beside it is unseen, and its few voxels weigh little against the
 thousands of an unseen room: the robot would drive off. So a cluster of OOI voxels that is large
-enough goes before exploring, too.
+enough goes before exploring, too. What shows clearly and cannot be come close to ends the search as
+out of reach.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,9 +18,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
-from ippon.mapping.arrays import MapArrays
+from ippon.planning.out_of_reach import Look, OutOfReach, OutOfReachConfig
 from ippon.planning.shortest_tree import ShortestTree
-from ippon.planning.viewpoints import Viewpoints
+from ippon.planning.ways_round import SIGHTS, Surroundings, spread
 
 _kd_tree: Any = KDTree
 _components: Any = connected_components
@@ -29,8 +30,6 @@ _CLUSTER_GAP = 2.1
 """Voxels of one cluster lie at most this many edges apart."""
 _TRIES = 12
 """Viewpoints whose line of sight is checked in a step at most."""
-_SIGHTS = 6
-"""Voxels of a cluster that lines of sight are drawn to: of a bed behind a door a corner shows."""
 _STAY_S = 1.0
 """Another viewpoint must be this much better."""
 _THERE_M = 0.25
@@ -55,6 +54,7 @@ class CloserLookConfig:
     """Steps on the way to it after which it is left alone."""
     grown: float = 1.5
     """A cluster that was left alone counts again when it has this many times the voxels."""
+    out_of_reach: OutOfReachConfig = field(default_factory=OutOfReachConfig)
 
     def __post_init__(self) -> None:
         """Reject shares and counts without meaning."""
@@ -63,15 +63,6 @@ class CloserLookConfig:
                 "share must be at least 0, patience_steps and give_up_steps at least 1; got "
                 f"{self.share}, {self.patience_steps}, {self.give_up_steps}"
             )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CloserLook:
-    """A viewpoint from which something that may be the object is seen better."""
-
-    node: int
-    yaw_rad: float
-    tilt_rad: float
 
 
 @dataclass(slots=True, kw_only=True)
@@ -95,11 +86,13 @@ class CloserLooks:
         self._speed = speed_m_s
         self._pursuit: _Pursuit | None = None
         self._left_alone: list[tuple[Float64Array, int]] = []
+        self.out_of_reach = OutOfReach(config.out_of_reach, speed_m_s)
 
     def forget(self) -> None:
         """Start anew: another object is searched for."""
         self._pursuit = None
         self._left_alone.clear()
+        self.out_of_reach.forget()
 
     def rest(self) -> None:
         """Take note that the search ends or explores at this step."""
@@ -108,21 +101,19 @@ class CloserLooks:
     def choose(
         self,
         voxels: Float64Array,
-        arrays: MapArrays,
-        views: Viewpoints,
+        around: Surroundings,
         tree: ShortestTree,
         xy: Float64Array,
         T_world_base: Float64Array,
         *,
         termination_min: float,
         barred: frozenset[int],
-    ) -> CloserLook | None:
+    ) -> Look | None:
         """Return the viewpoint to look from, None when nothing is worth it.
 
         Args:
             voxels: (M, 3) centres of OOI voxels, metres.
-            arrays: The map.
-            views: For lines of sight.
+            around: Floor and map, for lines of sight and ways round.
             tree: Cheapest ways.
             xy: (capacity, 2) positions of the viewpoints.
             T_world_base: Where the robot stands.
@@ -132,23 +123,32 @@ class CloserLooks:
         self._watch(T_world_base)
         nodes = np.array([n for n in tree.order.tolist() if n not in barred], dtype=np.int64)
         best: tuple[float, int, Float64Array, Float64Array] | None = None
-        for cluster in clusters_of(voxels, arrays.voxel_size) if len(nodes) else ():
-            if len(cluster) <= self._config.share * termination_min or self._is_settled(cluster):
+        known: Float64Array | None = None
+        for cluster in clusters_of(voxels, around.grid.voxel_size) if len(nodes) else ():
+            if len(cluster) <= self._config.share * termination_min:
                 continue
-            found = self._nearest_sight(cluster, nodes, arrays, views, tree, xy)
+            if self._is_settled(cluster):
+                if len(cluster) > max(termination_min, 0 if known is None else len(known)):
+                    known = cluster
+                continue
+            found = self._nearest_sight(cluster, nodes, around, tree, xy)
             if found is not None and (best is None or found[0] < best[0]):
                 best = (*found, cluster)
-        if best is None:
-            self._pursuit = None
+        if best is not None:
+            eye_z_m = around.views.eye_z_m(around.arrays)
+            return self._towards(best[1], best[2], best[3], xy, eye_z_m)
+        self._pursuit = None
+        if known is None:
             return None
-        return self._towards(best[1], best[2], best[3], xy, views.eye_z_m(arrays))
+        return self.out_of_reach.choose(
+            known, around, tree, xy, T_world_base, enough=termination_min, nodes=nodes
+        )
 
     def _nearest_sight(
         self,
         cluster: Float64Array,
         nodes: NDArray[np.int64],
-        arrays: MapArrays,
-        views: Viewpoints,
+        around: Surroundings,
         tree: ShortestTree,
         xy: Float64Array,
     ) -> tuple[float, int, Float64Array] | None:
@@ -158,10 +158,10 @@ class CloserLooks:
         seconds = tree.cost[nodes] + 1.5 * away / self._speed
         if self._pursuit is not None:
             seconds[nodes == self._pursuit.node] -= _STAY_S
-        samples = _spread(cluster)
+        samples = spread(cluster, SIGHTS)
         for row in np.argsort(seconds, kind="stable")[:_TRIES].tolist():
             for voxel in samples:
-                if views.sees(xy[nodes[row]], voxel, arrays):
+                if around.views.sees(xy[nodes[row]], voxel, around.arrays):
                     return float(seconds[row]), int(nodes[row]), voxel
         return None
 
@@ -172,7 +172,7 @@ class CloserLooks:
         cluster: Float64Array,
         xy: Float64Array,
         eye_z_m: float,
-    ) -> CloserLook:
+    ) -> Look:
         centre = cluster.mean(axis=0)
         dx, dy = voxel[:2] - xy[node]
         yaw = math.atan2(dy, dx)
@@ -190,7 +190,7 @@ class CloserLooks:
         tilt = math.atan2(voxel[2] - eye_z_m, max(math.hypot(dx, dy), 0.1))
         if self._pursuit.settled >= self._config.patience_steps // 4:
             tilt -= self._config.down_rad
-        return CloserLook(node=node, yaw_rad=yaw, tilt_rad=tilt)
+        return Look(node=node, yaw_rad=yaw, tilt_rad=tilt)
 
     def _watch(self, T_world_base: Float64Array) -> None:
         """Leave alone what stays what it is although the robot stands in front of it."""
@@ -226,17 +226,6 @@ def clusters_of(voxels: Float64Array, voxel_size: float) -> list[Float64Array]:
     graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), (count, count))
     number, member_of = _components(graph, directed=False)
     return [voxels[member_of == c] for c in range(number)]
-
-
-def _spread(cluster: Float64Array) -> Float64Array:
-    """Return up to `_SIGHTS` of (M, 3) voxels, the middle one first, each far from those before."""
-    away = ((cluster - cluster.mean(axis=0)) ** 2).sum(axis=1)
-    chosen = [int(np.argmin(away))]
-    apart = ((cluster - cluster[chosen[0]]) ** 2).sum(axis=1)
-    while len(chosen) < min(_SIGHTS, len(cluster)):
-        chosen.append(int(np.argmax(apart)))
-        apart = np.minimum(apart, ((cluster - cluster[chosen[-1]]) ** 2).sum(axis=1))
-    return cluster[chosen]
 
 
 def _is_near(one: Float64Array, other: Float64Array) -> bool:

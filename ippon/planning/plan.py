@@ -73,3 +73,6 @@ class Plan:
     """Viewpoints evaluated for this plan."""
     closer_look: bool = False
     """The target is where something that may be the object is seen better."""
+    out_of_reach_m: float | None = None
+    """The target is where the search ends with an object that no way leads close to: metres over
+    the floor from there to it. None otherwise."""

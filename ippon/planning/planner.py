@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
-from ippon.planning.closer_look import CloserLook, CloserLooks
+from ippon.planning.closer_look import CloserLooks
 from ippon.planning.config import PlannerConfig
 from ippon.planning.connection import COMFORT_M, Connector
+from ippon.planning.out_of_reach import Look
 from ippon.planning.picture import TreePicture
 from ippon.planning.plan import Plan, Viewpoint
 from ippon.planning.promise import promise, waits
@@ -37,6 +38,7 @@ from ippon.planning.selection import (
 from ippon.planning.shortest_tree import Seeds, ShortestTree
 from ippon.planning.traversability import Traversability
 from ippon.planning.viewpoints import Viewpoints
+from ippon.planning.ways_round import Surroundings
 from ippon.robot import RobotProfile
 
 WAYPOINT_REACH_M = 0.75
@@ -146,7 +148,9 @@ class ViewpointPlanner:
         seeds, tree = self._grow_tree(reachable, x, y, yaw)
         evaluated = self._evaluate(map_arrays, tree, objects, standing_at is not None)
         target, scores = self._choose(map_arrays, tree)
-        look = self._look_closer(target, scores, objects, map_arrays, tree, T_world_base)
+        margin_m = self._floor.margin_m
+        around = Surroundings(grid, limits, margin_m, reachable, map_arrays, self._views)
+        look = self._look_closer(target, scores, objects, around, tree, T_world_base)
         gain = self._views.gain
         self._commitment = commit(
             scores, gain, None if look is not None else target, self._commitment
@@ -173,6 +177,7 @@ class ViewpointPlanner:
             exhausted=exhausted,
             evaluated=evaluated,
             closer_look=look is not None,
+            out_of_reach_m=None if look is None else look.away_m,
         )
 
     def _picture(self, tree: ShortestTree, scores: Scores) -> TreePicture:
@@ -276,24 +281,35 @@ class ViewpointPlanner:
         target: int | None,
         scores: Scores,
         voxels: Float64Array,
-        arrays: MapArrays,
+        around: Surroundings,
         tree: ShortestTree,
         T_world_base: Float64Array,
-    ) -> CloserLook | None:
+    ) -> Look | None:
         """Look closer at what may be the object, unless the target ends the search."""
         if target is not None and scores.terminating[target]:
             self._closer.rest()
             return None
-        return self._closer.choose(
+        look = self._closer.choose(
             voxels,
-            arrays,
-            self._views,
+            around,
             tree,
             self._road.xy,
             T_world_base,
             termination_min=self._termination_min,
             barred=frozenset(self._given_up),
         )
+        if look is None or look.away_m is None:
+            return look
+        if self._second_chances > 0:
+            # Before that is said, try what contacts closed, and the narrowest gaps.
+            self._second_chances -= 1
+            if self._floor.relax():
+                self._closer.out_of_reach.think_again()
+                return None
+        place = self._closer.out_of_reach.wanted_place()
+        if place is not None:
+            self._sampler.add_at(place)
+        return look
 
     def _score(self, tree: ShortestTree) -> Scores:
         n, views, selection = self._road.count, self._views, self.config.selection

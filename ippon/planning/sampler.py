@@ -58,10 +58,18 @@ class Sampler:
                 left -= 1
         return left > 0
 
+    def add_at(self, place: Float64Array) -> None:
+        """Add a viewpoint at a place (2,) where the robot can stand, unless one is there."""
+        if not len(self._road.near(place[0], place[1], 0.05, 1)):
+            self._add(float(place[0]), float(place[1]))
+
     def _add_one(self, places: NDArray[np.int64]) -> bool:
         grid = self._floor.grid
         i, j = draw_place(places, grid, self._rng, self._config.choices)
-        node = self._road.add_node(*cell_centre(grid, i, j))
+        return self._add(*cell_centre(grid, i, j))
+
+    def _add(self, x: float, y: float) -> bool:
+        node = self._road.add_node(x, y)
         if node is None:
             return False
         self._connector.connect(node)

@@ -272,7 +272,10 @@ class Viewpoints:
         far = float(np.linalg.norm(offset))
         if far < 1.0:
             return True
-        depth = cast_ray(arrays, self._table, self._rules.unknown_depth, camera, offset / far)
+        # Also over the edge of a drop, where no voxel counts otherwise.
+        layers = self._table.layer_low, self._table.layer_high, int(offset[2])
+        table = self._table._replace(layer_low=min(layers), layer_high=max(layers))
+        depth = cast_ray(arrays, table, self._rules.unknown_depth, camera, offset / far)
         # A ray may graze the voxel beside the one that is meant.
         return abs(depth) >= far - 1.8
 

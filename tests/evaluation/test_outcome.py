@@ -13,6 +13,7 @@ from ippon.simulation.scene import Instance
         ({"success": True, "ending": "found"}, "none"),
         ({"ending": "found", "seen": True, "recognised": True}, "false_stop"),
         ({"ending": "found"}, "false_stop"),
+        ({"ending": "out_of_reach", "seen": True, "recognised": True}, "out_of_reach"),
         ({"ending": "time", "stuck": True, "seen": True}, "stuck"),
         ({"ending": "time"}, "never_seen"),
         ({"ending": "exhausted"}, "never_seen"),

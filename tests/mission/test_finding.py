@@ -10,6 +10,7 @@ from ippon.mission.finding import (
     FIND_WITHIN_M,
     distance_m,
     exhausted_text,
+    find_from,
     looked_at,
     nearest_find,
 )
@@ -28,6 +29,13 @@ def find(x, voxels, box_px=None):
         voxels=voxels,
         box_px=box_px,
     )
+
+
+@pytest.mark.parametrize(("away_m", "told"), [(0.95, None), (1.4, 1.4), (4.0, 4.0)])
+def test_what_no_way_leads_within_a_metre_of_is_out_of_reach(away_m, told):
+    found = find_from([find(away_m, 5, (0, 0, 3, 3))], HERE, away_m)
+    assert found.out_of_reach_m == told
+    assert find_from([find(9.0, 50)], HERE, 1.4) is None
 
 
 def test_the_largest_in_view_of_those_near():

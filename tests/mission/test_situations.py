@@ -109,10 +109,9 @@ def test_a_drop_is_never_driven_onto_even_with_the_object_below(searcher, room):
     robot = searcher([*ground, *room()[1:], toilet(4.5, 1.8, -1.0)], 1.0, 2.0)
     robot.ask("toilet")
     robot.search(90.0)
-    assert robot.last.state is MissionState.EXHAUSTED
+    assert robot.last.outcome == "out_of_reach", "it was seen from above"
     assert robot.world.collisions == 0
     assert robot.world.trajectory[:, 0].max() < 3.0 - ZED.radius_m
-    assert robot.last.candidates, "it was seen from above"
 
 
 def test_stairs_up_are_no_floor(searcher, room):
@@ -124,7 +123,7 @@ def test_stairs_up_are_no_floor(searcher, room):
     robot = searcher([*room(8.0, 4.0), *stairs, landing, toilet(7.0, 1.8, 1.02)], 1.0, 2.0)
     robot.ask("toilet")
     robot.search(90.0)
-    assert robot.last.state is MissionState.EXHAUSTED
+    assert robot.last.outcome == "out_of_reach"
     assert robot.world.collisions == 0
     assert robot.world.trajectory[:, 0].max() < 3.0 - ZED.radius_m
 
@@ -141,18 +140,38 @@ def test_stairs_down_are_no_floor(searcher, room):
     robot = searcher([*ground, *room(8.0, 4.0)[1:], *stairs, toilet(7.0, 1.8, -1.02)], 1.0, 2.0)
     robot.ask("toilet")
     robot.search(90.0)
-    assert robot.last.state is MissionState.EXHAUSTED
+    assert robot.last.outcome == "out_of_reach"
     assert robot.world.trajectory[:, 0].max() < 3.0 - ZED.radius_m
 
 
-def test_an_object_that_no_way_leads_to_ends_the_search_with_it_as_candidate(searcher, room):
+def test_an_object_that_no_way_leads_to_is_found_out_of_reach(searcher, room):
     barrier = ("wall", "wall", (4.0, -0.1, 0.0), (4.1, 4.1, 0.9))
     robot = searcher([*room(), barrier, toilet(5.4, 1.8)], 1.0, 2.0)
     robot.ask("toilet")
+    results = robot.search(150.0)
+    assert robot.last.outcome == "out_of_reach"
+    find = robot.last.find
+    assert find.out_of_reach_m == pytest.approx(5.4 - robot.at[0], abs=0.2)
+    assert robot.at[0] > 3.4, "as near as the barrier allows"
+    assert find.box_px is not None, "it looks at it"
+    text = f"found toilet, out of reach: {find.out_of_reach_m:.1f} m from the nearest place"
+    assert robot.last.why.startswith(text)
+    assert [e.text for e in events(results, "found")] == [robot.last.why]
+    # The operator wants another one: there is none.
+    assert robot.mission.reject_find()
     robot.search(150.0)
-    assert robot.last.state is MissionState.EXHAUSTED
-    assert robot.last.candidates, "it was seen over the barrier"
-    assert "no way leads close to what looks most like it" in robot.last.why
+    assert robot.last.outcome == "exhausted"
+
+
+def test_a_way_round_that_was_not_seen_yet_is_tried_before_that_is_said(searcher, room):
+    barrier = ("wall", "wall", (4.0, -0.1, 0.0), (4.1, 3.0, 0.9))
+    screen = ("wall", "wall", (2.4, 2.4, 0.0), (2.5, 4.1, 2.5))
+    robot = searcher([*room(), barrier, screen, toilet(5.4, 0.2)], 1.0, 0.6)
+    robot.ask("toilet")
+    robot.search(150.0)
+    assert robot.last.outcome == "found"
+    assert robot.last.find.out_of_reach_m is None
+    assert robot.at[0] > 4.1
 
 
 def test_a_rejected_find_is_not_found_again(searcher, room):

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN, MapArrays
-from ippon.planning.clearance import NO_SITE, OPEN, BodyLimits, FloorGrid
+from ippon.planning.clearance import NO_SITE, OBSTACLE, OPEN, BodyLimits, FloorGrid
 from ippon.planning.columns import (
     COLUMN_BLOCKED,
     COLUMN_CLEAR,
@@ -91,5 +91,41 @@ def reachable(
         for a, b in ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)):
             if 0 <= a < nx and 0 <= b < ny and passable[a, b] and not out[a, b]:
                 out[a, b] = passable[a, b]
+                queue.append((a, b))
+    return out
+
+
+def steps_over_unseen_floor(
+    grid: FloorGrid,
+    limits: BodyLimits,
+    sure: NDArray[np.uint8],
+    blocked: NDArray[np.uint8],
+    x: float,
+    y: float,
+    margin: float,
+):
+    """Steps of a breadth-first search that takes unseen floor for free, -1 where none leads."""
+    nx, ny = grid.kind.shape
+    need = (limits.radius + margin) / grid.voxel_size - SLACK_CELLS
+
+    def passable(i: int, j: int) -> bool:
+        if sure[i, j]:
+            return True
+        site = grid.obstacle[i, j]
+        roomy = site[0] == NO_SITE or math.hypot(*site.astype(float)) >= need
+        return grid.kind[i, j] != OBSTACLE and not blocked[i, j] and roomy
+
+    out = np.full((nx, ny), -1, dtype=np.int32)
+    queue: deque[tuple[int, int]] = deque()
+    for i, j in np.argwhere(sure > 0):
+        cx, cy = (np.array([i, j]) + grid.origin + 0.5) * grid.voxel_size
+        if math.hypot(cx - x, cy - y) <= 0.5:
+            out[i, j] = 0
+            queue.append((i, j))
+    while queue:
+        i, j = queue.popleft()
+        for a, b in ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)):
+            if 0 <= a < nx and 0 <= b < ny and out[a, b] < 0 and passable(a, b):
+                out[a, b] = out[i, j] + 1
                 queue.append((a, b))
     return out

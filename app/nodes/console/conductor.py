@@ -67,6 +67,8 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     warning: str = ""
     """What the operator should know of the console itself."""
     has_map: bool = False
+    out_of_reach_m: float | None = None
+    """Of a find that no way leads close to."""
     explanation: Explanation | None = None
 
 
@@ -251,6 +253,7 @@ class Conductor:
             frame_age_ms=round(status.timings.frame_age_ms),
             best_ooi=round(status.best_ooi, 2),
             has_map=self.model.voxels.count > 0,
+            out_of_reach_m=None if status.find is None else status.find.out_of_reach_m,
             drive=status.drive,
             lease=link.lease_status,
             warning=difference(status.version),

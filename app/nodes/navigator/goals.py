@@ -5,12 +5,12 @@ import threading
 from collections.abc import Callable
 from typing import Literal
 
-from app.messages.control import GoalStatus
+from app.messages.control import GoalOutcome, GoalStatus
 from ippon.guidance.levels import Guidance, LabelLevel
 from ippon.guidance.naming import ResolvedObject
 from ippon.mission.goal import Goal
 
-Outcome = Literal["found", "exhausted", "cancelled"]
+Outcome = Literal["found", "out_of_reach", "exhausted", "cancelled"]
 HISTORY = 50
 
 
@@ -77,7 +77,8 @@ class GoalBook:
         with self._lock:
             if not self._queue or (self._active is not None and self._active_is_over is None):
                 return None
-            if hold and self._active_is_over == "found" and self._queue[0].waited:
+            has_find = self._active_is_over in {"found", "out_of_reach"}
+            if hold and has_find and self._queue[0].waited:
                 return None
             self._archive()
             self._active = self._queue.pop(0)
@@ -157,9 +158,7 @@ class GoalBook:
             self._history = [*self._history, status][-HISTORY:]
 
 
-def _status(
-    goal: Goal, outcome: Literal["queued", "active", "found", "exhausted", "cancelled"]
-) -> GoalStatus:
+def _status(goal: Goal, outcome: GoalOutcome) -> GoalStatus:
     return GoalStatus(
         goal_id=goal.goal_id, object=goal.object, context=goal.context, outcome=outcome
     )

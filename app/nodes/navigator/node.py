@@ -40,14 +40,13 @@ from ippon.command import Command
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 from ippon.mission.mission import Mission
-from ippon.mission.snapshot import MissionState, Snapshot
+from ippon.mission.snapshot import Snapshot
 
 logger = logging.getLogger(__name__)
 
 IDLE_S: Final = 0.05
 STATUS_EVERY_S: Final = 0.4
 BLIND: Final = "objects are not told apart; the search goes on"
-OUTCOMES: Final = {MissionState.FOUND: "found", MissionState.EXHAUSTED: "exhausted"}
 
 
 class Navigator:
@@ -198,10 +197,10 @@ class Navigator:
             self._say(event.kind, event.text)
             if event.kind == "confirmed":
                 self._hold_until = 0.0
-        outcome = OUTCOMES.get(snapshot.state)
+        outcome = snapshot.outcome
         goal, _, _ = self._goals.statuses()
         if outcome is not None and goal is not None and goal.outcome == "active":
-            self._goals.conclude(outcome)  # pyright: ignore[reportArgumentType]
+            self._goals.conclude(outcome)
             self._hold_until = time.monotonic() + self.config.hold_find_s
 
     # -- goals and levels --------------------------------------------------------------------

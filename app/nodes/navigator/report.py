@@ -153,6 +153,7 @@ def find_report(find: Find, goal: Goal) -> FindReport:
         probability=find.probability,
         voxels=find.voxels,
         box_px=find.box_px,
+        out_of_reach_m=find.out_of_reach_m,
     )
 
 

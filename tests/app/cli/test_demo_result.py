@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from app.cli.ask import exit_status
 from app.cli.demo import _Running, prefix_part, restart_command
 from app.cli.demo_result import await_outcome
 from app.cli.errors import DemoError
@@ -59,6 +60,13 @@ def test_the_search_is_over(last):
 def test_the_result_does_not_need_the_page():
     parts = [part("navigator"), part("console", -9), part("robot")]
     assert await_outcome(parts, heard(report(goal("found"))), 7)[1].outcome == "found"
+
+
+@pytest.mark.parametrize(
+    ("outcome", "status"), [("found", 0), ("exhausted", 1), ("cancelled", 1), ("out_of_reach", 4)]
+)
+def test_the_exit_status_tells_a_find_from_one_out_of_reach(outcome, status):
+    assert exit_status(goal(outcome)) == status
 
 
 @pytest.mark.parametrize("name", ["navigator", "robot"])

@@ -57,6 +57,8 @@ def now(status: Status | None) -> str:
     if status is None:
         return '<div class="ip-now"><p class="ip-muted">No word from the navigator yet.</p></div>'
     state = STATE_WORDS[status.state]
+    if status.find is not None and status.find.out_of_reach_m is not None:
+        state = "Found, out of reach:" if status.state == "found" else state
     goal = f" <b>{words(status.goal.object)}</b>" if status.goal is not None else ""
     return (
         f'<div class="ip-now" data-state="{status.state}">'
@@ -91,7 +93,7 @@ def intervention(drive: DriveStatus) -> str:
 def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus]) -> str:
     """List what comes next and what was."""
     rows = [
-        f"<li><b>{words(goal.object)}</b> <span>{escape(goal.outcome)}</span></li>"
+        f"<li><b>{words(goal.object)}</b> <span>{words(goal.outcome)}</span></li>"
         for goal in (*queue, *list(history)[::-1][:4])
     ]
     return f'<ul class="ip-goals">{"".join(rows)}</ul>' if rows else ""

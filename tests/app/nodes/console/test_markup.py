@@ -1,12 +1,20 @@
 import re
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.messages.control import Event, GoalStatus, ProximityRow, ProximityTable, StreamStatus
+from app.messages.control import (
+    Event,
+    FindReport,
+    GoalStatus,
+    ProximityRow,
+    ProximityTable,
+    StreamStatus,
+)
 from app.nodes.console.panels import markup
 from app.view.candidates import Candidate
 from app.view.colors import COLOR_MODES, TREE_LEGEND, legend
@@ -115,6 +123,19 @@ def test_nothing_yet_is_said_in_words():
     assert "Ask for an object" in markup.levels(None)
     assert markup.answer("", ok=True) == ""
     assert markup.goals([], []) == ""
+
+
+def test_a_find_that_no_way_leads_to_says_so(stage):
+    goal = GoalStatus(goal_id=1, object="hat", outcome="out_of_reach")
+    find = FindReport(
+        goal_id=1, object="hat", position_world=(1.0, 2.0, 0.5), size_m=(0.3, 0.3, 0.2),
+        probability=0.97, voxels=14, out_of_reach_m=1.4,
+    )  # fmt: skip
+    status = stage.status_of(state="found", goal=goal, find=find)
+    assert "Found, out of reach: <b>hat</b>" in markup.now(status)
+    near = msgspec.structs.replace(find, out_of_reach_m=None)
+    assert "Found <b>hat</b>" in markup.now(stage.status_of(state="found", goal=goal, find=near))
+    assert "<span>out of reach</span>" in markup.goals([], [goal])
 
 
 def test_a_place_says_how_likely_where_when_and_what_else_it_may_be():

@@ -1,0 +1,47 @@
+"""Ways over unseen floor to what no viewpoint comes close to; the searches are in tests/mission."""
+
+import numpy as np
+import pytest
+
+from ippon.planning.clearance import BodyLimits
+from ippon.planning.out_of_reach import OutOfReachConfig
+from ippon.planning.sampling import cover, reachable_cells
+from ippon.planning.ways_round import Surroundings, flood_unseen, spread
+from tests.planning.test_clearance import make_grid, random_kind
+from tests.reference import planning_floor as reference
+
+LIMITS = BodyLimits(
+    radius=0.2, unseen_radius=0.12, slow_clearance=0.25, slow_fraction=0.4, speed=0.8
+)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_flood_over_unseen_floor_agrees_with_a_plain_search(seed):
+    grid = make_grid(random_kind(seed, share=0.015), origin=(4, -9))
+    rng = np.random.default_rng(seed)
+    x, y = (grid.origin + rng.random(2) * grid.kind.shape) * 0.1
+    sure = reachable_cells(grid, LIMITS, x, y, 0.02, 0.05)
+    blocked = np.zeros_like(sure)
+    cover(blocked, grid, np.array([[x + 1.0, y]]), 0.35, 1)
+    nothing: dict = {"arrays": None, "views": None}
+    around = Surroundings(grid=grid, limits=LIMITS, margin_m=0.02, reachable=sure, **nothing)
+    steps, parent = flood_unseen(around, blocked, (x, y))
+    plain = reference.steps_over_unseen_floor(grid, LIMITS, sure, blocked, x, y, 0.02)
+    np.testing.assert_array_equal(steps, plain)
+    on_the_way = np.argwhere(parent >= 0)
+    before = np.divmod(parent[parent >= 0], grid.kind.shape[1])
+    assert (np.abs(on_the_way.T - np.array(before)).sum(axis=0) == 1).all()
+    np.testing.assert_array_equal(steps[before] + 1, steps[parent >= 0])
+
+
+def test_sights_are_spread_over_a_cluster():
+    row = np.column_stack([np.arange(11) * 0.1, np.zeros(11), np.zeros(11)])
+    assert sorted(spread(row, 3)[:, 0]) == pytest.approx([0.0, 0.5, 1.0])
+    assert len(spread(row[:2], 6)) == 2
+
+
+def test_counts_without_meaning_are_refused():
+    with pytest.raises(ValueError, match="must be at least 1; got 300, 0, 10, 250"):
+        OutOfReachConfig(patience_steps=0)
+    with pytest.raises(ValueError, match="reach_m must be above 0"):
+        OutOfReachConfig(reach_m=0.0)
