@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.view.voxel_store import EDGE, VoxelStore
+from app.view.voxel_store import COLUMN, VoxelStore
 from ippon.geometry import Float64Array
 
 REACH_M: Final = 60.0
@@ -90,7 +90,7 @@ class SurfaceLookup:
     def attributes(self, voxel: tuple[int, int, int]) -> NDArray[np.uint8] | None:
         """Return the (8,) attributes of a shown surface voxel, None elsewhere."""
         i, j, k = voxel
-        column = (i >> 3, j >> 3)
+        column = (i // COLUMN, j // COLUMN)
         known = self._columns.get(column)
         if known is None:
             voxels = self._store.column(column, self._below)
@@ -98,7 +98,7 @@ class SurfaceLookup:
                 (a, b, c): row
                 for (a, b, c), row in zip(voxels.local.tolist(), voxels.attributes, strict=True)
             }
-        return known.get((i & 7, j & 7, k))
+        return known.get((i % COLUMN, j % COLUMN, k))
 
 
 def seen_from(
@@ -158,7 +158,7 @@ def _depth_buffer(
 def _centers_near(
     store: VoxelStore, voxel_size_m: float, xy: Float64Array, reach_m: float
 ) -> Float64Array:
-    edge = EDGE * voxel_size_m
+    edge = COLUMN * voxel_size_m
     parts: list[Float64Array] = []
     for column in store.columns:
         corner = np.array(column, dtype=np.float64) * edge
@@ -166,6 +166,6 @@ def _centers_near(
             continue
         local = store.column(column).local.astype(np.float64)
         if len(local):
-            offset = np.array([column[0] * EDGE, column[1] * EDGE, 0.0])
+            offset = np.array([column[0] * COLUMN, column[1] * COLUMN, 0.0])
             parts.append((local + offset + 0.5) * voxel_size_m)
     return np.concatenate(parts) if parts else np.empty((0, 3))

@@ -1,6 +1,6 @@
 """The map in the scene: a point cloud per column of blocks, boxes where the object may be."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from app.view.colors import NOT_MAPPED, OOI_SCALE, linear, ooi_colors, voxel_colors
 from app.view.options import ViewOptions
-from app.view.voxel_store import EDGE, Column, ColumnVoxels, VoxelStore
+from app.view.voxel_store import COLUMN, Column, ColumnVoxels, VoxelStore
 
 POINT_SIZE: Final = 1.3
 """In voxels: a square of this size hides the gaps to its neighbours from any side."""
@@ -43,6 +43,11 @@ class VoxelLayer:
         self._options: ViewOptions | None = None
         self._voxel_size_m = 0.0
         self._clouds: dict[Column, Any] = {}
+        self._gathered: dict[Column, ColumnVoxels] = {}
+        """As they were drawn last: another colour needs no more than this."""
+        self._below: int | None = None
+        self._extents: dict[Column, tuple[NDArray[np.int16], NDArray[np.int16]]] = {}
+        """Least and greatest x and y of what each column shows, in voxels of it."""
         self._likely: dict[Column, tuple[NDArray[np.float32], NDArray[np.uint8]]] = {}
         self._boxes: Any = None
         self.beads: NDArray[np.float32] = np.empty((0, 3), np.float32)
@@ -54,34 +59,44 @@ class VoxelLayer:
         self,
         store: VoxelStore,
         voxel_size_m: float,
-        dirty: Iterable[Column],
+        dirty: Sequence[Column],
         options: ViewOptions,
     ) -> None:
         """Draw the columns that changed; all of them when a choice changed."""
         if voxel_size_m != self._voxel_size_m:
             self._remove_all()
             self._voxel_size_m = voxel_size_m
-        if options != self._options:
-            dirty = store.columns
-            self._options = options
         below = None
         if options.ceiling_m is not None:
             below = round(options.ceiling_m / voxel_size_m)
+        if below != self._below:
+            self._gathered.clear()
+            self._below = below
+        for column in dirty:
+            self._gathered.pop(column, None)
+        if options != self._options:
+            dirty = store.columns
+            self._options = options
         boxes_changed = False
         for column in dirty:
-            boxes_changed |= self._draw_column(column, store.column(column, below), options)
+            voxels = self._gathered.get(column)
+            if voxels is None:
+                voxels = self._gathered[column] = store.column(column, below)
+            boxes_changed |= self._draw_column(column, voxels, options)
         if boxes_changed:
             self._draw_boxes()
-        self.shown = sum(cloud.visible for cloud in self._clouds.values())
+        self.shown = len(self._extents)
 
     def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Return the least and greatest (x, y) of the drawn columns in metres; None without any."""
-        shown = [column for column, cloud in self._clouds.items() if cloud.visible]
+        """Return the least and greatest (x, y) of what is drawn in metres; None without any."""
+        shown = list(self._extents)
         if not shown:
             return None
-        corners = np.array(shown, dtype=np.float64)
-        edge = EDGE * self._voxel_size_m
-        return corners.min(axis=0) * edge, (corners.max(axis=0) + 1.0) * edge
+        corners = np.array(shown, dtype=np.float64) * COLUMN
+        low = np.array([self._extents[column][0] for column in shown])
+        high = np.array([self._extents[column][1] for column in shown])
+        size = self._voxel_size_m
+        return (corners + low).min(axis=0) * size, (corners + high + 1.0).max(axis=0) * size
 
     def _draw_column(self, column: Column, voxels: ColumnVoxels, options: ViewOptions) -> bool:
         """Draw one column; tell whether the boxes have changed."""
@@ -93,7 +108,7 @@ class VoxelLayer:
         had = self._likely.pop(column, None) is not None
         if not likely.any():
             return had
-        corner = np.array([column[0] * EDGE, column[1] * EDGE, 0.0], dtype=np.float32)
+        corner = np.array([column[0] * COLUMN, column[1] * COLUMN, 0.0], dtype=np.float32)
         centers = (voxels.local[likely] + corner + np.float32(0.5)) * np.float32(self._voxel_size_m)
         self._likely[column] = (centers, ooi[likely])
         return True
@@ -108,9 +123,11 @@ class VoxelLayer:
         cloud = self._clouds.get(column)
         local, attributes = voxels.local[kept], voxels.attributes[kept]
         if not len(local) or "map" not in options.layers:
+            self._extents.pop(column, None)
             if cloud is not None:
                 cloud.visible = False
             return
+        self._extents[column] = (local[:, :2].min(axis=0), local[:, :2].max(axis=0))
         ooi = attributes[:, 3]
         colors = voxel_colors(
             options.mode,
@@ -137,7 +154,7 @@ class VoxelLayer:
                 point_shading="flat",
                 precision="float16",
                 scale=size,
-                position=(column[0] * EDGE * size, column[1] * EDGE * size, 0.0),
+                position=(column[0] * COLUMN * size, column[1] * COLUMN * size, 0.0),
             )
             return
         cloud.points = points
@@ -150,7 +167,7 @@ class VoxelLayer:
         beads = self.beads
         if not len(beads) or beads[:, 2].max() <= 0.0:
             return out
-        corner = np.array([column[0] * EDGE, column[1] * EDGE])
+        corner = np.array([column[0] * COLUMN, column[1] * COLUMN])
         xy = (local[:, :2] + corner + 0.5) * self._voxel_size_m
         apart = np.linalg.norm(xy[:, None] - beads[None, :, :2], axis=2)
         nearest = apart.argmin(axis=1)
@@ -196,8 +213,8 @@ class VoxelLayer:
         if self._boxes is not None:
             self._boxes.remove()
         self._boxes = None
-        self._clouds.clear()
-        self._likely.clear()
+        for known in (self._clouds, self._gathered, self._extents, self._likely):
+            known.clear()
 
 
 def _thing(attributes: NDArray[np.uint8], label: int | None) -> NDArray[np.uint8]:

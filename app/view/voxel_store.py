@@ -1,4 +1,4 @@
-"""Surface voxels as the view keeps them: blocks of 8 x 8 x 8 under columns of blocks.
+"""Surface voxels as the view keeps them: blocks of 8 x 8 x 8 in columns of two by two blocks.
 
 Changes touch only the blocks that they fall in, and mark the columns that have to be drawn again.
 """
@@ -15,6 +15,9 @@ from app.view.colors import NOT_MAPPED
 
 EDGE: Final = 8
 VOLUME: Final = EDGE**3
+COLUMN: Final = 2 * EDGE
+"""Voxels across a column. Wider ones are fewer nodes for a browser to build and to draw; narrower
+ones less to send again for a change."""
 ATTRIBUTES: Final = 8
 """Bytes a voxel: r, g, b, ooi, proximity, level, label, confidence."""
 
@@ -24,7 +27,7 @@ MAX_INDEX: Final = 1 << 20
 """Voxels farther from the origin than this are refused: no home is that large."""
 
 Column = tuple[int, int]
-"""Block index along x and y."""
+"""Index along x and y, in steps of `COLUMN` voxels."""
 
 _BIAS: Final = 1 << 18
 _SHIFT: Final = 19
@@ -78,6 +81,8 @@ class VoxelStore:
         self._rows: dict[int, int] = {}
         self._block = np.empty((0, 3), dtype=np.int64)
         self._columns: dict[Column, list[int]] = {}
+        self._stacks: dict[tuple[int, int], list[int]] = {}
+        """Rows of the blocks above each other, by block index along x and y."""
         self._present = np.zeros((0, VOLUME), dtype=np.bool_)
         self._attributes = np.zeros((0, VOLUME, ATTRIBUTES), dtype=np.uint8)
         self._revision = 0
@@ -118,7 +123,7 @@ class VoxelStore:
         self._present[row, cell] = surface
         self._attributes[row, cell] = attributes
         self.count += int(np.count_nonzero(self._present[rows]) - before)
-        self._touch(map(tuple, blocks[first, :2].tolist()))
+        self._touch((x >> 1, y >> 1) for x, y in blocks[first, :2].tolist())
 
     def clear(self) -> None:
         """Forget every voxel; columns that held some are marked."""
@@ -148,9 +153,10 @@ class VoxelStore:
         rows = np.array(self._columns.get(column, ()), dtype=np.int64)
         which, cell = np.nonzero(self._present[rows])
         local = np.empty((len(cell), 3), dtype=np.int16)
-        local[:, 0] = cell >> 6
-        local[:, 1] = (cell >> 3) & 7
-        local[:, 2] = (cell & 7) + self._block[rows, 2][which] * EDGE
+        block = self._block[rows][which]
+        local[:, 0] = (cell >> 6) + (block[:, 0] & 1) * EDGE
+        local[:, 1] = ((cell >> 3) & 7) + (block[:, 1] & 1) * EDGE
+        local[:, 2] = (cell & 7) + block[:, 2] * EDGE
         if below is not None:
             kept = local[:, 2] < below
             which, cell, local = which[kept], cell[kept], local[kept]
@@ -165,7 +171,7 @@ class VoxelStore:
         indices, attributes = [], []
         for column in sorted(self._columns):
             voxels = self.column(column)
-            corner = np.array([column[0] * EDGE, column[1] * EDGE, 0], dtype=np.int64)
+            corner = np.array([column[0] * COLUMN, column[1] * COLUMN, 0], dtype=np.int64)
             order = np.lexsort(voxels.local.T)
             indices.append((voxels.local + corner)[order])
             attributes.append(voxels.attributes[order])
@@ -206,7 +212,8 @@ class VoxelStore:
         x, y, _ = block.tolist()
         self._rows[key] = row
         self._block[row] = block
-        self._columns.setdefault((x, y), []).append(row)
+        self._columns.setdefault((x >> 1, y >> 1), []).append(row)
+        self._stacks.setdefault((x, y), []).append(row)
         return row
 
     def _grow(self, size: int) -> None:
@@ -227,10 +234,10 @@ class VoxelStore:
         span = int(local[:, 2].max()) - low + 3
         if span > 64 * EDGE:
             return np.full(len(local), 255, dtype=np.uint8)
-        solid = np.zeros((EDGE + 2, EDGE + 2, span), dtype=np.uint8)
-        for dx in (-1, 0, 1):
-            for dy in (-1, 0, 1):
-                self._fill(solid, (column[0] + dx, column[1] + dy), dx, dy, low)
+        solid = np.zeros((COLUMN + 2, COLUMN + 2, span), dtype=np.uint8)
+        for x in range(-1, 3):
+            for y in range(-1, 3):
+                self._fill(solid, (2 * column[0] + x, 2 * column[1] + y), x, y, low)
         if below is not None:
             solid[:, :, max(below - low, 0) :] = 0
         rise = solid[:, :, 1:-1] * 2 + solid[:, :, 2:]
@@ -240,11 +247,13 @@ class VoxelStore:
         open_sky = 255 - np.minimum(around[i, j, k].astype(np.int32) * 9, 200)
         return np.where(solid[i + 1, j + 1, k + 1] > 0, 0, open_sky).astype(np.uint8)
 
-    def _fill(self, solid: NDArray[np.uint8], column: Column, dx: int, dy: int, low: int) -> None:
-        """Copy the part of a neighbouring column that borders on the middle one."""
-        to_x, from_x = _BORDER[dx]
-        to_y, from_y = _BORDER[dy]
-        for row in self._columns.get(column, ()):
+    def _fill(
+        self, solid: NDArray[np.uint8], stack: tuple[int, int], x: int, y: int, low: int
+    ) -> None:
+        """Copy what lies in or borders on a column of the blocks that stand at (x, y) in it."""
+        to_x, from_x = _PART[x]
+        to_y, from_y = _PART[y]
+        for row in self._stacks.get(stack, ()):
             base = int(self._block[row, 2]) * EDGE - low
             start, stop = max(base, 0), min(base + EDGE, solid.shape[2])
             if start >= stop:
@@ -253,9 +262,10 @@ class VoxelStore:
             solid[to_x, to_y, start:stop] = cube[from_x, from_y, start - base : stop - base]
 
 
-_BORDER: Final = {
+_PART: Final = {
     -1: (slice(0, 1), slice(EDGE - 1, EDGE)),
     0: (slice(1, EDGE + 1), slice(0, EDGE)),
-    1: (slice(EDGE + 1, EDGE + 2), slice(0, 1)),
+    1: (slice(EDGE + 1, COLUMN + 1), slice(0, EDGE)),
+    2: (slice(COLUMN + 1, COLUMN + 2), slice(0, 1)),
 }
-"""For a neighbour on either side: where its border goes, and where it comes from."""
+"""For a block beside, in, in, and beside a column: where its voxels go, and which these are."""

@@ -56,9 +56,9 @@ def _draw(server, model, **options):
 
 def test_the_map_is_one_cloud_a_column_and_boxes_where_the_object_may_be(server, model):
     scene = _draw(server, model)
-    assert scene.voxels.shown == 25
+    assert scene.voxels.shown == 9
     cloud = _node(server, "/map/1_1")
-    assert cloud.points.shape == (64, 3)
+    assert cloud.points.shape == (256, 3)
     assert cloud.points.dtype == np.float16
     boxes = _node(server, "/object_voxels")
     np.testing.assert_allclose(boxes.batched_positions, [[2.05, 2.05, 0.35], [2.05, 2.15, 0.35]])
@@ -67,7 +67,7 @@ def test_the_map_is_one_cloud_a_column_and_boxes_where_the_object_may_be(server,
 def test_world_positions_survive_the_half_precision(server, model, make):
     model.on_voxels(make.cloud([(-1003, 2005, 29)]))
     _draw(server, model, ceiling_m=None)
-    cloud = _node(server, f"/map/{-1003 // 8}_{2005 // 8}")
+    cloud = _node(server, f"/map/{-1003 // 16}_{2005 // 16}")
     world = np.asarray(cloud.position) + cloud.points.astype(float) * cloud.scale
     np.testing.assert_allclose(world, [[-100.25, 200.55, 2.95]], atol=1e-6)
 
@@ -91,6 +91,32 @@ def test_a_colour_mode_changes_colours_and_no_points(server, model):
     after = _node(server, "/map/0_0").colors
     assert before.shape == after.shape
     assert (before != after).any()
+
+
+def test_another_colour_mode_gathers_no_voxels(server, model, make, monkeypatch):
+    scene = _draw(server, model)
+    gathered = []
+    column = model.voxels.column
+    monkeypatch.setattr(
+        model.voxels, "column", lambda which, below: gathered.append(which) or column(which, below)
+    )
+    scene.draw(model, frozenset(), ViewOptions(mode="height"))
+    assert gathered == []
+    model.on_voxels(make.cloud([(3, 3, 1)], 5))
+    scene.draw(model, model.take_changes() | {"voxels"}, ViewOptions(mode="height"))
+    assert gathered == [(0, 0)]
+    scene.draw(model, frozenset(), ViewOptions(mode="height", ceiling_m=None))
+    assert len(gathered) == 1 + 9, "another cut is another map"
+
+
+def test_the_map_reaches_as_far_as_its_voxels(server, model, make):
+    scene = _draw(server, model)
+    low, high = scene.bounds()
+    np.testing.assert_allclose([low, high], [[0.0, 0.0], [4.0, 4.0]])
+    model.on_voxels(make.cloud([(-3, 50, 0)], 5))
+    scene.draw(model, model.take_changes(), ViewOptions())
+    low, high = scene.bounds()
+    np.testing.assert_allclose([low, high], [[-0.3, 0.0], [4.0, 5.1]])
 
 
 def test_the_ceiling_is_cut(server, model, make):

@@ -58,11 +58,11 @@ def test_holds_what_a_dictionary_would(batches):
 
 def test_only_touched_columns_are_dirty():
     store = VoxelStore()
-    store.apply(_update([((0, 0, 0), 1, True), ((9, 0, 30), 1, True), ((-1, -9, 0), 1, True)]))
+    store.apply(_update([((0, 0, 0), 1, True), ((17, 0, 30), 1, True), ((-1, -17, 0), 1, True)]))
     columns, revision = store.changed_since(0)
     assert set(columns) == {(0, 0), (1, 0), (-1, -2)}
     assert store.changed_since(revision) == ((), revision)
-    store.apply(_update([((9, 3, 2), 1, True)]))
+    store.apply(_update([((17, 3, 2), 1, True)]))
     assert store.changed_since(revision) == (((1, 0),), revision + 1)
     assert len(store.changed_since(0)[0]) == 3, "another picture has its own revision"
 
@@ -70,8 +70,8 @@ def test_only_touched_columns_are_dirty():
 def test_a_column_is_local_in_x_and_y_and_absolute_in_z():
     store = VoxelStore()
     store.apply(_update([((-3, 17, -2), 5, True), ((-3, 17, 25), 6, True)]))
-    column = store.column((-1, 2))
-    assert column.local.tolist() == [[5, 1, -2], [5, 1, 25]]
+    column = store.column((-1, 1))
+    assert column.local.tolist() == [[13, 1, -2], [13, 1, 25]]
     assert column.attributes[:, 0].tolist() == [5, 6]
 
 
@@ -87,14 +87,28 @@ def test_a_cut_leaves_out_what_is_above_and_its_shadow():
 
 def test_openness_tells_sides_corners_and_open_floor_apart_across_columns():
     store = VoxelStore()
-    store.apply(_box((0, 0, 0), (24, 24, 1)))
-    store.apply(_box((8, 8, 1), (9, 9, 5)))
+    store.apply(_box((0, 0, 0), (48, 48, 1)))
+    store.apply(_box((16, 16, 1), (17, 17, 5)))
     floor = {tuple(p): int(o) for p, o in _openness(store, (0, 0))}
     tower = {tuple(p): int(o) for p, o in _openness(store, (1, 1))}
     assert floor[0, 0, 0] == 255
     assert tower[0, 0, 0] == 0
     assert tower[0, 0, 4] == 255
-    assert 0 < floor[7, 7, 0] < 255, "the tower stands in the neighbouring column"
+    assert 0 < floor[15, 15, 0] < 255, "the tower stands in the neighbouring column"
+
+
+def test_openness_does_not_end_at_a_block():
+    across, within = VoxelStore(), VoxelStore()
+    across.apply(_box((0, 0, 0), (30, 30, 1)))
+    across.apply(_box((8, 8, 1), (9, 9, 5)))
+    within.apply(_box((0, 0, 0), (30, 30, 1)))
+    within.apply(_box((4, 4, 1), (5, 5, 5)))
+    shaded = [
+        {(i - at, j - at, k): int(o) for (i, j, k), o in _openness(store, (0, 0)) if o < 255}
+        for store, at in ((across, 8), (within, 4))
+    ]
+    assert shaded[0] == shaded[1]
+    assert len(shaded[0]) == 9 + 4 - 1
 
 
 def _openness(store, column):
@@ -104,7 +118,7 @@ def _openness(store, column):
 
 def test_clear_empties_and_marks_every_column():
     store = VoxelStore()
-    store.apply(_box((0, 0, 0), (9, 1, 1)))
+    store.apply(_box((0, 0, 0), (17, 1, 1)))
     _, revision = store.changed_since(0)
     store.clear()
     assert store.count == 0

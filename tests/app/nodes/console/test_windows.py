@@ -154,11 +154,11 @@ def test_a_choice_is_each_browsers_own(console):
     uuid = _choose(console, first, "Object")
     assert uuid in console.visitors[0].own_controls
     assert uuid not in console.visitors[1].own_controls
-    first.wait(lambda m: m.get("name") == f"{OWN}/map/2_0")
+    first.wait(lambda m: m.get("name") == f"{OWN}/map/1_0")
     first.wait(_hides("/map"))
     first.wait(_hides("/finds"))
     second_uuid = _choose(console, second, "Height")
-    second.wait(lambda m: m.get("name") == f"{OWN}/map/2_0")
+    second.wait(lambda m: m.get("name") == f"{OWN}/map/1_0")
     assert second_uuid != uuid
     modes = {console.windows.options_of(n).mode for n in (0, 1)}
     assert modes == {"ooi", "height"}
@@ -172,8 +172,8 @@ def test_whoever_sees_the_common_drawing_has_none_of_its_own(console, stage):
     console.model.on_voxels(_cloud(stage, (40, 0, 0)))
     console.draw()
     console.windows.point_at(NOTHING)
-    first.wait(lambda m: m.get("name") == f"{OWN}/map/5_0")
-    second.wait(lambda m: m.get("name") == "/map/5_0")
+    first.wait(lambda m: m.get("name") == f"{OWN}/map/2_0")
+    second.wait(lambda m: m.get("name") == "/map/2_0")
     assert not [name for name in second.names() if name.startswith(OWN)]
     first.close()
     second.close()
