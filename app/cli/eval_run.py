@@ -229,7 +229,9 @@ def _list(
         screen.print(f"[red]{escape(home)}: {escape(str(error))}[/red]", soft_wrap=True)
     left_out = [d for d in dropped if d.reason != "absent"]
     if left_out:
-        screen.print(f"{len(left_out)} starts left out: too near to a viewpoint, or without a way")
+        screen.print(
+            f"{len(left_out)} starts left out: too near to a viewpoint, without a way, or upstairs"
+        )
     episodes = [spec for home in homes for spec in found.get(home, ())]
     if not episodes:
         raise UsageError(_nothing(dropped, broken))

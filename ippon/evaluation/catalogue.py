@@ -101,13 +101,15 @@ class Dropped:
     home: str
     goal: str
     start_index: int | None
-    reason: Literal["absent", "starts too near", "no way", "no start left"]
+    reason: Literal["absent", "starts too near", "no way", "another floor", "no start left"]
 
 
 def list_episodes(
     scene: Scene, home: str, robot: RobotProfile, config: CatalogueConfig
 ) -> tuple[tuple[EpisodeSpec, ...], tuple[Dropped, ...]]:
     """List the searches of one home, filtered as Habitat's: a way exists, and is not already over.
+
+    All are on the floor of the first start pose, which is the one that ways are measured on.
 
     What is drawn depends on the seed, the home's own name and the goal alone, so that asking for
     other goals or more homes changes no episode.
@@ -133,6 +135,11 @@ def list_episodes(
         for index in rng.permutation(len(scene.start_poses)).tolist():
             if taken == config.starts_per_goal:
                 break
+            if abs(scene.start_poses[index].z - scene.start_poses[0].z) > robot.max_step_m:
+                dropped.append(
+                    Dropped(home=home, goal=goal, start_index=index, reason="another floor")
+                )
+                continue
             d0 = judge.shortest_path_m(scene.start_poses[index])
             if not np.isfinite(d0):
                 dropped.append(Dropped(home=home, goal=goal, start_index=index, reason="no way"))

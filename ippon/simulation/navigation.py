@@ -20,7 +20,8 @@ FINE_CELL_M = 0.025
 """For scoring: at 5 cm, gaps that the body just fits through come out shut."""
 
 _MARGIN_M = 0.3
-_MAX_CELLS = 4_000_000
+_MAX_CELLS = 16_000_000
+"""100 m by 100 m at `FINE_CELL_M`: the wings of a hospital lie in a box larger than its floor."""
 _FLOOR_GAP_M = 0.15
 """Gaps between floors that a base still rolls over, such as a sill in a doorway."""
 

@@ -35,6 +35,19 @@ def test_starts_at_a_viewpoint_or_without_a_way_are_left_out(home, robot):
     assert e.shortest_path_m > 3.0
 
 
+def test_starts_on_another_floor_are_left_out(home, robot):
+    below, *others = home.start_poses
+    upstairs = dataclasses.replace(below, z=2.8)
+    episodes, dropped = _list(
+        dataclasses.replace(home, start_poses=(below, upstairs, *others)),
+        robot,
+        goals=("hat",),
+        starts_per_goal=3,
+    )
+    assert [e.start_index for e in episodes] == [0]
+    assert (1, "another floor") in {(d.start_index, d.reason) for d in dropped}
+
+
 def test_how_near_a_start_may_be_is_a_setting(home, robot):
     episodes, dropped = _list(home, robot, goals=("hat",), min_shortest_path_m=50.0)
     assert not episodes
