@@ -22,6 +22,9 @@ COMFORT_M = 0.05
 to half its edge off the surface. Tighter places are for OMPL, which keeps to their middle."""
 HERE_M = 0.15
 """A node this close is where the robot stands: no turning to get there."""
+SHORTCUT_M = 10.0
+"""Corners are cut over at most this length of a path: across a hospital's floor the work would grow
+with its square."""
 RETRY_STEPS = 10
 """Steps after which a pair that could not be joined may be tried again, if the map changed."""
 
@@ -185,15 +188,18 @@ class Connector:
         out, at = [path[0]], 0
         while at < len(path) - 1:
             best = at + 1
-            spent = 0.0
+            spent = length = 0.0
             leave = self._floor.clearance(path[0, 0], path[0, 1]) if at == 0 else math.inf
             for to in range(at + 1, len(path)):
                 free, time, _ = move_between(
                     grid, limits, path[to - 1], path[to], self._margin, leave
                 )
                 spent += time if free else math.inf
+                length += math.dist(path[to - 1], path[to])
                 if to == at + 1:
                     continue
+                if length > SHORTCUT_M:
+                    break
                 free, time, _ = move_between(
                     grid, limits, path[at], path[to], self._margin + COMFORT_M, leave
                 )

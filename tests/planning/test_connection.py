@@ -7,7 +7,7 @@ import pytest
 
 from ippon.geometry import base_pose
 from ippon.mapping.arrays import FREE, OCCUPIED
-from ippon.planning.connection import Connector, remaining_path
+from ippon.planning.connection import SHORTCUT_M, Connector, remaining_path
 from ippon.planning.local_planner import LocalPlannerConfig
 from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampling import reachable_cells
@@ -127,6 +127,16 @@ def test_shortening_keeps_ends_and_clearance_and_never_lengthens(corner):
 
     assert length(short) <= length(zigzag)
     assert joined.connector._drive_time(short) is not None
+
+
+def test_a_long_way_is_shortened_piece_by_piece(dense_map):
+    joined = Joined(dense_map((28.0, 3.2, 2.4)).room((0.8, 0.8), (27.2, 2.4)))
+    x = np.arange(1.5, 26.6, 0.5)
+    short = joined.connector.shorten(np.column_stack([x, 1.6 + 0.1 * (np.arange(len(x)) % 2)]))
+    pieces = np.linalg.norm(np.diff(short, axis=0), axis=1)
+    assert pieces.max() <= SHORTCUT_M
+    assert len(pieces) == 3
+    assert pieces.sum() == pytest.approx(25.0, abs=0.05)
 
 
 def test_a_door_that_opens_joins_old_neighbours(two_rooms):
