@@ -66,7 +66,8 @@ class Pursuit:
         )
         approaching = ends_search(plan)
         arrived = approaching and self._follower.reached
-        search.arrived_steps = search.arrived_steps + 1 if arrived else 0
+        # One frame in between that sees it worse does not count for more than one that sees it.
+        search.arrived_steps = max(0, search.arrived_steps + (1 if arrived else -1))
         if search.arrived_steps >= self._config.confirm_steps:
             search.find = (
                 nearest_find(search.candidates, frame.T_world_base)

@@ -26,7 +26,7 @@ _VOXELS_AT_REFERENCE: Final[dict[str, float]] = {
     "stool": 5.0,
     "plant": 4.0,
 }
-_SMALL_OBJECT: Final = 2.0
+_SMALL_OBJECT: Final = 1.0
 
 
 def termination_voxels(label: str, category: str | None, voxel_size_m: float) -> float:
@@ -41,4 +41,4 @@ def termination_voxels(label: str, category: str | None, voxel_size_m: float) ->
     if count is None and category is not None:
         count = _VOXELS_AT_REFERENCE.get(category)
     scale = (REFERENCE_VOXEL_M / voxel_size_m) ** 2
-    return max(2.0, (count or _SMALL_OBJECT) * scale)
+    return max(1.0, (count or _SMALL_OBJECT) * scale)

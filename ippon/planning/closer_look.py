@@ -88,6 +88,11 @@ class CloserLooks:
         self._left_alone: list[tuple[Float64Array, int]] = []
         self.out_of_reach = OutOfReach(config.out_of_reach, speed_m_s)
 
+    @property
+    def active(self) -> bool:
+        """Something is being looked at."""
+        return self._pursuit is not None
+
     def forget(self) -> None:
         """Start anew: another object is searched for."""
         self._pursuit = None

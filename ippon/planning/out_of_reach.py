@@ -37,7 +37,7 @@ class OutOfReachConfig:
     approach_steps: int = 250
     """Steps on the way to the nearest place from which it sees the object, after which it explores
     on instead."""
-    reach_m: float = 0.85
+    reach_m: float = 0.95
     """What lies farther from the robot than this, over the floor, is out of reach; as in N_T."""
 
     def __post_init__(self) -> None:

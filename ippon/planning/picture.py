@@ -22,7 +22,6 @@ class TreePicture:
         tree: ShortestTree,
         scores: Scores,
         *,
-        termination_min: float,
         min_gain: float,
     ) -> None:
         self._views = views
@@ -30,11 +29,10 @@ class TreePicture:
         self._floor_z_m = floor_z_m
         self._tree = tree
         self._scores = scores
-        self._termination_min = termination_min
         self._min_gain = min_gain
 
     def _kind(self, node: int) -> NodeKind:
-        if self._views.termination[node] > self._termination_min:
+        if self._scores.terminating[node]:
             return NodeKind.TERMINATING
         if self._views.potential[node] < self._min_gain:
             return NodeKind.MINIMAL

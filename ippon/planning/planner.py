@@ -31,6 +31,7 @@ from ippon.planning.selection import (
     Commitment,
     Scores,
     commit,
+    held,
     score_nodes,
     select,
     with_passing,
@@ -43,6 +44,8 @@ from ippon.robot import RobotProfile
 
 WAYPOINT_REACH_M = 0.75
 """A point that an operator chose may lie this far from where the robot can stand: on a table."""
+_BESIDE_M = 0.12
+"""A viewpoint this near to the robot is where it stands."""
 
 
 class ViewpointPlanner:
@@ -145,6 +148,7 @@ class ViewpointPlanner:
         reachable = reachable_cells(grid, limits, x, y, self._floor.margin_m, COMFORT_M)
         objects = object_voxels(map_arrays, self.config.ooi_threshold)
         saturated = self._sampler.add(objects, reachable, x, y)
+        self._add_root(objects, map_arrays, x, y)
         seeds, tree = self._grow_tree(reachable, x, y, yaw)
         evaluated = self._evaluate(map_arrays, tree, objects, standing_at is not None)
         target, scores = self._choose(map_arrays, tree)
@@ -187,7 +191,6 @@ class ViewpointPlanner:
             self._floor.floor_z_m,
             tree,
             scores,
-            termination_min=self._termination_min,
             min_gain=self.config.selection.min_gain,
         )
 
@@ -228,6 +231,26 @@ class ViewpointPlanner:
         self._given_up.pop(node, None)
         if self._target == node:
             self._target = self._path = None
+
+    def _add_root(self, voxels: Float64Array, arrays: MapArrays, x: float, y: float) -> None:
+        """Evaluate where the robot stands, too, once the object is within reach from there.
+
+        On the way to a viewpoint the search may be over before that is reached.
+        """
+        target = self._target
+        enough = held(self.config.selection, self._termination_min)
+        apart = _BESIDE_M
+        if target is None or self._views.termination[target] <= enough:
+            if not self._closer.active:
+                return
+            apart = self.config.sampling.object_spacing_m
+        else:
+            reach = self.config.view.termination_range_m
+            if np.hypot(voxels[:, 0] - x, voxels[:, 1] - y).min(initial=math.inf) > reach:
+                return
+        node = self._sampler.add_here(x, y, apart)
+        if node is not None:
+            self._views.evaluate(node, self._road.xy[node], arrays)
 
     def _grow_tree(
         self, reachable: NDArray[np.uint8], x: float, y: float, yaw: float
@@ -317,7 +340,7 @@ class ViewpointPlanner:
         self._given_up = {k: until for k, until in self._given_up.items() if until > now}
         eligible = views.potential[:n] >= selection.min_gain
         yaw = views.yaw[:n].copy()
-        for node in np.flatnonzero(views.termination[:n] > self._termination_min):
+        for node in np.flatnonzero(views.termination[:n] > held(selection, self._termination_min)):
             yaw[node] = views.frames_object(int(node))[0]
         termination = views.termination[:n].copy()
         banned = list(self._given_up)
@@ -333,6 +356,7 @@ class ViewpointPlanner:
             eligible=eligible,
             termination_min=self._termination_min,
             turn_rate=self._turn_rate,
+            current=self._target,
         )
         if self._commitment is None or self._commitment.node != self._target:
             return scores

@@ -6,7 +6,15 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.planning.connection import Connector
 from ippon.planning.roadmap import Roadmap
-from ippon.planning.sampling import SamplingConfig, cell_centre, cover, draw_place, open_places
+from ippon.planning.sampling import (
+    STANDABLE,
+    SamplingConfig,
+    cell_centre,
+    cover,
+    draw_place,
+    open_places,
+    tight_places,
+)
 from ippon.planning.traversability import Traversability
 
 
@@ -45,6 +53,9 @@ class Sampler:
         objects = np.zeros_like(reachable)
         cover(objects, grid, voxels[:, :2], config.object_reach_m, 1)
         left = self._most
+        tight = tight_places(objects, reachable, grid, config.object_spacing_m)
+        if tight.any():
+            reachable = np.where(tight, np.uint8(STANDABLE), reachable)
         for mask, spacing, share in (
             (objects, config.object_spacing_m, left // 2),
             (near, config.local_spacing_m, left),
@@ -60,17 +71,19 @@ class Sampler:
 
     def add_at(self, place: Float64Array) -> None:
         """Add a viewpoint at a place (2,) where the robot can stand, unless one is there."""
-        if not len(self._road.near(place[0], place[1], 0.05, 1)):
-            self._add(float(place[0]), float(place[1]))
+        self.add_here(float(place[0]), float(place[1]), 0.05)
+
+    def add_here(self, x: float, y: float, apart_m: float) -> int | None:
+        """Add a viewpoint where the robot stands, unless one is there; None when none was added."""
+        return None if len(self._road.near(x, y, apart_m, 1)) else self._add(x, y)
 
     def _add_one(self, places: NDArray[np.int64]) -> bool:
         grid = self._floor.grid
         i, j = draw_place(places, grid, self._rng, self._config.choices)
-        return self._add(*cell_centre(grid, i, j))
+        return self._add(*cell_centre(grid, i, j)) is not None
 
-    def _add(self, x: float, y: float) -> bool:
+    def _add(self, x: float, y: float) -> int | None:
         node = self._road.add_node(x, y)
-        if node is None:
-            return False
-        self._connector.connect(node)
-        return True
+        if node is not None:
+            self._connector.connect(node)
+        return node

@@ -29,7 +29,7 @@ class SamplingConfig:
     """Least distance elsewhere; gains of viewpoints farther apart count as independent."""
     object_spacing_m: float = 0.3
     """Least distance of viewpoints round a recognised object."""
-    object_reach_m: float = 0.85
+    object_reach_m: float = 0.95
     """Viewpoints round an object lie within this of one of its voxels: less than the metre of the
     task, so that the robot need not stop exactly on them."""
     choices: int = 4
@@ -142,6 +142,32 @@ def open_places(
     places = (reachable == STANDABLE).astype(np.uint8)
     cover(places, grid, nodes, spacing_m, 0)
     return places
+
+
+def tight_places(
+    objects: NDArray[np.uint8], reachable: NDArray[np.uint8], grid: FloorGrid, spacing_m: float
+) -> NDArray[np.bool_]:
+    """Find places beside objects that are tight, and no roomier one within a distance of them.
+
+    A mug on a sideboard may be within reach from a gap beside it only.
+
+    Args:
+        objects: (X, Y) 1 within reach of an object.
+        reachable: (X, Y) from `reachable_cells`.
+        grid: The floor.
+        spacing_m: That distance.
+
+    Returns:
+        (X, Y) True where the flood merely went through, and a viewpoint may go all the same.
+    """
+    tight = (objects == 1) & (reachable == PASSED)
+    if not tight.any():
+        return tight
+    roomy = np.argwhere((objects == 1) & (reachable == STANDABLE))
+    centres = np.array([cell_centre(grid, int(i), int(j)) for i, j in roomy]).reshape(-1, 2)
+    covered = np.zeros_like(reachable)
+    cover(covered, grid, centres, spacing_m, 1)
+    return tight & (covered == 0)
 
 
 def draw_place(

@@ -24,6 +24,12 @@ class SelectionConfig:
     views of neighbours overlap. 1 is the paper's sum."""
     stay_factor: float = 1.3
     """Another target must be this much better; more dithers less and corrects itself later."""
+    framing_cap: float = 1.5
+    """Object voxels beyond this many times T_min count no more in T(n) / C(P_n); more drives on
+    for a fuller view of what is found already, and infinity is the paper's rule."""
+    hold: float = 0.6
+    """The target goes on terminating while its T(n) stays above this share of T_min: voxels of what
+    is hard to recognise come and go."""
     settle_s: float = 1.0
     """Added to every cost: time to come to rest and look. Keeps the ratio finite at the robot."""
 
@@ -33,6 +39,11 @@ class SelectionConfig:
             raise ValueError(
                 "stay_factor must be at least 1, settle_s above 0, passing_weight in 0 to 1; got "
                 f"{self.stay_factor}, {self.settle_s}, {self.passing_weight}"
+            )
+        if self.framing_cap < 1.0 or not 0.0 < self.hold <= 1.0:
+            raise ValueError(
+                "framing_cap must be at least 1 and hold in (0, 1]; got "
+                f"{self.framing_cap}, {self.hold}"
             )
 
 
@@ -59,6 +70,7 @@ def score_nodes(
     eligible: NDArray[np.bool_],
     termination_min: float,
     turn_rate: float,
+    current: int | None = None,
 ) -> Scores:
     """Weigh every node of the tree.
 
@@ -72,6 +84,7 @@ def score_nodes(
         eligible: (N,) nodes that may be chosen.
         termination_min: T_min; nodes above it terminate.
         turn_rate: Radians a second.
+        current: The target so far, None for none.
     """
     n = len(tree.cost)
     path_gain = np.zeros(n)
@@ -80,12 +93,26 @@ def score_nodes(
         tree, gain, by_heading, yaw, config.passing_weight, turn_rate, path_gain, path_cost
     )
     reached = np.isfinite(path_cost)
-    terminating = reached & (termination > termination_min)
-    worth = np.where(terminating, termination, path_gain)
+    enough = np.full(n, termination_min)
+    if current is not None:
+        enough[current] = held(config, termination_min)
+    terminating = reached & (termination > enough)
+    framed = np.minimum(termination, config.framing_cap * termination_min)
+    worth = np.where(terminating, framed, path_gain)
     ratio = np.full(n, -1.0)
     ok = reached & (eligible | terminating)
     ratio[ok] = worth[ok] / (path_cost[ok] + config.settle_s)
     return Scores(path_gain, path_cost, ratio, terminating)
+
+
+def held(config: SelectionConfig, termination_min: float) -> float:
+    """Return what T(n) of the target must exceed for it to go on terminating; one voxel never does.
+
+    Args:
+        config: Weights.
+        termination_min: T_min.
+    """
+    return min(termination_min, max(1.0, config.hold * termination_min))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -57,7 +57,7 @@ class ViewConfig:
     """Height above the floor from which object voxels count: things lie flat on it."""
     band_high_m: float = 2.0
     """Height above the floor up to which they count; more looks for things on the ceiling."""
-    termination_range_m: float = 0.85
+    termination_range_m: float = 0.95
     """Horizontal reach of N_T: a little less than the metre of the task, so that the robot need
     not stop exactly on the viewpoint."""
     level_range_m: float = 2.5

@@ -28,8 +28,23 @@ def test_looks_down_before_it_turns_and_sees_the_whole_circle(robot: RobotProfil
     yaws, tilts = run(look, robot)
     first_turn = next(i for i, yaw in enumerate(yaws) if yaw != yaws[0])
     assert min(tilts[: first_turn + 1]) == pytest.approx(-0.9, abs=0.06)
-    assert yaws[-1] - yaws[0] + robot.horizontal_fov_rad >= 2 * math.pi
+    assert max(yaws) - yaws[0] + robot.horizontal_fov_rad >= 2 * math.pi
     assert look.progress == 1.0
+
+
+@pytest.mark.parametrize("robot", [ZED, HABITAT])
+def test_turns_back_over_the_floor_close_by(robot: RobotProfile) -> None:
+    yaws, tilts = run(LookAround(LookAroundConfig(), robot), robot)
+    turned = int(np.argmax(yaws))
+    low = [y for y, t in zip(yaws[turned:], tilts[turned:], strict=True) if abs(t + 0.75) < 0.06]
+    assert max(low) - min(low) + robot.horizontal_fov_rad >= 2 * math.pi
+    assert yaws[-1] < max(yaws)
+
+
+def test_need_not_turn_back() -> None:
+    yaws, _ = run(LookAround(LookAroundConfig(floor_tilt_rad=None), ZED), ZED)
+    assert yaws[-1] == max(yaws)
+    assert yaws[-1] - yaws[0] + ZED.horizontal_fov_rad >= 2 * math.pi
 
 
 def test_without_initial_yaw_it_only_looks_down() -> None:

@@ -6,7 +6,7 @@ def test_larger_objects_need_more_voxels() -> None:
         termination_voxels("bed", "bed", 0.1)
         > termination_voxels("plant", "plant", 0.1)
         > termination_voxels("hat", None, 0.1)
-        >= 2.0
+        >= 1.0
     )
 
 

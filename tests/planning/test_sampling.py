@@ -6,6 +6,7 @@ import pytest
 from ippon.mapping.arrays import OCCUPIED
 from ippon.planning.clearance import OBSTACLE, OPEN, BodyLimits
 from ippon.planning.sampling import (
+    PASSED,
     STANDABLE,
     SamplingConfig,
     cell_centre,
@@ -14,6 +15,7 @@ from ippon.planning.sampling import (
     object_voxels,
     open_places,
     reachable_cells,
+    tight_places,
 )
 from tests.planning.test_clearance import make_grid, random_kind
 from tests.reference import planning_floor as reference
@@ -73,6 +75,18 @@ def test_roomy_places_are_preferred():
     rng = np.random.default_rng(0)
     drawn = [draw_place(places, grid, rng, 6)[1] for _ in range(60)]
     assert drawn.count(10) > 50
+
+
+def test_a_tight_place_beside_an_object_serves_where_no_roomier_one_is_near():
+    grid = make_grid(np.full((30, 10), OPEN))
+    reachable = np.full((30, 10), PASSED, dtype=np.uint8)
+    reachable[:10] = STANDABLE
+    objects = np.ones_like(reachable)
+    objects[25:] = 0
+    tight = tight_places(objects, reachable, grid, 0.3)
+    assert not tight[:12].any(), "roomy, or beside it"
+    assert tight[13:25].all()
+    assert not tight[25:].any(), "far from the object"
 
 
 def test_object_voxels_are_the_occupied_ones_above_the_threshold(dense_map):

@@ -5,7 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from ippon.planning.selection import SelectionConfig, commit, score_nodes, select, with_passing
+from ippon.planning.selection import (
+    SelectionConfig,
+    commit,
+    held,
+    score_nodes,
+    select,
+    with_passing,
+)
 from ippon.planning.shortest_tree import ShortestTree
 
 CONFIG = SelectionConfig(passing_weight=1.0, settle_s=1.0, stay_factor=1.3)
@@ -23,7 +30,9 @@ def chain(costs: list[float]) -> ShortestTree:
     )
 
 
-def score(tree, gain, *, termination=None, yaw=None, t_min=5.0, eligible=None, config=CONFIG):
+def score(
+    tree, gain, *, termination=None, yaw=None, t_min=5.0, eligible=None, config=CONFIG, current=None
+):
     n = len(gain)
     by_heading = np.repeat(np.array(gain, dtype=np.float32)[:, None], 8, axis=1)
     return score_nodes(
@@ -36,6 +45,7 @@ def score(tree, gain, *, termination=None, yaw=None, t_min=5.0, eligible=None, c
         eligible=np.ones(n, dtype=bool) if eligible is None else np.array(eligible),
         termination_min=t_min,
         turn_rate=1.2,
+        current=current,
     )
 
 
@@ -58,10 +68,24 @@ def test_the_best_ratio_wins():
 
 
 def test_terminating_nodes_come_first_by_voxels_over_cost():
-    scores = score(chain([2.0, 4.0, 6.0]), [900.0, 1.0, 1.0], termination=[5.0, 6.0, 30.0])
+    papers = SelectionConfig(framing_cap=math.inf)
+    gain, termination = [900.0, 1.0, 1.0], [5.0, 6.0, 30.0]
+    scores = score(chain([2.0, 4.0, 6.0]), gain, termination=termination, config=papers)
     assert scores.terminating.tolist() == [False, True, True], "T must exceed T_min"
     assert select(CONFIG, scores, None) == 2
     assert select(CONFIG, scores, 0) == 2, "whatever the robot was on its way to"
+
+
+def test_of_views_that_are_full_enough_the_nearest_is_chosen():
+    scores = score(chain([2.0, 4.0, 6.0]), [1.0] * 3, termination=[6.0, 8.0, 30.0])
+    assert select(CONFIG, scores, None) == 0
+
+
+def test_a_terminating_target_outlives_voxels_that_come_and_go():
+    tree, gain = chain([2.0, 4.0]), [900.0, 1.0]
+    assert score(tree, gain, termination=[0.0, 4.0], current=1).terminating.tolist()[1]
+    assert not score(tree, gain, termination=[0.0, 4.0], current=0).terminating.any()
+    assert not score(tree, gain, termination=[0.0, 2.0], current=1).terminating.any()
 
 
 def test_a_target_is_kept_unless_another_is_clearly_better():
@@ -110,3 +134,8 @@ def test_a_target_keeps_the_gain_of_what_it_was_chosen_to_pass():
     assert with_passing(bare, near, gain, chosen).path_gain[1] == 25.0
     assert commit(scores, gain, 1, chosen) is chosen
     assert commit(scores, gain, None, chosen) is None
+
+
+def test_one_voxel_never_ends_a_search():
+    assert held(CONFIG, 1.0) == 1.0
+    assert held(CONFIG, 10.0) == pytest.approx(6.0)
