@@ -52,7 +52,8 @@ class CandidatesPanel:
         labels = [row.label for row in model.proximity.rows] if model.proximity is not None else []
         for n, (text, buttons) in enumerate(self._rows):
             is_listed = shown is not None and n < len(shown)
-            text.visible = buttons.visible = is_listed
+            text.visible = is_listed
+            buttons.visible = is_listed and not self._actions.recorded
             if shown is not None and is_listed:
                 place = shown[n]
                 picture = None if place.sighting is None else crop(place.sighting)

@@ -25,8 +25,10 @@ class CommonSense:
         self._labels: tuple[str, ...] = ()
         self._table: ProximityTable | None = None
         self._levels = gui.add_html(markup.levels(None))
-        with gui.add_folder("Reasons and corrections", expand_by_default=False):
-            self._build_corrections(gui)
+        title = "Reasons" if actions.recorded else "Reasons and corrections"
+        with gui.add_folder(title, expand_by_default=False):
+            if not actions.recorded:
+                self._build_corrections(gui)
             self._question = gui.add_button(
                 "Question and answer",
                 icon=viser.Icon.MESSAGE_2,
@@ -43,7 +45,7 @@ class CommonSense:
         self._reasons.content = markup.reasons(table)
         self._question.visible = bool(table.prompt)
         labels = tuple(sorted(row.label for row in table.rows))
-        if labels and labels != self._labels:
+        if labels and labels != self._labels and not self._actions.recorded:
             self._labels = labels
             self._label.options = labels
 

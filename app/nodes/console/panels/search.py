@@ -33,14 +33,17 @@ class SearchPanel:
         """The answer that is shown tells of nothing once the search has ended."""
         self._proposed = ("", "")
         """Object and context that a doubtful sentence was read as, shown for correction."""
-        self._build_query(gui)
+        if not actions.recorded:
+            self._build_query(gui)
+        self._answer = gui.add_html("")
         self._now = gui.add_html(markup.now(None))
         self._steer = gui.add_button_group("This search", ("Pause", "Resume", "End"), visible=False)
         self._steer.on_click(lambda event: self._control(event.target.value))
         self._build_find(gui)
         self._candidates = CandidatesPanel(gui, actions, self._try)
         self._camera = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
-        self._build_queue(gui)
+        if not actions.recorded:
+            self._build_queue(gui)
         self._goals = gui.add_html("")
         self._common_sense = CommonSense(gui, actions, self._try)
 
@@ -63,15 +66,18 @@ class SearchPanel:
                 "Context", "", hint="What you know: where you used it last, whose it is"
             )
             search = gui.add_button("Search", icon=viser.Icon.SEARCH)
-        self._answer = gui.add_html("")
         search.on_click(lambda _: form.submit())
         form.on_submit(lambda _: self._ask())
 
     def _build_find(self, gui: Any) -> None:
         with gui.add_folder(None, visible=False) as self._find_box:
             self._crop = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg")
-            confirm = gui.add_button("Confirm: this is it", color=(0, 158, 115))
-            reject = gui.add_button("Not this: keep looking", color=(70, 78, 90))
+            if not self._actions.recorded:
+                self._build_verdict(gui)
+
+    def _build_verdict(self, gui: Any) -> None:
+        confirm = gui.add_button("Confirm: this is it", color=(0, 158, 115))
+        reject = gui.add_button("Not this: keep looking", color=(70, 78, 90))
         confirm.on_click(lambda _: self._try(self._actions.confirm_find))
         reject.on_click(lambda _: self._try(self._actions.reject_find))
 
@@ -142,9 +148,11 @@ class SearchPanel:
 
     def _show_status(self, status: Status, model: SceneModel) -> None:
         self._now.content = markup.now(status)
-        self._show_queue(status.queue)
+        if not self._actions.recorded:
+            self._show_queue(status.queue)
         self._goals.content = markup.goals(status.queue, status.history)
-        self._steer.visible = status.goal is not None and status.state != "exhausted"
+        has_search = status.goal is not None and status.state != "exhausted"
+        self._steer.visible = has_search and not self._actions.recorded
         if status.state != self._state and status.state in _ENDS and self._fades:
             self._answer.content = ""
         self._state = status.state

@@ -14,7 +14,10 @@ WIDTH_PX: Final = 384
 
 
 class Tabs:
-    """Search, Drive, Map and Session, docked to the right; what is in Map is each browser's own."""
+    """Search, Drive, Map and Session, docked to the right; what is in Map is each browser's own.
+
+    What was recorded is not driven: there is no Drive tab then, and nothing that commands.
+    """
 
     def __init__(self, server: viser.ViserServer, actions: Actions) -> None:
         self._server = server
@@ -22,8 +25,10 @@ class Tabs:
         group = gui.add_tab_group()
         with group.add_tab("Search", viser.Icon.SEARCH):
             self._search = SearchPanel(gui, actions)
-        with group.add_tab("Drive", viser.Icon.STEERING_WHEEL):
-            self.drive = DrivePanel(gui, actions)
+        self.drive: DrivePanel | None = None
+        if not actions.recorded:
+            with group.add_tab("Drive", viser.Icon.STEERING_WHEEL):
+                self.drive = DrivePanel(gui, actions)
         self.map = group.add_tab("Map", viser.Icon.MAP_2)
         with group.add_tab("Session", viser.Icon.ACTIVITY):
             self._session = SessionPanel(gui, actions)
@@ -34,5 +39,6 @@ class Tabs:
         """Show what changed."""
         with self._server.atomic():
             self._search.update(model, changed)
-            self.drive.update(model, changed)
+            if self.drive is not None:
+                self.drive.update(model, changed)
             self._session.update(model, changed)

@@ -153,9 +153,9 @@ def _drag(tool, low=(0.5, 0.25), high=(0.75, 0.5), height_m=4.0):
         position=(2.0, 3.0, height_m), wxyz=(0.0, 1.0, 0.0, 0.0), fov=0.5 * np.pi, aspect=1.0
     )
     clicks, said = _clicks(tool)
-    clicks._dragged(
-        SimpleNamespace(client=SimpleNamespace(camera=camera), screen_min=low, screen_max=high)
-    )
+    panel: Any = clicks._panel
+    event = SimpleNamespace(client=SimpleNamespace(camera=camera), screen_min=low, screen_max=high)
+    clicks._dragged(panel, event)
     return said()
 
 

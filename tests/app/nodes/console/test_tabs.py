@@ -1,0 +1,65 @@
+"""The panel beside the scene, live and in a review."""
+
+import contextlib
+import io
+
+import pytest
+import viser
+
+from app.nodes.console.inbox import Inbox
+from app.nodes.console.link import NavigatorLink
+from app.nodes.console.panels.tabs import Tabs
+from app.nodes.review.link import RecordedLink
+from app.view.scene_model import SceneModel
+
+COMMANDS = {"Search", "Change the level", "What if?", "Add to the things", "Confirm: this is it"}
+GROUPS = {"This search", "Who drives", "Painted", "Place 1", "Comes"}
+
+
+@pytest.fixture
+def server():
+    with contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        yield server
+        server.stop()
+
+
+def _shown(server, stage, link):
+    """Return the labels of the controls that a search without a find shows, and the tabs."""
+    tabs = Tabs(server, link)
+    model = SceneModel()
+    model.on_proximity(stage.proximity_of())
+    for state in ("searching", "exhausted"):
+        indices, labels = stage.home_voxels()
+        model.on_status(stage.status_of(state))
+        model.on_voxels(stage.cloud_of(indices, labels, 1, hat=True))
+        tabs.update(model, model.take_changes())
+    server.flush()
+    buffer = server._websock_server._broadcast_buffer
+    made, hidden, names = {}, set(), set()
+    for message in buffer.message_from_id.values():
+        props = getattr(message, "props", None)
+        if hasattr(props, "label") and props.visible:
+            made[message.uuid] = props.label
+        names |= set(getattr(props, "_tab_labels", ()))
+        visible = getattr(message, "updates", {}).get("visible")
+        if visible is False:
+            hidden.add(message.uuid)
+        elif visible:
+            hidden.discard(message.uuid)
+    return {label for uuid, label in made.items() if uuid not in hidden}, names
+
+
+def test_a_review_has_no_control_that_commands_a_robot(server, stage):
+    recorded = RecordedLink(Inbox(()), pytest.fail)
+    shown, tabs = _shown(server, stage, recorded)
+    assert tabs == {"Search", "Map", "Session"}
+    assert not shown & (COMMANDS | GROUPS)
+    assert "Reasons" in shown
+
+
+def test_live_they_are_there(server, stage):
+    live = NavigatorLink("tcp/127.0.0.1:9", "ippon", (), Inbox(()), pytest.fail)
+    shown, tabs = _shown(server, stage, live)
+    assert tabs == {"Search", "Drive", "Map", "Session"}
+    assert shown >= {"Search", "What if?", "Who drives", "Place 1"}
