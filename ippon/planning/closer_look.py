@@ -112,7 +112,6 @@ class CloserLooks:
         T_world_base: Float64Array,
         *,
         termination_min: float,
-        barred: frozenset[int],
     ) -> Look | None:
         """Return the viewpoint to look from, None when nothing is worth it.
 
@@ -123,10 +122,9 @@ class CloserLooks:
             xy: (capacity, 2) positions of the viewpoints.
             T_world_base: Where the robot stands.
             termination_min: T_min.
-            barred: Viewpoints that are out of the question.
         """
         self._watch(T_world_base)
-        nodes = np.array([n for n in tree.order.tolist() if n not in barred], dtype=np.int64)
+        nodes = tree.order
         best: tuple[float, int, Float64Array, Float64Array] | None = None
         known: Float64Array | None = None
         for cluster in clusters_of(voxels, around.grid.voxel_size) if len(nodes) else ():

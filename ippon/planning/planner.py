@@ -68,7 +68,6 @@ class ViewpointPlanner:
         self._path: Float64Array | None = None
         self._commitment: Commitment | None = None
         self._tree: ShortestTree | None = None
-        self._given_up: dict[int, int] = {}
         self._second_chances = 0
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
@@ -82,7 +81,6 @@ class ViewpointPlanner:
         self._views.set_probabilities(probabilities)
         self._levels_changed = True
         self._target = self._path = None
-        self._given_up.clear()
         self._closer.forget()
         self._second_chances = self.config.second_chances
 
@@ -90,7 +88,6 @@ class ViewpointPlanner:
         """Weigh every viewpoint by what the operator painted; None for nothing painted."""
         self._views.set_regions(regions)
         self._target = self._path = None
-        self._given_up.clear()
 
     def preview(self, map_arrays: MapArrays) -> Viewpoint | None:
         """Tell what would be chosen if the map's levels were these; nothing changes by it.
@@ -103,7 +100,7 @@ class ViewpointPlanner:
         """
         if self._tree is None:
             return None
-        views, given_up = self._views, dict(self._given_up)
+        views = self._views
         self._views = views.copy()
         try:
             self._views.recount(map_arrays)
@@ -112,18 +109,12 @@ class ViewpointPlanner:
             picture = self._picture(self._tree, scores)
             return None if target is None else picture.viewpoint(target)
         finally:
-            self._views, self._given_up = views, given_up
+            self._views = views
 
     def mark_contact(self, T_world_base: Float64Array) -> None:
         """Take the triangular region ahead of the robot for untraversable (Sec. Traversability)."""
         self._floor.mark_contact(T_world_base)
         self._path = None
-
-    def give_up_target(self, steps: int = 100) -> None:
-        """Do not go to the present target for a while: the robot cannot get there."""
-        if self._target is not None:
-            self._given_up[self._target] = self._views.memory.step + steps
-            self._target = self._path = None
 
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
         """Grow the tree by one increment and return the best plan so far.
@@ -212,12 +203,11 @@ class ViewpointPlanner:
         if not len(cells):
             return None
         places = (cells + grid.origin + 0.5) * grid.voxel_size
-        apart = np.hypot(places[:, 0] - xy[0], places[:, 1] - xy[1])
-        nearest = int(np.argmin(apart))
-        if apart[nearest] > WAYPOINT_REACH_M:
+        apart = np.hypot(*(places - xy).T)
+        if apart.min() > WAYPOINT_REACH_M:
             return None
         seeds, tree = self._grow_tree(reachable, x, y, yaw_of(T_world_base))
-        return self._connector.way_to(places[nearest], T_world_base, seeds, tree)
+        return self._connector.way_to(places[int(np.argmin(apart))], T_world_base, seeds, tree)
 
     def _standing_at(self, x: float, y: float) -> Float64Array | None:
         """Position of the target when the robot has come to it."""
@@ -228,7 +218,6 @@ class ViewpointPlanner:
 
     def _forget(self, node: int) -> None:
         self._views.forget(node)
-        self._given_up.pop(node, None)
         if self._target == node:
             self._target = self._path = None
 
@@ -238,8 +227,7 @@ class ViewpointPlanner:
         On the way to a viewpoint the search may be over before that is reached.
         """
         target = self._target
-        enough = held(self.config.selection, self._termination_min)
-        apart = _BESIDE_M
+        enough, apart = held(self.config.selection, self._termination_min), _BESIDE_M
         if target is None or self._views.termination[target] <= enough:
             if not self._closer.active:
                 return
@@ -319,7 +307,6 @@ class ViewpointPlanner:
             self._road.xy,
             T_world_base,
             termination_min=self._termination_min,
-            barred=frozenset(self._given_up),
         )
         if look is None or look.away_m is None:
             return look
@@ -336,22 +323,16 @@ class ViewpointPlanner:
 
     def _score(self, tree: ShortestTree) -> Scores:
         n, views, selection = self._road.count, self._views, self.config.selection
-        now = views.memory.step
-        self._given_up = {k: until for k, until in self._given_up.items() if until > now}
         eligible = views.potential[:n] >= selection.min_gain
         yaw = views.yaw[:n].copy()
         for node in np.flatnonzero(views.termination[:n] > held(selection, self._termination_min)):
             yaw[node] = views.frames_object(int(node))[0]
-        termination = views.termination[:n].copy()
-        banned = list(self._given_up)
-        eligible[banned] = False
-        termination[banned] = 0.0
         scores = score_nodes(
             selection,
             tree,
             gain=views.gain[:n],
             by_heading=views.by_heading[:n],
-            termination=termination,
+            termination=views.termination[:n],
             yaw=yaw,
             eligible=eligible,
             termination_min=self._termination_min,

@@ -209,17 +209,6 @@ def test_contacts_close_the_way_ahead_and_a_second_chance_opens_it(dense_map):
     assert plan.target.position_world[0] > 2.4
 
 
-def test_a_target_that_was_given_up_is_left_alone_for_a_while(dense_map):
-    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
-    volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
-    planner = make()
-    first = run(planner, volume, 25).target
-    assert first is not None
-    planner.give_up_target(steps=5)
-    second = planner.step(volume.arrays(), POSE, -0.2).target
-    assert second is None or second.position_world != first.position_world
-
-
 @pytest.mark.parametrize("robot", [ZED, HABITAT])
 def test_one_seed_gives_one_plan(two_rooms, robot):
     def story(seed):
