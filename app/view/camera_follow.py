@@ -19,7 +19,7 @@ _REMEMBERED: Final = 512
 _PATIENCE: Final = 40
 """Steps after which a browser that is not where it was sent is sent there again: while its scene is
 not up, it drops what it is told."""
-_MARGIN: Final = 1.06
+_MARGIN: Final = 1.12
 _WALL_M: Final = 1.2
 """Room for the walls, which rise above the floor that is framed."""
 _SMALLEST_M: Final = 5.0
