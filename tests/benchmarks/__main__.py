@@ -40,7 +40,19 @@ def console_rows(_: int, quick: bool) -> Iterator[Row]:
     yield from console_load.load_rows(300 if quick else 3600)
 
 
-BENCHMARKS = {"console": console_rows, "guidance": guidance_rows, "map": map_rows}
+def planner_rows(_: int, __: bool) -> Iterator[Row]:
+    """Measure the planner on a large floor; there is nothing to choose."""
+    from tests.benchmarks import large_floor
+
+    yield from large_floor.planner_rows()
+
+
+BENCHMARKS = {
+    "console": console_rows,
+    "guidance": guidance_rows,
+    "map": map_rows,
+    "planner": planner_rows,
+}
 
 
 def main() -> None:
