@@ -1,12 +1,6 @@
 """What a change costs, for maps of several sizes: `scripts/test -m benchmark tests/app/view`.
 
-Medians on 2 shared cores with load 3 to 4, Python 3.11, viser 1.1.1:
-
-| map | change of 2,000 voxels | of it to each browser | colour mode | keyframe |
-| --- | --- | --- | --- | --- |
-| 20,000 voxels | 3.5 ms | 27 messages, 10 kB | 28 ms | 0.13 s |
-| 200,000 voxels | 8.3 ms | 30 messages, 10 kB | 0.19 s | 0.9 s |
-| 1,000,000 voxels | 10.5 ms | 27 messages, 10 kB | 1.3 s | 6 s |
+Figures stand in `docs/benchmarks.md`.
 """
 
 import contextlib
@@ -28,7 +22,7 @@ CHANGED = 2000
 SIZES = [20_000, 200_000, pytest.param(1_000_000, marks=pytest.mark.large)]
 
 
-def _home(voxels):
+def home_of(voxels):
     """A floor with walls every four metres: (N, 3) indices of about so many surface voxels."""
     side = round((voxels / 2.2) ** 0.5)
     i, j = np.meshgrid(np.arange(side), np.arange(side), indexing="ij")
@@ -38,7 +32,7 @@ def _home(voxels):
     return np.concatenate([floor, walls])[:voxels]
 
 
-def _cloud(indices, stamp_ns, shade):
+def cloud_of_home(indices, stamp_ns, shade):
     n = len(indices)
     rng = np.random.default_rng(stamp_ns)
     return VoxelCloud(
@@ -63,7 +57,7 @@ def server():
         server.stop()
 
 
-def _view(indices, make):
+def view_of(indices):
     """Return the nearest voxels in front of a robot in the middle of the map."""
     center = np.median(indices, axis=0)
     ahead = indices - center
@@ -74,26 +68,28 @@ def _view(indices, make):
 
 @pytest.mark.parametrize("voxels", SIZES)
 def test_a_change_of_2000_voxels(benchmark, server, make, voxels):
-    indices = _home(voxels)
+    indices = home_of(voxels)
     model = SceneModel()
     model.on_status(make.status())
     scene = ViserScene(server)
-    model.on_keyframe(_cloud(indices, 1, 0))
+    model.on_keyframe(cloud_of_home(indices, 1, 0))
     scene.draw(model, ALL_PARTS, ViewOptions())
     model.take_changes()
-    seen = _view(indices, make)
-    payloads = itertools.cycle([encode_voxels(_cloud(seen, n, n % 50)) for n in range(2, 40)])
+    seen = view_of(indices)
+    payloads = itertools.cycle(
+        [encode_voxels(cloud_of_home(seen, n, n % 50)) for n in range(2, 40)]
+    )
 
     def change():
         model.on_voxels(decode_voxels(next(payloads)))
         scene.draw(model, model.take_changes(), ViewOptions())
 
-    messages, size = _sent_by(server, change)
+    messages, size = sent_by(server, change)
     benchmark.extra_info |= {"messages": messages, "kilobytes": round(size / 1e3, 1)}
     benchmark.pedantic(change, rounds=30, warmup_rounds=2)
 
 
-def _sent_by(server, change):
+def sent_by(server, change):
     """Return how many messages a change queues, and the bytes of their arrays."""
     buffer = server._websock_server._broadcast_buffer
     first = buffer.message_counter
@@ -113,7 +109,7 @@ def test_a_switch_of_the_colour_mode(benchmark, server, make, voxels):
     model = SceneModel()
     model.on_status(make.status())
     scene = ViserScene(server)
-    model.on_keyframe(_cloud(_home(voxels), 1, 0))
+    model.on_keyframe(cloud_of_home(home_of(voxels), 1, 0))
     scene.draw(model, ALL_PARTS, ViewOptions())
     modes = iter(["ooi", "proximity", "height", "camera"] * 10)
     benchmark.pedantic(
@@ -123,7 +119,7 @@ def test_a_switch_of_the_colour_mode(benchmark, server, make, voxels):
 
 @pytest.mark.parametrize("voxels", SIZES)
 def test_a_keyframe(benchmark, server, make, voxels):
-    payload = encode_voxels(_cloud(_home(voxels), 1, 0))
+    payload = encode_voxels(cloud_of_home(home_of(voxels), 1, 0))
 
     def load():
         model = SceneModel()
