@@ -145,7 +145,11 @@ def open_places(
 
 
 def tight_places(
-    objects: NDArray[np.uint8], reachable: NDArray[np.uint8], grid: FloorGrid, spacing_m: float
+    objects: NDArray[np.uint8],
+    reachable: NDArray[np.uint8],
+    grid: FloorGrid,
+    spacing_m: float,
+    room_m: float,
 ) -> NDArray[np.bool_]:
     """Find places beside objects that are tight, and no roomier one within a distance of them.
 
@@ -156,11 +160,14 @@ def tight_places(
         reachable: (X, Y) from `reachable_cells`.
         grid: The floor.
         spacing_m: That distance.
+        room_m: Distance to the nearest obstacle that a tight place must have: the body, and the
+            margin that every move leaves.
 
     Returns:
         (X, Y) True where the flood merely went through, and a viewpoint may go all the same.
     """
-    tight = (objects == 1) & (reachable == PASSED)
+    apart = np.hypot(grid.obstacle[..., 0].astype(np.float64), grid.obstacle[..., 1])
+    tight = (objects == 1) & (reachable == PASSED) & (apart * grid.voxel_size >= room_m)
     if not tight.any():
         return tight
     roomy = np.argwhere((objects == 1) & (reachable == STANDABLE))

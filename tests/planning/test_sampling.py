@@ -83,10 +83,15 @@ def test_a_tight_place_beside_an_object_serves_where_no_roomier_one_is_near():
     reachable[:10] = STANDABLE
     objects = np.ones_like(reachable)
     objects[25:] = 0
-    tight = tight_places(objects, reachable, grid, 0.3)
+    tight = tight_places(objects, reachable, grid, 0.3, 0.22)
     assert not tight[:12].any(), "roomy, or beside it"
     assert tight[13:25].all()
     assert not tight[25:].any(), "far from the object"
+    kind = np.full((30, 10), OPEN)
+    kind[:, 0] = OBSTACLE
+    tight = tight_places(objects, reachable, make_grid(kind), 0.3, 0.22)
+    assert not tight[:, :3].any(), "the body would touch"
+    assert tight[13:25, 3:].all()
 
 
 def test_object_voxels_are_the_occupied_ones_above_the_threshold(dense_map):
