@@ -118,7 +118,7 @@ class Connector:
             paths=tuple(f[2] for f in found),
         )
 
-    def bridge(self, tree: ShortestTree, reachable: NDArray[np.uint8], solves: int = 2) -> bool:
+    def bridge(self, tree: ShortestTree, reachable: NDArray[np.uint8], solves: int = 1) -> bool:
         """Join nodes to the tree that the floor reaches but no straight edge does.
 
         Returns:
