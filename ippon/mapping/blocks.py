@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ippon.mapping.arrays import BLOCK_VOLUME, NOT_MAPPED
+from ippon.mapping.arrays import BLOCK_VOLUME, INNER, NOT_MAPPED
 
 GROWTH_MARGIN: Final = 8
 """Blocks that the directory grows beyond what is asked for, so that it seldom grows."""
@@ -194,7 +194,7 @@ def take_row(pools, x, y, z, farthest, revision):
     return row
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def give_row_back(pools, row):
     """Return the row of a block that the directory no longer names."""
     pools.tally[N_LAYER_FREE] -= pools.layer_free[row]
@@ -207,7 +207,7 @@ def give_row_back(pools, row):
     pools.tally[N_FREE] += 1
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def take_slab(pools, row):
     """Return the slab of a block that has surface, a clean one if it had none."""
     slab = pools.slab[row]
@@ -226,7 +226,7 @@ def take_slab(pools, row):
     return slab
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def give_slab_back(pools, row):
     """Return the slab of a block without surface."""
     if pools.slab[row] != NO_SLAB:

@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
+from ippon.mapping.arrays import INNER, INNER_OPTIONS
 
 MIN_SLOPE: Final = 0.15
 """Least ratio of perpendicular to axial distance: surfaces seen under less than 9 degrees are too
@@ -17,6 +18,9 @@ NOTHING: Final = 1e9
 """Least depth of a tile without any."""
 TILE: Final = 16
 """Edge of the tiles of `DepthImage.tiles` in pixels."""
+SQUARES: Final = 5
+"""Sizes of squares in `DepthImage.tiles`; few blocks span more than 16 tiles, and those take more
+of them."""
 
 
 class DepthImage(NamedTuple):
@@ -29,7 +33,8 @@ class DepthImage(NamedTuple):
     surface for one metre along the optical axis, 1 for a surface that faces the camera."""
     slope_shift: int
     tiles: NDArray[np.float32]
-    """(TH, TW, 2) of each tile: least depth, `NOTHING` for none, and greatest depth, 0 for none."""
+    """(K, TH, TW, 2) least depth, `NOTHING` for none, and greatest depth, 0 for none, of each
+    square of 1 << k tiles that begins at a tile; what lies beyond the image is left out."""
 
 
 def prepare_depth(
@@ -48,8 +53,9 @@ def prepare_depth(
     padded = np.zeros((height + 2, width + 2), np.float32)
     cell = 1 << shift
     slope = np.empty((-(-height // cell), -(-width // cell)), np.float32)
-    tiles = np.empty((-(-height // TILE), -(-width // TILE), 2), np.float32)
-    _clean_kernel(np.ascontiguousarray(depth), np.float32(max_valid_m), padded, tiles)
+    tiles = np.empty((SQUARES, -(-height // TILE), -(-width // TILE), 2), np.float32)
+    _clean_kernel(np.ascontiguousarray(depth), np.float32(max_valid_m), padded, tiles[0])
+    _join_kernel(tiles)
     intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy], np.float32)
     _slope_kernel(padded, intrinsics, shift, slope)
     return DepthImage(padded, slope, shift, tiles)
@@ -76,6 +82,25 @@ def _clean_kernel(depth, max_valid, padded, tiles):
 
 
 @njit(cache=True, nogil=True)
+def _join_kernel(tiles):
+    """Take the extremes of each square of tiles from those of four squares half as wide."""
+    _, height, width, _ = tiles.shape
+    for k in range(1, tiles.shape[0]):
+        half = 1 << (k - 1)
+        for y in range(height):
+            below = min(y + half, height - 1)
+            for x in range(width):
+                beside = min(x + half, width - 1)
+                for side in range(2):
+                    a, b = tiles[k - 1, y, x, side], tiles[k - 1, y, beside, side]
+                    c, d = tiles[k - 1, below, x, side], tiles[k - 1, below, beside, side]
+                    least = side == 0
+                    above = min(a, b) if least else max(a, b)
+                    under = min(c, d) if least else max(c, d)
+                    tiles[k, y, x, side] = min(above, under) if least else max(above, under)
+
+
+@INNER
 def _clean_row(depth, max_valid, out, low, high):
     """Clean a row; keep each column's extremes."""
     zero, nothing = np.float32(0.0), np.float32(NOTHING)
@@ -91,8 +116,7 @@ def _clean_row(depth, max_valid, out, low, high):
 
 # Without numba's check for zero, a division leaves the loop its vectors.
 @njit(
-    cache=True,
-    nogil=True,
+    **INNER_OPTIONS,
     error_model="numpy",
     fastmath={"nnan", "ninf", "nsz", "contract", "arcp"},
 )

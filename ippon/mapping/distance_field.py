@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ippon.mapping.arrays import OCCUPIED
+from ippon.mapping.arrays import INNER, OCCUPIED
 from ippon.mapping.blocks import N_ROWS, Pools
 
 FAR: Final = 20000
@@ -208,7 +208,7 @@ def _along_y_kernel(volume, reach, first, rows):
                 plane[y, z] = np.int16(d * d) if d <= reach else far
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def _lower(line, other, step):
     """Take the lesser of `line` and `other + step`, element by element."""
     for z in range(line.shape[0]):

@@ -5,16 +5,17 @@ from typing import Final
 import numpy as np
 from numba import njit
 
-from ippon.mapping.arrays import FREE, OCCUPIED
+from ippon.mapping.arrays import FREE, INNER_OPTIONS, OCCUPIED
 
 TSDF_ONE: Final = 32767
 # Flags of a block after an update.
 STATE_CHANGED: Final = 1
 OCCUPIED_CHANGED: Final = 2
 OBSERVED: Final = 4
+SURFACE_LOST: Final = 8
+"""Some voxel ceased to be occupied."""
 VECTORS: Final = njit(
-    cache=True,
-    nogil=True,
+    **INNER_OPTIONS,
     error_model="numpy",
     fastmath={"nnan", "ninf", "nsz", "contract", "arcp", "reassoc"},
 )
@@ -74,7 +75,7 @@ def _weigh_free(evidence, state, read, rules):
     return observed, left, changed, ceased
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def update_clear_block(tsdf, weight, evidence, state, rules, read):
     """Where the image has depth, the block was seen free, far before any surface."""
     left = _fuse_free(tsdf, weight, read, rules)
@@ -83,5 +84,5 @@ def update_clear_block(tsdf, weight, evidence, state, rules, read):
     if changed > 0:
         flags |= STATE_CHANGED
     if ceased > 0:
-        flags |= OCCUPIED_CHANGED
+        flags |= OCCUPIED_CHANGED | SURFACE_LOST
     return flags, left + unsure == 0

@@ -10,12 +10,13 @@ carve. So a voxel that was hit is never carved by the same image.
 import numpy as np
 from numba import njit
 
-from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED
+from ippon.mapping.arrays import FREE, INNER, INNER_OPTIONS, NOT_MAPPED, OCCUPIED
 from ippon.mapping.blocks import N_LAYER_FREE, NO_SLAB, give_slab_back
 from ippon.mapping.free_space import (
     OBSERVED,
     OCCUPIED_CHANGED,
     STATE_CHANGED,
+    SURFACE_LOST,
     TSDF_ONE,
     VECTORS,
     update_clear_block,
@@ -105,7 +106,7 @@ def _fuse_distance(tsdf, weight, signed, rules):
         weight[k] = np.uint8(min(w + one, w_max) if valid else w)
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "reassoc"})
+@njit(**INNER_OPTIONS, fastmath={"nnan", "ninf", "nsz", "reassoc"})
 def _weigh_evidence(evidence, state, signed, z, number, need, rules):
     """Add the image's evidence to the block's; return counts of what it changed.
 
@@ -133,24 +134,26 @@ def _weigh_evidence(evidence, state, signed, z, number, need, rules):
         now = one if new == occupied else zero
         became += now * (one - was)
         ceased += was * (one - now)
-    return observed, changed, became + ceased
+    return observed, changed, became, ceased
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _mixed_block(tsdf, weight, evidence, state, rules, z, signed, number, need):
     """Update signed distance, evidence and state of one block.
 
     Its arrays come one by one: numba counts references to all arrays of a tuple at each call.
     """
     _fuse_distance(tsdf, weight, signed, rules)
-    observed, changed, occupied_changed = _weigh_evidence(
+    observed, changed, became, ceased = _weigh_evidence(
         evidence, state, signed, z, number, need, rules
     )
     flags = OBSERVED if observed > 0 else 0
     if changed > 0:
         flags |= STATE_CHANGED
-    if occupied_changed > 0:
+    if became + ceased > 0:
         flags |= OCCUPIED_CHANGED
+    if ceased > 0:
+        flags |= SURFACE_LOST
     return flags
 
 
@@ -246,21 +249,28 @@ def update_kernel(
                     state[row], row, count, hits.best[at + 1], entries, n_entries
                 )
         if flag & STATE_CHANGED:
-            pools.occupied[row] = _count(state[row], OCCUPIED)
-            if pools.slab[row] != NO_SLAB:
-                _drop_surface(pools, surface, row)
-            layer = rules.layer - 8 * pools.coord[row, 2]
-            if 0 <= layer < 8:
-                free = _count_layer(state[row], layer)
-                pools.tally[N_LAYER_FREE] += free - pools.layer_free[row]
-                pools.layer_free[row] = free
-            pools.revision[row] = revision
-            pools.appearance[row] = revision
+            _note_change(pools, surface, row, flag, rules.layer, revision)
         flags[at] = flag
     return n_entries
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
+def _note_change(pools, surface, row, flag, layer, revision):
+    """Bring what is kept of a block in line with its new states."""
+    if flag & OCCUPIED_CHANGED:
+        pools.occupied[row] = _count(pools.state[row], OCCUPIED)
+    if flag & SURFACE_LOST and pools.slab[row] != NO_SLAB:
+        _drop_surface(pools, surface, row)
+    layer -= 8 * pools.coord[row, 2]
+    if 0 <= layer < 8:
+        free = _count_layer(pools.state[row], layer)
+        pools.tally[N_LAYER_FREE] += free - pools.layer_free[row]
+        pools.layer_free[row] = free
+    pools.revision[row] = revision
+    pools.appearance[row] = revision
+
+
+@INNER
 def _steps(m, v):
     """Return how far a step along i, j and k leads along each axis of the camera."""
     return (
@@ -270,7 +280,7 @@ def _steps(m, v):
     )
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def _corner(m, v, block):
     """Return the centre of a block's first voxel in the camera frame."""
     i, j, k = 8 * block[0] + 0.5, 8 * block[1] + 0.5, 8 * block[2] + 0.5
@@ -281,7 +291,7 @@ def _corner(m, v, block):
     )
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def _list_entries(state, row, count, best, entries, n):
     for k in range(512):
         if count[k] > 0 and state[k] == OCCUPIED:
@@ -292,7 +302,7 @@ def _list_entries(state, row, count, best, entries, n):
     return n
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def _count(state, wanted):
     n = 0
     for k in range(512):
@@ -300,7 +310,7 @@ def _count(state, wanted):
     return n
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def _count_layer(state, layer):
     n = 0
     for c in range(64):
@@ -308,7 +318,7 @@ def _count_layer(state, layer):
     return n
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def _drop_surface(pools, surface, row):
     """Drop what belongs to voxels that are surface no more."""
     slab = pools.slab[row]

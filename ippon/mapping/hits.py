@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
+from ippon.mapping.arrays import INNER, INNER_OPTIONS
 
 NO_SAMPLE: Final = 0x7FFFFFFF
 PIXEL_BITS: Final = 20
@@ -94,8 +95,7 @@ def make_hits(blocks: int) -> Hits:
 
 # Numba's check of each division for zero would keep a loop from vector registers.
 _ROWS: Final = njit(
-    cache=True,
-    nogil=True,
+    **INNER_OPTIONS,
     error_model="numpy",
     fastmath={"nnan", "ninf", "nsz", "contract"},
 )
@@ -148,24 +148,44 @@ def _name_voxels(depth, x, y, z, size_x, size_y, size_z, out):
 
 
 @_ROWS
-def _rate_samples(x, y, z, read, quarter, row, first, codes, weights):
+def _rate_samples(x, y, z, read, quarter, row, order, first, codes, weights):
     """Write what each sample stands for, and its place in the order of which is best.
 
     Nearer than a quarter of the range, one sample stands for four: every second one along either
     axis is enough. The order is by distance to the voxel's centre, coarsely, then by number.
     """
     half, steps, most = np.float32(0.5), np.float32(2000.0), np.float32(2047.0)
+    zero = np.float32(0.0)
     for s in range(x.shape[0]):
         dx = x[s] - np.floor(x[s]) - half
         dy = y[s] - np.floor(y[s]) - half
         dz = z[s] - np.floor(z[s]) - half
         away = np.int32(min((dx * dx + dy * dy + dz * dz) * steps, most))
         is_near = read[s] < quarter
-        left_out = is_near & ((np.int32(np.int32(s) | row) & np.int32(1)) == np.int32(1))
-        code = np.int32(np.int32(away << PIXEL_BITS) | np.int32(first + np.int32(s)))
+        odd = (np.int32(order[s] | row) & np.int32(1)) == np.int32(1)
+        left_out = (read[s] <= zero) | (is_near & odd)
+        code = np.int32(np.int32(away << PIXEL_BITS) | np.int32(first + order[s]))
         codes[s] = np.int32(NO_SAMPLE) if left_out else code
         one = np.int32(4) if is_near else np.int32(1)
         weights[s] = np.int32(0) if left_out else one
+
+
+@_ROWS
+def _merge_codes(voxels, others, codes, their_codes):
+    """Take the better of two samples where both fell in one voxel."""
+    for s in range(voxels.shape[0]):
+        theirs = their_codes[s] if voxels[s] == others[s] else np.int32(NO_SAMPLE)
+        codes[s] = min(codes[s], theirs)
+
+
+@_ROWS
+def _merge_weights(voxels, others, weights, their_weights):
+    """Move the weight of the other sample over where both fell in one voxel."""
+    zero = np.int32(0)
+    for s in range(voxels.shape[0]):
+        moved = their_weights[s] if voxels[s] == others[s] else zero
+        weights[s] = np.int32(weights[s] + moved)
+        their_weights[s] = np.int32(their_weights[s] - moved)
 
 
 @njit(cache=True, nogil=True)
@@ -185,18 +205,31 @@ def hit_kernel(depth_image, strides, view, rules, box, place, hits):
     depth, slope, shift = depth_image.depth, depth_image.slope, depth_image.slope_shift
     height, width = depth.shape[0] - 2, depth.shape[1] - 2
     samples_u = (width + strides[0] - 1) // strides[0]
-    pixels, columns = np.empty(samples_u, np.float32), np.empty(samples_u, np.uint32)
-    cells = np.empty(samples_u, np.uint32)
-    for su in range(samples_u):
+    # Neighbours lie in four quarters of a row, so that whole vectors of them can be compared.
+    part = (samples_u + 3) // 4
+    slots = 4 * part
+    order, pixels = np.empty(slots, np.int32), np.empty(slots, np.float32)
+    columns, cells = np.zeros(slots, np.uint32), np.zeros(slots, np.uint32)
+    for slot in range(slots):
+        su = 4 * (slot % part) + slot // part
         u = min(su * strides[0] + strides[0] // 2, width - 1)
-        pixels[su], columns[su], cells[su] = u, u + 1, u >> shift
+        order[slot], pixels[slot] = su, u
+        # Beyond the last sample the border is read, which has no depth.
+        if su < samples_u:
+            columns[slot], cells[slot] = u + 1, u >> shift
     # Loops of a few arrays each: LLVM gives up on vectors when one loop has more.
-    sinks, read = np.empty(samples_u, np.float32), np.empty(samples_u, np.float32)
-    z = np.empty(samples_u, np.float32)
-    x, y = np.empty(samples_u, np.float32), np.empty(samples_u, np.float32)
-    up = np.empty(samples_u, np.float32)
-    voxels, codes = np.empty(samples_u, np.uint32), np.empty(samples_u, np.int32)
-    weights = np.empty(samples_u, np.int32)
+    sinks, read = np.empty(slots, np.float32), np.empty(slots, np.float32)
+    z = np.empty(slots, np.float32)
+    x, y, up = np.empty(slots, np.float32), np.empty(slots, np.float32), np.empty(slots, np.float32)
+    voxels, codes = np.empty(slots, np.uint32), np.empty(slots, np.int32)
+    weights, kept = np.empty(slots, np.int32), np.empty(slots + 1, np.uint32)
+    half = 2 * part
+    voxels_0, voxels_1 = voxels[:part], voxels[part:half]
+    voxels_2, voxels_3 = voxels[half : half + part], voxels[half + part :]
+    codes_0, codes_1 = codes[:part], codes[part:half]
+    codes_2, codes_3 = codes[half : half + part], codes[half + part :]
+    weights_0, weights_1 = weights[:part], weights[part:half]
+    weights_2, weights_3 = weights[half : half + part], weights[half + part :]
     low_x, low_y, low_z, size_x, size_y, size_z = box
     size_x, size_y, size_z = np.int32(size_x), np.int32(size_y), np.int32(size_z)
     near, far = np.float32(view.near_m), np.float32(view.far_m)
@@ -220,10 +253,7 @@ def hit_kernel(depth_image, strides, view, rules, box, place, hits):
         if v >> shift != last_line:
             last_line = v >> shift
             _read_sinks(slope[last_line], cells, sink, sinks)
-        if strides[0] == 1:
-            read = depth[v + 1][1:-1]
-        else:
-            _read_depth(depth[v + 1], columns, read)
+        _read_depth(depth[v + 1], columns, read)
         _lift_row(read, sinks, near, far, z)
         yn = (v - view.cy) / view.fy
         # The ray of the row's pixel u is start + step * u, for one metre of depth.
@@ -235,24 +265,41 @@ def hit_kernel(depth_image, strides, view, rules, box, place, hits):
         _along_axis(z, pixels, start_z, step_z, shift_z, up)
         _name_voxels(z, x, y, up, size_x, size_y, size_z, voxels)
         first = np.int32(sv * samples_u)
-        _rate_samples(x, y, up, read, quarter, np.int32(sv), first, codes, weights)
-        _count_row(voxels, codes, weights, place, number, best, hits.any)
+        _rate_samples(x, y, up, read, quarter, np.int32(sv), order, first, codes, weights)
+        _merge_codes(voxels_0, voxels_1, codes_0, codes_1)
+        _merge_weights(voxels_0, voxels_1, weights_0, weights_1)
+        _merge_codes(voxels_2, voxels_3, codes_2, codes_3)
+        _merge_weights(voxels_2, voxels_3, weights_2, weights_3)
+        _merge_codes(voxels_0, voxels_2, codes_0, codes_2)
+        _merge_weights(voxels_0, voxels_2, weights_0, weights_2)
+        n = _keep_weighted(weights, kept)
+        _count_row(voxels, codes, weights, kept, n, place, number, best, hits.any)
 
 
-@njit(cache=True, nogil=True)
-def _count_row(voxels, codes, weights, place, number, best, has_hits):
-    """Add a row's samples to their voxels, by turns from each quarter of the row.
+@INNER
+def _keep_weighted(weights, kept):
+    """List the samples with weight; returns how many."""
+    n = np.uint64(0)
+    for s in range(weights.shape[0]):
+        kept[n] = s
+        n += np.uint64(weights[s] != 0)
+    return n
 
-    Neighbours mostly share a voxel, and would wait for each other's result to reach memory.
+
+@INNER
+def _count_row(voxels, codes, weights, kept, n, place, number, best, has_hits):
+    """Add a row's samples to their voxels, by turns from each quarter of the list.
+
+    Neighbours often share a voxel, and would wait for each other's result to reach memory.
     """
     # Unsigned indices spare the test for negative ones.
-    n = np.uint64(voxels.shape[0])
     quarter = (n + np.uint64(3)) >> np.uint64(2)
     for start in range(quarter):
         for part in range(np.uint64(4)):
-            s = start + part * quarter
-            if s >= n:
+            turn = start + part * quarter
+            if turn >= n:
                 break
+            s = kept[turn]
             voxel = voxels[s]
             at = place[voxel >> np.uint32(9)]
             if at < 0:

@@ -140,7 +140,7 @@ class FrameIntegrator:
     def _box(self, frame: Frame, image: DepthImage) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the box [low, high) of blocks that the image may see."""
         cfg = self._config
-        deepest = min(float(image.tiles[..., 1].max()), cfg.max_range_m)
+        deepest = min(float(image.tiles[0, ..., 1].max()), cfg.max_range_m)
         margin = cfg.voxel_size_m * (cfg.behind_voxels + 2.0)
         rays = _corner_rays(frame)
         return frustum_box(rays, frame.T_world_camera, deepest + margin, self._block_m)

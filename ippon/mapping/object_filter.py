@@ -23,11 +23,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from ippon.mapping.arrays import INNER, INNER_OPTIONS
 from ippon.mapping.surface_rows import ENERGY_MAX, STEPS_PER_NAT
 
 LOG_ODDS_MAX: Final = 10.0
 """p(O) stays within 4.5e-5 of 0 and 1, so that it can recover."""
 
+_SUMS: Final = njit(
+    **INNER_OPTIONS,
+    fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"},
+)
 BAYES: Final = 0
 MAXIMUM: Final = 1
 NONE: Final = -1
@@ -67,7 +72,7 @@ def energy_table(likelihood_floor: float) -> NDArray[np.float32]:
     return (-np.log(p) * STEPS_PER_NAT).astype(np.float32)
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def prior_log_odds(labels, alias):
     """Return log p(O) / p(not O) before any image: the labels and the OOI are equally likely."""
     return np.float32(-np.log(max(labels if alias < 0 else labels - 1, 1)))
@@ -88,28 +93,28 @@ def exp_of_steps(energy):
     return p * p
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
-def _sums(energy, weights, n):
-    """Return the sums over the first n entries of p and of weights * p, p = exp(-energy)."""
+@_SUMS
+def _sums(energy, row, weights, n):
+    """Return the sums over a row's first n entries of p and of weights * p, p = exp(-energy)."""
     total, weighted = np.float32(0.0), np.float32(0.0)
     for j in range(n):
-        p = exp_of_steps(np.float32(energy[j]))
+        p = exp_of_steps(np.float32(energy[row, j]))
         total += p
         weighted += weights[j] * p
     return total, weighted
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
-def observe(energy, heat, table, after, bits, n):
-    """Write energies plus those of the image to `after`; return the least of them.
+@_SUMS
+def observe(energy, row, heat, v, u, table, after, bits, n):
+    """Write a row's energies plus those of pixel (v, u) to `after`; return the least of them.
 
     `bits` is `after` seen as int32. Positive floats have the order of their bits, and only the
     least of whole numbers is found in vector registers.
     """
     for j in range(n):
-        after[j] = table[heat[j]]
+        after[j] = table[heat[v, u, j]]
     for j in range(n):
-        after[j] = after[j] + np.float32(energy[j])
+        after[j] = after[j] + np.float32(energy[row, j])
     low = np.int32(0x7FFFFFFF)
     where = 0
     for j in range(n):
@@ -119,9 +124,9 @@ def observe(energy, heat, table, after, bits, n):
     return after[where]
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
-def _store(energy, after, low, rounding, weights, n):
-    """Store energies relative to the least; return the sums of `_sums` for what was stored.
+@_SUMS
+def _store(energy, row, after, low, rounding, weights, n):
+    """Store a row's energies relative to the least; return the sums of `_sums` for what was stored.
 
     `rounding`, 0 to 1, is added before the fraction is cut off.
     """
@@ -129,7 +134,7 @@ def _store(energy, after, low, rounding, weights, n):
     top = np.float32(ENERGY_MAX)
     for j in range(n):
         code = np.int32(min(after[j] - low + rounding, top))
-        energy[j] = np.uint8(code)
+        energy[row, j] = np.uint8(code)
         e = np.float32(code)
         p = exp_of_steps(e)
         total += p
@@ -137,7 +142,7 @@ def _store(energy, after, low, rounding, weights, n):
     return total, weighted
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def _log_sum_but(energy, n, alias):
     """Return log of the sum of exp(-energy) over the entries other than `alias`."""
     low = np.float32(1e9)
@@ -151,9 +156,9 @@ def _log_sum_but(energy, n, alias):
     return np.log(total) - low * np.float32(1.0 / STEPS_PER_NAT)
 
 
-@njit(cache=True, nogil=True)
-def gather(heat, channel, out, n):
-    """Bring a pixel's channels into the map's order; labels that it lacks get 0.
+@INNER
+def gather(heat, v, u, channel, out, n):
+    """Bring the channels of pixel (v, u) into the map's order; labels that it lacks get 0.
 
     Returns:
         True if a label is missing.
@@ -161,13 +166,13 @@ def gather(heat, channel, out, n):
     missing = False
     for j in range(n):
         c = channel[j]
-        out[j] = heat[c] if c >= 0 else 0
+        out[0, 0, j] = heat[v, u, c] if c >= 0 else 0
         missing = missing or c < 0
     return missing
 
 
-@njit(cache=True, nogil=True)
-def fill_missing(energy, channel, after, n):
+@INNER
+def fill_missing(energy, row, channel, after, n):
     """Let labels that the heatmap lacks keep their share; return the least of `after`.
 
     Their likelihood is taken to be the mean over the labels that it has.
@@ -175,7 +180,7 @@ def fill_missing(energy, channel, after, n):
     before_sum, after_sum = 0.0, 0.0
     for j in range(n):
         if channel[j] >= 0:
-            before_sum += np.exp(-np.float64(energy[j]) / STEPS_PER_NAT)
+            before_sum += np.exp(-np.float64(energy[row, j]) / STEPS_PER_NAT)
             after_sum += np.exp(-after[j] / STEPS_PER_NAT)
     neutral = np.float32(0.0)
     if before_sum > 0.0:
@@ -183,46 +188,47 @@ def fill_missing(energy, channel, after, n):
     low = np.float32(1e9)
     for j in range(n):
         if channel[j] < 0:
-            after[j] = np.float32(energy[j]) + neutral
+            after[j] = np.float32(energy[row, j]) + neutral
         low = min(low, after[j])
     return low
 
 
-@njit(cache=True, nogil=True)
-def describe(energy, weights, n):
+@INNER
+def describe(energy, row, weights, n):
     """Return a row's label, confidence, proximity and normaliser.
 
-    Rows go in and out as arrays, not as `SurfaceRows`: numba counts references to each array of a
-    tuple at each call, which takes longer than the sums.
+    Here as elsewhere rows go in as their number, not as slices or `SurfaceRows`: numba counts
+    references to each slice and to each array of a tuple, which takes as long as the sums.
     """
-    total, weighted = _sums(energy, weights, n)
-    best = least_energy(energy, n)
-    confidence = share_code(exp_of_steps(np.float32(energy[best])), total)
+    total, weighted = _sums(energy, row, weights, n)
+    best = least_energy(energy, row, n)
+    confidence = share_code(exp_of_steps(np.float32(energy[row, best])), total)
     return best, confidence, share_code(weighted, total), np.log(total)
 
 
-@njit(cache=True, nogil=True)
-def least_energy(energy, n):
-    """Return the first label of least energy."""
+@INNER
+def least_energy(energy, row, n):
+    """Return the first label of least energy in a row."""
     best = 0
     for j in range(1, n):
-        if energy[j] < energy[best]:
+        if energy[row, j] < energy[row, best]:
             best = j
     return best
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def share_code(part, total):
     """Return part / total in units of 1/254."""
     return np.uint8(np.float32(254.0) * min(part / total, np.float32(1.0)) + np.float32(0.5))
 
 
-@njit(cache=True, nogil=True)
-def fuse_bayes(energy, after, low, rounding, weights, n, log_norm, alias, common, ooi):
+@njit(cache=True, nogil=True, inline="always")
+def fuse_bayes(energy, row, after, low, rounding, weights, n, log_norm, alias, common, ooi):
     """One step of the filter on one row.
 
     Args:
-        energy: (M,) of the row, updated if `common`.
+        energy: (R, M) of all rows.
+        row: The row, updated if `common`.
         after: (M,) energies plus those of the image; overwritten.
         low: Least of `after`.
         rounding: See `rounding_of`.
@@ -240,16 +246,16 @@ def fuse_bayes(energy, after, low, rounding, weights, n, log_norm, alias, common
     step = np.float32(1.0 / STEPS_PER_NAT)
     log_mean = np.float32(0.0)
     if ooi and alias >= 0:
-        log_mean = np.float32(_log_sum_but(after, n, alias) - _log_sum_but(energy, n, alias))
+        log_mean = np.float32(_log_sum_but(after, n, alias) - _log_sum_but(energy[row], n, alias))
     elif ooi:
         log_mean = np.float32(np.log(_sum_after(after, low, n)) - low * step - log_norm)
     total, weighted = np.float32(1.0), np.float32(0.0)
     if common:
-        total, weighted = _store(energy, after, low, rounding, weights, n)
+        total, weighted = _store(energy, row, after, low, rounding, weights, n)
     return total, weighted, log_mean
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
+@_SUMS
 def _sum_after(after, low, n):
     """Return the sum of exp(-(after - low)) over the first n entries."""
     total, top = np.float32(0.0), np.float32(14 * STEPS_PER_NAT)
@@ -258,7 +264,7 @@ def _sum_after(after, low, n):
     return total
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def rounding_of(revision, voxel):
     """Return how an image's energies are rounded in a voxel: a shift of 0 to 1 before cutting off.
 
@@ -269,18 +275,19 @@ def rounding_of(revision, voxel):
     return np.float32(shift - np.floor(shift))
 
 
-@njit(cache=True, nogil=True)
-def fuse_maximum(energy, after, weights, n):
+@INNER
+def fuse_maximum(energy, row, after, weights, n):
     """Keep the highest likelihood that any image gave (ablation); returns as `_store`.
 
     A new row starts at the greatest energy, so the least energy is that of the images.
     """
     for j in range(n):
-        after[j] = min(after[j] - np.float32(energy[j]), np.float32(energy[j]))
-    return _store(energy, after, np.float32(0.0), np.float32(0.5), weights, n)
+        before = np.float32(energy[row, j])
+        after[j] = min(after[j] - before, before)
+    return _store(energy, row, after, np.float32(0.0), np.float32(0.5), weights, n)
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def maximum_log_odds(log_h, log_odds, is_first):
     """Return log-odds of the higher of exp(log_h) and what was kept (ablation)."""
     p = np.exp(log_h)

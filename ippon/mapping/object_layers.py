@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.frame import Heatmap
-from ippon.mapping.arrays import NOT_MAPPED
+from ippon.mapping.arrays import INNER, NOT_MAPPED
 from ippon.mapping.blocks import N_ROWS, NO_SLAB, BlockDirectory, Pools
 from ippon.mapping.map_config import SURFACE_ROWS_PER_BLOCK, MapConfig
 from ippon.mapping.object_filter import (
@@ -85,8 +85,10 @@ class ObjectLayers:
                 f"levels are one for each of {len(self.labels)} labels and probabilities four; got "
                 f"{levels.shape} and {probabilities.shape}"
             )
-        if int(levels.max()) > 3:
-            raise ValueError(f"levels are 0 to 3; got {int(levels.max())}")
+        if not np.isin(levels, (0, 1, 2, 3)).all():
+            raise ValueError(f"levels are 0 to 3; got {levels.min()} to {levels.max()}")
+        if not ((probabilities >= 0.0) & (probabilities <= 1.0)).all():
+            raise ValueError(f"probabilities of levels lie in [0, 1]; got {probabilities}")
         self.levels = levels.astype(np.uint8)
         self.level_probabilities = probabilities.astype(np.float32)
         self._relevel(revision)
@@ -194,7 +196,7 @@ def _reset_ooi_kernel(pools, surface, rows, labels, alias, revision):
         log_q -= surface.log_norm[slot] / NORM_STEPS
         if log_q > -1.0:
             # Near 1 the odds hang on the small rest, which the stored normaliser is too coarse for.
-            exact = describe(surface.energy[slot], no_weights, labels)[3]
+            exact = describe(surface.energy, slot, no_weights, labels)[3]
             log_q = -np.float32(surface.energy[slot, alias]) / STEPS_PER_NAT - exact
         odds, code = -LOG_ODDS_MAX, floor_code
         if log_q > -LOG_ODDS_MAX:
@@ -213,7 +215,7 @@ def _reset_ooi_kernel(pools, surface, rows, labels, alias, revision):
         pools.appearance[row] = revision
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def _count_mapped(codes):
     n = 0
     for k in range(512):
@@ -229,7 +231,7 @@ def _relevel_kernel(pools, surface, labels, levels, level_probability, revision)
         if at < 0 or surface.label[slot] == NO_LABEL:
             continue
         best, confidence, proximity, log_norm = describe(
-            surface.energy[slot], level_probability, labels
+            surface.energy, slot, level_probability, labels
         )
         surface.label[slot], surface.confidence[slot] = best, confidence
         surface.proximity[slot], surface.log_norm[slot] = proximity, norm_code(log_norm)

@@ -51,7 +51,12 @@ def distance_at(
 
     Returns:
         (N,) float32 metres between voxel centres, at most `distance_max`.
+
+    Raises:
+        ValueError: The points are not (N, 3), or there is no such policy.
     """
+    if unknown not in ("free", "obstacle"):
+        raise ValueError(f'unknown space is "free" or "obstacle"; got {unknown!r}')
     points = _points(points_world)
     out = np.empty(len(points), np.float32)
     _distance_kernel(arrays, points, distance_max, unknown == "obstacle", out)

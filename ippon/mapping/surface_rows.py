@@ -3,9 +3,9 @@
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.mapping.arrays import INNER
 from ippon.mapping.blocks import give_slab_back
 
 N_USED: Final = 0
@@ -92,13 +92,13 @@ def make_surface_rows(max_rows: int, labels: int) -> SurfaceRows:
     return rows
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def norm_code(log_norm):
     """Return a row's normaliser as `SurfaceRows.log_norm` keeps it."""
     return np.int16(np.floor(log_norm * np.float32(NORM_STEPS) + np.float32(0.5)))
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def take_surface_row(surface, voxel, labels, start_energy, prior_log_odds):
     """Give a row that knows nothing to a voxel; 0 when the bound is reached."""
     if surface.tally[N_FREE] > 0:
@@ -122,7 +122,7 @@ def take_surface_row(surface, voxel, labels, start_energy, prior_log_odds):
     return row
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def give_surface_rows_back(pools, surface, row):
     """Return the surface rows of a block that is dropped."""
     slot = pools.slot[pools.slab[row]]

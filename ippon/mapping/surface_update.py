@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 from numba import njit
 
-from ippon.mapping.arrays import NOT_MAPPED
+from ippon.mapping.arrays import INNER, NOT_MAPPED
 from ippon.mapping.blocks import NO_SLAB, take_slab
 from ippon.mapping.object_filter import (
     LOG_ODDS_MAX,
@@ -32,20 +32,22 @@ from ippon.mapping.surface_rows import (
 
 COLOR_MEMORY: Final = 8
 """Observations that the running mean of the colour remembers."""
+AHEAD: Final = 64
+"""Surface voxels whose memory is asked for before the first of them is updated."""
 
 
-@njit(cache=True, nogil=True)
-def _is_suppressed(coord, k, suppressed, voxel_size):
+@INNER
+def _is_suppressed(coord, row, k, suppressed, voxel_size):
     for s in range(suppressed.shape[0]):
-        x = (coord[0] * 8 + (k >> 6) + 0.5) * voxel_size - suppressed[s, 0]
-        y = (coord[1] * 8 + ((k >> 3) & 7) + 0.5) * voxel_size - suppressed[s, 1]
-        z = (coord[2] * 8 + (k & 7) + 0.5) * voxel_size - suppressed[s, 2]
+        x = (coord[row, 0] * 8 + (k >> 6) + 0.5) * voxel_size - suppressed[s, 0]
+        y = (coord[row, 1] * 8 + ((k >> 3) & 7) + 0.5) * voxel_size - suppressed[s, 1]
+        z = (coord[row, 2] * 8 + (k & 7) + 0.5) * voxel_size - suppressed[s, 2]
         if x * x + y * y + z * z <= suppressed[s, 3] * suppressed[s, 3]:
             return True
     return False
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def _sample_places(size, stride, heat_size):
     """Return each sample's pixel along one image axis, and the heatmap's pixel there."""
     n = (size + stride - 1) // stride
@@ -56,15 +58,16 @@ def _sample_places(size, stride, heat_size):
     return pixel, heat
 
 
-@njit(cache=True, nogil=True)
-def _blend_color(mean, count, color):
-    """Move a voxel's colour towards a pixel's; returns the observations now behind it."""
-    count = min(int(count) + 1, COLOR_MEMORY)
-    share = np.float32(1.0) / np.float32(count)
+@INNER
+def _blend_color(mean, count, row, pixels, at):
+    """Move a surface row's colour towards a pixel's."""
+    n = min(int(count[row]) + 1, COLOR_MEMORY)
+    share = np.float32(1.0) / np.float32(n)
     for c in range(3):
-        old = np.float32(mean[c])
-        mean[c] = np.uint8(old + (np.float32(color[c]) - old) * share + np.float32(0.5))
-    return count
+        old = np.float32(mean[row, c])
+        new = old + (np.float32(pixels[at, c]) - old) * share + np.float32(0.5)
+        mean[row, c] = np.uint8(new)
+    count[row] = n
 
 
 @njit(cache=True, nogil=True)
@@ -108,95 +111,116 @@ def fuse_kernel(
     after = np.zeros(surface.energy.shape[1], np.float32)
     bits = after.view(np.int32)
     per_norm_step = np.float32(1.0 / NORM_STEPS)
-    gathered = np.zeros(surface.energy.shape[1], np.uint8)
+    gathered = np.zeros((1, 1, surface.energy.shape[1]), np.uint8)
     table, weights, alias = fusion.energy_of, fusion.level_probability, fusion.ooi_alias
-    bayes = fusion.mode != MAXIMUM
+    bayes, heat, ooi_channel = fusion.mode != MAXIMUM, fusion.probabilities, fusion.ooi_channel
+    energy, log_odds, log_norm = surface.energy, surface.log_odds, surface.log_norm
+    colors, color_count = surface.color, surface.color_count
+    slab_of, slot_of, codes, level_of = pools.slab, pools.slot, pools.ooi, pools.level
+    levels, channel, suppressed = fusion.levels, fusion.channel, fusion.suppressed
+    has_heatmap, in_order = fusion.has_heatmap, fusion.in_order
+    common_max, ooi_max = fusion.common_max_m, fusion.ooi_max_m
+    label_of, confidence, proximity = surface.label, surface.confidence, surface.proximity
+    changed, appearance, best_ooi = pools.revision, pools.appearance, pools.best_ooi
+    coord = pools.coord
+    last = max(ooi_channel, 0)
+    # What an entry needs lies far apart: for a number of entries it is all asked for at once, so
+    # that one waits for memory while the others' arrives.
+    slots, measured = np.empty(AHEAD, np.int64), np.empty(AHEAD, np.float32)
+    pixels, touched = np.empty((AHEAD, 3), np.uint8), np.empty((AHEAD, 2), np.float32)
+    places = np.empty((AHEAD, 2), np.int64)
     fused = 0
-    for e in range(n_entries):
-        row, k, sample = entries[e, 0], entries[e, 1], entries[e, 2]
-        sv = sample // samples_u
-        su = sample - sv * samples_u
-        v, u = image_v[sv], image_u[su]
-        slab = pools.slab[row]
-        if slab == NO_SLAB:
-            slab = take_slab(pools, row)
-        slot = pools.slot[slab, k]
-        if slot == 0:
-            slot = take_surface_row(surface, row * 512 + k, labels, start, prior)
+    for first in range(0, n_entries, AHEAD):
+        ahead = min(AHEAD, n_entries - first)
+        for a in range(ahead):
+            row, k, sample = entries[first + a, 0], entries[first + a, 1], entries[first + a, 2]
+            sv = sample // samples_u
+            su = sample - sv * samples_u
+            v, u = image_v[sv], image_u[su]
+            for c in range(3):
+                pixels[a, c] = color[v, u, c]
+            measured[a] = depth[v + 1, u + 1]
+            places[a, 0], places[a, 1] = heat_v[sv], heat_u[su]
+            slot = slot_of[slab_of[row], k]
+            if slot == 0:
+                if slab_of[row] == NO_SLAB:
+                    take_slab(pools, row)
+                slot = take_surface_row(surface, row * 512 + k, labels, start, prior)
+                slot_of[slab_of[row], k] = slot
+            slots[a] = slot
+            touched[a, 0] = log_odds[slot]
+            touched[a, 1] = energy[slot, 0] + heat[heat_v[sv], heat_u[su], last]
+        for a in range(ahead):
+            slot = slots[a]
             if slot == 0:
                 # Bound reached; the blocks' share of rows makes room before the next frame.
                 continue
-            pools.slot[slab, k] = slot
-        surface.color_count[slot] = _blend_color(
-            surface.color[slot], surface.color_count[slot], color[v, u]
-        )
-        pools.appearance[row] = revision
-        if not fusion.has_heatmap:
-            continue
-        d = depth[v + 1, u + 1]
-        common, ooi = d <= fusion.common_max_m, d <= fusion.ooi_max_m and fusion.ooi_channel >= 0
-        if not common and not ooi:
-            continue
-        fused += 1
-        heat = fusion.probabilities[heat_v[sv], heat_u[su]]
-        energy = surface.energy[slot]
-        missing = False
-        seen = heat
-        if not fusion.in_order:
-            missing = gather(heat, fusion.channel, gathered, labels)
-            seen = gathered
-        low = observe(energy, seen, table, after, bits, labels)
-        if missing:
-            low = fill_missing(energy, fusion.channel, after, labels)
-        log_mean, total, weighted = np.float32(0.0), np.float32(1.0), np.float32(0.0)
-        if bayes:
-            total, weighted, log_mean = fuse_bayes(
-                energy, after, low, rounding_of(revision, k), weights, labels,
-                surface.log_norm[slot] * per_norm_step, alias, common, ooi,
-            )  # fmt: skip
-        elif common:
-            total, weighted = fuse_maximum(energy, after, weights, labels)
-        if common:
-            best = least_energy(energy, labels)
-            top = np.exp(np.float32(energy[best]) * np.float32(-1.0 / STEPS_PER_NAT))
-            surface.log_norm[slot] = norm_code(np.log(total))
-            surface.label[slot] = best
-            surface.confidence[slot] = share_code(top, total)
-            surface.proximity[slot] = share_code(weighted, total)
-            if fusion.levels[best] != pools.level[slab, k]:
-                pools.level[slab, k] = fusion.levels[best]
-                pools.revision[row] = revision
-        if ooi:
-            log_h = table[heat[fusion.ooi_channel]] * np.float32(-1.0 / STEPS_PER_NAT)
-            odds = surface.log_odds[slot] + log_h - log_mean
-            if not bayes:
-                is_first = pools.ooi[slab, k] == NOT_MAPPED
-                odds = maximum_log_odds(log_h, surface.log_odds[slot], is_first)
-            if len(fusion.suppressed) > 0 and _is_suppressed(
-                pools.coord[row], k, fusion.suppressed, voxel_size
-            ):
-                odds = np.float32(-LOG_ODDS_MAX)
-            odds = min(max(odds, np.float32(-LOG_ODDS_MAX)), np.float32(LOG_ODDS_MAX))
-            surface.log_odds[slot] = odds
-            code = ooi_code(odds)
-            if code != pools.ooi[slab, k]:
-                _show_ooi(pools.ooi[slab], pools.best_ooi, row, k, code)
-                pools.revision[row] = revision
+            row, k = entries[first + a, 0], entries[first + a, 1]
+            _blend_color(colors, color_count, slot, pixels, a)
+            appearance[row] = revision
+            if not has_heatmap:
+                continue
+            d, v, u = measured[a], places[a, 0], places[a, 1]
+            common, ooi = d <= common_max, d <= ooi_max and ooi_channel >= 0
+            if not common and not ooi:
+                continue
+            fused += 1
+            slab = slab_of[row]
+            missing = False
+            if in_order:
+                low = observe(energy, slot, heat, v, u, table, after, bits, labels)
+            else:
+                missing = gather(heat, v, u, channel, gathered, labels)
+                low = observe(energy, slot, gathered, 0, 0, table, after, bits, labels)
+            if missing:
+                low = fill_missing(energy, slot, channel, after, labels)
+            log_mean, total, weighted = np.float32(0.0), np.float32(1.0), np.float32(0.0)
+            if bayes:
+                total, weighted, log_mean = fuse_bayes(
+                    energy, slot, after, low, rounding_of(revision, k), weights, labels,
+                    log_norm[slot] * per_norm_step, alias, common, ooi,
+                )  # fmt: skip
+            elif common:
+                total, weighted = fuse_maximum(energy, slot, after, weights, labels)
+            if common:
+                best = least_energy(energy, slot, labels)
+                top = np.exp(np.float32(energy[slot, best]) * np.float32(-1.0 / STEPS_PER_NAT))
+                log_norm[slot] = norm_code(np.log(total))
+                label_of[slot] = best
+                confidence[slot] = share_code(top, total)
+                proximity[slot] = share_code(weighted, total)
+                if levels[best] != level_of[slab, k]:
+                    level_of[slab, k] = levels[best]
+                    changed[row] = revision
+            if ooi:
+                log_h = table[heat[v, u, ooi_channel]] * np.float32(-1.0 / STEPS_PER_NAT)
+                odds = log_odds[slot] + log_h - log_mean
+                if not bayes:
+                    is_first = codes[slab, k] == NOT_MAPPED
+                    odds = maximum_log_odds(log_h, log_odds[slot], is_first)
+                if len(suppressed) > 0 and _is_suppressed(coord, row, k, suppressed, voxel_size):
+                    odds = np.float32(-LOG_ODDS_MAX)
+                odds = min(max(odds, np.float32(-LOG_ODDS_MAX)), np.float32(LOG_ODDS_MAX))
+                log_odds[slot] = odds
+                code = ooi_code(odds)
+                if code != codes[slab, k]:
+                    _show_ooi(codes, slab, best_ooi, row, k, code)
+                    changed[row] = revision
     return fused
 
 
-@njit(cache=True, nogil=True)
-def _show_ooi(codes, best_ooi, row, k, code):
+@INNER
+def _show_ooi(codes, slab, best_ooi, row, k, code):
     """Take a voxel's new OOI code over to its block."""
-    old = codes[k]
-    codes[k] = code
+    old = codes[slab, k]
+    codes[slab, k] = code
     if old != NOT_MAPPED and old == best_ooi[row] and code < old:
-        best_ooi[row] = best_of(codes)
+        best_ooi[row] = best_of(codes[slab])
     else:
         best_ooi[row] = max(best_ooi[row], code)
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def best_of(codes):
     """Return the highest OOI code of a block's voxels, 0 for none."""
     best = 0

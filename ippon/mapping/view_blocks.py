@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ippon.mapping.arrays import BLOCK_EDGE
+from ippon.mapping.arrays import BLOCK_EDGE, INNER
 from ippon.mapping.blocks import take_row
 from ippon.mapping.depth_image import TILE
 
@@ -36,7 +36,7 @@ def frustum_box(
     return low, high
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def classify_block(center, axes, depth_range, intrinsics, tiles, size):
     """Tell how an image sees a box: `CULLED`, `CLEAR` or `MIXED`.
 
@@ -75,22 +75,29 @@ def classify_block(center, axes, depth_range, intrinsics, tiles, size):
         tx1, ty1 = int(min(u1, width - 1.0)) // TILE, int(min(v1, height - 1.0)) // TILE
     else:
         tx0, ty0 = 0, 0
-        tx1, ty1 = tiles.shape[1] - 1, tiles.shape[0] - 1
+        tx1, ty1 = tiles.shape[2] - 1, tiles.shape[1] - 1
     behind = max(z0 - behind_m, 0.0)
     before = z1 + ahead_m
     seen, clear = False, True
-    for ty in range(ty0, ty1 + 1):
-        for tx in range(tx0, tx1 + 1):
-            if tiles[ty, tx, 1] > behind:
+    # The greatest squares that fit; the last of a row and of a column overlap those before.
+    k, side = 0, min(tx1 - tx0, ty1 - ty0) + 1
+    while k + 1 < tiles.shape[0] and 2 << k <= side:
+        k += 1
+    edge = 1 << k
+    for y in range(ty0, ty1 + 1, edge):
+        ty = min(y, ty1 + 1 - edge)
+        for x in range(tx0, tx1 + 1, edge):
+            tx = min(x, tx1 + 1 - edge)
+            if tiles[k, ty, tx, 1] > behind:
                 seen = True
-            if tiles[ty, tx, 0] < before:
+            if tiles[k, ty, tx, 0] < before:
                 clear = False
             if seen and not clear:
                 return MIXED
     return CLEAR if seen else CULLED
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def _sides(intrinsics, size):
     """Return the slopes of the view's left, right, upper and lower side, and their secants.
 
@@ -107,7 +114,7 @@ def _sides(intrinsics, size):
     )
 
 
-@njit(cache=True, nogil=True)
+@INNER
 def _is_beside(x, y, z, radius, sides):
     """Tell whether a ball lies outside one of the view's sides."""
     left, right, upper, lower = sides

@@ -102,6 +102,9 @@ class VoxelMap:
         Args:
             levels: (N,) level of each label, an index of `probabilities`.
             probabilities: (4,) l(O | C) of each level.
+
+        Raises:
+            ValueError: Levels or probabilities of another number, or out of range.
         """
         self._layers.set_levels(levels, probabilities, self.revision + 1)
         self.revision += 1

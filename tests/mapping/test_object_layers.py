@@ -77,3 +77,19 @@ def test_a_rejected_place(voxel_map):
         assert voxel_map.surface.log_odds[slot] == expected
         inside += away < radius
     assert inside > 50
+
+
+@pytest.mark.parametrize(
+    ("levels", "probabilities", "problem"),
+    [
+        (LEVELS[:2], PROBABILITIES, "one for each of 4 labels"),
+        (np.array([0, 1, -1, 2]), PROBABILITIES, "0 to 3; got -1 to 2"),
+        (np.array([0, 1, 1.5, 2]), PROBABILITIES, "0 to 3"),
+        (LEVELS, np.array([0.0, 0.1, np.nan, 0.5], np.float32), r"in \[0, 1\]"),
+    ],
+)
+def test_levels_that_mean_nothing_are_refused(levels, probabilities, problem):
+    voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), LABELS)
+    with pytest.raises(ValueError, match=problem):
+        voxel_map.set_levels(levels, probabilities)
+    assert voxel_map.revision == 0

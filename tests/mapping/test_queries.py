@@ -51,9 +51,11 @@ def test_spheres(room):
         room.spheres_are_free(centers, np.array([0.5, 0.95, 0.1]), unknown="free")
 
 
-def test_points_of_the_wrong_shape_are_refused(room):
+def test_points_of_the_wrong_shape_and_misspelt_policies_are_refused(room):
     with pytest.raises(ValueError, match=r"\(N, 3\)"):
         room.state_at(np.zeros(3))
+    with pytest.raises(ValueError, match="or \"obstacle\"; got 'obstacles'"):
+        room.distance_at(np.zeros((1, 3)), unknown="obstacles")
 
 
 @settings(max_examples=40, deadline=None)
