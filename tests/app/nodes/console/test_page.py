@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.messages import keys
-from tests.chromium import new_page, open_browser
+from tests.chromium import PATIENCE_MS, new_page, open_browser
 
 pytestmark = pytest.mark.browser
 
@@ -75,13 +75,18 @@ def _picture(page, tmp_path):
 
 def _drawn(page, tmp_path):
     """Wait until the map fills a good part of the picture."""
-    deadline = time.monotonic() + 30.0
+    return _shown(page, tmp_path, lambda lit: lit.mean() > 0.2, "the scene stays dark")
+
+
+def _shown(page, tmp_path, wanted, complaint):
+    """Wait until the lit pixels of the picture, (H, W), are as wanted, and return the picture."""
+    deadline = time.monotonic() + PATIENCE_MS / 1000.0
     while time.monotonic() < deadline:
         picture = _picture(page, tmp_path)
-        if (picture.max(axis=2) > 90).mean() > 0.2:
+        if wanted(picture.max(axis=2) > 90):
             return picture
         page.wait_for_timeout(200)
-    raise TimeoutError("the scene stays dark")
+    raise TimeoutError(complaint)
 
 
 def test_shows_the_search_as_it_goes(home, page, tmp_path):
@@ -98,13 +103,13 @@ def test_shows_the_search_as_it_goes(home, page, tmp_path):
 
 def test_the_camera_follows_the_growing_map_in_the_browser(home, page, tmp_path):
     _drawn(page, tmp_path)
-    page.wait_for_timeout(6000)
-    picture = _picture(page, tmp_path)
-    lit = picture.max(axis=2) > 90
-    across = lit.any(axis=0).nonzero()[0]
-    assert across[0] < 0.3 * lit.shape[1]
-    assert across[-1] > 0.7 * lit.shape[1]
-    assert lit[:, 0].mean() < 0.2, "the whole map is in the picture"
+
+    def whole(lit):
+        across, width = lit.any(axis=0).nonzero()[0], lit.shape[1]
+        fills = len(across) and across[0] < 0.3 * width and across[-1] > 0.7 * width
+        return fills and lit[:, 0].mean() < 0.2
+
+    _shown(page, tmp_path, whole, "the whole map never came into the picture")
 
 
 def test_everything_of_the_search_fits_without_scrolling(home, page):
