@@ -69,7 +69,7 @@ def _picture(page, tmp_path):
     from PIL import Image
 
     path = tmp_path / f"{time.monotonic_ns()}.png"
-    page.screenshot(path=path, clip={"x": 60, "y": 120, "width": 900, "height": 740})
+    page.screenshot(path=path, clip={"x": 8, "y": 120, "width": 952, "height": 740})
     return np.asarray(Image.open(path).convert("RGB")).astype(int)
 
 
