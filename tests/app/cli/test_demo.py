@@ -127,6 +127,7 @@ def where(demo):
     return re.findall(r"--listen (\S+) .*--robot (\S+)", line)[0]
 
 
+@pytest.mark.large
 def test_demos_side_by_side_do_not_disturb_each_other(launch, start):
     demos = start(("--home", "3", "--object", "toilet"), ("--home", "4", "--object", "bed"))
     pages = [re.findall(r"IPPON is at (\S+)", demo.log())[0] for demo in demos]

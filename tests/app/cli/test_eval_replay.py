@@ -44,6 +44,7 @@ def test_rows_of_one_search_differ_in_times_only(make_row):
 
 
 @pytest.mark.slow
+@pytest.mark.large
 def test_a_replay_is_the_same_search_and_can_be_reviewed(room, tmp_path, capsys):
     out = tmp_path / "out"
     run = EvalRun(out=out, homes=(str(room),), objects="hat", robot="zed", image_width=96)
