@@ -7,8 +7,7 @@ enough goes before exploring, too. What shows clearly and cannot be come close t
 out of reach.
 """
 
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from ippon.geometry import Float64Array, wrap_angle, yaw_of
-from ippon.planning.out_of_reach import Look, OutOfReach, OutOfReachConfig
+from ippon.geometry import Float64Array
+from ippon.planning.gaze import SIGHT_TRIES, STAY_S, Look, is_same, look_at, stands_facing
+from ippon.planning.out_of_reach import OutOfReach, OutOfReachConfig
 from ippon.planning.shortest_tree import ShortestTree
 from ippon.planning.ways_round import SIGHTS, Surroundings, spread
 
@@ -28,14 +28,6 @@ _components: Any = connected_components
 
 _CLUSTER_GAP = 2.1
 """Voxels of one cluster lie at most this many edges apart."""
-_TRIES = 12
-"""Viewpoints whose line of sight is checked in a step at most."""
-_STAY_S = 1.0
-"""Another viewpoint must be this much better."""
-_THERE_M = 0.25
-_FACING_RAD = 0.35
-_SAME_M = 0.5
-"""A cluster whose centre moved less than this is the same one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,13 +130,12 @@ class CloserLooks:
             if found is not None and (best is None or found[0] < best[0]):
                 best = (*found, cluster)
         if best is not None:
-            eye_z_m = around.views.eye_z_m(around.arrays)
-            return self._towards(best[1], best[2], best[3], xy, eye_z_m)
+            return self._towards(best[1], best[2], best[3], xy, around.eye_z_m)
         self._pursuit = None
         if known is None:
             return None
         return self.out_of_reach.choose(
-            known, around, tree, xy, T_world_base, enough=termination_min, nodes=nodes
+            known, around, tree, xy, T_world_base, enough=termination_min
         )
 
     def _nearest_sight(
@@ -160,9 +151,9 @@ class CloserLooks:
         # The rest of the way is likely to lead round something.
         seconds = tree.cost[nodes] + 1.5 * away / self._speed
         if self._pursuit is not None:
-            seconds[nodes == self._pursuit.node] -= _STAY_S
+            seconds[nodes == self._pursuit.node] -= STAY_S
         samples = spread(cluster, SIGHTS)
-        for row in np.argsort(seconds, kind="stable")[:_TRIES].tolist():
+        for row in np.argsort(seconds, kind="stable")[:SIGHT_TRIES].tolist():
             for voxel in samples:
                 if around.views.sees(xy[nodes[row]], voxel, around.arrays):
                     return float(seconds[row]), int(nodes[row]), voxel
@@ -177,33 +168,30 @@ class CloserLooks:
         eye_z_m: float,
     ) -> Look:
         centre = cluster.mean(axis=0)
-        dx, dy = voxel[:2] - xy[node]
-        yaw = math.atan2(dy, dx)
+        look = look_at(node, xy[node], voxel, eye_z_m)
         old = self._pursuit
-        same = old is not None and _is_near(old.centre, centre)
+        same = old is not None and is_same(old.centre, centre)
         self._pursuit = _Pursuit(
             centre=centre,
             voxels=len(cluster),
             node=node,
             stand=xy[node].copy(),
-            yaw_rad=yaw,
+            yaw_rad=look.yaw_rad,
             age=old.age if old is not None and same else 0,
             settled=old.settled if old is not None and same and old.node == node else 0,
         )
-        tilt = math.atan2(voxel[2] - eye_z_m, max(math.hypot(dx, dy), 0.1))
-        if self._pursuit.settled >= self._config.patience_steps // 4:
-            tilt -= self._config.down_rad
-        return Look(node=node, yaw_rad=yaw, tilt_rad=tilt)
+        if self._pursuit.settled < self._config.patience_steps // 4:
+            return look
+        return replace(look, tilt_rad=look.tilt_rad - self._config.down_rad)
 
     def _watch(self, T_world_base: Float64Array) -> None:
         """Leave alone what stays what it is although the robot stands in front of it."""
         pursuit = self._pursuit
         if pursuit is None:
             return
-        there = math.dist(pursuit.stand, T_world_base[:2, 3]) < _THERE_M
-        facing = abs(wrap_angle(pursuit.yaw_rad - yaw_of(T_world_base))) < _FACING_RAD
         pursuit.age += 1
-        pursuit.settled = pursuit.settled + 1 if there and facing else 0
+        stays = stands_facing(T_world_base, pursuit.stand, pursuit.yaw_rad)
+        pursuit.settled = pursuit.settled + 1 if stays else 0
         patient = pursuit.settled < self._config.patience_steps
         if not patient or pursuit.age >= self._config.give_up_steps:
             self._left_alone.append((pursuit.centre, pursuit.voxels))
@@ -212,7 +200,7 @@ class CloserLooks:
     def _is_settled(self, cluster: Float64Array) -> bool:
         centre, size = cluster.mean(axis=0), len(cluster)
         return any(
-            _is_near(old, centre) and size < self._config.grown * count
+            is_same(old, centre) and size < self._config.grown * count
             for old, count in self._left_alone
         )
 
@@ -229,7 +217,3 @@ def clusters_of(voxels: Float64Array, voxel_size: float) -> list[Float64Array]:
     graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), (count, count))
     number, member_of = _components(graph, directed=False)
     return [voxels[member_of == c] for c in range(number)]
-
-
-def _is_near(one: Float64Array, other: Float64Array) -> bool:
-    return math.dist(one[:2], other[:2]) <= _SAME_M

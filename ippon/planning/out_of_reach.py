@@ -4,22 +4,14 @@ A search used to explore the rest of the home and end without a find, minutes la
 map had shown the object all along: on a sofa behind a table, behind glass, on a shelf of a closet.
 """
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ippon.geometry import Float64Array, wrap_angle, yaw_of
+from ippon.geometry import Float64Array
+from ippon.planning.gaze import SIGHT_TRIES, STAY_S, Look, is_same, look_at, stands_facing
 from ippon.planning.shortest_tree import ShortestTree
 from ippon.planning.ways_round import Surroundings, nearest_stand, way_round
-
-_TRIES = 12
-"""Viewpoints whose line of sight to unseen floor is checked in a step at most."""
-_STAY_S = 1.0
-"""Another viewpoint must be this much better."""
-_SAME_M = 0.5
-"""What was looked at moved less than this: it is the same thing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,18 +42,6 @@ class OutOfReachConfig:
             )
         if not self.reach_m > 0.0:
             raise ValueError(f"reach_m must be above 0; got {self.reach_m}")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Look:
-    """A viewpoint to go to, and where to look from it."""
-
-    node: int
-    yaw_rad: float
-    tilt_rad: float
-    away_m: float | None = None
-    """The search may end there: metres over the floor to the object, as near as a way leads. None
-    while a way round is tried."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -104,18 +84,16 @@ class OutOfReach:
         T_world_base: Float64Array,
         *,
         enough: float,
-        nodes: NDArray[np.int64],
     ) -> Look | None:
         """Return where to go for an object that was looked at and that no viewpoint ends at.
 
         Args:
             cluster: (M, 3) voxel centres, metres.
             around: Floor and map.
-            tree: Cheapest ways.
+            tree: Cheapest ways; it reaches a viewpoint at least.
             xy: (capacity, 2) positions of the viewpoints.
             T_world_base: Where the robot stands.
             enough: Voxels that must be in sight to be sure of the object: T_min.
-            nodes: (N,) viewpoints that may be gone to, N > 0.
 
         Returns:
             None while nothing is sure, or when the object cannot be seen well from anywhere.
@@ -127,7 +105,7 @@ class OutOfReach:
             unsure = way_round(around, cluster, case.closed, self._config.reach_m, robot)
             if unsure is not None:
                 case.sure = 0
-                return self._towards(case, unsure, around, tree, xy, T_world_base, nodes)
+                return self._towards(case, unsure, around, tree, xy, T_world_base)
         case.sure += 1
         if case.sure < self._config.sure_steps:
             return None
@@ -136,11 +114,14 @@ class OutOfReach:
             if found is None:
                 case.sure = 0
                 return None
-            case.stand = found[:2]
+            case.stand = found
         case.approach += 1
         if case.approach > self._config.approach_steps:
             return None
-        return self._as_near_as_possible(case.stand, cluster, around, xy, nodes)
+        place, voxel = case.stand
+        node = int(tree.order[np.argmin(np.hypot(*(xy[tree.order] - place).T))])
+        away = float(np.hypot(*(cluster[:, :2] - xy[node]).T).min())
+        return look_at(node, xy[node], voxel, around.eye_z_m, away)
 
     def wanted_place(self) -> Float64Array | None:
         """Return the place (2,) where a viewpoint is wanted, None for none."""
@@ -148,7 +129,7 @@ class OutOfReach:
 
     def _case_of(self, cluster: Float64Array) -> _Case:
         centre, case = cluster.mean(axis=0), self._case
-        if case is None or math.dist(case.centre[:2], centre[:2]) > _SAME_M:
+        if case is None or not is_same(case.centre, centre):
             case = _Case(centre=centre)
         case.centre = centre
         self._case = case
@@ -162,48 +143,25 @@ class OutOfReach:
         tree: ShortestTree,
         xy: Float64Array,
         T_world_base: Float64Array,
-        nodes: NDArray[np.int64],
     ) -> Look | None:
         """Look at unseen floor from where that is soonest; it counts as blocked after a while."""
-        floor_z = float(T_world_base[2, 3])
+        nodes, floor_z = tree.order, float(T_world_base[2, 3])
         point = np.array([*unsure, floor_z + 0.5 * around.grid.voxel_size])
         away = np.hypot(*(xy[nodes] - point[:2]).T)
         seconds = tree.cost[nodes] + 1.5 * away / self._speed
-        seconds[nodes == case.node] -= _STAY_S
-        for row in np.argsort(seconds, kind="stable")[:_TRIES].tolist():
+        seconds[nodes == case.node] -= STAY_S
+        for row in np.argsort(seconds, kind="stable")[:SIGHT_TRIES].tolist():
             node = int(nodes[row])
             if around.views.sees(xy[node], point, around.arrays):
                 break
         else:
             case.closed.append(unsure)
             return None
-        look = _look(node, xy[node], point, around)
-        there = math.dist(xy[node], T_world_base[:2, 3]) < 0.25
-        facing = abs(wrap_angle(look.yaw_rad - yaw_of(T_world_base))) < 0.35
-        case.settled = case.settled + 1 if there and facing and node == case.node else 0
+        look = look_at(node, xy[node], point, around.eye_z_m)
+        stays = node == case.node and stands_facing(T_world_base, xy[node], look.yaw_rad)
+        case.settled = case.settled + 1 if stays else 0
         case.node = node
         if case.settled >= self._config.patience_steps:
             case.closed.append(unsure)
             case.settled = 0
         return look
-
-    def _as_near_as_possible(
-        self,
-        stand: tuple[Float64Array, Float64Array],
-        cluster: Float64Array,
-        around: Surroundings,
-        xy: Float64Array,
-        nodes: NDArray[np.int64],
-    ) -> Look:
-        place, voxel = stand
-        node = int(nodes[np.argmin(np.hypot(*(xy[nodes] - place).T))])
-        away = float(np.hypot(*(cluster[:, :2] - xy[node]).T).min())
-        look = _look(node, xy[node], voxel, around)
-        return Look(node=node, yaw_rad=look.yaw_rad, tilt_rad=look.tilt_rad, away_m=away)
-
-
-def _look(node: int, xy: Float64Array, point: Float64Array, around: Surroundings) -> Look:
-    dx, dy = point[:2] - xy
-    down = point[2] - around.views.eye_z_m(around.arrays)
-    tilt = math.atan2(down, max(math.hypot(dx, dy), 0.1))
-    return Look(node=node, yaw_rad=math.atan2(dy, dx), tilt_rad=tilt)

@@ -15,7 +15,7 @@ from ippon.mapping.arrays import MapArrays
 from ippon.planning.closer_look import CloserLooks
 from ippon.planning.config import PlannerConfig
 from ippon.planning.connection import COMFORT_M, Connector
-from ippon.planning.out_of_reach import Look
+from ippon.planning.gaze import Look
 from ippon.planning.picture import TreePicture
 from ippon.planning.plan import Plan, Viewpoint
 from ippon.planning.promise import promise, waits
@@ -24,6 +24,7 @@ from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampler import Sampler
 from ippon.planning.sampling import (
     STANDABLE,
+    cell_centres,
     object_voxels,
     reachable_cells,
 )
@@ -202,7 +203,7 @@ class ViewpointPlanner:
         cells = np.argwhere(reachable == STANDABLE)
         if not len(cells):
             return None
-        places = (cells + grid.origin + 0.5) * grid.voxel_size
+        places = cell_centres(grid, cells)
         apart = np.hypot(*(places - xy).T)
         if apart.min() > WAYPOINT_REACH_M:
             return None

@@ -53,8 +53,8 @@ class Sampler:
         objects = np.zeros_like(reachable)
         cover(objects, grid, voxels[:, :2], config.object_reach_m, 1)
         left = self._most
-        room_m = self._floor.limits.radius + self._floor.margin_m
-        tight = tight_places(objects, reachable, grid, config.object_spacing_m, room_m)
+        room = self._floor.limits.radius + self._floor.margin_m
+        tight = tight_places(objects, reachable, grid, config.object_spacing_m, room)
         if tight.any():
             reachable = np.where(tight, np.uint8(STANDABLE), reachable)
         for mask, spacing, share in (

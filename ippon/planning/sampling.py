@@ -149,7 +149,7 @@ def tight_places(
     reachable: NDArray[np.uint8],
     grid: FloorGrid,
     spacing_m: float,
-    room_m: float,
+    least_room_m: float,
 ) -> NDArray[np.bool_]:
     """Find places beside objects that are tight, and no roomier one within a distance of them.
 
@@ -160,21 +160,21 @@ def tight_places(
         reachable: (X, Y) from `reachable_cells`.
         grid: The floor.
         spacing_m: That distance.
-        room_m: Distance to the nearest obstacle that a tight place must have: the body, and the
-            margin that every move leaves.
+        least_room_m: Distance to the nearest obstacle that a tight place must have: the body, and
+            the margin that every move leaves.
 
     Returns:
         (X, Y) True where the flood merely went through, and a viewpoint may go all the same.
     """
-    apart = np.hypot(grid.obstacle[..., 0].astype(np.float64), grid.obstacle[..., 1])
-    tight = (objects == 1) & (reachable == PASSED) & (apart * grid.voxel_size >= room_m)
-    if not tight.any():
-        return tight
-    roomy = np.argwhere((objects == 1) & (reachable == STANDABLE))
-    centres = np.array([cell_centre(grid, int(i), int(j)) for i, j in roomy]).reshape(-1, 2)
-    covered = np.zeros_like(reachable)
-    cover(covered, grid, centres, spacing_m, 1)
-    return tight & (covered == 0)
+    tight = np.zeros(reachable.shape, dtype=np.bool_)
+    cells = np.argwhere((objects == 1) & (reachable == PASSED))
+    cells = cells[room_m(grid, cells) >= least_room_m]
+    if len(cells):
+        roomy = np.argwhere((objects == 1) & (reachable == STANDABLE))
+        covered = np.zeros_like(reachable)
+        cover(covered, grid, cell_centres(grid, roomy), spacing_m, 1)
+        tight[tuple(cells.T)] = covered[tuple(cells.T)] == 0
+    return tight
 
 
 def draw_place(
@@ -199,6 +199,17 @@ def cell_centre(grid: FloorGrid, i: int, j: int) -> tuple[float, float]:
     """Return the world x and y of a cell's centre."""
     v = grid.voxel_size
     return (i + grid.origin[0] + 0.5) * v, (j + grid.origin[1] + 0.5) * v
+
+
+def cell_centres(grid: FloorGrid, cells: NDArray[np.int64]) -> Float64Array:
+    """Return the (N, 2) world x and y of the centres of (N, 2) cells, metres."""
+    return np.asarray((cells + grid.origin + 0.5) * grid.voxel_size, dtype=np.float64)
+
+
+def room_m(grid: FloorGrid, cells: NDArray[np.int64]) -> Float64Array:
+    """Return the (N,) distances from (N, 2) cells to the nearest obstacle, metres."""
+    sites = grid.obstacle[cells[:, 0], cells[:, 1]].astype(np.float64)
+    return np.hypot(sites[:, 0], sites[:, 1]) * grid.voxel_size
 
 
 def object_voxels(arrays: MapArrays, threshold: float) -> Float64Array:

@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.clearance import OBSTACLE, BodyLimits, FloorGrid
-from ippon.planning.sampling import SLACK_CELLS, STANDABLE, cell_centre, cover
+from ippon.planning.sampling import (
+    SLACK_CELLS,
+    STANDABLE,
+    cell_centre,
+    cell_centres,
+    cover,
+    room_m,
+)
 from ippon.planning.viewpoints import Viewpoints
 
 SIGHTS: Final = 6
@@ -41,6 +48,11 @@ class Surroundings(NamedTuple):
     """(X, Y) from `reachable_cells`."""
     arrays: MapArrays
     views: Viewpoints
+
+    @property
+    def eye_z_m(self) -> float:
+        """Height of the camera in the world, metres."""
+        return self.views.eye_z_m(self.arrays)
 
 
 def spread(cluster: Float64Array, most: int) -> Float64Array:
@@ -129,7 +141,7 @@ def _first_unsure(
 
 def nearest_stand(
     around: Surroundings, cluster: Float64Array, enough: float
-) -> tuple[Float64Array, Float64Array, float] | None:
+) -> tuple[Float64Array, Float64Array] | None:
     """Find the place nearest to a cluster where the robot can stand and see it.
 
     Args:
@@ -138,27 +150,23 @@ def nearest_stand(
         enough: Voxels that must be in sight.
 
     Returns:
-        The place (2,), a voxel (3,) in sight, and the distance over the floor from the place to
-        the nearest voxel, metres; None where none sees enough.
+        The place (2,) and a voxel (3,) in sight; None where none sees enough.
     """
     grid = around.grid
-    room = np.hypot(grid.obstacle[..., 0].astype(np.float64), grid.obstacle[..., 1])
-    roomy = room * grid.voxel_size >= around.limits.radius + _STAND_ROOM_M
-    cells = np.argwhere((around.reachable == STANDABLE) & roomy)
+    cells = np.argwhere(around.reachable == STANDABLE)
+    cells = cells[room_m(grid, cells) >= around.limits.radius + _STAND_ROOM_M]
     if not len(cells):
         return None
-    places = (cells + grid.origin + 0.5) * grid.voxel_size
-    flat = np.unique(cluster[:, :2], axis=0)
+    places = cell_centres(grid, cells)
     away = np.full(len(places), np.inf)
-    for voxel in flat:
+    for voxel in np.unique(cluster[:, :2], axis=0):
         np.minimum(away, np.hypot(*(places - voxel).T), out=away)
     sample = spread(cluster, 4 * SIGHTS)
     for i, j in _thinned(cells[np.argsort(away, kind="stable")], grid):
         place = np.array(cell_centre(grid, i, j))
         seen = [v for v in sample if around.views.sees(place, v, around.arrays)]
         if len(seen) * len(cluster) > enough * len(sample):
-            distance = float(np.hypot(*(flat - place).T).min())
-            return place, seen[0], distance
+            return place, seen[0]
     return None
 
 
