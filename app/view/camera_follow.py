@@ -18,7 +18,7 @@ _SAME_M: Final = 0.03
 _REMEMBERED: Final = 512
 _PATIENCE: Final = 40
 """Steps after which a browser that is not where it was sent is sent there again: while its scene is
-not up, it drops what it is told."""
+not up, it drops what it is told, and may go back to where cameras start."""
 _MARGIN: Final = 1.12
 _WALL_M: Final = 1.2
 """Room for the walls, which rise above the floor that is framed."""
@@ -55,12 +55,20 @@ def framing(low: Float64Array, high: Float64Array, aspect: float) -> View:
     return View(position=(x, y - back, up), look_at=(x, y, 0.4))
 
 
+START: Final = framing(np.array([-4.0, -3.0]), np.array([4.0, 3.0]), 1.25)
+"""Where every camera starts: a home's worth of floor round the robot."""
+_BARE: Final = View(position=(-5.0, 0.0, 0.0), look_at=(0.0, 0.0, 0.0))
+"""Where viser's client has its camera before it has heard of a start."""
+
+
 @dataclass(slots=True)
 class _Watcher:
     client: Any
     sent: deque[View] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
     arrived: bool = False
     """It has been seen where it was sent; before that it reports where it started."""
+    seen: View | None = None
+    """Where it was seen last."""
     free: bool = False
     waited: int = 0
     """Steps since it was sent somewhere."""
@@ -112,7 +120,7 @@ class CameraFollow:
     def _move(self, watcher: _Watcher, wanted: View) -> None:
         now = watcher.now
         watcher.waited += 1
-        if not watcher.arrived and watcher.waited > _PATIENCE:
+        if watcher.waited > _PATIENCE and _is_elsewhere(watcher):
             now = None
         if now is None:
             shown = wanted
@@ -129,12 +137,18 @@ class CameraFollow:
 
     def _moved(self, watcher: _Watcher, camera: Any) -> None:
         """Let go of a camera that stands where nobody but the operator has put it."""
-        seen = _view_of(camera)
+        seen = watcher.seen = _view_of(camera)
         if any(_distance(seen, sent) <= _SAME_M for sent in reversed(watcher.sent)):
             watcher.arrived = True
-        elif watcher.arrived:
+        elif watcher.arrived and not any(_distance(seen, v) <= _SAME_M for v in (START, _BARE)):
             watcher.free = True
             watcher.now = None
+
+
+def _is_elsewhere(watcher: _Watcher) -> bool:
+    if watcher.seen is None or not watcher.sent:
+        return True
+    return _distance(watcher.seen, watcher.sent[-1]) > _SAME_M
 
 
 def _between(a: View, b: View, share: float) -> View:

@@ -7,22 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import numpy as np
 import viser
 from websockets import Headers
 
 from app.nodes.console.visitors import Visitor, Visitors, act_as
-from app.view.camera_follow import FOV_RAD, framing
+from app.view.camera_follow import FOV_RAD, START
 from app.view.viser_private import (
     SECRET_HEADER,
     carry_context,
     demanding_secret,
     forbid_sharing,
 )
-
-_START: Final = framing(np.array([-4.0, -3.0]), np.array([4.0, 3.0]), 1.25)
-"""Before there is a map: a home's worth of floor round the robot's start."""
-
 
 VISITOR_HEADER: Final = "X-Ippon-Visitor"
 
@@ -65,8 +60,8 @@ def start_viser(visitors: Visitors) -> ViserBackend:
     forbid_sharing(server)
     carry_context(server)
     server.initial_camera.fov = FOV_RAD
-    server.initial_camera.position = _START.position
-    server.initial_camera.look_at = _START.look_at
+    server.initial_camera.position = START.position
+    server.initial_camera.look_at = START.look_at
     server.gui.configure_theme(
         dark_mode=True,
         show_logo=False,

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from app.view.camera_follow import FOV_RAD, CameraFollow, framing
+from app.view.camera_follow import FOV_RAD, START, CameraFollow, framing
 
 
 class Camera:
@@ -134,6 +134,33 @@ def test_a_browser_that_dropped_what_it_was_told_is_told_again(client):
     for _ in range(60):
         follow.step(None)
     assert client.camera.position == (4.0, 4.0, 4.0), "once it has arrived, the hand has it"
+
+
+def test_a_browser_that_goes_back_to_the_start_while_its_scene_comes_up_is_fetched(client):
+    follow = CameraFollow()
+    follow.add(client)
+    follow.step(LARGE)
+    client.camera.report()
+    client.camera.position, client.camera.look_at = START.position, START.look_at
+    client.camera.report()
+    for _ in range(60):
+        follow.step(None)
+    assert client.camera.position == framing(*LARGE, 1.25).position
+
+
+def test_a_browser_that_dropped_the_last_it_was_told_is_told_again(client):
+    follow = CameraFollow()
+    follow.add(client)
+    follow.step(SMALL)
+    client.camera.report()
+    before = client.camera.position, client.camera.look_at
+    for _ in range(100):
+        follow.step(LARGE)
+    client.camera.position, client.camera.look_at = before
+    client.camera.report()
+    for _ in range(60):
+        follow.step(None)
+    assert client.camera.position == framing(*LARGE, 1.25).position
 
 
 def test_what_stands_beside_the_map_is_in_the_picture_too(client):
