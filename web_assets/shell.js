@@ -2,6 +2,7 @@
 
 import { Drive, isTyping } from "./drive.js";
 import { Explanation } from "./explain.js";
+import { installFold } from "./fold.js";
 import { installHelp, installTheme } from "./help.js";
 import { Lease, logInAgainIfAsked } from "./lease.js";
 
@@ -25,6 +26,7 @@ const WORDS = {
   stopped: "Stopped",
   lost: "Lost",
 };
+const MODES = { auto: "Auto", assisted: "Assisted", manual: "Manual" };
 
 const at = (id) => document.getElementById(id);
 const view = at("view");
@@ -179,7 +181,9 @@ function render() {
   at("frame-age").textContent = age === null ? "–" : `${Math.round(age)} ms`;
   at("frame-age").classList.toggle("slow", age !== null && age > 400);
   at("link").dataset.link = live ? state.link : "down";
-  at("link").lastElementChild.textContent = live
+  at("mode").textContent = live && state.link !== "waiting" ? MODES[state.drive.mode] : "–";
+  at("latency").hidden = !live;
+  at("heard").textContent = live
     ? { live: "live", stalled: "old", silent: `silent ${Math.round(state.silent_s)} s`, waiting: "none" }[state.link]
     : "none";
   at("resume").hidden = shown !== "stopped";
@@ -211,11 +215,7 @@ function notice(shown) {
     case "stopped":
       return ["Stopped", "Nothing moves until you resume."];
     case "found":
-      if (state.out_of_reach_m !== null) {
-        const away = `${state.out_of_reach_m.toFixed(1)} m from the nearest place where the robot can stand`;
-        return [`Found, out of reach: ${state.object}`, `It is ${away}. Confirm it, or let the search go on.`];
-      }
-      return [`Found: ${state.object}`, "Confirm it, or let the search go on, in the panel."];
+      return found();
     case "manual":
       return state.drive?.waypoint ? ["On the way to your point", ""] : ["", ""];
     case "exhausted":
@@ -230,6 +230,13 @@ function notice(shown) {
     default:
       return ["", ""];
   }
+}
+
+function found() {
+  const judge = lease.watching === "" ? "Confirm it, or let the search go on, in the panel." : "";
+  if (state.out_of_reach_m === null) return [`Found: ${state.object}`, judge];
+  const away = `${state.out_of_reach_m.toFixed(1)} m from the nearest place where the robot can stand`;
+  return [`Found, out of reach: ${state.object}`, `It is ${away}. ${judge}`];
 }
 
 function renderVeil(shown) {
@@ -294,6 +301,7 @@ at("stop").addEventListener("click", stop);
 at("resume").addEventListener("click", () => insist(command("resume")));
 setInterval(ping, PING_MS);
 installTheme(view);
+installFold(view);
 adoptView();
 connect();
 render();

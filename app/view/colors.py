@@ -30,6 +30,8 @@ CERTAIN_BRUSH: Final = VERMILION
 NEVER_BRUSH: Final = BLUE
 ROBOT: Final = SKY
 PATH: Final = YELLOW
+QUIET: Final[Rgb] = (0x46, 0x4E, 0x5A)
+"""A button that is not what to look at now."""
 UNMAPPED: Final[Rgb] = (0x46, 0x4B, 0x54)
 """A surface that the chosen colour mode says nothing of."""
 

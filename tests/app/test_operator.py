@@ -143,8 +143,12 @@ def hold_until(page: Page, key: str, test: Callable[[], bool]) -> None:
         page.wait_for_timeout(2_000)
 
 
+def _tab(page: Page, name: str) -> Any:
+    return view(page).get_by_role("tab", name=name)
+
+
 def tab(page: Page, name: str) -> None:
-    view(page).get_by_role("tab", name=name).click()
+    _tab(page, name).click()
 
 
 def choose(page: Page, name: str) -> None:
@@ -156,6 +160,7 @@ def test_a_held_key_drives_and_whatever_ends_the_hold_stops(page, parts, folder,
     tab(page, "Drive")
     choose(page, "Manual")
     expect(page.locator("#state")).to_have_text("Manual")
+    expect(page.locator("#mode")).to_have_text("Manual")
     expect(page.locator("#pad")).to_be_visible()
     wheels.wait(moving=False)
     page.locator("#pad-mode").click()
@@ -277,3 +282,13 @@ def test_help_is_one_key_away_and_the_page_fits_small_screens_light_and_dark(pag
         assert stop is not None
         assert stop["x"] + stop["width"] <= width, "Stop is on the screen"
         shoot(f"light-{width}x{height}")
+    _the_panel_folds_below_the_map(page)
+
+
+def _the_panel_folds_below_the_map(page):
+    panel = view(page).locator("[data-dock-region='right']")
+    for press, is_low in ((page.locator("#fold"), True), (_tab(page, "Search"), False)):
+        press.click()
+        box = panel.bounding_box()
+        assert box is not None
+        assert (box["height"] < 60) is is_low

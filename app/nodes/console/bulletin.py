@@ -7,6 +7,8 @@ import time
 from collections.abc import AsyncGenerator
 from typing import Final
 
+from app.nodes.console.export_desk import ExportDesk
+
 PICTURES = 32
 STALLED_S: Final = 5.0
 """Who posts does so five times a second, also when nothing changes: silence means that it hangs."""
@@ -18,6 +20,8 @@ class Bulletin:
     """Holds the newest notice; readers get it at once and then each newer one, never a backlog."""
 
     def __init__(self) -> None:
+        self.exports = ExportDesk()
+        """Where pages ask whoever posts for files."""
         self._lock = threading.Lock()
         self._notice: bytes | None = None
         self._number = 0

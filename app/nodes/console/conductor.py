@@ -128,6 +128,7 @@ class Conductor:
                 self._take(key, payload)
             self._fetch_if_needed()
             self._explain()
+            self._bulletin.exports.fill(self.model)
             now = time.monotonic()
             if now - self._drawn_at >= DRAW_S:
                 self._drawn_at = now

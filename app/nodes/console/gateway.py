@@ -26,6 +26,7 @@ from app.nodes.console.login import LoginDesk
 from app.nodes.console.shell_socket import serve_shell
 from app.nodes.console.viser_proxy import pass_through
 from app.nodes.console.visitors import Visitor, act_as
+from app.view.exports import FILES
 
 logger = logging.getLogger(__name__)
 
@@ -77,6 +78,7 @@ class Gateway:
                 Route("/view/", self._view_page),
                 Route("/health", self._health),
                 Route("/api/pictures/{name}", self._picture),
+                Route("/api/export/{name}", self._export),
                 Route("/api/stop", self._stop, methods=["POST"]),
                 WebSocketRoute("/view", self._view_socket),
                 WebSocketRoute("/view/", self._view_socket),
@@ -91,7 +93,7 @@ class Gateway:
     async def _asset(self, request: Request) -> Response:
         asset = self._assets.files.get(request.path_params["name"])
         if asset is None:
-            return Response("no such file\n", status_code=404, media_type="text/plain")
+            return _text("no such file\n", 404)
         return asset.response(request)
 
     async def _view_page(self, request: Request) -> Response:
@@ -114,8 +116,24 @@ class Gateway:
     async def _picture(self, request: Request) -> Response:
         jpeg = self._bulletin.picture(request.path_params["name"])
         if jpeg is None:
-            return Response("no such picture\n", status_code=404, media_type="text/plain")
+            return _text("no such picture\n", 404)
         return Response(jpeg, media_type="image/jpeg", headers={"Cache-Control": "no-store"})
+
+    async def _export(self, request: Request) -> Response:
+        name = request.path_params["name"]
+        if name not in FILES:
+            return _text(f"no such file; there are {', '.join(FILES)}\n", 404)
+        try:
+            content = await self._bulletin.exports.order(name)
+        except TimeoutError:
+            return _text("the console hangs; start it again\n", 503)
+        if content is None:
+            return _text(f"there is nothing to write into {name} yet\n", 404)
+        headers = {
+            "Cache-Control": "no-store",
+            "Content-Disposition": f'attachment; filename="ippon-{name}"',
+        }
+        return Response(content, media_type=FILES[name][0], headers=headers)
 
     async def _stop(self, request: Request) -> Response:
         """Stop without a WebSocket: the shell's second way."""
@@ -156,6 +174,10 @@ class Gateway:
                 yield visitor
         finally:
             self._open_sockets -= 1
+
+
+def _text(text: str, status: int) -> Response:
+    return Response(text, status_code=status, media_type="text/plain")
 
 
 @asynccontextmanager

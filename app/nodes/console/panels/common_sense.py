@@ -8,6 +8,7 @@ import viser
 from app.messages.control import LevelName, ProximityTable
 from app.nodes.console.commands import Actions, CommandError
 from app.nodes.console.panels import markup
+from app.view.colors import QUIET
 
 MAX_LABEL: Final = 40
 MAX_CONTEXT: Final = 2000
@@ -31,6 +32,7 @@ class CommonSense:
                 self._build_corrections(gui)
             self._question = gui.add_button(
                 "Question and answer",
+                color=QUIET,
                 icon=viser.Icon.MESSAGE_2,
                 hint="What the language model was asked, word for word, and what it answered",
                 visible=False,
@@ -52,13 +54,14 @@ class CommonSense:
     def _build_corrections(self, gui: Any) -> None:
         self._label = gui.add_dropdown("Things", (_NO_LABEL,))
         self._level = gui.add_dropdown("are", get_args(LevelName), initial_value="near")
-        change = gui.add_button("Change the level")
+        change = gui.add_button("Change the level", color=QUIET)
         change.on_click(lambda _: self._try(self._change_level))
         self._known = gui.add_text(
             "Suppose", "", hint='Something you might know, like "it is next to the bed"'
         )
         what_if = gui.add_button(
             "What if?",
+            color=QUIET,
             icon=viser.Icon.HELP,
             hint="Shows where the robot would go with this level and this context; changes nothing",
         )
@@ -66,7 +69,7 @@ class CommonSense:
         self._more = gui.add_text(
             "One more", "", hint="Another kind of thing to tell apart from now on, like bookcase"
         )
-        add = gui.add_button("Add to the things", icon=viser.Icon.PLUS)
+        add = gui.add_button("Add to the things", color=QUIET, icon=viser.Icon.PLUS)
         add.on_click(lambda _: self._try(self._add_label))
 
     def _change_level(self) -> str:
@@ -81,7 +84,7 @@ class CommonSense:
         if len(context) > MAX_CONTEXT:
             raise CommandError(f"At most {MAX_CONTEXT} characters; this is {len(context)}.")
         reply = self._actions.preview(context or None, levels)
-        changed = ", ".join(reply.changed[:6]) or "no level would change"
+        changed = ", ".join(reply.changed[:6]).replace("_", " ") or "no level would change"
         if reply.same:
             return f"The choice would stay: {reply.now} ({changed})."
         return f"Now {reply.now}. It would be {reply.then} ({changed})."

@@ -6,6 +6,7 @@ from typing import Any, Final, Literal
 from app.messages.driving import DriveModeName, DriveStatus
 from app.nodes.console.commands import Actions, CommandError
 from app.nodes.console.panels import markup
+from app.view.colors import QUIET
 from app.view.scene_model import Part, SceneModel
 
 Tool = Literal["explain", "go", "look_here", "not_here"]
@@ -55,7 +56,7 @@ class DrivePanel:
             hint="Percent of what the robot can do, in every mode",
         )
         self._filter = gui.add_html("")
-        self._cancel = gui.add_button("Do not go there", visible=False)
+        self._cancel = gui.add_button("Do not go there", color=QUIET, visible=False)
         with gui.add_folder("A click on the map"):
             self._tools = gui.add_button_group("does", tuple(TOOLS))
             self._tool_text = gui.add_html("")

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from app.nodes.console.panels import markup
-from app.view.colors import TREE_LEGEND, ColorMode, legend
+from app.view.colors import QUIET, TREE_LEGEND, ColorMode, legend
 from app.view.options import LAYERS, SHOWN_FIRST, Layer, ViewOptions
 from app.view.scene_model import Part, SceneModel
 
@@ -84,7 +84,7 @@ class MapPanel:
                 for layer in LAYERS
             }
         gui.add_html(markup.legend(TREE_LEGEND))
-        self._frame = gui.add_button("Frame the whole map")
+        self._frame = gui.add_button("Frame the whole map", color=QUIET)
         self._frame.on_click(lambda _: on_follow())
         self._mode.on_click(lambda event: self._choose(event.target.value))
         for handle in (self._ceiling, self._thing, self._threshold, *self._layers.values()):

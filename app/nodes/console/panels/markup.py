@@ -20,6 +20,14 @@ LEVEL_ORDER: tuple[Level, ...] = (Level.CERTAIN, Level.NEAR, Level.AVERAGE, Leve
 NAMED = 12
 """Labels of one level that are listed in full."""
 
+EXPORTS = (
+    '<p class="ip-exports"><a href="/api/export/map.ply" download>Map (PLY)</a>'
+    '<a href="/api/export/trail.csv" download>Way (CSV)</a>'
+    '<a href="/api/export/figures.csv" download>Plots (CSV)</a></p>'
+    '<p class="ip-muted">As they are now. Mesh, videos, report and scene of a whole recording: '
+    "<code>ippon export</code></p>"
+)
+
 STATE_WORDS: dict[str, str] = {
     "starting": "Starting",
     "looking_around": "Looking around",

@@ -7,6 +7,7 @@ from typing import Any
 from app.messages.recording import RecordingStatus
 from app.nodes.console.commands import Actions, CommandError
 from app.nodes.console.panels import markup
+from app.view.colors import QUIET
 
 NOBODY = "No recorder is heard. ippon record starts one for a running robot."
 
@@ -20,7 +21,7 @@ class RecordPanel:
         self._switch = gui.add_button_group("Record", ("On", "Off", "Mark"))
         with gui.add_form(None) as form:
             self._text = gui.add_text("Note", "", hint="Kept beside the recording, at this moment")
-            note = gui.add_button("Write the note")
+            note = gui.add_button("Write the note", color=QUIET)
         self._answer = gui.add_html("")
         self._switch.on_click(lambda event: self._press(event.target.value))
         note.on_click(lambda _: form.submit())

@@ -12,6 +12,7 @@ from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
 from app.nodes.console.panels.common_sense import CommonSense
 from app.nodes.console.picture import outlined
+from app.view.colors import QUIET
 from app.view.scene_model import Part, SceneModel
 from app.view.viser_private import show_jpeg_in_panel
 from ippon.guidance.sentence import is_name
@@ -77,7 +78,7 @@ class SearchPanel:
 
     def _build_verdict(self, gui: Any) -> None:
         confirm = gui.add_button("Confirm: this is it", color=(0, 158, 115))
-        reject = gui.add_button("Not this: keep looking", color=(70, 78, 90))
+        reject = gui.add_button("Not this: keep looking", color=QUIET)
         confirm.on_click(lambda _: self._try(self._actions.confirm_find))
         reject.on_click(lambda _: self._try(self._actions.reject_find))
 

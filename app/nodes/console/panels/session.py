@@ -15,8 +15,26 @@ from app.view.scene_model import Part, SceneModel
 _PLOT_EVERY: Final = 5
 # Between the inks of the light and of the dark page, because a plot is drawn once for both.
 _LINES: Final = "rgba(128, 140, 155, 0.3)"
-_AXIS: Final = uplot.Axis(
-    stroke="#8591a0", grid=uplot.Axis_Grid(stroke=_LINES), ticks=uplot.Axis_Ticks(stroke=_LINES)
+_FONT: Final = "11px system-ui, sans-serif"
+_TIME: Final = uplot.Axis(
+    stroke="#8591a0",
+    grid=uplot.Axis_Grid(stroke=_LINES),
+    ticks=uplot.Axis_Ticks(stroke=_LINES, size=4),
+    size=22,
+    gap=2,
+    font=_FONT,
+    label="seconds",
+    labelSize=14,
+    labelGap=0,
+    labelFont=_FONT,
+)
+_VALUE: Final = uplot.Axis(
+    stroke="#8591a0",
+    grid=uplot.Axis_Grid(stroke=_LINES),
+    ticks=uplot.Axis_Ticks(stroke=_LINES, size=4),
+    size=44,
+    gap=4,
+    font=_FONT,
 )
 
 
@@ -31,12 +49,14 @@ class SessionPanel:
         if not actions.recorded:
             with gui.add_folder("Recording"):
                 self._record = RecordPanel(gui, actions)
+        with gui.add_folder("Export"):
+            gui.add_html(markup.EXPORTS)
         with gui.add_folder("Streams"):
             self._streams = gui.add_html(markup.streams(()))
         with gui.add_folder("Events"):
             self._log = gui.add_html(markup.event_log((), 0))
         self._plots = [
-            _plot(gui, "Best match", hex_of(GREEN)),
+            _plot(gui, "Best match, %", hex_of(GREEN)),
             _plot(gui, "Explored, m²", hex_of(SKY)),
             _plot(gui, "Path, m", hex_of(BLUE)),
             _plot(gui, "Step of the navigator, ms", hex_of(ORANGE)),
@@ -66,6 +86,7 @@ class SessionPanel:
         columns = history.columns()
         if columns.shape[1] < 2:
             return
+        columns[1] *= 100.0
         for plot, row in zip(self._plots, range(1, 6), strict=True):
             plot.data = (columns[0], columns[row])
             plot.visible = True
@@ -79,10 +100,10 @@ def _plot(gui: Any, name: str, color: str) -> Any:
             uplot.Series(label=name, stroke=color, width=2, points=uplot.Series_Points(show=False)),
         ),
         scales={"x": uplot.Scale(time=False)},
-        axes=(_AXIS, _AXIS),
+        axes=(_TIME, _VALUE),
         title=name,
         legend=uplot.Legend(show=False),
-        height=104,
+        height=112,
         padding=(12, 8, 0, 0),
         visible=False,
     )

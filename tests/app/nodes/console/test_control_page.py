@@ -93,6 +93,11 @@ def test_login_roles_and_control_as_people_meet_them(open_page, console, picture
         expect(vera.locator(button)).to_be_hidden()
     panel = vera.frame_locator("#view").locator("[data-ip-watching]")
     expect(panel).to_have_attribute("data-ip-watching", "Your login may watch, and stop the robot.")
+    view = vera.frame_locator("#view")
+    for name, opacity in (("Search", "0.5"), ("Camera", "1")):
+        button = view.get_by_role("button", name=name, exact=True)
+        expect(button).to_have_css("opacity", opacity)
+        view.get_by_role("tab", name="Map").click()
     vera.screenshot(path=pictures / "viewer.png")
     press(vera, "#stop")
     expect(vera.locator("#state")).to_have_text("Stopped")

@@ -1,10 +1,12 @@
 import json
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from websockets.exceptions import InvalidStatus
 
-from app.nodes.console import gateway
+from app.nodes.console import export_desk, gateway
+from app.view.scene_model import SceneModel
 from tests.app.nodes.console.served import closing_code, first, hear
 
 
@@ -116,3 +118,35 @@ def test_beyond_so_many_pages_a_further_one_is_turned_away(client, monkeypatch):
             if json.loads(first(again)).get("type"):
                 break
         assert time.monotonic() < deadline
+
+
+def test_a_page_saves_what_is_shown(client, bulletin, stage):
+    model = SceneModel()
+    answers = ThreadPoolExecutor(1)
+
+    def saved(name):
+        answer = answers.submit(client.get, f"/api/export/{name}")
+        while not answer.done():
+            # As the conductor does, in the thread that owns the model.
+            bulletin.exports.fill(model)
+        return answer.result()
+
+    nothing = saved("map.ply")
+    assert nothing.status_code == 404
+    assert "nothing to write" in nothing.text
+    model.on_status(stage.status_of())
+    model.on_keyframe(stage.cloud_of(*stage.home_voxels(), 1))
+    answer = saved("map.ply")
+    assert answer.content.startswith(b"ply\nformat binary")
+    assert answer.headers["content-disposition"] == 'attachment; filename="ippon-map.ply"'
+    assert saved("figures.csv").text.startswith("time_s,")
+    unknown = client.get("/api/export/passwd")
+    assert unknown.status_code == 404
+    assert "map.ply" in unknown.text
+
+
+def test_a_page_is_told_when_nobody_writes(client, monkeypatch):
+    monkeypatch.setattr(export_desk, "PATIENCE_S", 0.05)
+    answer = client.get("/api/export/map.ply")
+    assert answer.status_code == 503
+    assert "the console hangs" in answer.text
