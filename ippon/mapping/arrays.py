@@ -16,8 +16,13 @@ OCCUPIED: Final = 2
 NOT_MAPPED: Final = 255
 """In `MapArrays.ooi` and `MapArrays.level`: this voxel was never labelled."""
 
-INNER_OPTIONS: Final[dict[str, Any]] = {"cache": True, "nogil": True, "no_cpython_wrapper": True}
-"""For functions that only kernels call: they compile faster without a way in from Python."""
+INNER_OPTIONS: Final[dict[str, Any]] = {
+    "cache": True,
+    "nogil": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
+"""For functions that only kernels call: they compile faster without ways in from outside."""
 INNER: Final = njit(**INNER_OPTIONS)
 
 

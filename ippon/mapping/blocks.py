@@ -195,19 +195,6 @@ def take_row(pools, x, y, z, farthest, revision):
 
 
 @INNER
-def give_row_back(pools, row):
-    """Return the row of a block that the directory no longer names."""
-    pools.tally[N_LAYER_FREE] -= pools.layer_free[row]
-    pools.layer_free[row] = 0
-    pools.best_ooi[row] = 0
-    pools.occupied[row] = 0
-    pools.used[row] = 0
-    pools.revision[row] = 0
-    pools.free[pools.tally[N_FREE]] = row
-    pools.tally[N_FREE] += 1
-
-
-@INNER
 def take_slab(pools, row):
     """Return the slab of a block that has surface, a clean one if it had none."""
     slab = pools.slab[row]

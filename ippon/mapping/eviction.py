@@ -3,11 +3,11 @@
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from ippon.mapping.blocks import N_ROWS, Pools, give_row_back
-from ippon.mapping.surface_rows import give_surface_rows_back
+from ippon.mapping.blocks import N_FREE, N_FREE_SLABS, N_LAYER_FREE, N_ROWS, NO_SLAB, Pools
+from ippon.mapping.surface_rows import N_FREE as N_FREE_SURFACE
+from ippon.mapping.surface_rows import SurfaceRows
 
 DROPPED_SHARE: Final = 8
 """One in so many blocks is dropped at a time, so that it seldom happens."""
@@ -31,21 +31,52 @@ def oldest_blocks(
     return rows[order[: max(1, n // DROPPED_SHARE)]].astype(np.int64)
 
 
-@njit(cache=True, nogil=True)
-def drop_blocks_kernel(rows, pools, surface, directory, origin):
-    """Forget blocks entirely."""
-    for row in rows:
-        c = pools.coord[row]
-        directory[c[0] - origin[0], c[1] - origin[1], c[2] - origin[2]] = -1
-        give_surface_rows_back(pools, surface, row)
-        give_row_back(pools, row)
+def drop_blocks(
+    rows: NDArray[np.integer],
+    pools: Pools,
+    surface: SurfaceRows,
+    directory: NDArray[np.int32],
+    origin: NDArray[np.int64],
+) -> None:
+    """Forget the blocks of some pool rows entirely.
+
+    Args:
+        rows: (n,) rows in use, each once.
+        pools: The map's pools, updated.
+        surface: Surface rows; those of the blocks are given back.
+        directory: (DX, DY, DZ) rows by block, updated.
+        origin: (3,) block index of `directory[0, 0, 0]`.
+    """
+    if len(rows) == 0:
+        return
+    _give_surface_back(rows, pools, surface)
+    at = pools.coord[rows] - origin
+    directory[at[:, 0], at[:, 1], at[:, 2]] = -1
+    pools.tally[N_LAYER_FREE] -= int(pools.layer_free[rows].sum())
+    for pool in (pools.layer_free, pools.best_ooi, pools.occupied, pools.used, pools.revision):
+        pool[rows] = 0
+    _push(pools.free, pools.tally, N_FREE, rows)
 
 
-@njit(cache=True, nogil=True)
-def drop_unobserved_kernel(rows, is_new, unobserved, n, pools, directory, origin):
-    """Take back the rows of new blocks in which, after all, no voxel was observed."""
-    for at in range(n):
-        if is_new[at] == 1 and unobserved[at]:
-            c = pools.coord[rows[at]]
-            directory[c[0] - origin[0], c[1] - origin[1], c[2] - origin[2]] = -1
-            give_row_back(pools, rows[at])
+def _give_surface_back(rows: NDArray[np.integer], pools: Pools, surface: SurfaceRows) -> None:
+    """Return the slabs of blocks, and the surface rows of their voxels."""
+    rows = rows[pools.slab[rows] != NO_SLAB]
+    slabs = pools.slab[rows]
+    slots = pools.slot[slabs]
+    slots = slots[slots != 0]
+    surface.voxel[slots] = -1
+    _push(surface.free, surface.tally, N_FREE_SURFACE, slots)
+    _push(pools.free_slabs, pools.tally, N_FREE_SLABS, slabs)
+    pools.slab[rows] = NO_SLAB
+
+
+def _push(
+    stack: NDArray[np.int32],
+    tally: NDArray[np.int64],
+    counter: int,
+    values: NDArray[np.integer],
+) -> None:
+    """Put values on a stack whose length is `tally[counter]`."""
+    n = int(tally[counter])
+    stack[n : n + len(values)] = values
+    tally[counter] = n + len(values)

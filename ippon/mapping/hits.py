@@ -148,11 +148,12 @@ def _name_voxels(depth, x, y, z, size_x, size_y, size_z, out):
 
 
 @_ROWS
-def _rate_samples(x, y, z, read, quarter, row, order, first, codes, weights):
+def _rate_samples(x, y, z, read, half_range, row, order, first, codes, weights):
     """Write what each sample stands for, and its place in the order of which is best.
 
-    Nearer than a quarter of the range, one sample stands for four: every second one along either
-    axis is enough. The order is by distance to the voxel's centre, coarsely, then by number.
+    Nearer than half the range, one sample stands for four: every second one along either axis is
+    as dense on the surface as all of them are at the full range. The order is by distance to the
+    voxel's centre, coarsely, then by number.
     """
     half, steps, most = np.float32(0.5), np.float32(2000.0), np.float32(2047.0)
     zero = np.float32(0.0)
@@ -161,7 +162,7 @@ def _rate_samples(x, y, z, read, quarter, row, order, first, codes, weights):
         dy = y[s] - np.floor(y[s]) - half
         dz = z[s] - np.floor(z[s]) - half
         away = np.int32(min((dx * dx + dy * dy + dz * dz) * steps, most))
-        is_near = read[s] < quarter
+        is_near = read[s] < half_range
         odd = (np.int32(order[s] | row) & np.int32(1)) == np.int32(1)
         left_out = (read[s] <= zero) | (is_near & odd)
         code = np.int32(np.int32(away << PIXEL_BITS) | np.int32(first + order[s]))
@@ -233,7 +234,7 @@ def hit_kernel(depth_image, strides, view, rules, box, place, hits):
     low_x, low_y, low_z, size_x, size_y, size_z = box
     size_x, size_y, size_z = np.int32(size_x), np.int32(size_y), np.int32(size_z)
     near, far = np.float32(view.near_m), np.float32(view.far_m)
-    quarter, sink = np.float32(0.25) * far, np.float32(rules.depth_of_hits)
+    half_range, sink = np.float32(0.5) * far, np.float32(rules.depth_of_hits)
     # Camera coordinates to voxels counted from the box's corner.
     lines = np.empty((3, 4))
     for i in range(3):
@@ -265,7 +266,7 @@ def hit_kernel(depth_image, strides, view, rules, box, place, hits):
         _along_axis(z, pixels, start_z, step_z, shift_z, up)
         _name_voxels(z, x, y, up, size_x, size_y, size_z, voxels)
         first = np.int32(sv * samples_u)
-        _rate_samples(x, y, up, read, quarter, np.int32(sv), order, first, codes, weights)
+        _rate_samples(x, y, up, read, half_range, np.int32(sv), order, first, codes, weights)
         _merge_codes(voxels_0, voxels_1, codes_0, codes_1)
         _merge_weights(voxels_0, voxels_1, weights_0, weights_1)
         _merge_codes(voxels_2, voxels_3, codes_2, codes_3)

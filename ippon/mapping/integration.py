@@ -14,7 +14,7 @@ from ippon.mapping.arrays import BLOCK_EDGE, OCCUPIED
 from ippon.mapping.blocks import BlockDirectory, Pools
 from ippon.mapping.depth_image import DepthImage, prepare_depth
 from ippon.mapping.distance_field import DistanceField
-from ippon.mapping.eviction import drop_blocks_kernel, drop_unobserved_kernel, oldest_blocks
+from ippon.mapping.eviction import drop_blocks, oldest_blocks
 from ippon.mapping.free_space import OBSERVED, OCCUPIED_CHANGED
 from ippon.mapping.geometry_update import update_kernel
 from ippon.mapping.hits import (
@@ -28,7 +28,7 @@ from ippon.mapping.hits import (
 )
 from ippon.mapping.map_config import MapConfig
 from ippon.mapping.object_layers import ObjectLayers
-from ippon.mapping.surface_update import fuse_kernel
+from ippon.mapping.surface_update import fuse_kernel, make_fusion_work
 from ippon.mapping.view_blocks import OVER_BOUND, frustum_box, select_kernel
 
 CLEAR_VOXELS = 0.4
@@ -120,12 +120,29 @@ class FrameIntegrator:
         # Their colours have this image in them already.
         known = slot[slot > 0]
         colors = layers.surface.color[known], layers.surface.color_count[known]
-        labelled = fuse_kernel(
-            entries, len(entries), strides, image.depth, np.ascontiguousarray(frame.color),
-            layers.fusion_input(frame.heatmap), len(layers.labels), cfg.voxel_size_m, pools,
-            layers.surface, revision,
-        )  # fmt: skip
+        labelled = self._fuse(frame, image, strides, entries, len(entries), layers, revision)
         layers.surface.color[known], layers.surface.color_count[known] = colors
+        return labelled
+
+    def _fuse(
+        self,
+        frame: Frame,
+        image: DepthImage,
+        strides: tuple[int, int],
+        entries: NDArray[np.int32],
+        n: int,
+        layers: ObjectLayers,
+        revision: int,
+    ) -> int:
+        """Take colour and heatmap into the first `n` entries; returns how many got a heatmap."""
+        heat, surface = layers.fusion_input(frame.heatmap), layers.surface
+        color = np.ascontiguousarray(frame.color)
+        heat_size, length = heat.probabilities.shape[:2], surface.energy.shape[1]
+        work = make_fusion_work(color.shape[:2], strides, heat_size, length)
+        labelled = fuse_kernel(
+            entries, n, work, image.depth, color, heat, len(layers.labels),
+            self._config.voxel_size_m, self._pools, surface, revision,
+        )  # fmt: skip
         return int(labelled)
 
     def _hit_surface(self, rows: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -170,8 +187,7 @@ class FrameIntegrator:
         if len(self._hits.any) <= n:
             self._hits = make_hits(n + n // 2)
         self._hits.any[: n + 1] = 0
-        view, rules = self._view(frame), self._rules()
-        hit_kernel(image, strides, view, rules, box, place, self._hits)
+        hit_kernel(image, strides, self._view(frame), self._rules(), box, place, self._hits)
 
     @property
     def _block_m(self) -> float:
@@ -258,21 +274,19 @@ class FrameIntegrator:
             gone = self._drop_blocks(layers, frame.T_world_camera[:3, 3], revision)
             dropped.append(gone)
             if len(gone) == 0:
-                self._release_blocks_of(revision)
+                self._release_blocks_of(layers, revision)
                 raise FrameRejectedError(
                     f"one view needs more than the {cfg.max_blocks} blocks of "
                     f"memory_limit_mb {cfg.memory_limit_mb}; raise it"
                 )
 
-    def _release_blocks_of(self, revision: int) -> None:
+    def _release_blocks_of(self, layers: ObjectLayers, revision: int) -> None:
         """Take back the blocks that a frame made before it was refused."""
         made = (self._pools.appearance == revision) & (self._pools.used == 1)
-        rows = np.flatnonzero(made).astype(np.int32)
-        yes = np.ones(len(rows), np.uint8)
-        drop_unobserved_kernel(
-            rows, yes, yes == 1, len(rows), self._pools, self._directory.rows,
-            self._directory.origin,
-        )  # fmt: skip
+        self._forget(layers, np.flatnonzero(made))
+
+    def _forget(self, layers: ObjectLayers, rows: NDArray[np.integer]) -> None:
+        drop_blocks(rows, self._pools, layers.surface, self._directory.rows, self._directory.origin)
 
     def _drop_blocks(
         self, layers: ObjectLayers, position: NDArray[np.float64], revision: int
@@ -281,9 +295,7 @@ class FrameIntegrator:
         reach = self._config.max_range_m / self._block_m
         rows = oldest_blocks(self._pools, position / self._block_m, reach, revision)
         coords = self._pools.coord[rows].copy()
-        drop_blocks_kernel(
-            rows, self._pools, layers.surface, self._directory.rows, self._directory.origin
-        )
+        self._forget(layers, rows)
         return coords
 
     def _update(
@@ -294,9 +306,7 @@ class FrameIntegrator:
         layers: ObjectLayers,
         revision: int,
     ) -> IntegrationReport:
-        cfg, pools = self._config, self._pools
-        directory, origin = self._directory.rows, self._directory.origin
-        rows, n = seen.rows, len(seen.rows)
+        cfg, pools, rows, n = self._config, self._pools, seen.rows, len(seen.rows)
         strides = sample_strides(frame.camera, cfg.voxel_size_m, cfg.max_range_m)
         self._count_hits(frame, image, strides, n, seen.box, seen.place)
         flags = np.zeros(n, np.uint8)
@@ -305,13 +315,9 @@ class FrameIntegrator:
             image, strides, self._view(frame), self._rules(), rows, seen.kinds, n, self._hits,
             pools, layers.surface, revision, flags, entries,
         )  # fmt: skip
-        labelled = fuse_kernel(
-            entries, n_entries, strides, image.depth, np.ascontiguousarray(frame.color),
-            layers.fusion_input(frame.heatmap), len(layers.labels), cfg.voxel_size_m, pools,
-            layers.surface, revision,
-        )  # fmt: skip
+        labelled = self._fuse(frame, image, strides, entries, int(n_entries), layers, revision)
         observed = (flags & OBSERVED) > 0
-        drop_unobserved_kernel(rows, seen.is_new, ~observed, n, pools, directory, origin)
+        self._forget(layers, rows[(seen.is_new == 1) & ~observed])
         coords = pools.coord[rows]
         changed = np.concatenate([coords[(flags & OCCUPIED_CHANGED) > 0], *seen.dropped])
         fresh = coords[(seen.is_new == 1) & observed]
@@ -321,8 +327,10 @@ class FrameIntegrator:
             blocks_new=len(fresh),
             blocks_changed=int(np.count_nonzero(pools.revision[rows[observed]] == revision)),
             surface_hits=int(n_entries),
-            labelled=int(labelled),
-            distances=self._field.update(pools, directory, origin, changed, fresh),
+            labelled=labelled,
+            distances=self._field.update(
+                pools, self._directory.rows, self._directory.origin, changed, fresh
+            ),
             blocks_dropped=sum(len(d) for d in seen.dropped),
         )
 

@@ -52,6 +52,8 @@ class FusionInput(NamedTuple):
     """Channel of the map's OOI, `NONE` when the heatmap was not asked for it."""
     ooi_alias: int
     """Map label that is the OOI itself, `NONE` when the OOI is no common object."""
+    prior: np.float32
+    """See `prior_log_odds`."""
     energy_of: NDArray[np.float32]
     """(256,) -log of a heatmap value in steps of 1 / `STEPS_PER_NAT`."""
     common_max_m: float
@@ -72,8 +74,7 @@ def energy_table(likelihood_floor: float) -> NDArray[np.float32]:
     return (-np.log(p) * STEPS_PER_NAT).astype(np.float32)
 
 
-@INNER
-def prior_log_odds(labels, alias):
+def prior_log_odds(labels: int, alias: int) -> np.float32:
     """Return log p(O) / p(not O) before any image: the labels and the OOI are equally likely."""
     return np.float32(-np.log(max(labels if alias < 0 else labels - 1, 1)))
 
@@ -108,38 +109,40 @@ def _sums(energy, row, weights, n):
 def observe(energy, row, heat, v, u, table, after, bits, n):
     """Write a row's energies plus those of pixel (v, u) to `after`; return the least of them.
 
-    `bits` is `after` seen as int32. Positive floats have the order of their bits, and only the
-    least of whole numbers is found in vector registers.
+    `bits` is `after` seen as int32, one longer than a row. Positive floats have the order of their
+    bits, and only the least of whole numbers is found in vector registers.
     """
     for j in range(n):
         after[j] = table[heat[v, u, j]]
     for j in range(n):
         after[j] = after[j] + np.float32(energy[row, j])
     low = np.int32(0x7FFFFFFF)
-    where = 0
     for j in range(n):
         low = min(low, bits[j])
-    for j in range(n):
-        where = j if bits[j] == low else where
-    return after[where]
+    last = after.shape[0] - 1
+    bits[last] = low
+    return after[last]
 
 
 @_SUMS
 def _store(energy, row, after, low, rounding, weights, n):
-    """Store a row's energies relative to the least; return the sums of `_sums` for what was stored.
+    """Store a row's energies relative to the least.
 
-    `rounding`, 0 to 1, is added before the fraction is cut off.
+    Returns:
+        The sums of `_sums` for what was stored, and the first label of least energy with that
+        energy: 256 * energy + label. `rounding`, 0 to 1, is added before the fraction is cut off.
     """
     total, weighted = np.float32(0.0), np.float32(0.0)
     top = np.float32(ENERGY_MAX)
+    best = np.int32(0x7FFFFFFF)
     for j in range(n):
         code = np.int32(min(after[j] - low + rounding, top))
         energy[row, j] = np.uint8(code)
-        e = np.float32(code)
-        p = exp_of_steps(e)
+        best = min(best, np.int32(np.int32(code << 8) | np.int32(j)))
+        p = exp_of_steps(np.float32(code))
         total += p
         weighted += weights[j] * p
-    return total, weighted
+    return total, weighted, best
 
 
 @INNER
@@ -240,8 +243,8 @@ def fuse_bayes(energy, row, after, low, rounding, weights, n, log_norm, alias, c
         ooi: The mean likelihood is wanted.
 
     Returns:
-        Sums of p and of weights * p after the image, void if not `common`, and log sum_i q_i h_i
-        over the labels that are not the OOI.
+        What `_store` does, void if not `common`, and log sum_i q_i h_i over the labels that are
+        not the OOI.
     """
     step = np.float32(1.0 / STEPS_PER_NAT)
     log_mean = np.float32(0.0)
@@ -249,10 +252,10 @@ def fuse_bayes(energy, row, after, low, rounding, weights, n, log_norm, alias, c
         log_mean = np.float32(_log_sum_but(after, n, alias) - _log_sum_but(energy[row], n, alias))
     elif ooi:
         log_mean = np.float32(np.log(_sum_after(after, low, n)) - low * step - log_norm)
-    total, weighted = np.float32(1.0), np.float32(0.0)
+    total, weighted, best = np.float32(1.0), np.float32(0.0), np.int32(0)
     if common:
-        total, weighted = _store(energy, row, after, low, rounding, weights, n)
-    return total, weighted, log_mean
+        total, weighted, best = _store(energy, row, after, low, rounding, weights, n)
+    return total, weighted, best, log_mean
 
 
 @_SUMS

@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.frame import Heatmap
-from ippon.mapping.arrays import INNER, NOT_MAPPED
+from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, INNER, NOT_MAPPED
 from ippon.mapping.blocks import N_ROWS, NO_SLAB, BlockDirectory, Pools
 from ippon.mapping.map_config import SURFACE_ROWS_PER_BLOCK, MapConfig
 from ippon.mapping.object_filter import (
@@ -34,7 +34,6 @@ from ippon.mapping.surface_rows import (
     make_surface_rows,
     norm_code,
 )
-from ippon.mapping.surface_update import best_of
 
 AVERAGE_LEVEL: Final = 1
 MAX_LABELS: Final = 255
@@ -44,6 +43,8 @@ class ObjectLayers:
     """Surface rows and what they mean; see `VoxelMap` for the methods of the same names."""
 
     def __init__(self, config: MapConfig, labels: Sequence[str], pools: Pools) -> None:
+        if isinstance(labels, str):
+            raise TypeError(f"labels are a sequence of names; got the one text {labels!r}")
         if not 1 <= len(labels) <= MAX_LABELS or len(set(labels)) != len(labels):
             raise ValueError(
                 f"a map takes 1 to {MAX_LABELS} different labels; got {len(labels)}, "
@@ -72,9 +73,9 @@ class ObjectLayers:
         self.ooi = ooi
         self.suppressed = np.empty((0, 4), np.float64)
         rows = int(self._pools.tally[N_ROWS])
-        _reset_ooi_kernel(
-            self._pools, self.surface, rows, len(self.labels), self._alias(), revision
-        )
+        n, alias = len(self.labels), self._alias()
+        prior = prior_log_odds(n, alias)
+        _reset_ooi_kernel(self._pools, self.surface, rows, n, alias, prior, revision)
 
     def set_levels(
         self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32], revision: int
@@ -106,7 +107,7 @@ class ObjectLayers:
             wider[:used] = ENERGY_MAX
             wider[:used, :n] = self.surface.energy[:used]
             self.surface = self.surface._replace(energy=wider)
-        _new_label_kernel(self.surface, n)
+        _give_prior_share(self.surface, n)
         self.labels = (*self.labels, label)
         self.levels = np.append(self.levels, np.uint8(AVERAGE_LEVEL))
         self._relevel(revision)
@@ -126,10 +127,33 @@ class ObjectLayers:
                 f"{radius_m}"
             )
         self.suppressed = np.concatenate([self.suppressed, ball[None]])
-        voxel_size = self._config.voxel_size_m
-        _suppress_kernel(
-            self._pools, self.surface, directory.rows, directory.origin, ball, voxel_size, revision
-        )
+        edge = BLOCK_EDGE * self._config.voxel_size_m
+        low = np.floor((ball[:3] - ball[3]) / edge).astype(np.int64)
+        high = np.floor((ball[:3] + ball[3]) / edge).astype(np.int64) + 1
+        rows = directory.part(low, high)[1].ravel()
+        rows = rows[rows >= 0]
+        rows = rows[self._pools.slab[rows] != NO_SLAB]
+        if len(rows):
+            self._rule_out(rows, ball, revision)
+
+    def _rule_out(self, rows: NDArray[np.int32], ball: NDArray[np.float64], revision: int) -> None:
+        """Put the OOI's probability of the mapped voxels of blocks in a ball to its floor."""
+        pools = self._pools
+        k = np.arange(BLOCK_VOLUME)
+        inner = np.stack([k >> 6, (k >> 3) & 7, k & 7], axis=1)
+        voxel = pools.coord[rows][:, None] * BLOCK_EDGE + inner
+        away = (voxel + 0.5) * self._config.voxel_size_m - ball[:3]
+        inside = (away**2).sum(axis=2) <= ball[3] ** 2
+        slabs = pools.slab[rows]
+        slots = pools.slot[slabs][inside]
+        self.surface.log_odds[slots[slots != 0]] = -LOG_ODDS_MAX
+        codes = pools.ooi[slabs]
+        mapped = inside & (codes != NOT_MAPPED)
+        codes[mapped] = ooi_code(-LOG_ODDS_MAX)
+        pools.ooi[slabs] = codes
+        pools.best_ooi[rows] = np.where(codes == NOT_MAPPED, 0, codes).max(axis=1)
+        changed = rows[mapped.any(axis=1)]
+        pools.revision[changed] = pools.appearance[changed] = revision
 
     def fusion_input(self, heatmap: Heatmap | None) -> FusionInput:
         """Return a frame's heatmap as the kernel takes it."""
@@ -151,6 +175,7 @@ class ObjectLayers:
             in_order=bool((channel == np.arange(n)).all()),
             ooi_channel=ooi_channel,
             ooi_alias=self._alias(),
+            prior=prior_log_odds(n, self._alias()),
             energy_of=self._energy_of,
             common_max_m=cfg.common_max_range_m,
             ooi_max_m=cfg.ooi_max_range_m,
@@ -175,7 +200,7 @@ class ObjectLayers:
 
 
 @njit(cache=True, nogil=True)
-def _reset_ooi_kernel(pools, surface, rows, labels, alias, revision):
+def _reset_ooi_kernel(pools, surface, rows, labels, alias, prior, revision):
     """Forget the object of interest; where the new one is common label `alias`, start from it."""
     for row in range(rows):
         slab = pools.slab[row]
@@ -184,7 +209,6 @@ def _reset_ooi_kernel(pools, surface, rows, labels, alias, revision):
             pools.best_ooi[row] = 0
             pools.revision[row] = revision
             pools.appearance[row] = revision
-    prior = prior_log_odds(labels, alias)
     floor_code = ooi_code(-LOG_ODDS_MAX)
     no_weights = np.zeros(labels, np.float32)
     for slot in range(1, surface.tally[0]):
@@ -243,60 +267,13 @@ def _relevel_kernel(pools, surface, labels, levels, level_probability, revision)
             pools.revision[row] = revision
 
 
-@njit(cache=True, nogil=True)
-def _suppress_kernel(pools, surface, directory, origin, ball, voxel_size, revision):
-    """Put the OOI's probability of every mapped voxel in a ball to its floor."""
-    edge = 8.0 * voxel_size
-    code = ooi_code(-LOG_ODDS_MAX)
-    for bx in range(
-        int(np.floor((ball[0] - ball[3]) / edge)), int(np.floor((ball[0] + ball[3]) / edge)) + 1
-    ):
-        for by in range(
-            int(np.floor((ball[1] - ball[3]) / edge)), int(np.floor((ball[1] + ball[3]) / edge)) + 1
-        ):
-            for bz in range(
-                int(np.floor((ball[2] - ball[3]) / edge)),
-                int(np.floor((ball[2] + ball[3]) / edge)) + 1,
-            ):
-                i, j, l = bx - origin[0], by - origin[1], bz - origin[2]  # noqa: E741
-                if (
-                    i < 0
-                    or j < 0
-                    or l < 0
-                    or i >= directory.shape[0]
-                    or j >= directory.shape[1]
-                    or l >= directory.shape[2]
-                ):
-                    continue
-                row = directory[i, j, l]
-                if row < 0 or pools.slab[row] == NO_SLAB:
-                    continue
-                slab = pools.slab[row]
-                for k in range(512):
-                    x = (bx * 8 + (k >> 6) + 0.5) * voxel_size - ball[0]
-                    y = (by * 8 + ((k >> 3) & 7) + 0.5) * voxel_size - ball[1]
-                    z = (bz * 8 + (k & 7) + 0.5) * voxel_size - ball[2]
-                    if x * x + y * y + z * z > ball[3] * ball[3]:
-                        continue
-                    slot = pools.slot[slab, k]
-                    if slot != 0:
-                        surface.log_odds[slot] = -LOG_ODDS_MAX
-                    if pools.ooi[slab, k] != NOT_MAPPED:
-                        pools.ooi[slab, k] = code
-                        pools.revision[row] = revision
-                        pools.appearance[row] = revision
-                pools.best_ooi[row] = best_of(pools.ooi[slab])
-
-
-@njit(cache=True, nogil=True)
-def _new_label_kernel(surface, labels):
+def _give_prior_share(surface: SurfaceRows, labels: int) -> None:
     """Give label number `labels` the share of its prior, 1 / (labels + 1), in every row."""
-    for slot in range(1, surface.tally[0]):
-        # x / (Z + x) = 1 / (N + 1) for x = Z / N.
-        log_norm = surface.log_norm[slot] / NORM_STEPS
-        energy = np.log(max(labels, 1)) - log_norm
-        steps = min(max(np.round(energy * STEPS_PER_NAT), 0.0), float(ENERGY_MAX))
-        surface.energy[slot, labels] = np.uint8(steps)
-        surface.log_norm[slot] = norm_code(
-            np.log(np.exp(log_norm) + np.exp(-steps / STEPS_PER_NAT))
-        )
+    used = slice(1, int(surface.tally[N_USED]))
+    # x / (Z + x) = 1 / (N + 1) for x = Z / N.
+    log_norm = surface.log_norm[used] / NORM_STEPS
+    energy = np.log(max(labels, 1)) - log_norm
+    steps = np.clip(np.round(energy * STEPS_PER_NAT), 0.0, ENERGY_MAX)
+    surface.energy[used, labels] = steps
+    log_sum = np.logaddexp(log_norm, -steps / STEPS_PER_NAT)
+    surface.log_norm[used] = np.floor(log_sum * NORM_STEPS + 0.5)

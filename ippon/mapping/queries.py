@@ -15,11 +15,14 @@ def _points(points_world: NDArray[np.float64]) -> NDArray[np.float64]:
     points = np.ascontiguousarray(points_world, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(f"points are (N, 3) metres; got {points.shape}")
+    if not np.isfinite(points).all():
+        at = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
+        raise ValueError(f"points are finite; point {at} of {len(points)} is {points[at]}")
     return points
 
 
 def state_at(arrays: MapArrays, points_world: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """Return (N,) `UNKNOWN`, `FREE` or `OCCUPIED` of the voxels that hold (N, 3) points."""
+    """Return (N,) `UNKNOWN`, `FREE` or `OCCUPIED` of the voxels that hold (N, 3) finite points."""
     points = _points(points_world)
     out = np.empty(len(points), np.uint8)
     _state_kernel(arrays, points, out)
@@ -53,7 +56,7 @@ def distance_at(
         (N,) float32 metres between voxel centres, at most `distance_max`.
 
     Raises:
-        ValueError: The points are not (N, 3), or there is no such policy.
+        ValueError: The points are not (N, 3) or not finite, or there is no such policy.
     """
     if unknown not in ("free", "obstacle"):
         raise ValueError(f'unknown space is "free" or "obstacle"; got {unknown!r}')
@@ -101,10 +104,11 @@ def spheres_are_free(
         (N,) bool.
 
     Raises:
-        ValueError: A radius reaches beyond the cut-off of the field, which then cannot tell.
+        ValueError: A point is not finite, or a radius reaches beyond the cut-off of the field,
+            which then cannot tell.
     """
     radii = np.asarray(radii_m, dtype=np.float64)
-    if radii.size and float(radii.max()) + arrays.voxel_size > distance_max:
+    if radii.size and not float(radii.max()) + arrays.voxel_size <= distance_max:
         raise ValueError(
             f"the distance field is cut off at {distance_max} m and cannot check a sphere of "
             f"{float(radii.max())} m; make MapConfig.distance_max_m larger"

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import INNER
-from ippon.mapping.blocks import give_slab_back
 
 N_USED: Final = 0
 N_FREE: Final = 1
@@ -120,15 +119,3 @@ def take_surface_row(surface, voxel, labels, start_energy, prior_log_odds):
     surface.confidence[row] = 0
     surface.proximity[row] = NO_LABEL
     return row
-
-
-@INNER
-def give_surface_rows_back(pools, surface, row):
-    """Return the surface rows of a block that is dropped."""
-    slot = pools.slot[pools.slab[row]]
-    for k in range(512):
-        if slot[k] != 0:
-            surface.free[surface.tally[N_FREE]] = slot[k]
-            surface.tally[N_FREE] += 1
-            surface.voxel[slot[k]] = -1
-    give_slab_back(pools, row)

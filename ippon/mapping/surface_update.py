@@ -1,9 +1,10 @@
 """One image into the surface voxels that it hit: colour and label probabilities."""
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from ippon.mapping.arrays import INNER, NOT_MAPPED
 from ippon.mapping.blocks import NO_SLAB, take_slab
@@ -14,11 +15,9 @@ from ippon.mapping.object_filter import (
     fuse_bayes,
     fuse_maximum,
     gather,
-    least_energy,
     maximum_log_odds,
     observe,
     ooi_code,
-    prior_log_odds,
     rounding_of,
     share_code,
 )
@@ -36,6 +35,71 @@ AHEAD: Final = 64
 """Surface voxels whose memory is asked for before the first of them is updated."""
 
 
+class FusionWork(NamedTuple):
+    """Memory of `fuse_kernel`, made outside it: numba takes long to compile what makes arrays."""
+
+    image_v: NDArray[np.int64]
+    """(SV,) pixel of each sample along v, and `heat_v` the heatmap's pixel there."""
+    heat_v: NDArray[np.int64]
+    image_u: NDArray[np.int64]
+    """(SU,) likewise along u."""
+    heat_u: NDArray[np.int64]
+    after: NDArray[np.float32]
+    """(M + 1,) a row's energies plus the image's, see `observe`."""
+    bits: NDArray[np.int32]
+    """`after` seen as whole numbers."""
+    gathered: NDArray[np.uint8]
+    """(1, 1, M) a pixel's channels in the map's order."""
+    ahead: NDArray[np.int64]
+    """(AHEAD, 3) surface row and pixel of the heatmap of each entry that is asked for."""
+    measured: NDArray[np.float32]
+    """(AHEAD,) its depth."""
+    pixels: NDArray[np.uint8]
+    """(AHEAD, 3) its colour."""
+    touched: NDArray[np.float32]
+    """(AHEAD, 2) what was read only to have it in the cache."""
+
+
+def make_fusion_work(
+    image_size: tuple[int, int],
+    strides: tuple[int, int],
+    heat_size: tuple[int, int],
+    row_length: int,
+) -> FusionWork:
+    """Reserve what one image needs.
+
+    Args:
+        image_size: (H, W) in pixels.
+        strides: Pixels between samples along u and v.
+        heat_size: (h, w) of the heatmap in pixels.
+        row_length: M of `SurfaceRows.energy`.
+    """
+    image_v, heat_v = _sample_places(image_size[0], strides[1], heat_size[0])
+    image_u, heat_u = _sample_places(image_size[1], strides[0], heat_size[1])
+    after = np.zeros(row_length + 1, np.float32)
+    return FusionWork(
+        image_v=image_v,
+        heat_v=heat_v,
+        image_u=image_u,
+        heat_u=heat_u,
+        after=after,
+        bits=after.view(np.int32),
+        gathered=np.zeros((1, 1, row_length), np.uint8),
+        ahead=np.zeros((AHEAD, 3), np.int64),
+        measured=np.zeros(AHEAD, np.float32),
+        pixels=np.zeros((AHEAD, 3), np.uint8),
+        touched=np.zeros((AHEAD, 2), np.float32),
+    )
+
+
+def _sample_places(
+    size: int, stride: int, heat_size: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return each sample's pixel along one image axis, and the heatmap's pixel there."""
+    pixel = np.minimum(np.arange(0, size, stride) + stride // 2, size - 1)
+    return pixel, ((2 * pixel + 1) * heat_size) // (2 * size)
+
+
 @INNER
 def _is_suppressed(coord, row, k, suppressed, voxel_size):
     for s in range(suppressed.shape[0]):
@@ -45,17 +109,6 @@ def _is_suppressed(coord, row, k, suppressed, voxel_size):
         if x * x + y * y + z * z <= suppressed[s, 3] * suppressed[s, 3]:
             return True
     return False
-
-
-@INNER
-def _sample_places(size, stride, heat_size):
-    """Return each sample's pixel along one image axis, and the heatmap's pixel there."""
-    n = (size + stride - 1) // stride
-    pixel, heat = np.empty(n, np.int64), np.empty(n, np.int64)
-    for s in range(n):
-        pixel[s] = min(s * stride + stride // 2, size - 1)
-        heat[s] = ((2 * pixel[s] + 1) * heat_size) // (2 * size)
-    return pixel, heat
 
 
 @INNER
@@ -74,7 +127,7 @@ def _blend_color(mean, count, row, pixels, at):
 def fuse_kernel(
     entries,
     n_entries,
-    strides,
+    work,
     depth,
     color,
     fusion,
@@ -89,7 +142,7 @@ def fuse_kernel(
     Args:
         entries: (n, 3) pool row, voxel, sample (see `update_kernel`).
         n_entries: Rows of `entries`.
-        strides: Pixels between samples along u and v.
+        work: Of this image.
         depth: (H + 2, W + 2) padded depth.
         color: (H, W, 3) RGB.
         fusion: The heatmap, or none.
@@ -102,16 +155,11 @@ def fuse_kernel(
     Returns:
         Number of voxels that a heatmap updated.
     """
-    h, w = fusion.probabilities.shape[0], fusion.probabilities.shape[1]
-    image_v, heat_v = _sample_places(color.shape[0], strides[1], h)
-    image_u, heat_u = _sample_places(color.shape[1], strides[0], w)
+    image_v, heat_v, image_u, heat_u = work.image_v, work.heat_v, work.image_u, work.heat_u
     samples_u = len(image_u)
     start = ENERGY_MAX if fusion.mode == MAXIMUM else 0
-    prior = prior_log_odds(labels, fusion.ooi_alias)
-    after = np.zeros(surface.energy.shape[1], np.float32)
-    bits = after.view(np.int32)
+    after, bits, gathered = work.after, work.bits, work.gathered
     per_norm_step = np.float32(1.0 / NORM_STEPS)
-    gathered = np.zeros((1, 1, surface.energy.shape[1]), np.uint8)
     table, weights, alias = fusion.energy_of, fusion.level_probability, fusion.ooi_alias
     bayes, heat, ooi_channel = fusion.mode != MAXIMUM, fusion.probabilities, fusion.ooi_channel
     energy, log_odds, log_norm = surface.energy, surface.log_odds, surface.log_norm
@@ -126,9 +174,9 @@ def fuse_kernel(
     last = max(ooi_channel, 0)
     # What an entry needs lies far apart: for a number of entries it is all asked for at once, so
     # that one waits for memory while the others' arrives.
-    slots, measured = np.empty(AHEAD, np.int64), np.empty(AHEAD, np.float32)
-    pixels, touched = np.empty((AHEAD, 3), np.uint8), np.empty((AHEAD, 2), np.float32)
-    places = np.empty((AHEAD, 2), np.int64)
+    asked, measured, pixels, touched = work.ahead, work.measured, work.pixels, work.touched
+    # A plain 0 is a type of its own, for which `observe` would be compiled again.
+    only = np.int64(0)
     fused = 0
     for first in range(0, n_entries, AHEAD):
         ahead = min(AHEAD, n_entries - first)
@@ -140,18 +188,18 @@ def fuse_kernel(
             for c in range(3):
                 pixels[a, c] = color[v, u, c]
             measured[a] = depth[v + 1, u + 1]
-            places[a, 0], places[a, 1] = heat_v[sv], heat_u[su]
+            asked[a, 1], asked[a, 2] = heat_v[sv], heat_u[su]
             slot = slot_of[slab_of[row], k]
             if slot == 0:
                 if slab_of[row] == NO_SLAB:
                     take_slab(pools, row)
-                slot = take_surface_row(surface, row * 512 + k, labels, start, prior)
+                slot = take_surface_row(surface, row * 512 + k, labels, start, fusion.prior)
                 slot_of[slab_of[row], k] = slot
-            slots[a] = slot
+            asked[a, 0] = slot
             touched[a, 0] = log_odds[slot]
             touched[a, 1] = energy[slot, 0] + heat[heat_v[sv], heat_u[su], last]
         for a in range(ahead):
-            slot = slots[a]
+            slot = asked[a, 0]
             if slot == 0:
                 # Bound reached; the blocks' share of rows makes room before the next frame.
                 continue
@@ -160,7 +208,7 @@ def fuse_kernel(
             appearance[row] = revision
             if not has_heatmap:
                 continue
-            d, v, u = measured[a], places[a, 0], places[a, 1]
+            d, v, u = measured[a], asked[a, 1], asked[a, 2]
             common, ooi = d <= common_max, d <= ooi_max and ooi_channel >= 0
             if not common and not ooi:
                 continue
@@ -171,20 +219,23 @@ def fuse_kernel(
                 low = observe(energy, slot, heat, v, u, table, after, bits, labels)
             else:
                 missing = gather(heat, v, u, channel, gathered, labels)
-                low = observe(energy, slot, gathered, 0, 0, table, after, bits, labels)
+                low = observe(energy, slot, gathered, only, only, table, after, bits, labels)
             if missing:
                 low = fill_missing(energy, slot, channel, after, labels)
             log_mean, total, weighted = np.float32(0.0), np.float32(1.0), np.float32(0.0)
+            best = np.int32(0)
             if bayes:
-                total, weighted, log_mean = fuse_bayes(
+                total, weighted, best, log_mean = fuse_bayes(
                     energy, slot, after, low, rounding_of(revision, k), weights, labels,
                     log_norm[slot] * per_norm_step, alias, common, ooi,
                 )  # fmt: skip
             elif common:
-                total, weighted = fuse_maximum(energy, slot, after, weights, labels)
+                total, weighted, best = fuse_maximum(energy, slot, after, weights, labels)
             if common:
-                best = least_energy(energy, slot, labels)
-                top = np.exp(np.float32(energy[slot, best]) * np.float32(-1.0 / STEPS_PER_NAT))
+                top = np.float32(1.0)
+                if best > 255:
+                    top = np.exp(np.float32(best >> 8) * np.float32(-1.0 / STEPS_PER_NAT))
+                best = best & 255
                 log_norm[slot] = norm_code(np.log(total))
                 label_of[slot] = best
                 confidence[slot] = share_code(top, total)

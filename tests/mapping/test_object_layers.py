@@ -93,3 +93,8 @@ def test_levels_that_mean_nothing_are_refused(levels, probabilities, problem):
     with pytest.raises(ValueError, match=problem):
         voxel_map.set_levels(levels, probabilities)
     assert voxel_map.revision == 0
+
+
+def test_one_text_is_no_list_of_labels():
+    with pytest.raises(TypeError, match="got the one text 'chair'"):
+        VoxelMap(MapConfig(), "chair")

@@ -54,6 +54,11 @@ def test_spheres(room):
 def test_points_of_the_wrong_shape_and_misspelt_policies_are_refused(room):
     with pytest.raises(ValueError, match=r"\(N, 3\)"):
         room.state_at(np.zeros(3))
+    points = np.array([[1.0] * 3, [1.0, np.nan, 1.0]])
+    with pytest.raises(ValueError, match=r"point 1 of 2 is \[ 1\. nan  1\.\]"):
+        room.spheres_are_free(points, np.full(2, 0.1), unknown="free")
+    with pytest.raises(ValueError, match="cannot check a sphere of nan m"):
+        room.spheres_are_free(np.ones((1, 3)), np.array([np.nan]), unknown="free")
     with pytest.raises(ValueError, match="or \"obstacle\"; got 'obstacles'"):
         room.distance_at(np.zeros((1, 3)), unknown="obstacles")
 

@@ -117,7 +117,7 @@ class PlainGeometry:
             if not self.near_m <= d <= self.far_m:
                 continue
             # Near samples stand for four.
-            step = 1 if d >= self.far_m / 4 else 2
+            step = 1 if d >= self.far_m / 2 else 2
             if sv % step or su % step:
                 continue
             z = d + self.rules.depth_of_hits / slope[v // cell, u // cell]
