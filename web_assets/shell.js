@@ -190,6 +190,8 @@ function render() {
   lease.update(state?.lease);
   explanation.update(state?.explanation);
   drive.update(state?.drive ?? { mode: "auto" }, state?.link === "live" && lease.watching === "");
+  // A stop ends every hold: what is resumed waits for a new press.
+  if (shown === "stopped") drive.release();
   renderNotice(shown);
   renderVeil(shown);
 }

@@ -185,6 +185,7 @@ def test_a_held_key_drives_and_whatever_ends_the_hold_stops(page, parts, folder,
     page.locator("#stop").click()
     wheels.wait(moving=False)
     expect(page.locator("#state")).to_have_text("Stopped")
+    expect(page.locator("[data-held]")).to_have_count(0)
     shoot("stopped")
     page.locator("#resume").click()
     expect(page.locator("#state")).to_have_text("Manual")
