@@ -90,7 +90,8 @@ class Wishes(ABC):
         accepted = self._request(keys.SEARCH, request, SearchAccepted)
         name = accepted.object.replace("_", " ")
         when = "" if accepted.position == 0 else f", after {_goals(accepted.position)}"
-        return " ".join([f"Looking for: {name}{when}.", *accepted.notes])
+        notes = [f"{note[:1].upper()}{note[1:]}." for note in accepted.notes]
+        return " ".join([f"Looking for: {name}{when}.", *notes])
 
     def read(self, sentence: str) -> SentenceReading:
         """Have one sentence taken apart; a language model may take its time over it."""

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from html import escape
-from typing import Any
+from typing import Any, Final
 
 from app.messages.recording import RecordingStatus
 from app.nodes.console.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.view.colors import QUIET
 
+MAX_NOTE: Final = 2000
 NOBODY = "No recorder is heard. ippon record starts one for a running robot."
 
 
@@ -44,14 +45,19 @@ class RecordPanel:
         if not text:
             self._answer.content = markup.answer("The note is empty.", ok=False)
             return
-        self._try(lambda: self._actions.record("note", text[:2000]))
-        self._text.value = ""
+        if len(text) > MAX_NOTE:
+            problem = f"A note has at most {MAX_NOTE} characters; this is {len(text)}."
+            self._answer.content = markup.answer(problem, ok=False)
+        elif self._try(lambda: self._actions.record("note", text)):
+            self._text.value = ""
 
-    def _try(self, command: Callable[[], str]) -> None:
+    def _try(self, command: Callable[[], str]) -> bool:
         try:
             self._answer.content = markup.answer(command(), ok=True)
         except CommandError as error:
             self._answer.content = markup.answer(str(error), ok=False)
+            return False
+        return True
 
 
 def recording_line(status: RecordingStatus | None) -> str:

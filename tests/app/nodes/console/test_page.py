@@ -146,6 +146,10 @@ def test_a_refused_query_says_why(home, page):
     _field(page, "Context").fill("x" * 10_000)
     view.get_by_role("button", name="Search").click()
     expect(view.get_by_text("The context has at most 2000 characters")).to_be_visible()
+    view.get_by_role("tab", name="Session").click()
+    _field(page, "Note").fill("x" * 10_000)
+    view.get_by_role("button", name="Write the note").click()
+    expect(view.get_by_text("A note has at most 2000 characters; this is 10000.")).to_be_visible()
     assert [key for key, _ in home.requests] == [keys.SEARCH]
 
 
