@@ -65,7 +65,7 @@ class Actions(Protocol):
     recorded: bool
     """What is shown was recorded: there is no robot, and nothing to record."""
 
-    def search(self, wanted: str, context: str) -> str:
+    def search(self, wanted: str, context: str, scenario: str) -> str:
         """Look for an object."""
         ...
 

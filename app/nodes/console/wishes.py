@@ -84,9 +84,11 @@ class Wishes(ABC):
         request = PreviewRequest(context=context, levels=levels)
         return self._request(keys.PREVIEW, request, PreviewReply, READ_S)
 
-    def search(self, wanted: str, context: str) -> str:
+    def search(self, wanted: str, context: str, scenario: str) -> str:
         """Look for an object."""
-        request = SearchRequest(object=wanted, context=context, requester=REQUESTER)
+        request = SearchRequest(
+            object=wanted, context=context, scenario=scenario, requester=REQUESTER
+        )
         accepted = self._request(keys.SEARCH, request, SearchAccepted)
         name = accepted.object.replace("_", " ")
         when = "" if accepted.position == 0 else f", after {_goals(accepted.position)}"

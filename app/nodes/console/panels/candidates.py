@@ -11,13 +11,15 @@ from app.view.candidates import LISTED, Candidate
 from app.view.scene_model import SceneModel
 
 Try = Callable[[Callable[[], str]], None]
+Search = Callable[[str, str], str]
 
 
 class CandidatesPanel:
     """Builds its part of the Search tab where nothing was found."""
 
-    def __init__(self, gui: Any, actions: Actions, attempt: Try) -> None:
+    def __init__(self, gui: Any, actions: Actions, attempt: Try, search: Search) -> None:
         self._actions = actions
+        self._search = search
         self._shown: tuple[Candidate, ...] | None = None
         self._goal = ("", "")
         """Object and context of the search that is over."""
@@ -67,5 +69,5 @@ class CandidatesPanel:
         if word == "Go there":
             return self._actions.go_to(x, y)
         wanted, context = self._goal
-        asked = self._actions.search(wanted, context)
+        asked = self._search(wanted, context)
         return f"{asked} Place {n + 1} comes first. {self._actions.go_to(x, y)}"

@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 import viser
 
-from app.messages.control import FindReport, GoalStatus, Status
+from app.messages.control import FindReport, GoalStatus, SearchRequest, Status
 from app.nodes.console.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
@@ -19,7 +19,9 @@ from ippon.guidance.sentence import is_name
 
 MAX_OBJECT: Final = 80
 MAX_CONTEXT: Final = 2000
+MAX_SCENARIO: Final = 200
 MAX_TYPED: Final = 2100
+USUAL_SCENARIO: Final = SearchRequest(object="hat").scenario
 _ENDS: Final = ("found", "exhausted")
 
 
@@ -41,7 +43,7 @@ class SearchPanel:
         self._steer = gui.add_button_group("This search", ("Pause", "Resume", "End"), visible=False)
         self._steer.on_click(lambda event: self._control(event.target.value))
         self._build_find(gui)
-        self._candidates = CandidatesPanel(gui, actions, self._try)
+        self._candidates = CandidatesPanel(gui, actions, self._try, self._search)
         self._camera = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
         if not actions.recorded:
             self._build_queue(gui)
@@ -65,6 +67,11 @@ class SearchPanel:
             )  # fmt: skip
             self._context = gui.add_text(
                 "Context", "", hint="What you know: where you used it last, whose it is"
+            )
+            self._scenario = gui.add_text(
+                "Scenario",
+                USUAL_SCENARIO,
+                hint="Where the robot is: a flat, an office. A language model reads it",
             )
             search = gui.add_button("Search", icon=viser.Icon.SEARCH)
         search.on_click(lambda _: form.submit())
@@ -128,10 +135,11 @@ class SearchPanel:
         return f"Read by {reading.provider}. Correct it above, or press Search to look for that."
 
     def _search(self, wanted: str, context: str) -> str:
-        problem = _problem(wanted, context)
+        scenario = self._scenario.value.strip()
+        problem = _problem(wanted, context, scenario)
         if problem is not None:
             raise CommandError(problem)
-        return self._actions.search(wanted, context)
+        return self._actions.search(wanted, context, scenario)
 
     def _control(self, word: str) -> None:
         actions = self._actions
@@ -174,11 +182,13 @@ class SearchPanel:
             show_jpeg_in_panel(self._camera, jpeg)
 
 
-def _problem(wanted: str, context: str) -> str | None:
+def _problem(wanted: str, context: str, scenario: str) -> str | None:
     if not wanted:
         return "Type what to look for, for example: hat"
     if len(wanted) > MAX_OBJECT:
         return f"The object has at most {MAX_OBJECT} characters; this is {len(wanted)}."
     if len(context) > MAX_CONTEXT:
         return f"The context has at most {MAX_CONTEXT} characters; this is {len(context)}."
+    if len(scenario) > MAX_SCENARIO:
+        return f"The scenario has at most {MAX_SCENARIO} characters; this is {len(scenario)}."
     return None

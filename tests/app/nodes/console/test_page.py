@@ -125,6 +125,7 @@ def test_everything_of_the_search_fits_without_scrolling(home, page):
 def test_a_typed_query_reaches_the_navigator(home, page):
     view = _view(page)
     _field(page, "Find").fill("find my student card, I just used it on the printer")
+    _field(page, "Scenario").fill("an office")
     view.get_by_role("button", name="Search").click()
     expect(view.get_by_text("Looking for: student card.")).to_be_visible()
     expect(page.locator("#goal")).to_have_text("student card")
@@ -132,6 +133,7 @@ def test_a_typed_query_reaches_the_navigator(home, page):
     assert key == keys.SEARCH
     assert b'"object":"student card"' in payload
     assert b'"context":"I just used it on the printer"' in payload
+    assert b'"scenario":"an office"' in payload
 
 
 def test_a_refused_query_says_why(home, page):
@@ -146,6 +148,10 @@ def test_a_refused_query_says_why(home, page):
     _field(page, "Context").fill("x" * 10_000)
     view.get_by_role("button", name="Search").click()
     expect(view.get_by_text("The context has at most 2000 characters")).to_be_visible()
+    _field(page, "Context").fill("")
+    _field(page, "Scenario").fill("x" * 10_000)
+    view.get_by_role("button", name="Search").click()
+    expect(view.get_by_text("The scenario has at most 200 characters")).to_be_visible()
     view.get_by_role("tab", name="Session").click()
     _field(page, "Note").fill("x" * 10_000)
     view.get_by_role("button", name="Write the note").click()

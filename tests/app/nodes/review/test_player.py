@@ -118,6 +118,6 @@ def test_a_recording_is_commanded_by_nobody():
         with pytest.raises(CommandError, match=REFUSAL):
             command()
     with pytest.raises(CommandError, match=REFUSAL):
-        link.search("hat", "")
+        link.search("hat", "", "")
     assert link.query(keys.STATUS) is None
     link.close()
