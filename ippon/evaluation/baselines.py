@@ -164,7 +164,9 @@ class BaselinePlanner:
             path_cost_s=float(routes.time_s[cell]),
         )
         path_world = np.column_stack([path, np.full(len(path), z)])
-        return replace(plan, target=target, path_world=path_world, exhausted=False)
+        return replace(
+            plan, target=target, path_world=path_world, exhausted=False, unseen_straight_m=0.0
+        )
 
 
 class NearestFrontier:

@@ -6,15 +6,17 @@ The table is package data (`tables/*.yaml`), one entry a thing:
   thing itself is found, `is` are the wider things that it is an instance of;
 * `rooms` weighs the types of room that it is found in;
 * `sure`, `on`, `in` and `by` say which things it is found at: `sure` always, the others typically;
+* `aloft: yes` marks things that hang or stand higher than a person reaches;
 * `spread` marks things that say little about a place: `pervasive` (walls), `broad` (catch-all
   categories such as "furniture") and `everywhere` (windows: no room, but things stand by them).
 """
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any, Literal, cast, get_args
+from typing import Any, Final, Literal, cast, get_args
 
 import yaml
 
@@ -23,8 +25,10 @@ from ippon.guidance.words import singular_candidates
 Relation = Literal["sure", "on", "in", "by"]
 Spread = Literal["none", "everywhere", "broad", "pervasive"]
 
-_FIELDS = frozenset({"also", "kinds", "is", "rooms", "spread", *get_args(Relation)})
+_FIELDS = frozenset({"also", "kinds", "is", "rooms", "spread", "aloft", *get_args(Relation)})
 _ROOMS_FILE = "rooms.yaml"
+WITHIN_REACH_M: Final = 2.3
+"""People put and hang things below this: the ceiling is higher, the top of a wardrobe lower."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,6 +54,8 @@ class Thing:
     """Share of this thing that is found in each type of room; sums to 1, or empty: anywhere."""
     places: tuple[Place, ...]
     spread: Spread
+    aloft: bool
+    """It may be higher than a person reaches."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,6 +95,16 @@ class Knowledge:
             return direct
         entry = self.phrases.get(label.replace("_", " "))
         return entry.thing if entry else None
+
+    def highest_m(self, label: str) -> float:
+        """Return how high above the floor an object may be, metres; infinite where unknown."""
+        thing = self.thing(label)
+        if thing is None or thing.aloft:
+            return math.inf
+        parents = (self.things[name] for name in thing.parents)
+        # "furniture" may hang, too, but says nothing of a wardrobe.
+        aloft = any(parent.aloft and parent.spread != "broad" for parent in parents)
+        return math.inf if aloft else WITHIN_REACH_M
 
     def room(self, phrase: str) -> str | None:
         """Return the type of room that a phrase names."""
@@ -195,7 +211,14 @@ def _thing(name: str, fields: Mapping[str, Any], rooms: Iterable[str], where: st
             for place in fields.get(relation, ())
         ),
         spread=spread,
+        aloft=spread != "none" or _yes(fields.get("aloft", "no"), f"{where}: aloft"),
     )
+
+
+def _yes(value: str, where: str) -> bool:
+    if value not in ("yes", "no"):
+        raise ValueError(f"{where} is yes or no; got {value!r}")
+    return value == "yes"
 
 
 def _phrases(thing: Thing) -> Iterable[tuple[str, str]]:

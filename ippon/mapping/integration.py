@@ -83,6 +83,8 @@ class FrameIntegrator:
         self._last_pose: tuple[int, NDArray[np.float64]] | None = None
         self.layer: int | None = None
         """Voxel layer at body height, once the first frame told where the floor is."""
+        self.floor_z_m = 0.0
+        """Height of the floor that the robot stood on last."""
 
     def integrate(self, frame: Frame, layers: ObjectLayers, revision: int) -> IntegrationReport:
         """Take one frame in; see `VoxelMap.integrate`."""
@@ -95,9 +97,9 @@ class FrameIntegrator:
                 f"camera at {_text(frame.T_world_camera[:3, 3])} m is too far from the map to hold "
                 f"both in {cfg.directory_max_cells} blocks; raise MapConfig.directory_max_cells"
             )
+        self.floor_z_m = float(frame.T_world_base[2, 3])
         if self.layer is None:
-            height = float(frame.T_world_base[2, 3]) + cfg.body_height_m
-            self.layer = math.floor(height / cfg.voxel_size_m)
+            self.layer = math.floor((self.floor_z_m + cfg.body_height_m) / cfg.voxel_size_m)
         self._last_pose = (frame.stamp_ns, frame.T_world_camera[:3, 3].copy())
         self._directory.cover(low, high)
         seen = self._select(frame, image, layers, (low, high), revision)
@@ -110,8 +112,7 @@ class FrameIntegrator:
         cfg, pools = self._config, self._pools
         image = prepare_depth(frame.depth, frame.camera, cfg.max_valid_depth_m)
         low, cells = self._directory.part(*self._box(frame, image))
-        rows = cells[cells >= 0]
-        place = np.zeros(1 + cells.size, np.int32)
+        rows, place = cells[cells >= 0], np.zeros(1 + cells.size, np.int32)
         place[1:][cells.ravel() >= 0] = -1 - np.arange(len(rows))
         strides = sample_strides(frame.camera, cfg.voxel_size_m, cfg.max_range_m)
         self._count_hits(frame, image, strides, len(rows), _whole(low, cells.shape), place)
@@ -135,7 +136,7 @@ class FrameIntegrator:
         revision: int,
     ) -> int:
         """Take colour and heatmap into the first `n` entries; returns how many got a heatmap."""
-        heat, surface = layers.fusion_input(frame.heatmap), layers.surface
+        heat, surface = layers.fusion_input(frame.heatmap, self.floor_z_m), layers.surface
         color = np.ascontiguousarray(frame.color)
         heat_size, length = heat.probabilities.shape[:2], surface.energy.shape[1]
         work = make_fusion_work(color.shape[:2], strides, heat_size, length)
@@ -159,8 +160,8 @@ class FrameIntegrator:
         cfg = self._config
         deepest = min(float(image.tiles[0, ..., 1].max()), cfg.max_range_m)
         margin = cfg.voxel_size_m * (cfg.behind_voxels + 2.0)
-        rays = _corner_rays(frame)
-        return frustum_box(rays, frame.T_world_camera, deepest + margin, self._block_m)
+        far_m = deepest + margin
+        return frustum_box(_corner_rays(frame), frame.T_world_camera, far_m, self._block_m)
 
     def _view(self, frame: Frame) -> View:
         return View(
@@ -198,9 +199,8 @@ class FrameIntegrator:
             raise FrameRejectedError("depth has no finite value: NaN or infinite everywhere")
         if self._last_pose is None:
             return
-        stamp, position = self._last_pose
-        jump = float(np.linalg.norm(frame.T_world_camera[:3, 3] - position))
-        elapsed_s = (frame.stamp_ns - stamp) * 1e-9
+        jump = float(np.linalg.norm(frame.T_world_camera[:3, 3] - self._last_pose[1]))
+        elapsed_s = (frame.stamp_ns - self._last_pose[0]) * 1e-9
         # A clock that went back is another run's: its first pose may be anywhere.
         if elapsed_s >= 0.0 and jump > 1.0 + self._config.max_camera_speed_m_s * elapsed_s:
             raise FrameRejectedError(
@@ -282,8 +282,8 @@ class FrameIntegrator:
 
     def _release_blocks_of(self, layers: ObjectLayers, revision: int) -> None:
         """Take back the blocks that a frame made before it was refused."""
-        made = (self._pools.appearance == revision) & (self._pools.used == 1)
-        self._forget(layers, np.flatnonzero(made))
+        is_new = (self._pools.appearance == revision) & (self._pools.used == 1)
+        self._forget(layers, np.flatnonzero(is_new))
 
     def _forget(self, layers: ObjectLayers, rows: NDArray[np.integer]) -> None:
         drop_blocks(rows, self._pools, layers.surface, self._directory.rows, self._directory.origin)

@@ -66,6 +66,8 @@ class FusionInput(NamedTuple):
     """(N,) l(O | C_j) of each label."""
     suppressed: NDArray[np.float64]
     """(K, 4) balls in which the OOI was rejected: centre and radius, metres."""
+    ooi_top: int
+    """Voxel layer along z from which on nothing is the OOI."""
 
 
 def energy_table(likelihood_floor: float) -> NDArray[np.float32]:

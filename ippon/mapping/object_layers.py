@@ -1,5 +1,6 @@
 """The labels that the map tells apart, the object that is searched for, and changes of either."""
 
+import math
 from collections.abc import Sequence
 from typing import Final
 
@@ -37,6 +38,7 @@ from ippon.mapping.surface_rows import (
 
 AVERAGE_LEVEL: Final = 1
 MAX_LABELS: Final = 255
+_EVERYWHERE_M: Final = 1e6
 
 
 class ObjectLayers:
@@ -58,6 +60,8 @@ class ObjectLayers:
         self.levels = np.full(len(labels), AVERAGE_LEVEL, np.uint8)
         self.level_probabilities = np.array([0.02, 0.1, 0.25, 0.6], np.float32)
         self.suppressed: NDArray[np.float64] = np.empty((0, 4), np.float64)
+        self.ooi_highest_m = math.inf
+        """Above the floor; the object of interest is not up there."""
         self._config = config
         self._pools = pools
         self._energy_of = energy_table(config.likelihood_floor)
@@ -68,14 +72,15 @@ class ObjectLayers:
         left = len(rows.voxel) - int(rows.tally[N_USED]) + int(rows.tally[N_FREE])
         return left >= blocks * SURFACE_ROWS_PER_BLOCK // 2
 
-    def set_ooi(self, ooi: str | None, revision: int) -> None:
+    def set_ooi(self, ooi: str | None, highest_m: float, floor_z_m: float, revision: int) -> None:
         """Start anew for another object of interest."""
-        self.ooi = ooi
+        self.ooi, self.ooi_highest_m = ooi, highest_m
         self.suppressed = np.empty((0, 4), np.float64)
         rows = int(self._pools.tally[N_ROWS])
         n, alias = len(self.labels), self._alias()
         prior = prior_log_odds(n, alias)
-        _reset_ooi_kernel(self._pools, self.surface, rows, n, alias, prior, revision)
+        top = self._ooi_top(floor_z_m)
+        _reset_ooi_kernel(self._pools, self.surface, rows, n, alias, prior, top, revision)
 
     def set_levels(
         self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32], revision: int
@@ -155,8 +160,13 @@ class ObjectLayers:
         changed = rows[mapped.any(axis=1)]
         pools.revision[changed] = pools.appearance[changed] = revision
 
-    def fusion_input(self, heatmap: Heatmap | None) -> FusionInput:
-        """Return a frame's heatmap as the kernel takes it."""
+    def _ooi_top(self, floor_z_m: float) -> int:
+        """Return the voxel layer along z from which on nothing is the object of interest."""
+        top_m = min(floor_z_m + self.ooi_highest_m, _EVERYWHERE_M)
+        return math.floor(top_m / self._config.voxel_size_m + 0.5)
+
+    def fusion_input(self, heatmap: Heatmap | None, floor_z_m: float) -> FusionInput:
+        """Return a frame's heatmap as the kernel takes it; the floor's height in metres."""
         cfg, n = self._config, len(self.labels)
         channel = np.full(n, NONE, np.int64)
         ooi_channel = NONE
@@ -183,6 +193,7 @@ class ObjectLayers:
             levels=self.levels,
             level_probability=self.level_probabilities[self.levels],
             suppressed=self.suppressed,
+            ooi_top=self._ooi_top(floor_z_m),
         )
 
     def _alias(self) -> int:
@@ -200,7 +211,7 @@ class ObjectLayers:
 
 
 @njit(cache=True, nogil=True)
-def _reset_ooi_kernel(pools, surface, rows, labels, alias, prior, revision):
+def _reset_ooi_kernel(pools, surface, rows, labels, alias, prior, top, revision):
     """Forget the object of interest; where the new one is common label `alias`, start from it."""
     for row in range(rows):
         slab = pools.slab[row]
@@ -215,6 +226,9 @@ def _reset_ooi_kernel(pools, surface, rows, labels, alias, prior, revision):
         surface.log_odds[slot] = prior
         at = surface.voxel[slot]
         if alias < 0 or at < 0 or surface.label[slot] == NO_LABEL:
+            continue
+        if pools.coord[at // 512, 2] * 8 + (at & 7) >= top:
+            surface.log_odds[slot] = -LOG_ODDS_MAX
             continue
         log_q = -np.float32(surface.energy[slot, alias]) / STEPS_PER_NAT
         log_q -= surface.log_norm[slot] / NORM_STEPS

@@ -167,7 +167,7 @@ def fuse_kernel(
     slab_of, slot_of, codes, level_of = pools.slab, pools.slot, pools.ooi, pools.level
     levels, channel, suppressed = fusion.levels, fusion.channel, fusion.suppressed
     has_heatmap, in_order = fusion.has_heatmap, fusion.in_order
-    common_max, ooi_max = fusion.common_max_m, fusion.ooi_max_m
+    common_max, ooi_max, ooi_top = fusion.common_max_m, fusion.ooi_max_m, fusion.ooi_top
     label_of, confidence, proximity = surface.label, surface.confidence, surface.proximity
     changed, appearance, best_ooi = pools.revision, pools.appearance, pools.best_ooi
     coord = pools.coord
@@ -250,6 +250,8 @@ def fuse_kernel(
                     is_first = codes[slab, k] == NOT_MAPPED
                     odds = maximum_log_odds(log_h, log_odds[slot], is_first)
                 if len(suppressed) > 0 and _is_suppressed(coord, row, k, suppressed, voxel_size):
+                    odds = np.float32(-LOG_ODDS_MAX)
+                if coord[row, 2] * 8 + (k & 7) >= ooi_top:
                     odds = np.float32(-LOG_ODDS_MAX)
                 odds = min(max(odds, np.float32(-LOG_ODDS_MAX)), np.float32(LOG_ODDS_MAX))
                 log_odds[slot] = odds

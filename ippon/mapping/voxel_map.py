@@ -1,6 +1,7 @@
 """The map: geometry, object probabilities and distances of everything that was observed."""
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -86,15 +87,21 @@ class VoxelMap:
         self.revision += 1
         return self._integrator.learn(frame, self._layers, self.revision)
 
-    def set_ooi(self, ooi: str | None) -> None:
+    def set_ooi(self, ooi: str | None, highest_m: float = math.inf) -> None:
         """Search for another object: its probabilities start anew, everything else stays.
 
         Args:
             ooi: Canonical label; None for no object of interest. A common label's probabilities
                 are taken over.
+            highest_m: Nothing this high above the floor that the robot stands on is the object.
+
+        Raises:
+            ValueError: The height is not a positive number.
         """
+        if not highest_m > 0.0:
+            raise ValueError(f"highest_m is metres above the floor, more than 0; got {highest_m}")
         self.revision += 1
-        self._layers.set_ooi(ooi, self.revision)
+        self._layers.set_ooi(ooi, highest_m, self._integrator.floor_z_m, self.revision)
 
     def set_levels(self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32]) -> None:
         """Say how likely the object of interest is near each common object.
@@ -179,6 +186,7 @@ class VoxelMap:
 
     def save(self, path: Path) -> None:
         """Write the whole map to one file (see `map_file`); raises OSError."""
+        highest_m = self._layers.ooi_highest_m
         header = {
             "config": dataclasses.asdict(self.config),
             "labels": list(self.labels),
@@ -188,6 +196,9 @@ class VoxelMap:
             "levels": self._layers.levels.tolist(),
             "level_probabilities": [float(p) for p in self._layers.level_probabilities],
             "suppressed": self._layers.suppressed.tolist(),
+            # JSON has no infinity.
+            "ooi_highest_m": None if math.isinf(highest_m) else highest_m,
+            "floor_z_m": self._integrator.floor_z_m,
         }
         map_file.write(path, header, snapshot.capture(self.pools, self.surface, len(self.labels)))
 
@@ -230,6 +241,10 @@ class VoxelMap:
             raise ValueError("levels do not belong to the labels")
         self.revision = int(header["revision"])
         self._integrator.layer = header["layer"]
+        # Maps saved by earlier versions have neither.
+        highest_m = header.get("ooi_highest_m")
+        layers.ooi_highest_m = math.inf if highest_m is None else float(highest_m)
+        self._integrator.floor_z_m = float(header.get("floor_z_m", 0.0))
 
     @property
     def _block_m(self) -> float:

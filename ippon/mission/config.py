@@ -6,6 +6,7 @@ from ippon.control.follower import FollowerConfig
 from ippon.guidance.levels import LevelProbabilities
 from ippon.guidance.rooms import RoomConfig
 from ippon.mapping.voxel_map import MapConfig
+from ippon.mission.glance import GlanceConfig
 from ippon.mission.look_around import LookAroundConfig
 from ippon.mission.recovery import RecoveryConfig
 from ippon.mission.travel_pitch import TravelPitchConfig
@@ -22,6 +23,7 @@ class MissionConfig:
     planner: PlannerConfig = field(default_factory=PlannerConfig)
     follower: FollowerConfig = field(default_factory=FollowerConfig)
     look_around: LookAroundConfig = field(default_factory=LookAroundConfig)
+    glance: GlanceConfig = field(default_factory=GlanceConfig)
     travel_pitch: TravelPitchConfig = field(default_factory=TravelPitchConfig)
     recovery: RecoveryConfig = field(default_factory=RecoveryConfig)
     confirm_steps: int = 5

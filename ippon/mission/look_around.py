@@ -2,12 +2,15 @@
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from ippon.command import Command
 from ippon.geometry import wrap_angle
 from ippon.robot import RobotProfile
+
+_STILL_THERE_M: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +60,19 @@ class LookAround:
         """Count as done: there is something better to do."""
         self._looked_down = True
         self._turned_rad = self._all_rad
+
+    def interrupt(self, gone_m: float) -> None:
+        """Let something better to do come first.
+
+        The rest is made up for if that comes to nothing close by, from whatever heading the robot
+        has then.
+
+        Args:
+            gone_m: How far the robot has driven since the search began.
+        """
+        self._last_yaw = None
+        if gone_m > _STILL_THERE_M:
+            self.skip()
 
     def step(self, yaw_rad: float, tilt_rad: float) -> Command:
         """Return the next command for the robot's present heading and tilt."""

@@ -12,6 +12,7 @@ from ippon.control.drive import DriveMode
 from ippon.control.follower import PathFollower
 from ippon.frame import Frame
 from ippon.geometry import yaw_of
+from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.levels import Guidance
 from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import MapArrays
@@ -95,7 +96,9 @@ class Mission:
         """
         self._check_guidance(guidance)
         self._search = Search(goal, guidance, self.config.planner.ooi_threshold)
-        self.voxel_map.set_ooi(goal.object)
+        self.voxel_map.set_ooi(
+            goal.object, load_knowledge().highest_m(goal.category or goal.object)
+        )
         self._state = MissionState.SEARCHING if self._look_around.done else MissionState.STARTING
         self._journal.why = f"starting the search for {goal.display}"
         self.set_guidance(guidance)
@@ -283,8 +286,8 @@ class Mission:
             command, self._plan = steering.go_on(frame, plan, dt_s)
             return command
         if ends_search(plan):
-            self._look_around.skip()
-        if not self._look_around.done:
+            self._look_around.interrupt(search.path_length_m)
+        elif not self._look_around.done:
             self._state = MissionState.LOOKING_AROUND
             self._journal.why = f"looking around ({self._look_around.progress:.0%})"
             return self._look_around.step(yaw_of(frame.T_world_base), frame.tilt_rad)

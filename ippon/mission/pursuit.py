@@ -11,6 +11,7 @@ from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.config import MissionConfig
 from ippon.mission.explanation import explain
 from ippon.mission.finding import exhausted_text, find_from, nearest_find
+from ippon.mission.glance import Glance
 from ippon.mission.search import Search
 from ippon.mission.snapshot import MissionState
 from ippon.mission.travel_pitch import TravelPitch
@@ -44,6 +45,7 @@ class Pursuit:
         self._voxel_map = voxel_map
         self._rooms = rooms
         self._travel_pitch = TravelPitch(config.travel_pitch, robot)
+        self._glance = Glance(config.glance, robot)
 
     def step(self, search: Search, frame: Frame, plan: Plan, dt_s: float) -> Pursued:
         """Follow the plan, and end the search where it says so.
@@ -61,10 +63,17 @@ class Pursuit:
                 state=MissionState.EXHAUSTED,
                 why=exhausted_text(search.goal.display, search.candidates),
             )
+        approaching = ends_search(plan)
+        glance = self._glance.step(plan, frame.T_world_base, frame.tilt_rad, dt_s)
+        if glance is not None:
+            return Pursued(
+                command=glance,
+                state=MissionState.APPROACHING if approaching else MissionState.SEARCHING,
+                why="looking at the floor ahead, before a way round it",
+            )
         command = self._follower.step(
             plan, frame.T_world_base, frame.tilt_rad, self._voxel_map.arrays(), dt_s
         )
-        approaching = ends_search(plan)
         arrived = approaching and self._follower.reached
         # One frame in between that sees it worse does not count for more than one that sees it.
         search.arrived_steps = max(0, search.arrived_steps + (1 if arrived else -1))

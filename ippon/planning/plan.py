@@ -76,3 +76,6 @@ class Plan:
     out_of_reach_m: float | None = None
     """The target is where the search ends with an object that no way leads close to: metres over
     the floor from there to it. None otherwise."""
+    unseen_straight_m: float = 0.0
+    """How much of the straight way to the target leads over floor that was never seen; 0 where the
+    path is straight or an obstacle is known to be in the way."""

@@ -38,6 +38,7 @@ from ippon.planning.selection import (
     with_passing,
 )
 from ippon.planning.shortest_tree import Seeds, ShortestTree
+from ippon.planning.straight_way import unseen_straight_m
 from ippon.planning.traversability import Traversability
 from ippon.planning.viewpoints import Viewpoints
 from ippon.planning.ways_round import Surroundings
@@ -174,7 +175,15 @@ class ViewpointPlanner:
             evaluated=evaluated,
             closer_look=look is not None,
             out_of_reach_m=None if look is None else look.away_m,
+            unseen_straight_m=self._unseen_straight_m(path, x, y),
         )
+
+    def _unseen_straight_m(self, path: Float64Array, x: float, y: float) -> float:
+        if not len(path):
+            return 0.0
+        here = np.array([x, y])
+        grid, limits = self._floor.grid, self._floor.limits
+        return unseen_straight_m(grid, limits, self._floor.margin_m, here, path[-1])
 
     def _picture(self, tree: ShortestTree, scores: Scores) -> TreePicture:
         return TreePicture(

@@ -69,6 +69,7 @@ def test_finds_plurals() -> None:
         ({"pan": {"room": {}}}, "test.yaml: pan: unknown field .'room'.; known: "),
         ({"pan": {"rooms": {"moon": 1}}}, "test.yaml: pan: unknown room .'moon'."),
         ({"pan": {"spread": "wide"}}, "test.yaml: pan: unknown spread 'wide'; known: "),
+        ({"pan": {"aloft": "maybe"}}, "test.yaml: pan: aloft is yes or no; got 'maybe'"),
         ({"pan": {"by": ["pot"]}}, "pan: 'pot' is not in the table"),
         ({"pan": {}, "pot": {"also": ["pan"]}}, "test.yaml: pot: 'pan' already stands for pan"),
     ],
@@ -76,6 +77,14 @@ def test_finds_plurals() -> None:
 def test_error_texts(table: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         build(**table)
+
+
+def test_how_high_things_may_be() -> None:
+    knowledge = load_knowledge()
+    low = ("toilet", "hat", "cap", "chair", "wardrobe")
+    assert [label for label in low if knowledge.highest_m(label) > 2.5] == []
+    high = ("lighting", "chandelier", "floor_lamp", "curtain", "shower_curtain", "painting")
+    assert [label for label in (*high, "gizmo") if knowledge.highest_m(label) < 1e9] == []
 
 
 def test_an_activity_needs_a_known_place() -> None:

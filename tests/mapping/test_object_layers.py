@@ -79,6 +79,38 @@ def test_a_rejected_place(voxel_map):
     assert inside > 50
 
 
+def highest_ooi_m(voxel_map):
+    return max(
+        plain.center(voxel_map, block, column)[2]
+        for slot, block, column in plain.labelled(voxel_map)
+        if voxel_map.surface.log_odds[slot] > -LOG_ODDS_MAX
+    )
+
+
+@pytest.mark.parametrize("ooi", ["hat", LABELS[0]])
+def test_nothing_is_the_object_higher_than_it_can_be(tools, voxel_map, ooi):
+    voxel_map.set_ooi(ooi)
+    assert highest_ooi_m(voxel_map) > 1.5
+    voxel_map.set_ooi(ooi, highest_m=1.0)
+    world = tools.World.room(3.0, 3.0)
+    p = np.full((15, 20, len(LABELS) + (ooi == "hat")), 200, np.uint8)
+    heatmap = Heatmap(labels=LABELS, ooi=ooi, probabilities=p)
+    pose = tools.look(1.5, 1.5, 1.2, 0.4, 0.0)
+    voxel_map.integrate(world.frame(pose, stamp_ns=20 * 10**9, heatmap=lambda _: heatmap))
+    if ooi == "hat":
+        seen = voxel_map.arrays().ooi != NOT_MAPPED
+        assert (voxel_map.arrays().ooi[seen] == ooi_code(-LOG_ODDS_MAX)).any()
+        assert (voxel_map.arrays().ooi[seen] > ooi_code(-LOG_ODDS_MAX)).any()
+    mapped = [
+        (plain.center(voxel_map, block, column)[2], voxel_map.surface.log_odds[slot])
+        for slot, block, column in plain.labelled(voxel_map)
+        if voxel_map.pools.ooi[voxel_map.pools.slab[block], column] != NOT_MAPPED
+    ]
+    assert all(odds == -LOG_ODDS_MAX for z, odds in mapped if z > 1.0)
+    with pytest.raises(ValueError, match="more than 0; got -1"):
+        voxel_map.set_ooi(ooi, highest_m=-1.0)
+
+
 @pytest.mark.parametrize(
     ("levels", "probabilities", "problem"),
     [

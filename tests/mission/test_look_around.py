@@ -57,3 +57,18 @@ def test_skip_ends_it() -> None:
     look = LookAround(LookAroundConfig(), ZED)
     look.skip()
     assert look.done
+
+
+def test_what_was_interrupted_at_the_start_is_made_up_for() -> None:
+    look = LookAround(LookAroundConfig(), ZED)
+    assert look.step(0.0, -0.9).yaw_rate_rad_s > 0.0
+    look.step(0.3, -0.25)
+    begun = look.progress
+    assert begun > 0.0
+    look.interrupt(gone_m=0.2)
+    look.step(2.0, -0.25)
+    assert look.progress == begun, "a turn towards something else is none of it"
+    look.step(2.3, -0.25)
+    assert look.progress == pytest.approx(2 * begun)
+    look.interrupt(gone_m=0.8)
+    assert look.done

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN, MapArrays
-from ippon.planning.clearance import NO_SITE, OBSTACLE, OPEN, BodyLimits, FloorGrid
+from ippon.planning.clearance import NO_SITE, OBSTACLE, OPEN, UNSEEN, BodyLimits, FloorGrid
 from ippon.planning.columns import (
     COLUMN_BLOCKED,
     COLUMN_CLEAR,
@@ -129,3 +129,28 @@ def steps_over_unseen_floor(
                 out[a, b] = out[i, j] + 1
                 queue.append((a, b))
     return out
+
+
+def unseen_straight_m(
+    grid: FloorGrid,
+    limits: BodyLimits,
+    margin_m: float,
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+) -> float:
+    """See `ippon.planning.straight_way`: points every half cell, one after the other."""
+    away = math.dist(start, end)
+    steps = max(1, math.ceil(2.0 * away / grid.voxel_size))
+    unseen = 0
+    for n in range(steps + 1):
+        x, y = start + n / steps * (end - start)
+        i, j = (
+            math.floor(c / grid.voxel_size) - o for c, o in zip((x, y), grid.origin, strict=True)
+        )
+        inside = 1 <= i < grid.kind.shape[0] - 1 and 1 <= j < grid.kind.shape[1] - 1
+        room = limits.radius + margin_m
+        left = math.dist(start, (x, y)) > 0.5 * room
+        if inside and left and clearance(grid, OBSTACLE, x, y) < room:
+            return 0.0
+        unseen += not inside or grid.kind[i, j] == UNSEEN
+    return unseen * away / steps
