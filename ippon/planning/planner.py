@@ -153,10 +153,9 @@ class ViewpointPlanner:
             scores, gain, None if look is not None else target, self._commitment
         )
         target = target if look is None else look.node
-        path = np.zeros((0, 2))
-        if target is not None:
-            path = self._connector.shorten(self._road.path_to(target, tree, seeds))
-        self._target, self._path = target, (path if target is not None else None)
+        way = None if target is None else self._road.path_to(target, tree, seeds)
+        path = np.zeros((0, 2)) if way is None else self._connector.shorten(way)
+        self._target, self._path = target, (None if way is None else path)
         exhausted = saturated and target is None and not self._promising_left(map_arrays, tree)
         if exhausted and self._second_chances > 0:
             # Before giving up, try what contacts closed, and the narrowest gaps.
@@ -175,15 +174,8 @@ class ViewpointPlanner:
             evaluated=evaluated,
             closer_look=look is not None,
             out_of_reach_m=None if look is None else look.away_m,
-            unseen_straight_m=self._unseen_straight_m(path, x, y),
+            unseen_straight_m=unseen_straight_m(grid, limits, margin_m, path),
         )
-
-    def _unseen_straight_m(self, path: Float64Array, x: float, y: float) -> float:
-        if not len(path):
-            return 0.0
-        here = np.array([x, y])
-        grid, limits = self._floor.grid, self._floor.limits
-        return unseen_straight_m(grid, limits, self._floor.margin_m, here, path[-1])
 
     def _picture(self, tree: ShortestTree, scores: Scores) -> TreePicture:
         return TreePicture(

@@ -13,20 +13,22 @@ _STEPS_PER_CELL: Final = 2.0
 
 
 def unseen_straight_m(
-    grid: FloorGrid, limits: BodyLimits, margin_m: float, start: Float64Array, end: Float64Array
+    grid: FloorGrid, limits: BodyLimits, margin_m: float, path: Float64Array
 ) -> float:
-    """Return how much of a straight move leads over floor that was never seen.
+    """Return how much of the straight way to a path's end leads over floor that was never seen.
 
     Args:
         grid: The floor.
         limits: Size of the body.
         margin_m: Room beside the body that a move must leave.
-        start: (2,) world x and y of the robot, metres.
-        end: (2,) of where it wants to be.
+        path: (K, 2) world x and y from the robot to where it wants to be, metres.
 
     Returns:
-        Metres; 0 where all of it was seen, or an obstacle is known to be in the way.
+        Metres; 0 without a path, where all was seen, or where an obstacle is known to be there.
     """
+    if not len(path):
+        return 0.0
+    start, end = path[0], path[-1]
     away = math.dist(start, end)
     steps = max(1, math.ceil(_STEPS_PER_CELL * away / grid.voxel_size))
     points = start + np.linspace(0.0, 1.0, steps + 1)[:, None] * (end - start)

@@ -15,7 +15,8 @@ LIMITS = BodyLimits(
 
 def across(kind: np.ndarray) -> float:
     grid = make_grid(kind, origin=(0, 0))
-    return unseen_straight_m(grid, LIMITS, 0.02, np.array([0.55, 2.05]), np.array([3.55, 2.05]))
+    path = np.array([[0.55, 2.05], [2.0, 3.0], [3.55, 2.05]])
+    return unseen_straight_m(grid, LIMITS, 0.02, path)
 
 
 def test_only_what_was_never_seen_counts():
@@ -31,6 +32,11 @@ def test_a_known_obstacle_in_the_way_ends_the_hope():
     assert across(kind) == 0.0
 
 
+def test_no_path_no_way():
+    grid = make_grid(np.full((41, 41), UNSEEN, np.uint8), origin=(0, 0))
+    assert unseen_straight_m(grid, LIMITS, 0.02, np.zeros((0, 2))) == 0.0
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_agrees_with_the_plain_twin(seed):
     grid = make_grid(random_kind(seed, share=0.01), origin=(4, -9))
@@ -38,4 +44,4 @@ def test_agrees_with_the_plain_twin(seed):
     for _ in range(20):
         ends = (grid.origin + rng.random((2, 2)) * grid.kind.shape) * 0.1
         plain = reference.unseen_straight_m(grid, LIMITS, 0.02, *ends)
-        assert unseen_straight_m(grid, LIMITS, 0.02, *ends) == pytest.approx(plain)
+        assert unseen_straight_m(grid, LIMITS, 0.02, ends) == pytest.approx(plain)
