@@ -22,6 +22,8 @@ COMFORT_M = 0.05
 to half its edge off the surface. Tighter places are for OMPL, which keeps to their middle."""
 HERE_M = 0.15
 """A node this close is where the robot stands: no turning to get there."""
+REJOIN_M = 0.15
+"""A robot that is beside its path and cannot cut across comes back to it so far ahead."""
 SHORTCUT_M = 10.0
 """Corners are cut over at most this length of a path: across a hospital's floor the work would grow
 with its square."""
@@ -100,7 +102,11 @@ class Connector:
         found: list[tuple[int, float, Float64Array]] = []
         if target is not None and path is not None:
             rest = remaining_path(path, x, y)
-            time = self._drive_time(rest)
+            time = self._drive_time(rest, self._margin)
+            if time is None:
+                # Driving is not exact: of the room that the way was planned with, some is for that.
+                rest = rejoined_path(path, x, y, REJOIN_M)
+                time = self._drive_time(rest, min(self._margin, 0.0))
             if time is not None:
                 found.append((target, time, rest))
         nodes = self._road.near(x, y, RADIUS_M, 2 * NEIGHBOURS)
@@ -255,18 +261,18 @@ class Connector:
             return []
         for node in nodes:
             path = self._solve(np.array([x, y]), self._road.xy[node])
-            time = None if path is None else self._drive_time(path)
+            time = None if path is None else self._drive_time(path, self._margin)
             if path is not None and time is not None:
                 return [(int(node), time, path)]
         return []
 
-    def _drive_time(self, path: Float64Array) -> float | None:
+    def _drive_time(self, path: Float64Array, margin: float) -> float | None:
         """Time along a path that begins at the robot, turns at its inner points included."""
         grid, limits = self._floor.grid, self._floor.limits
         total = 0.0
         leave = self._floor.clearance(path[0, 0], path[0, 1])
         for a, b in pairwise(path):
-            free, time, _ = move_between(grid, limits, a, b, self._margin, leave)
+            free, time, _ = move_between(grid, limits, a, b, margin, leave)
             if not free:
                 return None
             total += time
@@ -296,8 +302,31 @@ class Connector:
 
 def remaining_path(path: Float64Array, x: float, y: float) -> Float64Array:
     """Return what is left of a (K, 2) path for a robot at (x, y) near it, the robot first."""
+    at, _ = _beside(path, x, y)
+    return np.vstack([(x, y), path[at + 1 :]])
+
+
+def rejoined_path(path: Float64Array, x: float, y: float, ahead_m: float) -> Float64Array:
+    """Return what is left of a (K, 2) path for a robot that comes back to it `ahead_m` farther on.
+
+    In a tight passage the way from beside the path straight to its next corner may touch what the
+    path itself keeps clear of.
+    """
+    at, beside = _beside(path, x, y)
+    rest = np.vstack([beside, path[at + 1 :]])
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rest, axis=0), axis=1))])
+    later = int(np.searchsorted(along, ahead_m, side="right"))
+    if later == len(rest):
+        return np.vstack([(x, y), path[-1]])
+    share = (ahead_m - along[later - 1]) / (along[later] - along[later - 1])
+    back = rest[later - 1] + share * (rest[later] - rest[later - 1])
+    return np.vstack([(x, y), back, rest[later:]])
+
+
+def _beside(path: Float64Array, x: float, y: float) -> tuple[int, Float64Array]:
+    """Return the piece of a path that a robot is on, and the point of it next to the robot."""
     here = np.array([x, y])
-    best, at = math.inf, len(path) - 2
+    best, at, point = math.inf, len(path) - 2, path[-1]
     for n in range(len(path) - 1):
         step = path[n + 1] - path[n]
         length2 = float(step @ step)
@@ -305,8 +334,8 @@ def remaining_path(path: Float64Array, x: float, y: float) -> Float64Array:
         distance = float(np.linalg.norm(path[n] + t * step - here))
         # On a tie the later piece: the robot has passed the corner.
         if distance <= best + 1e-9:
-            best, at = distance, n
-    return np.vstack([here, path[at + 1 :]])
+            best, at, point = distance, n, path[n] + t * step
+    return at, point
 
 
 def _direction(path: Float64Array, at: int, yaw: float) -> float:

@@ -7,7 +7,7 @@ import pytest
 
 from ippon.geometry import base_pose
 from ippon.mapping.arrays import FREE, OCCUPIED
-from ippon.planning.connection import SHORTCUT_M, Connector, remaining_path
+from ippon.planning.connection import SHORTCUT_M, Connector, rejoined_path, remaining_path
 from ippon.planning.local_planner import LocalPlannerConfig
 from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampling import reachable_cells
@@ -126,7 +126,7 @@ def test_shortening_keeps_ends_and_clearance_and_never_lengthens(corner):
         return np.linalg.norm(np.diff(p, axis=0), axis=1).sum()
 
     assert length(short) <= length(zigzag)
-    assert joined.connector._drive_time(short) is not None
+    assert joined.connector._drive_time(short, 0.02) is not None
 
 
 def test_a_long_way_is_shortened_piece_by_piece(dense_map):
@@ -158,3 +158,30 @@ def test_what_is_left_of_a_path_begins_at_the_robot():
         remaining_path(path, 0.4, -0.1), [(0.4, -0.1), (1.0, 0.0), (1.0, 1.0)]
     )
     np.testing.assert_allclose(remaining_path(path, 1.0, 0.5), [(1.0, 0.5), (1.0, 1.0)])
+
+
+def test_who_comes_back_to_a_path_does_so_farther_on():
+    path = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
+    np.testing.assert_allclose(
+        rejoined_path(path, 0.4, -0.1, 0.2), [(0.4, -0.1), (0.6, 0.0), (1.0, 0.0), (1.0, 1.0)]
+    )
+    np.testing.assert_allclose(
+        rejoined_path(path, 0.9, -0.1, 0.2), [(0.9, -0.1), (1.0, 0.1), (1.0, 1.0)]
+    )
+    np.testing.assert_allclose(rejoined_path(path, 1.1, 0.9, 0.2), [(1.1, 0.9), (1.0, 1.0)])
+
+
+@pytest.mark.parametrize("beside", [-0.04, 0.04])
+def test_a_robot_beside_its_path_in_a_tight_passage_goes_on(dense_map, beside):
+    volume = dense_map((6.4, 3.2, 2.4)).room((0.8, 0.8), (5.6, 2.4))
+    volume.fill((2.0, 0.8, 0.0), (4.4, 1.4, 2.0), OCCUPIED)
+    volume.fill((2.0, 1.9, 0.0), (4.4, 2.4, 2.0), OCCUPIED)
+    joined = Joined(volume, base_pose(2.6, 1.65 + beside, 0.0, 0.0), enabled=False)
+    there = joined.add(5.0, 1.65)
+    path = np.array([(1.4, 1.65), (5.0, 1.65)])
+    seeds, tree = joined.tree(target=there, path=path)
+    assert tree.cost[there] < 20.0
+    np.testing.assert_allclose(
+        joined.road.path_to(there, tree, seeds),
+        [(2.6, 1.65 + beside), (2.75, 1.65), (5.0, 1.65)],
+    )
