@@ -14,15 +14,12 @@ MAX_LABEL: Final = 40
 MAX_CONTEXT: Final = 2000
 _NO_LABEL: Final = "–"
 
-Try = Callable[[Callable[[], str]], None]
-
 
 class CommonSense:
     """Builds its part of the Search tab inside the current container."""
 
-    def __init__(self, gui: Any, actions: Actions, attempt: Try) -> None:
+    def __init__(self, gui: Any, actions: Actions) -> None:
         self._actions = actions
-        self._try = attempt
         self._labels: tuple[str, ...] = ()
         self._table: ProximityTable | None = None
         self._levels = gui.add_html(markup.levels(None))
@@ -66,11 +63,19 @@ class CommonSense:
             hint="Shows where the robot would go with this level and this context; changes nothing",
         )
         what_if.on_click(lambda _: self._try(self._what_if))
+        self._answer = gui.add_html("")
         self._more = gui.add_text(
             "One more", "", hint="Another kind of thing to tell apart from now on, like bookcase"
         )
         add = gui.add_button("Add to the things", color=QUIET, icon=viser.Icon.PLUS)
         add.on_click(lambda _: self._try(self._add_label))
+
+    def _try(self, command: Callable[[], str]) -> None:
+        """Carry out a command and say how it ended, here: the top of the tab is out of sight."""
+        try:
+            self._answer.content = markup.answer(command(), ok=True)
+        except CommandError as error:
+            self._answer.content = markup.answer(str(error), ok=False)
 
     def _change_level(self) -> str:
         label, level = self._label.value, self._level.value

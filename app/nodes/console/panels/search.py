@@ -48,7 +48,7 @@ class SearchPanel:
         if not actions.recorded:
             self._build_queue(gui)
         self._goals = gui.add_html("")
-        self._common_sense = CommonSense(gui, actions, self._try)
+        self._common_sense = CommonSense(gui, actions)
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Show what changed."""
