@@ -35,7 +35,7 @@ def run_navigate(command: Navigate) -> int:
     model = make_model(command.llm, os.environ)
     try:
         mission = MissionConfig(
-            map=MapConfig(voxel_size_m=command.voxel_size_m),
+            map=MapConfig(voxel_size_m=command.voxel_size_m, memory_limit_mb=command.map_memory_mb),
             rooms=RoomConfig(enabled=command.rooms),
         )
         config = NavigatorConfig(

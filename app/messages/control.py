@@ -321,6 +321,7 @@ class Event(_Message, frozen=True):
         "drive",
         "painted",
         "lease",
+        "map_full",
         "error",
     ]
     text: str

@@ -13,6 +13,17 @@ class Journal:
     def __init__(self) -> None:
         self.why = WAITING
         self._events: list[MissionEvent] = []
+        self._map_is_full = False
+
+    def map_dropped(self, blocks: int, limit_mb: float) -> None:
+        """Tell once that the map has begun to give up blocks."""
+        if blocks and not self._map_is_full:
+            self._map_is_full = True
+            self.note(
+                "map_full",
+                f"the map has reached its bound of {limit_mb:.0f} MB: what was seen longest ago is "
+                "given up, far parts first; ippon navigate --map-memory-mb sets the bound",
+            )
 
     def note(self, kind: str, text: str) -> None:
         """Keep an event for the next snapshot."""

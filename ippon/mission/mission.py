@@ -244,7 +244,8 @@ class Mission:
         Raises:
             FrameRejectedError: The frame contradicts itself or the map; nothing has changed.
         """
-        self.voxel_map.integrate(frame)
+        report = self.voxel_map.integrate(frame)
+        self._journal.map_dropped(report.blocks_dropped, self.config.map.memory_limit_mb)
 
     def decide(self, frame: Frame) -> StepResult:
         """Decide what to do next, after `observe` of the same frame: the second half of `step`."""
@@ -258,8 +259,8 @@ class Mission:
         own = wanted if self._steering.commands_followed else Command(tilt_rad=frame.tilt_rad)
         self._recovery.watch(frame.stamp_ns, frame.T_world_base, own)
         command, reason = without_collision(wanted, frame, self.robot, self.voxel_map, dt_s)
-        turning_round = self._state is MissionState.LOOKING_AROUND
-        if turning_round and moves_base(wanted) and not moves_base(command):
+        kept = moves_base(wanted) and not moves_base(command)
+        if kept and self._state is MissionState.LOOKING_AROUND:
             # There is no room to turn: to wait for it would take for ever.
             self._look_around.skip()
         return StepResult(command=command, snapshot=self._snapshot(frame, reason))

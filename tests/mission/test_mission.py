@@ -202,6 +202,21 @@ def test_a_robot_clock_that_starts_anew_does_not_make_a_search_younger(scene) ->
         assert result.snapshot.elapsed_s == pytest.approx(elapsed_s)
 
 
+def test_a_map_that_reaches_its_bound_says_so_once(scene, monkeypatch) -> None:
+    world, mission = start(scene)
+    integrate = mission.voxel_map.integrate
+    events = []
+    for dropped in (0, 7, 9):
+        monkeypatch.setattr(
+            mission.voxel_map,
+            "integrate",
+            lambda frame, n=dropped: dataclasses.replace(integrate(frame), blocks_dropped=n),
+        )
+        events.append([e.text for e in mission.step(world.observe()).snapshot.events])
+    assert "reached its bound of 1024 MB" in " ".join(events[1])
+    assert not any("bound" in text for text in events[0] + events[2])
+
+
 def test_backing_off_stops_at_a_wall_that_the_map_knows(scene) -> None:
     world, mission = start(scene)
     ask(mission, "hat")
