@@ -18,10 +18,13 @@ from app.cli.segment import arguments_of
 from app.links.parent import end_with_parent
 from app.links.session import LinkError
 from app.nodes.navigator.config import NavigatorConfig
-from app.nodes.navigator.node import run_navigator
+from app.nodes.navigator.keeper import read_kept
+from app.nodes.navigator.run import run_navigator
+from ippon.errors import MapFileError
 from ippon.guidance.rooms import RoomConfig
 from ippon.mapping.voxel_map import MapConfig
 from ippon.mission.config import MissionConfig
+from ippon.vocabulary import MATTERPORT_40
 
 logger = logging.getLogger(__name__)
 
@@ -38,6 +41,8 @@ def run_navigate(command: Navigate) -> int:
             map=MapConfig(voxel_size_m=command.voxel_size_m, memory_limit_mb=command.map_memory_mb),
             rooms=RoomConfig(enabled=command.rooms),
         )
+        kept = None if command.map is None else read_kept(command.map, mission.map)
+        known = None if kept is None else kept.voxel_map
         config = NavigatorConfig(
             listen=command.listen,
             robot=command.robot,
@@ -45,9 +50,14 @@ def run_navigate(command: Navigate) -> int:
             mission=mission,
             language_model=model.name if model is not None else "",
             look_every_s=command.llm.look_every_s,
+            labels=MATTERPORT_40 if known is None else known.labels,
+            keep_map="" if command.map is None else str(command.map),
         )
-    except ValueError as error:
+    except (ValueError, MapFileError, OSError) as error:
         raise UsageError(str(error)) from error
+    if kept is not None:
+        area = 0.0 if known is None else known.explored_m2()
+        logger.info("map of %.0f m2 read, %d goals taken up", area, len(kept.requests))
     if command.segmentation.where == "here":
         config = replace(config, heatmap_lost_s=SLOW_SEGMENTATION_S)
     progress = Progress(
@@ -68,7 +78,7 @@ def run_navigate(command: Navigate) -> int:
                 if fraction >= 1.0:
                     progress.stop()
 
-            run_navigator(config, show, model)
+            run_navigator(config, show, model, kept)
     except LinkError as error:
         raise UsageError(str(error)) from error
     finally:

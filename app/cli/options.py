@@ -96,6 +96,10 @@ class Navigate:
     map_memory_mb: float = 1024.0
     """Bound of the map; beyond it, what was seen longest ago is given up, far parts first. 60 MB
     hold 110 m2 at voxels of 5 cm, 11 MB at 10 cm."""
+    map: Path | None = None
+    """File that keeps map and goals: read at the start if it is there, written every ten seconds
+    and at the end. Goals that were not over are taken up again, with the robot stopped until you
+    resume. The robot must know its pose in the same world frame as before."""
     rooms: bool = False
     """Rate common objects by the type of room that they stand in, where it is clear: a sink in a
     kitchen is far from a toilet."""

@@ -186,6 +186,10 @@ class VoxelMap:
 
     def save(self, path: Path) -> None:
         """Write the whole map to one file (see `map_file`); raises OSError."""
+        map_file.write(path, *self.capture())
+
+    def capture(self) -> tuple[dict[str, Any], map_file.Arrays]:
+        """Return copies of what `save` writes: header and arrays of `map_file.write`."""
         highest_m = self._layers.ooi_highest_m
         header = {
             "config": dataclasses.asdict(self.config),
@@ -200,7 +204,7 @@ class VoxelMap:
             "ooi_highest_m": None if math.isinf(highest_m) else highest_m,
             "floor_z_m": self._integrator.floor_z_m,
         }
-        map_file.write(path, header, snapshot.capture(self.pools, self.surface, len(self.labels)))
+        return header, snapshot.capture(self.pools, self.surface, len(self.labels))
 
     @classmethod
     def load(cls, path: Path, config: MapConfig | None = None) -> "VoxelMap":

@@ -43,7 +43,8 @@ OVER = (MissionState.FOUND, MissionState.EXHAUSTED)
 class Mission:
     """Owns the map, the planner and the goal; takes frames one by one.
 
-    Another `planner` may take the place of the paper's, for comparison with other methods.
+    Another `planner` may take the place of the paper's, for comparison with other methods; a
+    `voxel_map` with these labels that of an empty one.
     """
 
     def __init__(
@@ -53,10 +54,10 @@ class Mission:
         labels: Sequence[str],
         seed: int,
         planner: Planner | None = None,
+        voxel_map: VoxelMap | None = None,
     ) -> None:
-        self.config = config
-        self.robot = robot
-        self.voxel_map = VoxelMap(config.map, labels)
+        self.config, self.robot = config, robot
+        self.voxel_map = voxel_map or VoxelMap(config.map, labels)
         self.rooms = RoomLevels(config.rooms)
         self._planner: Planner = planner or ViewpointPlanner(config.planner, robot, seed)
         self._journal = Journal()

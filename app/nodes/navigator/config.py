@@ -43,6 +43,8 @@ class NavigatorConfig:
     goal that waits begins; longer leaves more time and holds up the queue."""
     max_queue: int = 20
     """Goals that may wait."""
+    keep_map: str = ""
+    """File that map and goals are kept in from one start to the next; empty keeps nothing."""
 
     def __post_init__(self) -> None:
         """Refuse a prefix that is none."""

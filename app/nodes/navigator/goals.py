@@ -90,6 +90,12 @@ class GoalBook:
         with self._lock:
             return self._active
 
+    def unfinished(self) -> list[PlannedSearch]:
+        """Return the goal that is searched for, unless it is over, and those that wait."""
+        with self._lock:
+            searched = self._active is not None and self._active_is_over is None
+            return [*([self._active] if searched and self._active else []), *self._queue]
+
     def find(self, goal_id: int) -> PlannedSearch | None:
         """Return a goal that is searched for, was last, or waits."""
         with self._lock:

@@ -1,11 +1,10 @@
 """The navigator as a process: frames and requests in, commands and pictures of the search out."""
 
 import logging
-import os
 import time
-from collections.abc import Callable
 from functools import partial
 from importlib.metadata import version
+from pathlib import Path
 from typing import Final
 
 import msgspec
@@ -13,10 +12,8 @@ import zenoh
 
 from app.links.answers import Adviser
 from app.links.latched import Latched
-from app.links.registry import RunningNavigator, register
 from app.links.sender import Sender
-from app.links.session import open_router
-from app.links.stopping import SignalledStop, Stop
+from app.links.stopping import Stop
 from app.messages import keys
 from app.messages.control import (
     Event,
@@ -30,11 +27,11 @@ from app.nodes.navigator.desk import Desk, Operation
 from app.nodes.navigator.goals import GoalBook
 from app.nodes.navigator.helm import Helm
 from app.nodes.navigator.intake import Intake, Stopwatch
+from app.nodes.navigator.keeper import Keeper, Kept
 from app.nodes.navigator.lease_desk import LeaseDesk
 from app.nodes.navigator.publisher import MapPublisher
 from app.nodes.navigator.report import StatusReport, proximity_table
 from app.nodes.navigator.steering import Steering
-from app.nodes.navigator.warm_up import warm_up
 from app.nodes.navigator.what_if import WhatIf
 from ippon.command import Command
 from ippon.errors import FrameRejectedError
@@ -53,11 +50,18 @@ class Navigator:
     """Owns the mission; everything that touches it runs in the thread that calls `run`."""
 
     def __init__(
-        self, config: NavigatorConfig, session: zenoh.Session, model: Adviser | None = None
+        self,
+        config: NavigatorConfig,
+        session: zenoh.Session,
+        model: Adviser | None = None,
+        kept: Kept | None = None,
     ) -> None:
         robot = config.robot
         self.config = config
-        self._mission = Mission(config.mission, config.profile, config.labels, config.seed)
+        self._mission = Mission(
+            config.mission, config.profile, config.labels, config.seed,
+            voxel_map=kept.voxel_map if kept else None,
+        )  # fmt: skip
         self._goals = GoalBook(config.max_queue)
         self._watch = Stopwatch()
         self._sender = Sender()
@@ -128,6 +132,12 @@ class Navigator:
         self._ask_for_labels()
         self._configuration = Latched(session, f"{robot}/{keys.CONFIGURATION}", self._sender)
         self._configuration.put(msgspec.json.encode(config))
+        self._keeper = Keeper(Path(config.keep_map), self._say) if config.keep_map else None
+        if kept is not None and kept.requests:
+            self._mission.stop()
+            for request in kept.requests:
+                self._desk.search(request)
+            self._say("stopped", "goals of before are taken up: press Resume to let the robot go")
 
     def run(self, stop: Stop) -> None:
         """Answer frames and requests until stopped."""
@@ -155,6 +165,8 @@ class Navigator:
         self._commander.close()
         self._counsel.close()
         self._sender.close()
+        if self._keeper is not None:
+            self._keeper.close(self._mission.voxel_map, self._goals)
 
     # -- a frame -----------------------------------------------------------------------------
 
@@ -185,6 +197,8 @@ class Navigator:
         self._map.publish(snapshot)
         self._watch.lap("publish", answered)
         self._take_note(snapshot)
+        if self._keeper is not None:
+            self._keeper.keep(self._mission.voxel_map, self._goals)
 
     def _learn_late(self) -> None:
         """Take in what a slow segmentation has told only now of one older frame."""
@@ -315,37 +329,3 @@ class Navigator:
         payload = encode(event)
         self._sender.put(len(payload), partial(self._events.put, payload))
         logger.info("%s: %s", kind, text)
-
-
-def run_navigator(
-    config: NavigatorConfig, progress: Callable[[float], None], model: Adviser | None = None
-) -> None:
-    """Compile, listen, and navigate until SIGINT or SIGTERM.
-
-    Args:
-        config: Where to listen and how to search.
-        progress: Called with the fraction of the preparation that is done; 1 means ready.
-        model: Asked for levels beside the embedded prior; closed at the end.
-
-    Raises:
-        LinkError: The endpoint is taken.
-    """
-    stop = SignalledStop()
-    session = open_router(config.listen)
-    entry = None
-    try:
-        warm_up(config, lambda fraction: progress(0.98 * fraction))
-        navigator = Navigator(config, session, model)
-        entry = register(
-            RunningNavigator(pid=os.getpid(), robot=config.robot, endpoint=config.listen)
-        )
-        progress(1.0)
-        logger.info("navigator ready at %s, prefix %s", config.listen, config.robot)
-        try:
-            navigator.run(stop)
-        finally:
-            navigator.close()
-    finally:
-        if entry is not None:
-            entry.unlink(missing_ok=True)
-        session.close()  # pyright: ignore[reportUnknownMemberType]
