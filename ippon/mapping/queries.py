@@ -23,9 +23,18 @@ def _points(points_world: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def state_at(arrays: MapArrays, points_world: NDArray[np.float64]) -> NDArray[np.uint8]:
     """Return (N,) `UNKNOWN`, `FREE` or `OCCUPIED` of the voxels that hold (N, 3) finite points."""
-    points = _points(points_world)
-    out = np.empty(len(points), np.uint8)
-    _state_kernel(arrays, points, out)
+    # Farther than any map, whole numbers would overflow.
+    far = 1e12
+    voxel = np.floor(np.clip(_points(points_world) / arrays.voxel_size, -far, far)).astype(np.int64)
+    block = (voxel >> 3) - arrays.origin_block
+    inside = ((block >= 0) & (block < arrays.directory.shape)).all(axis=1)
+    row = np.full(len(voxel), -1)
+    row[inside] = arrays.directory[tuple(block[inside].T)]
+    x, y, z = (voxel & 7).T
+    known = row >= 0
+    column = (x << 6) | (y << 3) | z
+    out = np.full(len(voxel), UNKNOWN, np.uint8)
+    out[known] = arrays.state[row[known], column[known]]
     return out
 
 
@@ -130,13 +139,6 @@ def _locate(arrays, x, y, z):
     if not (0 <= bx < size[0] and 0 <= by < size[1] and 0 <= bz < size[2]):
         return -1, 0
     return arrays.directory[bx, by, bz], ((i & 7) << 6) | ((j & 7) << 3) | (k & 7)
-
-
-@njit(cache=True, nogil=True)
-def _state_kernel(arrays, points, out):
-    for n in range(points.shape[0]):
-        row, column = _locate(arrays, points[n, 0], points[n, 1], points[n, 2])
-        out[n] = arrays.state[row, column] if row >= 0 else UNKNOWN
 
 
 @njit(cache=True, nogil=True)

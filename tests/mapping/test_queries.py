@@ -26,6 +26,11 @@ def test_states(room):
     assert room.state_at(np.empty((0, 3))).shape == (0,)
 
 
+def test_nothing_is_known_of_an_empty_map_or_of_what_is_farther_than_any():
+    points = np.array([[0.0, 0.0, 0.0], [1e300, -1e300, 0.0]])
+    assert VoxelMap(MapConfig(), ("thing",)).state_at(points).tolist() == [UNKNOWN, UNKNOWN]
+
+
 def test_distances_and_unknown_policy(room):
     points = np.array([[2.0, 0.55, 1.2], [2.0, 2.0, 1.2], [2.0, 2.0, -0.65], [80.0, 0, 0]])
     free = room.distance_at(points, unknown="free")
