@@ -227,9 +227,6 @@ def _reset_ooi_kernel(pools, surface, rows, labels, alias, prior, top, revision)
         at = surface.voxel[slot]
         if alias < 0 or at < 0 or surface.label[slot] == NO_LABEL:
             continue
-        if pools.coord[at // 512, 2] * 8 + (at & 7) >= top:
-            surface.log_odds[slot] = -LOG_ODDS_MAX
-            continue
         log_q = -np.float32(surface.energy[slot, alias]) / STEPS_PER_NAT
         log_q -= surface.log_norm[slot] / NORM_STEPS
         if log_q > -1.0:
@@ -243,8 +240,10 @@ def _reset_ooi_kernel(pools, surface, rows, labels, alias, prior, top, revision)
             rest = q * (1.0 + q * (0.5 + q / 3.0))
             if log_q > -3.0:
                 rest = -np.log(max(1.0 - np.exp(log_q), 1e-9))
-            odds = min(max(log_q + rest, odds), LOG_ODDS_MAX)
-            code = np.uint8(254.0 * q + 0.5)
+            # Where blocks lie is far from memory, and few voxels come to here.
+            if pools.coord[at // 512, 2] * 8 + (at & 7) < top:
+                odds = min(max(log_q + rest, odds), LOG_ODDS_MAX)
+                code = np.uint8(254.0 * q + 0.5)
         surface.log_odds[slot] = odds
         row, k = at // 512, at % 512
         pools.ooi[pools.slab[row], k] = code
