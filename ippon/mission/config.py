@@ -26,7 +26,7 @@ class MissionConfig:
     glance: GlanceConfig = field(default_factory=GlanceConfig)
     travel_pitch: TravelPitchConfig = field(default_factory=TravelPitchConfig)
     recovery: RecoveryConfig = field(default_factory=RecoveryConfig)
-    confirm_steps: int = 15
+    confirm_steps: int = 5
     """Frames that must agree in front of the object before it counts as found; more frames stop
     fewer searches at the wrong thing and take longer."""
     exhausted_steps: int = 15
