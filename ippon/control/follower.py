@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from ippon.command import Command
 from ippon.control.obstacles import near_obstacles, room_at
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mapping.arrays import MapArrays
+from ippon.planning.along_path import point_along, remaining_path
 from ippon.planning.plan import Plan, Viewpoint
 from ippon.robot import RobotProfile
 
@@ -108,7 +108,7 @@ class PathFollower:
         self._settling = away <= tolerance
         if self._settling:
             return self._settle(target, T_world_base, tilt_rad, dt_s)
-        path = remaining_points(plan.path_world[:, :2], here)
+        path = remaining_path(plan.path_world[:, :2], here[0], here[1])
         return self._drive(path, target, T_world_base, map_arrays, dt_s)
 
     def _settle(
@@ -221,28 +221,3 @@ class PathFollower:
         self._linear += min(max(linear - self._linear, -up), up)
         self._yaw_rate += min(max(yaw_rate - self._yaw_rate, -turn), turn)
         return Command(linear_m_s=self._linear, yaw_rate_rad_s=self._yaw_rate, tilt_rad=tilt)
-
-
-def remaining_points(path: Float64Array, here: Float64Array) -> Float64Array:
-    """Return what is left of a (K, 2) path for a robot near it, the robot's place first."""
-    best, at = math.inf, 0
-    for n in range(len(path) - 1):
-        step = path[n + 1] - path[n]
-        length2 = float(step @ step)
-        t = 0.0
-        if length2 > 0.0:
-            t = float(np.clip((here - path[n]) @ step / length2, 0.0, 1.0))
-        distance = float(np.linalg.norm(path[n] + t * step - here))
-        if distance <= best + 1e-9:
-            best, at = distance, n
-    return np.vstack([here, path[at + 1 :]]) if len(path) > 1 else np.vstack([here, path])
-
-
-def point_along(path: Float64Array, distance: float) -> Float64Array:
-    """Return the point `distance` metres along a (K, 2) path, its end beyond that."""
-    for a, b in pairwise(path):
-        length = float(np.linalg.norm(b - a))
-        if distance <= length and length > 0.0:
-            return a + distance / length * (b - a)
-        distance -= length
-    return path[-1]

@@ -95,8 +95,13 @@ def decode(content: bytes, max_bytes: int = 1 << 32) -> tuple[dict[str, Any], Ar
 
 def write(path: Path, header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
     """Write a file so that a crash leaves either the old one or the new one."""
+    replace_file(path, encode(header, arrays))
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Put a file in the place of another whole: a crash leaves either; raises OSError."""
     partial = path.with_name(path.name + ".partial")
-    partial.write_bytes(encode(header, arrays))
+    partial.write_bytes(content)
     partial.replace(path)
 
 

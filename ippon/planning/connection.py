@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
+from ippon.planning.along_path import rejoined_path, remaining_path
 from ippon.planning.clearance import move_between
 from ippon.planning.local_planner import LocalPlannerConfig, plan_locally
 from ippon.planning.roadmap import Roadmap, path_time, turning_time
@@ -298,44 +299,6 @@ class Connector:
         grid = self._floor.grid
         i, j = point / grid.voxel_size - grid.origin
         return box[0] <= i <= box[1] and box[2] <= j <= box[3]
-
-
-def remaining_path(path: Float64Array, x: float, y: float) -> Float64Array:
-    """Return what is left of a (K, 2) path for a robot at (x, y) near it, the robot first."""
-    at, _ = _beside(path, x, y)
-    return np.vstack([(x, y), path[at + 1 :]])
-
-
-def rejoined_path(path: Float64Array, x: float, y: float, ahead_m: float) -> Float64Array:
-    """Return what is left of a (K, 2) path for a robot that comes back to it `ahead_m` farther on.
-
-    In a tight passage the way from beside the path straight to its next corner may touch what the
-    path itself keeps clear of.
-    """
-    at, beside = _beside(path, x, y)
-    rest = np.vstack([beside, path[at + 1 :]])
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rest, axis=0), axis=1))])
-    later = int(np.searchsorted(along, ahead_m, side="right"))
-    if later == len(rest):
-        return np.vstack([(x, y), path[-1]])
-    share = (ahead_m - along[later - 1]) / (along[later] - along[later - 1])
-    back = rest[later - 1] + share * (rest[later] - rest[later - 1])
-    return np.vstack([(x, y), back, rest[later:]])
-
-
-def _beside(path: Float64Array, x: float, y: float) -> tuple[int, Float64Array]:
-    """Return the piece of a path that a robot is on, and the point of it next to the robot."""
-    here = np.array([x, y])
-    best, at, point = math.inf, len(path) - 2, path[-1]
-    for n in range(len(path) - 1):
-        step = path[n + 1] - path[n]
-        length2 = float(step @ step)
-        t = 0.0 if length2 == 0.0 else float(np.clip((here - path[n]) @ step / length2, 0.0, 1.0))
-        distance = float(np.linalg.norm(path[n] + t * step - here))
-        # On a tie the later piece: the robot has passed the corner.
-        if distance <= best + 1e-9:
-            best, at, point = distance, n, path[n] + t * step
-    return at, point
 
 
 def _direction(path: Float64Array, at: int, yaw: float) -> float:

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from ippon.control.follower import FollowerConfig, PathFollower, point_along, remaining_points
+from ippon.control.follower import FollowerConfig, PathFollower
 from ippon.control.obstacles import body_room, near_obstacles
 from ippon.geometry import base_pose, wrap_angle
 from ippon.guidance.levels import Level
+from ippon.planning.along_path import point_along, remaining_path
 from ippon.planning.plan import NodeKind, Plan, TreeView, Viewpoint
 from ippon.robot import HABITAT, ZED
 
@@ -192,9 +193,9 @@ def test_a_robot_too_close_to_something_drives_away_from_it(floor_with):
 
 def test_what_is_left_of_a_path():
     path = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
-    left = remaining_points(path, np.array([0.5, 0.1]))
+    left = remaining_path(path, 0.5, 0.1)
     np.testing.assert_allclose(left, [(0.5, 0.1), (1.0, 0.0), (1.0, 1.0)])
-    left = remaining_points(path, np.array([1.1, 0.4]))
+    left = remaining_path(path, 1.1, 0.4)
     np.testing.assert_allclose(left, [(1.1, 0.4), (1.0, 1.0)])
     np.testing.assert_allclose(point_along(path, 1.25), [1.0, 0.25])
     np.testing.assert_allclose(point_along(path, 9.0), [1.0, 1.0])

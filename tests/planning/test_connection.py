@@ -7,7 +7,8 @@ import pytest
 
 from ippon.geometry import base_pose
 from ippon.mapping.arrays import FREE, OCCUPIED
-from ippon.planning.connection import SHORTCUT_M, Connector, rejoined_path, remaining_path
+from ippon.planning.along_path import rejoined_path, remaining_path
+from ippon.planning.connection import SHORTCUT_M, Connector
 from ippon.planning.local_planner import LocalPlannerConfig
 from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampling import reachable_cells

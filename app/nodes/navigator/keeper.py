@@ -119,10 +119,8 @@ class Keeper:
         if content == self._goals:
             return
         path = _goals_path(self._path)
-        partial = path.with_name(path.name + ".partial")
         try:
-            partial.write_bytes(content)
-            partial.replace(path)
+            map_file.replace_file(path, content)
         except OSError as error:
             self._problem = f"the goals are not kept in {path.name}: {error.strerror or error}"
             return

@@ -16,26 +16,16 @@ _PLOT_EVERY: Final = 5
 # Between the inks of the light and of the dark page, because a plot is drawn once for both.
 _LINES: Final = "rgba(128, 140, 155, 0.3)"
 _FONT: Final = "11px system-ui, sans-serif"
+_INK: Final[dict[str, Any]] = {
+    "stroke": "#8591a0",
+    "grid": uplot.Axis_Grid(stroke=_LINES),
+    "ticks": uplot.Axis_Ticks(stroke=_LINES, size=4),
+    "font": _FONT,
+}
 _TIME: Final = uplot.Axis(
-    stroke="#8591a0",
-    grid=uplot.Axis_Grid(stroke=_LINES),
-    ticks=uplot.Axis_Ticks(stroke=_LINES, size=4),
-    size=22,
-    gap=2,
-    font=_FONT,
-    label="seconds",
-    labelSize=14,
-    labelGap=0,
-    labelFont=_FONT,
+    **_INK, size=22, gap=2, label="seconds", labelSize=14, labelGap=0, labelFont=_FONT
 )
-_VALUE: Final = uplot.Axis(
-    stroke="#8591a0",
-    grid=uplot.Axis_Grid(stroke=_LINES),
-    ticks=uplot.Axis_Ticks(stroke=_LINES, size=4),
-    size=44,
-    gap=4,
-    font=_FONT,
-)
+_VALUE: Final = uplot.Axis(**_INK, size=44, gap=4)
 
 
 class SessionPanel:
