@@ -1,5 +1,6 @@
 // The shell: status bar, Stop, reconnecting. The scene and its panels live in the frame below.
 
+import { installAnswers } from "./answers.js";
 import { Drive, isTyping } from "./drive.js";
 import { Explanation } from "./explain.js";
 import { installFold } from "./fold.js";
@@ -304,6 +305,7 @@ at("resume").addEventListener("click", () => insist(command("resume")));
 setInterval(ping, PING_MS);
 installTheme(view);
 installFold(view);
+installAnswers(view);
 adoptView();
 connect();
 render();

@@ -14,8 +14,8 @@ from app.view.viser_client import unpack_client
 PREFIX: Final = "/assets/"
 _NAMES: Final = (
     "shell.css", "shell.js", "view.css", "icon.svg",
-    "drive.css", "drive.js", "explain.js", "fold.js", "help.js", "lease.css", "lease.js",
-    "login.css", "map_first.js",
+    "answers.js", "drive.css", "drive.js", "explain.js", "fold.js", "help.js", "lease.css",
+    "lease.js", "login.css", "map_first.js",
 )  # fmt: skip
 _TYPES: Final = {
     "css": "text/css",

@@ -1,0 +1,20 @@
+// What a button of the panel answers must be seen, also where it comes in below the fold.
+
+const RECENT_MS = 10000;
+
+export function installAnswers(view) {
+  const adopt = () => {
+    const inner = view.contentDocument;
+    if (!inner?.body || inner.location.pathname !== "/view/") return;
+    let pressedAt = -Infinity;
+    inner.addEventListener("click", () => (pressedAt = performance.now()), true);
+    new MutationObserver((changes) => {
+      if (performance.now() - pressedAt > RECENT_MS) return;
+      for (const node of changes.flatMap((change) => [...change.addedNodes])) {
+        if (node.classList?.contains("ip-answer")) node.scrollIntoView({ block: "nearest" });
+      }
+    }).observe(inner.body, { childList: true, subtree: true });
+  };
+  view.addEventListener("load", adopt);
+  adopt();
+}
