@@ -1,22 +1,37 @@
-"""Compiles every kernel before the first frame, by searching a small home for a moment."""
+"""Compiles every kernel before the first frame, by searching a small home for a moment.
+
+The first time that takes most of a minute of one core. The kernels of the map and those of the
+simulated home are half of it each and have nothing in common, so a process beside this one compiles
+the latter meanwhile.
+"""
 
 import math
+import os
+import subprocess
+import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
 from app.nodes.navigator.config import NavigatorConfig
 from ippon.camera import PinholeCamera
+from ippon.command import Command
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.mapping.surface import SurfaceTracker
+from ippon.mapping.warm_up import warm_up as warm_up_map
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
+from ippon.robot import RobotProfile
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.world import SimulatedWorld
 
 STEPS: Final = 45
 """Long enough to look around, drive, and connect viewpoints by local paths."""
 HOME_SEED: Final = 4
+MAP_STEPS: Final = 5
+COMPLETE: Final = "complete"
+"""File among the kept kernels that says that all of them are there."""
 
 
 def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
@@ -26,16 +41,65 @@ def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
         config: Kernels are compiled for its map.
         progress: Called with the fraction that is done.
     """
-    scene = generate_home(HOME_SEED)
-    camera = PinholeCamera.from_horizontal_fov(96, 60, math.radians(74.0))
-    world = SimulatedWorld(scene, config.profile, camera, scene.start_poses[0])
+    complete = _complete()
+    first = complete is not None and not complete.exists()
+    before = _compile_in_two(progress) if first else 0.0
     mission = Mission(config.mission, config.profile, config.labels, seed=0)
     rows = tuple(LabelLevel(label=label, level=Level.AVERAGE, reason="") for label in config.labels)
     guidance = Guidance(ooi="hat", context="", provider="", rows=rows)
     mission.set_goal(Goal(goal_id=0, object="hat", display="hat"), guidance)
     tracker = SurfaceTracker(mission.voxel_map)
+    world = _small_home(config.profile)
     for k, _ in enumerate(run_episode(world, mission, EpisodeLimits(max_time_s=0.2 * STEPS))):
         tracker.update()
-        progress((k + 1) / STEPS)
+        progress(before + (1.0 - before) * (k + 1) / STEPS)
     mission.reject_find()
     tracker.keyframe()
+    if complete is not None and first:
+        complete.touch()
+
+
+def warm_up_simulation() -> None:
+    """Compile what a simulated home needs: the part of the process beside."""
+    config = NavigatorConfig()
+    world = _small_home(config.profile)
+    world.set_labels(config.labels, "hat")
+    world.observe()
+    world.step(Command(linear_m_s=0.3), 0.2)
+
+
+def _small_home(profile: RobotProfile) -> SimulatedWorld:
+    scene = generate_home(HOME_SEED)
+    camera = PinholeCamera.from_horizontal_fov(96, 60, math.radians(74.0))
+    return SimulatedWorld(scene, profile, camera, scene.start_poses[0])
+
+
+def _complete() -> Path | None:
+    folder = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(folder) / COMPLETE if folder else None
+
+
+def _compile_in_two(progress: Callable[[float], None]) -> float:
+    """Compile the map's kernels here and a simulated home's beside; returns the fraction done.
+
+    What the other process did not get done, for whatever reason, is compiled here later.
+    """
+    share = 0.6
+    beside = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            "from app.nodes.navigator.warm_up import warm_up_simulation as go; go()",
+        ],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        for k, _ in enumerate(warm_up_map()):
+            progress(share * k / MAP_STEPS)
+        beside.wait()
+    finally:
+        beside.kill()
+        beside.wait()
+    return share
