@@ -306,6 +306,7 @@ class Event(_Message, frozen=True):
         "state",
         "found",
         "rejected",
+        "doubted",
         "confirmed",
         "exhausted",
         "cancelled",

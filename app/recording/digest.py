@@ -34,6 +34,7 @@ MARKS: Final[dict[str, MarkKind]] = {
     "level_changed": "levels",
     "found": "found",
     "rejected": "rejected",
+    "doubted": "rejected",
     "confirmed": "confirmed",
     "exhausted": "exhausted",
     "cancelled": "exhausted",

@@ -9,6 +9,7 @@ from ippon.mapping.voxel_map import MapConfig
 from ippon.mission.glance import GlanceConfig
 from ippon.mission.look_around import LookAroundConfig
 from ippon.mission.recovery import RecoveryConfig
+from ippon.mission.second_look import SecondLookConfig
 from ippon.mission.travel_pitch import TravelPitchConfig
 from ippon.planning.config import PlannerConfig
 
@@ -26,6 +27,7 @@ class MissionConfig:
     glance: GlanceConfig = field(default_factory=GlanceConfig)
     travel_pitch: TravelPitchConfig = field(default_factory=TravelPitchConfig)
     recovery: RecoveryConfig = field(default_factory=RecoveryConfig)
+    second_look: SecondLookConfig = field(default_factory=SecondLookConfig)
     confirm_steps: int = 5
     """Frames that must agree in front of the object before it counts as found; more frames stop
     fewer searches at the wrong thing and take longer."""

@@ -18,7 +18,7 @@ from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.config import MissionConfig
-from ippon.mission.finding import LOOKED_AT_RADIUS_M, ball_round, looked_at
+from ippon.mission.finding import LOOKED_AT_RADIUS_M, Ball, ball_round, looked_at
 from ippon.mission.goal import Goal
 from ippon.mission.inspection import Preview, preview
 from ippon.mission.journal import WAITING, Journal
@@ -96,7 +96,9 @@ class Mission:
             ValueError: The guidance does not speak of this map's labels, in their order.
         """
         self._check_guidance(guidance)
-        self._search = Search(goal, guidance, self.config.planner.ooi_threshold)
+        self._search = Search(
+            goal, guidance, self.config.planner.ooi_threshold, self.config.second_look
+        )
         self.voxel_map.set_ooi(
             goal.object, load_knowledge().highest_m(goal.category or goal.object)
         )
@@ -148,9 +150,7 @@ class Mission:
             return False
         find = self._search.go_on_from_find()
         if find is not None:
-            ball = ball_round(find)
-            self._search.rejected.append(ball)
-            self.voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
+            self._rule_out(self._search, ball_round(find))
         elif self._last is not None:
             # No voxels are left to point at: what the robot looks at is what it took for it.
             self.voxel_map.suppress_ooi(looked_at(self._last), LOOKED_AT_RADIUS_M)
@@ -246,7 +246,19 @@ class Mission:
             FrameRejectedError: The frame contradicts itself or the map; nothing has changed.
         """
         report = self.voxel_map.integrate(frame)
+        if self._search is not None:
+            self._search.ask_image(frame)
         self._journal.map_dropped(report.blocks_dropped, self.config.map.memory_limit_mb)
+
+    def learn(self, frame: Frame) -> None:
+        """Take the heatmap that came late for a frame which was observed without it.
+
+        Raises:
+            ValueError: The frame has no heatmap.
+        """
+        self.voxel_map.learn(frame)
+        if self._search is not None:
+            self._search.ask_image(frame)
 
     def decide(self, frame: Frame) -> StepResult:
         """Decide what to do next, after `observe` of the same frame: the second half of `step`."""
@@ -297,11 +309,20 @@ class Mission:
 
     def _pursue(self, search: Search, frame: Frame, plan: Plan, dt_s: float) -> Command:
         pursued = self._pursuit.step(search, frame, plan, dt_s)
+        if pursued.doubted is not None:
+            search.arrived_steps = 0
+            self._rule_out(search, ball_round(pursued.doubted))
+            self._journal.note("doubted", pursued.why)
         if pursued.state in OVER:
             self._conclude(pursued.state, pursued.why)
         else:
             self._state, self._journal.why = pursued.state, pursued.why
         return pursued.command
+
+    def _rule_out(self, search: Search, ball: Ball) -> None:
+        """Take a place for something else for the rest of a search."""
+        search.rejected.append(ball)
+        self.voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
 
     def _guided(self, frame: Frame) -> MapArrays:
         """Return the map as it guides the planner: by the type of room, where that is asked for."""

@@ -1,11 +1,14 @@
 """From plan to command: follow the planner's choice, and notice where a search ends."""
 
 import dataclasses
+import math
 from dataclasses import dataclass
+from typing import Final
 
 from ippon.command import Command
 from ippon.control.follower import PathFollower
 from ippon.frame import Frame
+from ippon.geometry import wrap_angle, yaw_of
 from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.config import MissionConfig
@@ -13,10 +16,13 @@ from ippon.mission.explanation import explain
 from ippon.mission.finding import exhausted_text, find_from, nearest_find
 from ippon.mission.glance import Glance
 from ippon.mission.search import Search
-from ippon.mission.snapshot import MissionState
+from ippon.mission.snapshot import Find, MissionState
 from ippon.mission.travel_pitch import TravelPitch
 from ippon.planning.plan import NodeKind, Plan
 from ippon.robot import RobotProfile
+
+_ARRIVING_M: Final = 0.4
+"""This near to the target the camera turns to what the viewpoint wants to see."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +33,8 @@ class Pursued:
     state: MissionState
     """`FOUND` and `EXHAUSTED` end the search."""
     why: str
+    doubted: Find | None = None
+    """What the map takes for the object and the images do not."""
 
 
 class Pursuit:
@@ -41,6 +49,7 @@ class Pursuit:
         rooms: RoomLevels,
     ) -> None:
         self._config = config
+        self._robot = robot
         self._follower = follower
         self._voxel_map = voxel_map
         self._rooms = rooms
@@ -78,17 +87,28 @@ class Pursuit:
         # One frame in between that sees it worse does not count for more than one that sees it.
         search.arrived_steps = max(0, search.arrived_steps + (1 if arrived else -1))
         if search.arrived_steps >= self._config.confirm_steps:
-            search.find = (
+            find = (
                 nearest_find(search.candidates, frame.T_world_base)
                 if plan.out_of_reach_m is None
                 else find_from(search.candidates, frame.T_world_base, plan.out_of_reach_m)
             )
+            if find is not None and search.second_look.contradicts(find):
+                return Pursued(
+                    command=Command(tilt_rad=command.tilt_rad),
+                    state=MissionState.SEARCHING,
+                    why=f"what seemed to be {search.goal.display} hardly looks like it: going on",
+                    doubted=find,
+                )
+            search.find = find
             return Pursued(
                 command=Command(tilt_rad=command.tilt_rad),
                 state=MissionState.FOUND,
                 why=search.found_text(frame.T_world_base),
             )
-        if command.linear_m_s > 0.05 and not approaching:
+        watched = self._tilt_to_object(search, frame, plan)
+        if watched is not None:
+            command = dataclasses.replace(command, tilt_rad=watched)
+        elif command.linear_m_s > 0.05 and not approaching:
             sweep = self._travel_pitch.tilt(search.elapsed_s(frame.stamp_ns))
             command = dataclasses.replace(command, tilt_rad=sweep)
         return Pursued(
@@ -96,6 +116,27 @@ class Pursuit:
             state=MissionState.APPROACHING if approaching else MissionState.SEARCHING,
             why=explain(plan, self._voxel_map, search.goal, search.guidance, self._rooms),
         )
+
+    def _tilt_to_object(self, search: Search, frame: Frame, plan: Plan) -> float | None:
+        """Return the tilt that keeps in sight what the robot is on its way to.
+
+        None where that is nothing in particular, or out of sight anyway, and at the end of the way,
+        where the viewpoint says how to look.
+        """
+        target, robot = plan.target, self._robot
+        if target is None or not search.candidates or not (ends_search(plan) or plan.closer_look):
+            return None
+        x, y, floor_z = frame.T_world_base[:3, 3].tolist()
+        end = target.position_world
+        if math.dist((x, y), end[:2]) <= _ARRIVING_M:
+            return None
+        thing = min(search.candidates, key=lambda c: math.dist(c.position_world[:2], end[:2]))
+        at = thing.position_world
+        off = wrap_angle(math.atan2(at[1] - y, at[0] - x) - yaw_of(frame.T_world_base))
+        if abs(off) > 0.5 * robot.horizontal_fov_rad:
+            return None
+        tilt = math.atan2(at[2] - floor_z - robot.camera_height_m, math.dist((x, y), at[:2]))
+        return min(max(tilt, robot.min_tilt_rad), robot.max_tilt_rad)
 
 
 def ends_search(plan: Plan) -> bool:

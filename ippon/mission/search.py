@@ -10,7 +10,9 @@ from ippon.mission.clusters import OoiVoxels, cluster_finds
 from ippon.mission.finding import Ball, ball_round, distance_m, out_of_reach_text
 from ippon.mission.goal import Goal
 from ippon.mission.recovery import NANOSECONDS
+from ippon.mission.second_look import SecondLook, SecondLookConfig
 from ippon.mission.snapshot import Find
+from ippon.mission.termination import is_small
 
 
 class Search:
@@ -20,9 +22,16 @@ class Search:
         goal: What is searched for.
         guidance: Levels of the map's labels for that goal.
         ooi_threshold: p_T; voxels above it are probably the object.
+        second_look: When images speak against a find.
     """
 
-    def __init__(self, goal: Goal, guidance: Guidance, ooi_threshold: float) -> None:
+    def __init__(
+        self,
+        goal: Goal,
+        guidance: Guidance,
+        ooi_threshold: float,
+        second_look: SecondLookConfig | None = None,
+    ) -> None:
         self.goal = goal
         self.guidance = guidance
         self.candidates: tuple[Find, ...] = ()
@@ -33,6 +42,12 @@ class Search:
         self.arrived_steps = 0
         self.empty_steps = 0
         self._ooi_voxels = OoiVoxels(ooi_threshold)
+        self._centres: Float64Array = np.zeros((0, 3))
+        self.second_look = SecondLook(
+            second_look or SecondLookConfig(),
+            goal.object,
+            small=is_small(goal.object, goal.category),
+        )
         self._started_ns: int | None = None
 
     def elapsed_s(self, stamp_ns: int) -> float:
@@ -55,14 +70,18 @@ class Search:
 
     def update_candidates(self, arrays: MapArrays, frame: Frame) -> None:
         """Look again for clusters of voxels that are probably the object."""
-        centres, probabilities = self._ooi_voxels.update(arrays)
+        self._centres, probabilities = self._ooi_voxels.update(arrays)
         self.candidates = cluster_finds(
-            centres,
+            self._centres,
             probabilities,
             arrays.voxel_size,
             camera=frame.camera,
             T_world_camera=frame.T_world_camera,
         )
+
+    def ask_image(self, frame: Frame) -> None:
+        """Ask an image whether it shows the object where the map does, its heatmap late or not."""
+        self.second_look.note(frame, self._centres, self.candidates)
 
     def rests_of_rejected(self) -> list[Ball]:
         """Take what continues a rejected find from the candidates: the rest of a thing half seen.

@@ -37,8 +37,22 @@ def termination_voxels(label: str, category: str | None, voxel_size_m: float) ->
         category: Common object that it is an instance of, or None.
         voxel_size_m: Edge of a voxel; surface voxels scale with its inverse square.
     """
+    scale = (REFERENCE_VOXEL_M / voxel_size_m) ** 2
+    return max(1.0, (_count(label, category) or _SMALL_OBJECT) * scale)
+
+
+def is_small(label: str, category: str | None) -> bool:
+    """Tell whether an object is one of the small ones, which a voxel of the reference can hold.
+
+    Args:
+        label: Canonical label of the object.
+        category: Common object that it is an instance of, or None.
+    """
+    return _count(label, category) is None
+
+
+def _count(label: str, category: str | None) -> float | None:
     count = _VOXELS_AT_REFERENCE.get(label)
     if count is None and category is not None:
         count = _VOXELS_AT_REFERENCE.get(category)
-    scale = (REFERENCE_VOXEL_M / voxel_size_m) ** 2
-    return max(1.0, (count or _SMALL_OBJECT) * scale)
+    return count

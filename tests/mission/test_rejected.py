@@ -24,13 +24,13 @@ def test_what_begins_where_it_ends_is_more_of_it(x, continues):
 
 
 def test_the_rest_of_a_rejected_find_is_no_find_either(searcher, room):
-    bed = ("bed", "bed", (3.6, 1.2, 0.0), (6.9, 3.0, 0.55))
-    head = ("bed", "bed", (6.7, 1.2, 0.55), (6.9, 3.0, 1.1))
-    robot = searcher([*room(8.0, 4.5), bed, head], 1.0, 2.0)
+    bed = ("bed", "bed", (3.6, 1.2, 0.0), (7.3, 3.0, 0.55))
+    head = ("bed", "bed", (7.3, 1.2, 0.55), (7.4, 3.0, 1.1))
+    robot = searcher([*room(8.5, 4.5), bed, head], 1.0, 2.0)
     robot.ask("bed")
     robot.search(60.0)
     assert robot.last.state is MissionState.FOUND
-    assert robot.last.find.size_m[0] < 3.0, "its far end was not seen yet"
+    assert robot.last.find.size_m[0] < 3.6, "its far end was not seen yet"
     assert robot.mission.reject_find()
     again = robot.search(30.0)
     assert MissionState.FOUND not in [r.snapshot.state for r in again]

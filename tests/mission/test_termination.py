@@ -1,4 +1,4 @@
-from ippon.mission.termination import termination_voxels
+from ippon.mission.termination import is_small, termination_voxels
 
 
 def test_larger_objects_need_more_voxels() -> None:
@@ -16,3 +16,9 @@ def test_an_instance_of_a_common_object_is_as_large_as_it() -> None:
 
 def test_surface_voxels_scale_with_the_square_of_their_number() -> None:
     assert termination_voxels("bed", "bed", 0.05) == 4 * termination_voxels("bed", "bed", 0.1)
+
+
+def test_furniture_is_not_small_and_what_stands_on_it_is() -> None:
+    assert not is_small("armchair", "chair")
+    assert not is_small("tv", None)
+    assert is_small("hat", None)

@@ -204,7 +204,7 @@ class Navigator:
         """Take in what a slow segmentation has told only now of one older frame."""
         late = self._intake.take_late()
         if late is not None:
-            self._mission.voxel_map.learn(late)
+            self._mission.learn(late)
 
     def _take_note(self, snapshot: Snapshot) -> None:
         for event in snapshot.events:

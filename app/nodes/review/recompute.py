@@ -99,7 +99,7 @@ class Recomputation:
                     assembler.forget(frame.stamp_ns)
             late = assembler.take_late()
             if late is not None:
-                self.mission.voxel_map.learn(late)
+                self.mission.learn(late)
 
     def _take(self, assembler: FrameAssembler, message: RecordedMessage) -> None:
         payload = message.payload

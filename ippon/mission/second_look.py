@@ -1,0 +1,152 @@
+"""Whether what the map takes for the object looks like it in the images, too.
+
+The filter takes every image for a new piece of evidence (Sec. Object Probability Mapping), but an
+object that is misread is misread again and again: a few unlucky images are enough for p near 1, and
+of a window that was taken for a television once, hardly an image says so again. So before a search
+ends, the images are asked how often what they show of it wins against every other label.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.frame import Frame
+from ippon.geometry import Float64Array, invert_transform, transform_points
+from ippon.mission.snapshot import Find
+
+_FOLLOWED = 6
+"""Clusters that are followed at a time, the largest."""
+_SAME_M = 0.6
+_BEHIND_M = 0.2
+"""Depth by which a voxel may differ from the image and still be what it shows."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SecondLookConfig:
+    """When the images speak against a find."""
+
+    least_share: float = 0.43
+    """Share of a find's pixels whose likeliest label is the object, on the average of the last
+    images; more sends the robot on from more wrong finds, and from right ones that are badly
+    recognised. In development searches right finds had 0.46 or more, wrong ones 0.36 to 0.6."""
+    least_share_small: float = 0.2
+    """Likewise for things that fill a voxel or two: most of their pixels are outline, where labels
+    mix. Right finds had as little as 0.37."""
+    images: int = 40
+    """Images that it is the average of; the approach takes about as many."""
+    enough_images: int = 8
+    """With fewer the map alone decides."""
+
+    def __post_init__(self) -> None:
+        """Reject shares and counts without meaning."""
+        least = (self.least_share, self.least_share_small)
+        if (
+            not all(0.0 <= share <= 1.0 for share in least)
+            or not 1 <= self.enough_images <= self.images
+        ):
+            raise ValueError(
+                "least_share and least_share_small must lie in [0, 1] and enough_images in 1 to "
+                f"images; got {least}, {self.enough_images}, {self.images}"
+            )
+
+
+@dataclass(slots=True, kw_only=True)
+class _Followed:
+    centre: Float64Array
+    shares: deque[float] = field(default_factory=deque[float])
+
+
+class SecondLook:
+    """Follows the clusters that may be the object from image to image.
+
+    Args:
+        config: When the images speak against a find.
+        label: The object, as the heatmaps call it.
+        small: It fills a voxel or two.
+    """
+
+    def __init__(self, config: SecondLookConfig, label: str, *, small: bool) -> None:
+        self._config = config
+        self._least = config.least_share_small if small else config.least_share
+        self._label = label
+        self._followed: list[_Followed] = []
+
+    def note(self, frame: Frame, centres_world: Float64Array, finds: Sequence[Find]) -> None:
+        """Ask an image.
+
+        Args:
+            frame: The image; one without a heatmap of the object says nothing.
+            centres_world: (M, 3) voxels that the map takes for the object, metres.
+            finds: Their clusters, largest first.
+        """
+        heatmap = frame.heatmap
+        if heatmap is None or heatmap.ooi != self._label or not len(centres_world):
+            return
+        seen, wins = votes(frame, centres_world)
+        kept: list[_Followed] = []
+        for find in finds[:_FOLLOWED]:
+            one = self._of(find)
+            if one is None:
+                one = _Followed(centre=np.array(find.position_world))
+            one.centre = np.array(find.position_world)
+            inside = np.abs(centres_world - one.centre) <= 0.5 * np.array(find.size_m) + 1e-6
+            mine = inside.all(axis=1) & seen
+            if mine.any():
+                one.shares.append(float(wins[mine].mean()))
+                while len(one.shares) > self._config.images:
+                    one.shares.popleft()
+            kept.append(one)
+        self._followed = kept
+
+    def share(self, find: Find) -> float | None:
+        """Return how often a find looks like the object; None where too few images tell."""
+        one = self._of(find)
+        if one is None or len(one.shares) < self._config.enough_images:
+            return None
+        return float(np.mean(one.shares))
+
+    def contradicts(self, find: Find) -> bool:
+        """Tell whether the images speak against a find."""
+        share = self.share(find)
+        return share is not None and share < self._least
+
+    def _of(self, find: Find) -> _Followed | None:
+        at = np.array(find.position_world)
+        near = [(float(np.linalg.norm(one.centre - at)), n) for n, one in enumerate(self._followed)]
+        if not near or min(near)[0] > _SAME_M:
+            return None
+        return self._followed[min(near)[1]]
+
+
+def votes(frame: Frame, centres_world: Float64Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Look voxels up in the image.
+
+    Args:
+        frame: With a heatmap that was asked for the object.
+        centres_world: (M, 3) metres.
+
+    Returns:
+        (M,) whether the image shows the voxel, and (M,) whether it takes it for the object there.
+    """
+    heatmap, camera = frame.heatmap, frame.camera
+    seen = np.zeros(len(centres_world), dtype=np.bool_)
+    wins = np.zeros(len(centres_world), dtype=np.bool_)
+    if heatmap is None or heatmap.ooi_channel is None:
+        return seen, wins
+    points = transform_points(invert_transform(frame.T_world_camera), centres_world)
+    z = np.maximum(points[:, 2], 1e-6)
+    u = np.floor(camera.fx * points[:, 0] / z + camera.cx + 0.5)
+    v = np.floor(camera.fy * points[:, 1] / z + camera.cy + 0.5)
+    ahead = (points[:, 2] > 0.1) & (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
+    at = np.flatnonzero(ahead)
+    u, v = u[at].astype(np.int64), v[at].astype(np.int64)
+    shown = np.abs(frame.depth[v, u] - points[at, 2]) <= _BEHIND_M
+    at, u, v = at[shown], u[shown], v[shown]
+    seen[at] = True
+    rows, columns = heatmap.probabilities.shape[:2]
+    pixel = heatmap.probabilities[v * rows // camera.height, u * columns // camera.width]
+    wins[at] = pixel.argmax(axis=1) == heatmap.ooi_channel
+    return seen, wins

@@ -1,0 +1,139 @@
+"""Before a search ends the images are asked whether they show the object, too."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ippon.camera import PinholeCamera
+from ippon.frame import Frame, Heatmap
+from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
+from ippon.mission.config import MissionConfig
+from ippon.mission.second_look import SecondLook, SecondLookConfig, votes
+from ippon.mission.snapshot import Find, MissionState
+
+CAMERA = PinholeCamera.from_horizontal_fov(64, 48, 1.2)
+LABELS = ("wall", "chair")
+AT = (2.0, 0.0, 1.0)
+"""Right ahead of the camera."""
+
+
+def frame(share: float, *, ooi: str = "hat", depth: float = 2.0, heatmap: bool = True) -> Frame:
+    """An image whose upper part, a share of its rows, is taken for the object."""
+    probabilities = np.zeros((48, 64, 3), np.uint8)
+    probabilities[..., 0] = 255
+    probabilities[: round(48 * share)] = (55, 0, 200)
+    return Frame(
+        stamp_ns=0,
+        color=np.zeros((48, 64, 3), np.uint8),
+        depth=np.full((48, 64), depth, np.float32),
+        camera=CAMERA,
+        T_world_camera=make_transform(R_BASE_CAMERA_LEVEL, (0.0, 0.0, 1.0)),
+        T_world_base=make_transform(np.eye(3), (0.0, 0.0, 0.0)),
+        tilt_rad=0.0,
+        heatmap=Heatmap(labels=LABELS, ooi=ooi, probabilities=probabilities) if heatmap else None,
+    )
+
+
+def voxels() -> np.ndarray:
+    """A wall of voxels round `AT` that the whole height of the image shows."""
+    y, z = np.meshgrid(np.arange(-0.3, 0.31, 0.1), np.arange(0.1, 1.91, 0.1))
+    return np.stack([np.full(y.size, 2.0), y.ravel(), z.ravel()], axis=1)
+
+
+def find_of(centres: np.ndarray) -> Find:
+    low, high = centres.min(axis=0) - 0.05, centres.max(axis=0) + 0.05
+    return Find(
+        position_world=tuple(centres.mean(axis=0).tolist()),
+        size_m=tuple((high - low).tolist()),
+        probability=1.0,
+        voxels=len(centres),
+        box_px=None,
+    )
+
+
+def after(shares, *, small=False, **options) -> tuple[SecondLook, Find]:
+    look, centres = SecondLook(SecondLookConfig(), "hat", small=small), voxels()
+    find = find_of(centres)
+    for share in shares:
+        look.note(frame(share, **options), centres, [find])
+    return look, find
+
+
+def test_what_the_image_shows_votes_and_what_it_hides_does_not():
+    centres = np.array([AT, (2.0, 0.0, 1.6), (3.0, 0.0, 1.0), (-1.0, 0.0, 1.0), (2.0, 5.0, 1.0)])
+    seen, wins = votes(frame(0.4), centres)
+    assert seen.tolist() == [True, True, False, False, False], "behind, at the back, beside"
+    assert wins.tolist() == [False, True, False, False, False]
+
+
+@pytest.mark.parametrize(
+    ("share", "small", "against"),
+    [(0.9, False, False), (0.6, False, False), (0.3, False, True), (0.3, True, False),
+     (0.05, True, True)],
+)  # fmt: skip
+def test_the_images_decide_by_their_average(share, small, against):
+    look, find = after([share] * 10, small=small)
+    assert look.share(find) == pytest.approx(share, abs=0.08)
+    assert look.contradicts(find) is against
+
+
+def test_few_images_say_nothing():
+    look, find = after([0.0] * 7)
+    assert look.share(find) is None
+    assert not look.contradicts(find)
+
+
+def test_the_last_images_count():
+    look, find = after([0.0] * 40 + [1.0] * 40)
+    assert look.share(find) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("options", [{"ooi": "cap"}, {"heatmap": False}, {"depth": 1.0}])
+def test_an_image_of_something_else_or_of_nothing_says_nothing(options):
+    look, find = after([0.0] * 20, **options)
+    assert look.share(find) is None
+
+
+def test_a_heatmap_that_comes_late_is_asked_too(searcher, room):
+    bed = ("bed", "bed", (3.6, 1.2, 0.0), (5.4, 3.0, 0.55))
+    robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0)
+    robot.ask("bed")
+    asked = []
+    robot.search(30.0, until=lambda result: bool(result.snapshot.candidates))
+    robot.mission._search.second_look.note = lambda frame, *_: asked.append(frame.heatmap)
+    frame = robot.world.observe()
+    robot.mission.observe(dataclasses.replace(frame, heatmap=None))
+    robot.mission.learn(frame)
+    assert asked == [None, frame.heatmap]
+
+
+def test_another_find_starts_anew():
+    look, find = after([0.0] * 20)
+    elsewhere = dataclasses.replace(find, position_world=(5.0, 3.0, 1.0))
+    assert look.contradicts(find)
+    assert not look.contradicts(elsewhere)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"least_share": 1.1}, {"least_share_small": -0.1}, {"enough_images": 0}, {"images": 5}],
+)
+def test_a_config_without_meaning_is_refused(wrong):
+    with pytest.raises(ValueError, match="must lie in"):
+        SecondLookConfig(**wrong)
+
+
+def test_a_search_goes_on_from_what_the_images_deny(searcher, room):
+    bed = ("bed", "bed", (3.6, 1.2, 0.0), (5.4, 3.0, 0.55))
+    doubt = SecondLookConfig(least_share=1.0, enough_images=1)
+    robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=MissionConfig(second_look=doubt))
+    # At outlines pixels mix: no find looks like itself in all of its voxels.
+    robot.ask("bed")
+    results = robot.search(60.0)
+    events = [event for result in results for event in result.snapshot.events]
+    doubted = [event for event in events if event.kind == "doubted"]
+    assert doubted
+    assert "hardly looks like it" in doubted[0].text
+    assert MissionState.FOUND not in [r.snapshot.state for r in results]
+    assert robot.last.candidates == (), "it is ruled out"
