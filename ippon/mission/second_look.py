@@ -28,10 +28,10 @@ _BEHIND_M = 0.2
 class SecondLookConfig:
     """When the images speak against a find."""
 
-    least_share: float = 0.43
+    least_share: float = 0.4
     """Share of a find's pixels whose likeliest label is the object, on the average of the last
     images; more sends the robot on from more wrong finds, and from right ones that are badly
-    recognised. In development searches right finds had 0.46 or more, wrong ones 0.36 to 0.6."""
+    recognised. In development searches right finds had 0.41 or more, wrong ones 0.15 to 0.6."""
     least_share_small: float = 0.2
     """Likewise for things that fill a voxel or two: most of their pixels are outline, where labels
     mix. Right finds had as little as 0.37."""

@@ -61,7 +61,7 @@ def test_options_reach_the_set_up(tmp_path):
 def _arguments(out, room, workers=1):
     return (
         "eval", "run", "--out", str(out), "--homes", str(room), "--objects", "chair,hat",
-        "--methods", "oracle", "--robot", "zed", "--image-width", "64", "--starts", "3",
+        "--methods", "oracle", "--robot", "zed", "--image-width", "64", "--starts", "4",
         "--workers", str(workers),
     )  # fmt: skip
 
