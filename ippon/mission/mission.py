@@ -18,15 +18,16 @@ from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.config import MissionConfig
-from ippon.mission.finding import LOOKED_AT_RADIUS_M, Ball, ball_round, looked_at
 from ippon.mission.goal import Goal
 from ippon.mission.inspection import Preview, preview
 from ippon.mission.journal import WAITING, Journal
 from ippon.mission.look_around import LookAround
 from ippon.mission.pursuit import Pursuit, ends_search
 from ippon.mission.recovery import NANOSECONDS, Recovery
+from ippon.mission.ruling_out import doubt, look_for_candidates, reject_last_find
 from ippon.mission.safeguard import moves_base, without_collision
 from ippon.mission.search import Search
+from ippon.mission.showing import snapshot_of
 from ippon.mission.snapshot import MissionState, Snapshot, StepResult
 from ippon.mission.steering import Steering
 from ippon.mission.termination import termination_voxels
@@ -148,12 +149,7 @@ class Mission:
         """
         if self._search is None or self._state is not MissionState.FOUND:
             return False
-        find = self._search.go_on_from_find()
-        if find is not None:
-            self._rule_out(self._search, ball_round(find))
-        elif self._last is not None:
-            # No voxels are left to point at: what the robot looks at is what it took for it.
-            self.voxel_map.suppress_ooi(looked_at(self._last), LOOKED_AT_RADIUS_M)
+        reject_last_find(self._search, self.voxel_map, self._last)
         display = self._search.goal.display
         self._journal.note("rejected", f"not the {display}: searching on")
         self._state = MissionState.SEARCHING
@@ -264,9 +260,7 @@ class Mission:
         """Decide what to do next, after `observe` of the same frame: the second half of `step`."""
         dt_s = self._travelled(frame)
         if self._search is not None:
-            self._search.update_candidates(self.voxel_map.arrays(), frame)
-            for ball in self._search.rests_of_rejected():
-                self.voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
+            look_for_candidates(self._search, self.voxel_map, frame)
         wanted = self._act(frame, dt_s)
         # The command before the filter: a robot that is kept from driving is stuck, too.
         own = wanted if self._steering.commands_followed else Command(tilt_rad=frame.tilt_rad)
@@ -310,19 +304,13 @@ class Mission:
     def _pursue(self, search: Search, frame: Frame, plan: Plan, dt_s: float) -> Command:
         pursued = self._pursuit.step(search, frame, plan, dt_s)
         if pursued.doubted is not None:
-            search.arrived_steps = 0
-            self._rule_out(search, ball_round(pursued.doubted))
+            doubt(search, self.voxel_map, pursued.doubted)
             self._journal.note("doubted", pursued.why)
         if pursued.state in OVER:
             self._conclude(pursued.state, pursued.why)
         else:
             self._state, self._journal.why = pursued.state, pursued.why
         return pursued.command
-
-    def _rule_out(self, search: Search, ball: Ball) -> None:
-        """Take a place for something else for the rest of a search."""
-        search.rejected.append(ball)
-        self.voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
 
     def _guided(self, frame: Frame) -> MapArrays:
         """Return the map as it guides the planner: by the type of room, where that is asked for."""
@@ -354,20 +342,13 @@ class Mission:
         return 1e-3 if last is None else max(1e-3, (frame.stamp_ns - last.stamp_ns) / NANOSECONDS)
 
     def _snapshot(self, frame: Frame, reason: str | None) -> Snapshot:
-        search = self._search
         why = self._steering.held_text or self._journal.why
-        return Snapshot(
-            stamp_ns=frame.stamp_ns,
+        return snapshot_of(
+            frame,
+            self.voxel_map,
+            self._search,
+            self._plan,
             state=self.state,
             why=f"{why}; {reason}" if reason else why,
-            goal=self.goal,
-            plan=self._plan,
-            find=search.find if search else None,
-            candidates=search.candidates if search else (),
-            T_world_base=frame.T_world_base,
-            path_length_m=search.path_length_m if search else 0.0,
-            elapsed_s=search.elapsed_s(frame.stamp_ns) if search else 0.0,
-            best_ooi=self.voxel_map.best_ooi() if search else 0.0,
-            explored_m2=self.voxel_map.explored_m2(),
             events=self._journal.take(),
         )

@@ -1,0 +1,45 @@
+"""The mission after a step, as it is shown."""
+
+from ippon.frame import Frame
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.mission.search import Search
+from ippon.mission.snapshot import MissionEvent, MissionState, Snapshot
+from ippon.planning.plan import Plan
+
+
+def snapshot_of(
+    frame: Frame,
+    voxel_map: VoxelMap,
+    search: Search | None,
+    plan: Plan | None,
+    *,
+    state: MissionState,
+    why: str,
+    events: tuple[MissionEvent, ...],
+) -> Snapshot:
+    """Put together what others see of a step.
+
+    Args:
+        frame: The step's.
+        voxel_map: With it in the map.
+        search: None without a goal.
+        plan: What was chosen on it.
+        state: What the robot is doing.
+        why: And why.
+        events: What happened in the step.
+    """
+    return Snapshot(
+        stamp_ns=frame.stamp_ns,
+        state=state,
+        why=why,
+        goal=search.goal if search else None,
+        plan=plan,
+        find=search.find if search else None,
+        candidates=search.candidates if search else (),
+        T_world_base=frame.T_world_base,
+        path_length_m=search.path_length_m if search else 0.0,
+        elapsed_s=search.elapsed_s(frame.stamp_ns) if search else 0.0,
+        best_ooi=voxel_map.best_ooi() if search else 0.0,
+        explored_m2=voxel_map.explored_m2(),
+        events=events,
+    )
