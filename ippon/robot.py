@@ -85,6 +85,10 @@ class RobotProfile:
         """Vertical field of view of the camera."""
         return 2.0 * math.atan(math.tan(0.5 * self.horizontal_fov_rad) / self.image_aspect)
 
+    def within_tilt(self, tilt_rad: float) -> float:
+        """Return the tilt nearest to one that the camera can take."""
+        return min(max(tilt_rad, self.min_tilt_rad), self.max_tilt_rad)
+
     def T_base_camera(self, tilt_rad: float) -> Float64Array:  # noqa: N802
         """Return the (4, 4) pose of the camera in the base frame for a tilt (positive up)."""
         return make_transform(

@@ -53,3 +53,12 @@ def test_depth_of_another_size_is_refused() -> None:
     camera = PinholeCamera.from_horizontal_fov(5, 3, 1.0)
     with pytest.raises(ValueError, match=r"depth is \(5, 3\)"):
         camera.back_project(np.ones((5, 3), dtype=np.float32))
+
+
+def test_a_point_falls_on_the_pixel_that_it_was_lifted_from():
+    camera = PinholeCamera.from_horizontal_fov(8, 6, 1.2)
+    depth = np.linspace(0.5, 4.0, 48, dtype=np.float32).reshape(6, 8)
+    u, v = camera.project(camera.back_project(depth).astype(np.float64))
+    rows, columns = np.indices(depth.shape)
+    np.testing.assert_allclose(u, columns.ravel(), atol=1e-5)
+    np.testing.assert_allclose(v, rows.ravel(), atol=1e-5)

@@ -2,19 +2,14 @@
 
 const RECENT_MS = 10000;
 
-export function installAnswers(view) {
-  const adopt = () => {
-    const inner = view.contentDocument;
-    if (!inner?.body || inner.location.pathname !== "/view/") return;
-    let pressedAt = -Infinity;
-    inner.addEventListener("click", () => (pressedAt = performance.now()), true);
-    new MutationObserver((changes) => {
-      if (performance.now() - pressedAt > RECENT_MS) return;
-      for (const node of changes.flatMap((change) => [...change.addedNodes])) {
-        if (node.classList?.contains("ip-answer")) node.scrollIntoView({ block: "nearest" });
-      }
-    }).observe(inner.body, { childList: true, subtree: true });
-  };
-  view.addEventListener("load", adopt);
-  adopt();
+export function showAnswers(inner) {
+  if (!inner.body) return;
+  let pressedAt = -Infinity;
+  inner.addEventListener("click", () => (pressedAt = performance.now()), true);
+  new MutationObserver((changes) => {
+    if (performance.now() - pressedAt > RECENT_MS) return;
+    for (const node of changes.flatMap((change) => [...change.addedNodes])) {
+      if (node.classList?.contains("ip-answer")) node.scrollIntoView({ block: "nearest" });
+    }
+  }).observe(inner.body, { childList: true, subtree: true });
 }

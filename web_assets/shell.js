@@ -1,6 +1,6 @@
 // The shell: status bar, Stop, reconnecting. The scene and its panels live in the frame below.
 
-import { installAnswers } from "./answers.js";
+import { showAnswers } from "./answers.js";
 import { Drive, isTyping } from "./drive.js";
 import { Explanation } from "./explain.js";
 import { installFold } from "./fold.js";
@@ -293,6 +293,7 @@ function adoptView() {
   view.contentWindow.addEventListener("keyup", onKeyUp, true);
   view.contentWindow.addEventListener("keydown", onHelpKey, true);
   drive.listen(view.contentWindow);
+  showAnswers(inner);
   view.contentWindow.dispatchEvent(new Event("focus"));
 }
 
@@ -305,7 +306,6 @@ at("resume").addEventListener("click", () => insist(command("resume")));
 setInterval(ping, PING_MS);
 installTheme(view);
 installFold(view);
-installAnswers(view);
 adoptView();
 connect();
 render();

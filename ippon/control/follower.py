@@ -115,7 +115,7 @@ class PathFollower:
         self, target: Viewpoint, T_world_base: Float64Array, tilt_rad: float, dt_s: float
     ) -> Command:
         yaw_error = wrap_angle(target.yaw_rad - yaw_of(T_world_base))
-        tilt = self._clamp_tilt(target.tilt_rad)
+        tilt = self._robot.within_tilt(target.tilt_rad)
         limit = self.config.angle_tolerance_rad
         self._reached = (
             abs(yaw_error) <= limit and abs(tilt - tilt_rad) <= limit and abs(self._linear) < 0.05
@@ -140,7 +140,7 @@ class PathFollower:
         threshold = config.go_on_rad if self._turning else config.turn_in_place_rad
         self._turning = abs(off) > threshold
         rate = self._turn_rate(off, dt_s)
-        tilt = self._clamp_tilt(target.tilt_rad)
+        tilt = self._robot.within_tilt(target.tilt_rad)
         if self._turning:
             return self._ease(0.0, rate, tilt, dt_s)
         braking = config.braking_share * robot.max_linear_acceleration_m_s2
@@ -210,9 +210,6 @@ class PathFollower:
         braking = self.config.braking_share * self._robot.max_yaw_acceleration_rad_s2
         rate = min(limit, math.sqrt(2.0 * braking * abs(error)), abs(error) / max(2.0 * dt_s, 0.2))
         return math.copysign(rate, error)
-
-    def _clamp_tilt(self, tilt: float) -> float:
-        return min(max(tilt, self._robot.min_tilt_rad), self._robot.max_tilt_rad)
 
     def _ease(self, linear: float, yaw_rate: float, tilt: float, dt_s: float) -> Command:
         """Approach the wanted velocities as fast as the acceleration limits let the robot."""

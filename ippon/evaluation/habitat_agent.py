@@ -188,7 +188,7 @@ class IpponAgent:
         robot, command = self._config.robot, self._command
         forward = min(max(command.linear_m_s / robot.max_linear_m_s, 0.0), 1.0)
         turn = min(max(command.yaw_rate_rad_s / robot.max_yaw_rate_rad_s, -1.0), 1.0)
-        wanted = min(max(command.tilt_rad, robot.min_tilt_rad), robot.max_tilt_rad)
+        wanted = robot.within_tilt(command.tilt_rad)
         rate = (wanted - self._tilt_rad) / TIME_STEP_S / robot.max_tilt_rate_rad_s
         rate = 0.0 if stop else min(max(rate, -1.0), 1.0)
         self._tilt_rad += rate * robot.max_tilt_rate_rad_s * TIME_STEP_S

@@ -159,8 +159,7 @@ def project_box(
     """Return the pixel box (u0, v0, u1, v1) round voxels, None when none of them is in view."""
     points = transform_points(invert_transform(T_world_camera), centres_world)
     points = points[points[:, 2] > 0.1]
-    u = camera.fx * points[:, 0] / points[:, 2] + camera.cx
-    v = camera.fy * points[:, 1] / points[:, 2] + camera.cy
+    u, v = camera.project(points)
     inside = (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
     if not inside.any():
         return None

@@ -52,7 +52,7 @@ class Glance:
     def __init__(self, config: GlanceConfig, robot: RobotProfile) -> None:
         self._config = config
         self._robot = robot
-        self._tilt = min(max(config.tilt_rad, robot.min_tilt_rad), robot.max_tilt_rad)
+        self._tilt = robot.within_tilt(config.tilt_rad)
         self._look: _Look | None = None
         self._looked: list[_Look] = []
 

@@ -4,8 +4,6 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-
 from ippon.command import Command
 from ippon.geometry import wrap_angle
 from ippon.robot import RobotProfile
@@ -35,7 +33,7 @@ class LookAround:
     def __init__(self, config: LookAroundConfig, robot: RobotProfile) -> None:
         self._config = config
         self._robot = robot
-        self._down_tilt = self._within_limits(config.down_tilt_rad)
+        self._down_tilt = robot.within_tilt(config.down_tilt_rad)
         self._looked_down = False
         self._turned_rad = 0.0
         self._last_yaw: float | None = None
@@ -90,7 +88,7 @@ class LookAround:
             return Command(tilt_rad=self._config.turn_tilt_rad)
         if floor_tilt is None or self._turned_rad < self._circle_rad:
             return self._turn(1.0, self._config.turn_tilt_rad)
-        tilt = self._within_limits(floor_tilt)
+        tilt = self._robot.within_tilt(floor_tilt)
         begins = self._turned_rad < self._circle_rad + 0.25 * self._robot.horizontal_fov_rad
         if begins and not self._is_at(tilt, tilt_rad):
             return Command(tilt_rad=tilt)
@@ -102,6 +100,3 @@ class LookAround:
 
     def _is_at(self, tilt_rad: float, now_rad: float) -> bool:
         return abs(now_rad - tilt_rad) <= self._config.tilt_tolerance_rad
-
-    def _within_limits(self, tilt_rad: float) -> float:
-        return float(np.clip(tilt_rad, self._robot.min_tilt_rad, self._robot.max_tilt_rad))

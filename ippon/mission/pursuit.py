@@ -5,6 +5,8 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+
 from ippon.command import Command
 from ippon.control.follower import PathFollower
 from ippon.frame import Frame
@@ -18,6 +20,7 @@ from ippon.mission.glance import Glance
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find, MissionState
 from ippon.mission.travel_pitch import TravelPitch
+from ippon.planning.gaze import towards
 from ippon.planning.plan import NodeKind, Plan
 from ippon.robot import RobotProfile
 
@@ -126,17 +129,14 @@ class Pursuit:
         target, robot = plan.target, self._robot
         if target is None or not search.candidates or not (ends_search(plan) or plan.closer_look):
             return None
-        x, y, floor_z = frame.T_world_base[:3, 3].tolist()
-        end = target.position_world
-        if math.dist((x, y), end[:2]) <= _ARRIVING_M:
+        here, end = frame.T_world_base[:3, 3], target.position_world
+        if math.dist(here[:2], end[:2]) <= _ARRIVING_M:
             return None
         thing = min(search.candidates, key=lambda c: math.dist(c.position_world[:2], end[:2]))
-        at = thing.position_world
-        off = wrap_angle(math.atan2(at[1] - y, at[0] - x) - yaw_of(frame.T_world_base))
-        if abs(off) > 0.5 * robot.horizontal_fov_rad:
-            return None
-        tilt = math.atan2(at[2] - floor_z - robot.camera_height_m, math.dist((x, y), at[:2]))
-        return min(max(tilt, robot.min_tilt_rad), robot.max_tilt_rad)
+        eye_z_m = float(here[2]) + robot.camera_height_m
+        yaw, tilt = towards(here[:2], np.array(thing.position_world), eye_z_m)
+        off = wrap_angle(yaw - yaw_of(frame.T_world_base))
+        return None if abs(off) > 0.5 * robot.horizontal_fov_rad else robot.within_tilt(tilt)
 
 
 def ends_search(plan: Plan) -> bool:

@@ -30,7 +30,7 @@ class Search:
         goal: Goal,
         guidance: Guidance,
         ooi_threshold: float,
-        second_look: SecondLookConfig | None = None,
+        second_look: SecondLookConfig,
     ) -> None:
         self.goal = goal
         self.guidance = guidance
@@ -44,9 +44,7 @@ class Search:
         self._ooi_voxels = OoiVoxels(ooi_threshold)
         self._centres: Float64Array = np.zeros((0, 3))
         self.second_look = SecondLook(
-            second_look or SecondLookConfig(),
-            goal.object,
-            small=is_small(goal.object, goal.category),
+            second_look, goal.object, small=is_small(goal.object, goal.category)
         )
         self._started_ns: int | None = None
 

@@ -6,9 +6,10 @@ of a window that was taken for a television once, hardly an image says so again.
 ends, the images are asked how often what they show of it wins against every other label.
 """
 
+import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +57,8 @@ class SecondLookConfig:
 @dataclass(slots=True, kw_only=True)
 class _Followed:
     centre: Float64Array
-    shares: deque[float] = field(default_factory=deque[float])
+    shares: deque[float]
+    """Of the last images that showed it."""
 
 
 class SecondLook:
@@ -88,16 +90,15 @@ class SecondLook:
         seen, wins = votes(frame, centres_world)
         kept: list[_Followed] = []
         for find in finds[:_FOLLOWED]:
+            centre = np.array(find.position_world)
             one = self._of(find)
             if one is None:
-                one = _Followed(centre=np.array(find.position_world))
-            one.centre = np.array(find.position_world)
+                one = _Followed(centre=centre, shares=deque(maxlen=self._config.images))
+            one.centre = centre
             inside = np.abs(centres_world - one.centre) <= 0.5 * np.array(find.size_m) + 1e-6
             mine = inside.all(axis=1) & seen
             if mine.any():
                 one.shares.append(float(wins[mine].mean()))
-                while len(one.shares) > self._config.images:
-                    one.shares.popleft()
             kept.append(one)
         self._followed = kept
 
@@ -114,11 +115,9 @@ class SecondLook:
         return share is not None and share < self._least
 
     def _of(self, find: Find) -> _Followed | None:
-        at = np.array(find.position_world)
-        near = [(float(np.linalg.norm(one.centre - at)), n) for n, one in enumerate(self._followed)]
-        if not near or min(near)[0] > _SAME_M:
-            return None
-        return self._followed[min(near)[1]]
+        at = find.position_world
+        nearest = min(self._followed, key=lambda one: math.dist(one.centre, at), default=None)
+        return nearest if nearest is None or math.dist(nearest.centre, at) <= _SAME_M else None
 
 
 def votes(frame: Frame, centres_world: Float64Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -137,12 +136,10 @@ def votes(frame: Frame, centres_world: Float64Array) -> tuple[NDArray[np.bool_],
     if heatmap is None or heatmap.ooi_channel is None:
         return seen, wins
     points = transform_points(invert_transform(frame.T_world_camera), centres_world)
-    z = np.maximum(points[:, 2], 1e-6)
-    u = np.floor(camera.fx * points[:, 0] / z + camera.cx + 0.5)
-    v = np.floor(camera.fy * points[:, 1] / z + camera.cy + 0.5)
-    ahead = (points[:, 2] > 0.1) & (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
-    at = np.flatnonzero(ahead)
-    u, v = u[at].astype(np.int64), v[at].astype(np.int64)
+    at = np.flatnonzero(points[:, 2] > 0.1)
+    u, v = (np.floor(pixel + 0.5) for pixel in camera.project(points[at]))
+    inside = (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
+    at, u, v = at[inside], u[inside].astype(np.int64), v[inside].astype(np.int64)
     shown = np.abs(frame.depth[v, u] - points[at, 2]) <= _BEHIND_M
     at, u, v = at[shown], u[shown], v[shown]
     seen[at] = True

@@ -28,7 +28,7 @@ class TravelPitch:
         low = max(config.low_rad, robot.min_tilt_rad)
         high = min(config.high_rad, robot.max_tilt_rad)
         self._sweep = config.sweep and high > low
-        self._level = min(max(config.level_rad, robot.min_tilt_rad), robot.max_tilt_rad)
+        self._level = robot.within_tilt(config.level_rad)
         self._middle = 0.5 * (low + high)
         self._amplitude = 0.5 * (high - low)
         # The steepest part of the sine must not ask for more than the servo can do.

@@ -36,9 +36,14 @@ def look_at(
     away_m: float | None = None,
 ) -> Look:
     """Look from viewpoint `node` at `xy` (2,), the camera at height `eye_z_m`, at a point (3,)."""
+    yaw, tilt = towards(xy, point_world, eye_z_m)
+    return Look(node=node, yaw_rad=yaw, tilt_rad=tilt, away_m=away_m)
+
+
+def towards(xy: Float64Array, point_world: Float64Array, eye_z_m: float) -> tuple[float, float]:
+    """Return yaw and tilt from a camera over (2,), at height `eye_z_m`, to a point (3,)."""
     dx, dy = point_world[:2] - xy
-    tilt = math.atan2(point_world[2] - eye_z_m, max(math.hypot(dx, dy), 0.1))
-    return Look(node=node, yaw_rad=math.atan2(dy, dx), tilt_rad=tilt, away_m=away_m)
+    return math.atan2(dy, dx), math.atan2(point_world[2] - eye_z_m, max(math.hypot(dx, dy), 0.1))
 
 
 def stands_facing(T_world_base: Float64Array, xy: Float64Array, yaw_rad: float) -> bool:

@@ -63,7 +63,7 @@ class SimulatedBase:
         self.config = config or BaseConfig()
         self.x_m, self.y_m, self.z_m = start.x, start.y, start.z
         self.yaw_rad = wrap_angle(start.yaw)
-        self.tilt_rad = min(max(0.0, robot.min_tilt_rad), robot.max_tilt_rad)
+        self.tilt_rad = robot.within_tilt(0.0)
         self.linear_m_s = 0.0
         self.yaw_rate_rad_s = 0.0
         self.contact = False
@@ -124,7 +124,7 @@ class SimulatedBase:
         self.yaw_rate_rad_s = _approach(
             self.yaw_rate_rad_s, yaw_rate, robot.max_yaw_acceleration_rad_s2 * gain_s
         )
-        tilt = min(max(self._command.tilt_rad, robot.min_tilt_rad), robot.max_tilt_rad)
+        tilt = robot.within_tilt(self._command.tilt_rad)
         self.tilt_rad = _approach(self.tilt_rad, tilt, robot.max_tilt_rate_rad_s * dt_s)
         self._turn(self.yaw_rate_rad_s * dt_s)
         self._drive(self.linear_m_s * dt_s)

@@ -253,8 +253,9 @@ class Helm:
 
     def _tilted(self, now: float) -> float:
         rate = self._hand.tilt * self._profile.max_tilt_rate_rad_s * self._limit
-        tilt = self._tilt_rad + rate * min(now - self._given_at, TICK_S * 2)
-        return min(max(tilt, self._profile.min_tilt_rad), self._profile.max_tilt_rad)
+        return self._profile.within_tilt(
+            self._tilt_rad + rate * min(now - self._given_at, TICK_S * 2)
+        )
 
     def _reckon(self, now: float) -> None:
         """Move the pose on by what was commanded since it was measured."""

@@ -5,6 +5,7 @@ simulated home are half of it each and have nothing in common, so a process besi
 the latter meanwhile.
 """
 
+import contextlib
 import math
 import os
 import subprocess
@@ -42,8 +43,7 @@ def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
         progress: Called with the fraction that is done.
     """
     complete = _complete()
-    first = complete is not None and not complete.exists()
-    before = _compile_in_two(progress) if first else 0.0
+    before = 0.0 if complete is None or complete.exists() else _compile_in_two(progress)
     mission = Mission(config.mission, config.profile, config.labels, seed=0)
     rows = tuple(LabelLevel(label=label, level=Level.AVERAGE, reason="") for label in config.labels)
     guidance = Guidance(ooi="hat", context="", provider="", rows=rows)
@@ -55,8 +55,10 @@ def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
         progress(before + (1.0 - before) * (k + 1) / STEPS)
     mission.reject_find()
     tracker.keyframe()
-    if complete is not None and first:
-        complete.touch()
+    if complete is not None:
+        with contextlib.suppress(OSError):
+            # A disk that is full or read-only has the next start compile in two again.
+            complete.touch()
 
 
 def warm_up_simulation() -> None:
