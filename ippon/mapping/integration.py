@@ -121,27 +121,40 @@ class FrameIntegrator:
         # Their colours have this image in them already.
         known = slot[slot > 0]
         colors = layers.surface.color[known], layers.surface.color_count[known]
-        labelled = self._fuse(frame, image, strides, entries, len(entries), layers, revision)
+        labelled = self.fuse(frame, image.depth, strides, entries, len(entries), layers, revision)
         layers.surface.color[known], layers.surface.color_count[known] = colors
         return labelled
 
-    def _fuse(
+    def fuse(
         self,
         frame: Frame,
-        image: DepthImage,
+        depth: NDArray[np.float32],
         strides: tuple[int, int],
         entries: NDArray[np.int32],
         n: int,
         layers: ObjectLayers,
         revision: int,
     ) -> int:
-        """Take colour and heatmap into the first `n` entries; returns how many got a heatmap."""
+        """Take colour and heatmap into surface voxels that an image hit.
+
+        Args:
+            frame: The image and where it was taken.
+            depth: (H + 2, W + 2) its padded depth, metres.
+            strides: Pixels between samples along u and v.
+            entries: (m, 3) block row, voxel and sample of each such voxel.
+            n: Rows of `entries`.
+            layers: What is known of the surface.
+            revision: Of the map with this image in it.
+
+        Returns:
+            How many of them a heatmap updated.
+        """
         heat, surface = layers.fusion_input(frame.heatmap, self.floor_z_m), layers.surface
         color = np.ascontiguousarray(frame.color)
         heat_size, length = heat.probabilities.shape[:2], surface.energy.shape[1]
         work = make_fusion_work(color.shape[:2], strides, heat_size, length)
         labelled = fuse_kernel(
-            entries, n, work, image.depth, color, heat, len(layers.labels),
+            entries, n, work, depth, color, heat, len(layers.labels),
             self._config.voxel_size_m, self._pools, surface, revision,
         )  # fmt: skip
         return int(labelled)
@@ -315,7 +328,7 @@ class FrameIntegrator:
             image, strides, self._view(frame), self._rules(), rows, seen.kinds, n, self._hits,
             pools, layers.surface, revision, flags, entries,
         )  # fmt: skip
-        labelled = self._fuse(frame, image, strides, entries, int(n_entries), layers, revision)
+        labelled = self.fuse(frame, image.depth, strides, entries, int(n_entries), layers, revision)
         observed = (flags & OBSERVED) > 0
         self._forget(layers, rows[(seen.is_new == 1) & ~observed])
         coords = pools.coord[rows]

@@ -127,7 +127,7 @@ def observe(energy, row, heat, v, u, table, after, bits, n):
 
 
 @_SUMS
-def _store(energy, row, after, low, rounding, weights, n):
+def store(energy, row, after, low, rounding, weights, n):
     """Store a row's energies relative to the least.
 
     Returns:
@@ -221,47 +221,20 @@ def least_energy(energy, row, n):
     return best
 
 
-@INNER
+@njit(cache=True, nogil=True, inline="always")
 def share_code(part, total):
     """Return part / total in units of 1/254."""
     return np.uint8(np.float32(254.0) * min(part / total, np.float32(1.0)) + np.float32(0.5))
 
 
-@njit(cache=True, nogil=True, inline="always")
-def fuse_bayes(energy, row, after, low, rounding, weights, n, log_norm, alias, common, ooi):
-    """One step of the filter on one row.
-
-    Args:
-        energy: (R, M) of all rows.
-        row: The row, updated if `common`.
-        after: (M,) energies plus those of the image; overwritten.
-        low: Least of `after`.
-        rounding: See `rounding_of`.
-        weights: (N,) l(O | C_j).
-        n: Number of labels.
-        log_norm: Of the row before the image.
-        alias: Label that is the OOI itself, `NONE` for none.
-        common: Take the common objects' posterior over.
-        ooi: The mean likelihood is wanted.
-
-    Returns:
-        What `_store` does, void if not `common`, and log sum_i q_i h_i over the labels that are
-        not the OOI.
-    """
-    step = np.float32(1.0 / STEPS_PER_NAT)
-    log_mean = np.float32(0.0)
-    if ooi and alias >= 0:
-        log_mean = np.float32(_log_sum_but(after, n, alias) - _log_sum_but(energy[row], n, alias))
-    elif ooi:
-        log_mean = np.float32(np.log(_sum_after(after, low, n)) - low * step - log_norm)
-    total, weighted, best = np.float32(1.0), np.float32(0.0), np.int32(0)
-    if common:
-        total, weighted, best = _store(energy, row, after, low, rounding, weights, n)
-    return total, weighted, best, log_mean
+@INNER
+def alias_log_mean(energy, row, after, n, alias):
+    """Return log sum_i q_i h_i over the labels other than `alias`, which is the OOI itself."""
+    return np.float32(_log_sum_but(after, n, alias) - _log_sum_but(energy[row], n, alias))
 
 
 @_SUMS
-def _sum_after(after, low, n):
+def sum_after(after, low, n):
     """Return the sum of exp(-(after - low)) over the first n entries."""
     total, top = np.float32(0.0), np.float32(14 * STEPS_PER_NAT)
     for j in range(n):
@@ -282,14 +255,14 @@ def rounding_of(revision, voxel):
 
 @INNER
 def fuse_maximum(energy, row, after, weights, n):
-    """Keep the highest likelihood that any image gave (ablation); returns as `_store`.
+    """Keep the highest likelihood that any image gave (ablation); returns as `store`.
 
     A new row starts at the greatest energy, so the least energy is that of the images.
     """
     for j in range(n):
         before = np.float32(energy[row, j])
         after[j] = min(after[j] - before, before)
-    return _store(energy, row, after, np.float32(0.0), np.float32(0.5), weights, n)
+    return store(energy, row, after, np.float32(0.0), np.float32(0.5), weights, n)
 
 
 @INNER
@@ -300,7 +273,11 @@ def maximum_log_odds(log_h, log_odds, is_first):
     return np.float32(odds if is_first else max(log_odds, odds))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def ooi_code(log_odds):
     """Return p(O) in units of 1/254."""
-    return np.uint8(254.0 / (1.0 + np.exp(-log_odds)) + 0.5)
+    odds = np.float32(log_odds)
+    rarer = exp_of_steps(min(abs(odds), np.float32(LOG_ODDS_MAX)) * np.float32(STEPS_PER_NAT))
+    one = np.float32(1.0)
+    share = (rarer if odds < np.float32(0.0) else one) / (one + rarer)
+    return np.uint8(np.float32(254.0) * share + np.float32(0.5))

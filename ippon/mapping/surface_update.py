@@ -8,29 +8,31 @@ from numpy.typing import NDArray
 
 from ippon.mapping.arrays import INNER, NOT_MAPPED
 from ippon.mapping.blocks import NO_SLAB, take_slab
+from ippon.mapping.fusion_chunk import (
+    FusionChunk,
+    finish_common,
+    finish_ooi,
+    make_fusion_chunk,
+)
 from ippon.mapping.object_filter import (
-    LOG_ODDS_MAX,
     MAXIMUM,
+    alias_log_mean,
+    exp_of_steps,
     fill_missing,
-    fuse_bayes,
     fuse_maximum,
     gather,
     maximum_log_odds,
     observe,
-    ooi_code,
     rounding_of,
-    share_code,
+    store,
+    sum_after,
 )
-from ippon.mapping.surface_rows import (
-    ENERGY_MAX,
-    NORM_STEPS,
-    STEPS_PER_NAT,
-    norm_code,
-    take_surface_row,
-)
+from ippon.mapping.surface_rows import ENERGY_MAX, NORM_STEPS, STEPS_PER_NAT, take_surface_row
 
 COLOR_MEMORY: Final = 8
 """Observations that the running mean of the colour remembers."""
+_NEVER: Final = np.float32(-1e9)
+"""Log-odds of what is not the object of interest, before they are cut off."""
 AHEAD: Final = 64
 """Surface voxels whose memory is asked for before the first of them is updated."""
 
@@ -58,6 +60,8 @@ class FusionWork(NamedTuple):
     """(AHEAD, 3) its colour."""
     touched: NDArray[np.float32]
     """(AHEAD, 2) what was read only to have it in the cache."""
+    chunk: FusionChunk
+    """Of `AHEAD` voxels."""
 
 
 def make_fusion_work(
@@ -89,6 +93,7 @@ def make_fusion_work(
         measured=np.zeros(AHEAD, np.float32),
         pixels=np.zeros((AHEAD, 3), np.uint8),
         touched=np.zeros((AHEAD, 2), np.float32),
+        chunk=make_fusion_chunk(AHEAD),
     )
 
 
@@ -177,6 +182,11 @@ def fuse_kernel(
     asked, measured, pixels, touched = work.ahead, work.measured, work.pixels, work.touched
     # A plain 0 is a type of its own, for which `observe` would be compiled again.
     only = np.int64(0)
+    chunk = work.chunk
+    number, is_common, is_ooi, best = chunk.number, chunk.is_common, chunk.is_ooi, chunk.best
+    top, total, weighted = chunk.top, chunk.total, chunk.weighted
+    mean, shift = chunk.mean, chunk.shift
+    per_step = np.float32(-1.0 / STEPS_PER_NAT)
     fused = 0
     for first in range(0, n_entries, AHEAD):
         ahead = min(AHEAD, n_entries - first)
@@ -198,6 +208,7 @@ def fuse_kernel(
             asked[a, 0] = slot
             touched[a, 0] = log_odds[slot]
             touched[a, 1] = energy[slot, 0] + heat[heat_v[sv], heat_u[su], last]
+        n = 0
         for a in range(ahead):
             slot = asked[a, 0]
             if slot == 0:
@@ -212,8 +223,6 @@ def fuse_kernel(
             common, ooi = d <= common_max, d <= ooi_max and ooi_channel >= 0
             if not common and not ooi:
                 continue
-            fused += 1
-            slab = slab_of[row]
             missing = False
             if in_order:
                 low = observe(energy, slot, heat, v, u, table, after, bits, labels)
@@ -222,42 +231,58 @@ def fuse_kernel(
                 low = observe(energy, slot, gathered, only, only, table, after, bits, labels)
             if missing:
                 low = fill_missing(energy, slot, channel, after, labels)
-            log_mean, total, weighted = np.float32(0.0), np.float32(1.0), np.float32(0.0)
-            best = np.int32(0)
-            if bayes:
-                total, weighted, best, log_mean = fuse_bayes(
-                    energy, slot, after, low, rounding_of(revision, k), weights, labels,
-                    log_norm[slot] * per_norm_step, alias, common, ooi,
-                )  # fmt: skip
-            elif common:
-                total, weighted, best = fuse_maximum(energy, slot, after, weights, labels)
-            if common:
-                top = np.float32(1.0)
-                if best > 255:
-                    top = np.exp(np.float32(best >> 8) * np.float32(-1.0 / STEPS_PER_NAT))
-                best = best & 255
-                log_norm[slot] = norm_code(np.log(total))
-                label_of[slot] = best
-                confidence[slot] = share_code(top, total)
-                proximity[slot] = share_code(weighted, total)
-                if levels[best] != level_of[slab, k]:
-                    level_of[slab, k] = levels[best]
-                    changed[row] = revision
             if ooi:
-                log_h = table[heat[v, u, ooi_channel]] * np.float32(-1.0 / STEPS_PER_NAT)
-                odds = log_odds[slot] + log_h - log_mean
+                log_h = table[heat[v, u, ooi_channel]] * per_step
+                mean[n] = np.float32(1.0)
                 if not bayes:
-                    is_first = codes[slab, k] == NOT_MAPPED
-                    odds = maximum_log_odds(log_h, log_odds[slot], is_first)
-                if len(suppressed) > 0 and _is_suppressed(coord, row, k, suppressed, voxel_size):
-                    odds = np.float32(-LOG_ODDS_MAX)
-                if coord[row, 2] * 8 + (k & 7) >= ooi_top:
-                    odds = np.float32(-LOG_ODDS_MAX)
-                odds = min(max(odds, np.float32(-LOG_ODDS_MAX)), np.float32(LOG_ODDS_MAX))
-                log_odds[slot] = odds
-                code = ooi_code(odds)
-                if code != codes[slab, k]:
-                    _show_ooi(codes, slab, best_ooi, row, k, code)
+                    is_first = codes[slab_of[row], k] == NOT_MAPPED
+                    shift[n] = maximum_log_odds(log_h, log_odds[slot], is_first)
+                elif alias >= 0:
+                    likelihood = alias_log_mean(energy, slot, after, labels, alias)
+                    shift[n] = log_odds[slot] + log_h - likelihood
+                else:
+                    mean[n] = sum_after(after, low, labels)
+                    before = log_norm[slot] * per_norm_step
+                    shift[n] = log_odds[slot] + log_h - low * per_step + before
+                if coord[row, 2] * 8 + (k & 7) >= ooi_top or (
+                    len(suppressed) > 0 and _is_suppressed(coord, row, k, suppressed, voxel_size)
+                ):
+                    shift[n] = _NEVER
+            if common:
+                if bayes:
+                    rounding = rounding_of(revision, k)
+                    total[n], weighted[n], least = store(
+                        energy, slot, after, low, rounding, weights, labels
+                    )
+                else:
+                    total[n], weighted[n], least = fuse_maximum(
+                        energy, slot, after, weights, labels
+                    )
+                top[n] = np.float32(1.0)
+                if least > 255:
+                    top[n] = exp_of_steps(np.float32(least >> 8))
+                best[n] = least & 255
+            number[n], is_common[n], is_ooi[n] = a, common, ooi
+            n += 1
+        fused += n
+        finish_common(chunk, n)
+        finish_ooi(chunk, n)
+        for i in range(n):
+            a = number[i]
+            slot = asked[a, 0]
+            row, k = entries[first + a, 0], entries[first + a, 1]
+            slab = slab_of[row]
+            if is_common[i]:
+                label = best[i]
+                log_norm[slot], label_of[slot] = chunk.norm[i], label
+                confidence[slot], proximity[slot] = chunk.confidence[i], chunk.proximity[i]
+                if levels[label] != level_of[slab, k]:
+                    level_of[slab, k] = levels[label]
+                    changed[row] = revision
+            if is_ooi[i]:
+                log_odds[slot] = shift[i]
+                if chunk.ooi[i] != codes[slab, k]:
+                    _show_ooi(codes, slab, best_ooi, row, k, chunk.ooi[i])
                     changed[row] = revision
     return fused
 

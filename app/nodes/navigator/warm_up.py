@@ -8,8 +8,6 @@ the latter meanwhile.
 import contextlib
 import math
 import os
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -17,6 +15,7 @@ from typing import Final
 from app.nodes.navigator.config import NavigatorConfig
 from ippon.camera import PinholeCamera
 from ippon.command import Command
+from ippon.compiling import compile_beside
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.mapping.surface import SurfaceTracker
@@ -82,26 +81,11 @@ def _complete() -> Path | None:
 
 
 def _compile_in_two(progress: Callable[[float], None]) -> float:
-    """Compile the map's kernels here and a simulated home's beside; returns the fraction done.
-
-    What the other process did not get done, for whatever reason, is compiled here later.
-    """
+    """Compile the map's kernels here and a simulated home's beside; returns the fraction done."""
     share = 0.6
-    beside = subprocess.Popen(
-        [
-            sys.executable,
-            "-c",
-            "from app.nodes.navigator.warm_up import warm_up_simulation as go; go()",
-        ],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        for k, _ in enumerate(warm_up_map()):
+    # With a third core, the map's own take two.
+    spare = (os.cpu_count() or 1) > 2
+    with compile_beside(__name__, "warm_up_simulation"):
+        for k, _ in enumerate(warm_up_map(beside=spare)):
             progress(share * k / MAP_STEPS)
-        beside.wait()
-    finally:
-        beside.kill()
-        beside.wait()
     return share
