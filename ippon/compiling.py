@@ -3,11 +3,11 @@
 import contextlib
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator
 
 
 @contextlib.contextmanager
-def compile_beside(module: str, function: str) -> Iterator[None]:
+def compile_beside(module: str, function: str) -> Generator[None]:
     """Call a function in a process of its own meanwhile; waits for it where the block ends.
 
     What it compiles is kept on disk and loaded from there. What it did not get done, for whatever
