@@ -1,7 +1,7 @@
 """What the planner must know of a robot's body, limits and camera mount."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -50,7 +50,7 @@ class RobotProfile:
     max_linear_acceleration_m_s2: float = 0.8
     max_yaw_acceleration_rad_s2: float = 2.0
     min_tilt_rad: float = -1.2
-    """How far the camera looks down (negative)."""
+    """How far the camera looks down (negative); as much as `max_tilt_rad` where it is fixed."""
     max_tilt_rad: float = 0.43
     camera_height_m: float = 1.2
     """Height of the camera's tilt axis above the floor."""
@@ -69,11 +69,35 @@ class RobotProfile:
         """Reject a body or limits that nothing could plan for."""
         if not self.spheres or any(s.radius_m <= 0.0 for s in self.spheres):
             raise ValueError("a robot needs at least one collision sphere of positive radius")
-        for name in ("max_linear_m_s", "max_yaw_rate_rad_s", "max_tilt_rate_rad_s"):
+        numbers = [getattr(self, field.name) for field in fields(self) if field.type is float]
+        numbers += [x for s in self.spheres for x in (s.x_m, s.y_m, s.z_m, s.radius_m)]
+        if not all(math.isfinite(number) for number in numbers):
+            raise ValueError("every length, angle and speed of a robot is a finite number")
+        positive = (
+            "max_linear_m_s", "max_yaw_rate_rad_s", "max_tilt_rate_rad_s", "camera_height_m",
+            "max_linear_acceleration_m_s2", "max_yaw_acceleration_rad_s2", "image_aspect",
+        )  # fmt: skip
+        for name in positive:
             if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} must be positive; got {getattr(self, name)}")
-        if not self.min_tilt_rad < self.max_tilt_rad:
-            raise ValueError("min_tilt_rad must be below max_tilt_rad")
+                raise ValueError(f"{name} must be positive; got {getattr(self, name):g}")
+        if not -0.5 * math.pi <= self.min_tilt_rad <= self.max_tilt_rad <= 0.5 * math.pi:
+            raise ValueError(
+                "the camera tilts from min_tilt_rad to max_tilt_rad, both from -90 to 90 degrees; "
+                f"got {math.degrees(self.min_tilt_rad):.4g} and "
+                f"{math.degrees(self.max_tilt_rad):.4g} degrees"
+            )
+        if not 0.0 < self.horizontal_fov_rad < math.pi:
+            raise ValueError(
+                "a camera sees between 0 and 180 degrees; got "
+                f"{math.degrees(self.horizontal_fov_rad):.4g}"
+            )
+        if not 0.0 < self.min_depth_m < self.max_depth_m:
+            raise ValueError(
+                "min_depth_m must lie between 0 and max_depth_m; got "
+                f"{self.min_depth_m:g} and {self.max_depth_m:g}"
+            )
+        if self.max_step_m < 0.0:
+            raise ValueError(f"max_step_m must not be negative; got {self.max_step_m:g}")
 
     @property
     def radius_m(self) -> float:
@@ -81,9 +105,28 @@ class RobotProfile:
         return max(math.hypot(s.x_m, s.y_m) + s.radius_m for s in self.spheres)
 
     @property
+    def can_tilt(self) -> bool:
+        """The camera is not fixed."""
+        return self.min_tilt_rad < self.max_tilt_rad
+
+    @property
     def vertical_fov_rad(self) -> float:
         """Vertical field of view of the camera."""
         return 2.0 * math.atan(math.tan(0.5 * self.horizontal_fov_rad) / self.image_aspect)
+
+    @property
+    def floor_in_view_m(self) -> float:
+        """How far before the base's centre the camera sees the nearest floor, metres.
+
+        0 where that is under itself, infinite where it cannot be tilted low enough.
+        """
+        lowest = self.min_tilt_rad - 0.5 * self.vertical_fov_rad
+        if lowest >= 0.0:
+            return math.inf
+        ahead = 0.0
+        if lowest > -0.5 * math.pi:
+            ahead = self.camera_height_m / math.tan(-lowest)
+        return max(0.0, self.camera_forward_m + ahead)
 
     def within_tilt(self, tilt_rad: float) -> float:
         """Return the tilt nearest to one that the camera can take."""

@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 import numpy as np
@@ -42,6 +43,12 @@ def test_positive_tilt_looks_up() -> None:
         ({"spheres": (CollisionSphere(x_m=0, y_m=0, z_m=0.3, radius_m=0.0),)}, "collision sphere"),
         ({"max_linear_m_s": 0.0}, "max_linear_m_s"),
         ({"min_tilt_rad": 1.0}, "min_tilt_rad"),
+        ({"max_tilt_rad": 2.0}, "from -90 to 90 degrees"),
+        ({"camera_height_m": math.nan}, "finite"),
+        ({"horizontal_fov_rad": 3.2}, "0 and 180"),
+        ({"min_depth_m": 6.0}, "max_depth_m"),
+        ({"max_step_m": -0.1}, "max_step_m"),
+        ({"max_yaw_acceleration_rad_s2": 0.0}, "max_yaw_acceleration_rad_s2"),
     ],
 )
 def test_nonsense_profiles_are_refused(change: dict[str, object], message: str) -> None:
@@ -54,3 +61,14 @@ def test_nonsense_profiles_are_refused(change: dict[str, object], message: str) 
     }
     with pytest.raises(ValueError, match=message):
         RobotProfile(**{**good, **change})  # type: ignore[arg-type]
+
+
+def test_where_the_floor_comes_into_view() -> None:
+    assert ZED.floor_in_view_m == 0.0
+    fixed = dataclasses.replace(
+        ZED, min_tilt_rad=0.0, max_tilt_rad=0.0, camera_forward_m=0.2, image_aspect=1.0
+    )
+    assert not fixed.can_tilt
+    assert fixed.floor_in_view_m == pytest.approx(0.2 + 1.2 / math.tan(math.radians(37.0)))
+    up = dataclasses.replace(fixed, min_tilt_rad=0.7, max_tilt_rad=0.7)
+    assert up.floor_in_view_m == math.inf

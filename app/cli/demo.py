@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import httpx
 import zenoh
@@ -31,6 +31,9 @@ from app.links.session import LinkError, open_client
 from app.messages import keys
 from app.messages.control import SearchAccepted, SearchRequest, decode
 from app.messages.recording import RecordingStatus
+
+if TYPE_CHECKING:
+    from ippon.robot import RobotProfile
 
 DEFAULT_CONTEXT: Final = {"hat": "I think I left it on the sofa"}
 FIRST_PAGE_PORT: Final = 8080
@@ -86,7 +89,7 @@ def run_demo(command: Demo) -> int:
     context = command.context
     if context is None:
         context = DEFAULT_CONTEXT.get(command.object, "")
-    _check(command, context)
+    profile = _check(command, context)
     scene = load_home(command.home)
     _end_on(signal.SIGTERM)
     # A shell starts what runs in its background with this one ignored.
@@ -106,7 +109,7 @@ def run_demo(command: Demo) -> int:
         if updates is not None and goal_id is not None:
             assert running.session is not None
             status, goal = await_outcome(running.children, updates, goal_id)
-            result = measured_result(running.session, running.robot, status, goal, scene)
+            result = measured_result(running.session, running.robot, profile, status, goal, scene)
             result["session"] = end_recording(recorder, running.recorded, result)
             print(json.dumps({"object": command.object, **result}), flush=True)
             return exit_status(goal)
@@ -129,7 +132,8 @@ def prefix_part(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9_.-]+", "_", name)[:LONGEST_NAME] or "home"
 
 
-def _check(command: Demo, context: str) -> None:
+def _check(command: Demo, context: str) -> "RobotProfile":
+    """Refuse what cannot work before anything starts; returns the robot's profile."""
     if not command.object.strip():
         raise UsageError("no object given; for example: ippon demo --object hat")
     check_query(command.object, context)
@@ -147,11 +151,13 @@ def _check(command: Demo, context: str) -> None:
     model = make_model(command.llm, os.environ)
     if model is not None:
         model.close()  # The navigator makes its own; here a mistake is told before anything starts.
+    from app.robot_file import RobotFileError, read_profile
     from ippon.mapping.voxel_map import MapConfig
 
     try:
         MapConfig(voxel_size_m=command.voxel_size_m)
-    except ValueError as error:
+        return read_profile(command.profile)
+    except (ValueError, RobotFileError) as error:
         raise UsageError(str(error)) from error
 
 
@@ -179,8 +185,11 @@ def _start_navigator(running: _Running, command: Demo) -> None:
 def _try_navigator(running: _Running, command: Demo, port: int) -> None:
     running.endpoint = f"tcp/127.0.0.1:{port}"
     sizes = ("--seed", str(command.seed), "--voxel-size-m", str(command.voxel_size_m))
+    body = ("--profile", command.profile)
     how = ("--rooms" if command.rooms else "--no-rooms", *as_arguments(command.llm))
-    child = running.start("navigator", ["navigate", "--listen", running.endpoint, *sizes, *how])
+    child = running.start(
+        "navigator", ["navigate", "--listen", running.endpoint, *body, *sizes, *how]
+    )
     deadline = time.monotonic() + READY_S
     while time.monotonic() < deadline:
         _refuse_ended(running, child, port)
@@ -263,7 +272,8 @@ def _search(running: _Running, wanted: str, context: str) -> int:
 
 
 def _start_robot(running: _Running, command: Demo) -> Child:
-    arguments = ("sim", "--home", command.home, "--connect", running.endpoint)
+    place = ("--home", command.home, "--profile", command.profile)
+    arguments = ("sim", *place, "--connect", running.endpoint)
     return running.start(
         "robot", [*arguments, "--speed", command.speed, "--seed", str(command.seed)]
     )

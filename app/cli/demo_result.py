@@ -19,6 +19,7 @@ from app.messages import keys
 from app.messages.control import GoalStatus, Status, decode
 
 if TYPE_CHECKING:
+    from ippon.robot import RobotProfile
     from ippon.simulation.scene import Scene
 
 SILENT_S: Final = 20.0
@@ -69,7 +70,12 @@ def end_recording(
 
 
 def measured_result(
-    session: zenoh.Session, robot: str, status: Status, goal: GoalStatus, scene: "Scene"
+    session: zenoh.Session,
+    robot: str,
+    profile: "RobotProfile",
+    status: Status,
+    goal: GoalStatus,
+    scene: "Scene",
 ) -> dict[str, Any]:
     """Judge a search by the way that the simulated robot went.
 
@@ -78,14 +84,13 @@ def measured_result(
     """
     from app.nodes.robot_sim import Truth
     from ippon.evaluation.metrics import Judge
-    from ippon.robot import ZED
 
     payload = last_message(session, f"{robot}/{keys.SIM_TRUTH}", 5.0)
     if payload is None:
         raise DemoError("the simulated robot does not say where it went")
     truth = msgspec.json.decode(payload, type=Truth)
     found = goal.outcome == "found"
-    judge = Judge(scene, ZED, goal.object)
+    judge = Judge(scene, profile, goal.object)
     metrics = judge.metrics(np.array(truth.trajectory, np.float64), stopped=found)
     return {
         "found": found,

@@ -121,6 +121,10 @@ def _dispatch(command: options.Command) -> int:
             from app.cli.evaluate import run_eval
 
             return run_eval(command.command)
+        case options.Profile():
+            from app.cli.profile import run_profile
+
+            return run_profile(command)
         case options.Doctor():
             from app.cli.doctor import run_doctor
 

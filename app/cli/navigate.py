@@ -20,6 +20,7 @@ from app.links.session import LinkError
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.keeper import read_kept
 from app.nodes.navigator.run import run_navigator
+from app.robot_file import RobotFileError, read_profile
 from ippon.errors import MapFileError
 from ippon.guidance.rooms import RoomConfig
 from ippon.mapping.voxel_map import MapConfig
@@ -37,8 +38,13 @@ def run_navigate(command: Navigate) -> int:
     end_with_parent(command.parent_pid)
     model = make_model(command.llm, os.environ)
     try:
+        profile = read_profile(command.profile)
         mission = MissionConfig(
-            map=MapConfig(voxel_size_m=command.voxel_size_m, memory_limit_mb=command.map_memory_mb),
+            map=MapConfig(
+                voxel_size_m=command.voxel_size_m,
+                memory_limit_mb=command.map_memory_mb,
+                max_range_m=profile.max_depth_m,
+            ),
             rooms=RoomConfig(enabled=command.rooms),
         )
         kept = None if command.map is None else read_kept(command.map, mission.map)
@@ -46,6 +52,7 @@ def run_navigate(command: Navigate) -> int:
         config = NavigatorConfig(
             listen=command.listen,
             robot=command.robot,
+            profile=profile,
             seed=command.seed,
             mission=mission,
             language_model=model.name if model is not None else "",
@@ -53,7 +60,7 @@ def run_navigate(command: Navigate) -> int:
             labels=MATTERPORT_40 if known is None else known.labels,
             keep_map="" if command.map is None else str(command.map),
         )
-    except (ValueError, MapFileError, OSError) as error:
+    except (ValueError, MapFileError, RobotFileError, OSError) as error:
         raise UsageError(str(error)) from error
     if kept is not None:
         area = 0.0 if known is None else known.explored_m2()

@@ -32,6 +32,9 @@ class Demo:
     """Port of the page; without one the first free from 8080 on."""
     speed: Speed = "1"
     """Simulated time against real time; max goes as fast as the navigator answers."""
+    profile: str = "zed"
+    """Body, limits and camera of the robot: zed (the paper's), habitat (of its challenge), or a
+    YAML file; `ippon profile` prints one to start from."""
     seed: int = 0
     """Of the camera's noise and the planner's samples."""
     voxel_size_m: float = 0.1
@@ -67,6 +70,9 @@ class Sim:
     """zenoh endpoint of the navigator."""
     robot: str = "ippon"
     """Key prefix of the robot."""
+    profile: str = "zed"
+    """Body, limits and camera of the robot: zed (the paper's), habitat (of its challenge), or a
+    YAML file; `ippon profile` prints one to start from."""
     speed: Speed = "1"
     """Simulated time against real time; max waits for the navigator's answer to each frame."""
     seed: int = 0
@@ -89,6 +95,9 @@ class Navigate:
     """zenoh endpoint to listen on; robot and console connect to it."""
     robot: str = "ippon"
     """Key prefix of the robot."""
+    profile: str = "zed"
+    """Body, limits and camera of the robot: zed (the paper's), habitat (of its challenge), or a
+    YAML file; `ippon profile` prints one to start from."""
     seed: int = 0
     """Of the planner's samples."""
     voxel_size_m: float = 0.1
@@ -311,6 +320,20 @@ class Levels:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Profile:
+    """Write a robot's profile to start your own from; or check yours, and draw it.
+
+    `ippon profile > scout.yaml`, change it, `ippon profile scout.yaml --picture scout.png`, then
+    `ippon navigate --profile scout.yaml`. The simulated robot takes it, too.
+    """
+
+    profile: Positional[str] = "zed"
+    """zed, habitat, or a YAML file."""
+    picture: Path | None = None
+    """Draw body and view from the side and from above into this PNG."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Doctor:
     """What is installed, reachable and fast enough; or whether a recording is whole."""
 
@@ -338,5 +361,6 @@ Command = (
     | Annotated[Ask, tyro.conf.subcommand("ask")]
     | Annotated[Levels, tyro.conf.subcommand("levels")]
     | Annotated[Eval, tyro.conf.subcommand("eval")]
+    | Annotated[Profile, tyro.conf.subcommand("profile")]
     | Annotated[Doctor, tyro.conf.subcommand("doctor")]
 )

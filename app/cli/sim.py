@@ -20,6 +20,7 @@ def run_sim(command: Sim) -> int:
     from app.links.parent import end_with_parent
     from app.links.session import LinkError
     from app.nodes.robot_sim import RobotSimConfig, SimulatedRobotError, run_robot_sim
+    from app.robot_file import RobotFileError, read_profile
 
     end_with_parent(command.parent_pid)
     scene = load_home(command.home)
@@ -32,12 +33,13 @@ def run_sim(command: Sim) -> int:
         config = RobotSimConfig(
             connect=command.connect,
             robot=command.robot,
+            profile=read_profile(command.profile),
             speed=command.speed,
             seed=command.seed,
             rate_hz=command.rate_hz,
             image_width=command.width,
         )
-    except ValueError as error:
+    except (ValueError, RobotFileError) as error:
         raise UsageError(str(error)) from error
     try:
         run_robot_sim(config, scene, scene.start_poses[command.start])

@@ -32,7 +32,7 @@ from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.frame import Frame
 from ippon.guidance.naming import is_instance_of
-from ippon.robot import ZED
+from ippon.robot import ZED, RobotProfile
 from ippon.simulation.robot import BaseConfig
 from ippon.simulation.scene import Scene, StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
@@ -59,6 +59,7 @@ class RobotSimConfig:
 
     connect: str
     robot: str
+    profile: RobotProfile = ZED
     speed: Literal["1", "2", "max"] = "1"
     seed: int = 0
     rate_hz: float = 5.0
@@ -92,7 +93,7 @@ class RobotSim:
     def __init__(
         self, config: RobotSimConfig, session: zenoh.Session, scene: Scene, start: StartPose
     ) -> None:
-        profile = ZED
+        profile = config.profile
         height = round(config.image_width / profile.image_aspect)
         camera = PinholeCamera.from_horizontal_fov(
             config.image_width, height, profile.horizontal_fov_rad

@@ -34,12 +34,16 @@ class LookAround:
         self._config = config
         self._robot = robot
         self._down_tilt = robot.within_tilt(config.down_tilt_rad)
+        self._turn_tilt = robot.within_tilt(config.turn_tilt_rad)
         self._looked_down = False
         self._turned_rad = 0.0
         self._last_yaw: float | None = None
         overlap = 0.25 * robot.horizontal_fov_rad
         self._circle_rad = 2.0 * math.pi - robot.horizontal_fov_rad + overlap
-        turns = 0 if not config.turn else 1 if config.floor_tilt_rad is None else 2
+        # A fixed camera would see the same again.
+        floor = config.floor_tilt_rad if robot.can_tilt else None
+        self._floor_tilt = floor
+        turns = 0 if not config.turn else 1 if floor is None else 2
         self._all_rad = turns * self._circle_rad
 
     @property
@@ -78,16 +82,16 @@ class LookAround:
             if not self._is_at(self._down_tilt, tilt_rad):
                 return Command(tilt_rad=self._down_tilt)
             self._looked_down = True
-        floor_tilt = self._config.floor_tilt_rad
+        floor_tilt = self._floor_tilt
         back = floor_tilt is not None and self._turned_rad >= self._circle_rad
         direction = -1.0 if back else 1.0
         if self._last_yaw is not None:
             self._turned_rad += max(0.0, direction * wrap_angle(yaw_rad - self._last_yaw))
         self._last_yaw = yaw_rad
         if self.done:
-            return Command(tilt_rad=self._config.turn_tilt_rad)
+            return Command(tilt_rad=self._turn_tilt)
         if floor_tilt is None or self._turned_rad < self._circle_rad:
-            return self._turn(1.0, self._config.turn_tilt_rad)
+            return self._turn(1.0, self._turn_tilt)
         tilt = self._robot.within_tilt(floor_tilt)
         begins = self._turned_rad < self._circle_rad + 0.25 * self._robot.horizontal_fov_rad
         if begins and not self._is_at(tilt, tilt_rad):

@@ -6,6 +6,7 @@ levels of the goal colour it (Sec. Semantic Guidance), the planner weighs gain a
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ippon.command import Command
 from ippon.control.drive import DriveMode
@@ -258,6 +259,9 @@ class Mission:
 
     def decide(self, frame: Frame) -> StepResult:
         """Decide what to do next, after `observe` of the same frame: the second half of `step`."""
+        if not self.robot.can_tilt:
+            # Nobody waits for a fixed camera to take a tilt that its mounting is a little off.
+            frame = replace(frame, tilt_rad=self.robot.min_tilt_rad)
         dt_s = self._travelled(frame)
         if self._search is not None:
             look_for_candidates(self._search, self.voxel_map, frame)

@@ -38,6 +38,8 @@ CONTACT: Final = 2
 """Mark of cells that count as blocked because the robot touched something there."""
 SWEPT: Final = 4
 """Mark of cells that the body has covered with room to spare: a contact was not there."""
+_BLIND_MAX_M: Final = 1.5
+"""No more unseen floor is trusted than this, even where the camera cannot look down."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +54,8 @@ class TraversabilityConfig:
     that it shows a little too narrow may be wide enough. Less squeezes more, and touches more."""
     start_margin_m: float = 0.2
     """The robot starts on floor that it cannot see; a disc this much wider than the body counts
-    as floor. More trusts more unseen floor."""
+    as floor, and all that the camera cannot see however low it is tilted. More trusts more unseen
+    floor."""
     min_seen: float = 0.5
     """Fraction of the body's height that must be known free; more waits for better views."""
     unseen_overlap_m: float = 0.15
@@ -140,7 +143,7 @@ class Traversability:
         )
         self._mark_disc(
             (float(T_world_base[0, 3]), float(T_world_base[1, 3])),
-            self._robot.radius_m + (0.0 if self._started else self.config.start_margin_m),
+            self._robot.radius_m if self._started else self._start_radius_m(arrays.voxel_size),
             DRIVEN,
         )
         self._started = True
@@ -153,6 +156,12 @@ class Traversability:
         if everything:
             window[:] = box
         return self._refresh(window)
+
+    def _start_radius_m(self, voxel_size: float) -> float:
+        """Return the radius of the disc of floor that the robot starts on unseen."""
+        radius = self._robot.radius_m + self.config.start_margin_m
+        blind = self._robot.floor_in_view_m + voxel_size
+        return max(radius, min(blind, _BLIND_MAX_M))
 
     def mark_contact(self, T_world_base: Float64Array) -> None:
         """Close the triangular region ahead of a robot that touched something.

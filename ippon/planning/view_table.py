@@ -146,6 +146,7 @@ def build_orientations(
 
     A tilted pinhole image is no rectangle in yaw and pitch: rows near the nadir are wider.
     """
+    tilts = tilts if robot.can_tilt else 1
     values = np.linspace(robot.min_tilt_rad, robot.max_tilt_rad, tilts)
     # Headings lie on the centres of raster columns; column 0's is half a cell off the x axis.
     heading = 0.5 * table.bin_rad

@@ -1,7 +1,5 @@
 """Small homes of boxes and a robot that searches in them, for outcomes that must be defined."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -17,16 +15,15 @@ from ippon.simulation.world import SimulatedWorld, WorldConfig
 from ippon.vocabulary import MATTERPORT_40
 from tests.boxes import boxes_scene
 
-CAMERA = PinholeCamera.from_horizontal_fov(128, 80, math.radians(74.0))
-
 
 class Searcher:
     """A robot in a home of boxes, with its mission; everything that it sees is told truthfully."""
 
-    def __init__(self, boxes, x, y, yaw=0.0, config=None):
+    def __init__(self, boxes, x, y, yaw=0.0, config=None, robot=ZED):
+        self.robot = robot
         self.scene = boxes_scene(boxes)
         self.world = self._world(self.scene, StartPose(x=x, y=y, z=0.0, yaw=yaw))
-        self.mission = Mission(config or MissionConfig(), ZED, MATTERPORT_40, seed=1)
+        self.mission = Mission(config or MissionConfig(), robot, MATTERPORT_40, seed=1)
         self.results = []
 
     @property
@@ -73,7 +70,11 @@ class Searcher:
         self.world.base.tilt_rad = base.tilt_rad
 
     def _world(self, scene, start):
-        return SimulatedWorld(scene, ZED, CAMERA, start, seed=1, config=WorldConfig.perfect())
+        camera = PinholeCamera.from_horizontal_fov(
+            128, round(128 / self.robot.image_aspect), self.robot.horizontal_fov_rad
+        )
+        perfect = WorldConfig.perfect()
+        return SimulatedWorld(scene, self.robot, camera, start, seed=1, config=perfect)
 
 
 @pytest.fixture

@@ -1,12 +1,13 @@
 """What a search comes to where a home or its robot is awkward: every such outcome is defined."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from ippon.mission.snapshot import MissionState
-from ippon.robot import ZED
+from ippon.robot import ZED, RobotProfile, upright_body
 
 
 def toilet(x, y, z=0.0):
@@ -229,4 +230,42 @@ def test_a_robot_whose_wheels_do_not_turn_for_a_while_recovers(searcher, room):
         robot.world.step(None, 0.2)
     assert events(held, "contact"), "it notices without a bumper"
     robot.search(90.0)
+    assert robot.last.state is MissionState.FOUND
+
+
+LOW = RobotProfile(
+    name="low",
+    spheres=upright_body(0.3, 0.7, 0.05),
+    max_linear_m_s=0.5,
+    max_yaw_rate_rad_s=1.0,
+    max_tilt_rate_rad_s=1.0,
+    min_tilt_rad=-0.2,
+    max_tilt_rad=-0.2,
+    camera_height_m=0.6,
+    camera_forward_m=0.2,
+    horizontal_fov_rad=math.radians(87.0),
+    image_aspect=4.0 / 3.0,
+    max_depth_m=4.0,
+)
+"""A low base whose camera is fixed, and sees no floor nearer than 0.75 m."""
+
+
+def test_a_robot_with_a_fixed_camera_turns_once_and_finds(searcher, room):
+    wall = ("wall", "wall", (3.0, 0.0, 0.0), (3.1, 2.6, 2.5))
+    robot = searcher([*room(), wall, toilet(5.0, 0.5)], 1.0, 1.0, robot=LOW)
+    robot.ask("toilet")
+    results = robot.search(90.0)
+    assert robot.last.state is MissionState.FOUND
+    assert robot.world.collisions == 0
+    turned = sum(r.snapshot.state is MissionState.LOOKING_AROUND for r in results) * 0.2
+    assert turned < 1.3 * 2.0 * math.pi / LOW.max_yaw_rate_rad_s
+    assert all(r.command.tilt_rad == pytest.approx(-0.2) for r in results)
+
+
+def test_a_fixed_camera_may_be_mounted_a_little_off_its_profile(searcher, room):
+    robot = searcher([*room(), toilet(5.0, 1.8)], 1.0, 2.0, robot=LOW)
+    robot.world.base.robot = dataclasses.replace(LOW, min_tilt_rad=-0.3, max_tilt_rad=-0.3)
+    robot.world.base.tilt_rad = -0.3
+    robot.ask("toilet")
+    robot.search(40.0)
     assert robot.last.state is MissionState.FOUND

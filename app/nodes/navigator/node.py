@@ -29,6 +29,7 @@ from app.nodes.navigator.helm import Helm
 from app.nodes.navigator.intake import Intake, Stopwatch
 from app.nodes.navigator.keeper import Keeper, Kept
 from app.nodes.navigator.lease_desk import LeaseDesk
+from app.nodes.navigator.mismatch import mismatches
 from app.nodes.navigator.publisher import MapPublisher
 from app.nodes.navigator.report import StatusReport, proximity_table
 from app.nodes.navigator.steering import Steering
@@ -125,6 +126,7 @@ class Navigator:
         self._status_at = 0.0
         self._hold_until = 0.0
         self._lost: tuple[str, ...] = ()
+        self._mismatches: tuple[str, ...] | None = None
         self._heatmap_gone = False
         self._blind_since = 0.0
         self._shown_search: object = None
@@ -179,6 +181,7 @@ class Navigator:
             self._commander.give(Command(tilt_rad=frame.tilt_rad), frame.stamp_ns)
             return
         self._intake.accept()
+        self._compare_once(frame)
         self._counsel.look(frame.color)
         fused = self._watch.lap("map", started)
         result = self._mission.decide(frame)
@@ -199,6 +202,14 @@ class Navigator:
         self._take_note(snapshot)
         if self._keeper is not None:
             self._keeper.keep(self._mission.voxel_map, self._goals)
+
+    def _compare_once(self, frame: Frame) -> None:
+        """Say where the robot is not what its profile says, as soon as it is there."""
+        if self._mismatches is None:
+            self._mismatches = mismatches(self.config.profile, frame)
+            for text in self._mismatches:
+                logger.warning("profile %s: %s", self.config.profile.name, text)
+                self._say("error", f"robot profile {self.config.profile.name}: {text}")
 
     def _learn_late(self) -> None:
         """Take in what a slow segmentation has told only now of one older frame."""
@@ -303,7 +314,11 @@ class Navigator:
             lost=self._lost,
             drive=self._helm.status(),
             lease=self._lease.status(),
-            notes=(*self._counsel.notes(), *((f"no heatmap: {BLIND}",) * self._heatmap_gone)),
+            notes=(
+                *self._counsel.notes(),
+                *((f"no heatmap: {BLIND}",) * self._heatmap_gone),
+                *(f"robot profile: {text}" for text in self._mismatches or ()),
+            ),
         )
         self._desk.state = status.state
         self._status.put(encode(status))

@@ -1,0 +1,84 @@
+"""Where a robot's messages contradict the profile that it is navigated by.
+
+The planner believes the profile: a camera that is elsewhere, or sees less, makes it search in
+vain. What comes with the first frame shows that at once.
+"""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from ippon.frame import Frame
+from ippon.geometry import Float64Array, invert_transform
+from ippon.robot import RobotProfile
+
+HEIGHT_M: Final = 0.15
+FORWARD_M: Final = 0.3
+ANGLE_DEG: Final = 10.0
+SHARE: Final = 0.1
+"""By which field of view and shape of the images may differ."""
+
+
+def mismatches(profile: RobotProfile, frame: Frame) -> tuple[str, ...]:
+    """Compare a frame's camera with the profile's.
+
+    Returns:
+        One sentence each, with both values; empty where they agree.
+    """
+    T_base_camera: Float64Array = invert_transform(frame.T_world_base) @ frame.T_world_camera
+    ahead = T_base_camera[:3, 2]
+    pitch = math.degrees(math.asin(float(np.clip(ahead[2], -1.0, 1.0))))
+    roll = math.degrees(math.asin(float(np.clip(T_base_camera[2, 0], -1.0, 1.0))))
+    yaw = math.degrees(math.atan2(ahead[1], ahead[0]))
+    found = [*_mounting(profile, T_base_camera), *_lens(profile, frame)]
+    if abs(roll) > ANGLE_DEG:
+        found.append(
+            f"by tf the camera is rolled by {roll:.0f} degrees: does camera_info name the optical "
+            "frame (z ahead, x to the right)?"
+        )
+    elif abs(pitch) < 80.0 and abs(yaw) > ANGLE_DEG:
+        found.append(
+            f"by tf the camera looks {abs(yaw):.0f} degrees to the {'left' if yaw > 0 else 'right'}"
+            " of where the base drives"
+        )
+    low, high = math.degrees(profile.min_tilt_rad), math.degrees(profile.max_tilt_rad)
+    if not low - ANGLE_DEG <= pitch <= high + ANGLE_DEG:
+        found.append(
+            f"by tf the camera is tilted by {pitch:.0f} degrees, the profile says {low:.0f} to "
+            f"{high:.0f}"
+        )
+    return tuple(found)
+
+
+def _mounting(profile: RobotProfile, T_base_camera: Float64Array) -> list[str]:
+    found: list[str] = []
+    forward_m, left_m, height_m = (float(x) for x in T_base_camera[:3, 3])
+    if abs(height_m - profile.camera_height_m) > HEIGHT_M:
+        found.append(
+            f"by tf the camera is {height_m:.2f} m above the base, the profile says "
+            f"{profile.camera_height_m:.2f} m; is the base's frame on the floor?"
+        )
+    if math.hypot(forward_m - profile.camera_forward_m, left_m) > FORWARD_M:
+        found.append(
+            f"by tf the camera is {forward_m:.2f} m ahead and {left_m:.2f} m to the left of the "
+            f"base, the profile says {profile.camera_forward_m:.2f} m ahead"
+        )
+    return found
+
+
+def _lens(profile: RobotProfile, frame: Frame) -> list[str]:
+    camera, found = frame.camera, list[str]()
+    wide = 2.0 * math.atan(0.5 * camera.width / camera.fx)
+    if abs(wide / profile.horizontal_fov_rad - 1.0) > SHARE:
+        found.append(
+            f"camera_info says {math.degrees(wide):.0f} degrees from left to right, the profile "
+            f"{math.degrees(profile.horizontal_fov_rad):.0f}"
+        )
+    aspect = camera.width / camera.height
+    if abs(aspect / profile.image_aspect - 1.0) > SHARE:
+        found.append(
+            f"images are {camera.width} x {camera.height}, the profile says "
+            f"{profile.image_aspect:g} times as wide as high"
+        )
+    return found

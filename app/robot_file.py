@@ -1,0 +1,190 @@
+"""Robot profiles as people write them: YAML, in metres and degrees.
+
+Body and camera of one kind of robot, told once, so that the planner knows where it fits and what it
+sees. `template` writes such a file with every line explained.
+"""
+
+import math
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from ippon.robot import HABITAT, ZED, CollisionSphere, RobotProfile, upright_body
+
+PROFILES: Final = {profile.name: profile for profile in (ZED, HABITAT)}
+"""Built in."""
+MOST_BYTES: Final = 100_000
+
+
+class RobotFileError(Exception):
+    """A profile cannot be used; says where and why."""
+
+
+class _Part(msgspec.Struct, forbid_unknown_fields=True):
+    pass
+
+
+class _Sphere(_Part, kw_only=True):
+    x_m: float = 0.0
+    y_m: float = 0.0
+    z_m: float
+    radius_m: float
+
+
+class _Body(_Part, kw_only=True):
+    radius_m: float | None = None
+    height_m: float | None = None
+    clearance_m: float | None = None
+    spheres: tuple[_Sphere, ...] = ()
+    max_step_m: float = 0.08
+
+
+class _Motion(_Part, kw_only=True):
+    max_speed_m_s: float
+    max_turn_deg_s: float
+    acceleration_m_s2: float = 0.8
+    turn_acceleration_deg_s2: float = 115.0
+    can_reverse: bool = True
+
+
+class _Tilt(_Part, kw_only=True):
+    lowest_deg: float
+    highest_deg: float
+    max_deg_s: float
+
+
+class _Camera(_Part, kw_only=True):
+    height_m: float
+    forward_m: float = 0.0
+    horizontal_fov_deg: float
+    width_over_height: float
+    min_depth_m: float = 0.3
+    max_depth_m: float = 5.0
+    tilt: _Tilt | float
+
+
+class _RobotFile(_Part, kw_only=True):
+    name: str
+    body: _Body
+    motion: _Motion
+    camera: _Camera
+
+
+def read_profile(text: str) -> RobotProfile:
+    """Return the profile that a command line names.
+
+    Args:
+        text: A built-in profile, or the path of a YAML file.
+
+    Raises:
+        RobotFileError: There is none, or it is none.
+    """
+    if text in PROFILES:
+        return PROFILES[text]
+    path = Path(text)
+    if not path.is_file():
+        raise RobotFileError(
+            f"no robot profile {text!r}: give {', '.join(PROFILES)} or a YAML file; "
+            "`ippon profile` prints one to start from"
+        )
+    try:
+        packed = path.read_bytes()
+        if len(packed) > MOST_BYTES:
+            raise RobotFileError(f"{path} is too long for a robot profile: {len(packed)} bytes")
+        return _profile(msgspec.yaml.decode(packed, type=_RobotFile))
+    except (OSError, msgspec.DecodeError, msgspec.ValidationError, ValueError) as error:
+        raise RobotFileError(f"robot profile {path}: {error}") from error
+
+
+def _profile(file: _RobotFile) -> RobotProfile:
+    camera, motion = file.camera, file.motion
+    tilt = camera.tilt
+    if not isinstance(tilt, _Tilt):
+        tilt = _Tilt(lowest_deg=tilt, highest_deg=tilt, max_deg_s=60.0)
+    return RobotProfile(
+        name=file.name,
+        spheres=_spheres(file.body),
+        max_linear_m_s=motion.max_speed_m_s,
+        max_yaw_rate_rad_s=math.radians(motion.max_turn_deg_s),
+        max_tilt_rate_rad_s=math.radians(tilt.max_deg_s),
+        max_linear_acceleration_m_s2=motion.acceleration_m_s2,
+        max_yaw_acceleration_rad_s2=math.radians(motion.turn_acceleration_deg_s2),
+        min_tilt_rad=math.radians(tilt.lowest_deg),
+        max_tilt_rad=math.radians(tilt.highest_deg),
+        camera_height_m=camera.height_m,
+        camera_forward_m=camera.forward_m,
+        horizontal_fov_rad=math.radians(camera.horizontal_fov_deg),
+        image_aspect=camera.width_over_height,
+        min_depth_m=camera.min_depth_m,
+        max_depth_m=camera.max_depth_m,
+        max_step_m=file.body.max_step_m,
+        can_reverse=motion.can_reverse,
+    )
+
+
+def _spheres(body: _Body) -> tuple[CollisionSphere, ...]:
+    if body.spheres:
+        if (body.radius_m, body.height_m, body.clearance_m) != (None, None, None):
+            raise ValueError("a body is spheres, or radius_m, height_m and clearance_m; not both")
+        return tuple(
+            CollisionSphere(x_m=s.x_m, y_m=s.y_m, z_m=s.z_m, radius_m=s.radius_m)
+            for s in body.spheres
+        )
+    if body.radius_m is None or body.height_m is None or body.clearance_m is None:
+        raise ValueError("a body needs radius_m, height_m and clearance_m, or spheres")
+    if not (0.0 < body.radius_m < math.inf and 0.0 <= body.clearance_m < body.height_m < math.inf):
+        raise ValueError(
+            "radius_m must be positive and clearance_m from 0 to below height_m; got "
+            f"{body.radius_m:g}, {body.clearance_m:g} and {body.height_m:g}"
+        )
+    return upright_body(body.radius_m, body.height_m, body.clearance_m)
+
+
+def template(profile: RobotProfile) -> str:
+    """Write a profile as YAML that `read_profile` takes, every line explained."""
+    spheres = "".join(
+        f"    - {{x_m: {s.x_m:g}, y_m: {s.y_m:g}, z_m: {s.z_m:.4g}, radius_m: {s.radius_m:g}}}\n"
+        for s in profile.spheres
+    )
+
+    def degrees(angle: float) -> str:
+        return f"{math.degrees(angle):.4g}"
+
+    fixed = not profile.can_tilt
+    tilt = (
+        f"  tilt: {degrees(profile.min_tilt_rad)}  # fixed; degrees above the horizon\n"
+        if fixed
+        else f"""  tilt:  # a number of degrees in place of these three for a fixed camera
+    lowest_deg: {degrees(profile.min_tilt_rad)}  # looking down is negative
+    highest_deg: {degrees(profile.max_tilt_rad)}
+    max_deg_s: {degrees(profile.max_tilt_rate_rad_s)}
+"""
+    )
+    return f"""# A robot profile for `ippon navigate --profile FILE`; metres, seconds, degrees.
+name: {profile.name}
+
+body:
+  # Balls that hold all of the body, seen from the middle of the base on the floor: x ahead, y to
+  # the left, z up. In place of them, an upright cylinder:
+  #   radius_m: 0.25
+  #   height_m: 1.2
+  #   clearance_m: 0.06   # what the body rolls or steps over
+  spheres:
+{spheres}  max_step_m: {profile.max_step_m:g}  # highest step that it takes; as much down is a drop
+
+motion:
+  max_speed_m_s: {profile.max_linear_m_s:g}
+  max_turn_deg_s: {degrees(profile.max_yaw_rate_rad_s)}
+  acceleration_m_s2: {profile.max_linear_acceleration_m_s2:g}
+  turn_acceleration_deg_s2: {degrees(profile.max_yaw_acceleration_rad_s2)}
+  can_reverse: {str(profile.can_reverse).lower()}
+
+camera:
+  height_m: {profile.camera_height_m:g}  # of its tilt axis above the floor
+  forward_m: {profile.camera_forward_m:g}  # of its tilt axis before the middle of the base
+  horizontal_fov_deg: {degrees(profile.horizontal_fov_rad)}
+  width_over_height: {profile.image_aspect:g}  # of its images
+  min_depth_m: {profile.min_depth_m:g}  # nearest and farthest depth that can be trusted
+  max_depth_m: {profile.max_depth_m:g}
+{tilt}"""
