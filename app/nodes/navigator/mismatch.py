@@ -44,9 +44,9 @@ def mismatches(profile: RobotProfile, frame: Frame) -> tuple[str, ...]:
         )
     low, high = math.degrees(profile.min_tilt_rad), math.degrees(profile.max_tilt_rad)
     if not low - ANGLE_DEG <= pitch <= high + ANGLE_DEG:
+        limits = f"{low:.0f} to {high:.0f}" if profile.can_tilt else f"{low:.0f}"
         found.append(
-            f"by tf the camera is tilted by {pitch:.0f} degrees, the profile says {low:.0f} to "
-            f"{high:.0f}"
+            f"by tf the camera is tilted by {pitch:.0f} degrees, the profile says {limits}"
         )
     return tuple(found)
 

@@ -5,7 +5,7 @@ viser puts HTML into the page as it is, handlers and all, so nothing else may bu
 
 import base64
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape as _escape
 
 from app.messages.control import Event, GoalStatus, ProximityTable, Status, StreamStatus
@@ -219,6 +219,13 @@ def legend(shown: Legend, mode: str = "") -> str:
         f'<div class="ip-legend" data-mode="{escape(mode)}">'
         f'<p class="ip-title">{escape(shown.title)}</p>{ramp}'
         f'<div class="ip-entries">{entries}</div></div>'
+    )
+
+
+def warnings(notes: Sequence[str]) -> str:
+    """Show what is wrong for as long as it is."""
+    return "".join(
+        f'<p class="ip-warning">{escape(note[:1].upper() + note[1:])}</p>' for note in notes
     )
 
 

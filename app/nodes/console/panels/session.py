@@ -34,6 +34,7 @@ class SessionPanel:
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._updates = 0
         self._start_ns: int | None = None
+        self._warnings = gui.add_html(markup.warnings(()))
         self._figures = gui.add_html(markup.figures(None, 0))
         self._record: RecordPanel | None = None
         if not actions.recorded:
@@ -63,6 +64,7 @@ class SessionPanel:
         if self._start_ns is None or status.stamp_ns < self._start_ns:
             self._start_ns = status.stamp_ns
         if "status" in changed:
+            self._warnings.content = markup.warnings(status.notes)
             self._figures.content = markup.figures(status, model.voxels.count)
             self._streams.content = markup.streams(status.streams)
             self._updates += 1

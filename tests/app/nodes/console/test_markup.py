@@ -73,6 +73,7 @@ def test_no_text_from_outside_becomes_markup(text, stage):
         markup.levels(table),
         markup.reasons(table),
         markup.conversation(table),
+        markup.warnings([text]),
         markup.figures(status, 3),
         markup.streams([StreamStatus(name=text, age_s=None, rate_hz=0.0)]),
         markup.not_found(3),
@@ -116,6 +117,14 @@ def test_late_streams_stand_out():
     html = markup.streams([fresh, late])
     assert 'data-late="0"><th>a' in html
     assert 'data-late="1"><th>b' in html
+
+
+def test_what_is_wrong_is_said_line_by_line():
+    html = markup.warnings(["no heatmap", "robot profile: <0.6 m"])
+    assert html.count("ip-warning") == 2
+    assert ">No heatmap<" in html
+    assert "&lt;0.6 m" in html
+    assert markup.warnings([]) == ""
 
 
 def test_nothing_yet_is_said_in_words():
