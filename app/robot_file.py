@@ -10,11 +10,14 @@ from typing import Final
 
 import msgspec
 
+from ippon.mapping.map_config import MapConfig
 from ippon.robot import HABITAT, ZED, CollisionSphere, RobotProfile, upright_body
 
 PROFILES: Final = {profile.name: profile for profile in (ZED, HABITAT)}
 """Built in."""
 MOST_BYTES: Final = 100_000
+MAP_MEMORY_MB: Final = MapConfig().memory_limit_mb
+_VALID_DEPTH_M: Final = 20.0
 
 
 class RobotFileError(Exception):
@@ -95,6 +98,19 @@ def read_profile(text: str) -> RobotProfile:
         return _profile(msgspec.yaml.decode(packed, type=_RobotFile))
     except (OSError, msgspec.DecodeError, msgspec.ValidationError, ValueError) as error:
         raise RobotFileError(f"robot profile {path}: {error}") from error
+
+
+def map_config(
+    profile: RobotProfile, voxel_size_m: float, memory_limit_mb: float = MAP_MEMORY_MB
+) -> MapConfig:
+    """Return a map for what the robot's camera measures; raises ValueError."""
+    return MapConfig(
+        voxel_size_m=voxel_size_m,
+        memory_limit_mb=memory_limit_mb,
+        min_range_m=profile.min_depth_m,
+        max_range_m=profile.max_depth_m,
+        max_valid_depth_m=max(_VALID_DEPTH_M, profile.max_depth_m),
+    )
 
 
 def _profile(file: _RobotFile) -> RobotProfile:

@@ -2,10 +2,15 @@
 
 import math
 from dataclasses import dataclass, fields
+from typing import Final
 
 import numpy as np
 
 from ippon.geometry import R_BASE_CAMERA_LEVEL, Float64Array, make_transform, rotation_y
+
+LEAST_STEP_M: Final = 0.01
+"""The floor is uneven, and seen to a centimetre at best."""
+MOST_M: Final = 30.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,12 +33,26 @@ def upright_body(
         height_m: Its top above the floor.
         clearance_m: Height above the floor that the body steps or rolls over.
     """
+    if height_m - clearance_m < 2.0 * radius_m:
+        return _flat_body(radius_m, height_m, clearance_m)
     lowest = clearance_m + radius_m
-    highest = max(lowest, height_m - radius_m)
+    highest = height_m - radius_m
     count = max(1, math.ceil((highest - lowest) / radius_m) + 1)
     return tuple(
         CollisionSphere(x_m=0.0, y_m=0.0, z_m=float(z), radius_m=radius_m)
         for z in np.linspace(lowest, highest, count)
+    )
+
+
+def _flat_body(radius_m: float, height_m: float, clearance_m: float) -> tuple[CollisionSphere, ...]:
+    """Fill a cylinder that is wider than high: spheres of its height, inside and along its rim."""
+    ball_m = 0.5 * (height_m - clearance_m)
+    ring_m = radius_m - ball_m
+    count = math.ceil(2.0 * math.pi * ring_m / ball_m)
+    turns = [2.0 * math.pi * k / count for k in range(count)]
+    places = [(0.0, 0.0), *((ring_m * math.cos(a), ring_m * math.sin(a)) for a in turns)]
+    return tuple(
+        CollisionSphere(x_m=x, y_m=y, z_m=clearance_m + ball_m, radius_m=ball_m) for x, y in places
     )
 
 
@@ -70,8 +89,7 @@ class RobotProfile:
         if not self.spheres or any(s.radius_m <= 0.0 for s in self.spheres):
             raise ValueError("a robot needs at least one collision sphere of positive radius")
         numbers = [getattr(self, field.name) for field in fields(self) if field.type is float]
-        numbers += [x for s in self.spheres for x in (s.x_m, s.y_m, s.z_m, s.radius_m)]
-        if not all(math.isfinite(number) for number in numbers):
+        if not all(math.isfinite(number) for number in (*numbers, *self._lengths())):
             raise ValueError("every length, angle and speed of a robot is a finite number")
         positive = (
             "max_linear_m_s", "max_yaw_rate_rad_s", "max_tilt_rate_rad_s", "camera_height_m",
@@ -96,8 +114,17 @@ class RobotProfile:
                 "min_depth_m must lie between 0 and max_depth_m; got "
                 f"{self.min_depth_m:g} and {self.max_depth_m:g}"
             )
-        if self.max_step_m < 0.0:
-            raise ValueError(f"max_step_m must not be negative; got {self.max_step_m:g}")
+        if not LEAST_STEP_M <= self.max_step_m <= 1.0:
+            raise ValueError(
+                f"max_step_m lies in {LEAST_STEP_M:g} to 1: a map is no more exact than that; got "
+                f"{self.max_step_m:g}"
+            )
+        if not all(-MOST_M <= x <= MOST_M for x in self._lengths()):
+            raise ValueError(f"lengths are metres, at most {MOST_M:g}; is one in millimetres?")
+
+    def _lengths(self) -> list[float]:
+        body = [x for s in self.spheres for x in (s.x_m, s.y_m, s.z_m, s.radius_m)]
+        return [*body, self.camera_height_m, self.camera_forward_m, self.max_depth_m]
 
     @property
     def radius_m(self) -> float:
@@ -118,10 +145,12 @@ class RobotProfile:
     def floor_in_view_m(self) -> float:
         """How far before the base's centre the camera sees the nearest floor, metres.
 
-        0 where that is under itself, infinite where it cannot be tilted low enough.
+        0 where that is under itself, infinite where it cannot be tilted low enough, or the floor is
+        out of its range.
         """
         lowest = self.min_tilt_rad - 0.5 * self.vertical_fov_rad
-        if lowest >= 0.0:
+        steepest = min(-lowest, 0.5 * math.pi)
+        if lowest >= 0.0 or self.camera_height_m / math.sin(steepest) > self.max_depth_m:
             return math.inf
         ahead = 0.0
         if lowest > -0.5 * math.pi:

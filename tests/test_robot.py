@@ -47,7 +47,7 @@ def test_positive_tilt_looks_up() -> None:
         ({"camera_height_m": math.nan}, "finite"),
         ({"horizontal_fov_rad": 3.2}, "0 and 180"),
         ({"min_depth_m": 6.0}, "max_depth_m"),
-        ({"max_step_m": -0.1}, "max_step_m"),
+        ({"max_step_m": 0.0}, "max_step_m lies in 0.01"),
         ({"max_yaw_acceleration_rad_s2": 0.0}, "max_yaw_acceleration_rad_s2"),
     ],
 )
@@ -72,3 +72,5 @@ def test_where_the_floor_comes_into_view() -> None:
     assert fixed.floor_in_view_m == pytest.approx(0.2 + 1.2 / math.tan(math.radians(37.0)))
     up = dataclasses.replace(fixed, min_tilt_rad=0.7, max_tilt_rad=0.7)
     assert up.floor_in_view_m == math.inf
+    short = dataclasses.replace(fixed, max_depth_m=1.5)
+    assert short.floor_in_view_m == math.inf, "the floor is 2 m away along the lowest ray"

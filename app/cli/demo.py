@@ -151,14 +151,14 @@ def _check(command: Demo, context: str) -> "RobotProfile":
     model = make_model(command.llm, os.environ)
     if model is not None:
         model.close()  # The navigator makes its own; here a mistake is told before anything starts.
-    from app.robot_file import RobotFileError, read_profile
-    from ippon.mapping.voxel_map import MapConfig
+    from app.robot_file import RobotFileError, map_config, read_profile
 
     try:
-        MapConfig(voxel_size_m=command.voxel_size_m)
-        return read_profile(command.profile)
+        profile = read_profile(command.profile)
+        map_config(profile, command.voxel_size_m)
     except (ValueError, RobotFileError) as error:
         raise UsageError(str(error)) from error
+    return profile
 
 
 def _end_on(number: int, handler: Callable[..., None] | None = None) -> None:

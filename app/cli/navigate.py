@@ -20,10 +20,9 @@ from app.links.session import LinkError
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.keeper import read_kept
 from app.nodes.navigator.run import run_navigator
-from app.robot_file import RobotFileError, read_profile
+from app.robot_file import RobotFileError, map_config, read_profile
 from ippon.errors import MapFileError
 from ippon.guidance.rooms import RoomConfig
-from ippon.mapping.voxel_map import MapConfig
 from ippon.mission.config import MissionConfig
 from ippon.vocabulary import MATTERPORT_40
 
@@ -40,11 +39,7 @@ def run_navigate(command: Navigate) -> int:
     try:
         profile = read_profile(command.profile)
         mission = MissionConfig(
-            map=MapConfig(
-                voxel_size_m=command.voxel_size_m,
-                memory_limit_mb=command.map_memory_mb,
-                max_range_m=profile.max_depth_m,
-            ),
+            map=map_config(profile, command.voxel_size_m, command.map_memory_mb),
             rooms=RoomConfig(enabled=command.rooms),
         )
         kept = None if command.map is None else read_kept(command.map, mission.map)

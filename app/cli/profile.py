@@ -25,8 +25,9 @@ def run_profile(command: Profile) -> int:
     if command.picture is not None:
         from app.cli.profile_picture import draw_profile
 
+        image = draw_profile(profile)
         try:
-            draw_profile(profile).save(command.picture)
+            image.save(command.picture)
         except (OSError, ValueError) as error:
             raise UsageError(
                 f"cannot write the picture to {command.picture}: {error}; name a file that ends in "
@@ -42,7 +43,7 @@ def summary(profile: "RobotProfile") -> str:
     bottom = min(s.z_m - s.radius_m for s in profile.spheres)
     wide = 2.0 * max(abs(s.y_m) + s.radius_m for s in profile.spheres)
     floor_m = profile.floor_in_view_m
-    near = "no floor, however low its camera is tilted: it will not drive anywhere"
+    near = "no floor within its range, however low its camera is tilted: it will not drive"
     if floor_m < math.inf:
         near = f"the floor from {floor_m:.2f} m before its middle"
     tilt = f"{math.degrees(profile.min_tilt_rad):.0f}"

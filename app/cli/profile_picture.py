@@ -21,8 +21,13 @@ Point = tuple[float, float]
 
 def draw_profile(profile: RobotProfile) -> Image.Image:
     """Draw body and view from the side and from above, with a line for each metre."""
-    scale = _WIDTH / (profile.camera_forward_m + profile.max_depth_m + _BEHIND_M + 0.2)
-    parts = [_side(profile, scale), _above(profile, scale)]
+    behind_m = min(-_BEHIND_M, *(s.x_m - s.radius_m for s in profile.spheres)) - 0.1
+    ahead_m = max(
+        profile.camera_forward_m + profile.max_depth_m,
+        *(s.x_m + s.radius_m for s in profile.spheres),
+    )
+    frame = _WIDTH / (ahead_m + 0.1 - behind_m), behind_m
+    parts = [_side(profile, frame), _above(profile, frame)]
     texts = [
         f"{profile.name} from the side, its camera tilted lowest and highest"
         if profile.can_tilt
@@ -42,15 +47,17 @@ def draw_profile(profile: RobotProfile) -> Image.Image:
 class _Sheet:
     """A drawing in metres: x ahead of the base, y up."""
 
-    def __init__(self, scale: float, low_m: float, high_m: float) -> None:
+    def __init__(self, frame: Point, low_m: float, high_m: float) -> None:
+        """Take pixels a metre and the left end, then the ends along y, metres."""
+        scale, left_m = frame
         self.image = Image.new("RGB", (_WIDTH, round((high_m - low_m) * scale)), "white")
         self._draw = ImageDraw.Draw(self.image, "RGBA")
-        self._scale, self._high_m = scale, high_m
-        for k in range(1 + int(_WIDTH / scale)):
+        self._scale, self._left_m, self._high_m = scale, left_m, high_m
+        for k in range(math.ceil(left_m), 1 + int(left_m + _WIDTH / scale)):
             self.line((k, low_m), (k, high_m), _GRID, 1)
 
     def _at(self, point: Point) -> Point:
-        return (point[0] + _BEHIND_M) * self._scale, (self._high_m - point[1]) * self._scale
+        return (point[0] - self._left_m) * self._scale, (self._high_m - point[1]) * self._scale
 
     def line(self, start: Point, end: Point, colour: tuple[int, ...], width: int) -> None:
         self._draw.line([self._at(start), self._at(end)], fill=colour, width=width)
@@ -64,9 +71,9 @@ class _Sheet:
         self._draw.ellipse([u - r, v - r, u + r, v + r], fill=fill, outline=outline, width=2)
 
 
-def _side(profile: RobotProfile, scale: float) -> Image.Image:
+def _side(profile: RobotProfile, frame: Point) -> Image.Image:
     top = max(profile.camera_height_m, *(s.z_m + s.radius_m for s in profile.spheres))
-    sheet = _Sheet(scale, -_BELOW_M, max(2.2, top + 0.5))
+    sheet = _Sheet(frame, -_BELOW_M, max(2.2, top + 0.5))
     x, z = profile.camera_forward_m, profile.camera_height_m
     half = 0.5 * profile.vertical_fov_rad
     for tilt in dict.fromkeys((profile.min_tilt_rad, profile.max_tilt_rad)):
@@ -80,15 +87,16 @@ def _side(profile: RobotProfile, scale: float) -> Image.Image:
         sheet.area(points)
     for s in profile.spheres:
         sheet.ball(s.x_m, s.z_m, s.radius_m, body=True)
-    sheet.line((-_BEHIND_M, 0.0), (profile.max_depth_m + x + 1.0, 0.0), _INK, 2)
+    sheet.line((frame[1], 0.0), (frame[1] + _WIDTH / frame[0], 0.0), _INK, 2)
     sheet.ball(x, z, 0.02, body=False)
     return sheet.image
 
 
-def _above(profile: RobotProfile, scale: float) -> Image.Image:
+def _above(profile: RobotProfile, frame: Point) -> Image.Image:
     half = 0.5 * profile.horizontal_fov_rad
-    side = max(profile.radius_m, profile.max_depth_m * math.sin(min(half, 0.5 * math.pi))) + 0.1
-    sheet = _Sheet(scale, -side, side)
+    aside_m = profile.max_depth_m * math.sin(min(half, 0.5 * math.pi))
+    side = max(profile.radius_m, aside_m) + 0.1
+    sheet = _Sheet(frame, -side, side)
     x, reach = profile.camera_forward_m, profile.max_depth_m
     angles = [half * (2.0 * step / _STEPS - 1.0) for step in range(_STEPS + 1)]
     sheet.area([(x, 0.0), *((x + reach * math.cos(a), reach * math.sin(a)) for a in angles)])

@@ -4,9 +4,12 @@ from collections.abc import Callable
 from typing import Any
 
 import zenoh
+import zenoh.ext
 
 
-def subscribe(session: zenoh.Session, key: str, take: Callable[[bytes], None]) -> None:
+def subscribe(
+    session: zenoh.Session, key: str, take: Callable[[bytes], None], *, kept: bool = False
+) -> None:
     """Hand every message of a key to `take`, for as long as the session is open.
 
     zenoh's Python binding gives each subscription a thread of its own by default, so that messages
@@ -17,10 +20,16 @@ def subscribe(session: zenoh.Session, key: str, take: Callable[[bytes], None]) -
         session: An open session.
         key: Key, wildcards included.
         take: Called in zenoh's network thread: it must return at once and not use the session.
+        kept: Ask publishers, too, for what they keep for those who come late: what ROS 2 calls
+            transient local, and a bridge sends once, such as `tf_static`.
     """
 
     def receive(sample: zenoh.Sample) -> None:
         take(sample.payload.to_bytes())
 
     handler: Any = zenoh.handlers.Callback(receive, indirect=False)
-    session.declare_subscriber(key, handler)
+    if kept:
+        history = zenoh.ext.HistoryConfig(detect_late_publishers=True)
+        zenoh.ext.declare_advanced_subscriber(session, key, handler, history=history)
+    else:
+        session.declare_subscriber(key, handler)

@@ -94,7 +94,7 @@ def seen_obstacles(
     depth = frame.depth[::step, ::step]
     # Nothing within the radius is deeper in the image than this.
     deepest = math.hypot(radius_m + robot.radius_m, robot.camera_height_m + 1.0)
-    v, u = np.nonzero((depth > 0.0) & (depth < deepest))
+    v, u = np.nonzero((depth >= robot.min_depth_m) & (depth < deepest))
     z = depth[v, u].astype(np.float64)
     camera = frame.camera
     x = (u * step - camera.cx) / camera.fx * z

@@ -125,7 +125,7 @@ def _ooi_codes(odds, out, n):
 
 @_EACH
 def _logarithms(values, bits, mantissa, mantissa_bits, exponent, n):
-    """Replace n normal, positive numbers by their natural logarithms, to 1e-7.
+    """Replace n normal, positive numbers by their natural logarithms, to float32.
 
     x = 2^e m with m around 1, and log m = 2 artanh((m - 1) / (m + 1)).
     """

@@ -69,7 +69,8 @@ class Recovery:
             self._freeing_since_ns = None
             return None
         if self._robot.can_reverse:
-            return Command(linear_m_s=-self._config.back_up_m_s, tilt_rad=tilt_rad)
+            speed = min(self._config.back_up_m_s, self._robot.max_linear_m_s)
+            return Command(linear_m_s=-speed, tilt_rad=tilt_rad)
         return Command(yaw_rate_rad_s=self._robot.max_yaw_rate_rad_s, tilt_rad=tilt_rad)
 
     def watch(self, stamp_ns: int, T_world_base: Float64Array, command: Command) -> None:

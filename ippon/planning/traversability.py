@@ -39,7 +39,7 @@ CONTACT: Final = 2
 SWEPT: Final = 4
 """Mark of cells that the body has covered with room to spare: a contact was not there."""
 _BLIND_MAX_M: Final = 1.5
-"""No more unseen floor is trusted than this, even where the camera cannot look down."""
+"""A camera that sees no floor within this does not show where the robot can begin to drive."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,7 +161,7 @@ class Traversability:
         """Return the radius of the disc of floor that the robot starts on unseen."""
         radius = self._robot.radius_m + self.config.start_margin_m
         blind = self._robot.floor_in_view_m + voxel_size
-        return max(radius, min(blind, _BLIND_MAX_M))
+        return max(radius, blind) if blind <= _BLIND_MAX_M else radius
 
     def mark_contact(self, T_world_base: Float64Array) -> None:
         """Close the triangular region ahead of a robot that touched something.
@@ -225,7 +225,9 @@ class Traversability:
     def _follow_map(self, arrays: MapArrays, z: float) -> bool:
         """Match the extent of the map and the height of the floor; tell whether either is new."""
         v = arrays.voxel_size
-        new_floor = self._bands is None or abs(z - self._floor_z) > 0.5 * self._robot.max_step_m
+        # A pose that trembles is no other floor.
+        apart = max(0.5 * self._robot.max_step_m, 0.25 * v)
+        new_floor = self._bands is None or abs(z - self._floor_z) > apart
         if new_floor:
             self._floor_z = z
             self._bands = ColumnBands.of(self._robot, z, v)

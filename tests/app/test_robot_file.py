@@ -1,10 +1,12 @@
 """Robot profiles as files: what is read, and what is said about what cannot be."""
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 
-from app.robot_file import PROFILES, RobotFileError, read_profile, template
+from app.robot_file import PROFILES, RobotFileError, map_config, read_profile, template
 
 SCOUT = """
 name: scout
@@ -64,6 +66,8 @@ def test_a_short_file_with_a_fixed_camera(written):
         ("tilt: -12", "tilt: {lowest_deg: 9, highest_deg: 1, max_deg_s: 9}", "got 9 and 1 degrees"),
         ("horizontal_fov_deg: 87", "horizontal_fov_deg: 200", "between 0 and 180 degrees; got 200"),
         ("tilt: -12", "max_depth_m: 0.1, tilt: -12", "min_depth_m must lie between 0 and"),
+        ("radius_m: 0.3", "max_step_m: 0, radius_m: 0.3", "max_step_m lies in 0.01 to 1"),
+        ("radius_m: 0.3, height_m: 0.7", "radius_m: 300, height_m: 700", "in millimetres?"),
         ("name: scout", "name: [", "robot.yaml"),
         ("name: scout", "&a [*a]", "robot.yaml"),
     ],
@@ -74,6 +78,31 @@ def test_mistakes_are_named(old, new, message, written):
         read_profile(written(SCOUT.replace(old, new)))
     assert message in str(caught.value)
     assert "robot.yaml" in str(caught.value)
+
+
+def test_a_low_body_is_as_high_as_it_is(written):
+    flat = "radius_m: 0.17, height_m: 0.09, clearance_m: 0.02"
+    robot = read_profile(
+        written(SCOUT.replace("radius_m: 0.3, height_m: 0.7, clearance_m: 0.05", flat))
+    )
+    assert max(s.z_m + s.radius_m for s in robot.spheres) == pytest.approx(0.09)
+    assert min(s.z_m - s.radius_m for s in robot.spheres) == pytest.approx(0.02)
+    assert robot.radius_m == pytest.approx(0.17)
+
+
+def test_the_map_takes_what_the_camera_measures(written):
+    far = read_profile(written(SCOUT.replace("tilt: -12", "tilt: -12, max_depth_m: 25")))
+    config = map_config(far, 0.1, 2048.0)
+    assert (config.min_range_m, config.max_range_m) == (far.min_depth_m, 25.0)
+    assert config.max_valid_depth_m == 25.0
+    assert map_config(PROFILES["zed"], 0.05).max_range_m == 5.0
+
+
+def test_the_profile_of_the_documentation_is_one(written):
+    text = (Path(__file__).parents[2] / "docs" / "robot.md").read_text("utf-8")
+    (block,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    scout = read_profile(written(block))
+    assert (scout.name, scout.can_tilt, scout.max_step_m) == ("scout", False, 0.03)
 
 
 def test_a_file_that_is_none(tmp_path, written):

@@ -1,5 +1,7 @@
 """What stands near the robot at the height of its body."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -91,6 +93,13 @@ def test_what_one_image_shows_is_where_it_is():
     half = 0.9 * np.tan(0.5 * ZED.horizontal_fov_rad) * 10.5 / 80
     assert -half <= found[:, 1].min() < -0.03
     assert 0.03 < found[:, 1].max() <= half
+
+
+def test_depth_nearer_than_the_camera_measures_is_no_obstacle():
+    far_sighted = dataclasses.replace(ZED, min_depth_m=1.0)
+    near = looking_at(0.9, columns=slice(70, 90))
+    assert len(seen_obstacles(near, ZED, 0.1, 2.0)) > 0
+    assert len(seen_obstacles(near, far_sighted, 0.1, 2.0)) == 0
 
 
 def test_one_image_shows_no_obstacle_above_below_beyond_or_inside_the_body():

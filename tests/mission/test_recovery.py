@@ -33,6 +33,14 @@ def test_backs_off_for_a_moment_or_turns_where_it_cannot(robot: RobotProfile) ->
     assert recovery.command(3 * S, 0.0) is None
 
 
+def test_backs_off_no_faster_than_it_may_drive() -> None:
+    recovery = Recovery(RecoveryConfig(), dataclasses.replace(ZED, max_linear_m_s=0.1))
+    recovery.blocked(0, HERE, contact=True)
+    command = recovery.command(S // 10, 0.0)
+    assert command is not None
+    assert command.linear_m_s == -0.1
+
+
 def test_a_robot_that_does_not_follow_its_commands_is_stuck() -> None:
     recovery = Recovery(RecoveryConfig(stuck_after_s=2.0), ZED)
     stuck_at = None

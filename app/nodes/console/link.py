@@ -264,7 +264,8 @@ class NavigatorLink(Wishes):
         listening = open_client(self.endpoint, _CONNECT_S)
         try:
             for topic in self._topics:
-                subscribe(listening, self._key(topic), self._receiver(topic))
+                kept = topic == keys.TF_STATIC
+                subscribe(listening, self._key(topic), self._receiver(topic), kept=kept)
         except zenoh.ZError:
             _closed(listening)
             raise

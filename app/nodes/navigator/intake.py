@@ -59,7 +59,8 @@ class Intake:
             # Poses come faster than images, and each is needed to place an image between two.
             size = 100 if topic in (keys.TF, keys.CONTACT) else WAITING
             self._waiting[topic] = deque(maxlen=size)
-            subscribe(session, f"{robot}/{topic}", self._receiver(topic, stream))
+            kept = topic == keys.TF_STATIC
+            subscribe(session, f"{robot}/{topic}", self._receiver(topic, stream), kept=kept)
 
     def _receiver(self, topic: str, stream: str) -> Callable[[bytes], None]:
         waiting = self._waiting[topic]

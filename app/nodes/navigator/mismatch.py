@@ -1,7 +1,7 @@
 """Where a robot's messages contradict the profile that it is navigated by.
 
 The planner believes the profile: a camera that is elsewhere, or sees less, makes it search in
-vain. What comes with the first frame shows that at once.
+vain.
 """
 
 import math
@@ -16,6 +16,9 @@ from ippon.robot import RobotProfile
 HEIGHT_M: Final = 0.15
 FORWARD_M: Final = 0.3
 ANGLE_DEG: Final = 10.0
+STEEP_DEG: Final = 80.0
+"""A camera that looks so far up or down has no left and right to speak of."""
+OPTICAL: Final = "does camera_info name the optical frame (z ahead, x to the right)?"
 SHARE: Final = 0.1
 """By which field of view and shape of the images may differ."""
 
@@ -29,15 +32,13 @@ def mismatches(profile: RobotProfile, frame: Frame) -> tuple[str, ...]:
     T_base_camera: Float64Array = invert_transform(frame.T_world_base) @ frame.T_world_camera
     ahead = T_base_camera[:3, 2]
     pitch = math.degrees(math.asin(float(np.clip(ahead[2], -1.0, 1.0))))
-    roll = math.degrees(math.asin(float(np.clip(T_base_camera[2, 0], -1.0, 1.0))))
+    roll = math.degrees(math.atan2(T_base_camera[2, 0], -T_base_camera[2, 1]))
     yaw = math.degrees(math.atan2(ahead[1], ahead[0]))
     found = [*_mounting(profile, T_base_camera), *_lens(profile, frame)]
-    if abs(roll) > ANGLE_DEG:
-        found.append(
-            f"by tf the camera is rolled by {roll:.0f} degrees: does camera_info name the optical "
-            "frame (z ahead, x to the right)?"
-        )
-    elif abs(pitch) < 80.0 and abs(yaw) > ANGLE_DEG:
+    is_level = abs(pitch) < STEEP_DEG
+    if is_level and abs(roll) > ANGLE_DEG:
+        found.append(f"by tf the camera is rolled by {abs(roll):.0f} degrees: {OPTICAL}")
+    elif is_level and abs(yaw) > ANGLE_DEG:
         found.append(
             f"by tf the camera looks {abs(yaw):.0f} degrees to the {'left' if yaw > 0 else 'right'}"
             " of where the base drives"
@@ -45,9 +46,8 @@ def mismatches(profile: RobotProfile, frame: Frame) -> tuple[str, ...]:
     low, high = math.degrees(profile.min_tilt_rad), math.degrees(profile.max_tilt_rad)
     if not low - ANGLE_DEG <= pitch <= high + ANGLE_DEG:
         limits = f"{low:.0f} to {high:.0f}" if profile.can_tilt else f"{low:.0f}"
-        found.append(
-            f"by tf the camera is tilted by {pitch:.0f} degrees, the profile says {limits}"
-        )
+        tilted = f"by tf the camera is tilted by {pitch:.0f} degrees, the profile says {limits}"
+        found.append(tilted if is_level else f"{tilted}: {OPTICAL}")
     return tuple(found)
 
 

@@ -1,6 +1,8 @@
 """The navigator as a process: frames and requests in, commands and pictures of the search out."""
 
 import logging
+import math
+import re
 import time
 from functools import partial
 from importlib.metadata import version
@@ -44,6 +46,9 @@ logger = logging.getLogger(__name__)
 
 IDLE_S: Final = 0.05
 STATUS_EVERY_S: Final = 0.4
+COMPARE_EVERY_S: Final = 5.0
+"""How often a robot is compared with its profile."""
+_DIGITS: Final = re.compile(r"[\d.]+")
 BLIND: Final = "objects are not told apart; the search goes on"
 
 
@@ -126,7 +131,8 @@ class Navigator:
         self._status_at = 0.0
         self._hold_until = 0.0
         self._lost: tuple[str, ...] = ()
-        self._mismatches: tuple[str, ...] | None = None
+        self._mismatches: tuple[str, ...] = ()
+        self._compared_at = -math.inf
         self._heatmap_gone = False
         self._blind_since = 0.0
         self._shown_search: object = None
@@ -181,7 +187,7 @@ class Navigator:
             self._commander.give(Command(tilt_rad=frame.tilt_rad), frame.stamp_ns)
             return
         self._intake.accept()
-        self._compare_once(frame)
+        self._compare(frame)
         self._counsel.look(frame.color)
         fused = self._watch.lap("map", started)
         result = self._mission.decide(frame)
@@ -203,11 +209,16 @@ class Navigator:
         if self._keeper is not None:
             self._keeper.keep(self._mission.voxel_map, self._goals)
 
-    def _compare_once(self, frame: Frame) -> None:
-        """Say where the robot is not what its profile says, as soon as it is there."""
-        if self._mismatches is None:
-            self._mismatches = mismatches(self.config.profile, frame)
-            for text in self._mismatches:
+    def _compare(self, frame: Frame) -> None:
+        """Look now and then whether the robot is what its profile says."""
+        now = time.monotonic()
+        if now - self._compared_at < COMPARE_EVERY_S:
+            return
+        self._compared_at = now
+        told = {_DIGITS.sub("", text) for text in self._mismatches}
+        self._mismatches = mismatches(self.config.profile, frame)
+        for text in self._mismatches:
+            if _DIGITS.sub("", text) not in told:
                 logger.warning("profile %s: %s", self.config.profile.name, text)
                 self._say("error", f"robot profile {self.config.profile.name}: {text}")
 
@@ -317,7 +328,7 @@ class Navigator:
             notes=(
                 *self._counsel.notes(),
                 *((f"no heatmap: {BLIND}",) * self._heatmap_gone),
-                *(f"robot profile: {text}" for text in self._mismatches or ()),
+                *(f"robot profile: {text}" for text in self._mismatches),
             ),
         )
         self._desk.state = status.state

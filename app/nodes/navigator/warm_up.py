@@ -2,7 +2,7 @@
 
 The first time that takes most of a minute of one core. The kernels of the map and those of the
 simulated home are half of it each and have nothing in common, so a process beside this one compiles
-the latter meanwhile.
+the latter meanwhile; with a third core, another one a part of the map's.
 """
 
 import contextlib

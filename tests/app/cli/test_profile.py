@@ -45,6 +45,16 @@ def test_no_such_profile(arguments, capsys):
     assert "give zed, habitat or a YAML file; `ippon profile` prints one to start from" in error
 
 
+def test_a_body_far_behind_its_camera_is_drawn_whole(capsys, tmp_path):
+    assert run(["profile"]) == 0
+    text = capsys.readouterr().out.replace("forward_m: 0 ", "forward_m: -1.5 ")
+    path, picture = tmp_path / "mine.yaml", tmp_path / "mine.png"
+    path.write_text(text.replace("max_depth_m: 5", "max_depth_m: 0.4"), "utf-8")
+    assert run(["profile", str(path), "--picture", str(picture)]) == 0
+    assert picture.is_file()
+    assert "no floor within its range" in capsys.readouterr().out
+
+
 def test_a_picture_that_cannot_be_written(capsys):
     assert run(["profile", "--picture", "/nosuch/robot.png"]) == 2
     assert "cannot write the picture" in capsys.readouterr().err

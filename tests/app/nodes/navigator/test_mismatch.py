@@ -58,13 +58,20 @@ def test_a_camera_that_looks_aside():
 def test_a_frame_that_is_not_the_optical_one():
     link = make_transform(np.eye(3), (0.0, 0.0, 1.2))
     texts = mismatches(ZED, frame_of(ZED, T_base_camera=link))
-    assert any("tilted by 90 degrees, the profile says -69 to 25" in text for text in texts)
+    (text,) = texts
+    assert "tilted by 90 degrees, the profile says -69 to 25: does camera_info name the opt" in text
 
 
 def test_a_rolled_camera():
     rolled = ZED.T_base_camera(0.0) @ make_transform(rotation_z(0.5), (0.0, 0.0, 0.0))
     (text,) = mismatches(ZED, frame_of(ZED, T_base_camera=rolled))
     assert "optical frame" in text
+
+
+def test_a_camera_upside_down():
+    turned = ZED.T_base_camera(0.0) @ make_transform(rotation_z(math.pi), (0.0, 0.0, 0.0))
+    (text,) = mismatches(ZED, frame_of(ZED, T_base_camera=turned))
+    assert "rolled by 180 degrees" in text
 
 
 def test_another_lens_and_other_images():

@@ -12,6 +12,7 @@ from app.messages import keys
 from app.messages.control import Event, SearchRequest, Status, decode, encode
 from app.messages.images import encode_camera, encode_color, encode_depth, encode_heatmap
 from app.messages.motion import StampedTransform, encode_transforms
+from app.nodes.navigator import node
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator
 from ippon.camera import PinholeCamera
@@ -42,11 +43,12 @@ class Robot:
         subscribe(session, f"r/{keys.STATUS}", lambda p: self.statuses.append(decode(p, Status)))
         subscribe(session, f"r/{keys.EVENT}", lambda p: self.events.append(decode(p, Event)))
 
-    def send(self, *, jump_m=0.0, heatmap=True):
+    def send(self, *, jump_m=0.0, heatmap=True, lift_m=0.0):
         frame, optical = self._frame, "optical"
         stamp = self._stamp_ns = self._stamp_ns + PERIOD_NS
         base = frame.T_world_base @ base_pose(jump_m, 0.0, 0.0, 0.0)
         mount = np.linalg.inv(frame.T_world_base) @ frame.T_world_camera
+        mount[2, 3] += lift_m
         transforms = [
             StampedTransform(stamp_ns=stamp, parent="map", child="base_link", T_parent_child=base),
             StampedTransform(
@@ -137,3 +139,14 @@ def test_a_heatmap_that_comes_late_counts_once_and_its_depth_not_again(robot):
     assert (voxel_map.surface.energy != labels).any()
     assert (voxel_map.surface.log_odds != odds).any()
     assert (voxel_map.pools.weight == weight).all()
+
+
+def test_a_robot_that_is_not_what_its_profile_says_is_told_and_forgiven(robot, monkeypatch):
+    monkeypatch.setattr(node, "COMPARE_EVERY_S", 0.5)
+    status = robot.send_until(lambda s: bool(s.notes), lift_m=0.5)
+    (note,) = status.notes
+    assert note.startswith("robot profile: by tf the camera is 1.70 m above the base, the profile")
+    robot.send_until(lambda s: s.frames > status.frames + 12, lift_m=0.5)
+    told = [e.kind for e in robot.events if "above the base" in e.text]
+    assert told == ["error"], "once, however long it lasts"
+    assert robot.send_until(lambda s: not s.notes).goal.outcome == "active"
