@@ -11,6 +11,8 @@ from ippon.geometry import R_BASE_CAMERA_LEVEL, Float64Array, make_transform, ro
 LEAST_STEP_M: Final = 0.01
 """The floor is uneven, and seen to a centimetre at best."""
 MOST_M: Final = 30.0
+MOST_SPHERES: Final = 500
+"""Each is looked at for every command."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,6 +90,11 @@ class RobotProfile:
         """Reject a body or limits that nothing could plan for."""
         if not self.spheres or any(s.radius_m <= 0.0 for s in self.spheres):
             raise ValueError("a robot needs at least one collision sphere of positive radius")
+        if len(self.spheres) > MOST_SPHERES:
+            raise ValueError(
+                f"a body is at most {MOST_SPHERES} spheres; this one would need "
+                f"{len(self.spheres)}: it is far wider than high, or far higher than wide"
+            )
         numbers = [getattr(self, field.name) for field in fields(self) if field.type is float]
         if not all(math.isfinite(number) for number in (*numbers, *self._lengths())):
             raise ValueError("every length, angle and speed of a robot is a finite number")

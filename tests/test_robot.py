@@ -41,6 +41,8 @@ def test_positive_tilt_looks_up() -> None:
     [
         ({"spheres": ()}, "collision sphere"),
         ({"spheres": (CollisionSphere(x_m=0, y_m=0, z_m=0.3, radius_m=0.0),)}, "collision sphere"),
+        ({"spheres": upright_body(0.001, 1.0, 0.05)}, "at most 500 spheres"),
+        ({"spheres": upright_body(3.0, 0.02, 0.01)}, "at most 500 spheres"),
         ({"max_linear_m_s": 0.0}, "max_linear_m_s"),
         ({"min_tilt_rad": 1.0}, "min_tilt_rad"),
         ({"max_tilt_rad": 2.0}, "from -90 to 90 degrees"),
