@@ -16,11 +16,10 @@ from ippon.robot import HABITAT, ZED, CollisionSphere, RobotProfile, upright_bod
 PROFILES: Final = {profile.name: profile for profile in (ZED, HABITAT)}
 """Built in."""
 MOST_BYTES: Final = 100_000
-MAP_MEMORY_MB: Final = MapConfig().memory_limit_mb
-_VALID_DEPTH_M: Final = 20.0
+_MAP: Final = MapConfig()
 
 
-class RobotFileError(Exception):
+class RobotFileError(ValueError):
     """A profile cannot be used; says where and why."""
 
 
@@ -40,15 +39,15 @@ class _Body(_Part, kw_only=True):
     height_m: float | None = None
     clearance_m: float | None = None
     spheres: tuple[_Sphere, ...] = ()
-    max_step_m: float = 0.08
+    max_step_m: float = ZED.max_step_m
 
 
 class _Motion(_Part, kw_only=True):
     max_speed_m_s: float
     max_turn_deg_s: float
-    acceleration_m_s2: float = 0.8
-    turn_acceleration_deg_s2: float = 115.0
-    can_reverse: bool = True
+    acceleration_m_s2: float = ZED.max_linear_acceleration_m_s2
+    turn_acceleration_deg_s2: float = math.degrees(ZED.max_yaw_acceleration_rad_s2)
+    can_reverse: bool = ZED.can_reverse
 
 
 class _Tilt(_Part, kw_only=True):
@@ -59,11 +58,11 @@ class _Tilt(_Part, kw_only=True):
 
 class _Camera(_Part, kw_only=True):
     height_m: float
-    forward_m: float = 0.0
+    forward_m: float = ZED.camera_forward_m
     horizontal_fov_deg: float
     width_over_height: float
-    min_depth_m: float = 0.3
-    max_depth_m: float = 5.0
+    min_depth_m: float = ZED.min_depth_m
+    max_depth_m: float = ZED.max_depth_m
     tilt: _Tilt | float
 
 
@@ -91,17 +90,17 @@ def read_profile(text: str) -> RobotProfile:
             f"no robot profile {text!r}: give {', '.join(PROFILES)} or a YAML file; "
             "`ippon profile` prints one to start from"
         )
+    size = path.stat().st_size
+    if size > MOST_BYTES:
+        raise RobotFileError(f"{path} is too long for a robot profile: {size} bytes")
     try:
-        packed = path.read_bytes()
-        if len(packed) > MOST_BYTES:
-            raise RobotFileError(f"{path} is too long for a robot profile: {len(packed)} bytes")
-        return _profile(msgspec.yaml.decode(packed, type=_RobotFile))
-    except (OSError, msgspec.DecodeError, msgspec.ValidationError, ValueError) as error:
+        return _profile(msgspec.yaml.decode(path.read_bytes(), type=_RobotFile))
+    except (OSError, msgspec.DecodeError, ValueError) as error:
         raise RobotFileError(f"robot profile {path}: {error}") from error
 
 
 def map_config(
-    profile: RobotProfile, voxel_size_m: float, memory_limit_mb: float = MAP_MEMORY_MB
+    profile: RobotProfile, voxel_size_m: float, memory_limit_mb: float = _MAP.memory_limit_mb
 ) -> MapConfig:
     """Return a map for what the robot's camera measures; raises ValueError."""
     return MapConfig(
@@ -109,7 +108,7 @@ def map_config(
         memory_limit_mb=memory_limit_mb,
         min_range_m=profile.min_depth_m,
         max_range_m=profile.max_depth_m,
-        max_valid_depth_m=max(_VALID_DEPTH_M, profile.max_depth_m),
+        max_valid_depth_m=max(_MAP.max_valid_depth_m, profile.max_depth_m),
     )
 
 
@@ -167,16 +166,13 @@ def template(profile: RobotProfile) -> str:
     def degrees(angle: float) -> str:
         return f"{math.degrees(angle):.4g}"
 
-    fixed = not profile.can_tilt
-    tilt = (
-        f"  tilt: {degrees(profile.min_tilt_rad)}  # fixed; degrees above the horizon\n"
-        if fixed
-        else f"""  tilt:  # a number of degrees in place of these three for a fixed camera
+    tilt = f"  tilt: {degrees(profile.min_tilt_rad)}  # fixed; degrees above the horizon\n"
+    if profile.can_tilt:
+        tilt = f"""  tilt:  # a number of degrees in place of these three for a fixed camera
     lowest_deg: {degrees(profile.min_tilt_rad)}  # looking down is negative
     highest_deg: {degrees(profile.max_tilt_rad)}
     max_deg_s: {degrees(profile.max_tilt_rate_rad_s)}
 """
-    )
     return f"""# A robot profile for `ippon navigate --profile FILE`; metres, seconds, degrees.
 name: {profile.name}
 

@@ -84,10 +84,8 @@ class PinholeCamera:
         self, points_camera: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return (N,) columns and (N,) rows of (N, 3) points before the camera, in its frame."""
-        z = points_camera[:, 2]
-        return self.fx * points_camera[:, 0] / z + self.cx, self.fy * points_camera[
-            :, 1
-        ] / z + self.cy
+        x, y, z = points_camera.T
+        return self.fx * x / z + self.cx, self.fy * y / z + self.cy
 
     def back_project(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
         """Lift a depth image to points in the camera frame.

@@ -151,12 +151,12 @@ def _check(command: Demo, context: str) -> "RobotProfile":
     model = make_model(command.llm, os.environ)
     if model is not None:
         model.close()  # The navigator makes its own; here a mistake is told before anything starts.
-    from app.robot_file import RobotFileError, map_config, read_profile
+    from app.robot_file import map_config, read_profile
 
     try:
         profile = read_profile(command.profile)
         map_config(profile, command.voxel_size_m)
-    except (ValueError, RobotFileError) as error:
+    except ValueError as error:
         raise UsageError(str(error)) from error
     return profile
 

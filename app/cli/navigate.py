@@ -20,7 +20,7 @@ from app.links.session import LinkError
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.keeper import read_kept
 from app.nodes.navigator.run import run_navigator
-from app.robot_file import RobotFileError, map_config, read_profile
+from app.robot_file import map_config, read_profile
 from ippon.errors import MapFileError
 from ippon.guidance.rooms import RoomConfig
 from ippon.mission.config import MissionConfig
@@ -55,7 +55,7 @@ def run_navigate(command: Navigate) -> int:
             labels=MATTERPORT_40 if known is None else known.labels,
             keep_map="" if command.map is None else str(command.map),
         )
-    except (ValueError, MapFileError, RobotFileError, OSError) as error:
+    except (ValueError, MapFileError, OSError) as error:
         raise UsageError(str(error)) from error
     if kept is not None:
         area = 0.0 if known is None else known.explored_m2()

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from app.cli.errors import UsageError
 from app.cli.options import Profile
+from app.cli.pictures import save_picture
 from app.robot_file import PROFILES, RobotFileError, read_profile, template
 
 if TYPE_CHECKING:
@@ -25,22 +26,15 @@ def run_profile(command: Profile) -> int:
     if command.picture is not None:
         from app.cli.profile_picture import draw_profile
 
-        image = draw_profile(profile)
-        try:
-            image.save(command.picture)
-        except (OSError, ValueError) as error:
-            raise UsageError(
-                f"cannot write the picture to {command.picture}: {error}; name a file that ends in "
-                ".png, in a folder that exists"
-            ) from error
+        save_picture(draw_profile(profile), command.picture)
         print(f"{command.picture}: body and view", file=sys.stderr)
     return 0
 
 
 def summary(profile: "RobotProfile") -> str:
     """Say in a few lines what a profile means for a search."""
-    top = max(s.z_m + s.radius_m for s in profile.spheres)
     bottom = min(s.z_m - s.radius_m for s in profile.spheres)
+    span = f"{bottom:.2f} to {profile.height_m:.2f}"
     wide = 2.0 * max(abs(s.y_m) + s.radius_m for s in profile.spheres)
     floor_m = profile.floor_in_view_m
     near = "no floor within its range, however low its camera is tilted: it will not drive"
@@ -56,7 +50,7 @@ def summary(profile: "RobotProfile") -> str:
     turn_s = 2.0 * math.pi / profile.max_yaw_rate_rad_s
     reverse = "may" if profile.can_reverse else "must not"
     rows = {
-        "body": f"{len(profile.spheres)} spheres, {bottom:.2f} to {top:.2f} m above the floor",
+        "body": f"{len(profile.spheres)} spheres, {span} m above the floor",
         "width": f"{wide:.2f} m; turns on the spot in a circle of {2.0 * profile.radius_m:.2f} m",
         "steps": f"up to {100.0 * profile.max_step_m:.0f} cm; a drop of more is no floor",
         "speed": f"{profile.max_linear_m_s:g} m/s, once round in {turn_s:.1f} s, {reverse} reverse",

@@ -72,7 +72,7 @@ class _Sheet:
 
 
 def _side(profile: RobotProfile, frame: Point) -> Image.Image:
-    top = max(profile.camera_height_m, *(s.z_m + s.radius_m for s in profile.spheres))
+    top = max(profile.camera_height_m, profile.height_m)
     sheet = _Sheet(frame, -_BELOW_M, max(2.2, top + 0.5))
     x, z = profile.camera_forward_m, profile.camera_height_m
     half = 0.5 * profile.vertical_fov_rad

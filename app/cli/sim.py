@@ -5,6 +5,7 @@ from pathlib import Path
 from app.cli.errors import UsageError
 from app.cli.homes import load_home
 from app.cli.options import Sim
+from app.cli.pictures import save_picture
 
 PIXELS_PER_METRE = 80.0
 
@@ -20,7 +21,7 @@ def run_sim(command: Sim) -> int:
     from app.links.parent import end_with_parent
     from app.links.session import LinkError
     from app.nodes.robot_sim import RobotSimConfig, SimulatedRobotError, run_robot_sim
-    from app.robot_file import RobotFileError, read_profile
+    from app.robot_file import read_profile
 
     end_with_parent(command.parent_pid)
     scene = load_home(command.home)
@@ -39,7 +40,7 @@ def run_sim(command: Sim) -> int:
             rate_hz=command.rate_hz,
             image_width=command.width,
         )
-    except (ValueError, RobotFileError) as error:
+    except ValueError as error:
         raise UsageError(str(error)) from error
     try:
         run_robot_sim(config, scene, scene.start_poses[command.start])
@@ -60,13 +61,7 @@ def draw_home(home: str, picture: Path) -> None:
     from ippon.simulation.picture import picture_from_above
 
     image = picture_from_above(scene, pixels_per_metre=PIXELS_PER_METRE)
-    try:
-        Image.fromarray(image).save(picture)
-    except (OSError, ValueError) as error:
-        raise UsageError(
-            f"cannot write the picture to {picture}: {error}; name a file that ends in .png, in a "
-            "folder that exists"
-        ) from error
+    save_picture(Image.fromarray(image), picture)
     print(f"{picture}: {image.shape[1]} x {image.shape[0]} pixels")
 
 

@@ -28,7 +28,6 @@ from app.messages.motion import (
     encode_flag,
     encode_transforms,
 )
-from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.frame import Frame
 from ippon.guidance.naming import is_instance_of
@@ -94,10 +93,7 @@ class RobotSim:
         self, config: RobotSimConfig, session: zenoh.Session, scene: Scene, start: StartPose
     ) -> None:
         profile = config.profile
-        height = round(config.image_width / profile.image_aspect)
-        camera = PinholeCamera.from_horizontal_fov(
-            config.image_width, height, profile.horizontal_fov_rad
-        )
+        camera = profile.camera(config.image_width)
         world = WorldConfig(base=BaseConfig(command_timeout_s=WATCHDOG_S))
         self.world = SimulatedWorld(
             scene, profile, camera, start, config.seed, world, is_instance_of

@@ -44,11 +44,7 @@ class TrialConfig:
     @property
     def camera(self) -> PinholeCamera:
         """The robot's camera at this image size."""
-        return PinholeCamera.from_horizontal_fov(
-            self.image_width,
-            round(self.image_width / self.robot.image_aspect),
-            self.robot.horizontal_fov_rad,
-        )
+        return self.robot.camera(self.image_width)
 
 
 def habitat_trial(image_width: int = 240) -> TrialConfig:

@@ -41,9 +41,8 @@ class LookAround:
         overlap = 0.25 * robot.horizontal_fov_rad
         self._circle_rad = 2.0 * math.pi - robot.horizontal_fov_rad + overlap
         # A fixed camera would see the same again.
-        floor = config.floor_tilt_rad if robot.can_tilt else None
-        self._floor_tilt = floor
-        turns = 0 if not config.turn else 1 if floor is None else 2
+        self._floor_tilt = config.floor_tilt_rad if robot.can_tilt else None
+        turns = 0 if not config.turn else 1 if self._floor_tilt is None else 2
         self._all_rad = turns * self._circle_rad
 
     @property

@@ -45,7 +45,7 @@ class ColumnBands:
         above = floor_z_m + robot.max_step_m + 0.45 * voxel_size
         # As far below, but no more: half an edge would let a stair two steps deep pass for floor.
         below = floor_z_m - robot.max_step_m - 0.45 * voxel_size
-        top = floor_z_m + max(s.z_m + s.radius_m for s in robot.spheres)
+        top = floor_z_m + robot.height_m
         floor_high = math.floor(above / voxel_size - 0.5)
         return cls(
             floor_low=min(floor_high, math.ceil(below / voxel_size - 0.5)),

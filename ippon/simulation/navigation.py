@@ -189,7 +189,7 @@ def robot_grid(scene: Scene, robot: RobotProfile) -> NavigationGrid:
     return navigation_grid(
         scene,
         radius_m=robot.radius_m,
-        height_m=max(s.z_m + s.radius_m for s in robot.spheres),
+        height_m=robot.height_m,
         max_step_m=robot.max_step_m,
         floor_z_m=scene.start_poses[0].z if scene.start_poses else 0.0,
         cell_m=FINE_CELL_M,

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from ippon.camera import PinholeCamera
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.guidance.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
@@ -70,9 +69,7 @@ class Searcher:
         self.world.base.tilt_rad = base.tilt_rad
 
     def _world(self, scene, start):
-        camera = PinholeCamera.from_horizontal_fov(
-            128, round(128 / self.robot.image_aspect), self.robot.horizontal_fov_rad
-        )
+        camera = self.robot.camera(128)
         perfect = WorldConfig.perfect()
         return SimulatedWorld(scene, self.robot, camera, start, seed=1, config=perfect)
 

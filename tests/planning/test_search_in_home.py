@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.control.follower import FollowerConfig, PathFollower
 from ippon.guidance.levels import Level, LevelProbabilities
@@ -78,9 +77,7 @@ def home(*, toilet: bool = True) -> Scene:
 
 def search(scene, robot, goal="toilet", steps=700):
     """Look around, then follow the planner; returns the outcome, the world and all commands."""
-    camera = PinholeCamera.from_horizontal_fov(
-        160, round(160 / robot.image_aspect), robot.horizontal_fov_rad
-    )
+    camera = robot.camera(160)
     world = SimulatedWorld(
         scene, robot, camera, scene.start_poses[0], seed=1, config=WorldConfig.perfect()
     )

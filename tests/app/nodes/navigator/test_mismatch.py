@@ -17,8 +17,7 @@ def frame_of(profile, tilt_rad=-0.2, T_base_camera=None, camera=None):
     T_world_base = make_transform(rotation_z(2.0), (4.0, -3.0, 0.7))
     mount = profile.T_base_camera(tilt_rad) if T_base_camera is None else T_base_camera
     if camera is None:
-        height = round(160 / profile.image_aspect)
-        camera = PinholeCamera.from_horizontal_fov(160, height, profile.horizontal_fov_rad)
+        camera = profile.camera(160)
     return Frame(
         stamp_ns=0,
         color=np.zeros((camera.height, camera.width, 3), np.uint8),
