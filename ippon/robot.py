@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 
-from ippon.camera import PinholeCamera
 from ippon.geometry import R_BASE_CAMERA_LEVEL, Float64Array, make_transform, rotation_y
 
 LEAST_STEP_M: Final = 0.01
@@ -143,11 +142,6 @@ class RobotProfile:
     def height_m(self) -> float:
         """Top of the body above the floor."""
         return max(s.z_m + s.radius_m for s in self.spheres)
-
-    def camera(self, width: int) -> PinholeCamera:
-        """Return the camera for images of so many pixels in width."""
-        height = round(width / self.image_aspect)
-        return PinholeCamera.from_horizontal_fov(width, height, self.horizontal_fov_rad)
 
     @property
     def can_tilt(self) -> bool:

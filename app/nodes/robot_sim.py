@@ -32,7 +32,7 @@ from ippon.command import Command
 from ippon.frame import Frame
 from ippon.guidance.naming import is_instance_of
 from ippon.robot import ZED, RobotProfile
-from ippon.simulation.robot import BaseConfig
+from ippon.simulation.robot import BaseConfig, camera_of
 from ippon.simulation.scene import Scene, StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
 
@@ -93,7 +93,7 @@ class RobotSim:
         self, config: RobotSimConfig, session: zenoh.Session, scene: Scene, start: StartPose
     ) -> None:
         profile = config.profile
-        camera = profile.camera(config.image_width)
+        camera = camera_of(profile, config.image_width)
         world = WorldConfig(base=BaseConfig(command_timeout_s=WATCHDOG_S))
         self.world = SimulatedWorld(
             scene, profile, camera, start, config.seed, world, is_instance_of

@@ -23,7 +23,7 @@ from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.robot import HABITAT, RobotProfile
-from ippon.simulation.robot import BaseConfig
+from ippon.simulation.robot import BaseConfig, camera_of
 from ippon.simulation.scene import Scene, StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
 from ippon.vocabulary import MATTERPORT_40
@@ -44,7 +44,7 @@ class TrialConfig:
     @property
     def camera(self) -> PinholeCamera:
         """The robot's camera at this image size."""
-        return self.robot.camera(self.image_width)
+        return camera_of(self.robot, self.image_width)
 
 
 def habitat_trial(image_width: int = 240) -> TrialConfig:

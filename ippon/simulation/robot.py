@@ -4,6 +4,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
+from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.geometry import Float64Array, base_pose, wrap_angle
 from ippon.robot import RobotProfile
@@ -17,6 +18,12 @@ _STUCK_SHARE = 0.2
 """Sliding on by less than this share of the wanted way is no progress: the wheels stop."""
 _WHEEL_RING = 0.6
 """Distance of the wheels from the centre, as a fraction of the body's radius."""
+
+
+def camera_of(robot: RobotProfile, width: int) -> PinholeCamera:
+    """Return a robot's camera for images of so many pixels in width."""
+    height = round(width / robot.image_aspect)
+    return PinholeCamera.from_horizontal_fov(width, height, robot.horizontal_fov_rad)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,6 +9,7 @@ from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission, MissionConfig
 from ippon.robot import ZED
+from ippon.simulation.robot import camera_of
 from ippon.simulation.scene import StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
 from ippon.vocabulary import MATTERPORT_40
@@ -69,7 +70,7 @@ class Searcher:
         self.world.base.tilt_rad = base.tilt_rad
 
     def _world(self, scene, start):
-        camera = self.robot.camera(128)
+        camera = camera_of(self.robot, 128)
         perfect = WorldConfig.perfect()
         return SimulatedWorld(scene, self.robot, camera, start, seed=1, config=perfect)
 

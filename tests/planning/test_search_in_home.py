@@ -13,6 +13,7 @@ from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind
 from ippon.planning.planner import ViewpointPlanner
 from ippon.robot import HABITAT, ZED
+from ippon.simulation.robot import camera_of
 from ippon.simulation.scene import Instance, Scene, StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
 from ippon.vocabulary import MATTERPORT_40
@@ -77,7 +78,7 @@ def home(*, toilet: bool = True) -> Scene:
 
 def search(scene, robot, goal="toilet", steps=700):
     """Look around, then follow the planner; returns the outcome, the world and all commands."""
-    camera = robot.camera(160)
+    camera = camera_of(robot, 160)
     world = SimulatedWorld(
         scene, robot, camera, scene.start_poses[0], seed=1, config=WorldConfig.perfect()
     )

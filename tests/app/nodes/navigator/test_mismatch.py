@@ -11,13 +11,14 @@ from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import make_transform, rotation_z
 from ippon.robot import HABITAT, ZED
+from ippon.simulation.robot import camera_of
 
 
 def frame_of(profile, tilt_rad=-0.2, T_base_camera=None, camera=None):
     T_world_base = make_transform(rotation_z(2.0), (4.0, -3.0, 0.7))
     mount = profile.T_base_camera(tilt_rad) if T_base_camera is None else T_base_camera
     if camera is None:
-        camera = profile.camera(160)
+        camera = camera_of(profile, 160)
     return Frame(
         stamp_ns=0,
         color=np.zeros((camera.height, camera.width, 3), np.uint8),
