@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
 from tests.browser import find_browser
 
@@ -31,8 +31,13 @@ def open_browser() -> Iterator[Browser]:
         browser.close()
 
 
+def new_window(browser: Browser, width: int = 1440, height: int = 900) -> BrowserContext:
+    """Return a window without pages; what one page loads is there for the next."""
+    window = browser.new_context(viewport={"width": width, "height": height}, color_scheme="dark")
+    window.set_default_timeout(PATIENCE_MS)
+    return window
+
+
 def new_page(browser: Browser, width: int = 1440, height: int = 900) -> Page:
-    """Return an empty page of a window of its own, which whoever opens it closes."""
-    page = browser.new_page(viewport={"width": width, "height": height}, color_scheme="dark")
-    page.set_default_timeout(PATIENCE_MS)
-    return page
+    """Return an empty page of a window of its own, which closes with the browser."""
+    return new_window(browser, width, height).new_page()

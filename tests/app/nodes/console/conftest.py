@@ -30,7 +30,7 @@ from tests.app.nodes.console.served import (
 )
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def stage():
     """The drawn home, as functions."""
     return SimpleNamespace(

@@ -45,21 +45,14 @@ class PublishedHome:
     The map grows with every tick. Requests are answered, and change what the status says.
     """
 
-    def __init__(self, port, lease_clock=time.monotonic, robot="ippon", hz=5.0):
+    def __init__(self, port, lease_clock=time.monotonic, robot="ippon", hz=5.0, most_voxels=None):
         self.robot, self.hz = robot, hz
-        self.requests = []
-        self.state = "searching"
-        self.goal = GoalStatus(
-            goal_id=1, object="hat", context="I left it on the sofa", outcome="active"
-        )
-        self.find = None
         self.ticks = 0
-        self.status_changes = {}
-        self.frozen = False
-        """Nothing changes, and only the status is published."""
+        self.begin_again()
         self.stamp_ns = 10_000_000_000
         self._indices, self._labels = home_voxels()
         self._order = np.argsort(np.linalg.norm(self._indices[:, :2] - [46, 26], axis=1))
+        self._order = self._order[:most_voxels]
         self._shown = 0
         self._lock = threading.RLock()
         self._stop = threading.Event()
@@ -85,6 +78,18 @@ class PublishedHome:
             self._session.declare_queryable(f"{robot}/{key}", self._responder(key, answer))
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
+
+    def begin_again(self):
+        """Search for the hat, with nothing asked yet; the map stays as it is."""
+        self.requests = []
+        self.state = "searching"
+        self.goal = GoalStatus(
+            goal_id=1, object="hat", context="I left it on the sofa", outcome="active"
+        )
+        self.find = None
+        self.status_changes = {}
+        self.frozen = False
+        """Nothing changes, and only the status is published."""
 
     def close(self):
         self._stop.set()

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.messages import keys
-from tests.chromium import PATIENCE_MS, new_page, open_browser
+from tests.chromium import PATIENCE_MS, new_window, open_browser
 
 pytestmark = pytest.mark.browser
 
@@ -18,36 +18,66 @@ def browser():
         yield browser
 
 
-@pytest.fixture
-def zenoh_port(stage):
-    """A port for the navigator."""
-    return stage.free_port()
+class _Parts:
+    """A console, the navigator that it watches, and a window to open its page in."""
+
+    def __init__(self, stage, browser, navigator=True, **home):
+        self.zenoh_port, self.port = stage.free_port(), stage.free_port()
+        self.home = stage.PublishedHome(self.zenoh_port, **home) if navigator else None
+        self.console = stage.ConsoleProcess(self.zenoh_port, self.port)
+        self.window = new_window(browser)
+        self.console.wait_until_up()
+
+    def open_page(self):
+        """Open the page as an operator would."""
+        page = self.window.new_page()
+        page.goto(self.console.url)
+        return page
+
+    def close(self):
+        self.window.close()
+        self.console.close()
+        if self.home is not None:
+            self.home.close()
+
+
+@pytest.fixture(scope="module")
+def shared(stage, browser):
+    """What is started once for all tests that leave it running, with a map that is soon drawn."""
+    parts = _Parts(stage, browser, most_voxels=2_000)
+    yield parts
+    parts.close()
 
 
 @pytest.fixture
-def home(stage, zenoh_port):
-    """A navigator in the middle of a search."""
-    home = stage.PublishedHome(zenoh_port)
-    yield home
-    home.close()
+def home(shared):
+    """A navigator in the middle of a search, which nobody has asked anything yet."""
+    shared.home.begin_again()
+    return shared.home
 
 
 @pytest.fixture
-def console(stage, zenoh_port):
-    """A console for that navigator."""
-    console = stage.ConsoleProcess(zenoh_port, stage.free_port())
-    console.wait_until_up()
-    yield console
-    console.close()
-
-
-@pytest.fixture
-def page(browser, console):
-    """The page, opened as an operator would."""
-    page = new_page(browser)
-    page.goto(console.url)
+def page(shared, home):
+    """The page, opened as an operator would, without what the test before typed."""
+    page = shared.open_page()
+    for label in "Find", "Context", "Scenario":
+        _field(page, label).fill("")
     yield page
     page.close()
+
+
+@pytest.fixture
+def own(stage, browser):
+    """Makes a console and a navigator for one test alone."""
+    made = []
+
+    def make(**how):
+        made.append(_Parts(stage, browser, **how))
+        return made[-1]
+
+    yield make
+    for parts in made:
+        parts.close()
 
 
 def _view(page):
@@ -89,7 +119,8 @@ def _shown(page, tmp_path, wanted, complaint):
     raise TimeoutError(complaint)
 
 
-def test_shows_the_search_as_it_goes(home, page, tmp_path):
+def test_shows_the_search_as_it_goes(own, tmp_path):
+    page = own().open_page()
     _state(page, "Searching")
     expect(page.locator("#goal")).to_have_text("hat")
     expect(page.locator("#robot")).to_have_text("ippon")
@@ -101,7 +132,8 @@ def test_shows_the_search_as_it_goes(home, page, tmp_path):
     _drawn(page, tmp_path)
 
 
-def test_the_camera_follows_the_growing_map_in_the_browser(home, page, tmp_path):
+def test_the_camera_follows_the_growing_map_in_the_browser(own, tmp_path):
+    page = own().open_page()
     _drawn(page, tmp_path)
 
     def whole(lit):
@@ -219,7 +251,9 @@ def test_stop_goes_by_http_when_the_socket_hangs(home, page):
     _state(page, "Stopped")
 
 
-def test_the_colours_can_be_switched(home, page, tmp_path):
+def test_the_colours_can_be_switched(own, tmp_path):
+    parts = own()
+    page, home = parts.open_page(), parts.home
     home.frozen = True
     for _ in range(30):
         home.tick()
@@ -237,7 +271,9 @@ def test_the_colours_can_be_switched(home, page, tmp_path):
     expect(view.get_by_text("Probability of the object")).to_be_visible()
 
 
-def test_a_find_is_shown_and_can_be_rejected(home, stage, page):
+def test_a_find_is_shown_and_can_be_rejected(own, stage):
+    parts = own()
+    page, home = parts.open_page(), parts.home
     home.find, home.state = stage.find_of(), "found"
     _state(page, "Found")
     view = _view(page)
@@ -314,36 +350,30 @@ def test_a_doubtful_sentence_is_shown_before_anything_is_searched_for(home, page
     assert [key for key, _ in home.requests] == [keys.SENTENCE, keys.SEARCH]
 
 
-def test_a_page_opened_before_the_navigator_waits_for_it(page, stage, zenoh_port, tmp_path):
+def test_a_page_opened_before_the_navigator_waits_for_it(own, stage, tmp_path):
+    parts = own(navigator=False)
+    page = parts.open_page()
     _state(page, "Waiting")
-    expect(page.locator("#veil")).to_contain_text(f"tcp/127.0.0.1:{zenoh_port}")
-    home = stage.PublishedHome(zenoh_port)
-    try:
-        _state(page, "Searching")
-        expect(page.locator("#veil")).to_be_hidden()
-        _drawn(page, tmp_path)
-    finally:
-        home.close()
-
-
-def test_the_page_comes_back_by_itself_when_the_console_does(home, page, console, stage, tmp_path):
+    expect(page.locator("#veil")).to_contain_text(f"tcp/127.0.0.1:{parts.zenoh_port}")
+    parts.home = stage.PublishedHome(parts.zenoh_port)
+    _state(page, "Searching")
+    expect(page.locator("#veil")).to_be_hidden()
     _drawn(page, tmp_path)
-    console.kill()
+
+
+def test_the_page_comes_back_by_itself_when_the_console_does(own, stage, tmp_path):
+    parts = own()
+    page = parts.open_page()
+    _drawn(page, tmp_path)
+    parts.console.kill()
     _state(page, "Disconnected")
     expect(page.locator("#veil")).to_contain_text("The console does not answer")
     page.locator("#stop").click()
     expect(page.locator("#notice")).to_contain_text("Command not delivered")
-    again = stage.ConsoleProcess(int(console.process.args[-2].rpartition(":")[2]), _port(console))
-    try:
-        _state(page, "Searching")
-        _drawn(page, tmp_path)
-        expect(_view(page).get_by_text("going to the viewpoint")).to_be_visible()
-    finally:
-        again.close()
-
-
-def _port(console):
-    return int(console.url.rpartition(":")[2])
+    parts.console = stage.ConsoleProcess(parts.zenoh_port, parts.port)
+    _state(page, "Searching")
+    _drawn(page, tmp_path)
+    expect(_view(page).get_by_text("going to the viewpoint")).to_be_visible()
 
 
 def test_text_from_outside_runs_nothing(home, page):
@@ -355,10 +385,10 @@ def test_text_from_outside_runs_nothing(home, page):
     assert "owned" not in page.title()
 
 
-def test_another_servers_address_in_the_url_leads_nowhere(home, page, console):
+def test_another_servers_address_in_the_url_leads_nowhere(shared, page):
     asked = []
     page.on("websocket", lambda socket: asked.append(socket.url))
-    page.goto(f"{console.url}/view/?websocket=ws://127.0.0.1:9/evil")
+    page.goto(f"{shared.console.url}/view/?websocket=ws://127.0.0.1:9/evil")
     page.wait_for_timeout(3000)
     assert asked
-    assert all(url.startswith(console.url.replace("http", "ws")) for url in asked)
+    assert all(url.startswith(shared.console.url.replace("http", "ws")) for url in asked)
