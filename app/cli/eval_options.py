@@ -29,9 +29,10 @@ class EvalRun:
     context: Literal["none", "support", "both"] = "none"
     """support: tell the searcher truthfully on what a small object lies; both: search once with
     and once without."""
-    robot: Literal["habitat", "zed"] = "habitat"
+    robot: str = "habitat"
     """habitat: robot, limits and 500 s of the Habitat ObjectNav Challenge 2023; zed: the set-up of
-    the paper's hardware."""
+    the paper's hardware; or your own robot's profile, a YAML file (`ippon profile`), under the
+    limits of zed."""
     image_width: int | None = None
     """Width of the camera's images in pixels; half of the challenge's 480 for habitat, else 320."""
     voxel_size_m: float = 0.1

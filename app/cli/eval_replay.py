@@ -6,6 +6,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from app.cli.errors import UsageError
 from app.cli.eval_options import EvalReplay, EvalRun
 from app.cli.eval_record import EpisodeRecorder
@@ -13,12 +15,14 @@ from app.cli.eval_run import trial_of
 from app.cli.eval_store import SESSIONS, EvaluationFolder
 from app.cli.eval_version import version_text
 from app.cli.homes import load_home
+from app.robot_file import read_profile
 from ippon.evaluation.catalogue import EpisodeSpec
 from ippon.evaluation.methods import method_named
 from ippon.evaluation.row import TIMING_COLUMNS, EpisodeRow
 from ippon.evaluation.search import Clocks
 from ippon.evaluation.trial import Trial, TrialConfig, config_hash
 from ippon.guidance.prior import EmbeddedPrior
+from ippon.robot import RobotProfile
 from ippon.simulation.scene import Scene, StartPose
 
 
@@ -76,10 +80,8 @@ def _row(rows: tuple[EpisodeRow, ...], episode: str, method: str) -> EpisodeRow:
 def _trial(settings: dict[str, Any], row: EpisodeRow) -> TrialConfig:
     """Return the set-up of a row, checked against its hash."""
     voxel_size_m = float(settings.get("fixed", {}).get("voxel_size_m", 0.1))
-    robot = "zed" if row.robot == "zed" else "habitat"
-    trial = trial_of(
-        EvalRun(out=Path(), robot=robot, image_width=row.image_width, voxel_size_m=voxel_size_m)
-    )
+    command = EvalRun(out=Path(), image_width=row.image_width, voxel_size_m=voxel_size_m)
+    trial = trial_of(command, _profile(settings, row))
     present = config_hash(trial, method_named(row.method))
     if present != row.config_hash:
         print(
@@ -87,6 +89,15 @@ def _trial(settings: dict[str, Any], row: EpisodeRow) -> TrialConfig:
             file=sys.stderr,
         )
     return trial
+
+
+def _profile(settings: dict[str, Any], row: EpisodeRow) -> RobotProfile:
+    """Return the robot as it was, whatever has become of its file."""
+    kept = settings.get("configurations", {}).get(row.method, {}).get("trial", {}).get("robot")
+    try:
+        return read_profile(row.robot) if kept is None else msgspec.convert(kept, RobotProfile)
+    except (ValueError, msgspec.DecodeError) as error:
+        raise UsageError(f"the robot of {row.episode_id} is not known any more: {error}") from error
 
 
 def _spec(row: EpisodeRow, scene: Scene) -> EpisodeSpec:

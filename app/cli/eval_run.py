@@ -25,6 +25,7 @@ from app.cli.eval_version import version_text
 from app.cli.eval_work import Job, WorkerSetup, list_home, run_job
 from app.cli.eval_workers import ProcessWorkers, Workers
 from app.cli.homes import MAX_SEED, check_home
+from app.robot_file import PROFILES, map_config, read_profile
 from ippon.evaluation.catalogue import (
     CatalogueConfig,
     Dropped,
@@ -38,7 +39,7 @@ from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.trial import TrialConfig, config_hash, habitat_trial
 from ippon.mapping.map_config import MapConfig
 from ippon.mission.config import MissionConfig
-from ippon.robot import ZED
+from ippon.robot import HABITAT, RobotProfile
 
 EXIT_FAILED = 1
 ZED_IMAGE_WIDTH = 320
@@ -136,20 +137,31 @@ def expand_methods(text: str) -> tuple[str, ...]:
     return found
 
 
-def trial_of(command: EvalRun) -> TrialConfig:
-    """Return the set-up that all methods share; raises ValueError."""
+def trial_of(command: EvalRun, profile: RobotProfile | None = None) -> TrialConfig:
+    """Return the set-up that all methods share.
+
+    Args:
+        command: What was asked for.
+        profile: In place of the one that `command.robot` names.
+
+    Raises:
+        ValueError: It cannot be used.
+    """
     if command.image_width is not None and not 32 <= command.image_width <= 4096:
         raise ValueError(f"--image-width lies in 32 to 4096; got {command.image_width}")
-    if command.robot == "habitat":
+    robot = profile or read_profile(command.robot)
+    if robot == HABITAT:
         trial = habitat_trial(command.image_width or 240)
     else:
         trial = TrialConfig(
-            robot=ZED,
+            robot=robot,
             image_width=command.image_width or ZED_IMAGE_WIDTH,
             limits=EpisodeLimits(time_step_s=0.2, max_time_s=300.0),
         )
-    mission = MissionConfig(map=MapConfig(voxel_size_m=command.voxel_size_m))
-    return dataclasses.replace(trial, mission=mission)
+    voxels = MapConfig(voxel_size_m=command.voxel_size_m)
+    if robot not in PROFILES.values():
+        voxels = map_config(robot, command.voxel_size_m)
+    return dataclasses.replace(trial, mission=MissionConfig(map=voxels))
 
 
 def catalogue_of(command: EvalRun) -> CatalogueConfig:

@@ -7,12 +7,16 @@ import pytest
 
 from app.cli.errors import UsageError
 from app.cli.eval_options import EvalReplay, EvalRun
-from app.cli.eval_replay import differences, run_replay
-from app.cli.eval_run import run_evaluation
+from app.cli.eval_replay import _trial, differences, run_replay
+from app.cli.eval_run import run_evaluation, trial_of
 from app.cli.eval_store import EvaluationFolder
 from app.messages import keys
 from app.messages.control import Status, decode
 from app.recording.recording import Recording
+from app.robot_file import template
+from ippon.evaluation.methods import method_named
+from ippon.evaluation.trial import config_hash
+from ippon.robot import ZED
 
 
 @pytest.fixture
@@ -41,6 +45,27 @@ def test_rows_of_one_search_differ_in_times_only(make_row):
     row = make_row()
     assert differences(row, dataclasses.replace(row, cpu_s=9.0, version="other")) == ()
     assert differences(row, dataclasses.replace(row, spl=0.1, hits=2)) == ("spl", "hits")
+
+
+def test_the_robot_of_a_row_is_known_when_its_file_has_changed(make_row, tmp_path, capsys):
+    file = tmp_path / "scout.yaml"
+    file.write_text(template(dataclasses.replace(ZED, name="scout", camera_height_m=0.6)))
+    trial = trial_of(EvalRun(out=tmp_path, robot=str(file)))
+    method = method_named("ippon")
+    row = make_row(
+        method="ippon", robot="scout", image_width=320, config_hash=config_hash(trial, method)
+    )
+    kept = {"configurations": {"ippon": {"trial": dataclasses.asdict(trial)}}}
+    file.unlink()
+    assert _trial(json.loads(json.dumps(kept)), row) == trial
+    assert capsys.readouterr().err == ""
+    with pytest.raises(
+        UsageError, match=r"robot of .* not known any more: no robot profile 'scout"
+    ):
+        _trial({}, row)
+    kept["configurations"]["ippon"]["trial"]["robot"]["max_depth_m"] = -1.0
+    with pytest.raises(UsageError, match="not known any more"):
+        _trial(kept, row)
 
 
 @pytest.mark.slow

@@ -10,8 +10,10 @@ from app.cli.errors import UsageError
 from app.cli.eval_options import EvalRun
 from app.cli.eval_run import catalogue_of, expand_homes, expand_methods, run_evaluation, trial_of
 from app.cli.eval_store import TABLE_FILE, EvaluationFolder
+from app.robot_file import template
 from ippon.evaluation.methods import ABLATIONS, METHODS
 from ippon.evaluation.row import TIMING_COLUMNS
+from ippon.robot import ZED
 
 
 def test_ranges_of_homes_hold_their_last(room):
@@ -56,6 +58,18 @@ def test_options_reach_the_set_up(tmp_path):
     assert catalogue.starts_per_goal == 2
     with pytest.raises(ValueError, match="image-width lies in 32 to 4096"):
         trial_of(dataclasses.replace(command, image_width=2))
+
+
+def test_a_robot_of_ones_own_is_measured_with_its_own_body_and_camera(tmp_path):
+    file = tmp_path / "scout.yaml"
+    own = dataclasses.replace(ZED, name="scout", camera_height_m=0.6, max_depth_m=4.0)
+    file.write_text(template(own))
+    trial = trial_of(EvalRun(out=tmp_path, robot=str(file)))
+    assert (trial.robot.name, trial.robot.camera_height_m) == ("scout", 0.6)
+    assert trial.mission.map.max_range_m == 4.0
+    assert trial.limits == trial_of(EvalRun(out=tmp_path, robot="zed")).limits
+    with pytest.raises(ValueError, match="no robot profile 'nobody': give zed, habitat or a YAML"):
+        trial_of(EvalRun(out=tmp_path, robot="nobody"))
 
 
 def _arguments(out, room, workers=1):
