@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ippon.mapping.arrays import NOT_MAPPED, MapArrays
 from ippon.planning.panorama import Panorama
-from ippon.planning.view_table import Orientations
-from ippon.planning.voxels import block_row
+from ippon.planning.view_table import Orientations, ViewTable
+from ippon.planning.voxels import block_row, voxel_column
 
 
 class ViewSums(NamedTuple):
@@ -101,32 +101,40 @@ def _sector_kernel(levels, half, stride, out):
                 out[a, level] += levels[y, level]
 
 
-def recount_levels(arrays: MapArrays, near: NDArray[np.int32], yaw_bins: int) -> NDArray[np.int32]:
+def recount_levels(
+    arrays: MapArrays,
+    table: ViewTable,
+    camera_voxel: tuple[int, int, int],
+    labelled: NDArray[np.int32],
+) -> NDArray[np.int32]:
     """Count the levels of voxels that were seen before, without a new ray.
 
     Args:
         arrays: The map, with other levels than when the voxels were seen.
-        near: (M, 4) voxel indices and heading columns, from `Panorama.near`.
-        yaw_bins: Heading columns.
+        table: Directions and offsets that they were seen by.
+        camera_voxel: Voxel that held the camera.
+        labelled: (M,) rows of the table's offsets, from `Panorama.labelled`.
 
     Returns:
         (Y, 4) int32 counts by heading column and level.
     """
-    out = np.zeros((yaw_bins, 4), dtype=np.int32)
-    _recount_kernel(arrays, near, out)
+    out = np.zeros((table.yaw_bins, 4), dtype=np.int32)
+    columns = (np.searchsorted(table.start, labelled, side="right") - 1) % table.yaw_bins
+    voxels = table.offset[labelled] + np.array(camera_voxel, dtype=np.int64)
+    _recount_kernel(arrays, voxels, columns, out)
     return out
 
 
 @njit(cache=True, nogil=True)
-def _recount_kernel(arrays, near, out):
-    for n in range(near.shape[0]):
-        i, j, k = near[n, 0], near[n, 1], near[n, 2]
+def _recount_kernel(arrays, voxels, columns, out):
+    for n in range(voxels.shape[0]):
+        i, j, k = voxels[n, 0], voxels[n, 1], voxels[n, 2]
         row = block_row(arrays, i, j, k)
         if row < 0:
             continue
-        level = arrays.level[arrays.slab[row], ((i & 7) << 6) | ((j & 7) << 3) | (k & 7)]
+        level = arrays.level[arrays.slab[row], voxel_column(i, j, k)]
         if level != NOT_MAPPED:
-            out[near[n, 3], level] += 1
+            out[columns[n], level] += 1
 
 
 @njit(cache=True, nogil=True)

@@ -67,8 +67,8 @@ class Panorama(NamedTuple):
     """(P, Y) object voxels of N_T."""
     levels: NDArray[np.int32]
     """(Y, 4) labelled voxels nearby by heading and level."""
-    near: NDArray[np.int32]
-    """(M, 4) voxel index and heading column of the labelled voxels that `levels` counts."""
+    labelled: NDArray[np.int32]
+    """(M,) rows of the table's offsets at which the voxels are that `levels` counts."""
     depth: NDArray[np.float32]
     """(P, Y) voxels until the ray hit something or ended; a hit is negative."""
 
@@ -100,12 +100,12 @@ def see(
         unknown=np.zeros(shape, dtype=np.float32),
         ooi=np.zeros(shape, dtype=np.float32),
         levels=np.zeros((table.yaw_bins, 4), dtype=np.int32),
-        near=np.empty((4096, 4), dtype=np.int32),
+        labelled=np.empty(len(table.offset), dtype=np.int32),
         depth=np.empty(shape, dtype=np.float32),
     )
     camera = np.array(camera_voxel, dtype=np.int64)
     count = _see_kernel(arrays, table, rules, field, camera, out)
-    return out._replace(near=out.near[:count].copy())
+    return out._replace(labelled=out.labelled[:count].copy())
 
 
 def within_field(table: ViewTable, field: ViewField, voxel: tuple[int, int, int]) -> bool:
@@ -132,7 +132,7 @@ def _see_kernel(arrays, table, rules, field, camera, out):
     cells = np.empty(table.yaw_bins, dtype=np.int64)
     lengths = np.empty(table.yaw_bins)
     reach2 = rules.termination_range * rules.termination_range
-    near = 0
+    labelled = 0
     for p in range(table.pitch_bins):
         group = table.group[p]
         count = table.yaw_bins // group
@@ -185,13 +185,9 @@ def _see_kernel(arrays, table, rules, field, camera, out):
                 level = arrays.level[slab, column]
                 if level != NOT_MAPPED and far <= rules.level_range:
                     out.levels[y, level] += 1
-                    if near < out.near.shape[0]:
-                        out.near[near, 0] = i
-                        out.near[near, 1] = j
-                        out.near[near, 2] = k
-                        out.near[near, 3] = y
-                        near += 1
+                    out.labelled[labelled] = n
+                    labelled += 1
             out.known[p, y] = known
             out.unknown[p, y] = unknown
             out.ooi[p, y] = ooi
-    return near
+    return labelled

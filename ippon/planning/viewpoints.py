@@ -60,9 +60,10 @@ class ViewConfig:
     termination_range_m: float = 0.95
     """Horizontal reach of N_T: a little less than the metre of the task, so that the robot need
     not stop exactly on the viewpoint."""
-    level_range_m: float = 2.5
-    """Range within which labelled voxels decide p_img."""
-    min_level_voxels: int = 10
+    level_range_m: float = 5.0
+    """Range within which labelled voxels decide p_img: what is in the view tells most of what is
+    not yet seen in it (docs/evaluation.md)."""
+    min_level_voxels: int = 5
     """Voxels below which a level counts as empty; more ignores more misread specks."""
     yaw_bins: int = 160
     """Directions round the horizon; more sees small gaps better and takes longer."""
@@ -109,7 +110,7 @@ class Viewpoints:
         self._regions: RegionWeights | None = None
         self._voxel_m = 0.0
         self._sums: dict[int, ViewSums] = {}
-        self._near: dict[int, NDArray[np.int32]] = {}
+        self._labelled: dict[int, NDArray[np.int32]] = {}
         self._table: ViewTable | None = None
         self._orientations: Orientations | None = None
         self._rules: ViewRules | None = None
@@ -179,7 +180,7 @@ class Viewpoints:
         panorama = see(arrays, table, rules, self.memory.field, camera)
         sums = sum_views(panorama, orientations, self._half_fov_columns(table))
         self._sums[node] = sums
-        self._near[node] = panorama.near
+        self._labelled[node] = panorama.labelled
         self._reach[node] = np.abs(panorama.depth).max(axis=0)
         self.termination[node] = panorama.ooi.sum()
         framing = frame_object(sums, panorama, orientations, table.bin_rad, table.pitch_low)
@@ -214,7 +215,9 @@ class Viewpoints:
         if table is None or orientations is None:
             return
         for node, sums in self._sums.items():
-            levels = recount_levels(arrays, self._near[node], table.yaw_bins)
+            x, y = self._at[node]
+            camera = self._camera_voxel(arrays.voxel_size, float(x), float(y))
+            levels = recount_levels(arrays, table, camera, self._labelled[node])
             self._sums[node] = sums._replace(
                 levels=sum_sectors(levels, orientations, self._half_fov_columns(table))
             )
@@ -226,7 +229,7 @@ class Viewpoints:
         self.gain[node] = self.potential[node] = self.termination[node] = 0.0
         self.by_heading[node] = 0.0
         self._sums.pop(node, None)
-        self._near.pop(node, None)
+        self._labelled.pop(node, None)
 
     def stale(
         self, nodes: NDArray[np.int64], xy: Float64Array, voxel_size: float
@@ -345,4 +348,4 @@ class Viewpoints:
         # The raster has changed: what was summed over the old one means nothing any more.
         self.evaluated[:] = -1
         self._sums.clear()
-        self._near.clear()
+        self._labelled.clear()

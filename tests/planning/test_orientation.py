@@ -44,7 +44,7 @@ def empty(table) -> Panorama:
         unknown=image.copy(),
         ooi=image.copy(),
         levels=np.zeros((table.yaw_bins, 4), dtype=np.int32),
-        near=np.zeros((0, 4), dtype=np.int32),
+        labelled=np.zeros(0, dtype=np.int32),
         depth=image.copy(),
     )
 
@@ -124,13 +124,18 @@ def test_without_an_object_there_is_nothing_to_frame(table, orientations):
     assert frame_object(sums, panorama, orientations, table.bin_rad, table.pitch_low) is None
 
 
-def test_levels_are_counted_anew_without_a_ray(dense_map):
+def test_levels_are_counted_anew_without_a_ray(dense_map, table):
     volume = dense_map((1.6, 1.6, 1.6))
     volume.fill((0.2, 0.2, 0.2), (0.4, 0.4, 0.4), OCCUPIED, ooi=0.0, level=Level.AVERAGE)
-    near = np.array([[2, 2, 2, 7], [3, 3, 3, 7], [3, 2, 3, 9], [9, 9, 9, 9]], dtype=np.int32)
-    counts = recount_levels(volume.arrays(), near, 12)
-    assert counts[7].tolist() == [0, 2, 0, 0]
-    volume.fill((0.2, 0.2, 0.2), (0.4, 0.4, 0.4), OCCUPIED, ooi=0.0, level=Level.CERTAIN)
-    counts = recount_levels(volume.arrays(), near, 12)
-    assert counts[7].tolist() == [0, 0, 0, 2]
-    assert counts.sum() == 3, "a voxel that lost its label counts no more"
+    camera = (4, 4, 2)
+    seen = np.arange(len(table.offset), dtype=np.int32)
+    inside = ((table.offset + camera >= 2) & (table.offset + camera < 4)).all(axis=1)
+    direction = np.repeat(np.arange(len(table.rays)), np.diff(table.start))
+    columns = np.bincount(direction[inside] % table.yaw_bins, minlength=table.yaw_bins)
+    assert columns.sum() == 8
+    for level in (Level.AVERAGE, Level.CERTAIN):
+        volume.fill((0.2, 0.2, 0.2), (0.4, 0.4, 0.4), OCCUPIED, ooi=0.0, level=level)
+        counts = recount_levels(volume.arrays(), table, camera, seen)
+        np.testing.assert_array_equal(counts[:, level], columns)
+        assert counts.sum() == 8, "voxels without a label do not count"
+    assert recount_levels(volume.arrays(), table, camera, seen[~inside]).sum() == 0
