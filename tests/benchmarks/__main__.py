@@ -49,9 +49,17 @@ def planner_rows(_: int, __: bool) -> Iterator[Row]:
     yield from large_floor.planner_rows()
 
 
+def level_rows(_: int, quick: bool) -> Iterator[Row]:
+    """Measure what the levels of viewpoints tell of where the object is."""
+    from tests.benchmarks import level_information
+
+    yield from level_information.level_rows(5 if quick else 40)
+
+
 BENCHMARKS = {
     "console": console_rows,
     "guidance": guidance_rows,
+    "levels": level_rows,
     "map": map_rows,
     "planner": planner_rows,
 }
