@@ -17,6 +17,8 @@ FIND_WITHIN_M = 2.5
 """A find lies at most this far from where the search ended."""
 AROUND_M = 0.2
 """Ruled out beyond what was seen of a rejected find, and closer than this to it lies its rest."""
+REST_SHARE = 0.2
+"""Of a large find the rest may lie farther: within this share of the radius that is ruled out."""
 LOOKED_AT_RADIUS_M = 0.75
 """Ruled out round where the robot looks, when a find without voxels is rejected."""
 
@@ -31,7 +33,8 @@ class Ball:
     def touches(self, find: Find) -> bool:
         """Tell whether a find begins where this ends: then it is more of the same thing."""
         outside = np.abs(self.centre_world - find.position_world) - 0.5 * np.array(find.size_m)
-        return float(np.linalg.norm(np.maximum(outside, 0.0))) <= self.radius_m + AROUND_M
+        gap_m = float(np.linalg.norm(np.maximum(outside, 0.0))) - self.radius_m
+        return gap_m <= max(AROUND_M, REST_SHARE * self.radius_m)
 
 
 def ball_round(find: Find) -> Ball:

@@ -113,28 +113,31 @@ def recount_levels(
         arrays: The map, with other levels than when the voxels were seen.
         table: Directions and offsets that they were seen by.
         camera_voxel: Voxel that held the camera.
-        labelled: (M,) rows of the table's offsets, from `Panorama.labelled`.
+        labelled: (M,) rows of the table's offsets in rising order, from `Panorama.labelled`.
 
     Returns:
         (Y, 4) int32 counts by heading column and level.
     """
     out = np.zeros((table.yaw_bins, 4), dtype=np.int32)
-    columns = (np.searchsorted(table.start, labelled, side="right") - 1) % table.yaw_bins
-    voxels = table.offset[labelled] + np.array(camera_voxel, dtype=np.int64)
-    _recount_kernel(arrays, voxels, columns, out)
+    _recount_kernel(arrays, table, np.array(camera_voxel, dtype=np.int64), labelled, out)
     return out
 
 
 @njit(cache=True, nogil=True)
-def _recount_kernel(arrays, voxels, columns, out):
-    for n in range(voxels.shape[0]):
-        i, j, k = voxels[n, 0], voxels[n, 1], voxels[n, 2]
+def _recount_kernel(arrays, table, camera, labelled, out):
+    direction = 0
+    for n in labelled:
+        while table.start[direction + 1] <= n:
+            direction += 1
+        i = camera[0] + table.offset[n, 0]
+        j = camera[1] + table.offset[n, 1]
+        k = camera[2] + table.offset[n, 2]
         row = block_row(arrays, i, j, k)
         if row < 0:
             continue
         level = arrays.level[arrays.slab[row], voxel_column(i, j, k)]
         if level != NOT_MAPPED:
-            out[columns[n], level] += 1
+            out[direction % table.yaw_bins, level] += 1
 
 
 @njit(cache=True, nogil=True)

@@ -68,7 +68,7 @@ class Panorama(NamedTuple):
     levels: NDArray[np.int32]
     """(Y, 4) labelled voxels nearby by heading and level."""
     labelled: NDArray[np.int32]
-    """(M,) rows of the table's offsets at which the voxels are that `levels` counts."""
+    """(M,) rows of the table's offsets, rising, at which the voxels are that `levels` counts."""
     depth: NDArray[np.float32]
     """(P, Y) voxels until the ray hit something or ended; a hit is negative."""
 
