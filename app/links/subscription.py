@@ -33,3 +33,24 @@ def subscribe(
         zenoh.ext.declare_advanced_subscriber(session, key, handler, history=history)
     else:
         session.declare_subscriber(key, handler)
+
+
+def on_break(session: zenoh.Session, token: str, take: Callable[[], None]) -> None:
+    """Tell whenever who declared a liveliness token is gone, or the line to it broke.
+
+    A line that is silent for a second is given up (`session.LEASE_MS`), and zenoh opens it again by
+    itself: subscriptions go on as if nothing had been, and what was said meanwhile is lost.
+
+    Args:
+        session: An open session.
+        token: Key of the token.
+        take: Called in zenoh's network thread: it must return at once and not use the session.
+    """
+
+    def receive(sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.DELETE:
+            take()
+
+    handler: Any = zenoh.handlers.Callback(receive, indirect=False)
+    # Of a token that was there before, and not asked for, its end would not be told.
+    session.liveliness().declare_subscriber(token, handler, history=True)

@@ -13,7 +13,7 @@ import zenoh
 
 from app.links.requests import RequestRefusedError, ask, last_message
 from app.links.session import LinkError, open_client
-from app.links.subscription import subscribe
+from app.links.subscription import on_break, subscribe
 from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, M, Status, encode
 from app.messages.driving import DriveModeName, DriveRequest, DriveStatus, TeleopTag
@@ -69,7 +69,7 @@ class NavigatorLink(Wishes):
         self.problem = ""
         """Why the sessions could not be opened."""
         self.openings = 0
-        """How often the sessions were opened: each time, messages may have been missed."""
+        """How often the line was opened, or broke: each time, messages may have been missed."""
         self.drive_status = DriveStatus()
         """As the navigator said last: how fast a hand can drive."""
         self.lease_status = LeaseStatus()
@@ -266,6 +266,7 @@ class NavigatorLink(Wishes):
             for topic in self._topics:
                 kept = topic == keys.TF_STATIC
                 subscribe(listening, self._key(topic), self._receiver(topic), kept=kept)
+            on_break(listening, self._key(keys.NAVIGATOR_ALIVE), self._note_break)
         except zenoh.ZError:
             _closed(listening)
             raise
@@ -276,6 +277,9 @@ class NavigatorLink(Wishes):
             payload = self.query(topic, 1.0)
             if payload is not None:
                 self._inbox.put(topic, payload)
+
+    def _note_break(self) -> None:
+        self.openings += 1
 
     def _receiver(self, topic: str) -> Callable[[bytes], None]:
         is_status = topic == keys.STATUS

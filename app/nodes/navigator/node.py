@@ -125,7 +125,7 @@ class Navigator:
         self._keyframes = session.declare_queryable(
             f"{robot}/{keys.MAP_KEYFRAME}", self._queue_keyframe
         )
-        self._alive = session.liveliness().declare_token(f"{robot}/alive/navigator")
+        self._alive = session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
         self._report = StatusReport(config, version("ippon"))
         self._snapshot: Snapshot | None = None
         self._status_at = 0.0

@@ -3,7 +3,9 @@ import threading
 import zenoh
 import zenoh.ext
 
-from app.links.subscription import subscribe
+from app.links.session import open_client
+from app.links.subscription import on_break, subscribe
+from tests.app.relay import Relay
 
 
 def test_messages_of_two_keys_come_in_the_order_in_which_they_were_sent(sessions):
@@ -48,3 +50,43 @@ def test_what_is_sent_once_and_kept_reaches_those_who_come_late(sessions):
     with came:
         assert came.wait_for(lambda: heard[1:] == [b"by a plain publisher"], 20.0)
     keeper.undeclare()
+
+
+def test_a_broken_line_is_told_of_before_anything_comes_over_the_new_one(sessions, free_endpoint):
+    router, _ = sessions
+    token = router.liveliness().declare_token("r/alive")
+    relay = Relay(int(free_endpoint.rsplit(":", 1)[1]))
+    client = open_client(f"tcp/127.0.0.1:{relay.port}")
+    heard, came = [], threading.Condition()
+
+    def hear(word):
+        with came:
+            heard.append(word)
+            came.notify()
+
+    subscribe(client, "r/word", hear)
+    on_break(client, "r/alive", lambda: hear(b"broken"))
+    stop = threading.Event()
+
+    def speak():
+        while not stop.wait(0.01):
+            router.put("r/word", b"word")
+
+    speaker = threading.Thread(target=speak)
+    speaker.start()
+    try:
+        with came:
+            assert came.wait_for(lambda: b"word" in heard, 20.0)
+            assert b"broken" not in heard
+        while not list(client.liveliness().get("r/alive")):
+            threading.Event().wait(0.1)
+        relay.cut()
+        with came:
+            assert came.wait_for(lambda: b"broken" in heard and heard[-1] == b"word", 20.0)
+            assert heard.count(b"broken") == 1
+    finally:
+        stop.set()
+        speaker.join()
+        client.close()
+        relay.close()
+        token.undeclare()

@@ -61,6 +61,7 @@ class PublishedHome:
         config.insert_json5("listen/endpoints", f'["tcp/127.0.0.1:{port}"]')
         config.insert_json5("scouting/multicast/enabled", "false")
         self._session = zenoh.open(config)
+        self._alive = self._session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
         self.lease = LeaseDesk(self._session, robot, lease_clock)
         for key, answer in {
             keys.SEARCH: self._search,

@@ -11,6 +11,7 @@ from app.nodes.console import link as link_module
 from app.nodes.console.commands import CommandError
 from app.nodes.console.inbox import Inbox
 from app.nodes.console.link import NavigatorLink
+from tests.app.relay import Relay
 
 pytestmark = pytest.mark.process
 
@@ -51,13 +52,33 @@ def failures():
 
 
 @pytest.fixture
-def link(port, failures):
+def connect(failures):
+    """Opens links to ports; all are closed at the end."""
+    links = []
+
+    def connect(port):
+        endpoint, topics = f"tcp/127.0.0.1:{port}", (keys.STATUS,)
+        links.append(NavigatorLink(endpoint, "ippon", topics, Inbox([]), failures.append))
+        links[-1].start()
+        return links[-1]
+
+    yield connect
+    for link in links:
+        link.close()
+
+
+@pytest.fixture
+def link(connect, port):
     """A link that is being opened."""
-    topics = (keys.STATUS,)
-    link = NavigatorLink(f"tcp/127.0.0.1:{port}", "ippon", topics, Inbox([]), failures.append)
-    link.start()
-    yield link
-    link.close()
+    return connect(port)
+
+
+@pytest.fixture
+def relay(port):
+    """A line to the navigator that can be cut."""
+    relay = Relay(port)
+    yield relay
+    relay.close()
 
 
 def test_a_stop_gets_through_to_a_navigator_that_comes_back(start_home, link):
@@ -91,6 +112,19 @@ def test_silence_does_not_close_the_line_for_commands(start_home, link, monkeypa
     assert link._commanding is commanding
     assert link.silence_s() > 0.6, "opening again is no word from the navigator"
     assert link.pause() == "The robot waits."
+
+
+def test_a_break_that_zenoh_mends_by_itself_is_noticed(start_home, relay, connect):
+    start_home()
+    link = connect(relay.port)
+    _wait(lambda: link.openings == 1 and link.silence_s() < 0.5)
+    listening = link._listening
+    _wait(lambda: list(listening.liveliness().get(f"ippon/{keys.NAVIGATOR_ALIVE}")))
+    relay.cut()
+    cut_at = time.monotonic()
+    _wait(lambda: link.openings == 2)
+    _wait(lambda: link.silence_s() < time.monotonic() - cut_at)
+    assert link._listening is listening, "no word would have been missed otherwise"
 
 
 def test_what_nobody_expected_is_told(link, failures, monkeypatch):

@@ -11,7 +11,7 @@ import pytest
 
 from app.links.requests import RequestRefusedError, ask, last_message
 from app.links.session import open_client
-from app.links.subscription import subscribe
+from app.links.subscription import on_break, subscribe
 from app.messages import keys
 from app.messages.control import (
     Accepted,
@@ -42,6 +42,9 @@ class Operator:
         self.statuses = queue.SimpleQueue()
         self.events = []
         self.voxels = []
+        self.whole = None
+        """The map as it was when the line was last opened; later changes are in `voxels`."""
+        self._broken = True
         self.twists = []
         self.poses = []
         hear = self._hear
@@ -50,6 +53,16 @@ class Operator:
         hear(keys.MAP_VOXELS, lambda p: self.voxels.append(decode_voxels(p)))
         hear(keys.CMD_VEL, lambda p: self.twists.append((time.monotonic(), decode_twist(p))))
         hear(keys.TF, lambda p: self.poses.append((time.monotonic(), decode_transforms(p)[0])))
+        on_break(self.session, f"r/{keys.NAVIGATOR_ALIVE}", self._note_break)
+
+    def _note_break(self):
+        self._broken = True
+
+    def follow_map(self):
+        """Fetch the whole map if changes may have been missed, as a console does."""
+        if self._broken:
+            self._broken = False
+            self.whole = decode_voxels(self.last(keys.MAP_KEYFRAME))
 
     def _hear(self, topic, take):
         subscribe(self.session, f"r/{topic}", take)
@@ -70,13 +83,15 @@ class Operator:
     def last(self, topic):
         return last_message(self.session, f"r/{topic}", 20.0)
 
-    def wait_for(self, test, timeout_s=MINUTES_S):
+    def wait_for(self, test, timeout_s=MINUTES_S, follow_map=False):
         """Return the first status from now on that passes a test."""
         deadline = time.monotonic() + timeout_s
         while not self.statuses.empty():
             self.statuses.get()
         while True:
             status = self.statuses.get(timeout=max(0.01, deadline - time.monotonic()))
+            if follow_map:
+                self.follow_map()
             if test(status):
                 return status
 
@@ -109,6 +124,14 @@ def start_robot(launch, free_endpoint):
     return start
 
 
+def _wants(status, name):
+    return status.goal is not None and status.goal.object == name
+
+
+def _voxels(cloud):
+    return {tuple(index) for index in cloud.indices(0.1).tolist()}
+
+
 @pytest.mark.slow
 def test_a_search_from_the_query_to_the_find_and_on(operator, start_robot, navigator):
     accepted = operator.search("couch", "it is in the living room")
@@ -117,12 +140,13 @@ def test_a_search_from_the_query_to_the_find_and_on(operator, start_robot, navig
     assert (table.object, table.goal_id, len(table.rows)) == ("sofa", 1, 40)
     assert operator.search("bed").position == 1
 
+    operator.follow_map()
     start_robot("max")
     # The queued goal starts by itself, on the same map.
-    status = operator.wait_for(lambda s: s.goal is not None and s.goal.object == "bed")
+    status = operator.wait_for(lambda s: _wants(s, "bed"), follow_map=True)
     assert [(goal.object, goal.outcome) for goal in status.history] == [("sofa", "found")]
     assert status.surface_voxels > 1000
-    status = operator.wait_for_state("found")
+    status = operator.wait_for(lambda s: s.state == "found", follow_map=True)
     assert status.find is not None
     assert status.find.object == "bed"
     assert status.timings.step_ms > 0.0
@@ -131,13 +155,14 @@ def test_a_search_from_the_query_to_the_find_and_on(operator, start_robot, navig
     # What is shown agrees with itself: deltas add up to the keyframe.
     keyframe = decode_voxels(operator.last(keys.MAP_KEYFRAME))
     operator.wait_for(lambda s: s.stamp_ns > keyframe.stamp_ns)
-    shown = {}
-    for cloud in [c for c in operator.voxels if c.stamp_ns <= keyframe.stamp_ns]:
-        for index, removed in zip(
-            map(tuple, cloud.indices(0.1).tolist()), cloud.removed.tolist(), strict=True
-        ):
-            shown.pop(index, None) if removed else shown.setdefault(index)
-    assert set(shown) == {tuple(i) for i in keyframe.indices(0.1).tolist()}
+    shown = _voxels(operator.whole)
+    for cloud in operator.voxels:
+        if operator.whole.stamp_ns < cloud.stamp_ns <= keyframe.stamp_ns:
+            gone = cloud.removed.tolist()
+            for index, removed in zip(cloud.indices(0.1).tolist(), gone, strict=True):
+                (shown.discard if removed else shown.add)(tuple(index))
+    left, missing = shown - _voxels(keyframe), _voxels(keyframe) - shown
+    assert (len(left), len(missing)) == (0, 0)
     _, tree = decode_tree(operator.last(keys.PLAN_TREE))
     assert len(tree.parents) > 10
     assert decode_path(operator.last(keys.PLAN_PATH)).stamp_ns > 0
