@@ -10,6 +10,7 @@ from ippon.control.obstacles import near_obstacles, room_at
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.along_path import point_along, remaining_path
+from ippon.planning.connection import HERE_M
 from ippon.planning.plan import Plan, Viewpoint
 from ippon.robot import RobotProfile
 
@@ -102,14 +103,24 @@ class PathFollower:
             return self._ease(0.0, 0.0, tilt_rad, dt_s)
         target = plan.target
         here = T_world_base[:2, 3]
-        away = math.hypot(target.position_world[0] - here[0], target.position_world[1] - here[1])
-        # Once arrived, a little drift does not send the robot back and forth.
-        tolerance = self.config.position_tolerance_m * (1.5 if self._settling else 1.0)
-        self._settling = away <= tolerance
+        self._settling = self._has_arrived(target, T_world_base)
         if self._settling:
             return self._settle(target, T_world_base, tilt_rad, dt_s)
         path = remaining_path(plan.path_world[:, :2], here[0], here[1])
         return self._drive(path, target, T_world_base, map_arrays, dt_s)
+
+    def _has_arrived(self, target: Viewpoint, T_world_base: Float64Array) -> bool:
+        """Tell whether all that is left is to turn.
+
+        Nobody turns round for a hand's breadth: the planner counts on that, and a robot that did
+        would make its target dearer by going to it, until another one is chosen, and so on for
+        ever. Nor does a little drift send it back.
+        """
+        dx, dy = (target.position_world[k] - T_world_base[k, 3] for k in range(2))
+        away = math.hypot(dx, dy)
+        off = abs(wrap_angle(math.atan2(dy, dx) - yaw_of(T_world_base)))
+        turns = self._settling or off > self.config.turn_in_place_rad
+        return away <= self.config.position_tolerance_m or (turns and away <= HERE_M)
 
     def _settle(
         self, target: Viewpoint, T_world_base: Float64Array, tilt_rad: float, dt_s: float

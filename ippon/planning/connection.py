@@ -22,7 +22,7 @@ COMFORT_M = 0.05
 """Room beside the body, above the margin, that viewpoints and straight edges leave: a voxel is up
 to half its edge off the surface. Tighter places are for OMPL, which keeps to their middle."""
 HERE_M = 0.15
-"""A node this close is where the robot stands: no turning to get there."""
+"""A node this close is where the robot stands: no turning to get there, `PathFollower` neither."""
 REJOIN_M = 0.15
 """A robot that is beside its path and cannot cut across comes back to it so far ahead."""
 SHORTCUT_M = 10.0

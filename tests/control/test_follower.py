@@ -133,6 +133,22 @@ def test_the_robot_turns_on_the_spot_before_it_drives_the_other_way(floor_with):
         assert math.hypot(ride.x, ride.y) < 0.02
 
 
+@pytest.mark.parametrize("away", [0.09, 0.14])
+def test_nobody_turns_round_for_a_hands_breadth(floor_with, away):
+    # The planner says so, too: else going to a target would make it dearer than another one.
+    ride = Ride(floor_with(), HABITAT)
+    plan = make_plan([(0.0, 0.0), (-away, 0.0)], yaw=0.7)
+    assert ride.run(plan, 6.0)
+    assert max(c.linear_m_s for c in ride.commands) == 0.0
+    assert min(c.yaw_rate_rad_s for c in ride.commands) > -0.1, "straight to the final heading"
+
+
+def test_who_drives_straight_at_the_target_goes_on_to_it(floor_with):
+    ride = Ride(floor_with(), HABITAT)
+    assert ride.run(make_plan([(0.0, 0.0), (0.14, 0.0)], yaw=0.7), 8.0)
+    assert math.hypot(ride.x - 0.14, ride.y) < 0.1
+
+
 def test_the_track_stays_near_the_path(floor_with):
     points = np.array([(0.0, 0.0), (1.5, 0.0), (1.5, 1.5), (3.0, 1.5)])
     ride = Ride(floor_with())
