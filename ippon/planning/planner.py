@@ -30,6 +30,7 @@ from ippon.planning.sampling import (
 )
 from ippon.planning.selection import (
     Commitment,
+    Patience,
     Scores,
     commit,
     held,
@@ -69,6 +70,7 @@ class ViewpointPlanner:
         self._target: int | None = None
         self._path: Float64Array | None = None
         self._commitment: Commitment | None = None
+        self._patience = Patience()
         self._tree: ShortestTree | None = None
         self._second_chances = 0
 
@@ -145,6 +147,7 @@ class ViewpointPlanner:
         seeds, tree = self._grow_tree(reachable, x, y, yaw)
         evaluated = self._evaluate(map_arrays, tree, objects, standing_at is not None)
         target, scores = self._choose(map_arrays, tree)
+        self._patience.note(self.config.selection, scores, self._target, target, (x, y))
         margin_m = self._floor.margin_m
         around = Surroundings(grid, limits, margin_m, reachable, map_arrays, self._views)
         look = self._look_closer(target, scores, objects, around, tree, T_world_base)
@@ -277,9 +280,10 @@ class ViewpointPlanner:
 
     def _choose(self, arrays: MapArrays, tree: ShortestTree) -> tuple[int | None, Scores]:
         """Select the target; one whose surroundings changed is looked at again first."""
+        stay = self._patience.stay_factor(self.config.selection)
         for _ in range(4):
             scores = self._score(tree)
-            target = select(self.config.selection, scores, self._target)
+            target = select(self.config.selection, scores, self._target, stay)
             if target is None:
                 return None, scores
             one = np.array([target])
@@ -287,7 +291,7 @@ class ViewpointPlanner:
                 return target, scores
             self._views.evaluate(target, self._road.xy[target], arrays)
         scores = self._score(tree)
-        return select(self.config.selection, scores, self._target), scores
+        return select(self.config.selection, scores, self._target, stay), scores
 
     def _look_closer(
         self,

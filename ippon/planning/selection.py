@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -10,6 +10,10 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.planning.shortest_tree import ShortestTree
+
+MOVED_ON_M: Final = 0.5
+_MOST_GIVEN_UP: Final = 30
+_FAR_LESS: Final = 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,6 +28,9 @@ class SelectionConfig:
     views of neighbours overlap. 1 is the paper's sum."""
     stay_factor: float = 1.3
     """Another target must be this much better; more dithers less and corrects itself later."""
+    patience: float = 1.2
+    """Factor on that for every target given up since the robot moved on: whatever makes two of them
+    take turns, it ends. 1 lets it go on."""
     framing_cap: float = 1.5
     """Object voxels beyond this many times T_min count no more in T(n) / C(P_n); more drives on
     for a fuller view of what is found already, and infinity is the paper's rule."""
@@ -35,10 +42,15 @@ class SelectionConfig:
 
     def __post_init__(self) -> None:
         """Reject weights without meaning."""
-        if self.stay_factor < 1.0 or self.settle_s <= 0.0 or not 0.0 <= self.passing_weight <= 1.0:
+        if (
+            min(self.stay_factor, self.patience) < 1.0
+            or self.settle_s <= 0.0
+            or not 0.0 <= self.passing_weight <= 1.0
+        ):
             raise ValueError(
-                "stay_factor must be at least 1, settle_s above 0, passing_weight in 0 to 1; got "
-                f"{self.stay_factor}, {self.settle_s}, {self.passing_weight}"
+                "stay_factor and patience must be at least 1, settle_s above 0, passing_weight in "
+                f"0 to 1; got {self.stay_factor}, {self.patience}, {self.settle_s}, "
+                f"{self.passing_weight}"
             )
         if self.framing_cap < 1.0 or not 0.0 < self.hold <= 1.0:
             raise ValueError(
@@ -182,13 +194,57 @@ def _path_kernel(tree, gain, by_heading, yaw, weight, rate, path_gain, path_cost
         path_cost[node] = tree.cost[node] + turn / rate
 
 
-def select(config: SelectionConfig, scores: Scores, current: int | None) -> int | None:
+class Patience:
+    """Counts the targets given up, hardly worth less than the next, since the robot moved on.
+
+    Two targets may take turns for many reasons: an estimate of a way that is off by a second or two
+    is enough. Each turn then makes the next one harder.
+    """
+
+    def __init__(self) -> None:
+        self._given_up = 0
+        self._since: tuple[float, float] | None = None
+
+    def stay_factor(self, config: SelectionConfig) -> float:
+        """Return how much better another target must be by now."""
+        return config.stay_factor * config.patience**self._given_up
+
+    def note(
+        self,
+        config: SelectionConfig,
+        scores: Scores,
+        before: int | None,
+        chosen: int | None,
+        xy: tuple[float, float],
+    ) -> None:
+        """Take note of a choice.
+
+        Args:
+            config: Weights.
+            scores: Of every node.
+            before: The target so far.
+            chosen: The one from now on.
+            xy: Where the robot is.
+        """
+        if self._since is None or math.dist(self._since, xy) > MOVED_ON_M:
+            self._since, self._given_up = xy, 0
+        if before is None or chosen is None or chosen == before:
+            return
+        # What was looked at is worth far less than what comes next: that is no dithering.
+        if _FAR_LESS * self.stay_factor(config) * scores.ratio[before] > scores.ratio[chosen]:
+            self._given_up = min(self._given_up + 1, _MOST_GIVEN_UP)
+
+
+def select(
+    config: SelectionConfig, scores: Scores, current: int | None, stay_factor: float | None = None
+) -> int | None:
     """Choose a node by eq. (5): terminating ones first, then by gain over cost.
 
     Args:
         config: Weights.
         scores: Of every node.
         current: The target so far, kept unless another is clearly better; None for none.
+        stay_factor: How much better; None for `config.stay_factor`.
 
     Returns:
         The node, None when none is eligible.
@@ -198,6 +254,7 @@ def select(config: SelectionConfig, scores: Scores, current: int | None) -> int 
         return None
     ratio = np.where(group, scores.ratio, -1.0)
     best = int(np.argmax(ratio))
-    if current is not None and group[current] and ratio[best] < config.stay_factor * ratio[current]:
+    stay = config.stay_factor if stay_factor is None else stay_factor
+    if current is not None and group[current] and ratio[best] < stay * ratio[current]:
         return current
     return best

@@ -1,11 +1,15 @@
 """Which viewpoint wins, eq. (5)."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from ippon.planning.selection import (
+    MOVED_ON_M,
+    Patience,
+    Scores,
     SelectionConfig,
     commit,
     held,
@@ -95,6 +99,50 @@ def test_a_target_is_kept_unless_another_is_clearly_better():
     assert select(CONFIG, scores, None) == 1
     clearly = score(tree, [10.0, 20.0], config=SelectionConfig(passing_weight=0.0))
     assert select(CONFIG, clearly, 0) == 1
+
+
+class Dithering:
+    """Two ways whose estimates are off: whichever is taken turns out dearer than the other."""
+
+    def __init__(self, config, step_m=0.0):
+        self.config, self.step_m = config, step_m
+        self.patience, self.target, self.switches, self.x = Patience(), None, 0, 0.0
+
+    def choose(self, worse=2.0):
+        ratio = np.array([5.0, 5.0])
+        if self.target is not None:
+            ratio[self.target] /= worse
+        gains = np.array([5.0, 5.0])
+        scores = Scores(gains, gains / ratio, ratio, np.zeros(2, bool))
+        stay = self.patience.stay_factor(self.config)
+        chosen = select(self.config, scores, self.target, stay)
+        self.patience.note(self.config, scores, self.target, chosen, (self.x, 0.0))
+        self.switches += self.target is not None and chosen != self.target
+        self.target = chosen
+        self.x += self.step_m
+
+
+def test_two_targets_do_not_take_turns_for_ever():
+    robot, for_ever = Dithering(CONFIG), Dithering(dataclasses.replace(CONFIG, patience=1.0))
+    for _ in range(100):
+        robot.choose()
+        for_ever.choose()
+    assert 0 < robot.switches < 6
+    assert for_ever.switches == 99
+
+
+def test_a_robot_that_moves_on_may_change_its_mind_again():
+    robot = Dithering(CONFIG, step_m=1.1 * MOVED_ON_M)
+    for _ in range(30):
+        robot.choose()
+    assert robot.switches == 29
+
+
+def test_to_leave_what_was_looked_at_is_no_dithering():
+    robot = Dithering(CONFIG)
+    for _ in range(30):
+        robot.choose(worse=50.0)
+    assert robot.patience.stay_factor(CONFIG) == CONFIG.stay_factor
 
 
 def test_nobody_is_chosen_who_cannot_be_reached_or_is_not_eligible():
