@@ -329,6 +329,16 @@ class Event(_Message, frozen=True):
     goal_id: int | None = None
 
 
+class GlimpsedPlaces(_Message, frozen=True):
+    """Where images from afar show what may be the object; kept for late joiners."""
+
+    stamp_ns: int
+    cell_m: float
+    cells: list[tuple[float, float, float]]
+    """World x and y of a cell's centre in metres, and the log of how much likelier the object is
+    there than elsewhere."""
+
+
 class LabelRequest(_Message, frozen=True):
     """What the segmentation is asked to tell apart; published on change, kept for late joiners."""
 

@@ -57,6 +57,8 @@ MAP_KEYFRAME = "map/keyframe"
 PLAN_TREE = "plan/tree"
 PLAN_PATH = "plan/path"
 DETECTIONS = "detections"
+GLIMPSES = "map/glimpses"
+"""Where images show what may be the object beyond the map's range."""
 STATUS = "status"
 EVENT = "event"
 

@@ -24,9 +24,12 @@ GREEN: Final[Rgb] = (0x00, 0x9E, 0x73)
 SKY: Final[Rgb] = (0x56, 0xB4, 0xE9)
 YELLOW: Final[Rgb] = (0xF0, 0xE4, 0x42)
 
+PURPLE: Final[Rgb] = (0xCC, 0x79, 0xA7)
+
 FOUND: Final = GREEN
 CERTAIN_BRUSH: Final = VERMILION
 """What is painted "look here", and what is pointed at in a picture."""
+GLIMPSED: Final = PURPLE
 NEVER_BRUSH: Final = BLUE
 ROBOT: Final = SKY
 PATH: Final = YELLOW

@@ -6,7 +6,17 @@ from typing import Final, Literal, get_args
 from app.view.colors import ColorMode
 
 Layer = Literal[
-    "map", "mesh", "object", "tree", "path", "camera", "trail", "finds", "labels", "clearance"
+    "map",
+    "mesh",
+    "object",
+    "tree",
+    "path",
+    "camera",
+    "trail",
+    "finds",
+    "labels",
+    "glimpses",
+    "clearance",
 ]
 LAYERS: Final[tuple[Layer, ...]] = get_args(Layer)
 SHOWN_FIRST: Final[frozenset[Layer]] = frozenset(LAYERS) - {"mesh", "clearance"}

@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages.driving import PaintedStroke
-from app.view.colors import CERTAIN_BRUSH, NEVER_BRUSH, ROBOT, linear
+from app.view.colors import CERTAIN_BRUSH, GLIMPSED, NEVER_BRUSH, ROBOT, linear
 
 _LIFT_M: Final = 0.035
 _SPOKES: Final = 28
 _MAX_BOXES: Final = 2500
+_MAX_CELLS: Final = 4000
+_GLIMPSED: Final = (("faint", 0.25, -math.inf, 2.0), ("strong", 0.55, 2.0, math.inf))
+"""Names, opacities, and from which to which evidence in nat."""
 _CUBE: Final = np.array(
     [[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)], dtype=np.float32
 )
@@ -48,6 +51,7 @@ class OverlayLayer:
     def __init__(self, scene: Any) -> None:
         self._scene = scene
         self._painted: dict[str, Any] = {}
+        self._glimpsed: dict[str, Any] = {}
         self._seen: Any = None
         self._rings: Any = None
 
@@ -69,6 +73,27 @@ class OverlayLayer:
                     faces,
                     color=color,
                     opacity=0.42,
+                    side="double",
+                    flat_shading=True,
+                    cast_shadow=False,
+                    receive_shadow=False,
+                )
+
+    def draw_glimpsed(self, cells: Sequence[tuple[float, float, float]], cell_m: float) -> None:
+        """Lay a translucent sheet where images from afar show what may be the object."""
+        for name, opacity, low, high in _GLIMPSED:
+            old = self._glimpsed.pop(name, None)
+            if old is not None:
+                old.remove()
+            chosen = [(x, y) for x, y, nat in cells[:_MAX_CELLS] if low <= nat < high]
+            if chosen:
+                vertices, faces = _squares(np.array(chosen, np.float32), cell_m, 1.8 * _LIFT_M)
+                self._glimpsed[name] = self._scene.add_mesh_simple(
+                    f"/glimpsed/{name}",
+                    vertices,
+                    faces,
+                    color=GLIMPSED,
+                    opacity=opacity,
                     side="double",
                     flat_shading=True,
                     cast_shadow=False,
@@ -114,6 +139,18 @@ class OverlayLayer:
                 cast_shadow=False,
                 receive_shadow=False,
             )
+
+
+def _squares(
+    centers: NDArray[np.float32], edge_m: float, z: float
+) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+    half = 0.5 * edge_m
+    corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half]], np.float32)
+    flat = (centers[:, None] + corners).reshape(-1, 2)
+    vertices = np.column_stack([flat, np.full(len(flat), z, np.float32)])
+    first = 4 * np.arange(len(centers), dtype=np.uint32)[:, None, None]
+    faces = np.array([[0, 1, 2], [0, 2, 3]], np.uint32) + first
+    return vertices, faces.reshape(-1, 3)
 
 
 def _discs(

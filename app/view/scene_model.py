@@ -11,7 +11,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from app.messages.control import Event, FindReport, ProximityTable, Status
+from app.messages.control import Event, FindReport, GlimpsedPlaces, ProximityTable, Status
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
@@ -38,12 +38,16 @@ Part = Literal[
     "events",
     "detections",
     "painted",
+    "glimpsed",
     "recording",
 ]
 
 WORLD_FRAME: Final = "map"
 BASE_FRAME: Final = "base_link"
 
+NO_GLIMPSES: Final = GlimpsedPlaces(stamp_ns=0, cell_m=0.25, cells=[])
+
+_MAX_CELL_M: Final = 10.0
 _MAX_HELD: Final = 256
 _MAX_EVENTS: Final = 500
 _MAX_FRAMES: Final = 256
@@ -76,6 +80,8 @@ class SceneModel:
         self.album = PictureAlbum()
         """Pictures from where the robot was, for explanations."""
         self.painted: tuple[PaintedStroke, ...] = ()
+        self.glimpsed = NO_GLIMPSES
+        """Where images from afar show what may be the object."""
         self.recording: RecordingStatus | None = None
         """None while nobody records."""
         self.needs_keyframe = True
@@ -171,6 +177,13 @@ class SceneModel:
             self.album.add(image.stamp_ns, image.encoded, self.camera, self.T_world_camera)
         self._changed.add("image")
 
+    def on_glimpses(self, glimpsed: GlimpsedPlaces) -> None:
+        """Replace where images from afar show what may be the object."""
+        same = glimpsed.cells == self.glimpsed.cells and glimpsed.cell_m == self.glimpsed.cell_m
+        if not same and 0.0 < glimpsed.cell_m < _MAX_CELL_M:
+            self.glimpsed = glimpsed
+            self._changed.add("glimpsed")
+
     def on_painted(self, painted: PaintedRegions) -> None:
         """Replace what the operator painted on the floor."""
         self.painted = tuple(painted.regions)
@@ -233,9 +246,10 @@ class SceneModel:
         self.history.clear()
         self.album.clear()
         self.painted, self.rejected, self._last_find = (), (), None
+        self.glimpsed = NO_GLIMPSES
         self._candidates = None
         self.tree, self.path_world, self.detections = None, np.empty((0, 3)), ()
-        self._changed |= {"voxels", "tree", "path", "pose", "detections", "painted"}
+        self._changed |= {"voxels", "tree", "path", "pose", "detections", "painted", "glimpsed"}
 
     def _store(self, cloud: VoxelCloud) -> None:
         if self.voxel_size_m is None:

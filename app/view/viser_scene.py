@@ -21,11 +21,22 @@ GAINS_S: Final = 2.0
 """Between two recolourings of the map by gain."""
 ROOTS: Final = (
     "/map", "/object_voxels", "/skin", "/clearance", "/tree", "/path", "/trail", "/camera",
-    "/robot", "/finds", "/painted", "/pointed",
+    "/robot", "/finds", "/painted", "/glimpsed", "/pointed",
 )  # fmt: skip
 """Above every node of the drawing; not of the lights and the floor."""
 ALL_PARTS: Final[frozenset[Part]] = frozenset(
-    {"voxels", "tree", "path", "pose", "camera", "image", "status", "detections", "painted"}
+    {
+        "voxels",
+        "tree",
+        "path",
+        "pose",
+        "camera",
+        "image",
+        "status",
+        "detections",
+        "painted",
+        "glimpsed",
+    }
 )
 
 
@@ -95,6 +106,9 @@ class ViserScene:
                 self._draw_robot(model, changed, options)
             if "painted" in changed:
                 self.overlay.draw_painted(model.painted, 0.0)
+            if "glimpsed" in changed:
+                places = model.glimpsed.cells if "glimpses" in layers else []
+                self.overlay.draw_glimpsed(places, model.glimpsed.cell_m)
             if changed & {"status", "detections"}:
                 self._finds.draw(_marks(model), "finds" in layers, "labels" in layers)
 

@@ -14,6 +14,7 @@ from ippon.frame import Frame
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import MapArrays
+from ippon.mapping.glimpses import Glimpses
 from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind, Plan, Viewpoint
 from ippon.planning.planner import ViewpointPlanner
@@ -109,6 +110,9 @@ class BaselinePlanner:
         )
         self._aim = None
         self._given_up.clear()
+
+    def follow_glimpses(self, glimpses: Glimpses | None) -> None:
+        """Leave them alone: no method in the literature that is compared here has them."""
 
     def mark_contact(self, T_world_base: Float64Array) -> None:
         """See `Planner.mark_contact`."""

@@ -107,6 +107,10 @@ def _max_fusion(config: MissionConfig) -> MissionConfig:
     return replace(config, map=replace(config.map, fusion="max"))
 
 
+def _near_sighted(config: MissionConfig) -> MissionConfig:
+    return replace(config, glimpses=replace(config.glimpses, enabled=False))
+
+
 def _by_room(config: MissionConfig) -> MissionConfig:
     return replace(config, rooms=replace(config.rooms, enabled=True))
 
@@ -134,7 +138,11 @@ def _no_travel_pitch(config: MissionConfig) -> MissionConfig:
 
 
 _ALL: Final = (
-    Method(name="ippon", summary="the paper's method", equip=_viewpoint_planner),
+    Method(
+        name="ippon",
+        summary="the paper's method, and what images show beyond the map's range",
+        equip=_viewpoint_planner,
+    ),
     Method(
         name="no_bayes",
         summary="voxels keep the highest probability seen instead of the Bayes filter",
@@ -145,6 +153,12 @@ _ALL: Final = (
         name="no_guidance",
         summary="every common object is rated average",
         guide=_all_average,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="no_glimpses",
+        summary="what images show beyond the map's range does not count, as in the paper",
+        configure=_near_sighted,
         equip=_viewpoint_planner,
     ),
     Method(
@@ -205,7 +219,7 @@ METHODS: Final[Mapping[str, Method]] = {method.name: method for method in _ALL}
 BASELINES: Final = ("nearest_frontier", "semantic_frontier", "greedy_nbv")
 ABLATIONS: Final = (
     "no_bayes", "no_guidance", "no_local_planner", "hard_clearance", "no_initial_yaw",
-    "no_travel_pitch",
+    "no_travel_pitch", "no_glimpses",
 )  # fmt: skip
 
 

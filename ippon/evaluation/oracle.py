@@ -9,6 +9,7 @@ from ippon.evaluation.metrics import Judge
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import MapArrays
+from ippon.mapping.glimpses import Glimpses
 from ippon.planning.plan import NodeKind, Plan, TreeView, Viewpoint
 from ippon.simulation.scene import Scene
 
@@ -34,6 +35,9 @@ class OraclePlanner:
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
         """Ignore it: the goal is the judge's."""
+
+    def follow_glimpses(self, glimpses: Glimpses | None) -> None:
+        """Ignore them."""
 
     def mark_contact(self, T_world_base: Float64Array) -> None:
         """Ignore it: the way is right."""

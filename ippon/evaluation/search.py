@@ -13,6 +13,7 @@ from ippon.evaluation.outcome import Ending, is_at_instance, shows_object
 from ippon.frame import Frame
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
+from ippon.mapping.glimpses import Glimpses
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import Snapshot, StepResult
 from ippon.planning.interface import Planner
@@ -45,6 +46,10 @@ class TimedPlanner:
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
         """See `Planner.set_goal`."""
         self._planner.set_goal(probabilities=probabilities, termination_min=termination_min)
+
+    def follow_glimpses(self, glimpses: Glimpses | None) -> None:
+        """See `Planner.follow_glimpses`."""
+        self._planner.follow_glimpses(glimpses)
 
     def mark_contact(self, T_world_base: Float64Array) -> None:
         """See `Planner.mark_contact`."""

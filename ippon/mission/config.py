@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from ippon.control.follower import FollowerConfig
 from ippon.guidance.levels import LevelProbabilities
 from ippon.guidance.rooms import RoomConfig
+from ippon.mapping.glimpses import GlimpseConfig
 from ippon.mapping.voxel_map import MapConfig
 from ippon.mission.glance import GlanceConfig
 from ippon.mission.look_around import LookAroundConfig
@@ -20,6 +21,7 @@ class MissionConfig:
 
     map: MapConfig = field(default_factory=MapConfig)
     levels: LevelProbabilities = field(default_factory=LevelProbabilities)
+    glimpses: GlimpseConfig = field(default_factory=GlimpseConfig)
     rooms: RoomConfig = field(default_factory=RoomConfig)
     planner: PlannerConfig = field(default_factory=PlannerConfig)
     follower: FollowerConfig = field(default_factory=FollowerConfig)

@@ -14,6 +14,8 @@ from ippon.planning.plan import NodeKind, Plan, Viewpoint
 
 NEARBY_M = 2.5
 """Common objects within this distance of a viewpoint are named as what it is by."""
+_GLIMPSED_NAT = 0.5
+"""What images from afar say beyond this is named as the reason."""
 _PERVASIVE = frozenset({"wall", "floor", "ceiling", "beam", "column", "others", "objects"})
 
 
@@ -44,6 +46,11 @@ def explain(
         )
     if plan.closer_look:
         return f"going closer to what may be {goal.display}, {target.path_cost_s:.1f} s away"
+    if target.glimpsed >= _GLIMPSED_NAT:
+        return (
+            f"going to see whether that is {goal.display}, farther off: "
+            f"gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
+        )
     level = target.level.name.lower()
     return (
         f"going to the viewpoint {_place(target, voxel_map, guidance, rooms)} ({level}): "

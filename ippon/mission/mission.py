@@ -98,9 +98,8 @@ class Mission:
             ValueError: The guidance does not speak of this map's labels, in their order.
         """
         self._check_guidance(guidance)
-        self._search = Search(
-            goal, guidance, self.config.planner.ooi_threshold, self.config.second_look
-        )
+        self._search = Search(goal, guidance, self.config)
+        self._planner.follow_glimpses(self._search.glimpses)
         self.voxel_map.set_ooi(
             goal.object, load_knowledge().highest_m(goal.category or goal.object)
         )
@@ -355,4 +354,5 @@ class Mission:
             state=self.state,
             why=f"{why}; {reason}" if reason else why,
             events=self._journal.take(),
+            glimpsed_cell_m=self.config.glimpses.cell_m,
         )

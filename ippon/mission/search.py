@@ -6,11 +6,13 @@ from ippon.frame import Frame
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Guidance
 from ippon.mapping.arrays import MapArrays
+from ippon.mapping.glimpses import Glimpses
 from ippon.mission.clusters import OoiVoxels, cluster_finds
+from ippon.mission.config import MissionConfig
 from ippon.mission.finding import Ball, ball_round, distance_m, out_of_reach_text
 from ippon.mission.goal import Goal
 from ippon.mission.recovery import NANOSECONDS
-from ippon.mission.second_look import SecondLook, SecondLookConfig
+from ippon.mission.second_look import SecondLook
 from ippon.mission.snapshot import Find
 from ippon.mission.termination import is_small
 
@@ -21,17 +23,10 @@ class Search:
     Args:
         goal: What is searched for.
         guidance: Levels of the map's labels for that goal.
-        ooi_threshold: p_T; voxels above it are probably the object.
-        second_look: When images speak against a find.
+        config: How searches go.
     """
 
-    def __init__(
-        self,
-        goal: Goal,
-        guidance: Guidance,
-        ooi_threshold: float,
-        second_look: SecondLookConfig,
-    ) -> None:
+    def __init__(self, goal: Goal, guidance: Guidance, config: MissionConfig) -> None:
         self.goal = goal
         self.guidance = guidance
         self.candidates: tuple[Find, ...] = ()
@@ -41,11 +36,12 @@ class Search:
         self.path_length_m = 0.0
         self.arrived_steps = 0
         self.empty_steps = 0
-        self._ooi_voxels = OoiVoxels(ooi_threshold)
+        self._ooi_voxels = OoiVoxels(config.planner.ooi_threshold)
         self._centres: Float64Array = np.zeros((0, 3))
         self.second_look = SecondLook(
-            second_look, goal.object, small=is_small(goal.object, goal.category)
+            config.second_look, goal.object, small=is_small(goal.object, goal.category)
         )
+        self.glimpses = Glimpses(config.glimpses, goal.object, config.map.ooi_max_range_m)
         self._started_ns: int | None = None
 
     def elapsed_s(self, stamp_ns: int) -> float:
@@ -78,8 +74,12 @@ class Search:
         )
 
     def ask_image(self, frame: Frame) -> None:
-        """Ask an image whether it shows the object where the map does, its heatmap late or not."""
+        """Ask an image whether it shows the object where the map does, and where the map ends.
+
+        The heatmap may have come late.
+        """
         self.second_look.note(frame, self._centres, self.candidates)
+        self.glimpses.look(frame)
 
     def rests_of_rejected(self) -> list[Ball]:
         """Take what continues a rejected find from the candidates: the rest of a thing half seen.

@@ -1,10 +1,16 @@
 """The mission after a step, as it is shown."""
 
+from typing import Final
+
+import numpy as np
+
 from ippon.frame import Frame
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.search import Search
 from ippon.mission.snapshot import MissionEvent, MissionState, Snapshot
 from ippon.planning.plan import Plan
+
+_NOWHERE: Final = np.zeros((0, 3), np.float32)
 
 
 def snapshot_of(
@@ -16,6 +22,7 @@ def snapshot_of(
     state: MissionState,
     why: str,
     events: tuple[MissionEvent, ...],
+    glimpsed_cell_m: float,
 ) -> Snapshot:
     """Put together what others see of a step.
 
@@ -27,6 +34,7 @@ def snapshot_of(
         state: What the robot is doing.
         why: And why.
         events: What happened in the step.
+        glimpsed_cell_m: Edge of the cells of `Snapshot.glimpsed`.
     """
     return Snapshot(
         stamp_ns=frame.stamp_ns,
@@ -36,6 +44,8 @@ def snapshot_of(
         plan=plan,
         find=search.find if search else None,
         candidates=search.candidates if search else (),
+        glimpsed=search.glimpses.places() if search else _NOWHERE,
+        glimpsed_cell_m=glimpsed_cell_m,
         T_world_base=frame.T_world_base,
         path_length_m=search.path_length_m if search else 0.0,
         elapsed_s=search.elapsed_s(frame.stamp_ns) if search else 0.0,

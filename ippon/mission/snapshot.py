@@ -4,6 +4,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ippon.command import Command
 from ippon.geometry import Float64Array
 from ippon.mission.goal import Goal
@@ -64,6 +67,10 @@ class Snapshot:
     """The find that ended the search, in state `found`."""
     candidates: tuple[Find, ...]
     """Clusters that look like the object, most voxels first."""
+    glimpsed: NDArray[np.float32]
+    """(M, 3) cells of the floor where images from afar show what may be the object: world x and y
+    in metres, and the log of how much likelier that makes it."""
+    glimpsed_cell_m: float
     T_world_base: Float64Array
     path_length_m: float
     """Driven since the goal was set."""

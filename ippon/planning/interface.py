@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
+from ippon.mapping.glimpses import Glimpses
 from ippon.planning.plan import Plan
 
 
@@ -19,6 +20,15 @@ class Planner(Protocol):
         Args:
             probabilities: (4,) p_img by level.
             termination_min: T_min; viewpoints that show more object voxels end the search.
+        """
+        ...
+
+    def follow_glimpses(self, glimpses: Glimpses | None) -> None:
+        """Take note of where images show the object beyond the map's range.
+
+        Args:
+            glimpses: Of the present goal; they go on changing. None for nothing. A planner that has
+                no use for them leaves them alone.
         """
         ...
 

@@ -155,8 +155,17 @@ def imagined_level(counts: NDArray[np.int32], minimum: int) -> int:
     return 1
 
 
+@njit(cache=True, nogil=True)
+def with_evidence(p, nat):
+    """Return a probability after evidence that makes it e^nat times likelier."""
+    return p if nat == 0.0 else p / (p + (1.0 - p) * np.exp(-nat))
+
+
 def choose_view(
-    sums: ViewSums, probabilities: NDArray[np.float32], min_level_voxels: int
+    sums: ViewSums,
+    probabilities: NDArray[np.float32],
+    min_level_voxels: int,
+    glimpsed: NDArray[np.float32],
 ) -> ViewChoice:
     """Find the orientation of highest gain, eq. (3).
 
@@ -164,21 +173,22 @@ def choose_view(
         sums: Of the viewpoint.
         probabilities: (4,) p_img of each level.
         min_level_voxels: Voxels below which a level counts as empty.
+        glimpsed: (A,) nat by which images make the object likelier in what each heading shows.
     """
     by_heading = np.empty(sums.known.shape[0], dtype=np.float32)
     gain, heading, tilt, level, potential = _choose_kernel(
-        sums.known, sums.unknown, sums.levels, probabilities, min_level_voxels, by_heading
+        sums.known, sums.unknown, sums.levels, probabilities, min_level_voxels, glimpsed, by_heading
     )
     return ViewChoice(gain, heading, tilt, level, potential, by_heading)
 
 
 @njit(cache=True, nogil=True)
-def _choose_kernel(known, unknown, levels, probabilities, minimum, by_heading):
+def _choose_kernel(known, unknown, levels, probabilities, minimum, glimpsed, by_heading):
     best, best_a, best_b, best_level = -1.0, 0, 0, 1
     potential = 0.0
     for a in range(known.shape[0]):
         level = imagined_level(levels[a], minimum)
-        p_img = probabilities[level]
+        p_img = with_evidence(probabilities[level], glimpsed[a])
         top = -1.0
         for b in range(known.shape[1]):
             gain = known[a, b] + p_img * unknown[a, b]

@@ -61,6 +61,7 @@ class TreePicture:
             kind=self._kind(node),
             path_gain=float(self._scores.path_gain[node]),
             path_cost_s=float(self._scores.path_cost[node]),
+            glimpsed=self._views.glimpsed_by(node),
         )
 
     def tree_view(self, x: float, y: float, yaw: float, tilt: float) -> TreeView:

@@ -39,6 +39,8 @@ class Viewpoint:
     """G(P_n), gain summed over the path from the robot."""
     path_cost_s: float
     """C(P_n), travel time from the robot, turning included."""
+    glimpsed: float = 0.0
+    """Nat by which images from afar make the object likelier in what it shows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

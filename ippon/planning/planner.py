@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
+from ippon.mapping.glimpses import Glimpses
 from ippon.planning.closer_look import CloserLooks
 from ippon.planning.config import PlannerConfig
 from ippon.planning.connection import COMFORT_M, Connector
@@ -87,6 +88,10 @@ class ViewpointPlanner:
         self._target = self._path = None
         self._closer.forget()
         self._second_chances = self.config.second_chances
+
+    def follow_glimpses(self, glimpses: Glimpses | None) -> None:
+        """Weigh every viewpoint by what images show beyond the map's range, from now on."""
+        self._views.set_glimpses(glimpses)
 
     def set_regions(self, regions: RegionWeights | None) -> None:
         """Weigh every viewpoint by what the operator painted; None for nothing painted."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import MapArrays
+from ippon.mapping.glimpses import FRESH, Glimpses
 from ippon.planning.looks import ViewMemory
 from ippon.planning.orientation import (
     ViewSums,
@@ -18,6 +19,7 @@ from ippon.planning.orientation import (
     recount_levels,
     sum_sectors,
     sum_views,
+    with_evidence,
 )
 from ippon.planning.panorama import ViewRules, see
 from ippon.planning.rays import cast_ray
@@ -108,6 +110,10 @@ class Viewpoints:
         self._framing = np.full((capacity, 2), np.nan)
         self._at = np.zeros((capacity, 2))
         self._regions: RegionWeights | None = None
+        self._glimpses: Glimpses | None = None
+        self._glimpses_at = 0
+        self.glimpsed = np.zeros((capacity, headings), dtype=np.float32)
+        """Nat by which images make the object likelier in what each heading shows."""
         self._voxel_m = 0.0
         self._sums: dict[int, ViewSums] = {}
         self._labelled: dict[int, NDArray[np.int32]] = {}
@@ -155,6 +161,7 @@ class Viewpoints:
         assert self._table is not None, "_prepare() sets it"
         assert self._rules is not None, "_prepare() sets it"
         self.memory.follow(arrays, self._layers, self._rules)
+        self._follow_glimpses()
         T_world_camera = T_world_base @ self._robot.T_base_camera(tilt_rad)
         ahead = T_world_camera[:3, 2]
         shown = in_frustum(
@@ -187,6 +194,7 @@ class Viewpoints:
         self._framing[node] = framing if framing is not None else (math.nan, math.nan)
         self.evaluated[node] = self.memory.step
         self._at[node], self._voxel_m = xy, arrays.voxel_size
+        self.glimpsed[node] = self._glimpsed_from(np.array([node]))[0]
         self._choose(node)
 
     def set_probabilities(self, probabilities: NDArray[np.float32]) -> None:
@@ -198,6 +206,13 @@ class Viewpoints:
     def set_regions(self, regions: RegionWeights | None) -> None:
         """Weigh what every viewpoint looks at by what the operator painted; casts no ray."""
         self._regions = regions
+        for node in self._sums:
+            self._choose(node)
+
+    def set_glimpses(self, glimpses: Glimpses | None) -> None:
+        """Follow what images show beyond the map's range; None for nothing."""
+        self._glimpses, self._glimpses_at = glimpses, 0
+        self.glimpsed[:] = 0.0
         for node in self._sums:
             self._choose(node)
 
@@ -262,6 +277,12 @@ class Viewpoints:
             return float(self.yaw[node]), float(self.tilt[node])
         return float(yaw), float(tilt)
 
+    def glimpsed_by(self, node: int) -> float:
+        """Return what images from afar say of what a viewpoint looks at, nat."""
+        assert self._orientations is not None, "follow() comes first"
+        heading = int(np.argmin(np.abs(self._orientations.yaws - self.yaw[node])))
+        return float(self.glimpsed[node, heading])
+
     def eye_z_m(self, arrays: MapArrays) -> float:
         """Height of the camera in the world, metres."""
         return (self._camera_layer + 0.5) * arrays.voxel_size
@@ -286,13 +307,40 @@ class Viewpoints:
         """Return the tilt of highest gain for one candidate heading."""
         sums = self._sums[node]
         assert self._orientations is not None
-        level = int(self.level[node])
-        gain = sums.known[heading] + self._probabilities[level] * sums.unknown[heading]
+        p_img = with_evidence(
+            self._probabilities[int(self.level[node])], self.glimpsed[node, heading]
+        )
+        gain = sums.known[heading] + p_img * sums.unknown[heading]
         return float(self._orientations.tilts[int(np.argmax(gain))])
+
+    def _follow_glimpses(self) -> None:
+        """Weigh anew what looks at places that images showed since."""
+        glimpses = self._glimpses
+        if glimpses is None or glimpses.revision == self._glimpses_at or not self._sums:
+            return
+        self._glimpses_at = glimpses.revision
+        nodes = np.array(list(self._sums))
+        now = self._glimpsed_from(nodes)
+        changed = np.abs(now - self.glimpsed[nodes]).max(axis=1) > FRESH
+        self.glimpsed[nodes] = now
+        for node in nodes[changed]:
+            self._choose(int(node))
+
+    def _glimpsed_from(self, nodes: NDArray[np.int64]) -> NDArray[np.float32]:
+        if self._glimpses is None:
+            return np.zeros((len(nodes), self.glimpsed.shape[1]), np.float32)
+        assert self._orientations is not None, "follow() comes first"
+        reach_m = self._reach[nodes][:, :: self._orientations.stride] * np.float32(self._voxel_m)
+        return self._glimpses.ahead(self._at[nodes], self._orientations.yaws, reach_m)
 
     def _choose(self, node: int) -> None:
         assert self._orientations is not None
-        choice = choose_view(self._sums[node], self._probabilities, self.config.min_level_voxels)
+        choice = choose_view(
+            self._sums[node],
+            self._probabilities,
+            self.config.min_level_voxels,
+            self.glimpsed[node],
+        )
         if self._regions is not None:
             reach_m = self._reach[node][:: self._orientations.stride] * self._voxel_m
             weights = self._regions.ahead(self._at[node], self._orientations.yaws, reach_m)

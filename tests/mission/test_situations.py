@@ -64,9 +64,8 @@ def test_an_obstacle_that_moves_onto_the_path_is_driven_round(searcher, room):
     robot.ask("toilet")
     base = robot.world.base
     robot.search(40.0, lambda r: base.linear_m_s > 0.3 and leads_on(r, robot.at, 1.8))
-    speed, yaw = robot.world.base.linear_m_s, robot.world.base.yaw_rad
-    assert speed > 0.2, "it is under way"
-    x, y = robot.at + 1.6 * np.array([math.cos(yaw), math.sin(yaw)])
+    assert base.linear_m_s > 0.2, "it is under way"
+    x, y = on_path(robot.last.plan.path_world, 1.6)
     box = ("box", "box", (x - 0.1, y - 0.3, 0.0), (x + 0.1, y + 0.3, 1.2))
     before = robot.last.plan
     robot.rebuild([*home, box])
@@ -88,6 +87,13 @@ def test_what_appears_in_front_of_a_moving_robot_stops_it_before_the_map_knows(s
     robot.search(60.0)
     assert robot.world.collisions == 0
     assert robot.last.state is MissionState.FOUND
+
+
+def on_path(path_world, metres):
+    """Return the point of a path so far from its beginning."""
+    steps = np.hypot(*np.diff(path_world[:, :2], axis=0).T)
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    return (np.interp(metres, along, path_world[:, k]) for k in range(2))
 
 
 def leads_on(result, at, metres):

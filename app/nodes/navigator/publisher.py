@@ -12,6 +12,7 @@ import zenoh
 from app.links.latched import Latched
 from app.links.sender import Sender
 from app.messages import keys
+from app.messages.control import GlimpsedPlaces, encode
 from app.messages.motion import StampedPath, encode_path
 from app.messages.scene import Detection, VoxelCloud, encode_detections, encode_tree, encode_voxels
 from ippon.mapping.surface import SurfaceDelta, SurfaceTracker
@@ -54,7 +55,7 @@ class MapPublisher:
         self._keyframe = session.declare_publisher(self._keyframe_key, congestion_control=block)
         self._plan = {
             key: Latched(session, f"{robot}/{key}", sender)
-            for key in (keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS)
+            for key in (keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.GLIMPSES)
         }
 
     def publish(self, snapshot: Snapshot) -> None:
@@ -111,7 +112,7 @@ class MapPublisher:
 
 
 def plan_messages(snapshot: Snapshot) -> Iterator[tuple[str, bytes]]:
-    """Yield key and payload of one step's tree, where it has one, path and detections."""
+    """Yield key and payload of one step's tree, where it has one, path, detections, glimpses."""
     stamp = snapshot.stamp_ns
     path = np.empty((0, 3))
     if snapshot.plan is not None:
@@ -121,6 +122,10 @@ def plan_messages(snapshot: Snapshot) -> Iterator[tuple[str, bytes]]:
     label = snapshot.goal.object if snapshot.goal is not None else ""
     finds = [detection_of(find, label) for find in snapshot.candidates[:MAX_DETECTIONS]]
     yield keys.DETECTIONS, encode_detections(finds, stamp)
+    rows: list[list[float]] = np.round(snapshot.glimpsed.astype(np.float64), 2).tolist()
+    cells = [(x, y, nat) for x, y, nat in rows]
+    places = GlimpsedPlaces(stamp_ns=stamp, cell_m=snapshot.glimpsed_cell_m, cells=cells)
+    yield keys.GLIMPSES, encode(places)
 
 
 def cloud_of(delta: SurfaceDelta, stamp_ns: int, voxel_m: float) -> VoxelCloud:

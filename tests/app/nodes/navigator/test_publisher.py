@@ -1,5 +1,6 @@
 """What is published adds up to the map, however slow the link is."""
 
+import dataclasses
 import math
 import queue
 import threading
@@ -10,9 +11,10 @@ import pytest
 from app.links.sender import Sender
 from app.links.subscription import subscribe
 from app.messages import keys
+from app.messages.control import GlimpsedPlaces, decode
 from app.messages.scene import decode_voxels
 from app.nodes.navigator import publisher
-from app.nodes.navigator.publisher import MAX_WAITING, MapPublisher
+from app.nodes.navigator.publisher import MAX_WAITING, MapPublisher, plan_messages
 from ippon.camera import PinholeCamera
 from ippon.mission.config import MissionConfig
 from ippon.mission.mission import Mission
@@ -108,6 +110,16 @@ def test_on_a_slow_link_changes_gather_and_nothing_is_lost(
     whole = decode_voxels(shown.keyframe())
     voxel_m = mission.config.map.voxel_size_m
     assert add_up([delta], voxel_m) == add_up([whole], voxel_m) != set()
+
+
+def test_where_it_was_seen_from_afar_is_told_with_every_step(steps):
+    snapshot = steps()
+    assert decode(dict(plan_messages(snapshot))[keys.GLIMPSES], GlimpsedPlaces).cells == []
+    cells = np.array([[3.125, -1.375, 2.5], [3.375, -1.375, 0.75]], np.float32)
+    seen = dataclasses.replace(snapshot, glimpsed=cells, glimpsed_cell_m=0.25)
+    told = decode(dict(plan_messages(seen))[keys.GLIMPSES], GlimpsedPlaces)
+    np.testing.assert_allclose(told.cells, cells, atol=0.006)
+    assert (told.cell_m, told.stamp_ns) == (0.25, snapshot.stamp_ns)
 
 
 def test_all_who_ask_for_the_map_share_one_answer(shown, sessions, steps, monkeypatch):

@@ -1,0 +1,176 @@
+"""What images show beyond the map's range, and where they put it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ippon.camera import PinholeCamera
+from ippon.frame import Frame, Heatmap
+from ippon.geometry import make_transform, rotation_z
+from ippon.mapping.glimpses import SPREAD_M, GlimpseConfig, Glimpses
+from ippon.robot import ZED
+
+CAMERA = PinholeCamera.from_horizontal_fov(160, 100, math.radians(74.0))
+NEAR_M = 4.0
+HEADINGS = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
+FAR = np.full((1, 24), 5.0, np.float32)
+
+
+def frame_of(
+    pixels, *, depth=0.0, p=0.9, at=(0.0, 0.0), yaw=0.0, ooi="hat", every=0.0, stamp_s=0.0
+):
+    """A frame whose heatmap shows the object in some pixels (rows, columns of the image)."""
+    T_world_base = make_transform(rotation_z(yaw), (*at, 0.0))
+    heat = np.zeros((100, 160, 2), np.uint8)
+    heat[..., 1] = round(255 * every)
+    heat[(*pixels, 1)] = round(255 * p)
+    heat[..., 0] = 255 - heat[..., 1]
+    labels = ("wall",) if ooi != "wall" else ("wall", "floor")
+    return Frame(
+        stamp_ns=round(stamp_s * 1e9),
+        color=np.zeros((100, 160, 3), np.uint8),
+        depth=np.broadcast_to(np.float32(depth), (100, 160)).astype(np.float32),
+        camera=CAMERA,
+        T_world_camera=T_world_base @ ZED.T_base_camera(0.0),
+        T_world_base=T_world_base,
+        tilt_rad=0.0,
+        heatmap=Heatmap(labels=labels, ooi=ooi, probabilities=heat),
+    )
+
+
+def rows_at(distance_m, height_m=0.0, spread=4):
+    """The image row that shows a height over the floor at a distance ahead, and some above."""
+    v = CAMERA.cy + CAMERA.fy * (ZED.camera_height_m - height_m) / distance_m
+    return slice(round(v) - spread, round(v) + 1)
+
+
+AHEAD = (rows_at(7.0), slice(76, 84))
+
+
+def made(images, config=None):
+    glimpses = Glimpses(config or GlimpseConfig(), "hat", NEAR_M)
+    for image in images:
+        glimpses.look(image)
+    return glimpses
+
+
+def seen_from(glimpses, x, y):
+    return glimpses.ahead(np.array([[x, y]]), HEADINGS, FAR)[0]
+
+
+def test_what_stands_far_ahead_draws_those_who_would_look_at_it():
+    glimpses = made([frame_of(AHEAD)] * 8)
+    ahead = seen_from(glimpses, 2.0, 0.0)
+    assert ahead[0] > 2.0
+    assert (ahead[6:19] == 0.0).all(), "to the sides and behind there is nothing"
+    assert (seen_from(glimpses, -3.0, 0.0) == 0.0).all(), "from here it is still too far"
+
+
+def test_where_it_meets_the_floor_bounds_how_far_it_is():
+    glimpses = made([frame_of(AHEAD)] * 8)
+    assert seen_from(glimpses, 6.0, 0.0)[0] > 2.0
+    beyond = 7.0 + SPREAD_M + 1.0
+    assert seen_from(glimpses, beyond, 0.0)[0] == 0.0
+    # What may stand on a table is bounded by the reach alone.
+    level = (rows_at(7.0, height_m=1.2), slice(76, 84))
+    assert seen_from(made([frame_of(level)] * 8), 8.5, 0.0)[0] > 2.0
+
+
+def test_far_depth_says_where_it_is():
+    glimpses = made([frame_of((rows_at(7.0, 1.2), slice(76, 84)), depth=7.0)] * 8)
+    at = np.array([[x, 0.0] for x in (3.0, 6.0, 9.5)])
+    ahead = glimpses.ahead(at, HEADINGS[:1], np.full((3, 1), 1.0, np.float32))[:, 0]
+    assert ahead[1] > 2.0
+    assert ahead[0] == ahead[2] == 0.0
+
+
+def test_what_is_within_the_maps_range_is_the_maps_matter():
+    assert made([frame_of(AHEAD, depth=2.0)] * 20).revision == 0
+    glimpses = made([frame_of(AHEAD)] * 8)
+    assert seen_from(glimpses, 4.0, 0.0)[0] > 2.0
+    for x in (2.0, 3.0, 4.5) * 3:
+        glimpses.look(frame_of(AHEAD, depth=3.9, at=(x, 0.0)))
+    assert seen_from(glimpses, 4.0, 0.0)[0] == 0.0
+    for _ in range(8):
+        glimpses.look(frame_of(AHEAD))
+    assert seen_from(glimpses, 4.0, 0.0)[0] == 0.0, "and stays so, from afar, too"
+
+
+def test_a_place_behind_something_near_was_not_looked_at():
+    glimpses = made([frame_of(AHEAD)] * 8)
+    for _ in range(5):
+        glimpses.look(frame_of(AHEAD, depth=0.5, at=(5.0, 0.0)))
+    assert seen_from(glimpses, 4.5, 0.0)[0] > 2.0
+
+
+def test_images_of_one_thing_are_no_independent_witnesses():
+    few, many = made([frame_of(AHEAD, p=0.2)] * 8), made([frame_of(AHEAD, p=0.2)] * 200)
+    once, often = seen_from(few, 4.0, 0.0)[0], seen_from(many, 4.0, 0.0)[0]
+    assert 0.5 < once <= often < once + 0.3
+    sure = seen_from(made([frame_of(AHEAD, p=1.0)] * 200), 4.0, 0.0)[0]
+    config = GlimpseConfig()
+    assert sure == pytest.approx(config.most_nat - config.least_nat, abs=0.05)
+
+
+def test_images_that_show_it_no_more_take_it_back():
+    glimpses = made([frame_of(AHEAD)] * 8)
+    for _ in range(8):
+        glimpses.look(frame_of(AHEAD, p=0.0))
+    assert seen_from(glimpses, 4.0, 0.0)[0] == 0.0
+
+
+def test_what_no_image_shows_any_more_fades():
+    glimpses = made([frame_of(AHEAD)] * 8)
+    before = glimpses.places()
+    elsewhere = {"yaw": math.pi, "depth": 3.0}
+    for k in range(1, 61):
+        glimpses.look(frame_of(AHEAD, stamp_s=k, **elsewhere))
+    assert 0 < before[:, 2].max() < 4.01
+    assert len(glimpses.places()) == 0
+    assert (seen_from(glimpses, 4.0, 0.0) == 0.0).all()
+
+
+def test_a_clock_that_starts_anew_forgets_nothing():
+    glimpses = made([frame_of(AHEAD, stamp_s=1e6)] * 8)
+    glimpses.look(frame_of(AHEAD, stamp_s=0.0))
+    assert seen_from(glimpses, 4.0, 0.0)[0] > 2.0
+
+
+@pytest.mark.parametrize(
+    "image",
+    [
+        frame_of(AHEAD, ooi="wall"),
+        frame_of(AHEAD, p=0.05, every=0.05),
+    ],
+    ids=["another object", "no more than elsewhere"],
+)
+def test_what_says_nothing(image):
+    assert made([image] * 20).revision == 0
+
+
+def test_switched_off_nothing_is_remembered():
+    assert made([frame_of(AHEAD)] * 8, GlimpseConfig(enabled=False)).revision == 0
+
+
+def test_a_robot_far_from_its_start_goes_on_without_what_is_farther():
+    glimpses = made([frame_of(AHEAD)])
+    for _ in range(8):
+        glimpses.look(frame_of(AHEAD, at=(1e4, 1e4)))
+    assert (seen_from(glimpses, 1e4 + 4.0, 1e4) == 0.0).all()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"reach_m": 0.0},
+        {"cell_m": math.inf},
+        {"share": 0.0},
+        {"images_near": 0},
+        {"least_nat": 4.0},
+        {"forget_s": 0.0},
+    ],
+)
+def test_numbers_without_meaning_are_refused(change):
+    with pytest.raises(ValueError, match=next(iter(change))):
+        GlimpseConfig(**change)

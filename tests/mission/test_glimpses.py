@@ -1,0 +1,59 @@
+"""What a robot does about an object that it sees far beyond the range of its map."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ippon.mission.config import MissionConfig
+from ippon.mission.snapshot import MissionState
+from tests.mission.test_situations import toilet
+
+START = (12.0, 2.0)
+AT = np.array([20.5, 1.8])
+"""In a hall of 24 m that goes on as far to the other side."""
+
+
+@pytest.fixture
+def hall(searcher, room):
+    def make(config=None):
+        robot = searcher([*room(24.0, 4.0), toilet(*AT)], *START, config=config)
+        robot.ask("toilet")
+        return robot
+
+    return make
+
+
+def test_it_goes_straight_there_and_says_why(hall):
+    robot = hall()
+    robot.search(90.0)
+    assert robot.last.state is MissionState.FOUND
+    snapshots = [result.snapshot for result in robot.results]
+    whys = [s.why for s in snapshots]
+    assert any(w.startswith("going to see whether that is toilet, farther off") for w in whys)
+    straight = np.hypot(*(AT - np.array(START)))
+    assert robot.last.path_length_m < 1.5 * straight
+    assert min(s.T_world_base[0, 3] for s in snapshots) > START[0] - 0.5, "never the other way"
+
+    first = next(s for s in snapshots if len(s.glimpsed))
+    away = np.hypot(*(first.glimpsed[:, :2] - AT).T)
+    assert first.T_world_base[0, 3] < AT[0] - 6.0, "long before the map knows of it"
+    assert away.min() < 1.0
+
+
+def test_another_goal_begins_without_them(hall):
+    robot = hall()
+    robot.search(60.0, lambda r: len(r.snapshot.glimpsed) > 0)
+    assert len(robot.last.glimpsed)
+    robot.ask("bed", goal_id=2)
+    robot.search(60.0, lambda r: r.snapshot.goal.object == "bed")
+    assert len(robot.last.glimpsed) == 0
+
+
+def test_switched_off_it_knows_of_nothing_beyond_its_map(hall):
+    config = MissionConfig()
+    robot = hall(replace(config, glimpses=replace(config.glimpses, enabled=False)))
+    robot.search(60.0)
+    assert all(len(result.snapshot.glimpsed) == 0 for result in robot.results)
+    assert not any("farther off" in result.snapshot.why for result in robot.results)
+    assert min(result.snapshot.T_world_base[0, 3] for result in robot.results) < START[0] - 5.0
