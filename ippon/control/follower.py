@@ -119,8 +119,10 @@ class PathFollower:
         dx, dy = (target.position_world[k] - T_world_base[k, 3] for k in range(2))
         away = math.hypot(dx, dy)
         off = abs(wrap_angle(math.atan2(dy, dx) - yaw_of(T_world_base)))
-        turns = self._settling or off > self.config.turn_in_place_rad
-        return away <= self.config.position_tolerance_m or (turns and away <= HERE_M)
+        tolerance = self.config.position_tolerance_m
+        if self._settling:
+            return away <= max(HERE_M, 1.5 * tolerance)
+        return away <= tolerance or (off > self.config.turn_in_place_rad and away <= HERE_M)
 
     def _settle(
         self, target: Viewpoint, T_world_base: Float64Array, tilt_rad: float, dt_s: float

@@ -30,10 +30,18 @@ STEEPNESS: Final = 1.7
 """Nat that a score of e times as much is worth."""
 LEAST_SCORE: Final = 0.002
 MOST_NAT: Final = 5.0
+MOST_PX: Final = 320
+"""Larger heatmaps are thinned to this along their longer side: it costs time and shows no more."""
 COLUMNS: Final = 24
 """Directions that an image is divided into at least."""
 TOP_SHARE: Final = 0.00026
 """Share of the image's pixels that make a score: what a hat fills at ten metres."""
+LEAST_OPEN: Final = 0.3
+"""Share of a direction that must lie beyond the map's range for its silence to count."""
+LEAST_RETURNED: Final = 0.6
+"""Share of that with depth from which on the greatest depth is where the view ends."""
+LEAST_DEPTH: Final = 0.2
+"""Share of an image with depth from which on the map has seen what it shows."""
 BLOB: Final = 0.5
 """Pixels above this part of the score belong to what is seen."""
 OBJECT_HEIGHT_M: Final = 0.4
@@ -51,7 +59,6 @@ STALE_NS: Final = 2_000_000_000
 FAINT: Final = np.float32(0.01)
 SIDE: Final = 512
 """Cells along a side of the floor that is kept."""
-BEYOND: Final = 99.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,6 +90,11 @@ class GlimpseConfig:
             raise ValueError(
                 f"reach_m and cell_m are positive metres; got {self.reach_m}, {self.cell_m}"
             )
+        if self.reach_m > 0.25 * SIDE * self.cell_m:
+            raise ValueError(
+                f"cells of {self.cell_m} m reach {0.25 * SIDE * self.cell_m:g} m; got reach_m "
+                f"{self.reach_m}"
+            )
         if not (0.0 < self.share <= 1.0 and self.images_near >= 1):
             raise ValueError(
                 "share lies in (0, 1] and images_near is at least 1; got "
@@ -100,19 +112,22 @@ class GlimpseConfig:
 class Glimpses:
     """Remembers, for one object of interest, where images showed it from afar."""
 
-    def __init__(self, config: GlimpseConfig, ooi: str, near_m: float) -> None:
+    def __init__(
+        self, config: GlimpseConfig, ooi: str, near_m: float, max_valid_m: float = 20.0
+    ) -> None:
         """Begin with nothing.
 
         Args:
             config: How far images are believed.
             ooi: Label of the object, as heatmaps call it.
             near_m: Range within which the map learns of it.
+            max_valid_m: Depth above this is a sensor's code for none.
         """
         self.revision = 0
         """Grows whenever viewpoints may be worth something else."""
         self._config = config
         self._ooi = ooi
-        self._near_m = near_m
+        self._near_m, self._max_valid_m = near_m, max_valid_m
         self._corner: Float64Array | None = None
         self._log = np.zeros((SIDE, SIDE), np.float32)
         self._near = np.zeros((SIDE, SIDE), np.uint8)
@@ -137,19 +152,23 @@ class Glimpses:
         self._forget(frame.stamp_ns)
         channel = heatmap.ooi_channel
         assert channel is not None, "a heatmap with an ooi has a channel for it"
-        columns = _columns(heatmap.probabilities, channel, frame.depth, self._near_m)
+        step = -(-max(heatmap.probabilities.shape[:2]) // MOST_PX)
+        heat = np.ascontiguousarray(heatmap.probabilities[::step, ::step, channel])
         camera, T = frame.camera, frame.T_world_camera
+        lens = (camera.fx, camera.fy, camera.cx, camera.cy)
+        size = (camera.width / heat.shape[1], camera.height / heat.shape[0], heat.shape[0])
+        floor_z_m = float(frame.T_world_base[2, 3])
+        up = (T[2, 0], T[2, 1], T[2, 2], T[2, 3] - floor_z_m)
+        ranges = (self._near_m, self._max_valid_m)
+        columns = _columns(heat, frame.depth, lens, size, up, ranges)
         change = _mark_kernel(
             columns,
-            (camera.fx, camera.fy, camera.cx, camera.cy),
-            (
-                camera.width / heatmap.probabilities.shape[1],
-                camera.height / heatmap.probabilities.shape[0],
-            ),
+            lens,
+            size,
             frame.depth,
             T,
             invert_transform(T),
-            float(frame.T_world_base[2, 3]),
+            floor_z_m,
             self._corner,
             (config.cell_m, self._near_m, config.reach_m),
             (config.share, config.most_nat, config.images_near),
@@ -169,6 +188,8 @@ class Glimpses:
         """Let fade what no image has shown for a while."""
         past_s = (stamp_ns - self._stamp_ns) * 1e-9
         self._stamp_ns = stamp_ns
+        if past_s < 0.0:
+            self._shown_ns = stamp_ns
         # A clock that starts anew, or the first image, tells nothing of the time between.
         if self._images > 1 and past_s > 0.0:
             self._log *= np.float32(math.exp(-past_s / self._config.forget_s))
@@ -219,40 +240,79 @@ class _Columns(NamedTuple):
     """(K,) lowest heatmap row of what looks like the object, -1 for none."""
     depth: NDArray[np.float32]
     """(K, 2) least and greatest depth measured of it, metres; 0 where none was."""
+    end: NDArray[np.float32]
+    """(K,) greatest depth that is seen there, 0 where most of it returns none."""
 
 
 def _columns(
-    probabilities: NDArray[np.uint8], channel: int, depth: NDArray[np.float32], near_m: float
+    heat: NDArray[np.uint8],
+    depth: NDArray[np.float32],
+    lens: tuple[float, ...],
+    size: tuple[float, float, int],
+    up: tuple[float, ...],
+    ranges: tuple[float, float],
 ) -> _Columns:
-    h, w = probabilities.shape[:2]
-    width = max(1, w // COLUMNS)
-    count = w // width
+    """Read an image by direction.
+
+    Args:
+        heat: (h, w) probability of the object in units of 1/255.
+        depth: (H, W) metres.
+        lens: fx, fy, cx, cy of `depth`.
+        size: Pixels of `depth` for one of `heat`, along u and v, and h.
+        up: World z of the camera's axes, and its height over the floor, metres.
+        ranges: Up to where the map learns of the object, and depth that is none, metres.
+    """
+    h, w = heat.shape
+    width = -(-w // COLUMNS)
+    first = np.arange(0, w, width)
+    count = len(first)
     out = _Columns(
-        u=(np.arange(count) + 0.5) * width,
+        u=0.5 * (first + np.minimum(first + width, w)),
         score=np.full(count, -1.0, np.float32),
         low=np.full(count, -1, np.int64),
         depth=np.zeros((count, 2), np.float32),
+        end=np.zeros(count, np.float32),
     )
     top = max(1, round(TOP_SHARE * h * w))
-    _columns_kernel(probabilities, channel, depth, np.float32(near_m), width, top, out)
+    _columns_kernel(heat, depth, lens, size, up, ranges, width, top, out)
     return out
 
 
 @njit(cache=True, nogil=True)
-def _columns_kernel(probabilities, channel, depth, near, width, top, out):
-    h, w = probabilities.shape[:2]
+def _columns_kernel(heat, depth, lens, size, up, ranges, width, top, out):
+    h, w = heat.shape
     height, full = depth.shape
+    near, most = ranges
     histogram = np.empty(256, np.int64)
+    # Depth of each pixel of a column: negative for none, 0 for what is near.
+    far = np.empty((h, width), np.float32)
     for c in range(out.score.shape[0]):
+        j0, j1 = c * width, min((c + 1) * width, w)
         histogram[:] = 0
-        beyond = 0
+        beyond, returned = 0, 0
         for i in range(h):
             v = (2 * i + 1) * height // (2 * h)
-            for j in range(c * width, (c + 1) * width):
+            dv = ((i + 0.5) * size[1] - 0.5 - lens[3]) / lens[1]
+            for j in range(j0, j1):
                 z = depth[v, (2 * j + 1) * full // (2 * w)]
-                if not (z > 0.0 and z <= near):
-                    beyond += 1
-                    histogram[probabilities[i, j, channel]] += 1
+                far[i, j - j0] = 0.0
+                if z > 0.0 and z <= near:
+                    continue
+                if z > near and z <= most:
+                    far[i, j - j0] = z
+                    returned += 1
+                    out.end[c] = max(out.end[c], z)
+                else:
+                    # A hole in what is near: the floor at the latest is in the way.
+                    du = ((j + 0.5) * size[0] - 0.5 - lens[2]) / lens[0]
+                    falls = -(up[0] * du + up[1] * dv + up[2])
+                    if falls * near > up[3]:
+                        continue
+                    far[i, j - j0] = -1.0
+                beyond += 1
+                histogram[heat[i, j]] += 1
+        if returned < LEAST_RETURNED * beyond:
+            out.end[c] = 0.0
         if beyond < 3 * top:
             continue
         left, total = top, 0
@@ -263,19 +323,28 @@ def _columns_kernel(probabilities, channel, depth, near, width, top, out):
             if left == 0:
                 break
         score = total / (255.0 * top)
-        out.score[c] = score
         if score < NEUTRAL:
+            # Through a gap one sees little of what lies behind.
+            if beyond >= LEAST_OPEN * h * (j1 - j0):
+                out.score[c] = score
             continue
+        here = 0
         for i in range(h):
-            v = (2 * i + 1) * height // (2 * h)
-            for j in range(c * width, (c + 1) * width):
-                z = depth[v, (2 * j + 1) * full // (2 * w)]
-                if (z > 0.0 and z <= near) or probabilities[i, j, channel] < 255.0 * BLOB * score:
+            for j in range(j0, j1):
+                if heat[i, j] < 255.0 * BLOB * score:
                     continue
+                z = far[i, j - j0]
+                if z == 0.0:
+                    here -= 1
+                    continue
+                here += 1
                 out.low[c] = i
-                if z > near and z < BEYOND:
+                if z > 0.0:
                     out.depth[c, 0] = z if out.depth[c, 0] == 0.0 else min(z, out.depth[c, 0])
                     out.depth[c, 1] = max(z, out.depth[c, 1])
+        # Most of what looks like it is near: the rest are holes in that.
+        if here > 0:
+            out.score[c] = score
 
 
 @njit(cache=True, nogil=True)
@@ -284,17 +353,23 @@ def _mark_kernel(
 ):
     """Bring the cells that an image shows up to date; how far they are from what was shown."""
     fx, fy, cx, cy = lens
-    per_column, per_row = size
+    per_column, per_row, rows = size
     cell_m, near_m, reach_m = metres
     share, most, images_near = rule
     log, shown, near, best, stamp = cells
     change = np.float32(0.0)
     side = log.shape[0]
-    touched = np.empty((4096, 2), np.int64)
+    touched = np.empty((2 * columns.u.shape[0] * (int(reach_m / cell_m) + 2), 2), np.int64)
     n = 0
     width = columns.u[1] - columns.u[0] if columns.u.shape[0] > 1 else 0.0
     i0, j0 = int((T[0, 3] - corner[0]) / cell_m), int((T[1, 3] - corner[1]) / cell_m)
     span = int(near_m / cell_m) + 1
+    has_depth = 0
+    for v in range(0, depth.shape[0], 4):
+        for u in range(0, depth.shape[1], 4):
+            has_depth += depth[v, u] > 0.0
+    if 16 * has_depth < LEAST_DEPTH * depth.size:
+        span = -1
     for i in range(max(0, i0 - span), min(side, i0 + span + 1)):
         for j in range(max(0, j0 - span), min(side, j0 + span + 1)):
             px, py = corner[0] + (i + 0.5) * cell_m, corner[1] + (j + 0.5) * cell_m
@@ -308,9 +383,9 @@ def _mark_kernel(
         c = r // 2
         if columns.score[c] < 0.0:
             continue
-        du = ((columns.u[c] + (0.5 * (r % 2) - 0.25) * width) * per_column - cx) / fx
-        row = max(columns.low[c], 0) + 0.5
-        dv = (row * per_row - cy) / fy
+        du = ((columns.u[c] + (0.5 * (r % 2) - 0.25) * width) * per_column - 0.5 - cx) / fx
+        row = columns.low[c] + 0.5 if columns.low[c] >= 0 else 0.5 * rows
+        dv = (row * per_row - 0.5 - cy) / fy
         x = T[0, 0] * du + T[0, 1] * dv + T[0, 2]
         y = T[1, 0] * du + T[1, 1] * dv + T[1, 2]
         z = T[2, 0] * du + T[2, 1] * dv + T[2, 2]
@@ -325,6 +400,8 @@ def _mark_kernel(
             elif -z > 0.03 * flat:
                 meets = (T[2, 3] - floor_z) * flat / -z
                 last = min(last, max(meets, near_m) + SLACK_M)
+        elif columns.end[c] > 0.0:
+            last = min(last, columns.end[c] * flat + SLACK_M)
         score = max(columns.score[c], np.float32(LEAST_SCORE))
         nat = min(STEEPNESS * np.log(score / NEUTRAL), MOST_NAT)
         for k in range(int(first / cell_m), int(last / cell_m) + 1):
@@ -336,8 +413,6 @@ def _mark_kernel(
             if near[i, j] >= images_near:
                 continue
             if stamp[i, j] != image:
-                if n == touched.shape[0]:
-                    break
                 stamp[i, j] = image
                 best[i, j] = nat
                 touched[n, 0], touched[n, 1] = i, j

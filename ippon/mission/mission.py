@@ -29,7 +29,7 @@ from ippon.mission.ruling_out import doubt, look_for_candidates, reject_last_fin
 from ippon.mission.safeguard import moves_base, without_collision
 from ippon.mission.search import Search
 from ippon.mission.showing import snapshot_of
-from ippon.mission.snapshot import MissionState, Snapshot, StepResult
+from ippon.mission.snapshot import OVER, MissionState, Snapshot, StepResult
 from ippon.mission.steering import Steering
 from ippon.mission.termination import termination_voxels
 from ippon.mission.waypoint import Waypoint
@@ -38,8 +38,6 @@ from ippon.planning.plan import Plan
 from ippon.planning.planner import ViewpointPlanner
 from ippon.planning.regions import RegionWeights
 from ippon.robot import RobotProfile
-
-OVER = (MissionState.FOUND, MissionState.EXHAUSTED)
 
 
 class Mission:
@@ -137,6 +135,7 @@ class Mission:
                 "cancelled", f"the search for {self._search.goal.display} was cancelled"
             )
         self._search = None
+        self._planner.follow_glimpses(None)
         self._plan = None
         self._state = MissionState.STARTING
         self._journal.why = WAITING

@@ -41,7 +41,8 @@ class Search:
         self.second_look = SecondLook(
             config.second_look, goal.object, small=is_small(goal.object, goal.category)
         )
-        self.glimpses = Glimpses(config.glimpses, goal.object, config.map.ooi_max_range_m)
+        near_m = min(config.map.ooi_max_range_m, config.map.max_range_m)
+        self.glimpses = Glimpses(config.glimpses, goal.object, near_m, config.map.max_valid_depth_m)
         self._started_ns: int | None = None
 
     def elapsed_s(self, stamp_ns: int) -> float:

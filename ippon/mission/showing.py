@@ -7,7 +7,7 @@ import numpy as np
 from ippon.frame import Frame
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.search import Search
-from ippon.mission.snapshot import MissionEvent, MissionState, Snapshot
+from ippon.mission.snapshot import OVER, MissionEvent, MissionState, Snapshot
 from ippon.planning.plan import Plan
 
 _NOWHERE: Final = np.zeros((0, 3), np.float32)
@@ -44,7 +44,7 @@ def snapshot_of(
         plan=plan,
         find=search.find if search else None,
         candidates=search.candidates if search else (),
-        glimpsed=search.glimpses.places() if search else _NOWHERE,
+        glimpsed=_NOWHERE if search is None or state in OVER else search.glimpses.places(),
         glimpsed_cell_m=glimpsed_cell_m,
         T_world_base=frame.T_world_base,
         path_length_m=search.path_length_m if search else 0.0,

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,10 @@ class MissionState(StrEnum):
     PAUSED = "paused"
     MANUAL = "manual"
     STOPPED = "stopped"
+
+
+OVER: Final = (MissionState.FOUND, MissionState.EXHAUSTED)
+"""The search has ended."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -157,7 +157,7 @@ def imagined_level(counts: NDArray[np.int32], minimum: int) -> int:
 
 @njit(cache=True, nogil=True)
 def with_evidence(p, nat):
-    """Return a probability after evidence that makes it e^nat times likelier."""
+    """Return a probability after evidence that makes its odds e^nat times as great."""
     return p if nat == 0.0 else p / (p + (1.0 - p) * np.exp(-nat))
 
 

@@ -86,6 +86,7 @@ class ViewpointPlanner:
         self._views.set_probabilities(probabilities)
         self._levels_changed = True
         self._target = self._path = None
+        self._patience = Patience()
         self._closer.forget()
         self._second_chances = self.config.second_chances
 
@@ -97,6 +98,7 @@ class ViewpointPlanner:
         """Weigh every viewpoint by what the operator painted; None for nothing painted."""
         self._views.set_regions(regions)
         self._target = self._path = None
+        self._patience = Patience()
 
     def preview(self, map_arrays: MapArrays) -> Viewpoint | None:
         """Tell what would be chosen if the map's levels were these; nothing changes by it.
@@ -152,7 +154,6 @@ class ViewpointPlanner:
         seeds, tree = self._grow_tree(reachable, x, y, yaw)
         evaluated = self._evaluate(map_arrays, tree, objects, standing_at is not None)
         target, scores = self._choose(map_arrays, tree)
-        self._patience.note(self.config.selection, scores, self._target, target, (x, y))
         margin_m = self._floor.margin_m
         around = Surroundings(grid, limits, margin_m, reachable, map_arrays, self._views)
         look = self._look_closer(target, scores, objects, around, tree, T_world_base)
@@ -160,6 +161,8 @@ class ViewpointPlanner:
         self._commitment = commit(
             scores, gain, None if look is not None else target, self._commitment
         )
+        if look is None:
+            self._patience.note(self._target, target, (x, y))
         target = target if look is None else look.node
         way = None if target is None else self._road.path_to(target, tree, seeds)
         path = np.zeros((0, 2)) if way is None else self._connector.shorten(way)

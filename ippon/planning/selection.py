@@ -12,8 +12,7 @@ from ippon.geometry import Float64Array
 from ippon.planning.shortest_tree import ShortestTree
 
 MOVED_ON_M: Final = 0.5
-_MOST_GIVEN_UP: Final = 30
-_FAR_LESS: Final = 3.0
+_MOST_RETURNS: Final = 30
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,8 +28,8 @@ class SelectionConfig:
     stay_factor: float = 1.3
     """Another target must be this much better; more dithers less and corrects itself later."""
     patience: float = 1.2
-    """Factor on that for every target given up since the robot moved on: whatever makes two of them
-    take turns, it ends. 1 lets it go on."""
+    """Factor on that for each return to a target that was given up since the robot moved on, so
+    that two of them do not take turns for ever. 1 lets them."""
     framing_cap: float = 1.5
     """Object voxels beyond this many times T_min count no more in T(n) / C(P_n); more drives on
     for a fuller view of what is found already, and infinity is the paper's rule."""
@@ -195,44 +194,37 @@ def _path_kernel(tree, gain, by_heading, yaw, weight, rate, path_gain, path_cost
 
 
 class Patience:
-    """Counts the targets given up, hardly worth less than the next, since the robot moved on.
+    """Counts how often a target that was given up is chosen again before the robot has moved on.
 
     Two targets may take turns for many reasons: an estimate of a way that is off by a second or two
-    is enough. Each turn then makes the next one harder.
+    is enough. Each return then makes the next change of mind harder.
     """
 
     def __init__(self) -> None:
-        self._given_up = 0
+        self._given_up: set[int] = set()
+        self._returns = 0
         self._since: tuple[float, float] | None = None
 
     def stay_factor(self, config: SelectionConfig) -> float:
         """Return how much better another target must be by now."""
-        return config.stay_factor * config.patience**self._given_up
+        return config.stay_factor * config.patience**self._returns
 
-    def note(
-        self,
-        config: SelectionConfig,
-        scores: Scores,
-        before: int | None,
-        chosen: int | None,
-        xy: tuple[float, float],
-    ) -> None:
+    def note(self, before: int | None, chosen: int | None, xy: tuple[float, float]) -> None:
         """Take note of a choice.
 
         Args:
-            config: Weights.
-            scores: Of every node.
             before: The target so far.
             chosen: The one from now on.
             xy: Where the robot is.
         """
         if self._since is None or math.dist(self._since, xy) > MOVED_ON_M:
-            self._since, self._given_up = xy, 0
+            self._since, self._returns = xy, 0
+            self._given_up.clear()
         if before is None or chosen is None or chosen == before:
             return
-        # What was looked at is worth far less than what comes next: that is no dithering.
-        if _FAR_LESS * self.stay_factor(config) * scores.ratio[before] > scores.ratio[chosen]:
-            self._given_up = min(self._given_up + 1, _MOST_GIVEN_UP)
+        self._given_up.add(before)
+        if chosen in self._given_up:
+            self._returns = min(self._returns + 1, _MOST_RETURNS)
 
 
 def select(

@@ -322,7 +322,8 @@ class Viewpoints:
         nodes = np.array(list(self._sums))
         now = self._glimpsed_from(nodes)
         changed = np.abs(now - self.glimpsed[nodes]).max(axis=1) > FRESH
-        self.glimpsed[nodes] = now
+        # The others stay as they were weighed last: what fades slowly adds up.
+        self.glimpsed[nodes[changed]] = now[changed]
         for node in nodes[changed]:
             self._choose(int(node))
 

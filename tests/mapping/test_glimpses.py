@@ -131,9 +131,40 @@ def test_what_no_image_shows_any_more_fades():
     assert (seen_from(glimpses, 4.0, 0.0) == 0.0).all()
 
 
-def test_a_clock_that_starts_anew_forgets_nothing():
+def test_a_clock_that_starts_anew_forgets_nothing_at_once_and_all_in_time():
     glimpses = made([frame_of(AHEAD, stamp_s=1e6)] * 8)
     glimpses.look(frame_of(AHEAD, stamp_s=0.0))
+    assert seen_from(glimpses, 4.0, 0.0)[0] > 2.0
+    for k in range(1, 61):
+        glimpses.look(frame_of(AHEAD, stamp_s=k, yaw=math.pi, depth=3.0))
+    assert len(glimpses.places()) == 0
+
+
+def with_holes(depth_m, share):
+    holes = np.random.default_rng(1).random((100, 160)) < share
+    return np.where(holes, 0.0, depth_m)
+
+
+def test_holes_in_what_is_near_show_nothing_far():
+    assert made([frame_of(AHEAD, depth=with_holes(2.0, 0.05))] * 20).revision == 0
+
+
+@pytest.mark.parametrize("depth", [with_holes(1.5, 0.03), 4.5], ids=["holes", "a wall beyond"])
+def test_what_hides_a_place_does_not_speak_against_it(depth):
+    glimpses = made([frame_of(AHEAD)] * 8)
+    before = glimpses.places()
+    hidden = before[before[:, 0] > 6.0]
+    assert len(hidden)
+    for _ in range(8):
+        glimpses.look(frame_of(AHEAD, p=0.0, depth=depth))
+    left = {(x, y): nat for x, y, nat in glimpses.places().tolist()}
+    assert all(left.get((x, y), 0.0) >= nat for x, y, nat in hidden.tolist())
+
+
+def test_images_without_depth_leave_nothing_to_the_map():
+    glimpses = made([frame_of(AHEAD)] * 8)
+    for _ in range(5):
+        glimpses.look(frame_of(AHEAD, at=(4.0, 0.0)))
     assert seen_from(glimpses, 4.0, 0.0)[0] > 2.0
 
 
@@ -164,6 +195,7 @@ def test_a_robot_far_from_its_start_goes_on_without_what_is_farther():
     "change",
     [
         {"reach_m": 0.0},
+        {"reach_m": 100.0},
         {"cell_m": math.inf},
         {"share": 0.0},
         {"images_near": 0},

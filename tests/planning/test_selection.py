@@ -116,7 +116,7 @@ class Dithering:
         scores = Scores(gains, gains / ratio, ratio, np.zeros(2, bool))
         stay = self.patience.stay_factor(self.config)
         chosen = select(self.config, scores, self.target, stay)
-        self.patience.note(self.config, scores, self.target, chosen, (self.x, 0.0))
+        self.patience.note(self.target, chosen, (self.x, 0.0))
         self.switches += self.target is not None and chosen != self.target
         self.target = chosen
         self.x += self.step_m
@@ -138,11 +138,11 @@ def test_a_robot_that_moves_on_may_change_its_mind_again():
     assert robot.switches == 29
 
 
-def test_to_leave_what_was_looked_at_is_no_dithering():
-    robot = Dithering(CONFIG)
-    for _ in range(30):
-        robot.choose(worse=50.0)
-    assert robot.patience.stay_factor(CONFIG) == CONFIG.stay_factor
+def test_to_take_one_target_after_another_is_no_dithering():
+    patience = Patience()
+    for node in range(30):
+        patience.note(node, node + 1, (0.0, 0.0))
+    assert patience.stay_factor(CONFIG) == CONFIG.stay_factor
 
 
 def test_nobody_is_chosen_who_cannot_be_reached_or_is_not_eligible():

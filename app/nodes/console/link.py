@@ -75,6 +75,8 @@ class NavigatorLink(Wishes):
         """As the navigator said last: how fast a hand can drive."""
         self.lease_status = LeaseStatus()
         """As the navigator said last: who holds control."""
+        self._missed = False
+        """The line broke, and what was published meanwhile has not been asked for."""
         self._hand_seq = itertools.count()
         self._hands: zenoh.Publisher | None = None
         self._topics = tuple(topics)
@@ -246,6 +248,10 @@ class NavigatorLink(Wishes):
                 self._listening = _closed(self._listening)
             if self._listening is None:
                 self._open_listening()
+            elif self._missed:
+                self._missed = False
+                if not self._fetch_latched():
+                    self._missed = True
             self.problem = ""
         except (LinkError, zenoh.ZError) as error:
             self.problem = str(error)
@@ -274,13 +280,21 @@ class NavigatorLink(Wishes):
         self._listening = listening
         self._opened_at = time.monotonic()
         self.openings += 1
-        for topic in LATCHED:
-            payload = self.query(topic, 1.0)
-            if payload is not None:
-                self._inbox.put(topic, payload)
+        self._fetch_latched()
 
     def _note_break(self) -> None:
         self.openings += 1
+        self._missed = True
+
+    def _fetch_latched(self) -> bool:
+        """Ask for the last message of what is published on change; False without an answer."""
+        answers = 0
+        for topic in LATCHED:
+            payload = self.query(topic, 1.0)
+            if payload is not None:
+                answers += 1
+                self._inbox.put(topic, payload)
+        return answers > 0
 
     def _receiver(self, topic: str) -> Callable[[bytes], None]:
         is_status = topic == keys.STATUS

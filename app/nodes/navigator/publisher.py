@@ -122,7 +122,7 @@ def plan_messages(snapshot: Snapshot) -> Iterator[tuple[str, bytes]]:
     label = snapshot.goal.object if snapshot.goal is not None else ""
     finds = [detection_of(find, label) for find in snapshot.candidates[:MAX_DETECTIONS]]
     yield keys.DETECTIONS, encode_detections(finds, stamp)
-    rows: list[list[float]] = np.round(snapshot.glimpsed.astype(np.float64), 2).tolist()
+    rows: list[list[float]] = np.round(snapshot.glimpsed.astype(np.float64), 3).tolist()
     cells = [(x, y, nat) for x, y, nat in rows]
     places = GlimpsedPlaces(stamp_ns=stamp, cell_m=snapshot.glimpsed_cell_m, cells=cells)
     yield keys.GLIMPSES, encode(places)
