@@ -117,3 +117,36 @@ def test_forgetting_a_node_clears_its_row(dense_map):
 def test_rasters_and_probabilities_that_cannot_work_are_refused(values, text):
     with pytest.raises(ValueError, match=text):
         ViewConfig(**values)
+
+
+class Fading:
+    """Glimpses straight ahead that get fainter little by little."""
+
+    def __init__(self):
+        self.revision, self.nat = 1, 3.0
+
+    def ahead(self, xy, headings, reach_m):
+        near = np.abs((headings + math.pi) % (2.0 * math.pi) - math.pi) < 0.3
+        return np.tile(np.where(near, np.float32(self.nat), np.float32(0.0)), (len(xy), 1))
+
+    def fade(self, nat):
+        self.nat -= nat
+        self.revision += 1
+
+
+def test_glimpses_draw_and_as_they_fade_little_by_little_so_does_the_gain(dense_map):
+    volume = room_with_door(dense_map)
+    views, glimpses = make(volume), Fading()
+    views.evaluate(0, XY[0], volume.arrays())
+    plain, potential = float(views.gain[0]), float(views.potential[0])
+    views.set_glimpses(glimpses)
+    views.follow(volume.arrays(), 0.0, POSE, 0.0)
+    assert views.gain[0] > 3.0 * plain
+    assert views.glimpsed_by(0) == pytest.approx(3.0)
+    assert views.potential[0] == pytest.approx(potential), "what ends a search is not moved by it"
+    for _ in range(30):
+        glimpses.fade(0.1)
+        views.follow(volume.arrays(), 0.0, POSE, 0.0)
+    assert views.gain[0] == pytest.approx(plain, rel=0.3)
+    views.set_glimpses(None)
+    assert views.gain[0] == pytest.approx(plain)
