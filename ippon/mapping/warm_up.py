@@ -11,6 +11,7 @@ from ippon.compiling import compile_beside
 from ippon.frame import Frame, Heatmap
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
 from ippon.mapping.blocks import BlockDirectory, make_pools
+from ippon.mapping.glimpses import GlimpseConfig, Glimpses
 from ippon.mapping.integration import FrameIntegrator
 from ippon.mapping.map_config import MapConfig
 from ippon.mapping.object_layers import ObjectLayers
@@ -59,6 +60,13 @@ def warm_up_objects() -> None:
     voxel_map.set_ooi("floor")
     SurfaceTracker(voxel_map).update()
     _change(voxel_map)
+
+
+def warm_up_glimpses() -> None:
+    """Compile what a glimpse of the object needs: a search may go on for long before its first."""
+    glimpses = Glimpses(GlimpseConfig(), "hat", near_m=1.0)
+    glimpses.look(_frame("hat"))
+    glimpses.ahead(np.zeros((1, 2)), np.zeros(1), np.ones((1, 1), np.float32))
 
 
 def _change(voxel_map: VoxelMap) -> None:

@@ -20,6 +20,7 @@ from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.mapping.surface import SurfaceTracker
 from ippon.mapping.warm_up import warm_up as warm_up_map
+from ippon.mapping.warm_up import warm_up_glimpses
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.robot import RobotProfile
@@ -54,6 +55,7 @@ def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
         progress(before + (1.0 - before) * (k + 1) / STEPS)
     mission.reject_find()
     tracker.keyframe()
+    warm_up_glimpses()
     if complete is not None:
         with contextlib.suppress(OSError):
             # A disk that is full or read-only has the next start compile in two again.
