@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages.driving import PaintedStroke
-from app.view.colors import CERTAIN_BRUSH, GLIMPSED, NEVER_BRUSH, ROBOT, linear
+from app.view.colors import CERTAIN_BRUSH, GLIMPSED, NEVER_BRUSH, ROBOT, Rgb, linear
 
 _LIFT_M: Final = 0.035
 _SPOKES: Final = 28
 _MAX_BOXES: Final = 2500
+_Sheet = tuple[NDArray[np.float32], NDArray[np.uint32]]
+"""Vertices and faces."""
 _MAX_CELLS: Final = 4000
 _GLIMPSED: Final = (("faint", 0.25, -math.inf, 2.0), ("strong", 0.55, 2.0, math.inf))
 """Names, opacities, and from which to which evidence in nat."""
@@ -50,8 +52,7 @@ class OverlayLayer:
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
-        self._painted: dict[str, Any] = {}
-        self._glimpsed: dict[str, Any] = {}
+        self._sheets: dict[str, Any] = {}
         self._seen: Any = None
         self._rings: Any = None
 
@@ -61,44 +62,34 @@ class OverlayLayer:
             ("look_here", CERTAIN_BRUSH, _LIFT_M),
             ("not_here", NEVER_BRUSH, 1.4 * _LIFT_M),
         ):
-            old = self._painted.pop(kind, None)
-            if old is not None:
-                old.remove()
             chosen = [stroke for stroke in strokes if stroke.kind == kind]
-            if chosen:
-                vertices, faces = _discs(chosen, floor_z_m + lift)
-                self._painted[kind] = self._scene.add_mesh_simple(
-                    f"/painted/{kind}",
-                    vertices,
-                    faces,
-                    color=color,
-                    opacity=0.42,
-                    side="double",
-                    flat_shading=True,
-                    cast_shadow=False,
-                    receive_shadow=False,
-                )
+            sheet = _discs(chosen, floor_z_m + lift) if chosen else None
+            self._lay(f"/painted/{kind}", sheet, color, 0.42)
 
     def draw_glimpsed(self, cells: Sequence[tuple[float, float, float]], cell_m: float) -> None:
         """Lay a translucent sheet where images from afar show what may be the object."""
         for name, opacity, low, high in _GLIMPSED:
-            old = self._glimpsed.pop(name, None)
-            if old is not None:
-                old.remove()
             chosen = [(x, y) for x, y, nat in cells[:_MAX_CELLS] if low <= nat < high]
-            if chosen:
-                vertices, faces = _squares(np.array(chosen, np.float32), cell_m, 1.8 * _LIFT_M)
-                self._glimpsed[name] = self._scene.add_mesh_simple(
-                    f"/glimpsed/{name}",
-                    vertices,
-                    faces,
-                    color=GLIMPSED,
-                    opacity=opacity,
-                    side="double",
-                    flat_shading=True,
-                    cast_shadow=False,
-                    receive_shadow=False,
-                )
+            centers = np.array(chosen, np.float32)
+            sheet = _squares(centers, cell_m, 1.8 * _LIFT_M) if chosen else None
+            self._lay(f"/glimpsed/{name}", sheet, GLIMPSED, opacity)
+
+    def _lay(self, name: str, sheet: _Sheet | None, color: Rgb, opacity: float) -> None:
+        """Put a sheet in place of the one that lay there; None takes it away."""
+        old = self._sheets.pop(name, None)
+        if old is not None:
+            old.remove()
+        if sheet is not None:
+            self._sheets[name] = self._scene.add_mesh_simple(
+                name,
+                *sheet,
+                color=color,
+                opacity=opacity,
+                side="double",
+                flat_shading=True,
+                cast_shadow=False,
+                receive_shadow=False,
+            )
 
     def draw_highlight(self, highlight: Highlight) -> None:
         """Mark what was clicked and what it sees."""
@@ -141,9 +132,7 @@ class OverlayLayer:
             )
 
 
-def _squares(
-    centers: NDArray[np.float32], edge_m: float, z: float
-) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+def _squares(centers: NDArray[np.float32], edge_m: float, z: float) -> _Sheet:
     half = 0.5 * edge_m
     corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half]], np.float32)
     flat = (centers[:, None] + corners).reshape(-1, 2)
@@ -153,9 +142,7 @@ def _squares(
     return vertices, faces.reshape(-1, 3)
 
 
-def _discs(
-    strokes: Sequence[PaintedStroke], z: float
-) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+def _discs(strokes: Sequence[PaintedStroke], z: float) -> _Sheet:
     angle = np.linspace(0.0, 2.0 * math.pi, _SPOKES, endpoint=False)
     fan = np.array([[0, 1 + n, 1 + (n + 1) % _SPOKES] for n in range(_SPOKES)], dtype=np.uint32)
     vertices: list[NDArray[np.float32]] = []
