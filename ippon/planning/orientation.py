@@ -166,6 +166,7 @@ def choose_view(
     probabilities: NDArray[np.float32],
     min_level_voxels: int,
     glimpsed: NDArray[np.float32],
+    weights: NDArray[np.float32],
 ) -> ViewChoice:
     """Find the orientation of highest gain, eq. (3).
 
@@ -174,16 +175,19 @@ def choose_view(
         probabilities: (4,) p_img of each level.
         min_level_voxels: Voxels below which a level counts as empty.
         glimpsed: (A,) nat by which images make the object likelier in what each heading shows.
+        weights: (A,) what the gain of each heading is multiplied by.
     """
     by_heading = np.empty(sums.known.shape[0], dtype=np.float32)
+    rules = (probabilities, min_level_voxels)
     gain, heading, tilt, level, potential = _choose_kernel(
-        sums.known, sums.unknown, sums.levels, probabilities, min_level_voxels, glimpsed, by_heading
+        sums.known, sums.unknown, sums.levels, rules, glimpsed, weights, by_heading
     )
     return ViewChoice(gain, heading, tilt, level, potential, by_heading)
 
 
 @njit(cache=True, nogil=True)
-def _choose_kernel(known, unknown, levels, probabilities, minimum, glimpsed, by_heading):
+def _choose_kernel(known, unknown, levels, rules, glimpsed, weights, by_heading):
+    probabilities, minimum = rules
     best, best_a, best_b, best_level = -1.0, 0, 0, 1
     potential = 0.0
     for a in range(known.shape[0]):
@@ -191,9 +195,10 @@ def _choose_kernel(known, unknown, levels, probabilities, minimum, glimpsed, by_
         p_img = with_evidence(probabilities[level], glimpsed[a])
         top = -1.0
         for b in range(known.shape[1]):
-            gain = known[a, b] + p_img * unknown[a, b]
+            gain = weights[a] * (known[a, b] + p_img * unknown[a, b])
             top = max(top, gain)
-            potential = max(potential, known[a, b] + probabilities[1] * unknown[a, b])
+            usual = known[a, b] + probabilities[1] * unknown[a, b]
+            potential = max(potential, weights[a] * usual)
             if gain > best:
                 best, best_a, best_b, best_level = gain, a, b, level
         by_heading[a] = top

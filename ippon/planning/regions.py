@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
-from ippon.planning.orientation import ViewChoice, ViewSums
 
 Wish = Literal["look_here", "not_here"]
 
@@ -59,7 +58,7 @@ class RegionWeights:
 
     def ahead(
         self, xy: Float64Array, headings: Float64Array, reach_m: NDArray[np.floating]
-    ) -> Float64Array:
+    ) -> NDArray[np.float32]:
         """Weigh what a viewpoint looks at in each direction.
 
         Args:
@@ -74,7 +73,8 @@ class RegionWeights:
         unit = np.stack([np.cos(headings), np.sin(headings)], axis=1)
         weights = self.at(xy + away[None, :, None] * unit[:, None, :])
         seen = away[None, :] <= np.maximum(reach_m, away[0])[:, None]
-        return (weights * seen).sum(axis=1) / seen.sum(axis=1)
+        mean = (weights * seen).sum(axis=1) / seen.sum(axis=1)
+        return mean.astype(np.float32)
 
     def _fill(self, points: Float64Array, radius_m: float, weight: float) -> None:
         shape = self._weights.shape
@@ -83,31 +83,3 @@ class RegionWeights:
         for px, py in points:
             near = (x[:, None] - px) ** 2 + (y[None, :] - py) ** 2 <= radius_m**2
             self._weights[near] = weight
-
-
-def painted(
-    choice: ViewChoice,
-    sums: ViewSums,
-    weights: Float64Array,
-    probabilities: NDArray[np.float32],
-) -> ViewChoice:
-    """Weigh a viewpoint's choice by what lies ahead, and turn it to the best direction.
-
-    Args:
-        choice: As if nothing were painted.
-        sums: What the viewpoint sees.
-        weights: (A,) of each candidate heading, from `RegionWeights.ahead`.
-        probabilities: (4,) p_img of each level.
-    """
-    if (weights == 1.0).all():
-        return choice
-    by_heading = (choice.by_heading * weights).astype(np.float32)
-    heading = int(np.argmax(by_heading))
-    by_tilt = sums.known[heading] + probabilities[choice.level] * sums.unknown[heading]
-    return choice._replace(
-        gain=float(by_heading[heading]),
-        heading=heading,
-        tilt=int(np.argmax(by_tilt)),
-        potential=choice.potential * float(weights[heading]),
-        by_heading=by_heading,
-    )

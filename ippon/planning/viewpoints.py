@@ -23,7 +23,7 @@ from ippon.planning.orientation import (
 )
 from ippon.planning.panorama import ViewRules, see
 from ippon.planning.rays import cast_ray
-from ippon.planning.regions import RegionWeights, painted
+from ippon.planning.regions import RegionWeights
 from ippon.planning.staleness import stale_kernel
 from ippon.planning.view_table import (
     Orientations,
@@ -110,6 +110,7 @@ class Viewpoints:
         self._framing = np.full((capacity, 2), np.nan)
         self._at = np.zeros((capacity, 2))
         self._regions: RegionWeights | None = None
+        self._unweighted = np.ones(headings, dtype=np.float32)
         self._glimpses: Glimpses | None = None
         self._glimpses_at = 0
         self.glimpsed = np.zeros((capacity, headings), dtype=np.float32)
@@ -336,16 +337,17 @@ class Viewpoints:
 
     def _choose(self, node: int) -> None:
         assert self._orientations is not None
+        weights = self._unweighted
+        if self._regions is not None:
+            reach_m = self._reach[node][:: self._orientations.stride] * self._voxel_m
+            weights = self._regions.ahead(self._at[node], self._orientations.yaws, reach_m)
         choice = choose_view(
             self._sums[node],
             self._probabilities,
             self.config.min_level_voxels,
             self.glimpsed[node],
+            weights,
         )
-        if self._regions is not None:
-            reach_m = self._reach[node][:: self._orientations.stride] * self._voxel_m
-            weights = self._regions.ahead(self._at[node], self._orientations.yaws, reach_m)
-            choice = painted(choice, self._sums[node], weights, self._probabilities)
         self.gain[node] = choice.gain
         self.potential[node] = choice.potential
         self.level[node] = choice.level

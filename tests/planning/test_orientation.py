@@ -23,6 +23,7 @@ from tests.reference import planning_view as reference
 
 PROBABILITIES = LevelProbabilities().as_array()
 NOTHING = np.zeros(10, np.float32)
+ALIKE = np.ones(10, np.float32)
 
 
 @pytest.fixture(scope="module")
@@ -82,10 +83,10 @@ def test_unknown_space_by_a_promising_object_is_worth_more(table, orientations):
     panorama.unknown[middle, 5] = 10.0
     panorama.unknown[middle, 25] = 8.0
     panorama.levels[:, Level.AVERAGE] = 50
-    choice = choose_view(sum_views(panorama, orientations, 4), PROBABILITIES, 10, NOTHING)
+    choice = choose_view(sum_views(panorama, orientations, 4), PROBABILITIES, 10, NOTHING, ALIKE)
     assert choice.gain == pytest.approx(10.0 * PROBABILITIES[Level.AVERAGE])
     panorama.levels[25, Level.NEAR] = 30
-    choice = choose_view(sum_views(panorama, orientations, 4), PROBABILITIES, 10, NOTHING)
+    choice = choose_view(sum_views(panorama, orientations, 4), PROBABILITIES, 10, NOTHING, ALIKE)
     assert choice.level == Level.NEAR
     assert choice.gain == pytest.approx(8.0 * PROBABILITIES[Level.NEAR])
     assert choice.potential == pytest.approx(10.0 * PROBABILITIES[Level.AVERAGE])
@@ -100,7 +101,8 @@ def test_other_probabilities_weigh_the_same_sums_anew(table, orientations):
     panorama.known[table.pitch_bins // 2, 3] = 2.0
     sums = sum_views(panorama, orientations, 4)
     gains = [
-        choose_view(sums, p * np.ones(4, np.float32), 10, NOTHING).gain for p in (0.0, 0.1, 0.5)
+        choose_view(sums, p * np.ones(4, np.float32), 10, NOTHING, ALIKE).gain
+        for p in (0.0, 0.1, 0.5)
     ]
     assert gains[0] == pytest.approx(2.0)
     assert gains[0] < gains[1] < gains[2]
@@ -110,11 +112,11 @@ def test_what_images_show_from_afar_raises_p_img_of_that_heading_alone(table, or
     panorama = empty(table)
     panorama.unknown[table.pitch_bins // 2, :] = 1.0
     sums = sum_views(panorama, orientations, 4)
-    before = choose_view(sums, PROBABILITIES, 10, NOTHING)
+    before = choose_view(sums, PROBABILITIES, 10, NOTHING, ALIKE)
     glimpsed = NOTHING.copy()
     heading = (before.heading + 5) % len(glimpsed)
     glimpsed[heading] = 2.0
-    choice = choose_view(sums, PROBABILITIES, 10, glimpsed)
+    choice = choose_view(sums, PROBABILITIES, 10, glimpsed, ALIKE)
     p = float(PROBABILITIES[Level.AVERAGE])
     odds = p / (1.0 - p) * math.exp(2.0)
     assert choice.heading == heading

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from ippon.planning.orientation import ViewChoice, ViewSums
-from ippon.planning.regions import WEIGHTS, RegionWeights, Stroke, painted
+from ippon.planning.orientation import ViewChoice, ViewSums, choose_view
+from ippon.planning.regions import WEIGHTS, RegionWeights, Stroke
 
 AHEAD = Stroke(wish="look_here", points=((2.0, 0.0),), radius_m=0.7)
 HEADINGS = np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False)
@@ -50,9 +51,37 @@ def test_a_viewpoint_turns_to_what_is_painted_and_its_gain_is_that_of_there():
         ooi=np.zeros((3, 2), np.float32),
         levels=np.zeros((3, 4), np.int32),
     )
-    choice = ViewChoice(5.0, 1, 0, 1, 5.0, gains)
+    there = _choose(sums, weights=np.array([1.0, 1.0, 6.0], np.float32))
+    assert (there.heading, there.gain, there.tilt, there.potential) == (2, 12.0, 0, 12.0)
+    assert there.by_heading.tolist() == [3.0, 5.0, 12.0]
+
+
+def test_a_painted_heading_counts_by_its_own_level_and_what_images_show_there():
+    near = np.zeros((2, 4), np.int32)
+    near[0, 3] = 50
+    sums = ViewSums(
+        known=np.array([[0.0, 0.0], [30.0, 0.0]], np.float32),
+        unknown=np.array([[100.0, 0.0], [0.0, 100.0]], np.float32),
+        ooi=np.zeros((2, 2), np.float32),
+        levels=near,
+    )
+    weights = np.array([0.02, 1.0], np.float32)
+    # Near something certain, but not wanted: the other heading is no likelier by that.
+    there = _choose(sums, weights=weights)
+    assert (there.heading, there.tilt, there.level) == (1, 0, 1)
+    assert there.gain == pytest.approx(30.0)
+    glimpsed = np.array([0.0, 3.0], np.float32)
+    there = _choose(sums, weights=weights, glimpsed=glimpsed)
+    assert (there.heading, there.tilt) == (1, 1), "turned to where images showed it"
+    assert there.gain > 60.0
+
+
+def _choose(
+    sums: ViewSums,
+    *,
+    weights: NDArray[np.float32],
+    glimpsed: NDArray[np.float32] | None = None,
+) -> ViewChoice:
     probabilities = np.array([0.02, 0.1, 0.25, 0.6], np.float32)
-    there = painted(choice, sums, np.array([1.0, 1.0, 6.0]), probabilities)
-    assert (there.heading, there.gain, there.tilt) == (2, 12.0, 0)
-    assert there.potential == 30.0
-    assert painted(choice, sums, np.ones(3), probabilities) is choice
+    nothing = np.zeros(len(weights), np.float32)
+    return choose_view(sums, probabilities, 10, nothing if glimpsed is None else glimpsed, weights)
