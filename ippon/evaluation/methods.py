@@ -111,6 +111,10 @@ def _near_sighted(config: MissionConfig) -> MissionConfig:
     return replace(config, glimpses=replace(config.glimpses, enabled=False))
 
 
+def _forgetful(config: MissionConfig) -> MissionConfig:
+    return replace(config, glimpses=replace(config.glimpses, covered_share=0.0))
+
+
 def _by_room(config: MissionConfig) -> MissionConfig:
     return replace(config, rooms=replace(config.rooms, enabled=True))
 
@@ -159,6 +163,12 @@ _ALL: Final = (
         name="no_glimpses",
         summary="what images show beyond the map's range does not count, as in the paper",
         configure=_near_sighted,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="no_covered",
+        summary="floor that was in view counts like any other, as in the paper",
+        configure=_forgetful,
         equip=_viewpoint_planner,
     ),
     Method(
@@ -219,7 +229,7 @@ METHODS: Final[Mapping[str, Method]] = {method.name: method for method in _ALL}
 BASELINES: Final = ("nearest_frontier", "semantic_frontier", "greedy_nbv")
 ABLATIONS: Final = (
     "no_bayes", "no_guidance", "no_local_planner", "hard_clearance", "no_initial_yaw",
-    "no_travel_pitch", "no_glimpses",
+    "no_travel_pitch", "no_glimpses", "no_covered",
 )  # fmt: skip
 
 

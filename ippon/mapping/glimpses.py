@@ -54,6 +54,10 @@ LOOK_M: Final = (0.8, 1.6, 2.4, 3.2, 4.0)
 """How far ahead of a viewpoint it is looked up."""
 FRESH: Final = 0.25
 """Nat by which a cell must have changed before viewpoints are weighed anew."""
+COVERED_POWER: Final = 1.5
+"""How much more than in proportion floor that was in view counts."""
+MANY_COVERED: Final = 8
+"""Cells that came to be the map's matter after which viewpoints are weighed anew."""
 STALE_NS: Final = 2_000_000_000
 """So often viewpoints are weighed anew for what has faded."""
 FAINT: Final = np.float32(0.01)
@@ -66,7 +70,7 @@ class GlimpseConfig:
     """How far images are believed beyond the map's range."""
 
     enabled: bool = True
-    """Without it the object counts within the map's range alone, as in the paper."""
+    """Without it nothing is taken from beyond the map's range, as in the paper."""
     reach_m: float = 10.0
     """What looks like the object is not looked for farther off."""
     cell_m: float = 0.25
@@ -81,6 +85,10 @@ class GlimpseConfig:
     forget_s: float = 40.0
     """After so long without an image of it 0.37 is left: what was something else is looked at and
     done with, but the places behind it, which it might have been at, are never seen."""
+    covered_share: float = 0.9
+    """What floor ahead that has been in view within the map's range takes from the object's odds:
+    they fall with (1 - covered_share * its share) to the power of 1.5. 0 lets corners that are left
+    count like rooms that nobody has looked into."""
     images_near: int = 3
     """Images within the map's range after which a place is left to the map."""
 
@@ -100,6 +108,8 @@ class GlimpseConfig:
                 "share lies in (0, 1] and images_near is at least 1; got "
                 f"{self.share}, {self.images_near}"
             )
+        if not 0.0 <= self.covered_share < 1.0:
+            raise ValueError(f"covered_share lies in [0, 1); got {self.covered_share}")
         if not self.forget_s > 0.0:
             raise ValueError(f"forget_s is a positive time; got {self.forget_s}")
         if not 0.0 <= self.least_nat < self.most_nat < math.inf:
@@ -110,7 +120,7 @@ class GlimpseConfig:
 
 
 class Glimpses:
-    """Remembers, for one object of interest, where images showed it from afar."""
+    """Remembers, for one object of interest, where images showed it from afar, and what is done."""
 
     def __init__(
         self, config: GlimpseConfig, ooi: str, near_m: float, max_valid_m: float = 20.0
@@ -135,7 +145,7 @@ class Glimpses:
         self._wide = np.zeros((SIDE, SIDE), np.float32)
         self._best = np.zeros((SIDE, SIDE), np.float32)
         self._stamp = np.zeros((SIDE, SIDE), np.int32)
-        self._images = 0
+        self._images = self._covered = 0
         self._stamp_ns = self._shown_ns = 0
         self._places = np.zeros((0, 3), np.float32)
         self._places_at = 0
@@ -143,7 +153,9 @@ class Glimpses:
     def look(self, frame: Frame) -> None:
         """Take an image; one without a heatmap of the object says nothing."""
         heatmap, config = frame.heatmap, self._config
-        if not config.enabled or heatmap is None or heatmap.ooi != self._ooi:
+        if heatmap is None or heatmap.ooi != self._ooi:
+            return
+        if not (config.enabled or config.covered_share):
             return
         if self._corner is None:
             middle = np.floor(frame.T_world_camera[:2, 3] / config.cell_m)
@@ -161,7 +173,9 @@ class Glimpses:
         up = (T[2, 0], T[2, 1], T[2, 2], T[2, 3] - floor_z_m)
         ranges = (self._near_m, self._max_valid_m)
         columns = _columns(heat, frame.depth, lens, size, up, ranges)
-        change = _mark_kernel(
+        if not config.enabled:
+            columns.score[:] = -1.0
+        change, covered = _mark_kernel(
             columns,
             lens,
             size,
@@ -175,14 +189,18 @@ class Glimpses:
             (self._log, self._shown, self._near, self._best, self._stamp),
             self._images,
         )
+        self._covered += covered
         old = self._stamp_ns - self._shown_ns > STALE_NS and bool(self._shown.any())
         if change > FRESH or old:
-            self._shown_ns = self._stamp_ns
+            self._shown_ns, self._covered = self._stamp_ns, 0
             self._shown[:] = self._log
             self._wide[:] = 0.0
             spread = round(SPREAD_M / config.cell_m)
             _widen_kernel(self._log, config.least_nat, spread, self._wide)
             self.revision += 1
+        elif self._covered >= MANY_COVERED:
+            self.revision += 1
+            self._covered = 0
 
     def _forget(self, stamp_ns: int) -> None:
         """Let fade what no image has shown for a while."""
@@ -217,15 +235,16 @@ class Glimpses:
             reach_m: (N, A) how far each sees there.
 
         Returns:
-            (N, A) nat, 0 where images say nothing.
+            (N, A) nat, 0 where images say nothing, below where they have covered the floor ahead.
         """
         out = np.zeros((len(xy), len(headings)), np.float32)
         if self.revision:
             assert self._corner is not None, "an image has changed something"
             look = np.array(LOOK_M)
-            _ahead_kernel(
-                self._wide, self._corner, self._config.cell_m, xy, headings, reach_m, look, out
-            )
+            config = self._config
+            rule = (config.cell_m, config.images_near, config.covered_share)
+            cells = (self._wide, self._near)
+            _ahead_kernel(cells, self._corner, rule, xy, headings, reach_m, look, out)
         return out
 
 
@@ -351,13 +370,16 @@ def _columns_kernel(heat, depth, lens, size, up, ranges, width, top, out):
 def _mark_kernel(
     columns, lens, size, depth, T, inverse, floor_z, corner, metres, rule, cells, image
 ):
-    """Bring the cells that an image shows up to date; how far they are from what was shown."""
+    """Bring the cells that an image shows up to date.
+
+    Returns how far they are from what was shown, and how many have come to be the map's matter.
+    """
     fx, fy, cx, cy = lens
     per_column, per_row, rows = size
     cell_m, near_m, reach_m = metres
     share, most, images_near = rule
     log, shown, near, best, stamp = cells
-    change = np.float32(0.0)
+    change, covered = np.float32(0.0), 0
     side = log.shape[0]
     touched = np.empty((2 * columns.u.shape[0] * (int(reach_m / cell_m) + 2), 2), np.int64)
     n = 0
@@ -375,6 +397,7 @@ def _mark_kernel(
             px, py = corner[0] + (i + 0.5) * cell_m, corner[1] + (j + 0.5) * cell_m
             if _shows(inverse, lens, depth, px, py, floor_z + OBJECT_HEIGHT_M, near_m):
                 near[i, j] = min(near[i, j] + 1, 255)
+                covered += near[i, j] == images_near
                 if near[i, j] >= images_near:
                     log[i, j] = 0.0
                     change = max(change, shown[i, j])
@@ -424,7 +447,7 @@ def _mark_kernel(
         value = log[i, j] + share * (best[i, j] - log[i, j])
         log[i, j] = min(max(value, 0.0), most)
         change = max(change, abs(log[i, j] - shown[i, j]))
-    return change
+    return change, covered
 
 
 @INNER
@@ -457,15 +480,20 @@ def _widen_kernel(log, least, spread, wide):
 
 
 @njit(cache=True, nogil=True)
-def _ahead_kernel(wide, corner, cell_m, xy, headings, reach_m, look, out):
+def _ahead_kernel(cells, corner, rule, xy, headings, reach_m, look, out):
+    wide, near = cells
+    cell_m, images_near, share = rule
     side = wide.shape[0]
     for a in range(headings.shape[0]):
         x, y = np.cos(headings[a]), np.sin(headings[a])
         for n in range(xy.shape[0]):
-            for away in look:
-                if away > look[0] and away > reach_m[n, a]:
-                    break
-                i = int((xy[n, 0] + away * x - corner[0]) / cell_m)
-                j = int((xy[n, 1] + away * y - corner[1]) / cell_m)
-                if 0 <= i < side and 0 <= j < side:
+            covered = 0
+            for k in range(look.shape[0]):
+                i = int((xy[n, 0] + look[k] * x - corner[0]) / cell_m)
+                j = int((xy[n, 1] + look[k] * y - corner[1]) / cell_m)
+                if not (0 <= i < side and 0 <= j < side):
+                    continue
+                covered += near[i, j] >= images_near
+                if k == 0 or look[k] <= reach_m[n, a]:
                     out[n, a] = max(out[n, a], wide[i, j])
+            out[n, a] += COVERED_POWER * np.log(1.0 - share * covered / look.shape[0])

@@ -16,6 +16,9 @@ NEARBY_M = 2.5
 """Common objects within this distance of a viewpoint are named as what it is by."""
 _GLIMPSED_NAT = 0.5
 """What images from afar say beyond this is named as the reason."""
+_UNSEEN = "in unseen space"
+_COVERED_NAT = -1.0
+"""Below this most of what lies ahead was in view before."""
 _PERVASIVE = frozenset({"wall", "floor", "ceiling", "beam", "column", "others", "objects"})
 
 
@@ -52,10 +55,12 @@ def explain(
             f"gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
         )
     level = target.level.name.lower()
-    return (
-        f"going to the viewpoint {_place(target, voxel_map, guidance, rooms)} ({level}): "
-        f"gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
-    )
+    place = _place(target, voxel_map, guidance, rooms)
+    if target.glimpsed <= _COVERED_NAT:
+        where = "for what is left unseen" + (f" {place}" if place != _UNSEEN else "")
+    else:
+        where = f"to the viewpoint {place}"
+    return f"going {where} ({level}): gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
 
 
 def _place(target: Viewpoint, voxel_map: VoxelMap, guidance: Guidance, rooms: RoomLevels) -> str:
@@ -72,7 +77,7 @@ def _place(target: Viewpoint, voxel_map: VoxelMap, guidance: Guidance, rooms: Ro
             changed = here.rows[j].level is not guidance.rows[j].level
             where = f" in the {room}" if changed else ""
             return f"by the {guidance.rows[j].label.replace('_', ' ')}{where}"
-    return "in unseen space" if target.level is Level.AVERAGE else "ahead"
+    return _UNSEEN if target.level is Level.AVERAGE else "ahead"
 
 
 def label_census(

@@ -40,7 +40,8 @@ class Viewpoint:
     path_cost_s: float
     """C(P_n), travel time from the robot, turning included."""
     glimpsed: float = 0.0
-    """Nat by which images from afar make the object likelier in what it shows."""
+    """Nat by which images make the object likelier in what it shows; below 0 where the floor ahead
+    was in view from nearby before."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,16 +1,18 @@
-"""How much the levels tell of where the object is, without the luck of a search's way.
+"""How much levels, rooms and images tell of where the object is, without a single way's luck.
 
-Searches of generated homes, each until the object comes into view. Every ten seconds all viewpoints
-that promise something are noted: their level, what they promise, and whether the object is in fact
-within 5 m, no way round off, and in the image. A level tells something where its viewpoints find
-more, or less, for what they promise than all do.
+Searches of homes, each until the object comes into view. Every ten seconds all viewpoints that
+promise something are noted: what they promise at the average level, what is known of their level,
+and whether the object is in fact within 5 m, no way round off, and in the image. What is known
+makes some promise more and some less. It tells something if the share of all that is promised
+which lies at viewpoints that would find the object grows: the log of that share, in nat, averaged
+over the moments of a search and then over searches, is compared with and without it.
 """
 
 import dataclasses
 import itertools
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -25,8 +27,12 @@ from ippon.evaluation.trial import Trial, TrialConfig, habitat_trial
 from ippon.frame import Frame
 from ippon.guidance.levels import Level
 from ippon.guidance.prior import EmbeddedPrior
+from ippon.guidance.room_levels import RoomLevels
+from ippon.guidance.rooms import RoomConfig
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import StepResult
+from ippon.planning.orientation import imagined_level, with_evidence
+from ippon.planning.viewpoints import Viewpoints
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.scene import Scene
 from tests.benchmarks.rows import Row
@@ -42,30 +48,63 @@ ROUND = 1.25
 LONGEST_S = 250.0
 NEVER = 0.99999
 """As p_T: the robot explores, and goes nowhere for what it takes for the object."""
+LEAST_SHARE = 1e-3
 
 
-class _Viewpoint(NamedTuple):
+class Noted(NamedTuple):
+    """A viewpoint at one moment of a search."""
+
     time_s: float
     level: int
+    level_by_room: int
+    nat: float
+    """What images tell of what it looks at."""
     promise: float
+    """Gain at the average level, without what images tell."""
     finds: bool
+
+
+Model = Callable[[Noted], float]
 
 
 def level_rows(homes: int) -> Iterator[Row]:
     """Search one object in each of so many homes, and tell what the levels were worth."""
-    base = habitat_trial()
-    planner = dataclasses.replace(base.mission.planner, ooi_threshold=NEVER)
-    config = dataclasses.replace(
-        base,
-        mission=dataclasses.replace(base.mission, planner=planner),
-        limits=dataclasses.replace(base.limits, max_time_s=LONGEST_S),
-    )
+    config = exploring(habitat_trial())
     searches = [s for seed in range(FIRST_HOME, FIRST_HOME + homes) if (s := _home(config, seed))]
+    data = f"{len(searches)} searches of generated homes, {FIRST_HOME} on"
+    yield from _rows_by_level(searches, data)
+    p = config.mission.levels.as_array().astype(np.float64)
+    average = float(p[Level.AVERAGE])
+
+    def told(model: Model) -> NDArray[np.float64]:
+        return np.array([s for search in searches if (s := score(search, model)) is not None])
+
+    nothing = told(lambda _: 1.0)
+    levels = told(lambda n: float(p[n.level]) / average)
+    rooms = told(lambda n: float(p[n.level_by_room]) / average)
+    images = told(lambda n: float(with_evidence(average, n.nat)) / average)
+    both = told(lambda n: float(with_evidence(p[n.level], n.nat)) / average)
+    yield Row(
+        name="share of what is promised that would find the object",
+        data=data,
+        value=100.0 * math.exp(nothing.mean()),
+        unit="% (geometric mean)",
+    )
+    for name, gain in (
+        ("levels add", levels - nothing),
+        ("types of room add to levels", rooms - levels),
+        ("images add", images - nothing),
+        ("images add to levels", both - levels),
+    ):
+        spread = gain.std(ddof=1) / math.sqrt(len(gain)) if len(gain) > 1 else math.nan
+        unit = f"nat (standard error {spread:.3f})"
+        yield Row(name=name, data=data, value=float(gain.mean()), unit=unit)
+
+
+def _rows_by_level(searches: list[list[Noted]], data: str) -> Iterator[Row]:
     total = np.sum([_by_level(search) for search in searches], axis=0)
     finds, gains, share = total[:, 0], total[:, 1], total[:, 2] / len(searches)
-    data = f"{len(searches)} searches of generated homes, {FIRST_HOME} on"
-    overall = finds.sum() / gains.sum()
-    rates = finds / np.maximum(gains, 1e-9) / overall
+    rates = finds / np.maximum(gains, 1e-9) / (finds.sum() / gains.sum())
     for level in sorted(Level, reverse=True):
         name = level.name.lower()
         yield Row(name=f"viewpoints {name}", data=data, value=100.0 * share[level], unit="%")
@@ -75,33 +114,58 @@ def level_rows(homes: int) -> Iterator[Row]:
             value=rates[level],
             unit="x mean",
         )
-    told = float((finds * np.log(np.maximum(rates, 1e-3))).sum() / finds.sum())
-    yield Row(name="levels tell, a find", data=data, value=told, unit="nat")
 
 
-def _by_level(search: list[_Viewpoint]) -> NDArray[np.float64]:
+def exploring(base: TrialConfig) -> TrialConfig:
+    """Return a set-up whose robot explores for a while and goes nowhere for the object."""
+    planner = dataclasses.replace(base.mission.planner, ooi_threshold=NEVER)
+    return dataclasses.replace(
+        base,
+        mission=dataclasses.replace(base.mission, planner=planner),
+        limits=dataclasses.replace(base.limits, max_time_s=LONGEST_S),
+    )
+
+
+def score(search: list[Noted], model: Model) -> float | None:
+    """Return the mean log share, nat, of what a model promises where the object would be found.
+
+    None where at no moment any viewpoint would have found it.
+    """
+    out: list[float] = []
+    for _, moment in itertools.groupby(search, key=lambda n: n.time_s):
+        noted = list(moment)
+        promise = np.array([n.promise * model(n) for n in noted])
+        finds = np.array([n.finds for n in noted])
+        if finds.any():
+            out.append(math.log(max(LEAST_SHARE, promise[finds].sum() / promise.sum())))
+    return sum(out) / len(out) if out else None
+
+
+def _by_level(search: list[Noted]) -> NDArray[np.float64]:
     """(4, 3) finds, promises and viewpoints of each level; all searches weigh alike."""
     out = np.zeros((4, 3))
-    for viewpoint in search:
-        out[viewpoint.level] += (viewpoint.finds, viewpoint.promise, 1.0)
+    for noted in search:
+        out[noted.level] += (noted.finds, noted.promise, 1.0)
     return out / len(search)
 
 
-def _home(config: TrialConfig, seed: int) -> list[_Viewpoint]:
+def _home(config: TrialConfig, seed: int) -> list[Noted]:
     scene = generate_home(seed)
     listed, _ = list_episodes(scene, str(seed), config.robot, CatalogueConfig(seed=5))
     far = [spec for spec in listed if spec.shortest_path_m >= LEAST_WAY_M]
-    return _search(config, scene, far[seed % len(far)]) if far else []
+    return note_viewpoints(config, scene, far[seed % len(far)]) if far else []
 
 
-def _search(config: TrialConfig, scene: Scene, spec: EpisodeSpec) -> list[_Viewpoint]:
+def note_viewpoints(config: TrialConfig, scene: Scene, spec: EpisodeSpec) -> list[Noted]:
+    """Search, and return the viewpoints of every tenth second until the object is in view."""
     judge = Judge(scene, config.robot, spec.goal)
     boxes = [scene.instances[k] for k in matching_instances(scene, spec.goal)]
     middles = [0.5 * (np.asarray(b.aabb_min) + np.asarray(b.aabb_max))[:2] for b in boxes]
     half_view = 0.5 * config.robot.horizontal_fov_rad
-    levels = config.mission.levels.as_array()
-    noted: list[_Viewpoint] = []
+    average = float(config.mission.levels.as_array()[Level.AVERAGE])
+    noted: list[Noted] = []
     frames = itertools.count(1)
+    rooms = RoomLevels(RoomConfig(enabled=True))
 
     def finds(x: float, y: float, yaw: float) -> bool:
         for gx, gy in middles:
@@ -111,22 +175,32 @@ def _search(config: TrialConfig, scene: Scene, spec: EpisodeSpec) -> list[_Viewp
                 return judge.distance_m((x, y, 0.0)) < ROUND * straight
         return False
 
-    def note(_: Frame, result: StepResult, __: Mission) -> None:
-        plan = result.snapshot.plan
-        if next(frames) % EVERY_FRAMES or plan is None:
+    def note(frame: Frame, result: StepResult, mission: Mission) -> None:
+        if next(frames) % EVERY_FRAMES:
             return
-        tree = plan.tree
-        for n in range(1, len(tree.gains)):
-            level = int(tree.levels[n])
-            promise = float(tree.gains[n]) * levels[Level.AVERAGE] / levels[level]
-            if promise >= LEAST_GAIN:
-                x, y = (float(c) for c in tree.positions_world[n, :2])
-                found = finds(x, y, float(tree.yaws_rad[n]))
-                noted.append(_Viewpoint(result.snapshot.elapsed_s, level, promise, found))
+        # Rooms rate the very viewpoints that the search has without them.
+        views: Viewpoints = mission._planner._planner._views  # pyright: ignore
+        in_rooms = views.copy()
+        floor_z_m = float(frame.T_world_base[2, 3])
+        in_rooms.recount(rooms.follow(mission.voxel_map, frame.stamp_ns, floor_z_m))
+        time_s = result.snapshot.elapsed_s
+        for node, sums in views._sums.items():
+            heading = int(np.argmin(np.abs(views.headings - views.yaw[node])))
+            promise = float((sums.known[heading] + average * sums.unknown[heading]).max())
+            if promise < LEAST_GAIN:
+                continue
+            level, level_by_room = (
+                int(imagined_level(of[node].levels[heading], views.config.min_level_voxels))
+                for of in (views._sums, in_rooms._sums)
+            )
+            x, y = (float(c) for c in views._at[node])
+            nat = float(views.glimpsed[node, heading])
+            found = finds(x, y, float(views.yaw[node]))
+            noted.append(Noted(time_s, level, level_by_room, nat, promise, found))
 
     clocks = Clocks(wall=time.perf_counter, cpu=time.process_time)
-    row = Trial(config, scene, "benchmark", clocks, EmbeddedPrior(), note).run(
-        spec, METHODS["ippon"]
-    )
+    trial = Trial(config, scene, "benchmark", clocks, EmbeddedPrior(), note)
+    rooms.set_guidance(trial.guidance(spec, METHODS["ippon"]))
+    row = trial.run(spec, METHODS["ippon"])
     until = row.first_seen_s if row.first_seen_s >= 0.0 else math.inf
     return [viewpoint for viewpoint in noted if viewpoint.time_s < until]

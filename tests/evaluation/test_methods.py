@@ -41,6 +41,7 @@ def _changes(one, other, prefix=""):
         ("no_initial_yaw", {"look_around.turn"}),
         ("no_travel_pitch", {"travel_pitch.sweep"}),
         ("no_glimpses", {"glimpses.enabled"}),
+        ("no_covered", {"glimpses.covered_share"}),
         *((name, set()) for name in (*BASELINES, "oracle")),
     ],
 )

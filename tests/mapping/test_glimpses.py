@@ -1,6 +1,7 @@
 """What images show beyond the map's range, and where they put it."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame, Heatmap
 from ippon.geometry import make_transform, rotation_z
-from ippon.mapping.glimpses import SPREAD_M, GlimpseConfig, Glimpses
+from ippon.mapping.glimpses import COVERED_POWER, SPREAD_M, GlimpseConfig, Glimpses
 from ippon.robot import ZED
 
 CAMERA = PinholeCamera.from_horizontal_fov(160, 100, math.radians(74.0))
@@ -48,8 +49,12 @@ def rows_at(distance_m, height_m=0.0, spread=4):
 AHEAD = (rows_at(7.0), slice(76, 84))
 
 
-def made(images, config=None):
-    glimpses = Glimpses(config or GlimpseConfig(), "hat", NEAR_M)
+FROM_AFAR = GlimpseConfig(covered_share=0.0)
+"""What images show from afar, alone."""
+
+
+def made(images, config=FROM_AFAR):
+    glimpses = Glimpses(config, "hat", NEAR_M)
     for image in images:
         glimpses.look(image)
     return glimpses
@@ -57,6 +62,10 @@ def made(images, config=None):
 
 def seen_from(glimpses, x, y):
     return glimpses.ahead(np.array([[x, y]]), HEADINGS, FAR)[0]
+
+
+def shown(glimpses):
+    return len(glimpses.places()) if glimpses.revision else 0
 
 
 def test_what_stands_far_ahead_draws_those_who_would_look_at_it():
@@ -86,7 +95,7 @@ def test_far_depth_says_where_it_is():
 
 
 def test_what_is_within_the_maps_range_is_the_maps_matter():
-    assert made([frame_of(AHEAD, depth=2.0)] * 20).revision == 0
+    assert shown(made([frame_of(AHEAD, depth=2.0)] * 20)) == 0
     glimpses = made([frame_of(AHEAD)] * 8)
     assert seen_from(glimpses, 4.0, 0.0)[0] > 2.0
     for x in (2.0, 3.0, 4.5) * 3:
@@ -146,7 +155,7 @@ def with_holes(depth_m, share):
 
 
 def test_holes_in_what_is_near_show_nothing_far():
-    assert made([frame_of(AHEAD, depth=with_holes(2.0, 0.05))] * 20).revision == 0
+    assert shown(made([frame_of(AHEAD, depth=with_holes(2.0, 0.05))] * 20)) == 0
 
 
 @pytest.mark.parametrize("depth", [with_holes(1.5, 0.03), 4.5], ids=["holes", "a wall beyond"])
@@ -180,8 +189,35 @@ def test_what_says_nothing(image):
     assert made([image] * 20).revision == 0
 
 
+def test_floor_that_was_in_view_nearby_draws_less():
+    config = GlimpseConfig(enabled=False)
+    glimpses = made([frame_of(AHEAD, p=0.0, depth=3.9)] * 2, config)
+    assert (seen_from(glimpses, 0.0, 0.0) == 0.0).all(), "twice is not enough"
+    glimpses.look(frame_of(AHEAD, p=0.0, depth=3.9))
+    ahead = seen_from(glimpses, 0.0, 0.0)
+    assert ahead[0] < math.log(0.6)
+    assert (ahead[6:19] == 0.0).all(), "to the sides and behind nothing was looked at"
+    assert seen_from(glimpses, 3.5, 0.0)[0] > math.log(0.9), "beyond it hardly anything"
+    assert (ahead >= COVERED_POWER * math.log(1.0 - config.covered_share) - 1e-5).all()
+
+
+def test_floor_that_was_in_view_from_too_far_counts_in_full():
+    glimpses = made([frame_of(AHEAD, p=0.0, depth=0.0)] * 20, GlimpseConfig(enabled=False))
+    assert (seen_from(glimpses, 0.0, 0.0) == 0.0).all(), "without depth nothing is covered"
+    behind = made([frame_of(AHEAD, p=0.0, depth=1.0)] * 20, GlimpseConfig(enabled=False))
+    assert (seen_from(behind, 2.0, 0.0) == 0.0).all(), "behind something nothing is covered"
+
+
+def test_a_glimpse_outweighs_floor_that_is_covered_before_it():
+    glimpses = made([frame_of(AHEAD, depth=0.0)] * 8, GlimpseConfig())
+    for _ in range(4):
+        glimpses.look(frame_of(AHEAD, depth=7.0))
+    ahead = seen_from(glimpses, 2.0, 0.0)[0]
+    assert 0.5 < ahead < seen_from(made([frame_of(AHEAD)] * 8), 2.0, 0.0)[0]
+
+
 def test_switched_off_nothing_is_remembered():
-    assert made([frame_of(AHEAD)] * 8, GlimpseConfig(enabled=False)).revision == 0
+    assert made([frame_of(AHEAD)] * 8, replace(FROM_AFAR, enabled=False)).revision == 0
 
 
 def test_a_robot_far_from_its_start_goes_on_without_what_is_farther():
@@ -201,6 +237,7 @@ def test_a_robot_far_from_its_start_goes_on_without_what_is_farther():
         {"images_near": 0},
         {"least_nat": 4.0},
         {"forget_s": 0.0},
+        {"covered_share": 1.0},
     ],
 )
 def test_numbers_without_meaning_are_refused(change):

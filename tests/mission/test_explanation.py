@@ -38,3 +38,18 @@ def test_a_level_that_comes_from_a_room_names_it_everywhere(searcher, room):
     preview = mission.preview(mug.changed([far]))
     assert wanted in preview.now
     assert "cabinet in the kitchen" not in preview.then
+
+
+def test_corners_of_what_was_in_view_are_called_that(searcher, room):
+    boxes = [
+        ("counter", "counter", (2.5, 2.4, 0.0), (4.5, 3.0, 0.9)),
+        ("cabinet", "cabinet", (6.5, 0.8, 0.0), (7.1, 2.4, 1.8)),
+    ]
+    robot = searcher([*room(9.0, 5.0), *boxes], 1.2, 1.2)
+    robot.ask("hat")
+    results = robot.search(120.0, lambda r: "what is left unseen" in r.snapshot.why)
+    plan = results[-1].snapshot.plan
+    assert plan is not None
+    assert plan.target is not None
+    assert plan.target.glimpsed < -1.0
+    assert any("to the viewpoint" in result.snapshot.why for result in results), "rooms come first"
