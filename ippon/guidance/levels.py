@@ -78,6 +78,10 @@ class Guidance:
     notes: tuple[str, ...] = ()
     """What the operator should know: unknown object, claims of the context not understood, …"""
 
+    def labels_of(self, level: Level) -> tuple[str, ...]:
+        """Return the common objects of one level, in the order of the vocabulary."""
+        return tuple(row.label for row in self.rows if row.level is level)
+
     def levels(self) -> NDArray[np.uint8]:
         """Return (N,) uint8 levels in the order of the vocabulary."""
         return np.array([row.level for row in self.rows], dtype=np.uint8)

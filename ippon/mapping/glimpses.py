@@ -13,14 +13,15 @@ no sum. What was once in view within the map's range is the map's matter from th
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ippon.frame import Frame
+from ippon.frame import Frame, Heatmap
 from ippon.geometry import Float64Array, invert_transform
 from ippon.mapping.arrays import INNER
 
@@ -82,6 +83,10 @@ class GlimpseConfig:
     were the object, which is about what the rest makes of an average level's 0.1."""
     most_nat: float = 4.0
     """Bound of what images can say from afar."""
+    cue_nat: float = 2.0
+    """Evidence from which a common object that the object is certainly near counts from afar as if
+    the map had it. In 20 searches with a context such as "on the sofa" viewpoints that look
+    there found the object nine times as often as those without any."""
     forget_s: float = 40.0
     """After so long without an image of it 0.37 is left: what was something else is looked at and
     done with, but the places behind it, which it might have been at, are never seen."""
@@ -112,18 +117,24 @@ class GlimpseConfig:
             raise ValueError(f"covered_share lies in [0, 1); got {self.covered_share}")
         if not self.forget_s > 0.0:
             raise ValueError(f"forget_s is a positive time; got {self.forget_s}")
-        if not 0.0 <= self.least_nat < self.most_nat < math.inf:
-            raise ValueError(
-                f"least_nat lies below most_nat, both from 0 on; got {self.least_nat}, "
-                f"{self.most_nat}"
-            )
+        for name in ("least_nat", "cue_nat"):
+            if not 0.0 <= getattr(self, name) < self.most_nat < math.inf:
+                raise ValueError(
+                    f"{name} lies below most_nat, both from 0 on; got {getattr(self, name)}, "
+                    f"{self.most_nat}"
+                )
 
 
 class Glimpses:
     """Remembers, for one object of interest, where images showed it from afar, and what is done."""
 
     def __init__(
-        self, config: GlimpseConfig, ooi: str, near_m: float, max_valid_m: float = 20.0
+        self,
+        config: GlimpseConfig,
+        ooi: str,
+        near_m: float,
+        max_valid_m: float = 20.0,
+        labels: tuple[str, ...] = (),
     ) -> None:
         """Begin with nothing.
 
@@ -132,11 +143,12 @@ class Glimpses:
             ooi: Label of the object, as heatmaps call it.
             near_m: Range within which the map learns of it.
             max_valid_m: Depth above this is a sensor's code for none.
+            labels: Common objects to remember in place of the object.
         """
-        self.revision = 0
-        """Grows whenever viewpoints may be worth something else."""
+        self._revision = 0
         self._config = config
-        self._ooi = ooi
+        self._ooi, self._labels = ooi, labels
+        self._cues: Glimpses | None = None
         self._near_m, self._max_valid_m = near_m, max_valid_m
         self._corner: Float64Array | None = None
         self._log = np.zeros((SIDE, SIDE), np.float32)
@@ -150,8 +162,36 @@ class Glimpses:
         self._places = np.zeros((0, 3), np.float32)
         self._places_at = 0
 
+    @property
+    def revision(self) -> int:
+        """Grows whenever viewpoints may be worth something else."""
+        return self._revision + (0 if self._cues is None else self._cues.revision)
+
+    def set_cues(self, labels: Iterable[str]) -> None:
+        """Remember, too, where images show common objects that the object is certainly near.
+
+        Args:
+            labels: Of them; the object itself is none. What is remembered of the same ones stays.
+        """
+        wanted = tuple(label for label in labels if label != self._ooi)
+        if wanted == self.cue_labels:
+            return
+        self._revision = self.revision + 1
+        self._cues = None
+        if wanted and self._config.enabled:
+            config = replace(self._config, covered_share=0.0, least_nat=self._config.cue_nat)
+            reach = (self._near_m, self._max_valid_m)
+            self._cues = Glimpses(config, self._ooi, *reach, wanted)
+
+    @property
+    def cue_labels(self) -> tuple[str, ...]:
+        """The common objects that are remembered, too."""
+        return () if self._cues is None else self._cues._labels  # noqa: SLF001
+
     def look(self, frame: Frame) -> None:
         """Take an image; one without a heatmap of the object says nothing."""
+        if self._cues is not None:
+            self._cues.look(frame)
         heatmap, config = frame.heatmap, self._config
         if heatmap is None or heatmap.ooi != self._ooi:
             return
@@ -162,10 +202,7 @@ class Glimpses:
             self._corner = (middle - SIDE // 2) * config.cell_m
         self._images += 1
         self._forget(frame.stamp_ns)
-        channel = heatmap.ooi_channel
-        assert channel is not None, "a heatmap with an ooi has a channel for it"
-        step = -(-max(heatmap.probabilities.shape[:2]) // MOST_PX)
-        heat = np.ascontiguousarray(heatmap.probabilities[::step, ::step, channel])
+        heat = self._heat(heatmap)
         camera, T = frame.camera, frame.T_world_camera
         lens = (camera.fx, camera.fy, camera.cx, camera.cy)
         size = (camera.width / heat.shape[1], camera.height / heat.shape[0], heat.shape[0])
@@ -197,10 +234,22 @@ class Glimpses:
             self._wide[:] = 0.0
             spread = round(SPREAD_M / config.cell_m)
             _widen_kernel(self._log, config.least_nat, spread, self._wide)
-            self.revision += 1
+            self._revision += 1
         elif self._covered >= MANY_COVERED:
-            self.revision += 1
+            self._revision += 1
             self._covered = 0
+
+    def _heat(self, heatmap: Heatmap) -> NDArray[np.uint8]:
+        """Return (h, w) probability of what is remembered in units of 1/255, thinned if large."""
+        step = -(-max(heatmap.probabilities.shape[:2]) // MOST_PX)
+        thinned = heatmap.probabilities[::step, ::step]
+        if not self._labels:
+            channel = heatmap.ooi_channel
+            assert channel is not None, "a heatmap with an ooi has a channel for it"
+            return np.ascontiguousarray(thinned[..., channel])
+        channels = [n for n, label in enumerate(heatmap.labels) if label in self._labels]
+        together = thinned[..., channels].sum(axis=-1, dtype=np.int64)
+        return np.minimum(together, 255).astype(np.uint8)
 
     def _forget(self, stamp_ns: int) -> None:
         """Let fade what no image has shown for a while."""
@@ -215,10 +264,9 @@ class Glimpses:
 
     def places(self) -> NDArray[np.float32]:
         """Return the cells where images showed it: (M, 3) world x and y of the centre, and nat."""
-        if self._places_at != self.revision:
-            self._places_at = self.revision
+        if self._places_at != self._revision and self._corner is not None:
+            self._places_at = self._revision
             cells = np.argwhere(self._shown > self._config.least_nat)
-            assert self._corner is not None, "an image has changed something"
             middles = self._corner + (cells + 0.5) * self._config.cell_m
             nat = self._shown[tuple(cells.T)]
             self._places = np.column_stack([middles, nat]).astype(np.float32)
@@ -238,14 +286,27 @@ class Glimpses:
             (N, A) nat, 0 where images say nothing, below where they have covered the floor ahead.
         """
         out = np.zeros((len(xy), len(headings)), np.float32)
-        if self.revision:
-            assert self._corner is not None, "an image has changed something"
+        if self._corner is not None:
             look = np.array(LOOK_M)
             config = self._config
             rule = (config.cell_m, config.images_near, config.covered_share)
             cells = (self._wide, self._near)
             _ahead_kernel(cells, self._corner, rule, xy, headings, reach_m, look, out)
         return out
+
+    def cued(
+        self, xy: Float64Array, headings: Float64Array, reach_m: NDArray[np.float32]
+    ) -> NDArray[np.bool_]:
+        """Tell which headings look at what may be one of the common objects of `set_cues`.
+
+        Args:
+            xy: (N, 2) where viewpoints stand, metres.
+            headings: (A,) radians.
+            reach_m: (N, A) how far each sees there.
+        """
+        if self._cues is None:
+            return np.zeros((len(xy), len(headings)), np.bool_)
+        return self._cues.ahead(xy, headings, reach_m) > 0.0
 
 
 class _Columns(NamedTuple):

@@ -17,6 +17,8 @@ NEARBY_M = 2.5
 _GLIMPSED_NAT = 0.5
 """What images from afar say beyond this is named as the reason."""
 _UNSEEN = "in unseen space"
+_AHEAD = "ahead"
+_MOST_NAMED = 3
 _COVERED_NAT = -1.0
 """Below this most of what lies ahead was in view before."""
 _PERVASIVE = frozenset({"wall", "floor", "ceiling", "beam", "column", "others", "objects"})
@@ -56,6 +58,9 @@ def explain(
         )
     level = target.level.name.lower()
     place = _place(target, voxel_map, guidance, rooms)
+    if target.cued and place == _AHEAD:
+        names = [label.replace("_", " ") for label in guidance.labels_of(Level.CERTAIN)]
+        place = f"by what may be the {' or the '.join(names[:_MOST_NAMED])}, farther off"
     if target.glimpsed <= _COVERED_NAT:
         where = "for what is left unseen" + (f" {place}" if place != _UNSEEN else "")
     else:
@@ -77,7 +82,7 @@ def _place(target: Viewpoint, voxel_map: VoxelMap, guidance: Guidance, rooms: Ro
             changed = here.rows[j].level is not guidance.rows[j].level
             where = f" in the {room}" if changed else ""
             return f"by the {guidance.rows[j].label.replace('_', ' ')}{where}"
-    return _UNSEEN if target.level is Level.AVERAGE else "ahead"
+    return _UNSEEN if target.level is Level.AVERAGE else _AHEAD
 
 
 def label_census(

@@ -14,7 +14,7 @@ from ippon.control.follower import PathFollower
 from ippon.frame import Frame
 from ippon.geometry import yaw_of
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.levels import Guidance
+from ippon.guidance.levels import Guidance, Level
 from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.voxel_map import VoxelMap
@@ -117,6 +117,7 @@ class Mission:
         if self._search is None:
             raise ValueError("levels belong to a goal, and there is none; set a goal first")
         self._search.guidance = guidance
+        self._search.glimpses.set_cues(guidance.labels_of(Level.CERTAIN))
         goal = self._search.goal
         probabilities = self.config.levels.as_array()
         self.voxel_map.set_levels(guidance.levels(), probabilities)

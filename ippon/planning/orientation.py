@@ -166,6 +166,7 @@ def choose_view(
     probabilities: NDArray[np.float32],
     min_level_voxels: int,
     glimpsed: NDArray[np.float32],
+    cued: NDArray[np.bool_],
     weights: NDArray[np.float32],
 ) -> ViewChoice:
     """Find the orientation of highest gain, eq. (3).
@@ -175,23 +176,24 @@ def choose_view(
         probabilities: (4,) p_img of each level.
         min_level_voxels: Voxels below which a level counts as empty.
         glimpsed: (A,) nat by which images make the object likelier in what each heading shows.
+        cued: (A,) headings that look at what images show to be certainly near the object.
         weights: (A,) what the gain of each heading is multiplied by.
     """
     by_heading = np.empty(sums.known.shape[0], dtype=np.float32)
     rules = (probabilities, min_level_voxels)
     gain, heading, tilt, level, potential = _choose_kernel(
-        sums.known, sums.unknown, sums.levels, rules, glimpsed, weights, by_heading
+        sums.known, sums.unknown, sums.levels, rules, glimpsed, cued, weights, by_heading
     )
     return ViewChoice(gain, heading, tilt, level, potential, by_heading)
 
 
 @njit(cache=True, nogil=True)
-def _choose_kernel(known, unknown, levels, rules, glimpsed, weights, by_heading):
+def _choose_kernel(known, unknown, levels, rules, glimpsed, cued, weights, by_heading):
     probabilities, minimum = rules
     best, best_a, best_b, best_level = -1.0, 0, 0, 1
     potential = 0.0
     for a in range(known.shape[0]):
-        level = imagined_level(levels[a], minimum)
+        level = 3 if cued[a] else imagined_level(levels[a], minimum)
         p_img = with_evidence(probabilities[level], glimpsed[a])
         top = -1.0
         for b in range(known.shape[1]):

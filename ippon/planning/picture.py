@@ -51,6 +51,7 @@ class TreePicture:
         """Say what a node promises and what it takes to get there."""
         yaw, tilt = self._facing(node)
         x, y = self._xy[node]
+        glimpsed, cued = self._views.glimpsed_by(node)
         return Viewpoint(
             position_world=(float(x), float(y), self._floor_z_m),
             yaw_rad=yaw,
@@ -61,7 +62,8 @@ class TreePicture:
             kind=self._kind(node),
             path_gain=float(self._scores.path_gain[node]),
             path_cost_s=float(self._scores.path_cost[node]),
-            glimpsed=self._views.glimpsed_by(node),
+            glimpsed=glimpsed,
+            cued=cued,
         )
 
     def tree_view(self, x: float, y: float, yaw: float, tilt: float) -> TreeView:

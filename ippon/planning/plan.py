@@ -42,6 +42,8 @@ class Viewpoint:
     glimpsed: float = 0.0
     """Nat by which images make the object likelier in what it shows; below 0 where the floor ahead
     was in view from nearby before."""
+    cued: bool = False
+    """Images from afar show there what the object is certainly near: the level comes from that."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

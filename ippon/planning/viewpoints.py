@@ -115,6 +115,8 @@ class Viewpoints:
         self._glimpses_at = 0
         self.glimpsed = np.zeros((capacity, headings), dtype=np.float32)
         """Nat by which images make the object likelier in what each heading shows."""
+        self.cued = np.zeros((capacity, headings), dtype=np.bool_)
+        """Headings that look at what images show to be certainly near the object."""
         self._voxel_m = 0.0
         self._sums: dict[int, ViewSums] = {}
         self._labelled: dict[int, NDArray[np.int32]] = {}
@@ -195,7 +197,8 @@ class Viewpoints:
         self._framing[node] = framing if framing is not None else (math.nan, math.nan)
         self.evaluated[node] = self.memory.step
         self._at[node], self._voxel_m = xy, arrays.voxel_size
-        self.glimpsed[node] = self._glimpsed_from(np.array([node]))[0]
+        glimpsed, cued = self._glimpsed_from(np.array([node]))
+        self.glimpsed[node], self.cued[node] = glimpsed[0], cued[0]
         self._choose(node)
 
     def set_probabilities(self, probabilities: NDArray[np.float32]) -> None:
@@ -214,6 +217,7 @@ class Viewpoints:
         """Follow what images show beyond the map's range; None for nothing."""
         self._glimpses, self._glimpses_at = glimpses, 0
         self.glimpsed[:] = 0.0
+        self.cued[:] = False
         for node in self._sums:
             self._choose(node)
 
@@ -278,11 +282,11 @@ class Viewpoints:
             return float(self.yaw[node]), float(self.tilt[node])
         return float(yaw), float(tilt)
 
-    def glimpsed_by(self, node: int) -> float:
-        """Return what images from afar say of what a viewpoint looks at, nat."""
+    def glimpsed_by(self, node: int) -> tuple[float, bool]:
+        """Return what images say of what a viewpoint looks at: nat, and whether it is a cue."""
         assert self._orientations is not None, "follow() comes first"
         heading = int(np.argmin(np.abs(self._orientations.yaws - self.yaw[node])))
-        return float(self.glimpsed[node, heading])
+        return float(self.glimpsed[node, heading]), bool(self.cued[node, heading])
 
     def eye_z_m(self, arrays: MapArrays) -> float:
         """Height of the camera in the world, metres."""
@@ -321,19 +325,26 @@ class Viewpoints:
             return
         self._glimpses_at = glimpses.revision
         nodes = np.array(list(self._sums))
-        now = self._glimpsed_from(nodes)
+        now, cued = self._glimpsed_from(nodes)
         changed = np.abs(now - self.glimpsed[nodes]).max(axis=1) > FRESH
+        changed |= (cued != self.cued[nodes]).any(axis=1)
         # The others stay as they were weighed last: what fades slowly adds up.
         self.glimpsed[nodes[changed]] = now[changed]
+        self.cued[nodes[changed]] = cued[changed]
         for node in nodes[changed]:
             self._choose(int(node))
 
-    def _glimpsed_from(self, nodes: NDArray[np.int64]) -> NDArray[np.float32]:
+    def _glimpsed_from(
+        self, nodes: NDArray[np.int64]
+    ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+        """What images say of what each heading of some nodes shows: nat, and whether a cue."""
         if self._glimpses is None:
-            return np.zeros((len(nodes), self.glimpsed.shape[1]), np.float32)
+            size = (len(nodes), self.glimpsed.shape[1])
+            return np.zeros(size, np.float32), np.zeros(size, np.bool_)
         assert self._orientations is not None, "follow() comes first"
         reach_m = self._reach[nodes][:, :: self._orientations.stride] * np.float32(self._voxel_m)
-        return self._glimpses.ahead(self._at[nodes], self._orientations.yaws, reach_m)
+        where = (self._at[nodes], self._orientations.yaws, reach_m)
+        return self._glimpses.ahead(*where), self._glimpses.cued(*where)
 
     def _choose(self, node: int) -> None:
         assert self._orientations is not None
@@ -346,6 +357,7 @@ class Viewpoints:
             self._probabilities,
             self.config.min_level_voxels,
             self.glimpsed[node],
+            self.cued[node],
             weights,
         )
         self.gain[node] = choice.gain

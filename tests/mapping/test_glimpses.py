@@ -216,6 +216,57 @@ def test_a_glimpse_outweighs_floor_that_is_covered_before_it():
     assert 0.5 < ahead < seen_from(made([frame_of(AHEAD)] * 8), 2.0, 0.0)[0]
 
 
+def cued_from(glimpses, x, y):
+    return glimpses.cued(np.array([[x, y]]), HEADINGS, FAR)[0]
+
+
+def with_cues(labels, images, config=FROM_AFAR):
+    glimpses = Glimpses(config, "cup", NEAR_M)
+    glimpses.set_cues(labels)
+    for image in images:
+        glimpses.look(image)
+    return glimpses
+
+
+def sofa_at(pixels, p=0.9, ooi="cup"):
+    """A frame that shows a sofa in some pixels, and a cup nowhere."""
+    heat = np.zeros((100, 160, 3), np.uint8)
+    heat[(*pixels, 1)] = round(255 * p)
+    heat[..., 0] = 255 - heat[..., 1]
+    labels = ("wall", "sofa")
+    return replace(frame_of(pixels), heatmap=Heatmap(labels=labels, ooi=ooi, probabilities=heat))
+
+
+def test_what_the_object_is_certainly_near_is_a_cue_from_afar():
+    glimpses = with_cues(("sofa", "bed"), [sofa_at(AHEAD)] * 8)
+    assert glimpses.cue_labels == ("sofa", "bed")
+    cued = cued_from(glimpses, 2.0, 0.0)
+    assert cued[0]
+    assert not cued[6:19].any()
+    assert (seen_from(glimpses, 2.0, 0.0) == 0.0).all(), "it is not the object"
+    assert shown(glimpses) == 0
+    assert not cued_from(with_cues(("sofa",), [sofa_at(AHEAD, p=0.1)] * 8), 2.0, 0.0).any()
+    assert not cued_from(with_cues(("bed",), [sofa_at(AHEAD)] * 8), 2.0, 0.0).any()
+
+
+def test_other_cues_begin_anew_and_the_same_ones_go_on():
+    glimpses = with_cues(("sofa",), [sofa_at(AHEAD)] * 8)
+    before = glimpses.revision
+    glimpses.set_cues(["sofa"])
+    assert glimpses.revision == before
+    assert cued_from(glimpses, 2.0, 0.0)[0]
+    glimpses.set_cues([])
+    assert glimpses.revision > before, "viewpoints are weighed anew"
+    assert not cued_from(glimpses, 2.0, 0.0).any()
+    glimpses.set_cues(["cup"])
+    assert glimpses.cue_labels == (), "the object is not its own cue"
+
+
+def test_switched_off_there_are_no_cues_either():
+    off = replace(FROM_AFAR, enabled=False)
+    assert not cued_from(with_cues(("sofa",), [sofa_at(AHEAD)] * 8, off), 2.0, 0.0).any()
+
+
 def test_switched_off_nothing_is_remembered():
     assert made([frame_of(AHEAD)] * 8, replace(FROM_AFAR, enabled=False)).revision == 0
 
@@ -236,6 +287,7 @@ def test_a_robot_far_from_its_start_goes_on_without_what_is_farther():
         {"share": 0.0},
         {"images_near": 0},
         {"least_nat": 4.0},
+        {"cue_nat": 4.0},
         {"forget_s": 0.0},
         {"covered_share": 1.0},
     ],

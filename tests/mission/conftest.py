@@ -36,17 +36,17 @@ class Searcher:
         """What the mission showed last."""
         return self.results[-1].snapshot
 
-    def ask(self, text, goal_id=1):
+    def ask(self, text, goal_id=1, context=""):
         """Set a goal as the navigator does."""
         resolved = resolve_object(text, MATTERPORT_40)
         goal = Goal(
             goal_id=goal_id,
             object=resolved.canonical,
             display=resolved.display,
-            context="",
+            context=context,
             category=resolved.category,
         )
-        self.mission.set_goal(goal, EmbeddedPrior().levels(resolved, "", MATTERPORT_40))
+        self.mission.set_goal(goal, EmbeddedPrior().levels(resolved, context, MATTERPORT_40))
 
     def search(self, max_time_s, until=lambda _: False):
         """Search until it ends, time is up or `until` holds; returns this part's results."""

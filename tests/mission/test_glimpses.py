@@ -56,3 +56,17 @@ def test_switched_off_it_knows_of_nothing_beyond_its_map(hall):
     robot.search(60.0)
     assert all(len(result.snapshot.glimpsed) == 0 for result in robot.results)
     assert not any("farther off" in result.snapshot.why for result in robot.results)
+
+
+SOFA = ("sofa", "sofa", (20.0, 1.0, 0.0), (20.9, 3.0, 0.8))
+
+
+def test_it_goes_to_what_may_be_the_sofa_that_the_hat_is_on(searcher, room):
+    hat = ("hat", "hat", (20.3, 1.8, 0.8), (20.6, 2.1, 0.95))
+    robot = searcher([*room(24.0, 4.0), SOFA, hat], *START)
+    robot.ask("hat", context="I left it on the sofa")
+    robot.search(150.0)
+    snapshots = [result.snapshot for result in robot.results]
+    assert any("by what may be the sofa, farther off (certain)" in s.why for s in snapshots)
+    assert robot.last.state is MissionState.FOUND
+    assert min(s.T_world_base[0, 3] for s in snapshots) > START[0] - 0.5, "never the other way"

@@ -23,7 +23,11 @@ from tests.reference import planning_view as reference
 
 PROBABILITIES = LevelProbabilities().as_array()
 NOTHING = np.zeros(10, np.float32)
-ALIKE = np.ones(10, np.float32)
+NO_CUE = np.zeros(10, np.bool_)
+
+
+def chosen(sums, *, probabilities=PROBABILITIES, glimpsed=NOTHING, cued=NO_CUE):
+    return choose_view(sums, probabilities, 10, glimpsed, cued, np.ones(10, np.float32))
 
 
 @pytest.fixture(scope="module")
@@ -83,10 +87,10 @@ def test_unknown_space_by_a_promising_object_is_worth_more(table, orientations):
     panorama.unknown[middle, 5] = 10.0
     panorama.unknown[middle, 25] = 8.0
     panorama.levels[:, Level.AVERAGE] = 50
-    choice = choose_view(sum_views(panorama, orientations, 4), PROBABILITIES, 10, NOTHING, ALIKE)
+    choice = chosen(sum_views(panorama, orientations, 4))
     assert choice.gain == pytest.approx(10.0 * PROBABILITIES[Level.AVERAGE])
     panorama.levels[25, Level.NEAR] = 30
-    choice = choose_view(sum_views(panorama, orientations, 4), PROBABILITIES, 10, NOTHING, ALIKE)
+    choice = chosen(sum_views(panorama, orientations, 4))
     assert choice.level == Level.NEAR
     assert choice.gain == pytest.approx(8.0 * PROBABILITIES[Level.NEAR])
     assert choice.potential == pytest.approx(10.0 * PROBABILITIES[Level.AVERAGE])
@@ -100,10 +104,7 @@ def test_other_probabilities_weigh_the_same_sums_anew(table, orientations):
     panorama.unknown[:] = 1.0
     panorama.known[table.pitch_bins // 2, 3] = 2.0
     sums = sum_views(panorama, orientations, 4)
-    gains = [
-        choose_view(sums, p * np.ones(4, np.float32), 10, NOTHING, ALIKE).gain
-        for p in (0.0, 0.1, 0.5)
-    ]
+    gains = [chosen(sums, probabilities=p * np.ones(4, np.float32)).gain for p in (0.0, 0.1, 0.5)]
     assert gains[0] == pytest.approx(2.0)
     assert gains[0] < gains[1] < gains[2]
 
@@ -112,11 +113,11 @@ def test_what_images_show_from_afar_raises_p_img_of_that_heading_alone(table, or
     panorama = empty(table)
     panorama.unknown[table.pitch_bins // 2, :] = 1.0
     sums = sum_views(panorama, orientations, 4)
-    before = choose_view(sums, PROBABILITIES, 10, NOTHING, ALIKE)
+    before = chosen(sums)
     glimpsed = NOTHING.copy()
     heading = (before.heading + 5) % len(glimpsed)
     glimpsed[heading] = 2.0
-    choice = choose_view(sums, PROBABILITIES, 10, glimpsed, ALIKE)
+    choice = chosen(sums, glimpsed=glimpsed)
     p = float(PROBABILITIES[Level.AVERAGE])
     odds = p / (1.0 - p) * math.exp(2.0)
     assert choice.heading == heading
@@ -124,6 +125,20 @@ def test_what_images_show_from_afar_raises_p_img_of_that_heading_alone(table, or
     others = np.delete(np.arange(len(glimpsed)), heading)
     np.testing.assert_array_equal(choice.by_heading[others], before.by_heading[others])
     assert choice.potential == before.potential, "what ends a search is not moved by it"
+
+
+def test_a_cue_from_afar_makes_that_heading_certain(table, orientations):
+    panorama = empty(table)
+    panorama.unknown[table.pitch_bins // 2, :] = 1.0
+    panorama.levels[:, Level.FAR] = 50
+    sums = sum_views(panorama, orientations, 4)
+    cued = NO_CUE.copy()
+    cued[7] = True
+    choice = chosen(sums, cued=cued)
+    assert (choice.heading, choice.level) == (7, Level.CERTAIN)
+    ratio = PROBABILITIES[Level.CERTAIN] / PROBABILITIES[Level.FAR]
+    assert choice.gain / chosen(sums).by_heading[7] == pytest.approx(ratio, rel=1e-4)
+    assert choice.potential == chosen(sums).potential
 
 
 def test_an_object_is_framed_whole_and_in_the_middle(table, orientations):

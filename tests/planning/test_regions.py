@@ -84,4 +84,5 @@ def _choose(
 ) -> ViewChoice:
     probabilities = np.array([0.02, 0.1, 0.25, 0.6], np.float32)
     nothing = np.zeros(len(weights), np.float32)
-    return choose_view(sums, probabilities, 10, nothing if glimpsed is None else glimpsed, weights)
+    said = nothing if glimpsed is None else glimpsed
+    return choose_view(sums, probabilities, 10, said, nothing > 0.0, weights)
