@@ -58,6 +58,7 @@ class EpisodeRecorder:
         self._version = version
         self._guidance = guidance
         self._tracker: SurfaceTracker | None = None
+        self._last: Snapshot | None = None
         self._keyframe_ns: int | None = None
         self._cloud_ns = -1
         self._frames = 0
@@ -114,8 +115,9 @@ class EpisodeRecorder:
 
     def _add_plan(self, snapshot: Snapshot) -> None:
         stamp = snapshot.stamp_ns
-        for key, payload in plan_messages(snapshot):
+        for key, payload in plan_messages(snapshot, self._last):
             self._add(key, payload, stamp)
+        self._last = snapshot
         for event in snapshot.events:
             told = Event(stamp_ns=stamp, kind=event.kind, text=event.text)  # pyright: ignore[reportArgumentType]
             self._add(keys.EVENT, encode(told), stamp)

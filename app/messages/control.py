@@ -330,13 +330,16 @@ class Event(_Message, frozen=True):
 
 
 class GlimpsedPlaces(_Message, frozen=True):
-    """Where images from afar show what may be the object; kept for late joiners."""
+    """Where images show what may be the object, and what they have covered; for late joiners."""
 
     stamp_ns: int
     cell_m: float
     cells: list[tuple[float, float, float]]
     """World x and y of a cell's centre in metres, and the log of how much likelier the object is
     there than elsewhere."""
+    covered: list[tuple[int, int, int]] = []
+    """Floor that was in view from nearby: runs of cells along y, as the index of the first in x and
+    in y, and how many. Cell (i, j) begins at (i, j) times `cell_m`."""
 
 
 class LabelRequest(_Message, frozen=True):

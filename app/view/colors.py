@@ -32,6 +32,7 @@ CERTAIN_BRUSH: Final = VERMILION
 GLIMPSED: Final = PURPLE
 NEVER_BRUSH: Final = BLUE
 ROBOT: Final = SKY
+"""The robot, what it sees, and the floor that it has looked over."""
 PATH: Final = YELLOW
 QUIET: Final[Rgb] = (0x46, 0x4E, 0x5A)
 """A button that is not what to look at now."""

@@ -16,10 +16,11 @@ Layer = Literal[
     "finds",
     "labels",
     "glimpses",
+    "covered",
     "clearance",
 ]
 LAYERS: Final[tuple[Layer, ...]] = get_args(Layer)
-SHOWN_FIRST: Final[frozenset[Layer]] = frozenset(LAYERS) - {"mesh", "clearance"}
+SHOWN_FIRST: Final[frozenset[Layer]] = frozenset(LAYERS) - {"mesh", "clearance", "covered"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,6 +17,7 @@ _MAX_BOXES: Final = 2500
 _Sheet = tuple[NDArray[np.float32], NDArray[np.uint32]]
 """Vertices and faces."""
 _MAX_CELLS: Final = 4000
+_MAX_RUNS, _MAX_RUN = 20_000, 10_000
 _GLIMPSED: Final = (("faint", 0.25, -math.inf, 2.0), ("strong", 0.55, 2.0, math.inf))
 """Names, opacities, and from which to which evidence in nat."""
 _CUBE: Final = np.array(
@@ -73,6 +74,12 @@ class OverlayLayer:
             centers = np.array(chosen, np.float32)
             sheet = _squares(centers, cell_m, 1.8 * _LIFT_M) if chosen else None
             self._lay(f"/glimpsed/{name}", sheet, GLIMPSED, opacity)
+
+    def draw_looked_over(self, runs: Sequence[tuple[int, int, int]], cell_m: float) -> None:
+        """Lay a translucent sheet over floor that was in view from nearby."""
+        known = [run for run in runs[:_MAX_RUNS] if 0 < run[2] <= _MAX_RUN]
+        sheet = _strips(np.array(known, np.float64), cell_m, 0.6 * _LIFT_M) if known else None
+        self._lay("/glimpsed/looked_over", sheet, ROBOT, 0.22)
 
     def _lay(self, name: str, sheet: _Sheet | None, color: Rgb, opacity: float) -> None:
         """Put a sheet in place of the one that lay there; None takes it away."""
@@ -132,12 +139,25 @@ class OverlayLayer:
             )
 
 
+def _strips(runs: NDArray[np.float64], cell_m: float, z: float) -> _Sheet:
+    low = runs[:, :2] * cell_m
+    high = (runs[:, :2] + np.column_stack([np.ones(len(runs)), runs[:, 2]])) * cell_m
+    corners = [low, np.column_stack([high[:, 0], low[:, 1]]), high]
+    corners.append(np.column_stack([low[:, 0], high[:, 1]]))
+    return _quads(np.stack(corners, axis=1).astype(np.float32), z)
+
+
 def _squares(centers: NDArray[np.float32], edge_m: float, z: float) -> _Sheet:
     half = 0.5 * edge_m
     corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half]], np.float32)
-    flat = (centers[:, None] + corners).reshape(-1, 2)
+    return _quads(centers[:, None] + corners, z)
+
+
+def _quads(corners: NDArray[np.float32], z: float) -> _Sheet:
+    """Make a sheet of (N, 4, 2) corners at one height."""
+    flat = corners.reshape(-1, 2)
     vertices = np.column_stack([flat, np.full(len(flat), z, np.float32)])
-    first = 4 * np.arange(len(centers), dtype=np.uint32)[:, None, None]
+    first = 4 * np.arange(len(corners), dtype=np.uint32)[:, None, None]
     faces = np.array([[0, 1, 2], [0, 2, 3]], np.uint32) + first
     return vertices, faces.reshape(-1, 3)
 

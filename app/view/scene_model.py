@@ -39,6 +39,7 @@ Part = Literal[
     "detections",
     "painted",
     "glimpsed",
+    "looked_over",
     "recording",
 ]
 
@@ -178,11 +179,17 @@ class SceneModel:
         self._changed.add("image")
 
     def on_glimpses(self, glimpsed: GlimpsedPlaces) -> None:
-        """Replace where images from afar show what may be the object."""
-        same = glimpsed.cells == self.glimpsed.cells and glimpsed.cell_m == self.glimpsed.cell_m
-        if not same and 0.0 < glimpsed.cell_m < _MAX_CELL_M:
+        """Replace where images show what may be the object, and what was looked over."""
+        before = self.glimpsed
+        if not 0.0 < glimpsed.cell_m < _MAX_CELL_M:
+            return
+        resized = glimpsed.cell_m != before.cell_m
+        if resized or glimpsed.cells != before.cells:
             self.glimpsed = glimpsed
             self._changed.add("glimpsed")
+        if resized or glimpsed.covered != before.covered:
+            self.glimpsed = glimpsed
+            self._changed.add("looked_over")
 
     def on_painted(self, painted: PaintedRegions) -> None:
         """Replace what the operator painted on the floor."""
@@ -249,7 +256,8 @@ class SceneModel:
         self.glimpsed = NO_GLIMPSES
         self._candidates = None
         self.tree, self.path_world, self.detections = None, np.empty((0, 3)), ()
-        self._changed |= {"voxels", "tree", "path", "pose", "detections", "painted", "glimpsed"}
+        self._changed |= {"voxels", "tree", "path", "pose", "detections"}
+        self._changed |= {"painted", "glimpsed", "looked_over"}
 
     def _store(self, cloud: VoxelCloud) -> None:
         if self.voxel_size_m is None:

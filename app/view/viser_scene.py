@@ -36,6 +36,7 @@ ALL_PARTS: Final[frozenset[Part]] = frozenset(
         "detections",
         "painted",
         "glimpsed",
+        "looked_over",
     }
 )
 
@@ -109,6 +110,9 @@ class ViserScene:
             if "glimpsed" in changed:
                 places = model.glimpsed.cells if "glimpses" in layers else []
                 self.overlay.draw_glimpsed(places, model.glimpsed.cell_m)
+            if "looked_over" in changed:
+                runs = model.glimpsed.covered if "covered" in layers else []
+                self.overlay.draw_looked_over(runs, model.glimpsed.cell_m)
             if changed & {"status", "detections"}:
                 self._finds.draw(_marks(model), "finds" in layers, "labels" in layers)
 

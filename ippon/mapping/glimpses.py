@@ -59,6 +59,8 @@ COVERED_POWER: Final = 1.5
 """How much more than in proportion floor that was in view counts."""
 MANY_COVERED: Final = 8
 """Cells that came to be the map's matter after which viewpoints are weighed anew."""
+SHOWN_NS: Final = 1_000_000_000
+"""So often what was looked over is put together for those who watch."""
 STALE_NS: Final = 2_000_000_000
 """So often viewpoints are weighed anew for what has faded."""
 FAINT: Final = np.float32(0.01)
@@ -161,6 +163,8 @@ class Glimpses:
         self._stamp_ns = self._shown_ns = 0
         self._places = np.zeros((0, 3), np.float32)
         self._places_at = 0
+        self._looked_over = np.zeros((0, 3), np.int32)
+        self._looked_over_ns, self._looked_over_cells = 0, 0
 
     @property
     def revision(self) -> int:
@@ -227,6 +231,7 @@ class Glimpses:
             self._images,
         )
         self._covered += covered
+        self._looked_over_cells += covered
         old = self._stamp_ns - self._shown_ns > STALE_NS and bool(self._shown.any())
         if change > FRESH or old:
             self._shown_ns, self._covered = self._stamp_ns, 0
@@ -271,6 +276,24 @@ class Glimpses:
             nat = self._shown[tuple(cells.T)]
             self._places = np.column_stack([middles, nat]).astype(np.float32)
         return self._places
+
+    def looked_over(self) -> NDArray[np.int32]:
+        """Return the floor that images had in view within the map's range, as of a second ago.
+
+        Returns:
+            (M, 3) runs of cells along y: index of the first cell in x and in y, and how many. Cell
+            (i, j) reaches from (i, j) to (i + 1, j + 1) times `GlimpseConfig.cell_m`.
+        """
+        past_ns = self._stamp_ns - self._looked_over_ns
+        if self._looked_over_cells and self._corner is not None and not 0 <= past_ns < SHOWN_NS:
+            self._looked_over_ns, self._looked_over_cells = self._stamp_ns, 0
+            done = self._near >= self._config.images_near
+            edges = np.diff(np.pad(done, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+            first, end = np.argwhere(edges == 1), np.argwhere(edges == -1)
+            corner = np.rint(self._corner / self._config.cell_m).astype(np.int64)
+            runs = np.column_stack([first + corner, end[:, 1] - first[:, 1]])
+            self._looked_over = runs.astype(np.int32)
+        return self._looked_over
 
     def ahead(
         self, xy: Float64Array, headings: Float64Array, reach_m: NDArray[np.float32]

@@ -201,6 +201,30 @@ def test_floor_that_was_in_view_nearby_draws_less():
     assert (ahead >= COVERED_POWER * math.log(1.0 - config.covered_share) - 1e-5).all()
 
 
+def test_what_was_looked_over_is_told_in_runs_once_a_second():
+    images = [frame_of(AHEAD, p=0.0, depth=3.9, stamp_s=0.5 * n) for n in range(3)]
+    glimpses = made(images[:2], GlimpseConfig())
+    assert len(glimpses.looked_over()) == 0
+    glimpses.look(images[2])
+    runs = glimpses.looked_over()
+    cells = {(i, j + k) for i, j, n in runs.tolist() for k in range(n)}
+    assert (12, 0) in cells, "3 m ahead"
+    assert (-12, 0) not in cells
+    assert (20, 0) not in cells, "beyond the map's range"
+    assert (12, 12) not in cells, "beside the image"
+    turned = [
+        frame_of(AHEAD, p=0.0, depth=3.9, yaw=math.pi, stamp_s=1.1 + 0.2 * n) for n in range(3)
+    ]
+    for image in turned:
+        glimpses.look(image)
+    assert glimpses.looked_over() is runs, "not yet"
+    glimpses.look(frame_of(AHEAD, p=0.0, depth=3.9, yaw=math.pi, stamp_s=2.2))
+    now = {(i, j + k) for i, j, n in glimpses.looked_over().tolist() for k in range(n)}
+    assert now > cells
+    assert (-12, 0) in now
+    assert glimpses.looked_over() is glimpses.looked_over()
+
+
 def test_floor_that_was_in_view_from_too_far_counts_in_full():
     glimpses = made([frame_of(AHEAD, p=0.0, depth=0.0)] * 20, GlimpseConfig(enabled=False))
     assert (seen_from(glimpses, 0.0, 0.0) == 0.0).all(), "without depth nothing is covered"

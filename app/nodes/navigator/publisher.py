@@ -41,6 +41,7 @@ class MapPublisher:
         self._keyframe_key = f"{robot}/{keys.MAP_KEYFRAME}"
         self._waiting: list[zenoh.Query] = []
         self._waiting_lock = threading.Lock()
+        self._last: Snapshot | None = None
         self._voxel_m = voxel_map.config.voxel_size_m
         self._tracker = SurfaceTracker(voxel_map)
         self._keyframe_every_s = keyframe_every_s
@@ -66,8 +67,9 @@ class MapPublisher:
             if time.monotonic() - self._keyframe_at > self._keyframe_every_s:
                 self._keyframe_at = time.monotonic()
                 self._put(self._keyframe, self.keyframe())
-        for key, payload in plan_messages(snapshot):
+        for key, payload in plan_messages(snapshot, self._last):
             self._plan[key].put(payload)
+        self._last = snapshot
 
     def ask(self, query: zenoh.Query) -> bool:
         """Keep a request for the whole map until `answer`; safe from any thread.
@@ -111,8 +113,13 @@ class MapPublisher:
         return cloud_of(delta, self._stamp_ns, self._voxel_m)
 
 
-def plan_messages(snapshot: Snapshot) -> Iterator[tuple[str, bytes]]:
-    """Yield key and payload of one step's tree, where it has one, path, detections, glimpses."""
+def plan_messages(snapshot: Snapshot, before: Snapshot | None) -> Iterator[tuple[str, bytes]]:
+    """Yield key and payload of one step's tree, where it has one, path, detections, glimpses.
+
+    Args:
+        snapshot: The step's.
+        before: Of the step before it, None for none: what images show is told when it changes.
+    """
     stamp = snapshot.stamp_ns
     path = np.empty((0, 3))
     if snapshot.plan is not None:
@@ -122,10 +129,22 @@ def plan_messages(snapshot: Snapshot) -> Iterator[tuple[str, bytes]]:
     label = snapshot.goal.object if snapshot.goal is not None else ""
     finds = [detection_of(find, label) for find in snapshot.candidates[:MAX_DETECTIONS]]
     yield keys.DETECTIONS, encode_detections(finds, stamp)
+    if before is not None and _shows_the_same(before, snapshot):
+        return
     rows: list[list[float]] = np.round(snapshot.glimpsed.astype(np.float64), 3).tolist()
-    cells = [(x, y, nat) for x, y, nat in rows]
-    places = GlimpsedPlaces(stamp_ns=stamp, cell_m=snapshot.glimpsed_cell_m, cells=cells)
+    runs: list[list[int]] = snapshot.looked_over.tolist()
+    places = GlimpsedPlaces(
+        stamp_ns=stamp,
+        cell_m=snapshot.glimpsed_cell_m,
+        cells=[(x, y, nat) for x, y, nat in rows],
+        covered=[(i, j, n) for i, j, n in runs],
+    )
     yield keys.GLIMPSES, encode(places)
+
+
+def _shows_the_same(before: Snapshot, now: Snapshot) -> bool:
+    """Tell whether nothing has changed in what images show; unchanged arrays are handed on."""
+    return before.glimpsed is now.glimpsed and before.looked_over is now.looked_over
 
 
 def cloud_of(delta: SurfaceDelta, stamp_ns: int, voxel_m: float) -> VoxelCloud:

@@ -75,6 +75,7 @@ class Recomputation:
         self._goals = 0
         self._tracker = SurfaceTracker(self.mission.voxel_map)
         self._stamp_ns = -1
+        self._last: Snapshot | None = None
         self._keyframe_ns: int | None = None
 
     def messages(self) -> Iterator[RecordedMessage]:
@@ -188,7 +189,8 @@ class Recomputation:
         if self._keyframe_ns is None or time_ns - self._keyframe_ns >= KEYFRAME_NS:
             self._keyframe_ns = time_ns
             yield keys.MAP_KEYFRAME, self._voxels(stamp, whole=True)
-        yield from plan_messages(snapshot)
+        yield from plan_messages(snapshot, self._last)
+        self._last = snapshot
         yield keys.STATUS, encode(self._state(snapshot))
 
     def _voxels(self, stamp_ns: int, *, whole: bool) -> bytes:

@@ -169,8 +169,11 @@ def test_glimpses_are_drawn_anew_only_when_they_differ(model, make):
     assert model.take_changes() == {"glimpsed"}
     model.on_glimpses(GlimpsedPlaces(stamp_ns=2, cell_m=0.25, cells=places.cells))
     assert model.take_changes() == frozenset()
+    over = GlimpsedPlaces(stamp_ns=2, cell_m=0.25, cells=places.cells, covered=[(1, 2, 3)])
+    model.on_glimpses(over)
+    assert model.take_changes() == {"looked_over"}
     for edge in (0.0, -1.0, 1e9):
         model.on_glimpses(GlimpsedPlaces(stamp_ns=3, cell_m=edge, cells=[]))
-    assert model.glimpsed is places, "cells without a size are no cells"
+    assert model.glimpsed is over, "cells without a size are no cells"
     model.on_status(make.status(robot="other"))
     assert model.glimpsed.cells == []

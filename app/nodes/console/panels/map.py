@@ -27,6 +27,7 @@ LAYER_WORDS: Final[dict[Layer, str]] = {
     "finds": "Finds",
     "labels": "Labels",
     "glimpses": "Seen from afar",
+    "covered": "Looked over",
     "clearance": "Clearance",
 }
 LAYER_HINTS: Final[dict[Layer, str]] = {
@@ -34,6 +35,7 @@ LAYER_HINTS: Final[dict[Layer, str]] = {
     "object": "Voxels that are likely to be the object",
     "tree": "White ends the search, black is only on the way, else blue to red by gain",
     "glimpses": "Where images show what may be the object, beyond the map's range",
+    "covered": "Floor that was in view from nearby while this object was searched for",
     "clearance": "Distance to the nearest obstacle at the height of the body, every 0.1 m",
     "labels": "What is written above the finds",
 }

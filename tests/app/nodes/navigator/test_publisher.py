@@ -112,14 +112,19 @@ def test_on_a_slow_link_changes_gather_and_nothing_is_lost(
     assert add_up([delta], voxel_m) == add_up([whole], voxel_m) != set()
 
 
-def test_where_it_was_seen_from_afar_is_told_with_every_step(steps):
-    snapshot = steps()
-    assert decode(dict(plan_messages(snapshot))[keys.GLIMPSES], GlimpsedPlaces).cells == []
+def test_what_images_show_is_told_when_it_changes(steps):
+    first = steps()
+    told = decode(dict(plan_messages(first, None))[keys.GLIMPSES], GlimpsedPlaces)
+    assert (told.cells, told.covered) == ([], [])
+    assert keys.GLIMPSES not in dict(plan_messages(first, first))
     cells = np.array([[3.125, -1.375, 2.5], [3.375, -1.375, 0.75]], np.float32)
-    seen = dataclasses.replace(snapshot, glimpsed=cells, glimpsed_cell_m=0.25)
-    told = decode(dict(plan_messages(seen))[keys.GLIMPSES], GlimpsedPlaces)
+    seen = dataclasses.replace(first, glimpsed=cells, glimpsed_cell_m=0.25)
+    told = decode(dict(plan_messages(seen, first))[keys.GLIMPSES], GlimpsedPlaces)
     np.testing.assert_allclose(told.cells, cells, atol=0.006)
-    assert (told.cell_m, told.stamp_ns) == (0.25, snapshot.stamp_ns)
+    assert (told.cell_m, told.stamp_ns) == (0.25, first.stamp_ns)
+    over = dataclasses.replace(seen, looked_over=np.array([[-3, 4, 2]], np.int32))
+    told = decode(dict(plan_messages(over, seen))[keys.GLIMPSES], GlimpsedPlaces)
+    assert told.covered == [(-3, 4, 2)]
 
 
 def test_all_who_ask_for_the_map_share_one_answer(shown, sessions, steps, monkeypatch):
