@@ -12,6 +12,8 @@ from app.messages.driving import PaintedStroke
 from app.view.colors import CERTAIN_BRUSH, GLIMPSED, NEVER_BRUSH, ROBOT, Rgb, linear
 
 _LIFT_M: Final = 0.035
+_ABOVE_M: Final = 0.11
+"""Over the floor's voxels, which reach this high where they are 10 cm."""
 _SPOKES: Final = 28
 _MAX_BOXES: Final = 2500
 _Sheet = tuple[NDArray[np.float32], NDArray[np.uint32]]
@@ -72,14 +74,14 @@ class OverlayLayer:
         for name, opacity, low, high in _GLIMPSED:
             chosen = [(x, y) for x, y, nat in cells[:_MAX_CELLS] if low <= nat < high]
             centers = np.array(chosen, np.float32)
-            sheet = _squares(centers, cell_m, 1.8 * _LIFT_M) if chosen else None
+            sheet = _squares(centers, cell_m, 1.15 * _ABOVE_M) if chosen else None
             self._lay(f"/glimpsed/{name}", sheet, GLIMPSED, opacity)
 
     def draw_looked_over(self, runs: Sequence[tuple[int, int, int]], cell_m: float) -> None:
         """Lay a translucent sheet over floor that was in view from nearby."""
         known = [run for run in runs[:_MAX_RUNS] if 0 < run[2] <= _MAX_RUN]
-        sheet = _strips(np.array(known, np.float64), cell_m, 0.6 * _LIFT_M) if known else None
-        self._lay("/glimpsed/looked_over", sheet, ROBOT, 0.22)
+        sheet = _strips(np.array(known, np.float64), cell_m, _ABOVE_M) if known else None
+        self._lay("/glimpsed/looked_over", sheet, ROBOT, 0.4)
 
     def _lay(self, name: str, sheet: _Sheet | None, color: Rgb, opacity: float) -> None:
         """Put a sheet in place of the one that lay there; None takes it away."""

@@ -49,6 +49,8 @@ OBJECT_HEIGHT_M: Final = 0.4
 """A place is in view when this height over its floor is."""
 SLACK_M: Final = 0.6
 """Uncertainty of a distance that is told by the floor, or by far depth."""
+CLOSE_M: Final = 0.1
+"""A place is surely in view when nothing is this much before it."""
 SPREAD_M: Final = 0.75
 """Directions are narrow and far ones inexact: what is this near to a cell counts for it, too."""
 LOOK_M: Final = (0.8, 1.6, 2.4, 3.2, 4.0)
@@ -155,6 +157,7 @@ class Glimpses:
         self._corner: Float64Array | None = None
         self._log = np.zeros((SIDE, SIDE), np.float32)
         self._near = np.zeros((SIDE, SIDE), np.uint8)
+        self._open = np.zeros((SIDE, SIDE), np.bool_)
         self._shown = np.zeros((SIDE, SIDE), np.float32)
         self._wide = np.zeros((SIDE, SIDE), np.float32)
         self._best = np.zeros((SIDE, SIDE), np.float32)
@@ -227,7 +230,7 @@ class Glimpses:
             self._corner,
             (config.cell_m, self._near_m, config.reach_m),
             (config.share, config.most_nat, config.images_near),
-            (self._log, self._shown, self._near, self._best, self._stamp),
+            (self._log, self._shown, self._near, self._open, self._best, self._stamp),
             self._images,
         )
         self._covered += covered
@@ -287,7 +290,7 @@ class Glimpses:
         past_ns = self._stamp_ns - self._looked_over_ns
         if self._looked_over_cells and self._corner is not None and not 0 <= past_ns < SHOWN_NS:
             self._looked_over_ns, self._looked_over_cells = self._stamp_ns, 0
-            done = self._near >= self._config.images_near
+            done = self._open & (self._near >= self._config.images_near)
             edges = np.diff(np.pad(done, ((0, 0), (1, 1))).astype(np.int8), axis=1)
             first, end = np.argwhere(edges == 1), np.argwhere(edges == -1)
             corner = np.rint(self._corner / self._config.cell_m).astype(np.int64)
@@ -462,7 +465,7 @@ def _mark_kernel(
     per_column, per_row, rows = size
     cell_m, near_m, reach_m = metres
     share, most, images_near = rule
-    log, shown, near, best, stamp = cells
+    log, shown, near, open_floor, best, stamp = cells
     change, covered = np.float32(0.0), 0
     side = log.shape[0]
     touched = np.empty((2 * columns.u.shape[0] * (int(reach_m / cell_m) + 2), 2), np.int64)
@@ -479,7 +482,9 @@ def _mark_kernel(
     for i in range(max(0, i0 - span), min(side, i0 + span + 1)):
         for j in range(max(0, j0 - span), min(side, j0 + span + 1)):
             px, py = corner[0] + (i + 0.5) * cell_m, corner[1] + (j + 0.5) * cell_m
-            if _shows(inverse, lens, depth, px, py, floor_z + OBJECT_HEIGHT_M, near_m):
+            shows = _shows(inverse, lens, depth, px, py, floor_z + OBJECT_HEIGHT_M, near_m)
+            if shows > 0:
+                open_floor[i, j] |= shows > 1
                 near[i, j] = min(near[i, j] + 1, 255)
                 covered += near[i, j] == images_near
                 if near[i, j] >= images_near:
@@ -536,18 +541,21 @@ def _mark_kernel(
 
 @INNER
 def _shows(inverse, lens, depth, x, y, z, near_m):
-    """Tell whether an image shows a point within the map's range."""
+    """Tell whether an image shows a point within the map's range: 2 surely, 1 likely, 0 not."""
     fx, fy, cx, cy = lens
     zc = inverse[2, 0] * x + inverse[2, 1] * y + inverse[2, 2] * z + inverse[2, 3]
     if zc <= 0.1 or zc > near_m:
-        return False
+        return 0
     xc = inverse[0, 0] * x + inverse[0, 1] * y + inverse[0, 2] * z + inverse[0, 3]
     yc = inverse[1, 0] * x + inverse[1, 1] * y + inverse[1, 2] * z + inverse[1, 3]
     u, v = int(xc / zc * fx + cx + 0.5), int(yc / zc * fy + cy + 0.5)
     if not (0 <= u < depth.shape[1] and 0 <= v < depth.shape[0]):
-        return False
+        return 0
     seen = depth[v, u]
-    return not seen > 0.0 or seen > zc - SLACK_M
+    if seen > zc - CLOSE_M:
+        return 2
+    # A hole is a surface beyond the range, or one that returns nothing.
+    return 1 if not seen > 0.0 or seen > zc - SLACK_M else 0
 
 
 @njit(cache=True, nogil=True)
