@@ -58,7 +58,7 @@ PLAN_TREE = "plan/tree"
 PLAN_PATH = "plan/path"
 DETECTIONS = "detections"
 GLIMPSES = "map/glimpses"
-"""Where images show what may be the object beyond the map's range."""
+"""Where images show what may be the object beyond the map's range, and floor that was in view."""
 STATUS = "status"
 EVENT = "event"
 

@@ -282,6 +282,10 @@ class Recorder:
         except LinkError as error:
             logger.debug("%s", error)
             self._heard_at = time.monotonic()
+            return
+        if self._session is not None:
+            # What is told on change alone may have changed meanwhile.
+            threading.Thread(target=self._ask_for_the_past, name="past", daemon=True).start()
 
     def _close_network(self) -> None:
         network, self._network = self._network, None

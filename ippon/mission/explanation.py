@@ -58,8 +58,9 @@ def explain(
         )
     level = target.level.name.lower()
     place = _place(target, voxel_map, guidance, rooms)
-    if target.cued and place == _AHEAD:
-        names = [label.replace("_", " ") for label in guidance.labels_of(Level.CERTAIN)]
+    certain = [label for label in guidance.labels_of(Level.CERTAIN) if label != goal.object]
+    if target.cued and certain and place == _AHEAD:
+        names = [label.replace("_", " ") for label in certain]
         place = f"by what may be the {' or the '.join(names[:_MOST_NAMED])}, farther off"
     if target.glimpsed <= _COVERED_NAT:
         where = "for what is left unseen" + (f" {place}" if place != _UNSEEN else "")

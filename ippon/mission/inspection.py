@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
-from ippon.guidance.levels import Guidance
+from ippon.guidance.levels import Guidance, Level
 from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, MapArrays
 from ippon.mapping.surface_rows import NO_LABEL, STEPS_PER_NAT
@@ -138,7 +138,8 @@ def preview(
         return None
     supposed = rooms.supposing(then)
     arrays = with_levels(voxel_map, then.levels())
-    target = planner.preview(supposed.applied(voxel_map, arrays))
+    cues = then.labels_of(Level.CERTAIN) == now.labels_of(Level.CERTAIN)
+    target = planner.preview(supposed.applied(voxel_map, arrays), cues=cues)
     imagined = dataclasses.replace(plan, target=target)
     return Preview(
         now=explain(plan, voxel_map, goal, now, rooms),

@@ -47,7 +47,7 @@ def snapshot_of(
         candidates=search.candidates if search else (),
         glimpsed=_NOWHERE if search is None or state in OVER else search.glimpses.places(),
         glimpsed_cell_m=glimpsed_cell_m,
-        looked_over=_NO_RUNS if search is None else search.glimpses.looked_over(),
+        looked_over=_NO_RUNS if search is None else search.glimpses.looked_over(frame.stamp_ns),
         T_world_base=frame.T_world_base,
         path_length_m=search.path_length_m if search else 0.0,
         elapsed_s=search.elapsed_s(frame.stamp_ns) if search else 0.0,

@@ -25,7 +25,7 @@ class Steerable(Protocol):
         """Weigh what viewpoints look at."""
         ...
 
-    def preview(self, map_arrays: MapArrays) -> Viewpoint | None:
+    def preview(self, map_arrays: MapArrays, *, cues: bool) -> Viewpoint | None:
         """Tell what would be chosen on such a map; nothing changes by it."""
         ...
 

@@ -40,8 +40,8 @@ class Viewpoint:
     path_cost_s: float
     """C(P_n), travel time from the robot, turning included."""
     glimpsed: float = 0.0
-    """Nat by which images make the object likelier in what it shows; below 0 where the floor ahead
-    was in view from nearby before."""
+    """Nat by which images make the object likelier ahead; below 0 where the floor there was in view
+    from nearby before."""
     cued: bool = False
     """Images from afar show there what the object is certainly near: the level comes from that."""
 

@@ -100,11 +100,12 @@ class ViewpointPlanner:
         self._target = self._path = None
         self._patience = Patience()
 
-    def preview(self, map_arrays: MapArrays) -> Viewpoint | None:
+    def preview(self, map_arrays: MapArrays, *, cues: bool) -> Viewpoint | None:
         """Tell what would be chosen if the map's levels were these; nothing changes by it.
 
         Args:
             map_arrays: The map of the last step, with other levels.
+            cues: Whether what is certain for the object would still be so, also from afar.
 
         Returns:
             The viewpoint, None when none would be worth it or there was no step yet.
@@ -114,6 +115,8 @@ class ViewpointPlanner:
         views = self._views
         self._views = views.copy()
         try:
+            if not cues:
+                self._views.cued = np.zeros_like(self._views.cued)
             self._views.recount(map_arrays)
             scores = self._score(self._tree)
             target = select(self.config.selection, scores, None)

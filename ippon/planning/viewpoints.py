@@ -114,7 +114,7 @@ class Viewpoints:
         self._glimpses: Glimpses | None = None
         self._glimpses_at = 0
         self.glimpsed = np.zeros((capacity, headings), dtype=np.float32)
-        """Nat by which images make the object likelier in what each heading shows."""
+        """Nat by which images make the object likelier, or below 0 less likely, ahead."""
         self.cued = np.zeros((capacity, headings), dtype=np.bool_)
         """Headings that look at what images show to be certainly near the object."""
         self._voxel_m = 0.0

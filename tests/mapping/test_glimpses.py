@@ -198,31 +198,58 @@ def test_floor_that_was_in_view_nearby_draws_less():
     assert ahead[0] < math.log(0.6)
     assert (ahead[6:19] == 0.0).all(), "to the sides and behind nothing was looked at"
     assert seen_from(glimpses, 3.5, 0.0)[0] > math.log(0.9), "beyond it hardly anything"
-    assert (ahead >= COVERED_POWER * math.log(1.0 - config.covered_share) - 1e-5).all()
+    # Two of the five places ahead are in view: nearer ones lie below the image, the last too far.
+    assert ahead[0] == pytest.approx(COVERED_POWER * math.log(1.0 - 0.4 * config.covered_share))
+
+
+def over(glimpses, stamp_s):
+    runs = glimpses.looked_over(round(stamp_s * 1e9)).tolist()
+    return {(i, j + k) for i, j, n in runs for k in range(n)}
 
 
 def test_what_was_looked_over_is_told_in_runs_once_a_second():
-    images = [frame_of(AHEAD, p=0.0, depth=3.9, stamp_s=0.5 * n) for n in range(3)]
-    glimpses = made(images[:2], GlimpseConfig())
-    assert len(glimpses.looked_over()) == 0
-    glimpses.look(images[2])
-    runs = glimpses.looked_over()
-    cells = {(i, j + k) for i, j, n in runs.tolist() for k in range(n)}
+    image = frame_of(AHEAD, p=0.0, depth=3.9)
+    glimpses = made([image] * 2, GlimpseConfig())
+    assert over(glimpses, 0.0) == set()
+    glimpses.look(image)
+    cells = over(glimpses, 0.1)
     assert (12, 0) in cells, "3 m ahead"
-    assert (-12, 0) not in cells
-    assert (20, 0) not in cells, "beyond the map's range"
-    assert (12, 12) not in cells, "beside the image"
-    turned = [
-        frame_of(AHEAD, p=0.0, depth=3.9, yaw=math.pi, stamp_s=1.1 + 0.2 * n) for n in range(3)
-    ]
-    for image in turned:
-        glimpses.look(image)
-    assert glimpses.looked_over() is runs, "not yet"
-    glimpses.look(frame_of(AHEAD, p=0.0, depth=3.9, yaw=math.pi, stamp_s=2.2))
-    now = {(i, j + k) for i, j, n in glimpses.looked_over().tolist() for k in range(n)}
+    assert cells.isdisjoint({(-12, 0), (20, 0), (12, 12)}), "behind, too far, beside the image"
+    for _ in range(3):
+        glimpses.look(frame_of(AHEAD, p=0.0, depth=3.9, yaw=math.pi))
+    assert over(glimpses, 1.0) == cells, "not yet"
+    now = over(glimpses, 1.2)
     assert now > cells
     assert (-12, 0) in now
-    assert glimpses.looked_over() is glimpses.looked_over()
+    assert glimpses.looked_over(9_000_000_000) is glimpses.looked_over(99_000_000_000)
+    glimpses.look(frame_of(AHEAD, p=0.0, depth=3.9, yaw=1.5, stamp_s=9.0))
+    assert glimpses.looked_over(0) is glimpses.looked_over(1), "a clock that starts anew"
+
+
+def test_what_was_first_seen_through_holes_is_looked_over_once_it_is_surely_in_view():
+    glimpses = made([frame_of(AHEAD, p=0.0, depth=with_holes(3.9, 0.7))] * 4, GlimpseConfig())
+    few = over(glimpses, 1.0)
+    for _ in range(4):
+        glimpses.look(frame_of(AHEAD, p=0.0, depth=3.9))
+    assert len(over(glimpses, 3.0)) > len(few) + 20
+
+
+@pytest.mark.parametrize("code", [65.535, math.inf, math.nan, 0.0])
+def test_a_sensors_code_for_no_depth_covers_nothing(code):
+    glimpses = made([frame_of(AHEAD, p=0.0, depth=code)] * 6, GlimpseConfig())
+    assert (seen_from(glimpses, 0.0, 0.0) == 0.0).all()
+    assert over(glimpses, 5.0) == set()
+
+
+def test_places_are_the_same_until_they_change():
+    glimpses = made([frame_of(AHEAD)] * 8, GlimpseConfig())
+    places = glimpses.places()
+    assert len(places)
+    revision = glimpses.revision
+    for n in range(12):
+        glimpses.look(frame_of(AHEAD, depth=3.0, at=(-8.0, 0.1 * n), yaw=math.pi))
+    assert glimpses.revision > revision, "floor was covered"
+    assert glimpses.places() is places
 
 
 def test_floor_that_was_in_view_from_too_far_counts_in_full():
@@ -284,6 +311,32 @@ def test_other_cues_begin_anew_and_the_same_ones_go_on():
     assert not cued_from(glimpses, 2.0, 0.0).any()
     glimpses.set_cues(["cup"])
     assert glimpses.cue_labels == (), "the object is not its own cue"
+
+
+def test_what_is_the_maps_matter_stays_so_when_cues_change():
+    def search(looked):
+        glimpses = with_cues(
+            (), [frame_of(AHEAD, p=0.0, depth=3.9, ooi="cup")] * 4 if looked else []
+        )
+        glimpses.set_cues(("sofa",))
+        for _ in range(8):
+            glimpses.look(replace(sofa_at(AHEAD), **pose(-1.5)))
+        return cued_from(glimpses, -1.0, 0.0)[0]
+
+    assert search(looked=False)
+    assert not search(looked=True)
+
+
+def pose(x):
+    frame = frame_of(AHEAD, at=(x, 0.0))
+    return {"T_world_base": frame.T_world_base, "T_world_camera": frame.T_world_camera}
+
+
+def test_the_faint_background_of_many_labels_is_no_cue():
+    labels = tuple(f"thing {n}" for n in range(12))
+    heat = np.full((100, 160, 13), 8, np.uint8)
+    image = replace(frame_of(AHEAD), heatmap=Heatmap(labels=labels, ooi="cup", probabilities=heat))
+    assert not cued_from(with_cues(labels, [image] * 8), 2.0, 0.0).any()
 
 
 def test_switched_off_there_are_no_cues_either():

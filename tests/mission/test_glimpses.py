@@ -5,8 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ippon.guidance.levels import LabelLevel, Level
+from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.config import MissionConfig
 from ippon.mission.snapshot import MissionState
+from ippon.vocabulary import MATTERPORT_40
 from tests.mission.test_situations import toilet
 
 START = (12.0, 2.0)
@@ -65,8 +68,15 @@ def test_it_goes_to_what_may_be_the_sofa_that_the_hat_is_on(searcher, room):
     hat = ("hat", "hat", (20.3, 1.8, 0.8), (20.6, 2.1, 0.95))
     robot = searcher([*room(24.0, 4.0), SOFA, hat], *START)
     robot.ask("hat", context="I left it on the sofa")
+    cue = "by what may be the sofa, farther off (certain)"
+    robot.search(150.0, lambda r: cue in r.snapshot.why)
+    told = EmbeddedPrior().levels("hat", "I left it on the sofa", MATTERPORT_40)
+    elsewhere = LabelLevel(label="sofa", level=Level.FAR, reason="not there")
+    preview = robot.mission.preview(told.changed([elsewhere]))
+    assert cue in preview.now
+    assert "what may be" not in preview.then
     robot.search(150.0)
     snapshots = [result.snapshot for result in robot.results]
-    assert any("by what may be the sofa, farther off (certain)" in s.why for s in snapshots)
+    assert any(cue in s.why for s in snapshots)
     assert robot.last.state is MissionState.FOUND
     assert min(s.T_world_base[0, 3] for s in snapshots) > START[0] - 0.5, "never the other way"

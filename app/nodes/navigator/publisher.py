@@ -42,6 +42,7 @@ class MapPublisher:
         self._waiting: list[zenoh.Query] = []
         self._waiting_lock = threading.Lock()
         self._last: Snapshot | None = None
+        self._tell_all = 0
         self._voxel_m = voxel_map.config.voxel_size_m
         self._tracker = SurfaceTracker(voxel_map)
         self._keyframe_every_s = keyframe_every_s
@@ -67,9 +68,13 @@ class MapPublisher:
             if time.monotonic() - self._keyframe_at > self._keyframe_every_s:
                 self._keyframe_at = time.monotonic()
                 self._put(self._keyframe, self.keyframe())
-        for key, payload in plan_messages(snapshot, self._last):
+        if self._last is not None and snapshot.stamp_ns < self._last.stamp_ns:
+            # Who watches forgets with the next status: all is told once more after that.
+            self._tell_all = 2
+        before = self._last if self._tell_all == 0 else None
+        for key, payload in plan_messages(snapshot, before):
             self._plan[key].put(payload)
-        self._last = snapshot
+        self._last, self._tell_all = snapshot, max(0, self._tell_all - 1)
 
     def ask(self, query: zenoh.Query) -> bool:
         """Keep a request for the whole map until `answer`; safe from any thread.

@@ -127,6 +127,22 @@ def test_what_images_show_is_told_when_it_changes(steps):
     assert told.covered == [(-3, 4, 2)]
 
 
+def test_what_images_show_is_told_anew_after_the_clock_has(sessions, shown, steps):
+    came = queue.SimpleQueue()
+    subscribe(sessions[1], f"r/{keys.GLIMPSES}", lambda p: came.put(decode(p, GlimpsedPlaces)))
+    list(sessions[1].get(f"r/{keys.PLAN_TREE}", timeout=5.0))
+    first = steps()
+    second = 1_000_000_000
+    # What waits for the link gives way to what is newer: each is taken before the next is sent.
+    for stamp_s, told in ((10, True), (11, False), (12, False), (1, True), (2, True), (3, False)):
+        shown.publish(dataclasses.replace(first, stamp_ns=stamp_s * second))
+        if told:
+            assert came.get(timeout=10.0).stamp_ns == stamp_s * second
+    over = np.array([[1, 2, 3]], np.int32)
+    shown.publish(dataclasses.replace(first, stamp_ns=4 * second, looked_over=over))
+    assert came.get(timeout=10.0).stamp_ns == 4 * second, "and nothing in between"
+
+
 def test_all_who_ask_for_the_map_share_one_answer(shown, sessions, steps, monkeypatch):
     shown.publish(steps())
     made = []
