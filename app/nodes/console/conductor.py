@@ -41,6 +41,8 @@ NOTICE_S: Final = 0.2
 LIVE_S: Final = 2.0
 FETCH_S: Final = 1.0
 """Pause between two attempts to fetch what was published before we listened."""
+_WITH_THE_MAP: Final = (keys.MAP_KEYFRAME, keys.GLIMPSES, keys.PAINTED)
+"""What is told on change alone and forgotten with the map, when a clock or a navigator restarts."""
 
 EVERY: Final = (keys.MAP_VOXELS, keys.MAP_KEYFRAME, keys.EVENT, keys.TF, keys.TF_STATIC)
 """Topics of which no message may be left out."""
@@ -172,7 +174,7 @@ class Conductor:
             return []
         goal = status.goal
         wanted = goal is not None and (table is None or table.goal_id != goal.goal_id)
-        return [keys.MAP_KEYFRAME] * self.model.needs_keyframe + [keys.PROXIMITY] * wanted
+        return [*_WITH_THE_MAP] * self.model.needs_keyframe + [keys.PROXIMITY] * wanted
 
     def _fetch(self, topics: list[str]) -> None:
         try:
