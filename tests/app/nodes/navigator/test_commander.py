@@ -5,7 +5,13 @@ import pytest
 
 from app.links.subscription import subscribe
 from app.messages import keys
-from app.messages.motion import decode_number, decode_twist
+from app.messages.motion import (
+    StampedTwist,
+    decode_number,
+    decode_twist,
+    encode_number,
+    encode_twist,
+)
 from app.nodes.navigator.commander import Commander
 from ippon.command import Command
 
@@ -15,11 +21,20 @@ DRIVE = Command(linear_m_s=0.5, yaw_rate_rad_s=0.2, tilt_rad=-0.3)
 @pytest.fixture
 def heard(sessions):
     """Everything that reaches the robot, in order: ("twist" | "tilt", value)."""
-    _, robot = sessions
+    navigator, robot = sessions
     messages = queue.SimpleQueue()
     subscribe(robot, f"r/{keys.CMD_VEL}", lambda p: messages.put(("twist", decode_twist(p))))
     subscribe(robot, f"r/{keys.CMD_TILT}", lambda p: messages.put(("tilt", decode_number(p))))
-    time.sleep(0.1)
+    wanted = {"twist", "tilt"}
+    nothing = StampedTwist(stamp_ns=0, linear_m_s=0.0, yaw_rate_rad_s=0.0)
+    probes = {keys.CMD_VEL: encode_twist(nothing), keys.CMD_TILT: encode_number(0.0)}
+    give_up = time.monotonic() + 20.0
+    while wanted and time.monotonic() < give_up:
+        # What is said before a subscription has come through is lost.
+        for key, payload in probes.items():
+            navigator.put(f"r/{key}", payload)
+        wanted -= {kind for kind, _ in drain(messages)}
+    assert not wanted
     return messages
 
 
