@@ -71,16 +71,21 @@ class OverlayLayer:
 
     def draw_glimpsed(self, cells: Sequence[tuple[float, float, float]], cell_m: float) -> None:
         """Lay a translucent sheet where images from afar show what may be the object."""
+        half = np.float32(0.5 * cell_m)
         for name, opacity, low, high in _GLIMPSED:
             chosen = [(x, y) for x, y, nat in cells[:_MAX_CELLS] if low <= nat < high]
-            centers = np.array(chosen, np.float32)
-            sheet = _squares(centers, cell_m, 1.15 * _ABOVE_M) if chosen else None
+            middle = np.array(chosen, np.float32)
+            edges = (middle - half, middle + half, 1.15 * _ABOVE_M)
+            sheet = _rectangles(*edges) if chosen else None
             self._lay(f"/glimpsed/{name}", sheet, GLIMPSED, opacity)
 
     def draw_looked_over(self, runs: Sequence[tuple[int, int, int]], cell_m: float) -> None:
         """Lay a translucent sheet over floor that was in view from nearby."""
         known = [run for run in runs[:_MAX_RUNS] if 0 < run[2] <= _MAX_RUN]
-        sheet = _strips(np.array(known, np.float64), cell_m, _ABOVE_M) if known else None
+        low = [(i * cell_m, j * cell_m) for i, j, _ in known]
+        high = [((i + 1) * cell_m, (j + n) * cell_m) for i, j, n in known]
+        edges = (np.array(low, np.float32), np.array(high, np.float32), _ABOVE_M)
+        sheet = _rectangles(*edges) if known else None
         self._lay("/glimpsed/looked_over", sheet, ROBOT, 0.4)
 
     def _lay(self, name: str, sheet: _Sheet | None, color: Rgb, opacity: float) -> None:
@@ -141,25 +146,13 @@ class OverlayLayer:
             )
 
 
-def _strips(runs: NDArray[np.float64], cell_m: float, z: float) -> _Sheet:
-    low = runs[:, :2] * cell_m
-    high = (runs[:, :2] + np.column_stack([np.ones(len(runs)), runs[:, 2]])) * cell_m
-    corners = [low, np.column_stack([high[:, 0], low[:, 1]]), high]
-    corners.append(np.column_stack([low[:, 0], high[:, 1]]))
-    return _quads(np.stack(corners, axis=1).astype(np.float32), z)
-
-
-def _squares(centers: NDArray[np.float32], edge_m: float, z: float) -> _Sheet:
-    half = 0.5 * edge_m
-    corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half]], np.float32)
-    return _quads(centers[:, None] + corners, z)
-
-
-def _quads(corners: NDArray[np.float32], z: float) -> _Sheet:
-    """Make a sheet of (N, 4, 2) corners at one height."""
-    flat = corners.reshape(-1, 2)
+def _rectangles(low: NDArray[np.float32], high: NDArray[np.float32], z: float) -> _Sheet:
+    """Make a sheet at one height of rectangles between (N, 2) least and greatest x and y."""
+    corners = [low, np.column_stack([high[:, 0], low[:, 1]])]
+    corners += [high, np.column_stack([low[:, 0], high[:, 1]])]
+    flat = np.stack(corners, axis=1).reshape(-1, 2)
     vertices = np.column_stack([flat, np.full(len(flat), z, np.float32)])
-    first = 4 * np.arange(len(corners), dtype=np.uint32)[:, None, None]
+    first = 4 * np.arange(len(low), dtype=np.uint32)[:, None, None]
     faces = np.array([[0, 1, 2], [0, 2, 3]], np.uint32) + first
     return vertices, faces.reshape(-1, 3)
 

@@ -223,9 +223,9 @@ class Glimpses:
         floor_z_m = float(frame.T_world_base[2, 3])
         up = (T[2, 0], T[2, 1], T[2, 2], T[2, 3] - floor_z_m)
         ranges = (self._near_m, self._max_valid_m)
-        columns = _columns(heat, frame.depth, lens, size, up, ranges)
-        if not config.enabled:
-            columns.score[:] = -1.0
+        columns = (
+            _columns(heat, frame.depth, lens, size, up, ranges) if config.enabled else _NO_COLUMNS
+        )
         change, covered, surely = _mark_kernel(
             columns,
             lens,
@@ -322,8 +322,8 @@ class Glimpses:
 
         Returns:
             (N, A) nat, 0 where images say nothing, below where they have covered the floor ahead,
-            whether a wall is before it or not: with nothing but what is in sight this told 0.17 nat
-            in place of 0.26 (`scripts/benchmark levels`).
+            whether a wall is before it or not: counting only what is in sight told less
+            (docs/decisions.md).
         """
         out = np.zeros((len(xy), len(headings)), np.float32)
         if self._corner is not None:
@@ -362,6 +362,15 @@ class _Columns(NamedTuple):
     """(K, 2) least and greatest depth measured of it, metres; 0 where none was."""
     end: NDArray[np.float32]
     """(K,) greatest depth that is seen there, 0 where most of it returns none."""
+
+
+_NO_COLUMNS: Final = _Columns(
+    u=np.zeros(0),
+    score=np.zeros(0, np.float32),
+    low=np.zeros(0, np.int64),
+    depth=np.zeros((0, 2), np.float32),
+    end=np.zeros(0, np.float32),
+)
 
 
 def _columns(

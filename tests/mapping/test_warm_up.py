@@ -18,6 +18,14 @@ def test_every_step_is_named(beside):
     assert list(warm_up(beside=beside)) == STEPS
 
 
+def _printed_by(code):
+    """Return what a process of its own prints: what is compiled here stays compiled."""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120
+    )
+    return done.stdout
+
+
 def test_the_process_beside_compiles_what_a_map_uses():
     # In a process of its own: what is compiled stays compiled in this one.
     code = (
@@ -28,10 +36,7 @@ def test_the_process_beside_compiles_what_a_map_uses():
         "list(warm_up())\n"
         "print(len(before), set(fuse_kernel.overloads) == before)\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120
-    )
-    assert done.stdout.split() == ["1", "True"]
+    assert _printed_by(code).split() == ["1", "True"]
 
 
 def test_a_first_glimpse_finds_its_kernels_compiled():
@@ -49,10 +54,7 @@ def test_a_first_glimpse_finds_its_kernels_compiled():
         "glimpses.ahead(np.ones((9, 2))[[1, 2]], np.linspace(0.0, 6.0, 40), reach)\n"
         "print(glimpses.revision, before, [len(k.overloads) for k in kernels])\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120
-    )
-    assert done.stdout.strip() == "1 [1, 1, 1, 1] [1, 1, 1, 1]"
+    assert _printed_by(code).strip() == "1 [1, 1, 1, 1] [1, 1, 1, 1]"
 
 
 def test_the_block_waits_for_the_process_beside():

@@ -35,7 +35,7 @@ LAYER_HINTS: Final[dict[Layer, str]] = {
     "object": "Voxels that are likely to be the object",
     "tree": "White ends the search, black is only on the way, else blue to red by gain",
     "glimpses": "Where images show what may be the object, beyond the map's range",
-    "covered": "Floor that was in view from nearby while this object was searched for",
+    "covered": "Floor that was surely in view from nearby since this object was asked for",
     "clearance": "Distance to the nearest obstacle at the height of the body, every 0.1 m",
     "labels": "What is written above the finds",
 }
