@@ -10,6 +10,8 @@ UInt8Array = NDArray[np.uint8]
 
 _TAPS = 5
 _CENTRE_WEIGHT = 0.5
+_SHARES = 255
+"""Steps between bad and good; as fine as the probabilities are written."""
 _REPAID = 4
 """Units of 1/255 lost or won in rounding that a large channel takes upon itself."""
 
@@ -125,15 +127,24 @@ def blend(
         good: (K, C) float32 vectors where the image is good, each summing to 1.
         bad: (K, C) float32 vectors where it is bad.
         field: (gh, gw) float32 of about unit variance, stretched over the image; above 1 means
-            good, below -1 bad, between a mixture.
+            good, below -1 bad, between a mixture in steps of 1/255.
 
     Returns:
         (h, w, C) uint8 in units of 1/255; the channels of each pixel sum to 255.
     """
-    out = np.empty((*samples.shape[:2], good.shape[1]), dtype=np.uint8)
-    largest = (good + bad).argmax(axis=1)
-    mixed = np.empty(good.shape[1], dtype=np.float32)
-    _blend_kernel(samples, good, bad, field, largest, mixed, out)
+    rows, channels = good.shape
+    out = np.empty((*samples.shape[:2], channels), dtype=np.uint8)
+    _blend_kernel(
+        samples,
+        good,
+        bad,
+        field,
+        (good + bad).argmax(axis=1),
+        np.empty(channels, dtype=np.float32),
+        np.empty((rows, _SHARES + 1, channels), dtype=np.uint8),
+        np.zeros((rows, _SHARES + 1), dtype=np.bool_),
+        out,
+    )
     return out
 
 
@@ -145,41 +156,53 @@ def _blend_kernel(
     field: Float32Array,
     largest: NDArray[np.int64],
     mixed: Float32Array,
+    known: UInt8Array,
+    is_known: NDArray[np.bool_],
     out: UInt8Array,
 ) -> None:
     h, w, channels = out.shape
     for i in range(h):
         for j in range(w):
             share = 0.5 + 0.5 * stretched_kernel(field, i, j, h, w)
-            share = np.float32(min(max(share, 0.0), 1.0))
-            rest = np.float32(1.0) - share
+            level = int(min(max(share, 0.0), 1.0) * _SHARES + 0.5)
             k = samples[i, j, 0]
-            large = largest[k]
             uniform = True
             for t in range(1, _TAPS):
                 uniform = uniform and samples[i, j, t] == k
+            # Most pixels show one thing, and many of them at the same share: worked out once.
+            if uniform and is_known[k, level]:
+                for c in range(channels):
+                    out[i, j, c] = known[k, level, c]
+                continue
+            mixed[:] = 0.0
+            centre = 1.0 if uniform else _CENTRE_WEIGHT
+            for t in range(1 if uniform else _TAPS):
+                weight = centre if t == 0 else (1.0 - centre) / (_TAPS - 1)
+                a = np.float32(255.0 * weight * level / _SHARES)
+                b = np.float32(255.0 * weight * (_SHARES - level) / _SHARES)
+                row = samples[i, j, t]
+                for c in range(channels):
+                    mixed[c] += a * good[row, c] + b * bad[row, c]
+            _round_kernel(mixed, largest[k], out[i, j])
             if uniform:
                 for c in range(channels):
-                    mixed[c] = np.float32(255.0) * (share * good[k, c] + rest * bad[k, c])
-            else:
-                mixed[:] = 0.0
-                for t in range(_TAPS):
-                    k = samples[i, j, t]
-                    weight = _CENTRE_WEIGHT if t == 0 else (1.0 - _CENTRE_WEIGHT) / (_TAPS - 1)
-                    a = np.float32(255.0 * weight) * share
-                    b = np.float32(255.0 * weight) * rest
-                    for c in range(channels):
-                        mixed[c] += a * good[k, c] + b * bad[k, c]
-            total = np.int32(0)
-            for c in range(channels):
-                value = np.int32(mixed[c] + np.float32(0.5))
-                out[i, j, c] = np.uint8(value)
-                total += value
-            missing = np.int32(255) - total
-            if abs(missing) <= _REPAID and out[i, j, large] >= 8 * _REPAID:
-                out[i, j, large] = np.uint8(out[i, j, large] + missing)
-            else:
-                _round_in_turn(mixed, out[i, j])
+                    known[k, level, c] = out[i, j, c]
+                is_known[k, level] = True
+
+
+@njit(cache=True, nogil=True)
+def _round_kernel(mixed: Float32Array, large: int, out: UInt8Array) -> None:
+    """Round so that the sum stays: a little goes to the largest channel, more to neighbours."""
+    total = np.int32(0)
+    for c in range(mixed.shape[0]):
+        value = np.int32(mixed[c] + np.float32(0.5))
+        out[c] = np.uint8(value)
+        total += value
+    missing = np.int32(255) - total
+    if abs(missing) <= _REPAID and out[large] >= 8 * _REPAID:
+        out[large] = np.uint8(out[large] + missing)
+    else:
+        _round_in_turn(mixed, out)
 
 
 @njit(cache=True, nogil=True)
@@ -195,9 +218,24 @@ def _round_in_turn(mixed: Float32Array, out: UInt8Array) -> None:
 
 def compact_samples(samples: Int32Array) -> tuple[Int32Array, Int32Array]:
     """Return the sorted distinct values, all at least -1, and the samples as rows of them."""
-    present = np.bincount(samples.ravel() + 1) > 0
+    present = np.zeros(int(samples.max(initial=-1)) + 2, dtype=np.int32)
+    _mark_kernel(samples.reshape(-1), present)
     rows = np.cumsum(present, dtype=np.int32) - np.int32(1)
-    return np.flatnonzero(present).astype(np.int32) - np.int32(1), rows[samples + 1]
+    compact = np.empty(samples.shape, dtype=np.int32)
+    _relabel_kernel(samples.reshape(-1), rows, compact.reshape(-1))
+    return np.flatnonzero(present).astype(np.int32) - np.int32(1), compact
+
+
+@njit(cache=True, nogil=True)
+def _mark_kernel(samples: Int32Array, present: Int32Array) -> None:
+    for n in range(samples.shape[0]):
+        present[samples[n] + 1] = 1
+
+
+@njit(cache=True, nogil=True)
+def _relabel_kernel(samples: Int32Array, rows: Int32Array, compact: Int32Array) -> None:
+    for n in range(samples.shape[0]):
+        compact[n] = rows[samples[n] + 1]
 
 
 def sigmoid(logit: NDArray[np.float64]) -> NDArray[np.float64]:

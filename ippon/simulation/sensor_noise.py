@@ -148,23 +148,26 @@ def _depth_kernel(
     sigma, quantum, edge_level, edge_jump, hole_level, nearest, farthest = parameters
     mask = mixed.shape[0] - 1
     for v in range(height):
+        above, below = max(v - 1, 0), min(v + 1, height - 1)
+        noise_row, hole_row = (v + offsets[0]) & mask, (v + offsets[2]) & mask
+        edge_row = (v + offsets[4]) & mask
         for u in range(width):
             z = depth[v, u]
-            out[v, u] = 0.0
-            if z <= 0.0 or blobs[(v + offsets[2]) & mask, (u + offsets[3]) & mask] > hole_level:
-                continue
-            if white[(v + offsets[4]) & mask, (u + offsets[5]) & mask] > edge_level:
-                jump = abs(depth[v, max(u - 1, 0)] - z)
-                jump = max(jump, abs(depth[v, min(u + 1, width - 1)] - z))
-                jump = max(jump, abs(depth[max(v - 1, 0), u] - z))
-                jump = max(jump, abs(depth[min(v + 1, height - 1), u] - z))
-                if jump > edge_jump * z:
-                    continue
-            noisy = z + sigma * z * z * mixed[(v + offsets[0]) & mask, (u + offsets[1]) & mask]
+            noisy = z + sigma * z * z * mixed[noise_row, (u + offsets[1]) & mask]
             if quantum > 0.0:
                 noisy = np.floor(noisy / quantum + 0.5) * quantum
-            if nearest <= noisy <= farthest:
-                out[v, u] = noisy
+            hole = blobs[hole_row, (u + offsets[3]) & mask] > hole_level
+            if z <= 0.0 or hole or not nearest <= noisy <= farthest:
+                out[v, u] = 0.0
+                continue
+            # Edges are rare, high noise is not: a test that always goes one way is a cheap one.
+            jump = max(
+                max(abs(depth[v, max(u - 1, 0)] - z), abs(depth[v, min(u + 1, width - 1)] - z)),
+                max(abs(depth[above, u] - z), abs(depth[below, u] - z)),
+            )
+            if jump > edge_jump * z and white[edge_row, (u + offsets[5]) & mask] > edge_level:
+                noisy = 0.0
+            out[v, u] = noisy
 
 
 @njit(cache=True, nogil=True)
