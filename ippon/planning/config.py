@@ -24,7 +24,7 @@ class PlannerConfig:
     closer_look: CloserLookConfig = field(default_factory=CloserLookConfig)
     samples_per_step: int = 10
     """Viewpoints added in a step at most; more covers new space sooner."""
-    evaluations_per_step: int = 6
+    evaluations_per_step: int = 4
     """Viewpoints evaluated in a step at most, about 1.5 ms each."""
     second_chances: int = 2
     """Times a search that would end opens again what contacts closed and tries gaps that are all

@@ -145,6 +145,8 @@ def _rasterise_kernel(
     face_index: Int32Array,
 ) -> None:
     box = np.empty(4, dtype=np.float64)
+    size = inverse_depth.shape
+    zs, fs = inverse_depth.reshape(-1), face_index.reshape(-1)
     for r in range(ranges.shape[0]):
         many = ranges[r, 3] - ranges[r, 2] >= _WORTH_HIDING
         if many and _is_hidden(boxes, r, inverse_depth):
@@ -159,7 +161,7 @@ def _rasterise_kernel(
                     + projection[k, 3]
                 )
         for f in range(ranges[r, 2], ranges[r, 3]):
-            _draw_kernel(corners, faces, f, box, inverse_depth, face_index)
+            _draw_kernel(corners, faces, f, box, size, zs, fs)
 
 
 @njit(cache=True, nogil=True)
@@ -199,10 +201,12 @@ def _draw_kernel(
     faces: Int32Array,
     f: int,
     box: Float64Array,
+    size: tuple[int, int],
     inverse_depth: Float32Array,
     face_index: Int32Array,
 ) -> None:
-    height, width = inverse_depth.shape
+    """Draw one triangle into images of (height, width) `size` whose rows lie end to end."""
+    height, width = size
     a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
     za, zb, zc = corners[a, 2], corners[b, 2], corners[c, 2]
     if za <= NEAR_M and zb <= NEAR_M and zc <= NEAR_M:
@@ -253,9 +257,10 @@ def _draw_kernel(
         wr = wv * v + w0
         for u in range(lo, hi + 1):
             w = np.float32(wu * u + wr)
-            if w > inverse_depth[v, u] and w <= 1.0 / NEAR_M:
-                inverse_depth[v, u] = w
-                face_index[v, u] = f
+            at = np.uint64(v * width + u)  # Unsigned: no test for indices from the end.
+            if w > inverse_depth[at] and w <= 1.0 / NEAR_M:
+                inverse_depth[at] = w
+                face_index[at] = f
 
 
 @njit(cache=True, nogil=True, inline="always")

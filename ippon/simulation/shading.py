@@ -214,7 +214,8 @@ def _shade_kernel(
                 color[v, u, k] = np.uint8(min(lit * rgb[k], 255.0))
 
 
-@njit(cache=True, nogil=True)
+# Inlined, or all the arrays of `colors` would be handed over for every pixel.
+@njit(cache=True, nogil=True, inline="always")
 def _texel_kernel(
     colors: SurfaceColors,
     f: int,
@@ -247,8 +248,9 @@ def _texel_kernel(
     if r1 >= h:
         r1 = np.int32(0)
     c0, r0 = min(c0, w - 1), min(r0, h - 1)
-    i00, i01 = offset + r0 * w + c0, offset + r0 * w + c1
-    i10, i11 = offset + r1 * w + c0, offset + r1 * w + c1
+    # Unsigned: no test for indices from the end.
+    i00, i01 = np.uint64(offset + r0 * w + c0), np.uint64(offset + r0 * w + c1)
+    i10, i11 = np.uint64(offset + r1 * w + c0), np.uint64(offset + r1 * w + c1)
     w11 = fr * fc
     w10, w01 = (fr << 8) - w11, (fc << 8) - w11
     w00 = 65536 - w11 - w10 - w01
