@@ -161,10 +161,10 @@ def _depth_kernel(
                 out[v, u] = 0.0
                 continue
             # Edges are rare, high noise is not: a test that always goes one way is a cheap one.
-            jump = max(
-                max(abs(depth[v, max(u - 1, 0)] - z), abs(depth[v, min(u + 1, width - 1)] - z)),
-                max(abs(depth[above, u] - z), abs(depth[below, u] - z)),
-            )
+            left = depth[v, max(u - 1, 0)] - z
+            right = depth[v, min(u + 1, width - 1)] - z
+            up, down = depth[above, u] - z, depth[below, u] - z
+            jump = max(abs(left), abs(right), abs(up), abs(down))
             if jump > edge_jump * z and white[edge_row, (u + offsets[5]) & mask] > edge_level:
                 noisy = 0.0
             out[v, u] = noisy
