@@ -183,7 +183,7 @@ def _blend_kernel(
                 row = samples[i, j, t]
                 for c in range(channels):
                     mixed[c] += a * good[row, c] + b * bad[row, c]
-            _round_kernel(mixed, largest[k], out[i, j])
+            _round_kernel(mixed, int(largest[k]), out[i, j])
             if uniform:
                 for c in range(channels):
                     known[k, level, c] = out[i, j, c]
