@@ -7,7 +7,8 @@ from ippon.geometry import Float64Array
 from ippon.guidance.levels import Guidance
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.glimpses import Glimpses
-from ippon.mission.clusters import OoiVoxels, cluster_finds
+from ippon.mapping.ooi_voxels import OoiVoxels
+from ippon.mission.clusters import cluster_finds
 from ippon.mission.config import MissionConfig
 from ippon.mission.finding import Ball, ball_round, distance_m, out_of_reach_text
 from ippon.mission.goal import Goal

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.glimpses import Glimpses
+from ippon.mapping.ooi_voxels import OoiVoxels
 from ippon.planning.closer_look import CloserLooks
 from ippon.planning.config import PlannerConfig
 from ippon.planning.connection import COMFORT_M, Connector
@@ -26,7 +27,6 @@ from ippon.planning.sampler import Sampler
 from ippon.planning.sampling import (
     STANDABLE,
     cell_centres,
-    object_voxels,
     reachable_cells,
 )
 from ippon.planning.selection import (
@@ -48,6 +48,8 @@ from ippon.robot import RobotProfile
 
 WAYPOINT_REACH_M = 0.75
 """A point that an operator chose may lie this far from where the robot can stand: on a table."""
+_MOST_OBJECT_VOXELS = 512
+"""More of them tell nothing new of where to look."""
 _BESIDE_M = 0.12
 """A viewpoint this near to the robot is where it stands."""
 
@@ -66,6 +68,7 @@ class ViewpointPlanner:
             config.sampling, config.samples_per_step, self._road, self._floor, self._connector, seed
         )
         self._closer = CloserLooks(config.closer_look, robot.max_linear_m_s)
+        self._objects = OoiVoxels(config.ooi_threshold)
         self._termination_min = math.inf
         self._levels_changed = False
         self._target: int | None = None
@@ -83,6 +86,7 @@ class ViewpointPlanner:
             termination_min: T_min; viewpoints that show more object voxels end the search.
         """
         self._termination_min = termination_min
+        self._objects = OoiVoxels(self.config.ooi_threshold)
         self._views.set_probabilities(probabilities)
         self._levels_changed = True
         self._target = self._path = None
@@ -151,7 +155,7 @@ class ViewpointPlanner:
                 self._forget(node)
         grid, limits = self._floor.grid, self._floor.limits
         reachable = reachable_cells(grid, limits, x, y, self._floor.margin_m, COMFORT_M)
-        objects = object_voxels(map_arrays, self.config.ooi_threshold)
+        objects = self._objects.update(map_arrays)[0][:_MOST_OBJECT_VOXELS]
         saturated = self._sampler.add(objects, reachable, x, y)
         self._add_root(objects, map_arrays, x, y)
         seeds, tree = self._grow_tree(reachable, x, y, yaw)

@@ -9,7 +9,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
-from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, MapArrays
 from ippon.planning.clearance import OPEN, BodyLimits, FloorGrid, clearance_at
 
 PASSED: Final = 1
@@ -210,36 +209,3 @@ def room_m(grid: FloorGrid, cells: NDArray[np.int64]) -> Float64Array:
     """Return the (N,) distances from (N, 2) cells to the nearest obstacle, metres."""
     sites = grid.obstacle[cells[:, 0], cells[:, 1]].astype(np.float64)
     return np.hypot(sites[:, 0], sites[:, 1]) * grid.voxel_size
-
-
-def object_voxels(arrays: MapArrays, threshold: float) -> Float64Array:
-    """Return the (M, 3) centres of up to 512 occupied voxels above p_T, metres."""
-    out = np.empty((512, 3), dtype=np.float64)
-    count = _object_voxels_kernel(arrays, threshold, out)
-    return out[:count]
-
-
-@njit(cache=True, nogil=True)
-def _object_voxels_kernel(arrays, threshold, out):
-    directory, count = arrays.directory, 0
-    limit = threshold * 254.0
-    for bx in range(directory.shape[0]):
-        for by in range(directory.shape[1]):
-            for bz in range(directory.shape[2]):
-                row = directory[bx, by, bz]
-                if row < 0:
-                    continue
-                for c in range(512):
-                    code = arrays.ooi[arrays.slab[row], c]
-                    if code == NOT_MAPPED or code <= limit or arrays.state[row, c] != OCCUPIED:
-                        continue
-                    if count == out.shape[0]:
-                        return count
-                    i = ((bx + arrays.origin_block[0]) << 3) + (c >> 6)
-                    j = ((by + arrays.origin_block[1]) << 3) + ((c >> 3) & 7)
-                    out[count, 0] = (i + 0.5) * arrays.voxel_size
-                    out[count, 1] = (j + 0.5) * arrays.voxel_size
-                    k = ((bz + arrays.origin_block[2]) << 3) + (c & 7)
-                    out[count, 2] = (k + 0.5) * arrays.voxel_size
-                    count += 1
-    return count

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from ippon.mapping.arrays import OCCUPIED
 from ippon.planning.clearance import OBSTACLE, OPEN, BodyLimits
 from ippon.planning.sampling import (
     PASSED,
@@ -12,7 +11,6 @@ from ippon.planning.sampling import (
     cell_centre,
     cover,
     draw_place,
-    object_voxels,
     open_places,
     reachable_cells,
     tight_places,
@@ -92,15 +90,6 @@ def test_a_tight_place_beside_an_object_serves_where_no_roomier_one_is_near():
     tight = tight_places(objects, reachable, make_grid(kind), 0.3, 0.22)
     assert not tight[:, :3].any(), "the body would touch"
     assert tight[13:25, 3:].all()
-
-
-def test_object_voxels_are_the_occupied_ones_above_the_threshold(dense_map):
-    volume = dense_map((1.6, 1.6, 1.6))
-    volume.fill((0.2, 0.3, 0.2), (0.4, 0.4, 0.4), OCCUPIED, ooi=0.9)
-    volume.fill((1.0, 1.0, 0.2), (1.1, 1.1, 0.4), OCCUPIED, ooi=0.6)
-    found = object_voxels(volume.arrays(), 0.8)
-    expected = [(x, 0.35, z) for x in (0.25, 0.35) for z in (0.25, 0.35)]
-    assert sorted(map(tuple, found.round(3).tolist())) == expected
 
 
 def test_spacings_that_contradict_each_other_are_refused():
