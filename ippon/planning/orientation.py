@@ -207,12 +207,31 @@ def _choose_kernel(known, unknown, levels, rules, glimpsed, cued, weights, by_he
     return best, best_a, best_b, best_level, potential
 
 
+_STAYS = 0.05
+"""Share of the object that another framing must show more for a camera to turn to it."""
+
+
 def frame_object(
-    sums: ViewSums, panorama: Panorama, orientations: Orientations, bin_rad: float, pitch_low: float
+    sums: ViewSums,
+    panorama: Panorama,
+    orientations: Orientations,
+    bin_rad: float,
+    pitch_low: float,
+    before: tuple[float, float] | None = None,
 ) -> tuple[float, float] | None:
     """Find the orientation that shows the most object voxels (object framing).
 
     Among orientations that show equally many, the one that points closest to their middle wins.
+    The one before stays unless another is clearly better: a voxel that comes and goes would turn
+    the robot to and fro for ever.
+
+    Args:
+        sums: Of the viewpoint.
+        panorama: The same, by direction.
+        orientations: Candidates.
+        bin_rad: Edge of a direction cell.
+        pitch_low: Lower edge of the panorama, radians.
+        before: Yaw and tilt of the last framing from there, None for none.
 
     Returns:
         Yaw and tilt in radians; None when no object voxel is within reach.
@@ -230,4 +249,11 @@ def frame_object(
     # Up to a hundredth of the object may be given up to have the rest in the middle.
     score = sums.ooi - 0.01 * total * off
     a, b = np.unravel_index(int(np.argmax(score)), score.shape)
+    if before is not None:
+        kept = (
+            int(np.argmin(np.abs(orientations.yaws - before[0]))),
+            int(np.argmin(np.abs(orientations.tilts - before[1]))),
+        )
+        if score[kept] >= score[a, b] - _STAYS * total:
+            a, b = kept
     return float(orientations.yaws[a]), float(orientations.tilts[b])

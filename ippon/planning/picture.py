@@ -31,35 +31,38 @@ class TreePicture:
         self._scores = scores
         self._min_gain = min_gain
 
-    def _kind(self, node: int) -> NodeKind:
-        if self._scores.terminating[node]:
-            return NodeKind.TERMINATING
-        if self._views.potential[node] < self._min_gain:
-            return NodeKind.MINIMAL
-        return NodeKind.EXPLORING
+    def _kinds(self, nodes: NDArray[np.int64]) -> NDArray[np.uint8]:
+        """Return the (N,) `NodeKind` of (N,) nodes."""
+        minimal = self._views.potential[nodes] < self._min_gain
+        kinds = np.where(minimal, NodeKind.MINIMAL, NodeKind.EXPLORING)
+        kinds[self._scores.terminating[nodes]] = NodeKind.TERMINATING
+        return kinds.astype(np.uint8)
 
-    def _facing(self, node: int) -> tuple[float, float]:
-        """Yaw and tilt: framing the object, or towards the most gain, or ahead."""
-        kind = self._kind(node)
-        if kind is NodeKind.TERMINATING:
-            return self._views.frames_object(node)
-        if kind is NodeKind.MINIMAL:
-            return float(self._tree.heading[node]), float(self._views.tilt[node])
-        return float(self._views.yaw[node]), float(self._views.tilt[node])
+    def _facing(self, nodes: NDArray[np.int64], kinds: NDArray[np.uint8]) -> Float64Array:
+        """Return (N, 2) yaw and tilt: framing the object, or towards the most gain, or ahead."""
+        yaws = np.where(
+            kinds == NodeKind.MINIMAL, self._tree.heading[nodes], self._views.yaw[nodes]
+        )
+        facing = np.column_stack([yaws, self._views.tilt[nodes]])
+        for k in np.flatnonzero(kinds == NodeKind.TERMINATING):
+            facing[k] = self._views.frames_object(int(nodes[k]))
+        return facing
 
     def viewpoint(self, node: int) -> Viewpoint:
         """Say what a node promises and what it takes to get there."""
-        yaw, tilt = self._facing(node)
+        nodes = np.array([node])
+        kinds = self._kinds(nodes)
+        yaw, tilt = self._facing(nodes, kinds)[0]
         x, y = self._xy[node]
         glimpsed, cued = self._views.glimpsed_by(node)
         return Viewpoint(
             position_world=(float(x), float(y), self._floor_z_m),
-            yaw_rad=yaw,
-            tilt_rad=tilt,
+            yaw_rad=float(yaw),
+            tilt_rad=float(tilt),
             gain=float(self._views.gain[node]),
             termination=float(self._views.termination[node]),
             level=Level(int(self._views.level[node])),
-            kind=self._kind(node),
+            kind=NodeKind(int(kinds[0])),
             path_gain=float(self._scores.path_gain[node]),
             path_cost_s=float(self._scores.path_cost[node]),
             glimpsed=glimpsed,
@@ -73,7 +76,8 @@ class TreePicture:
         row = np.zeros(len(tree.cost) + 1, dtype=np.int32)
         row[nodes] = np.arange(1, len(nodes) + 1)
         parents = np.where(tree.parent[nodes] < 0, 0, row[tree.parent[nodes]])
-        facing = np.array([self._facing(int(n)) for n in nodes]).reshape(-1, 2)
+        kinds = self._kinds(nodes)
+        facing = self._facing(nodes, kinds)
         views, z = self._views, self._floor_z_m
 
         def column(root: float, values: NDArray, dtype: type) -> NDArray:
@@ -89,5 +93,5 @@ class TreePicture:
             terminations=column(0.0, views.termination[nodes], np.float32),
             path_costs_s=column(0.0, self._scores.path_cost[nodes], np.float32),
             levels=column(int(Level.AVERAGE), views.level[nodes], np.uint8),
-            kinds=column(NodeKind.MINIMAL, np.array([self._kind(int(n)) for n in nodes]), np.uint8),
+            kinds=column(NodeKind.MINIMAL, kinds, np.uint8),
         )

@@ -193,7 +193,9 @@ class Viewpoints:
         self._labelled[node] = panorama.labelled
         self._reach[node] = np.abs(panorama.depth).max(axis=0)
         self.termination[node] = panorama.ooi.sum()
-        framing = frame_object(sums, panorama, orientations, table.bin_rad, table.pitch_low)
+        yaw, tilt = self._framing[node]
+        before = None if math.isnan(yaw) else (float(yaw), float(tilt))
+        framing = frame_object(sums, panorama, orientations, table.bin_rad, table.pitch_low, before)
         self._framing[node] = framing if framing is not None else (math.nan, math.nan)
         self.evaluated[node] = self.memory.step
         self._at[node], self._voxel_m = xy, arrays.voxel_size
@@ -248,6 +250,7 @@ class Viewpoints:
         self.evaluated[node] = -1
         self.gain[node] = self.potential[node] = self.termination[node] = 0.0
         self.by_heading[node] = 0.0
+        self._framing[node] = math.nan
         self._sums.pop(node, None)
         self._labelled.pop(node, None)
 

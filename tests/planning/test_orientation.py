@@ -156,6 +156,22 @@ def test_an_object_is_framed_whole_and_in_the_middle(table, orientations):
     assert sums.ooi.max() == panorama.ooi.sum(), "one image holds it all"
 
 
+def test_a_framing_stays_while_a_voxel_comes_and_goes(table, orientations):
+    """The camera used to turn to and fro between two headings until time was up."""
+
+    def framed(columns, before=None):
+        panorama = empty(table)
+        panorama.ooi[table.pitch_bins // 2, columns] = 1.0
+        sums = sum_views(panorama, orientations, 4)
+        return frame_object(sums, panorama, orientations, table.bin_rad, table.pitch_low, before)
+
+    few, more, moved = [1, 2], [2, 3], [12, 13]
+    assert framed(few) != framed(more), "by themselves they are framed by two headings"
+    assert framed(more, framed(few)) == framed(few)
+    assert framed(few, framed(more)) == framed(more)
+    assert framed(moved, framed(few)) == framed(moved), "what is out of sight is turned to"
+
+
 def test_without_an_object_there_is_nothing_to_frame(table, orientations):
     panorama = empty(table)
     sums = sum_views(panorama, orientations, 4)
