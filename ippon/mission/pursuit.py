@@ -95,6 +95,12 @@ class Pursuit:
                 if plan.out_of_reach_m is None
                 else find_from(search.candidates, frame.T_world_base, plan.out_of_reach_m)
             )
+            if find is not None and self._wants_more_images(search, find):
+                return Pursued(
+                    command=Command(tilt_rad=command.tilt_rad),
+                    state=MissionState.APPROACHING,
+                    why=f"looking whether that is {search.goal.display}",
+                )
             if find is not None and search.second_look.contradicts(find):
                 return Pursued(
                     command=Command(tilt_rad=command.tilt_rad),
@@ -119,6 +125,12 @@ class Pursuit:
             state=MissionState.APPROACHING if approaching else MissionState.SEARCHING,
             why=explain(plan, self._voxel_map, search.goal, search.guidance, self._rooms),
         )
+
+    def _wants_more_images(self, search: Search, find: Find) -> bool:
+        """Tell whether too few images have shown a find, and more may come."""
+        waited = search.arrived_steps - self._config.confirm_steps
+        too_few = search.second_look.share(find) is None
+        return too_few and waited < self._config.second_look.enough_images
 
     def _tilt_to_object(self, search: Search, frame: Frame, plan: Plan) -> float | None:
         """Return the tilt that keeps in sight what the robot is on its way to.

@@ -36,21 +36,26 @@ class SecondLookConfig:
     least_share_small: float = 0.2
     """Likewise for things that fill a voxel or two: most of their pixels are outline, where labels
     mix. Right finds had as little as 0.37."""
+    unsure_share: float = 0.55
+    """Likewise where the map itself is not sure of the find. Right finds had 0.50 or more, and only
+    surely known ones less than 0.61; wrong ones 0.43 to 0.56."""
+    sure: float = 0.99
+    """Mean p(v in O) of a find from which the map is sure; more doubts more finds."""
     images: int = 40
     """Images that it is the average of; the approach takes about as many."""
     enough_images: int = 8
-    """With fewer the map alone decides."""
+    """A find that fewer have shown is looked at for as many more; after that the map decides."""
 
     def __post_init__(self) -> None:
         """Reject shares and counts without meaning."""
-        least = (self.least_share, self.least_share_small)
+        shares = (self.least_share, self.least_share_small, self.unsure_share, self.sure)
         if (
-            not all(0.0 <= share <= 1.0 for share in least)
+            not all(0.0 <= share <= 1.0 for share in shares)
             or not 1 <= self.enough_images <= self.images
         ):
             raise ValueError(
-                "least_share and least_share_small must lie in [0, 1] and enough_images in 1 to "
-                f"images; got {least}, {self.enough_images}, {self.images}"
+                "least_share, least_share_small, unsure_share and sure must lie in [0, 1] and "
+                f"enough_images in 1 to images; got {shares}, {self.enough_images}, {self.images}"
             )
 
 
@@ -73,6 +78,7 @@ class SecondLook:
     def __init__(self, config: SecondLookConfig, label: str, *, small: bool) -> None:
         self._config = config
         self._least = config.least_share_small if small else config.least_share
+        self._least_unsure = self._least if small else max(self._least, config.unsure_share)
         self._label = label
         self._followed: list[_Followed] = []
 
@@ -112,7 +118,8 @@ class SecondLook:
     def contradicts(self, find: Find) -> bool:
         """Tell whether the images speak against a find."""
         share = self.share(find)
-        return share is not None and share < self._least
+        least = self._least if find.probability >= self._config.sure else self._least_unsure
+        return share is not None and share < least
 
     def _of(self, find: Find) -> _Followed | None:
         at = find.position_world

@@ -78,6 +78,19 @@ def test_the_images_decide_by_their_average(share, small, against):
     assert look.contradicts(find) is against
 
 
+@pytest.mark.parametrize(
+    ("share", "probability", "small", "against"),
+    [(0.5, 0.97, False, True), (0.5, 0.995, False, False), (0.65, 0.97, False, False),
+     (0.5, 0.97, True, False)],
+)  # fmt: skip
+def test_a_find_that_the_map_is_not_sure_of_must_look_like_it_more_often(
+    share, probability, small, against
+):
+    look, find = after([share] * 10, small=small)
+    unsure = dataclasses.replace(find, probability=probability)
+    assert look.contradicts(unsure) is against
+
+
 def test_few_images_say_nothing():
     look, find = after([0.0] * 7)
     assert look.share(find) is None
@@ -117,7 +130,14 @@ def test_another_find_starts_anew():
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"least_share": 1.1}, {"least_share_small": -0.1}, {"enough_images": 0}, {"images": 5}],
+    [
+        {"least_share": 1.1},
+        {"least_share_small": -0.1},
+        {"unsure_share": 1.5},
+        {"sure": -1.0},
+        {"enough_images": 0},
+        {"images": 5},
+    ],
 )
 def test_a_config_without_meaning_is_refused(wrong):
     with pytest.raises(ValueError, match="must lie in"):
@@ -137,3 +157,16 @@ def test_a_search_goes_on_from_what_the_images_deny(searcher, room):
     assert "hardly looks like it" in doubted[0].text
     assert MissionState.FOUND not in [r.snapshot.state for r in results]
     assert robot.last.candidates == (), "it is ruled out"
+
+
+@pytest.mark.parametrize(("enough", "waits"), [(1, False), (40, True)])
+def test_a_find_that_few_images_have_shown_is_looked_at_first(searcher, room, enough, waits):
+    bed = ("bed", "bed", (2.4, 1.2, 0.0), (4.2, 3.0, 0.55))
+    config = MissionConfig(second_look=SecondLookConfig(enough_images=enough))
+    robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=config)
+    robot.ask("bed")
+    results = robot.search(60.0)
+    looking = [r for r in results if r.snapshot.why == "looking whether that is bed"]
+    assert bool(looking) is waits
+    assert len(looking) <= enough
+    assert robot.last.state is MissionState.FOUND
