@@ -64,7 +64,7 @@ class ViewConfig:
     not stop exactly on the viewpoint."""
     level_range_m: float = 5.0
     """Range within which labelled voxels decide p_img: what is in the view tells most of what is
-    not yet seen in it (docs/evaluation.md)."""
+    not yet seen in it (docs/measurements.md)."""
     min_level_voxels: int = 5
     """Voxels below which a level counts as empty; more ignores more misread specks."""
     yaw_bins: int = 160
