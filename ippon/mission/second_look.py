@@ -36,9 +36,9 @@ class SecondLookConfig:
     least_share_small: float = 0.2
     """Likewise for things that fill a voxel or two: most of their pixels are outline, where labels
     mix. Right finds had as little as 0.37."""
-    unsure_share: float = 0.55
-    """Likewise where the map itself is not sure of the find. Right finds had 0.50 or more, and only
-    surely known ones less than 0.61; wrong ones 0.43 to 0.56."""
+    unsure_share: float = 0.48
+    """Likewise where the map itself is not sure of the find. Of 133 right finds one had less than
+    0.48, with a p near 1, of nine wrong ones six; more also denies right ones, which costs the way back to them."""
     sure: float = 0.99
     """Mean p(v in O) of a find from which the map is sure; more doubts more finds."""
     images: int = 40
