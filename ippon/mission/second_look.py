@@ -38,8 +38,8 @@ class SecondLookConfig:
     mix. Right finds had as little as 0.37."""
     unsure_share: float = 0.48
     """Likewise where the map itself is not sure of the find. Of 133 right finds one had less than
-    0.48, with a p near 1, of nine wrong ones six; more also denies right ones, which
-    costs the way back to them."""
+    0.48, with a p near 1, of nine wrong ones six; more also denies right ones, which costs the way
+    back to them."""
     sure: float = 0.99
     """Mean p(v in O) of a find from which the map is sure; more doubts more finds."""
     images: int = 40

@@ -24,11 +24,7 @@ from ippon.planning.promise import promise, waits
 from ippon.planning.regions import RegionWeights
 from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampler import Sampler
-from ippon.planning.sampling import (
-    STANDABLE,
-    cell_centres,
-    reachable_cells,
-)
+from ippon.planning.sampling import STANDABLE, cell_centres, reachable_cells
 from ippon.planning.selection import (
     Commitment,
     Patience,
@@ -86,7 +82,6 @@ class ViewpointPlanner:
             termination_min: T_min; viewpoints that show more object voxels end the search.
         """
         self._termination_min = termination_min
-        self._objects = OoiVoxels(self.config.ooi_threshold)
         self._views.set_probabilities(probabilities)
         self._levels_changed = True
         self._target = self._path = None
