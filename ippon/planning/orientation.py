@@ -157,8 +157,13 @@ def imagined_level(counts: NDArray[np.int32], minimum: int) -> int:
 
 @njit(cache=True, nogil=True)
 def with_evidence(p, nat):
-    """Return a probability after evidence that makes its odds e^nat times as great."""
-    return p if nat == 0.0 else p / (p + (1.0 - p) * np.exp(-nat))
+    """Return what p_img weighs after evidence of so many nat: it may exceed 1.
+
+    By Bayes' rule for what is unlikely: that one place among all of a home holds the object is,
+    however large the p_img of its voxels. Odds of p_img itself would stop at 1 / p_img times as
+    much, where the images say more (docs/decisions.md).
+    """
+    return p if nat == 0.0 else p * np.exp(nat)
 
 
 def choose_view(

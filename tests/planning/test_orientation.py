@@ -118,10 +118,8 @@ def test_what_images_show_from_afar_raises_p_img_of_that_heading_alone(table, or
     heading = (before.heading + 5) % len(glimpsed)
     glimpsed[heading] = 2.0
     choice = chosen(sums, glimpsed=glimpsed)
-    p = float(PROBABILITIES[Level.AVERAGE])
-    odds = p / (1.0 - p) * math.exp(2.0)
     assert choice.heading == heading
-    assert choice.gain / before.by_heading[heading] == pytest.approx(odds / (1.0 + odds) / p)
+    assert choice.gain / before.by_heading[heading] == pytest.approx(math.exp(2.0))
     others = np.delete(np.arange(len(glimpsed)), heading)
     np.testing.assert_array_equal(choice.by_heading[others], before.by_heading[others])
     assert choice.potential == before.potential, "what ends a search is not moved by it"
