@@ -307,6 +307,7 @@ class Event(_Message, frozen=True):
         "found",
         "rejected",
         "doubted",
+        "reconsidered",
         "confirmed",
         "exhausted",
         "cancelled",

@@ -35,6 +35,7 @@ MARKS: Final[dict[str, MarkKind]] = {
     "found": "found",
     "rejected": "rejected",
     "doubted": "rejected",
+    "reconsidered": "detection",
     "confirmed": "confirmed",
     "exhausted": "exhausted",
     "cancelled": "exhausted",

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -39,6 +39,19 @@ from ippon.mapping.surface_rows import (
 AVERAGE_LEVEL: Final = 1
 MAX_LABELS: Final = 255
 _EVERYWHERE_M: Final = 1e6
+
+
+class RuledOut(NamedTuple):
+    """A ball that is ruled out for the object of interest, and what the map held of it there."""
+
+    ball: NDArray[np.float64]
+    """(4,) centre in the world and radius, metres."""
+    voxel: NDArray[np.int64]
+    """(M, 3) voxels with a surface."""
+    log_odds: NDArray[np.float32]
+    """(M,) of the object of interest."""
+    code: NDArray[np.uint8]
+    """(M,) its probability, as `MapArrays.ooi` gives it."""
 
 
 class ObjectLayers:
@@ -123,7 +136,7 @@ class ObjectLayers:
         radius_m: float,
         directory: BlockDirectory,
         revision: int,
-    ) -> None:
+    ) -> RuledOut:
         """Rule a ball out for the current object of interest."""
         ball = np.array([*centre_world, radius_m], np.float64)
         if ball.shape != (4,) or not np.isfinite(ball).all() or radius_m <= 0.0:
@@ -132,32 +145,78 @@ class ObjectLayers:
                 f"{radius_m}"
             )
         self.suppressed = np.concatenate([self.suppressed, ball[None]])
+        rows, voxel, inside = self._surface_in(ball, directory)
+        pools = self._pools
+        slabs = pools.slab[rows]
+        slots = pools.slot[slabs]
+        with_row = inside & (slots != 0)
+        before = RuledOut(
+            ball,
+            voxel[with_row],
+            self.surface.log_odds[slots[with_row]],
+            pools.ooi[slabs][with_row],
+        )
+        self.surface.log_odds[slots[with_row]] = -LOG_ODDS_MAX
+        mapped = inside & (pools.ooi[slabs] != NOT_MAPPED)
+        self._set_codes(rows, mapped, int(ooi_code(-LOG_ODDS_MAX)), revision)
+        return before
+
+    def readmit_ooi(self, ruled_out: RuledOut, directory: BlockDirectory, revision: int) -> None:
+        """Take a ball back that was ruled out, with what the map held of it then."""
+        same = (self.suppressed == ruled_out.ball).all(axis=1)
+        self.suppressed = self.suppressed[~same]
+        rows, voxel, inside = self._surface_in(ruled_out.ball, directory)
+        if not len(ruled_out.voxel) or not inside.any():
+            return
+        corner = np.minimum(ruled_out.voxel.min(axis=0), voxel[inside].min(axis=0))
+        side = np.maximum(ruled_out.voxel.max(axis=0), voxel[inside].max(axis=0)) - corner + 1
+        cells = np.flatnonzero(inside)
+        _, here, then = np.intersect1d(
+            np.ravel_multi_index(tuple((voxel[inside] - corner).T), tuple(side)),
+            np.ravel_multi_index(tuple((ruled_out.voxel - corner).T), tuple(side)),
+            return_indices=True,
+        )
+        pools, cells = self._pools, cells[here]
+        slots = pools.slot[pools.slab[rows]].ravel()[cells]
+        mapped = pools.ooi[pools.slab[rows]].ravel()[cells] != NOT_MAPPED
+        still = (slots != 0) & mapped
+        self.surface.log_odds[slots[still]] = ruled_out.log_odds[then][still]
+        where = np.zeros(inside.size, np.bool_)
+        where[cells[still]] = True
+        order = np.argsort(cells[still])
+        code = ruled_out.code[then][still][order]
+        self._set_codes(rows, where.reshape(inside.shape), code, revision)
+
+    def _surface_in(
+        self, ball: NDArray[np.float64], directory: BlockDirectory
+    ) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.bool_]]:
+        """Return (B,) blocks with a surface, (B, 512, 3) their voxels, (B, 512) those in a ball."""
         edge = BLOCK_EDGE * self._config.voxel_size_m
         low = np.floor((ball[:3] - ball[3]) / edge).astype(np.int64)
         high = np.floor((ball[:3] + ball[3]) / edge).astype(np.int64) + 1
         rows = directory.part(low, high)[1].ravel()
         rows = rows[rows >= 0]
         rows = rows[self._pools.slab[rows] != NO_SLAB]
-        if len(rows):
-            self._rule_out(rows, ball, revision)
-
-    def _rule_out(self, rows: NDArray[np.int32], ball: NDArray[np.float64], revision: int) -> None:
-        """Put the OOI's probability of the mapped voxels of blocks in a ball to its floor."""
-        pools = self._pools
         k = np.arange(BLOCK_VOLUME)
         inner = np.stack([k >> 6, (k >> 3) & 7, k & 7], axis=1)
-        voxel = pools.coord[rows][:, None] * BLOCK_EDGE + inner
+        voxel = self._pools.coord[rows][:, None].astype(np.int64) * BLOCK_EDGE + inner
         away = (voxel + 0.5) * self._config.voxel_size_m - ball[:3]
-        inside = (away**2).sum(axis=2) <= ball[3] ** 2
-        slabs = pools.slab[rows]
-        slots = pools.slot[slabs][inside]
-        self.surface.log_odds[slots[slots != 0]] = -LOG_ODDS_MAX
-        codes = pools.ooi[slabs]
-        mapped = inside & (codes != NOT_MAPPED)
-        codes[mapped] = ooi_code(-LOG_ODDS_MAX)
-        pools.ooi[slabs] = codes
-        pools.best_ooi[rows] = np.where(codes == NOT_MAPPED, 0, codes).max(axis=1)
-        changed = rows[mapped.any(axis=1)]
+        return rows, voxel, (away**2).sum(axis=2) <= ball[3] ** 2
+
+    def _set_codes(
+        self,
+        rows: NDArray[np.int32],
+        where: NDArray[np.bool_],
+        code: int | NDArray[np.uint8],
+        revision: int,
+    ) -> None:
+        """Write the OOI's probability of (B, 512) voxels of blocks, as code of `ooi_code`."""
+        pools = self._pools
+        codes = pools.ooi[pools.slab[rows]]
+        codes[where] = code
+        pools.ooi[pools.slab[rows]] = codes
+        pools.best_ooi[rows] = np.where(codes == NOT_MAPPED, 0, codes).max(axis=1, initial=0)
+        changed = rows[where.any(axis=1)]
         pools.revision[changed] = pools.appearance[changed] = revision
 
     def _ooi_top(self, floor_z_m: float) -> int:

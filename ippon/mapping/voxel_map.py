@@ -16,7 +16,7 @@ from ippon.mapping.arrays import BLOCK_EDGE, MapArrays
 from ippon.mapping.blocks import N_LAYER_FREE, N_ROWS, N_SLABS, BlockDirectory, Pools, make_pools
 from ippon.mapping.integration import FrameIntegrator, IntegrationReport
 from ippon.mapping.map_config import MapConfig
-from ippon.mapping.object_layers import ObjectLayers
+from ippon.mapping.object_layers import ObjectLayers, RuledOut
 from ippon.mapping.surface_rows import SurfaceRows
 
 
@@ -121,9 +121,28 @@ class VoxelMap:
         self._layers.add_label(label, self.revision + 1)
         self.revision += 1
 
-    def suppress_ooi(self, centre_world: NDArray[np.float64], radius_m: float) -> None:
-        """Rule a ball out for the current object of interest, whatever later images say."""
-        self._layers.suppress_ooi(centre_world, radius_m, self._directory, self.revision + 1)
+    def suppress_ooi(self, centre_world: NDArray[np.float64], radius_m: float) -> RuledOut:
+        """Rule a ball out for the current object of interest, whatever later images say.
+
+        Args:
+            centre_world: (3,) metres.
+            radius_m: Of the ball.
+
+        Returns:
+            What the map held of it there, for `readmit_ooi`.
+
+        Raises:
+            ValueError: The ball is none.
+        """
+        before = self._layers.suppress_ooi(
+            centre_world, radius_m, self._directory, self.revision + 1
+        )
+        self.revision += 1
+        return before
+
+    def readmit_ooi(self, ruled_out: RuledOut) -> None:
+        """Take back that a ball is ruled out; surface that is still there is what it was before."""
+        self._layers.readmit_ooi(ruled_out, self._directory, self.revision + 1)
         self.revision += 1
 
     def arrays(self) -> MapArrays:

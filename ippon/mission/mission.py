@@ -25,7 +25,12 @@ from ippon.mission.journal import WAITING, Journal
 from ippon.mission.look_around import LookAround
 from ippon.mission.pursuit import Pursuit, ends_search
 from ippon.mission.recovery import NANOSECONDS, Recovery
-from ippon.mission.ruling_out import doubt, look_for_candidates, reject_last_find
+from ippon.mission.ruling_out import (
+    doubt,
+    look_for_candidates,
+    reconsider,
+    reject_last_find,
+)
 from ippon.mission.safeguard import moves_base, without_collision
 from ippon.mission.search import Search
 from ippon.mission.showing import snapshot_of
@@ -306,6 +311,14 @@ class Mission:
 
     def _pursue(self, search: Search, frame: Frame, plan: Plan, dt_s: float) -> Command:
         pursued = self._pursuit.step(search, frame, plan, dt_s)
+        idle = search.idle_steps >= self.config.second_look.idle_steps
+        if idle or pursued.state is MissionState.EXHAUSTED:
+            again = reconsider(search, self.voxel_map)
+            if again is not None:
+                self._state = MissionState.SEARCHING
+                self._journal.why = f"going back to what hardly looked like {search.goal.display}"
+                self._journal.note("reconsidered", f"nothing better is left: {self._journal.why}")
+                return pursued.command
         if pursued.doubted is not None:
             doubt(search, self.voxel_map, pursued.doubted)
             self._journal.note("doubted", pursued.why)

@@ -69,6 +69,7 @@ class Pursuit:
             dt_s: Seconds since the frame before.
         """
         search.empty_steps = search.empty_steps + 1 if plan.exhausted else 0
+        search.idle_steps = search.idle_steps + 1 if self._is_idle(plan) else 0
         if search.empty_steps >= self._config.exhausted_steps:
             return Pursued(
                 command=Command(tilt_rad=frame.tilt_rad),
@@ -101,7 +102,7 @@ class Pursuit:
                     state=MissionState.APPROACHING,
                     why=f"looking whether that is {search.goal.display}",
                 )
-            if find is not None and search.second_look.contradicts(find):
+            if find is not None and search.denied(find):
                 return Pursued(
                     command=Command(tilt_rad=command.tilt_rad),
                     state=MissionState.SEARCHING,
@@ -125,6 +126,15 @@ class Pursuit:
             state=MissionState.APPROACHING if approaching else MissionState.SEARCHING,
             why=explain(plan, self._voxel_map, search.goal, search.guidance, self._rooms),
         )
+
+    def _is_idle(self, plan: Plan) -> bool:
+        """Tell whether next to nothing is to be expected of the way that the plan leads."""
+        target = plan.target
+        if target is None or ends_search(plan) or plan.closer_look:
+            return False
+        idle_gain = self._config.second_look.idle_gain
+        seconds = target.path_cost_s + self._config.planner.selection.settle_s
+        return target.path_gain < idle_gain * seconds
 
     def _wants_more_images(self, search: Search, find: Find) -> bool:
         """Tell whether too few images have shown a find, and more may come."""

@@ -3,15 +3,8 @@
 from ippon.frame import Frame
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.finding import LOOKED_AT_RADIUS_M, ball_round, looked_at
-from ippon.mission.search import Search
+from ippon.mission.search import Doubted, Search
 from ippon.mission.snapshot import Find
-
-
-def rule_out(search: Search, voxel_map: VoxelMap, find: Find) -> None:
-    """Take a find for something else for the rest of a search."""
-    ball = ball_round(find)
-    search.rejected.append(ball)
-    voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
 
 
 def reject_last_find(search: Search, voxel_map: VoxelMap, frame: Frame | None) -> None:
@@ -24,16 +17,42 @@ def reject_last_find(search: Search, voxel_map: VoxelMap, frame: Frame | None) -
     """
     find = search.go_on_from_find()
     if find is not None:
-        rule_out(search, voxel_map, find)
+        _rule_out(search, voxel_map, find)
     elif frame is not None:
         # No voxels are left to point at: what the robot looks at is what it took for it.
         voxel_map.suppress_ooi(looked_at(frame), LOOKED_AT_RADIUS_M)
 
 
 def doubt(search: Search, voxel_map: VoxelMap, find: Find) -> None:
-    """Go on from what the images deny before a search ends with it."""
+    """Go on from what the images deny before a search ends with it.
+
+    It is set aside, for `reconsider`; what was so before is ruled out.
+    """
     search.arrived_steps = 0
-    rule_out(search, voxel_map, find)
+    if search.is_reconsidered(find):
+        _rule_out(search, voxel_map, find)
+        return
+    ball = ball_round(find)
+    share = search.second_look.share(find) or 0.0
+    before = voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
+    search.doubted.append(Doubted(find=find, ball=ball, share=share, ruled_out=[before]))
+
+
+def reconsider(search: Search, voxel_map: VoxelMap) -> Find | None:
+    """Take back the doubt of what looked most like the object, for want of anything better.
+
+    Returns:
+        What that is; None where nothing was doubted.
+    """
+    best = max(search.doubted, key=lambda one: one.share, default=None)
+    if best is None:
+        return None
+    search.doubted.remove(best)
+    search.reconsidered.append(best.ball)
+    search.empty_steps = search.idle_steps = 0
+    for part in reversed(best.ruled_out):
+        voxel_map.readmit_ooi(part)
+    return best.find
 
 
 def look_for_candidates(search: Search, voxel_map: VoxelMap, frame: Frame) -> None:
@@ -45,5 +64,14 @@ def look_for_candidates(search: Search, voxel_map: VoxelMap, frame: Frame) -> No
         frame: Where the robot stands.
     """
     search.update_candidates(voxel_map.arrays(), frame)
-    for ball in search.rests_of_rejected():
-        voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
+    for ball, doubted in search.rests_of_ruled_out():
+        before = voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
+        if doubted is not None:
+            doubted.ruled_out.append(before)
+
+
+def _rule_out(search: Search, voxel_map: VoxelMap, find: Find) -> None:
+    """Take a find for something else for the rest of a search."""
+    ball = ball_round(find)
+    search.rejected.append(ball)
+    voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)

@@ -1,5 +1,7 @@
 """One goal and how far the search for it is."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ippon.frame import Frame
@@ -7,6 +9,7 @@ from ippon.geometry import Float64Array
 from ippon.guidance.levels import Guidance
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.glimpses import Glimpses
+from ippon.mapping.object_layers import RuledOut
 from ippon.mapping.ooi_voxels import OoiVoxels
 from ippon.mission.clusters import cluster_finds
 from ippon.mission.config import MissionConfig
@@ -16,6 +19,18 @@ from ippon.mission.recovery import NANOSECONDS
 from ippon.mission.second_look import SecondLook
 from ippon.mission.snapshot import Find
 from ippon.mission.termination import is_small
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Doubted:
+    """What the map took for the object and the images did not: set aside until nothing is left."""
+
+    find: Find
+    ball: Ball
+    share: float
+    """How often it looked like the object."""
+    ruled_out: list[RuledOut]
+    """What the map held of it, and of what turned out to continue it."""
 
 
 class Search:
@@ -33,10 +48,13 @@ class Search:
         self.candidates: tuple[Find, ...] = ()
         self.find: Find | None = None
         self.rejected: list[Ball] = []
-        """What the operator said is not the object."""
+        """What the operator said is not the object, and what the images denied twice."""
+        self.doubted: list[Doubted] = []
+        self.reconsidered: list[Ball] = []
+        """What was doubted once: the next time it counts for what it looks like."""
         self.path_length_m = 0.0
         self.arrived_steps = 0
-        self.empty_steps = 0
+        self.empty_steps = self.idle_steps = 0
         self._ooi_voxels = OoiVoxels(config.planner.ooi_threshold)
         self._centres: Float64Array = np.zeros((0, 3))
         self.second_look = SecondLook(
@@ -83,20 +101,35 @@ class Search:
         self.second_look.note(frame, self._centres, self.candidates)
         self.glimpses.look(frame)
 
-    def rests_of_rejected(self) -> list[Ball]:
-        """Take what continues a rejected find from the candidates: the rest of a thing half seen.
+    def rests_of_ruled_out(self) -> list[tuple[Ball, Doubted | None]]:
+        """Take what continues a rejected or doubted find from the candidates: the rest of it.
 
         Returns:
-            What is to be ruled out with it.
+            What is to be ruled out with it, and the doubt that it belongs to, None for none.
         """
-        rests = [c for c in self.candidates if any(ball.touches(c) for ball in self.rejected)]
-        self.candidates = tuple(c for c in self.candidates if c not in rests)
-        return [ball_round(rest) for rest in rests]
+        rests: list[tuple[Ball, Doubted | None]] = []
+        left: list[Find] = []
+        for find in self.candidates:
+            doubted = next((one for one in self.doubted if one.ball.touches(find)), None)
+            if doubted is None and not any(ball.touches(find) for ball in self.rejected):
+                left.append(find)
+            else:
+                rests.append((ball_round(find), doubted))
+        self.candidates = tuple(left)
+        return rests
+
+    def is_reconsidered(self, find: Find) -> bool:
+        """Tell whether a find was doubted before."""
+        return any(ball.touches(find) for ball in self.reconsidered)
+
+    def denied(self, find: Find) -> bool:
+        """Tell whether the images speak against a find."""
+        return self.second_look.contradicts(find, again=self.is_reconsidered(find))
 
     def go_on_from_find(self) -> Find | None:
         """Search on after a find that was none; returns that find."""
         find, self.find = self.find, None
-        self.arrived_steps = self.empty_steps = 0
+        self.arrived_steps = self.empty_steps = self.idle_steps = 0
         return find
 
     def found_text(self, T_world_base: Float64Array) -> str:
@@ -104,6 +137,8 @@ class Search:
         text = f"found {self.goal.display}"
         if self.find is None:
             return text
+        if self.is_reconsidered(self.find):
+            text = f"{text}, perhaps: nothing looks more like it"
         if self.find.out_of_reach_m is not None:
             return out_of_reach_text(self.goal.display, self.find.out_of_reach_m)
         return (

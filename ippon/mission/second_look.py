@@ -40,6 +40,14 @@ class SecondLookConfig:
     """Likewise where the map itself is not sure of the find. Of 133 right finds one had less than
     0.48, with a p near 1, of nine wrong ones six; more also denies right ones, which costs the way
     back to them."""
+    reconsidered_share: float = 0.2
+    """Likewise for what was doubted once, when nothing better is left to look at; more would
+    rather say that nothing was found."""
+    idle_gain: float = 0.15
+    """Gain a second, of the best way, below which that is so; 0 waits until nothing at all is left
+    to explore. In 200 searches exploring had 0.5 to 10, and less than this in corners."""
+    idle_steps: int = 15
+    """So many steps in a row."""
     sure: float = 0.99
     """Mean p(v in O) of a find from which the map is sure; more doubts more finds."""
     images: int = 40
@@ -49,14 +57,26 @@ class SecondLookConfig:
 
     def __post_init__(self) -> None:
         """Reject shares and counts without meaning."""
-        shares = (self.least_share, self.least_share_small, self.unsure_share, self.sure)
+        shares = (
+            self.least_share,
+            self.least_share_small,
+            self.unsure_share,
+            self.reconsidered_share,
+            self.sure,
+        )
         if (
             not all(0.0 <= share <= 1.0 for share in shares)
             or not 1 <= self.enough_images <= self.images
         ):
             raise ValueError(
-                "least_share, least_share_small, unsure_share and sure must lie in [0, 1] and "
-                f"enough_images in 1 to images; got {shares}, {self.enough_images}, {self.images}"
+                "least_share, least_share_small, unsure_share, reconsidered_share and sure must "
+                f"lie in [0, 1] and enough_images in 1 to images; got {shares}, "
+                f"{self.enough_images}, {self.images}"
+            )
+        if self.idle_gain < 0.0 or self.idle_steps < 1:
+            raise ValueError(
+                "idle_gain must not be negative and idle_steps at least 1; got "
+                f"{self.idle_gain}, {self.idle_steps}"
             )
 
 
@@ -116,10 +136,12 @@ class SecondLook:
             return None
         return float(np.mean(one.shares))
 
-    def contradicts(self, find: Find) -> bool:
-        """Tell whether the images speak against a find."""
+    def contradicts(self, find: Find, *, again: bool = False) -> bool:
+        """Tell whether the images speak against a find; `again` where they did before."""
         share = self.share(find)
         least = self._least if find.probability >= self._config.sure else self._least_unsure
+        if again:
+            least = min(least, self._config.reconsidered_share)
         return share is not None and share < least
 
     def _of(self, find: Find) -> _Followed | None:

@@ -79,6 +79,43 @@ def test_a_rejected_place(voxel_map):
     assert inside > 50
 
 
+def test_a_place_is_taken_back_as_it_was(voxel_map):
+    def state():
+        arrays = voxel_map.arrays()
+        return [
+            voxel_map.surface.log_odds.copy(),
+            arrays.ooi.copy(),
+            voxel_map.pools.best_ooi[: len(arrays.state)].copy(),
+        ]
+
+    before, revision = state(), voxel_map.revision
+    ruled_out = voxel_map.suppress_ooi(np.array([1.0, 1.0, 0.0]), 0.8)
+    assert len(ruled_out.voxel) > 50
+    other = voxel_map.suppress_ooi(np.array([2.5, 2.5, 0.0]), 0.3)
+    voxel_map.readmit_ooi(ruled_out)
+    voxel_map.readmit_ooi(other)
+    for was, now in zip(before, state(), strict=True):
+        np.testing.assert_array_equal(was, now)
+    assert voxel_map.revision == revision + 4
+    changed = voxel_map.pools.revision[: len(voxel_map.arrays().state)]
+    assert (changed == revision + 3).any()
+    again = voxel_map.suppress_ooi(np.array([1.0, 1.0, 0.0]), 0.8)
+    np.testing.assert_array_equal(again.log_odds, ruled_out.log_odds)
+    nowhere = voxel_map.suppress_ooi(np.array([90.0, 90.0, 0.0]), 0.5)
+    assert len(nowhere.voxel) == 0
+    voxel_map.readmit_ooi(nowhere)
+
+
+def test_surface_that_is_gone_is_not_taken_back(voxel_map):
+    ball = np.array([1.0, 1.0, 0.0])
+    ruled_out = voxel_map.suppress_ooi(ball, 0.8)
+    gone = ruled_out._replace(voxel=ruled_out.voxel + np.array([0, 0, 3]))
+    before = voxel_map.surface.log_odds.copy()
+    voxel_map.readmit_ooi(gone)
+    moved = voxel_map.surface.log_odds != before
+    assert moved.sum() < 0.2 * len(gone.voxel), "only what is on the surface there"
+
+
 def highest_ooi_m(voxel_map):
     return max(
         plain.center(voxel_map, block, column)[2]

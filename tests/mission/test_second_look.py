@@ -136,6 +136,7 @@ def test_another_find_starts_anew():
         {"least_share_small": -0.1},
         {"unsure_share": 1.5},
         {"sure": -1.0},
+        {"reconsidered_share": 1.01},
         {"enough_images": 0},
         {"images": 5},
     ],
@@ -145,9 +146,15 @@ def test_a_config_without_meaning_is_refused(wrong):
         SecondLookConfig(**wrong)
 
 
+@pytest.mark.parametrize("wrong", [{"idle_gain": -0.1}, {"idle_steps": 0}])
+def test_an_end_of_exploring_without_meaning_is_refused(wrong):
+    with pytest.raises(ValueError, match="idle_gain must not be negative"):
+        SecondLookConfig(**wrong)
+
+
 def test_a_search_goes_on_from_what_the_images_deny(searcher, room):
     bed = ("bed", "bed", (3.6, 1.2, 0.0), (5.4, 3.0, 0.55))
-    doubt = SecondLookConfig(least_share=1.0, enough_images=1)
+    doubt = SecondLookConfig(least_share=1.0, reconsidered_share=1.0, enough_images=1)
     robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=MissionConfig(second_look=doubt))
     # At outlines pixels mix: no find looks like itself in all of its voxels.
     robot.ask("bed")
@@ -158,6 +165,34 @@ def test_a_search_goes_on_from_what_the_images_deny(searcher, room):
     assert "hardly looks like it" in doubted[0].text
     assert MissionState.FOUND not in [r.snapshot.state for r in results]
     assert robot.last.candidates == (), "it is ruled out"
+
+
+@pytest.mark.parametrize("idle_gain", [0.0, 0.15])
+def test_what_the_images_deny_is_gone_back_to_when_nothing_better_is_left(
+    searcher, room, idle_gain
+):
+    bed = ("bed", "bed", (3.6, 1.2, 0.0), (5.4, 3.0, 0.55))
+    doubt = SecondLookConfig(least_share=1.0, enough_images=1, idle_gain=idle_gain)
+    robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=MissionConfig(second_look=doubt))
+    robot.ask("bed")
+    results = robot.search(200.0)
+    kinds = [event.kind for result in results for event in result.snapshot.events]
+    assert kinds.count("doubted") == kinds.count("reconsidered") == 1
+    assert kinds.index("doubted") < kinds.index("reconsidered") < kinds.index("found")
+    assert "perhaps: nothing looks more like it" in robot.last.why
+    assert "exhausted" not in kinds
+
+
+def test_a_doubt_of_what_nothing_is_left_of_to_explore_for_is_final_the_second_time(searcher, room):
+    bed = ("bed", "bed", (3.6, 1.2, 0.0), (5.4, 3.0, 0.55))
+    doubt = SecondLookConfig(least_share=1.0, reconsidered_share=1.0, enough_images=1)
+    robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=MissionConfig(second_look=doubt))
+    robot.ask("bed")
+    results = robot.search(200.0)
+    kinds = [event.kind for result in results for event in result.snapshot.events]
+    assert (kinds.count("doubted"), kinds.count("reconsidered")) == (2, 1)
+    assert kinds[-1] == "exhausted"
+    assert robot.last.candidates == ()
 
 
 @pytest.mark.parametrize(("enough", "waits"), [(1, False), (40, True)])
