@@ -115,6 +115,12 @@ def _forgetful(config: MissionConfig) -> MissionConfig:
     return replace(config, glimpses=replace(config.glimpses, covered_share=0.0))
 
 
+def _plain_ratio(config: MissionConfig) -> MissionConfig:
+    plain = {"cost_power": 1.0, "look_s": 1.0, "stay_power": 0.0}
+    selection = replace(config.planner.selection, **plain)
+    return replace(config, planner=replace(config.planner, selection=selection))
+
+
 def _by_room(config: MissionConfig) -> MissionConfig:
     return replace(config, rooms=replace(config.rooms, enabled=True))
 
@@ -169,6 +175,12 @@ _ALL: Final = (
         name="no_covered",
         summary="floor that was in view counts like any other, as in the paper",
         configure=_forgetful,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="plain_ratio",
+        summary="gain over cost, as in the paper, and no more firmness on a long way",
+        configure=_plain_ratio,
         equip=_viewpoint_planner,
     ),
     Method(
@@ -229,7 +241,7 @@ METHODS: Final[Mapping[str, Method]] = {method.name: method for method in _ALL}
 BASELINES: Final = ("nearest_frontier", "semantic_frontier", "greedy_nbv")
 ABLATIONS: Final = (
     "no_bayes", "no_guidance", "no_local_planner", "hard_clearance", "no_initial_yaw",
-    "no_travel_pitch", "no_glimpses", "no_covered",
+    "no_travel_pitch", "no_glimpses", "no_covered", "plain_ratio",
 )  # fmt: skip
 
 

@@ -129,12 +129,9 @@ class Pursuit:
 
     def _is_idle(self, plan: Plan) -> bool:
         """Tell whether next to nothing is to be expected of the way that the plan leads."""
-        target = plan.target
-        if target is None or ends_search(plan) or plan.closer_look:
+        if ends_search(plan) or plan.closer_look:
             return False
-        idle_gain = self._config.second_look.idle_gain
-        seconds = target.path_cost_s + self._config.planner.selection.settle_s
-        return target.path_gain < idle_gain * seconds
+        return plan.promised_per_s < self._config.second_look.idle_gain
 
     def _wants_more_images(self, search: Search, find: Find) -> bool:
         """Tell whether too few images have shown a find, and more may come."""

@@ -1,5 +1,6 @@
 """What the planner hands to the mission: where to go, how, and why."""
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -84,3 +85,5 @@ class Plan:
     unseen_straight_m: float = 0.0
     """How much of the straight way to the target leads over floor that was never seen; 0 where the
     path is straight or an obstacle is known to be in the way."""
+    promised_per_s: float = math.inf
+    """Gain a second of the best way to explore, infinite where none is weighed."""

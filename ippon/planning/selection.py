@@ -27,6 +27,9 @@ class SelectionConfig:
     views of neighbours overlap. 1 is the paper's sum."""
     stay_factor: float = 1.3
     """Another target must be this much better; more dithers less and corrects itself later."""
+    stay_power: float = 0.6
+    """That factor grows with the seconds left, by (seconds + look_s) to this power: who often
+    leaves a long way half way drives much and sees little. 0 lets it."""
     patience: float = 1.2
     """Factor on that for each return to a target that was given up since the robot moved on, so
     that two of them do not take turns for ever. 1 lets them."""
@@ -37,19 +40,30 @@ class SelectionConfig:
     """The target goes on terminating while its T(n) stays above this share of T_min: voxels of what
     is hard to recognise come and go."""
     settle_s: float = 1.0
-    """Added to every cost: time to come to rest and look. Keeps the ratio finite at the robot."""
+    """Added to the cost of what ends the search: time to come to rest and look. Keeps the ratio
+    finite at the robot."""
+    look_s: float = 4.0
+    """Likewise of what explores; more leaves small gains beside the robot for larger ones."""
+    cost_power: float = 1.6
+    """Power of the cost that gain is divided by. 1 is the paper's ratio, which takes no account of
+    what it costs to come back for what is left; more finishes what is near first, drives less."""
 
     def __post_init__(self) -> None:
         """Reject weights without meaning."""
         if (
             min(self.stay_factor, self.patience) < 1.0
-            or self.settle_s <= 0.0
+            or min(self.settle_s, self.look_s) <= 0.0
             or not 0.0 <= self.passing_weight <= 1.0
         ):
             raise ValueError(
-                "stay_factor and patience must be at least 1, settle_s above 0, passing_weight in "
-                f"0 to 1; got {self.stay_factor}, {self.patience}, {self.settle_s}, "
-                f"{self.passing_weight}"
+                "stay_factor and patience must be at least 1, settle_s and look_s above 0, "
+                f"passing_weight in 0 to 1; got {self.stay_factor}, {self.patience}, "
+                f"{self.settle_s}, {self.look_s}, {self.passing_weight}"
+            )
+        if not (0.0 < self.cost_power < math.inf and 0.0 <= self.stay_power < math.inf):
+            raise ValueError(
+                "cost_power must be above 0 and stay_power not below; got "
+                f"{self.cost_power}, {self.stay_power}"
             )
         if self.framing_cap < 1.0 or not 0.0 < self.hold <= 1.0:
             raise ValueError(
@@ -66,7 +80,7 @@ class Scores(NamedTuple):
     path_cost: NDArray[np.float64]
     """C(P_n) in seconds, the turn to the final heading included."""
     ratio: NDArray[np.float64]
-    """G(P_n) / C(P_n), or T(n) / C(P_n) for terminating nodes; -1 where not eligible."""
+    """G(P_n) / C(P_n)^cost_power, or T(n) / C(P_n) for terminating nodes; -1 where not eligible."""
     terminating: NDArray[np.bool_]
 
 
@@ -109,11 +123,15 @@ def score_nodes(
         enough[current] = held(config, termination_min)
     terminating = reached & (termination > enough)
     framed = np.minimum(termination, config.framing_cap * termination_min)
-    worth = np.where(terminating, framed, path_gain)
     ratio = np.full(n, -1.0)
-    ok = reached & (eligible | terminating)
-    ratio[ok] = worth[ok] / (path_cost[ok] + config.settle_s)
+    explores = reached & eligible & ~terminating
+    ratio[explores] = _gain_ratio(config, path_gain[explores], path_cost[explores])
+    ratio[terminating] = framed[terminating] / (path_cost[terminating] + config.settle_s)
     return Scores(path_gain, path_cost, ratio, terminating)
+
+
+def _gain_ratio(config: SelectionConfig, gain: Float64Array, cost: Float64Array) -> Float64Array:
+    return gain / (cost + config.look_s) ** config.cost_power
 
 
 def held(config: SelectionConfig, termination_min: float) -> float:
@@ -174,7 +192,7 @@ def with_passing(
         return scores
     gains, ratio = scores.path_gain.copy(), scores.ratio.copy()
     gains[node] = path_gain
-    ratio[node] = path_gain / (scores.path_cost[node] + config.settle_s)
+    ratio[node] = _gain_ratio(config, gains[node], scores.path_cost[node])
     return scores._replace(path_gain=gains, ratio=ratio)
 
 
@@ -236,7 +254,8 @@ def select(
         config: Weights.
         scores: Of every node.
         current: The target so far, kept unless another is clearly better; None for none.
-        stay_factor: How much better; None for `config.stay_factor`.
+        stay_factor: How much better where the current target is near; None for
+            `config.stay_factor`.
 
     Returns:
         The node, None when none is eligible.
@@ -246,7 +265,9 @@ def select(
         return None
     ratio = np.where(group, scores.ratio, -1.0)
     best = int(np.argmax(ratio))
+    if current is None or not group[current]:
+        return best
     stay = config.stay_factor if stay_factor is None else stay_factor
-    if current is not None and group[current] and ratio[best] < stay * ratio[current]:
-        return current
-    return best
+    if not scores.terminating[current]:
+        stay *= (float(scores.path_cost[current]) + config.look_s) ** config.stay_power
+    return current if ratio[best] < stay * ratio[current] else best

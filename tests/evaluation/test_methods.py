@@ -42,6 +42,10 @@ def _changes(one, other, prefix=""):
         ("no_travel_pitch", {"travel_pitch.sweep"}),
         ("no_glimpses", {"glimpses.enabled"}),
         ("no_covered", {"glimpses.covered_share"}),
+        (
+            "plain_ratio",
+            {f"planner.selection.{name}" for name in ("cost_power", "look_s", "stay_power")},
+        ),
         *((name, set()) for name in (*BASELINES, "oracle")),
     ],
 )

@@ -19,7 +19,9 @@ from ippon.planning.selection import (
 )
 from ippon.planning.shortest_tree import ShortestTree
 
-CONFIG = SelectionConfig(passing_weight=1.0, settle_s=1.0, stay_factor=1.3)
+CONFIG = SelectionConfig(
+    passing_weight=1.0, look_s=1.0, stay_factor=1.3, stay_power=0.0, cost_power=1.0
+)
 
 
 def chain(costs: list[float]) -> ShortestTree:
@@ -71,6 +73,18 @@ def test_the_best_ratio_wins():
     assert select(CONFIG, scores, None) == 1
 
 
+def test_a_power_of_the_cost_finishes_what_is_near_first():
+    tree, gain = chain([2.0, 14.0]), [10.0, 60.0]
+    apart = tree._replace(parent=np.array([-1, -1]))
+    assert select(CONFIG, score(apart, gain), None) == 1
+    near_first = dataclasses.replace(CONFIG, cost_power=1.6)
+    scores = score(apart, gain, config=near_first)
+    np.testing.assert_allclose(scores.ratio, np.array(gain) / np.array([3.0, 15.0]) ** 1.6)
+    assert select(near_first, scores, None) == 0
+    ends = score(apart, gain, termination=[6.0, 7.0], config=near_first)
+    np.testing.assert_allclose(ends.ratio, np.array([6.0, 7.0]) / np.array([3.0, 15.0]))
+
+
 def test_terminating_nodes_come_first_by_voxels_over_cost():
     papers = SelectionConfig(framing_cap=math.inf)
     gain, termination = [900.0, 1.0, 1.0], [5.0, 6.0, 30.0]
@@ -99,6 +113,21 @@ def test_a_target_is_kept_unless_another_is_clearly_better():
     assert select(CONFIG, scores, None) == 1
     clearly = score(tree, [10.0, 20.0], config=SelectionConfig(passing_weight=0.0))
     assert select(CONFIG, clearly, 0) == 1
+
+
+def test_a_long_way_is_seldom_left_half_way():
+    firm = dataclasses.replace(CONFIG, stay_power=1.0)
+
+    def chosen(seconds, better):
+        tree = chain([seconds, seconds])._replace(parent=np.array([-1, -1]))
+        return select(firm, score(tree, [10.0, 10.0 * better], config=firm), 0)
+
+    assert (chosen(1.0, 2.5), chosen(1.0, 2.7)) == (0, 1)
+    assert (chosen(9.0, 12.5), chosen(9.0, 13.5)) == (0, 1)
+    ends = score(chain([9.0, 9.0]), [1.0, 1.0], termination=[6.0, 8.1], t_min=5.0, config=firm)
+    worth = ends.ratio[1] / ends.ratio[0]
+    assert worth > CONFIG.stay_factor - 0.1
+    assert select(firm, ends._replace(ratio=ends.ratio * np.array([1.0, 1.3])), 0) == 1
 
 
 class Dithering:
@@ -156,6 +185,9 @@ def test_weights_without_meaning_are_refused():
         SelectionConfig(stay_factor=0.5)
     with pytest.raises(ValueError, match="passing_weight"):
         SelectionConfig(passing_weight=2.0)
+    for wrong in ({"cost_power": 0.0}, {"cost_power": math.inf}, {"stay_power": -0.1}):
+        with pytest.raises(ValueError, match="cost_power"):
+            SelectionConfig(**wrong)
 
 
 def test_a_target_keeps_the_gain_of_what_it_was_chosen_to_pass():
@@ -171,12 +203,13 @@ def test_a_target_keeps_the_gain_of_what_it_was_chosen_to_pass():
         heading=np.zeros(3),
         order=np.arange(3),
     )
-    scores = score(own, gain.tolist(), config=SelectionConfig(stay_factor=1.0, settle_s=1.0))
-    bare = SelectionConfig(stay_factor=1.0, settle_s=1.0)
+    bare = SelectionConfig(stay_factor=1.0, stay_power=0.0, look_s=1.0)
+    scores = score(own, gain.tolist(), config=bare)
     assert select(bare, scores, 1) == 2
     kept = with_passing(bare, scores, gain, chosen)
     assert kept.path_gain[1] == 30.0
     assert select(bare, kept, 1) == 1
+    assert kept.ratio[1] == pytest.approx(30.0 / 5.0**bare.cost_power), "compared like the others"
     # Half way there half of what was to be passed is left.
     near = score(own._replace(cost=np.array([1.0, 2.0, 2.0])), gain.tolist(), config=bare)
     assert with_passing(bare, near, gain, chosen).path_gain[1] == 25.0
