@@ -56,8 +56,16 @@ def level_rows(_: int, quick: bool) -> Iterator[Row]:
     yield from level_information.level_rows(5 if quick else 40)
 
 
+def exploring_rows(_: int, quick: bool) -> Iterator[Row]:
+    """Measure how directly methods bring things into view."""
+    from tests.benchmarks import exploring
+
+    yield from exploring.exploring_rows(3 if quick else 20)
+
+
 BENCHMARKS = {
     "console": console_rows,
+    "exploring": exploring_rows,
     "guidance": guidance_rows,
     "levels": level_rows,
     "map": map_rows,

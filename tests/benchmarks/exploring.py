@@ -1,0 +1,178 @@
+"""How directly methods bring things into view, without a single object's luck.
+
+A search that has no hope: the robot explores a home for something that is not there, with every
+level average, and for each kind of object that is there the way is noted which it had driven when
+one of its kind first filled 0.05 % of an image within range. One run so counts for a dozen
+searches. Efficiency is the shortest way over what was driven by then plus what was left from there,
+as in SPL; homes weigh alike. What the object itself tells (levels, images from afar, a find) has no
+part in it.
+"""
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.evaluation.catalogue import CatalogueConfig, list_episodes
+from ippon.evaluation.episode import run_episode
+from ippon.evaluation.goals import matching_instances
+from ippon.evaluation.methods import METHODS, Method, Situation
+from ippon.evaluation.metrics import Judge
+from ippon.evaluation.outcome import shows_object
+from ippon.evaluation.trial import TrialConfig, habitat_trial
+from ippon.guidance.naming import is_instance_of, resolve_object
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission.goal import Goal
+from ippon.mission.mission import Mission
+from ippon.simulation.homes.generator import generate_home
+from ippon.simulation.scene import Scene, StartPose
+from ippon.simulation.world import SimulatedWorld
+from tests.benchmarks.rows import Row
+
+FIRST_HOME = 2300
+LONGEST_S = 300.0
+LEAST_WAYS_M = (1.0, 4.0, 8.0)
+IN_VAIN = "umbrella"
+EVERYWHERE_M = 1e3
+METHODS_COMPARED = ("ippon", "plain_ratio", "nearest_frontier", "greedy_nbv")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seen:
+    """A kind of object, and what it took until one of it was in view."""
+
+    shortest_m: float
+    driven_m: float
+    left_m: float
+    time_s: float
+
+    @property
+    def efficiency(self) -> float:
+        """Shortest way over what was driven and left, at most 1."""
+        return min(1.0, self.shortest_m / max(self.driven_m + self.left_m, 1e-9))
+
+
+def exploring_rows(homes: int) -> Iterator[Row]:
+    """Explore so many homes by each method."""
+    config = habitat_trial()
+    limits = dataclasses.replace(config.limits, max_time_s=LONGEST_S)
+    config = dataclasses.replace(config, limits=limits)
+    runs: dict[str, list[list[Seen]]] = {name: [] for name in METHODS_COMPARED}
+    for seed in range(FIRST_HOME, FIRST_HOME + homes):
+        scene = generate_home(seed)
+        for name in METHODS_COMPARED:
+            runs[name].append(explore(config, scene, METHODS[name], seed))
+    for least_m in LEAST_WAYS_M:
+        first: NDArray[np.float64] | None = None
+        for name in METHODS_COMPARED:
+            each = [[s for s in run if s.shortest_m >= least_m] for run in runs[name]]
+            each = [run for run in each if run]
+            if not each:
+                continue
+            data = f"{sum(map(len, each))} kinds in {len(each)} homes, {least_m:g} m away and more"
+            mean = np.array([np.mean([s.efficiency for s in run]) for run in each])
+            seconds = float(np.mean([np.mean([s.time_s for s in run]) for run in each]))
+            first = mean if first is None else first
+            yield Row(
+                name=f"efficiency of exploring, {name}",
+                data=data,
+                value=float(mean.mean()),
+                unit=f"in {seconds:.0f} s; {_difference(first - mean)}",
+            )
+
+
+def explore(config: TrialConfig, scene: Scene, method: Method, seed: int) -> list[Seen]:
+    """Explore a home from one of its starts until every kind was in view, or time is up.
+
+    Args:
+        config: Robot, camera, world, mission and the longest time.
+        scene: The home.
+        method: Says where to go.
+        seed: Of the start, the world's noise and the planner.
+
+    Returns:
+        One entry for each kind that a way leads to; those that never came into view count as seen
+        at the end.
+    """
+    listed, _ = list_episodes(scene, str(seed), config.robot, CatalogueConfig(seed=5))
+    start = listed[np.random.default_rng(seed).integers(len(listed))].start
+    at_start = (start.x, start.y, 0.0)
+    goals = [g for g in CatalogueConfig().goals if matching_instances(scene, g)]
+    judges = {goal: Judge(scene, config.robot, goal) for goal in goals}
+    shortest = {goal: judge.distance_m(at_start) for goal, judge in judges.items()}
+    judges = {g: j for g, j in judges.items() if 1.0 <= shortest[g] < math.inf}
+    world, mission = _in_vain(config, scene, method, seed, next(iter(judges.values())), start)
+    reach_m = min(config.mission.map.ooi_max_range_m, config.robot.max_depth_m)
+    seen: dict[str, Seen] = {}
+    driven_m, last = 0.0, at_start
+    for _ in run_episode(world, mission, config.limits):
+        here = (world.base.x_m, world.base.y_m, 0.0)
+        driven_m, last = driven_m + math.dist(here, last), here
+        rendering = world.rendering
+        assert rendering is not None, "a frame was taken"
+        for goal, judge in judges.items():
+            if goal not in seen and shows_object(rendering, judge.instances, reach_m):
+                seen[goal] = _seen(judge, shortest[goal], driven_m, here, world)
+        if len(seen) == len(judges):
+            break
+    for goal, judge in judges.items():
+        if goal not in seen:
+            seen[goal] = _seen(judge, shortest[goal], driven_m, last, world)
+    return list(seen.values())
+
+
+def _seen(
+    judge: Judge,
+    shortest_m: float,
+    driven_m: float,
+    here: tuple[float, float, float],
+    world: SimulatedWorld,
+) -> Seen:
+    return Seen(
+        shortest_m=shortest_m,
+        driven_m=driven_m,
+        left_m=judge.distance_m(here),
+        time_s=world.stamp_ns * 1e-9,
+    )
+
+
+def _in_vain(
+    config: TrialConfig, scene: Scene, method: Method, seed: int, judge: Judge, start: StartPose
+) -> tuple[SimulatedWorld, Mission]:
+    """Put a robot at the start that looks for what it will never find."""
+    glimpses = dataclasses.replace(config.mission.glimpses, enabled=False)
+    mission_config = method.configure(dataclasses.replace(config.mission, glimpses=glimpses))
+    resolved = resolve_object(IN_VAIN, config.labels)
+    guidance = EmbeddedPrior().levels(resolved, "", config.labels)
+    guidance = METHODS["no_guidance"].guide(guidance)
+    equipment = method.equip(
+        Situation(
+            config=mission_config,
+            robot=config.robot,
+            guidance=guidance,
+            seed=seed,
+            scene=scene,
+            judge=judge,
+            goal=IN_VAIN,
+        )
+    )
+    planner = equipment.planner
+    mission = Mission(mission_config, config.robot, config.labels, seed, planner=planner)
+    goal = Goal(goal_id=1, object=IN_VAIN, display=IN_VAIN, context="", category=resolved.category)
+    mission.set_goal(goal, guidance)
+    # Nothing anywhere is taken for it.
+    mission.voxel_map.suppress_ooi(np.zeros(3), EVERYWHERE_M)
+    world = SimulatedWorld(
+        scene, config.robot, config.camera, start, seed, config.world, is_instance_of
+    )
+    return world, mission
+
+
+def _difference(less: NDArray[np.float64]) -> str:
+    if not less.any():
+        return "compared with the others"
+    error = less.std(ddof=1) / math.sqrt(len(less)) if len(less) > 1 else math.nan
+    return f"{METHODS_COMPARED[0]} less it {less.mean():+.3f} (standard error {error:.3f})"
