@@ -166,26 +166,27 @@ class ObjectLayers:
         same = (self.suppressed == ruled_out.ball).all(axis=1)
         self.suppressed = self.suppressed[~same]
         rows, voxel, inside = self._surface_in(ruled_out.ball, directory)
+        pools, log_odds = self._pools, self.surface.log_odds
+        slots = pools.slot[pools.slab[rows]]
+        inside &= slots != 0
+        # What was first seen in the meantime starts anew.
+        fresh = slots[inside][log_odds[slots[inside]] == -LOG_ODDS_MAX]
+        log_odds[fresh] = prior_log_odds(len(self.labels), self._alias())
         if not len(ruled_out.voxel) or not inside.any():
             return
         corner = np.minimum(ruled_out.voxel.min(axis=0), voxel[inside].min(axis=0))
         side = np.maximum(ruled_out.voxel.max(axis=0), voxel[inside].max(axis=0)) - corner + 1
-        cells = np.flatnonzero(inside)
         _, here, then = np.intersect1d(
             np.ravel_multi_index(tuple((voxel[inside] - corner).T), tuple(side)),
             np.ravel_multi_index(tuple((ruled_out.voxel - corner).T), tuple(side)),
             return_indices=True,
         )
-        pools, cells = self._pools, cells[here]
-        slots = pools.slot[pools.slab[rows]].ravel()[cells]
-        mapped = pools.ooi[pools.slab[rows]].ravel()[cells] != NOT_MAPPED
-        still = (slots != 0) & mapped
-        self.surface.log_odds[slots[still]] = ruled_out.log_odds[then][still]
-        where = np.zeros(inside.size, np.bool_)
-        where[cells[still]] = True
-        order = np.argsort(cells[still])
-        code = ruled_out.code[then][still][order]
-        self._set_codes(rows, where.reshape(inside.shape), code, revision)
+        log_odds[slots[inside][here]] = ruled_out.log_odds[then]
+        codes = np.full(inside.size, NOT_MAPPED, np.uint8)
+        codes[np.flatnonzero(inside)[here]] = ruled_out.code[then]
+        codes = codes.reshape(inside.shape)
+        mapped = (codes != NOT_MAPPED) & (pools.ooi[pools.slab[rows]] != NOT_MAPPED)
+        self._set_codes(rows, mapped, codes[mapped], revision)
 
     def _surface_in(
         self, ball: NDArray[np.float64], directory: BlockDirectory

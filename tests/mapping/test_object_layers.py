@@ -106,14 +106,21 @@ def test_a_place_is_taken_back_as_it_was(voxel_map):
     voxel_map.readmit_ooi(nowhere)
 
 
-def test_surface_that_is_gone_is_not_taken_back(voxel_map):
+def test_surface_that_came_or_went_meanwhile_starts_anew_or_stays_gone(voxel_map):
     ball = np.array([1.0, 1.0, 0.0])
     ruled_out = voxel_map.suppress_ooi(ball, 0.8)
-    gone = ruled_out._replace(voxel=ruled_out.voxel + np.array([0, 0, 3]))
-    before = voxel_map.surface.log_odds.copy()
-    voxel_map.readmit_ooi(gone)
-    moved = voxel_map.surface.log_odds != before
-    assert moved.sum() < 0.2 * len(gone.voxel), "only what is on the surface there"
+    half = len(ruled_out.voxel) // 2
+    known = ruled_out._replace(
+        voxel=np.concatenate([ruled_out.voxel[:half], [[40, 40, 40]]]),
+        log_odds=np.append(ruled_out.log_odds[:half], np.float32(3.0)),
+        code=np.append(ruled_out.code[:half], np.uint8(242)),
+    )
+    voxel_map.readmit_ooi(known)
+    again = voxel_map.suppress_ooi(ball, 0.8)
+    np.testing.assert_array_equal(again.log_odds[:half], ruled_out.log_odds[:half])
+    np.testing.assert_array_equal(again.code[:half], ruled_out.code[:half])
+    assert again.log_odds[half:] == pytest.approx(-np.log(len(LABELS)), abs=1e-6)
+    assert (again.code[half:] == ooi_code(-LOG_ODDS_MAX)).all(), "until an image tells"
 
 
 def highest_ooi_m(voxel_map):

@@ -152,14 +152,24 @@ def test_an_end_of_exploring_without_meaning_is_refused(wrong):
         SecondLookConfig(**wrong)
 
 
-def test_a_search_goes_on_from_what_the_images_deny(searcher, room):
+@pytest.fixture
+def doubter(searcher, room):
+    """Ask for a bed that never looks enough like one; returns robot, results and events."""
     bed = ("bed", "bed", (3.6, 1.2, 0.0), (5.4, 3.0, 0.55))
-    doubt = SecondLookConfig(least_share=1.0, reconsidered_share=1.0, enough_images=1)
-    robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=MissionConfig(second_look=doubt))
-    # At outlines pixels mix: no find looks like itself in all of its voxels.
-    robot.ask("bed")
-    results = robot.search(60.0)
-    events = [event for result in results for event in result.snapshot.events]
+
+    def search(seconds, **doubts):
+        # At outlines pixels mix: no find looks like itself in all of its voxels.
+        doubt = SecondLookConfig(least_share=1.0, enough_images=1, **doubts)
+        robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=MissionConfig(second_look=doubt))
+        robot.ask("bed")
+        results = robot.search(seconds)
+        return robot, results, [event for r in results for event in r.snapshot.events]
+
+    return search
+
+
+def test_a_search_goes_on_from_what_the_images_deny(doubter):
+    robot, results, events = doubter(60.0, reconsidered_share=1.0)
     doubted = [event for event in events if event.kind == "doubted"]
     assert doubted
     assert "hardly looks like it" in doubted[0].text
@@ -168,28 +178,18 @@ def test_a_search_goes_on_from_what_the_images_deny(searcher, room):
 
 
 @pytest.mark.parametrize("idle_gain", [0.0, 0.15])
-def test_what_the_images_deny_is_gone_back_to_when_nothing_better_is_left(
-    searcher, room, idle_gain
-):
-    bed = ("bed", "bed", (3.6, 1.2, 0.0), (5.4, 3.0, 0.55))
-    doubt = SecondLookConfig(least_share=1.0, enough_images=1, idle_gain=idle_gain)
-    robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=MissionConfig(second_look=doubt))
-    robot.ask("bed")
-    results = robot.search(200.0)
-    kinds = [event.kind for result in results for event in result.snapshot.events]
+def test_what_the_images_deny_is_gone_back_to_when_nothing_better_is_left(doubter, idle_gain):
+    robot, _, events = doubter(200.0, idle_gain=idle_gain)
+    kinds = [event.kind for event in events]
     assert kinds.count("doubted") == kinds.count("reconsidered") == 1
     assert kinds.index("doubted") < kinds.index("reconsidered") < kinds.index("found")
     assert "perhaps: nothing looks more like it" in robot.last.why
     assert "exhausted" not in kinds
 
 
-def test_a_doubt_of_what_nothing_is_left_of_to_explore_for_is_final_the_second_time(searcher, room):
-    bed = ("bed", "bed", (3.6, 1.2, 0.0), (5.4, 3.0, 0.55))
-    doubt = SecondLookConfig(least_share=1.0, reconsidered_share=1.0, enough_images=1)
-    robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=MissionConfig(second_look=doubt))
-    robot.ask("bed")
-    results = robot.search(200.0)
-    kinds = [event.kind for result in results for event in result.snapshot.events]
+def test_a_second_doubt_is_final(doubter):
+    robot, _, events = doubter(200.0, reconsidered_share=1.0)
+    kinds = [event.kind for event in events]
     assert (kinds.count("doubted"), kinds.count("reconsidered")) == (2, 1)
     assert kinds[-1] == "exhausted"
     assert robot.last.candidates == ()
