@@ -86,4 +86,4 @@ class Plan:
     """How much of the straight way to the target leads over floor that was never seen; 0 where the
     path is straight or an obstacle is known to be in the way."""
     promised_per_s: float = math.inf
-    """Gain a second of the best way to explore, infinite where none is weighed."""
+    """Gain a second of the way to explore that has most of it, infinite where none is weighed."""

@@ -188,14 +188,13 @@ class ViewpointPlanner:
             closer_look=look is not None,
             out_of_reach_m=None if look is None else look.away_m,
             unseen_straight_m=unseen_straight_m(grid, limits, margin_m, path),
-            promised_per_s=self._promised_per_s(target, scores),
+            promised_per_s=self._promised_per_s(scores),
         )
 
-    def _promised_per_s(self, target: int | None, scores: Scores) -> float:
-        if target is None or scores.terminating[target]:
-            return math.inf
-        seconds = float(scores.path_cost[target]) + self.config.selection.look_s
-        return float(scores.path_gain[target]) / seconds
+    def _promised_per_s(self, scores: Scores) -> float:
+        explores = (scores.ratio > 0.0) & ~scores.terminating
+        seconds = scores.path_cost[explores] + self.config.selection.look_s
+        return float((scores.path_gain[explores] / seconds).max(initial=0.0))
 
     def _picture(self, tree: ShortestTree, scores: Scores) -> TreePicture:
         return TreePicture(
