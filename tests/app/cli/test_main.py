@@ -148,3 +148,17 @@ def test_ctrl_c_while_waiting_says_nothing_odd(launch, free_endpoint):
     robot.child.send_signal(signal.SIGINT)
     robot.finish()
     assert "Exception ignored" not in robot.log()
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["eval", "run", "--help"]])
+def test_a_reader_that_has_read_enough_is_no_error(arguments):
+    read, write = os.pipe()
+    os.close(read)
+    with os.fdopen(write, "wb") as pipe:
+        process = subprocess.run(
+            [sys.executable, "-m", "app", *arguments],
+            stdout=pipe,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
+    assert (process.returncode, process.stderr) == (141, b"")
