@@ -34,4 +34,6 @@ def test_the_rest_of_a_rejected_find_is_no_find_either(searcher, room):
     assert robot.mission.reject_find()
     again = robot.search(30.0)
     assert MissionState.FOUND not in [r.snapshot.state for r in again]
-    assert all(r.snapshot.candidates == () for r in again)
+    # The last corner of its 3.7 m may show as a speck before it is part of anything.
+    assert all(c.voxels <= 1 for r in again for c in r.snapshot.candidates)
+    assert robot.last.candidates == ()
