@@ -312,13 +312,12 @@ class Mission:
     def _pursue(self, search: Search, frame: Frame, plan: Plan, dt_s: float) -> Command:
         pursued = self._pursuit.step(search, frame, plan, dt_s)
         idle = search.idle_steps >= self.config.second_look.idle_steps
-        if idle or pursued.state is MissionState.EXHAUSTED:
-            again = reconsider(search, self.voxel_map)
-            if again is not None:
-                self._state = MissionState.SEARCHING
-                self._journal.why = f"going back to what hardly looked like {search.goal.display}"
-                self._journal.note("reconsidered", f"nothing better is left: {self._journal.why}")
-                return pursued.command
+        over = idle or pursued.state is MissionState.EXHAUSTED
+        if over and reconsider(search, self.voxel_map):
+            self._state = MissionState.SEARCHING
+            self._journal.why = f"going back to what hardly looked like {search.goal.display}"
+            self._journal.note("reconsidered", f"nothing better is left: {self._journal.why}")
+            return pursued.command
         if pursued.doubted is not None:
             doubt(search, self.voxel_map, pursued.doubted)
             self._journal.note("doubted", pursued.why)

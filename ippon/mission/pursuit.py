@@ -128,7 +128,7 @@ class Pursuit:
         )
 
     def _is_idle(self, plan: Plan) -> bool:
-        """Tell whether next to nothing is to be expected of the way that the plan leads."""
+        """Tell whether next to nothing is to be expected of any way to explore."""
         if ends_search(plan) or plan.closer_look:
             return False
         return plan.promised_per_s < self._config.second_look.idle_gain

@@ -35,24 +35,24 @@ def doubt(search: Search, voxel_map: VoxelMap, find: Find) -> None:
     ball = ball_round(find)
     share = search.second_look.share(find) or 0.0
     before = voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
-    search.doubted.append(Doubted(find=find, ball=ball, share=share, ruled_out=[before]))
+    search.doubted.append(Doubted(ball=ball, share=share, ruled_out=[before]))
 
 
-def reconsider(search: Search, voxel_map: VoxelMap) -> Find | None:
+def reconsider(search: Search, voxel_map: VoxelMap) -> bool:
     """Take back the doubt of what looked most like the object, for want of anything better.
 
     Returns:
-        What that is; None where nothing was doubted.
+        Whether anything was doubted.
     """
     best = max(search.doubted, key=lambda one: one.share, default=None)
     if best is None:
-        return None
+        return False
     search.doubted.remove(best)
     search.reconsidered.append(best.ball)
     search.empty_steps = search.idle_steps = 0
     for part in reversed(best.ruled_out):
         voxel_map.readmit_ooi(part)
-    return best.find
+    return True
 
 
 def look_for_candidates(search: Search, voxel_map: VoxelMap, frame: Frame) -> None:

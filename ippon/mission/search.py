@@ -25,7 +25,6 @@ from ippon.mission.termination import is_small
 class Doubted:
     """What the map took for the object and the images did not: set aside until nothing is left."""
 
-    find: Find
     ball: Ball
     share: float
     """How often it looked like the object."""
