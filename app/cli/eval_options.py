@@ -46,7 +46,8 @@ class EvalRun:
     small_per_home: int = 3
     """Small objects drawn for each home."""
     limit: int | None = None
-    """At most so many episodes, drawn from all homes and objects; each method runs all of them."""
+    """At most so many episodes, drawn from all homes and objects, those with and without a context
+    together; each method runs all of them."""
     seed: int = 0
     """Draws starts, objects and the noise of each search."""
     workers: int | None = None

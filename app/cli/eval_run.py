@@ -3,7 +3,6 @@
 import dataclasses
 import sys
 import traceback
-import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -30,6 +29,7 @@ from ippon.evaluation.catalogue import (
     CatalogueConfig,
     Dropped,
     EpisodeSpec,
+    draw_episodes,
     goals_of,
     home_name,
 )
@@ -62,7 +62,7 @@ def run_evaluation(command: EvalRun) -> int:
     workers = _workers(command, WorkerSetup(trial=trial, catalogue=catalogue, version=version))
     try:
         episodes, broken = _list(workers, homes, folder, screen)
-        episodes = _drawn(episodes, command.limit)
+        episodes = draw_episodes(episodes, command.limit)
         failed = broken + _run(workers, folder, _jobs(folder, episodes, methods, trial), screen)
     except KeyboardInterrupt:
         screen.print(f"interrupted; to go on, start again with --out {command.out}")
@@ -258,15 +258,6 @@ def _nothing(dropped: Sequence[Dropped], broken: Mapping[str, BaseException]) ->
     absent = sorted({d.goal for d in dropped if d.reason == "absent"})
     why = f"; absent: {', '.join(absent)}" if absent else ""
     return f"these homes have none of these objects within reach{why}"
-
-
-def _drawn(episodes: list[EpisodeSpec], limit: int | None) -> list[EpisodeSpec]:
-    """Draw as many as are wanted, mixing homes and objects; a larger limit only adds."""
-    if limit is None or limit >= len(episodes):
-        return episodes
-    drawn = sorted(episodes, key=lambda e: zlib.crc32(e.episode_id.encode()))[:limit]
-    chosen = {e.episode_id for e in drawn}
-    return [e for e in episodes if e.episode_id in chosen]
 
 
 def _jobs(

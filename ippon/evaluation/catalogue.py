@@ -81,7 +81,14 @@ class EpisodeSpec:
     @property
     def episode_id(self) -> str:
         """Return a name for the episode that is the same in every run and fit for a file."""
-        told = "told" if self.context else "untold"
+        return self._named("told" if self.context else "untold")
+
+    @property
+    def untold_id(self) -> str:
+        """Return the name of the same search without a context."""
+        return self._named("untold")
+
+    def _named(self, told: str) -> str:
         home = "".join(c if c.isalnum() or c in "_-" else "_" for c in home_name(self.home))
         return f"{home}.{self.goal}.{self.start_index}.{told}"
 
@@ -240,3 +247,22 @@ def goals_of(kinds: Sequence[str]) -> tuple[str, ...]:
         else:
             out.append(resolve_object(kind, MATTERPORT_40).canonical)
     return tuple(dict.fromkeys(out))
+
+
+def draw_episodes(episodes: Sequence[EpisodeSpec], limit: int | None) -> list[EpisodeSpec]:
+    """Draw as many as are wanted, mixing homes and objects; a larger limit only adds.
+
+    With and without a context is one search, drawn together: else hardly a pair would be compared.
+
+    Args:
+        episodes: Of any homes.
+        limit: At most so many; None for all.
+
+    Returns:
+        Those drawn, in the order in which they were given.
+    """
+    if limit is None or limit >= len(episodes):
+        return list(episodes)
+    order = sorted(episodes, key=lambda e: (zlib.crc32(e.untold_id.encode()), e.context))
+    chosen = {e.episode_id for e in order[:limit]}
+    return [e for e in episodes if e.episode_id in chosen]

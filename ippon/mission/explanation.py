@@ -40,9 +40,10 @@ def explain(
     if target is None:
         return f"looking for a way on towards {goal.display}"
     if target.kind is NodeKind.TERMINATING:
+        voxels = round(target.termination)
         return (
             f"going to where {goal.display} can be seen from close by: "
-            f"{target.termination:.0f} voxels, {target.path_cost_s:.1f} s away"
+            f"{voxels} voxel{'s' if voxels != 1 else ''}, {target.path_cost_s:.1f} s away"
         )
     if plan.out_of_reach_m is not None:
         return (

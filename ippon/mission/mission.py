@@ -36,7 +36,6 @@ from ippon.mission.search import Search
 from ippon.mission.showing import snapshot_of
 from ippon.mission.snapshot import OVER, MissionState, Snapshot, StepResult
 from ippon.mission.steering import Steering
-from ippon.mission.termination import termination_voxels
 from ippon.mission.waypoint import Waypoint
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
@@ -123,16 +122,9 @@ class Mission:
             raise ValueError("levels belong to a goal, and there is none; set a goal first")
         self._search.guidance = guidance
         self._search.glimpses.set_cues(guidance.labels_of(Level.CERTAIN))
-        goal = self._search.goal
-        probabilities = self.config.levels.as_array()
-        self.voxel_map.set_levels(guidance.levels(), probabilities)
+        self.voxel_map.set_levels(guidance.levels(), self.config.levels.as_array())
         self.rooms.set_guidance(guidance)
-        self._planner.set_goal(
-            probabilities=probabilities,
-            termination_min=termination_voxels(
-                goal.object, goal.category, self.config.map.voxel_size_m
-            ),
-        )
+        self._set_planner_goal(self._search)
 
     def cancel_goal(self) -> None:
         """Search for nothing; the robot stays where it is."""
@@ -310,6 +302,11 @@ class Mission:
         return self._pursue(search, frame, plan, dt_s)
 
     def _pursue(self, search: Search, frame: Frame, plan: Plan, dt_s: float) -> Command:
+        if not (search.speck_will_do or ends_search(plan) or plan.closer_look):
+            # It was looked at from nearby, or cannot be: as much of it shows as ever will.
+            search.speck_will_do = search.shows_speck()
+            if search.speck_will_do:
+                self._set_planner_goal(search)
         pursued = self._pursuit.step(search, frame, plan, dt_s)
         idle = search.idle_steps >= self.config.second_look.idle_steps
         over = idle or pursued.state is MissionState.EXHAUSTED
@@ -326,6 +323,11 @@ class Mission:
         else:
             self._state, self._journal.why = pursued.state, pursued.why
         return pursued.command
+
+    def _set_planner_goal(self, search: Search) -> None:
+        self._planner.set_goal(
+            probabilities=self.config.levels.as_array(), termination_min=search.termination_min
+        )
 
     def _guided(self, frame: Frame) -> MapArrays:
         """Return the map as it guides the planner: by the type of room, where that is asked for."""

@@ -1,6 +1,7 @@
 """One goal and how far the search for it is."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -18,7 +19,10 @@ from ippon.mission.goal import Goal
 from ippon.mission.recovery import NANOSECONDS
 from ippon.mission.second_look import SecondLook
 from ippon.mission.snapshot import Find
-from ippon.mission.termination import is_small
+from ippon.mission.termination import is_small, termination_voxels
+
+_SPECK: Final = 0.5
+"""Share of T_min that is enough where no more shows: one voxel in place of two."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,13 +56,17 @@ class Search:
         self.reconsidered: list[Ball] = []
         """What was doubted once: the next time it counts for what it looks like."""
         self.path_length_m = 0.0
+        self.speck_will_do = False
+        """A small thing showed less than T_min from nearby, and what showed was surely it."""
+        self._termination_min = termination_voxels(
+            goal.object, goal.category, config.map.voxel_size_m
+        )
         self.arrived_steps = 0
         self.empty_steps = self.idle_steps = 0
         self._ooi_voxels = OoiVoxels(config.planner.ooi_threshold)
         self._centres: Float64Array = np.zeros((0, 3))
-        self.second_look = SecondLook(
-            config.second_look, goal.object, small=is_small(goal.object, goal.category)
-        )
+        self._small = is_small(goal.object, goal.category)
+        self.second_look = SecondLook(config.second_look, goal.object, small=self._small)
         near_m = min(config.map.ooi_max_range_m, config.map.max_range_m)
         self.glimpses = Glimpses(config.glimpses, goal.object, near_m, config.map.max_valid_depth_m)
         self._started_ns: int | None = None
@@ -121,9 +129,23 @@ class Search:
         """Tell whether a find was doubted before."""
         return any(ball.touches(find) for ball in self.reconsidered)
 
+    @property
+    def termination_min(self) -> float:
+        """T_min: viewpoints that show more object voxels end the search."""
+        return self._termination_min * (_SPECK if self.speck_will_do else 1.0)
+
+    def shows_speck(self) -> bool:
+        """Tell whether a candidate is surely the object, but less of it shows than T_min asks."""
+        return any(self._is_speck(c) and self.second_look.confirms(c) for c in self.candidates)
+
     def denied(self, find: Find) -> bool:
-        """Tell whether the images speak against a find."""
+        """Tell whether the images speak against a find, or not enough for the little it is."""
+        if self.speck_will_do and self._is_speck(find) and not self.second_look.confirms(find):
+            return True
         return self.second_look.contradicts(find, again=self.is_reconsidered(find))
+
+    def _is_speck(self, find: Find) -> bool:
+        return self._small and find.voxels <= self._termination_min
 
     def go_on_from_find(self) -> Find | None:
         """Search on after a find that was none; returns that find."""
@@ -140,7 +162,8 @@ class Search:
             text = f"{text}, perhaps: nothing looks more like it"
         if self.find.out_of_reach_m is not None:
             return out_of_reach_text(self.goal.display, self.find.out_of_reach_m)
+        size = f"{self.find.voxels} voxels" if self.find.voxels != 1 else "a single voxel"
         return (
-            f"{text}: {self.find.voxels} voxels at p = {self.find.probability:.2f}, "
+            f"{text}: {size} at p = {self.find.probability:.2f}, "
             f"{distance_m(T_world_base, self.find):.1f} m away"
         )

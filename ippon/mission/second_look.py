@@ -48,6 +48,9 @@ class SecondLookConfig:
     to explore. In ten searches exploring had 0.5 to 10, and less than this in the last corners."""
     idle_steps: int = 15
     """So many steps in a row."""
+    speck_share: float = 0.5
+    """Share from which a small thing is taken for found that never shows more than T_min, a bottle
+    in a single voxel, where the map is sure of it; above 1 it never is."""
     sure: float = 0.99
     """Mean p(v in O) of a find from which the map is sure; more doubts more finds."""
     images: int = 40
@@ -73,10 +76,10 @@ class SecondLookConfig:
                 f"lie in [0, 1] and enough_images in 1 to images; got {shares}, "
                 f"{self.enough_images}, {self.images}"
             )
-        if self.idle_gain < 0.0 or self.idle_steps < 1:
+        if self.idle_gain < 0.0 or self.idle_steps < 1 or self.speck_share <= 0.0:
             raise ValueError(
-                "idle_gain must not be negative and idle_steps at least 1; got "
-                f"{self.idle_gain}, {self.idle_steps}"
+                "idle_gain must not be negative, idle_steps at least 1 and speck_share positive; "
+                f"got {self.idle_gain}, {self.idle_steps}, {self.speck_share}"
             )
 
 
@@ -143,6 +146,12 @@ class SecondLook:
         if again:
             least = min(least, self._config.reconsidered_share)
         return share is not None and share < least
+
+    def confirms(self, find: Find) -> bool:
+        """Tell whether map and images are both sure of a find, however little it is."""
+        share = self.share(find)
+        sure = find.probability >= self._config.sure
+        return sure and share is not None and share >= self._config.speck_share
 
     def _of(self, find: Find) -> _Followed | None:
         at = find.position_world

@@ -3,7 +3,13 @@ import math
 
 import pytest
 
-from ippon.evaluation.catalogue import CatalogueConfig, goals_of, home_name, list_episodes
+from ippon.evaluation.catalogue import (
+    CatalogueConfig,
+    draw_episodes,
+    goals_of,
+    home_name,
+    list_episodes,
+)
 from ippon.evaluation.metrics import Judge
 from ippon.simulation.scene import StartPose
 from ippon.vocabulary import HABITAT_GOALS
@@ -78,6 +84,16 @@ def test_context_is_told_truthfully_and_for_small_objects_only(home, robot):
     assert [e.context for e in both] == ["", "I left it on the table."]
     assert len({e.seed for e in both}) == 1
     assert [e.episode_id for e in both] == ["7.hat.0.untold", "7.hat.0.told"]
+
+
+def test_few_are_drawn_with_and_without_their_context_together(home, robot):
+    pair, _ = _list(home, robot, goals=("hat",), context="both")
+    homes = [dataclasses.replace(e, home=str(k)) for k in range(40) for e in pair]
+    few, more = draw_episodes(homes, 12), draw_episodes(homes, 20)
+    assert [len(few), len(more)] == [12, 20]
+    assert [sum(e.home == home for e in few) for home in {e.home for e in few}] == [2] * 6
+    assert [e for e in more if e in few] == few, "a larger limit only adds"
+    assert draw_episodes(homes, None) == homes
 
 
 def test_small_objects_are_drawn_up_to_a_number(home, robot):

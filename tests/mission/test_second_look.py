@@ -206,3 +206,19 @@ def test_a_find_that_few_images_have_shown_is_looked_at_first(searcher, room, en
     assert bool(looking) is waits
     assert len(looking) <= enough
     assert robot.last.state is MissionState.FOUND
+
+
+@pytest.mark.parametrize(("speck_share", "state"), [(0.5, "found"), (2.0, "exhausted")])
+def test_a_small_thing_that_fills_one_voxel_is_found_in_front_of_the_robot(
+    searcher, room, speck_share, state
+):
+    table = ("table", "table", (3.0, 1.5, 0.0), (3.6, 2.3, 0.7))
+    mug = ("mug", "objects", (3.02, 1.92, 0.7), (3.08, 1.98, 0.78))
+    config = MissionConfig(second_look=SecondLookConfig(speck_share=speck_share))
+    robot = searcher([*room(5.0, 4.0), table, mug], 1.0, 2.0, config=config)
+    robot.ask("mug")
+    robot.search(150.0)
+    assert robot.last.state.value == state
+    assert [c.voxels for c in robot.last.candidates] == [1]
+    if state == "found":
+        assert np.hypot(*(robot.at - np.array(robot.last.find.position_world[:2]))) < 1.0
