@@ -312,7 +312,7 @@ class Mission:
         over = idle or pursued.state is MissionState.EXHAUSTED
         if over and reconsider(search, self.voxel_map):
             self._state = MissionState.SEARCHING
-            self._journal.why = f"going back to what hardly looked like {search.goal.display}"
+            self._journal.why = f"going back to what may be {search.goal.display} after all"
             self._journal.note("reconsidered", f"nothing better is left: {self._journal.why}")
             return pursued.command
         if pursued.doubted is not None:

@@ -19,6 +19,7 @@ from ippon.mission.finding import exhausted_text, find_from, nearest_find
 from ippon.mission.glance import Glance
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find, MissionState
+from ippon.mission.told_place import is_elsewhere
 from ippon.mission.travel_pitch import TravelPitch
 from ippon.planning.gaze import towards
 from ippon.planning.plan import NodeKind, Plan
@@ -102,13 +103,16 @@ class Pursuit:
                     state=MissionState.APPROACHING,
                     why=f"looking whether that is {search.goal.display}",
                 )
-            if find is not None and search.denied(find):
-                return Pursued(
-                    command=Command(tilt_rad=command.tilt_rad),
-                    state=MissionState.SEARCHING,
-                    why=f"what seemed to be {search.goal.display} hardly looks like it: going on",
-                    doubted=find,
-                )
+            if find is not None:
+                elsewhere = is_elsewhere(find, search.goal, search.guidance, self._voxel_map)
+                if search.denied(find, elsewhere=elsewhere):
+                    doubt = "is not where you said" if elsewhere else "hardly looks like it"
+                    return Pursued(
+                        command=Command(tilt_rad=command.tilt_rad),
+                        state=MissionState.SEARCHING,
+                        why=f"what seemed to be {search.goal.display} {doubt}: going on",
+                        doubted=find,
+                    )
             search.find = find
             return Pursued(
                 command=Command(tilt_rad=command.tilt_rad),

@@ -138,11 +138,17 @@ class Search:
         """Tell whether a candidate is surely the object, but less of it shows than T_min asks."""
         return any(self._is_speck(c) and self.second_look.confirms(c) for c in self.candidates)
 
-    def denied(self, find: Find) -> bool:
-        """Tell whether the images speak against a find, or not enough for the little it is."""
+    def denied(self, find: Find, *, elsewhere: bool = False) -> bool:
+        """Tell whether the images speak against a find, or not enough for the little it is.
+
+        Args:
+            find: Where the search would end.
+            elsewhere: It is not where the operator said.
+        """
         if self.speck_will_do and self._is_speck(find) and not self.second_look.confirms(find):
             return True
-        return self.second_look.contradicts(find, again=self.is_reconsidered(find))
+        again = self.is_reconsidered(find)
+        return self.second_look.contradicts(find, again=again, elsewhere=elsewhere)
 
     def _is_speck(self, find: Find) -> bool:
         return self._small and find.voxels <= self._termination_min

@@ -48,6 +48,9 @@ class SecondLookConfig:
     to explore. In ten searches exploring had 0.5 to 10, and less than this in the last corners."""
     idle_steps: int = 15
     """So many steps in a row."""
+    elsewhere_share: float = 0.55
+    """Likewise where the operator said what the object is on or beside, and the find is nowhere
+    near one; more believes the operator more than the images."""
     speck_share: float = 0.5
     """Share from which a small thing is taken for found that never shows more than T_min, a bottle
     in a single voxel, where the map is sure of it; above 1 it never is."""
@@ -64,6 +67,7 @@ class SecondLookConfig:
             self.least_share,
             self.least_share_small,
             self.unsure_share,
+            self.elsewhere_share,
             self.reconsidered_share,
             self.sure,
         )
@@ -72,8 +76,9 @@ class SecondLookConfig:
             or not 1 <= self.enough_images <= self.images
         ):
             raise ValueError(
-                "least_share, least_share_small, unsure_share, reconsidered_share and sure must "
-                f"lie in [0, 1] and enough_images in 1 to images; got {shares}, "
+                "least_share, least_share_small, unsure_share, elsewhere_share, "
+                "reconsidered_share and sure must lie in [0, 1] and enough_images in 1 to images; "
+                f"got {shares}, "
                 f"{self.enough_images}, {self.images}"
             )
         if self.idle_gain < 0.0 or self.idle_steps < 1 or self.speck_share <= 0.0:
@@ -139,10 +144,18 @@ class SecondLook:
             return None
         return float(np.mean(one.shares))
 
-    def contradicts(self, find: Find, *, again: bool = False) -> bool:
-        """Tell whether the images speak against a find; `again` where they did before."""
+    def contradicts(self, find: Find, *, again: bool = False, elsewhere: bool = False) -> bool:
+        """Tell whether the images speak against a find.
+
+        Args:
+            find: What the map takes for the object.
+            again: They did before.
+            elsewhere: It is not where the operator said.
+        """
         share = self.share(find)
         least = self._least if find.probability >= self._config.sure else self._least_unsure
+        if elsewhere:
+            least = max(least, self._config.elsewhere_share)
         if again:
             least = min(least, self._config.reconsidered_share)
         return share is not None and share < least
