@@ -19,7 +19,7 @@ from ippon.mission.goal import Goal
 from ippon.mission.recovery import NANOSECONDS
 from ippon.mission.second_look import SecondLook
 from ippon.mission.snapshot import Find
-from ippon.mission.termination import is_small, termination_voxels
+from ippon.mission.termination import is_small, surface_scale, termination_voxels
 
 _SPECK: Final = 0.5
 """Share of T_min that is enough where no more shows: one voxel in place of two."""
@@ -66,7 +66,13 @@ class Search:
         self._ooi_voxels = OoiVoxels(config.planner.ooi_threshold)
         self._centres: Float64Array = np.zeros((0, 3))
         self._small = is_small(goal.object, goal.category)
-        self.second_look = SecondLook(config.second_look, goal.object, small=self._small)
+        self.second_look = SecondLook(
+            config.second_look,
+            goal.object,
+            small=self._small,
+            outline_voxels=config.second_look.outline_voxels
+            * surface_scale(config.map.voxel_size_m),
+        )
         near_m = min(config.map.ooi_max_range_m, config.map.max_range_m)
         self.glimpses = Glimpses(config.glimpses, goal.object, near_m, config.map.max_valid_depth_m)
         self._started_ns: int | None = None

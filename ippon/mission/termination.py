@@ -37,8 +37,13 @@ def termination_voxels(label: str, category: str | None, voxel_size_m: float) ->
         category: Common object that it is an instance of, or None.
         voxel_size_m: Edge of a voxel; surface voxels scale with its inverse square.
     """
-    scale = (REFERENCE_VOXEL_M / voxel_size_m) ** 2
-    return max(1.0, (_count(label, category) or _SMALL_OBJECT) * scale)
+    count = _count(label, category) or _SMALL_OBJECT
+    return max(1.0, count * surface_scale(voxel_size_m))
+
+
+def surface_scale(voxel_size_m: float) -> float:
+    """Return how many voxels of this size cover the surface of one of `REFERENCE_VOXEL_M`."""
+    return (REFERENCE_VOXEL_M / voxel_size_m) ** 2
 
 
 def is_small(label: str, category: str | None) -> bool:

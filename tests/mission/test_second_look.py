@@ -134,6 +134,7 @@ def test_another_find_starts_anew():
     [
         {"least_share": 1.1},
         {"least_share_small": -0.1},
+        {"elsewhere_share": 1.1},
         {"unsure_share": 1.5},
         {"sure": -1.0},
         {"reconsidered_share": 1.01},
@@ -206,6 +207,16 @@ def test_a_find_that_few_images_have_shown_is_looked_at_first(searcher, room, en
     assert bool(looking) is waits
     assert len(looking) <= enough
     assert robot.last.state is MissionState.FOUND
+
+
+@pytest.mark.parametrize(("outline_voxels", "against"), [(133, False), (132, True)])
+def test_a_small_thing_that_fills_many_voxels_is_no_mere_outline(outline_voxels, against):
+    look = SecondLook(CONFIG, "hat", small=True, outline_voxels=outline_voxels)
+    find = find_of(voxels())
+    assert find.voxels == 133
+    for _ in range(10):
+        look.note(frame(0.3), voxels(), [find])
+    assert look.contradicts(find) is against
 
 
 @pytest.mark.parametrize(("speck_share", "state"), [(0.5, "found"), (2.0, "exhausted")])
