@@ -111,6 +111,10 @@ class BaselinePlanner:
         self._aim = None
         self._given_up.clear()
 
+    def set_termination_min(self, termination_min: float) -> None:
+        """See `Planner.set_termination_min`."""
+        self._tree.set_termination_min(termination_min)
+
     def follow_glimpses(self, glimpses: Glimpses | None) -> None:
         """Leave them alone: no method in the literature that is compared here has them."""
 

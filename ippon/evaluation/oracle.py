@@ -36,6 +36,9 @@ class OraclePlanner:
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
         """Ignore it: the goal is the judge's."""
 
+    def set_termination_min(self, termination_min: float) -> None:
+        """Ignore it: the goal is the judge's."""
+
     def follow_glimpses(self, glimpses: Glimpses | None) -> None:
         """Ignore them."""
 

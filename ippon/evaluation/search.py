@@ -47,6 +47,10 @@ class TimedPlanner:
         """See `Planner.set_goal`."""
         self._planner.set_goal(probabilities=probabilities, termination_min=termination_min)
 
+    def set_termination_min(self, termination_min: float) -> None:
+        """See `Planner.set_termination_min`."""
+        self._planner.set_termination_min(termination_min)
+
     def follow_glimpses(self, glimpses: Glimpses | None) -> None:
         """See `Planner.follow_glimpses`."""
         self._planner.follow_glimpses(glimpses)

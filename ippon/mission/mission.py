@@ -124,7 +124,10 @@ class Mission:
         self._search.glimpses.set_cues(guidance.labels_of(Level.CERTAIN))
         self.voxel_map.set_levels(guidance.levels(), self.config.levels.as_array())
         self.rooms.set_guidance(guidance)
-        self._set_planner_goal(self._search)
+        self._planner.set_goal(
+            probabilities=self.config.levels.as_array(),
+            termination_min=self._search.termination_min,
+        )
 
     def cancel_goal(self) -> None:
         """Search for nothing; the robot stays where it is."""
@@ -303,10 +306,10 @@ class Mission:
 
     def _pursue(self, search: Search, frame: Frame, plan: Plan, dt_s: float) -> Command:
         if not (search.speck_will_do or ends_search(plan) or plan.closer_look):
-            # It was looked at from nearby, or cannot be: as much of it shows as ever will.
-            search.speck_will_do = search.shows_speck()
+            # The closer look is over, or there is no place for one.
+            search.speck_will_do = search.shows_speck(frame.T_world_base)
             if search.speck_will_do:
-                self._set_planner_goal(search)
+                self._planner.set_termination_min(search.termination_min)
         pursued = self._pursuit.step(search, frame, plan, dt_s)
         idle = search.idle_steps >= self.config.second_look.idle_steps
         over = idle or pursued.state is MissionState.EXHAUSTED
@@ -323,11 +326,6 @@ class Mission:
         else:
             self._state, self._journal.why = pursued.state, pursued.why
         return pursued.command
-
-    def _set_planner_goal(self, search: Search) -> None:
-        self._planner.set_goal(
-            probabilities=self.config.levels.as_array(), termination_min=search.termination_min
-        )
 
     def _guided(self, frame: Frame) -> MapArrays:
         """Return the map as it guides the planner: by the type of room, where that is asked for."""

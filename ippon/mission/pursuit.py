@@ -103,22 +103,23 @@ class Pursuit:
                     state=MissionState.APPROACHING,
                     why=f"looking whether that is {search.goal.display}",
                 )
-            if find is not None:
-                elsewhere = is_elsewhere(find, search.goal, search.guidance, self._voxel_map)
-                if search.denied(find, elsewhere=elsewhere):
-                    doubt = "is not where you said" if elsewhere else "hardly looks like it"
-                    return Pursued(
-                        command=Command(tilt_rad=command.tilt_rad),
-                        state=MissionState.SEARCHING,
-                        why=f"what seemed to be {search.goal.display} {doubt}: going on",
-                        doubted=find,
-                    )
-            search.find = find
-            return Pursued(
-                command=Command(tilt_rad=command.tilt_rad),
-                state=MissionState.FOUND,
-                why=search.found_text(frame.T_world_base),
-            )
+            doubt = None if find is None else self._doubt(search, find)
+            if doubt is not None:
+                return Pursued(
+                    command=Command(tilt_rad=command.tilt_rad),
+                    state=MissionState.SEARCHING,
+                    why=f"what seemed to be {search.goal.display} {doubt}: going on",
+                    doubted=find,
+                )
+            if find is not None or approaching:
+                search.find = find
+                return Pursued(
+                    command=Command(tilt_rad=command.tilt_rad),
+                    state=MissionState.FOUND,
+                    why=search.found_text(frame.T_world_base),
+                )
+            # It was a voxel that came and went.
+            search.arrived_steps = 0
         watched = self._tilt_to_object(search, frame, plan)
         if watched is not None:
             command = dataclasses.replace(command, tilt_rad=watched)
@@ -136,6 +137,15 @@ class Pursuit:
         if ends_search(plan) or plan.closer_look:
             return False
         return plan.promised_per_s < self._config.second_look.idle_gain
+
+    def _doubt(self, search: Search, find: Find) -> str | None:
+        """Say what speaks against a find; None where nothing does."""
+        doubt = search.doubt(find, elsewhere=False)
+        if doubt is not None or not search.guidance.context:
+            return doubt
+        context = search.guidance.context
+        elsewhere = is_elsewhere(find, search.goal, context, self._voxel_map)
+        return search.doubt(find, elsewhere=elsewhere)
 
     def _wants_more_images(self, search: Search, find: Find) -> bool:
         """Tell whether too few images have shown a find, and more may come."""

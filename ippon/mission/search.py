@@ -23,6 +23,8 @@ from ippon.mission.termination import is_small, surface_scale, termination_voxel
 
 _SPECK: Final = 0.5
 """Share of T_min that is enough where no more shows: one voxel in place of two."""
+_NEARBY_M: Final = 2.0
+"""Of what is this near as much shows as ever will."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -140,21 +142,37 @@ class Search:
         """T_min: viewpoints that show more object voxels end the search."""
         return self._termination_min * (_SPECK if self.speck_will_do else 1.0)
 
-    def shows_speck(self) -> bool:
-        """Tell whether a candidate is surely the object, but less of it shows than T_min asks."""
-        return any(self._is_speck(c) and self.second_look.confirms(c) for c in self.candidates)
+    def shows_speck(self, T_world_base: Float64Array) -> bool:
+        """Tell whether something nearby is surely the object, but too little of it shows.
 
-    def denied(self, find: Find, *, elsewhere: bool = False) -> bool:
-        """Tell whether the images speak against a find, or not enough for the little it is.
+        Args:
+            T_world_base: Where the robot stands, its looks from nearby behind it.
+        """
+        return any(
+            self._is_speck(c)
+            and distance_m(T_world_base, c) <= _NEARBY_M
+            and self.second_look.confirms(c)
+            for c in self.candidates
+        )
+
+    def doubt(self, find: Find, *, elsewhere: bool) -> str | None:
+        """Say what speaks against a find: the images, or that it is too little to be sure of.
 
         Args:
             find: Where the search would end.
             elsewhere: It is not where the operator said.
+
+        Returns:
+            What it does or is, as in "it hardly looks like it"; None where nothing speaks against
+            it.
         """
-        if self.speck_will_do and self._is_speck(find) and not self.second_look.confirms(find):
-            return True
         again = self.is_reconsidered(find)
-        return self.second_look.contradicts(find, again=again, elsewhere=elsewhere)
+        speck = self.speck_will_do and self._is_speck(find) and not again
+        if speck and not self.second_look.confirms(find):
+            return "shows too little to be sure"
+        if not self.second_look.contradicts(find, again=again, elsewhere=elsewhere):
+            return None
+        return "is not where you said" if elsewhere else "hardly looks like it"
 
     def _is_speck(self, find: Find) -> bool:
         return self._small and find.voxels <= self._termination_min

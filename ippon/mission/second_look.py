@@ -19,7 +19,7 @@ from ippon.geometry import Float64Array, invert_transform, transform_points
 from ippon.mission.snapshot import Find
 
 _FOLLOWED = 6
-"""Clusters that are followed at a time, the largest."""
+"""Clusters that are followed at a time: so many of the largest, and as many others in view."""
 _SAME_M = 0.6
 _BEHIND_M = 0.2
 """Depth by which a voxel may differ from the image and still be what it shows."""
@@ -56,7 +56,7 @@ class SecondLookConfig:
     near one; more believes the operator more than the images."""
     speck_share: float = 0.5
     """Share from which a small thing is taken for found that never shows more than T_min, a bottle
-    in a single voxel, where the map is sure of it; above 1 it never is."""
+    in a single voxel of 10 cm, where the map is sure of it; above 1 it never is."""
     sure: float = 0.99
     """Mean p(v in O) of a find from which the map is sure; more doubts more finds."""
     images: int = 40
@@ -86,7 +86,7 @@ class SecondLookConfig:
             )
         if not self.outline_voxels >= 0.0:
             raise ValueError(f"outline_voxels must not be negative; got {self.outline_voxels}")
-        if self.idle_gain < 0.0 or self.idle_steps < 1 or self.speck_share <= 0.0:
+        if self.idle_gain < 0.0 or self.idle_steps < 1 or not self.speck_share > 0.0:
             raise ValueError(
                 "idle_gain must not be negative, idle_steps at least 1 and speck_share positive; "
                 f"got {self.idle_gain}, {self.idle_steps}, {self.speck_share}"
@@ -136,7 +136,9 @@ class SecondLook:
             return
         seen, wins = votes(frame, centres_world)
         kept: list[_Followed] = []
-        for find in finds[:_FOLLOWED]:
+        # What is in view is followed however small it is, or nothing could be said of it.
+        in_view = [find for find in finds[_FOLLOWED:] if find.box_px is not None]
+        for find in (*finds[:_FOLLOWED], *in_view[:_FOLLOWED]):
             centre = np.array(find.position_world)
             one = self._of(find)
             if one is None:

@@ -23,6 +23,10 @@ class Planner(Protocol):
         """
         ...
 
+    def set_termination_min(self, termination_min: float) -> None:
+        """Take another T_min for the goal that there is; all else stays."""
+        ...
+
     def follow_glimpses(self, glimpses: Glimpses | None) -> None:
         """Take note of where images show the object beyond the map's range.
 

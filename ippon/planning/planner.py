@@ -89,6 +89,10 @@ class ViewpointPlanner:
         self._closer.forget()
         self._second_chances = self.config.second_chances
 
+    def set_termination_min(self, termination_min: float) -> None:
+        """See `Planner.set_termination_min`."""
+        self._termination_min = termination_min
+
     def follow_glimpses(self, glimpses: Glimpses | None) -> None:
         """Weigh every viewpoint by what images show beyond the map's range, from now on."""
         self._views.set_glimpses(glimpses)

@@ -135,7 +135,9 @@ def _gain_ratio(config: SelectionConfig, gain: Float64Array, cost: Float64Array)
 
 
 def held(config: SelectionConfig, termination_min: float) -> float:
-    """Return what T(n) of the target must exceed for it to go on terminating; one voxel never does.
+    """Return what T(n) of the target must exceed for it to go on terminating.
+
+    One voxel is enough only where T_min asks for no more.
 
     Args:
         config: Weights.

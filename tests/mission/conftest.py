@@ -80,18 +80,18 @@ def searcher():
     return Searcher
 
 
+def boxed_room(x=6.0, y=4.0):
+    """Return boxes of a closed room from (0, 0) to a corner."""
+    return [
+        ("floor", "floor", (-0.1, -0.1, -0.1), (x + 0.1, y + 0.1, 0.0)),
+        ("ceiling", "ceiling", (-0.1, -0.1, 2.5), (x + 0.1, y + 0.1, 2.6)),
+        ("wall", "wall", (-0.1, -0.1, 0.0), (0.0, y + 0.1, 2.5)),
+        ("wall", "wall", (x, -0.1, 0.0), (x + 0.1, y + 0.1, 2.5)),
+        ("wall", "wall", (0.0, -0.1, 0.0), (x, 0.0, 2.5)),
+        ("wall", "wall", (0.0, y, 0.0), (x, y + 0.1, 2.5)),
+    ]
+
+
 @pytest.fixture
 def room():
-    """Boxes of a closed room from (0, 0) to a corner."""
-
-    def make(x=6.0, y=4.0):
-        return [
-            ("floor", "floor", (-0.1, -0.1, -0.1), (x + 0.1, y + 0.1, 0.0)),
-            ("ceiling", "ceiling", (-0.1, -0.1, 2.5), (x + 0.1, y + 0.1, 2.6)),
-            ("wall", "wall", (-0.1, -0.1, 0.0), (0.0, y + 0.1, 2.5)),
-            ("wall", "wall", (x, -0.1, 0.0), (x + 0.1, y + 0.1, 2.5)),
-            ("wall", "wall", (0.0, -0.1, 0.0), (x, 0.0, 2.5)),
-            ("wall", "wall", (0.0, y, 0.0), (x, y + 0.1, 2.5)),
-        ]
-
-    return make
+    return boxed_room

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from ippon.mission.config import MissionConfig
+from ippon.mission.goal import Goal
 from ippon.mission.second_look import SecondLookConfig
-from ippon.mission.snapshot import MissionState
+from ippon.mission.snapshot import Find, MissionState
+from ippon.mission.told_place import is_elsewhere
+from tests.mission.conftest import Searcher, boxed_room
 
 TABLE = ("table", "table", (3.0, 2.6, 0.0), (4.2, 3.4, 0.7))
 ON_TABLE = ("hat", "objects", (3.2, 2.7, 0.7), (3.5, 3.0, 0.85))
@@ -53,3 +56,37 @@ def test_an_operator_who_errs_gets_it_when_nothing_better_is_left(searching):
     kinds = [event.kind for event in events]
     assert kinds.index("doubted") < kinds.index("reconsidered") < kinds.index("found")
     assert "perhaps: nothing looks more like it" in robot.last.why
+
+
+@pytest.fixture(scope="module")
+def mapped():
+    """A room whose table at x = 3 m and bed at x = 8 m the robot has seen."""
+    robot = Searcher([*boxed_room(10.0, 4.0), TABLE, BED], 1.0, 2.0)
+    robot.ask("umbrella")
+    robot.search(120.0)
+    return robot.mission.voxel_map
+
+
+@pytest.mark.parametrize(
+    ("context", "elsewhere"),
+    [
+        ("I left it on the bed.", True),
+        ("I left it on the table.", False),
+        ("It is near the table.", False),
+        ("It is on the table or on the bed.", False),
+        ("", False),
+        ("It is not on the bed.", False),
+        ("I looked on the table already.", False),
+        ("It is in the bedroom.", False),
+        ("It is on the bed or in the kitchen.", False),
+        ("It is perhaps on the bed.", False),
+        ("It is old and grey.", False),
+    ],
+)
+def test_only_a_stated_thing_that_is_not_there_speaks_against_a_find(mapped, context, elsewhere):
+    find = Find(
+        position_world=(3.4, 2.8, 0.8), size_m=(0.3, 0.3, 0.2), probability=1.0, voxels=6,
+        box_px=None,
+    )  # fmt: skip
+    goal = Goal(goal_id=1, object="hat", display="hat", context=context, category=None)
+    assert is_elsewhere(find, goal, context, mapped) is elsewhere
