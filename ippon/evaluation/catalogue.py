@@ -201,7 +201,10 @@ def _specs(
     """Return one search, or two, for a goal and a start."""
     sentences = [""]
     if config.context != "none" and goal not in HABITAT_GOALS:
-        told = next(filter(None, (context_sentence(scene, k) for k in judge.instances)), None)
+        # Of several the nearest is meant, which the shortest way leads to.
+        start = scene.start_poses[index]
+        meant = judge.nearest_instance((start.x, start.y))
+        told = None if meant is None else context_sentence(scene, meant)
         if told is not None:
             sentences = [told] if config.context == "support" else ["", told]
     seed = int(_rng(config.seed, home_name(home), goal, str(index)).integers(2**31))

@@ -88,6 +88,7 @@ class Judge:
         found = [viewpoints(scene, grid, robot, k, sight) for k in self.instances]
         self.viewpoints: NDArray[np.float64] = np.concatenate(found) if found else np.empty((0, 2))
         """(N, 2) positions in metres from which one of them is seen."""
+        self._seen_from = np.repeat(np.array(self.instances, np.int64), [len(f) for f in found])
         self._field = GeodesicField(grid, self.viewpoints)
 
     def distance_m(self, position: ArrayLike) -> float:
@@ -109,6 +110,14 @@ class Judge:
         """Return the (K, 2) corners of the shortest way to a viewpoint; see `GeodesicField`."""
         x, y = (float(v) for v in np.asarray(position, np.float64)[:2])
         return self._field.path_from(x, y)
+
+    def nearest_instance(self, position: ArrayLike) -> int | None:
+        """Return the row of the object that the shortest way from (x, y, ...) leads to, or None."""
+        way = self.path_from(position)
+        if not len(way):
+            return None
+        apart = np.hypot(*(self.viewpoints - way[-1]).T)
+        return int(self._seen_from[np.argmin(apart)])
 
     def is_success(self, position: ArrayLike) -> bool:
         """Tell whether stopping at (x, y, ...) counts as having found the object."""

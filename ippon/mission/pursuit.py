@@ -98,12 +98,10 @@ class Pursuit:
                 else find_from(search.candidates, frame.T_world_base, plan.out_of_reach_m)
             )
             if find is not None and self._wants_more_images(search, find):
-                return Pursued(
-                    command=Command(tilt_rad=command.tilt_rad),
-                    state=MissionState.APPROACHING,
-                    why=f"looking whether that is {search.goal.display}",
-                )
+                return self._looking(search, command)
             doubt = None if find is None else self._doubt(search, find)
+            if doubt is not None and self._waits(search):
+                return self._looking(search, command)
             if doubt is not None:
                 return Pursued(
                     command=Command(tilt_rad=command.tilt_rad),
@@ -149,9 +147,19 @@ class Pursuit:
 
     def _wants_more_images(self, search: Search, find: Find) -> bool:
         """Tell whether too few images have shown a find, and more may come."""
+        return search.second_look.share(find) is None and self._waits(search)
+
+    def _waits(self, search: Search) -> bool:
+        """Tell whether the robot may stand for more images in front of what may be the object."""
         waited = search.arrived_steps - self._config.confirm_steps
-        too_few = search.second_look.share(find) is None
-        return too_few and waited < self._config.second_look.enough_images
+        return waited < self._config.second_look.enough_images
+
+    def _looking(self, search: Search, command: Command) -> Pursued:
+        return Pursued(
+            command=Command(tilt_rad=command.tilt_rad),
+            state=MissionState.APPROACHING,
+            why=f"looking whether that is {search.goal.display}",
+        )
 
     def _tilt_to_object(self, search: Search, frame: Frame, plan: Plan) -> float | None:
         """Return the tilt that keeps in sight what the robot is on its way to.

@@ -51,7 +51,7 @@ class SecondLookConfig:
     to explore. In ten searches exploring had 0.5 to 10, and less than this in the last corners."""
     idle_steps: int = 15
     """So many steps in a row."""
-    elsewhere_share: float = 0.55
+    elsewhere_share: float = 0.45
     """Likewise where the operator said what the object is on or beside, and the find is nowhere
     near one; more believes the operator more than the images."""
     speck_share: float = 0.5
@@ -62,7 +62,8 @@ class SecondLookConfig:
     images: int = 40
     """Images that it is the average of; the approach takes about as many."""
     enough_images: int = 8
-    """A find that fewer have shown is looked at for as many more; after that the map decides."""
+    """A find that fewer have shown is looked at for as many more; after that the map decides. What
+    seems to be something else is looked at for as many more, too, and these alone can save it."""
 
     def __post_init__(self) -> None:
         """Reject shares and counts without meaning."""
@@ -159,7 +160,10 @@ class SecondLook:
         return float(np.mean(one.shares))
 
     def contradicts(self, find: Find, *, again: bool = False, elsewhere: bool = False) -> bool:
-        """Tell whether the images speak against a find.
+        """Tell whether the images speak against a find, the last of them as well as all together.
+
+        From afar much that is the object does not look like it; what the robot stands in front of
+        is judged by what it sees there.
 
         Args:
             find: What the map takes for the object.
@@ -172,13 +176,18 @@ class SecondLook:
             least = max(least, self._config.elsewhere_share)
         if again:
             least = min(least, self._config.reconsidered_share)
-        return share is not None and share < least
+        return share is not None and max(share, self._last_share(find)) < least
 
     def confirms(self, find: Find) -> bool:
         """Tell whether map and images are both sure of a find, however little it is."""
         share = self.share(find)
         sure = find.probability >= self._config.sure
         return sure and share is not None and share >= self._config.speck_share
+
+    def _last_share(self, find: Find) -> float:
+        one = self._of(find)
+        last = [] if one is None else list(one.shares)[-self._config.enough_images :]
+        return sum(last) / max(1, len(last))
 
     def _least_share(self, find: Find) -> float:
         config = self._config

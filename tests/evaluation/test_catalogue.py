@@ -86,6 +86,18 @@ def test_context_is_told_truthfully_and_for_small_objects_only(home, robot):
     assert [e.episode_id for e in both] == ["7.hat.0.untold", "7.hat.0.told"]
 
 
+def test_of_several_the_context_tells_of_the_nearest(make_scene, flat_boxes, robot):
+    on_chair = ("clothes", "hat", (1.2, 5.2, 0.9), (1.5, 5.5, 1.05))
+    scene = make_scene([*flat_boxes, on_chair])
+    poses = (StartPose(x=1, y=1, z=0.0, yaw=0.0), StartPose(x=7.5, y=4.5, z=0.0, yaw=0.0))
+    scene = dataclasses.replace(scene, start_poses=poses)
+    told, _ = _list(scene, robot, goals=("hat",), context="support", starts_per_goal=2)
+    assert {e.start_index: e.context for e in told} == {
+        0: "I left it on the chair.",
+        1: "I left it on the table.",
+    }
+
+
 def test_few_are_drawn_with_and_without_their_context_together(home, robot):
     pair, _ = _list(home, robot, goals=("hat",), context="both")
     homes = [dataclasses.replace(e, home=str(k)) for k in range(40) for e in pair]

@@ -233,3 +233,14 @@ def test_a_small_thing_that_fills_one_voxel_is_found_in_front_of_the_robot(
     assert [c.voxels for c in robot.last.candidates] == [1]
     if state == "found":
         assert np.hypot(*(robot.at - np.array(robot.last.find.position_world[:2]))) < 1.0
+
+
+@pytest.mark.parametrize(("near", "against"), [(0.9, False), (0.3, True)])
+def test_what_looks_like_the_object_from_nearby_is_not_denied_for_how_it_looked_from_afar(
+    near, against
+):
+    look, find = after([0.2] * 30 + [near] * CONFIG.enough_images)
+    assert look.share(find) < CONFIG.least_share
+    assert look.contradicts(find) is against
+    look, find = after([0.2] * 30 + [near] * (CONFIG.enough_images // 2))
+    assert look.contradicts(find) is (against or 0.5 * (0.2 + near) < CONFIG.least_share)
