@@ -25,8 +25,8 @@ from tests.chromium import PATIENCE_MS, new_page, open_browser
 pytestmark = [pytest.mark.browser, pytest.mark.process, pytest.mark.slow]
 
 ROBOT = "ippon"
-FLOOR = (560, 520)
-"""A pixel where there is floor or furniture once the first room is mapped."""
+FLOOR = (690, 350)
+"""A pixel amid the floor of the first room."""
 
 
 def free_port() -> int:
