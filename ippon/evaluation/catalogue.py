@@ -199,10 +199,9 @@ def _specs(
     config: CatalogueConfig,
 ) -> list[EpisodeSpec]:
     """Return one search, or two, for a goal and a start."""
-    sentences = [""]
+    start, sentences = scene.start_poses[index], [""]
     if config.context != "none" and goal not in HABITAT_GOALS:
         # Of several the nearest is meant, which the shortest way leads to.
-        start = scene.start_poses[index]
         meant = judge.nearest_instance((start.x, start.y))
         told = None if meant is None else context_sentence(scene, meant)
         if told is not None:
@@ -212,7 +211,7 @@ def _specs(
         EpisodeSpec(
             home=home,
             start_index=index,
-            start=scene.start_poses[index],
+            start=start,
             goal=goal,
             context=sentence,
             seed=seed,

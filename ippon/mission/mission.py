@@ -122,11 +122,11 @@ class Mission:
             raise ValueError("levels belong to a goal, and there is none; set a goal first")
         self._search.guidance = guidance
         self._search.glimpses.set_cues(guidance.labels_of(Level.CERTAIN))
-        self.voxel_map.set_levels(guidance.levels(), self.config.levels.as_array())
+        probabilities = self.config.levels.as_array()
+        self.voxel_map.set_levels(guidance.levels(), probabilities)
         self.rooms.set_guidance(guidance)
         self._planner.set_goal(
-            probabilities=self.config.levels.as_array(),
-            termination_min=self._search.termination_min,
+            probabilities=probabilities, termination_min=self._search.termination_min
         )
 
     def cancel_goal(self) -> None:

@@ -92,30 +92,9 @@ class Pursuit:
         # One frame in between that sees it worse does not count for more than one that sees it.
         search.arrived_steps = max(0, search.arrived_steps + (1 if arrived else -1))
         if search.arrived_steps >= self._config.confirm_steps:
-            find = (
-                nearest_find(search.candidates, frame.T_world_base)
-                if plan.out_of_reach_m is None
-                else find_from(search.candidates, frame.T_world_base, plan.out_of_reach_m)
-            )
-            if find is not None and self._wants_more_images(search, find):
-                return self._looking(search, command)
-            doubt = None if find is None else self._doubt(search, find)
-            if doubt is not None and self._waits(search):
-                return self._looking(search, command)
-            if doubt is not None:
-                return Pursued(
-                    command=Command(tilt_rad=command.tilt_rad),
-                    state=MissionState.SEARCHING,
-                    why=f"what seemed to be {search.goal.display} {doubt}: going on",
-                    doubted=find,
-                )
-            if find is not None or approaching:
-                search.find = find
-                return Pursued(
-                    command=Command(tilt_rad=command.tilt_rad),
-                    state=MissionState.FOUND,
-                    why=search.found_text(frame.T_world_base),
-                )
+            end = self._end(search, frame, plan, Command(tilt_rad=command.tilt_rad))
+            if end is not None:
+                return end
             # It was a voxel that came and went.
             search.arrived_steps = 0
         watched = self._tilt_to_object(search, frame, plan)
@@ -136,30 +115,43 @@ class Pursuit:
             return False
         return plan.promised_per_s < self._config.second_look.idle_gain
 
+    def _end(self, search: Search, frame: Frame, plan: Plan, still: Command) -> Pursued | None:
+        """Say what the robot makes of what it has come to; None where nothing is there any more.
+
+        Args:
+            search: Takes note of the find.
+            frame: Where the robot stands.
+            plan: What led there.
+            still: The command that keeps it there.
+        """
+        find = (
+            nearest_find(search.candidates, frame.T_world_base)
+            if plan.out_of_reach_m is None
+            else find_from(search.candidates, frame.T_world_base, plan.out_of_reach_m)
+        )
+        if find is None and not ends_search(plan):
+            return None
+        if find is not None:
+            doubt = self._doubt(search, find)
+            waited = search.arrived_steps - self._config.confirm_steps
+            unsure = doubt is not None or search.second_look.share(find) is None
+            if unsure and waited < self._config.second_look.enough_images:
+                why = f"looking whether that is {search.goal.display}"
+                return Pursued(command=still, state=MissionState.APPROACHING, why=why)
+            if doubt is not None:
+                why = f"what seemed to be {search.goal.display} {doubt}: going on"
+                return Pursued(command=still, state=MissionState.SEARCHING, why=why, doubted=find)
+        search.find = find
+        why = search.found_text(frame.T_world_base)
+        return Pursued(command=still, state=MissionState.FOUND, why=why)
+
     def _doubt(self, search: Search, find: Find) -> str | None:
         """Say what speaks against a find; None where nothing does."""
         doubt = search.doubt(find, elsewhere=False)
-        if doubt is not None or not search.guidance.context:
-            return doubt
         context = search.guidance.context
-        elsewhere = is_elsewhere(find, search.goal, context, self._voxel_map)
-        return search.doubt(find, elsewhere=elsewhere)
-
-    def _wants_more_images(self, search: Search, find: Find) -> bool:
-        """Tell whether too few images have shown a find, and more may come."""
-        return search.second_look.share(find) is None and self._waits(search)
-
-    def _waits(self, search: Search) -> bool:
-        """Tell whether the robot may stand for more images in front of what may be the object."""
-        waited = search.arrived_steps - self._config.confirm_steps
-        return waited < self._config.second_look.enough_images
-
-    def _looking(self, search: Search, command: Command) -> Pursued:
-        return Pursued(
-            command=Command(tilt_rad=command.tilt_rad),
-            state=MissionState.APPROACHING,
-            why=f"looking whether that is {search.goal.display}",
-        )
+        if doubt is None and is_elsewhere(find, search.goal, context, self._voxel_map):
+            return search.doubt(find, elsewhere=True)
+        return doubt
 
     def _tilt_to_object(self, search: Search, frame: Frame, plan: Plan) -> float | None:
         """Return the tilt that keeps in sight what the robot is on its way to.

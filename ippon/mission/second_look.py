@@ -82,8 +82,7 @@ class SecondLookConfig:
             raise ValueError(
                 "least_share, least_share_small, unsure_share, elsewhere_share, "
                 "reconsidered_share and sure must lie in [0, 1] and enough_images in 1 to images; "
-                f"got {shares}, "
-                f"{self.enough_images}, {self.images}"
+                f"got {shares}, {self.enough_images}, {self.images}"
             )
         if not self.outline_voxels >= 0.0:
             raise ValueError(f"outline_voxels must not be negative; got {self.outline_voxels}")
