@@ -68,12 +68,11 @@ class Search:
         self._ooi_voxels = OoiVoxels(config.planner.ooi_threshold)
         self._centres: Float64Array = np.zeros((0, 3))
         self._small = is_small(goal.object, goal.category)
+        scale = surface_scale(config.map.voxel_size_m) if self._small else 0.0
         self.second_look = SecondLook(
             config.second_look,
             goal.object,
-            small=self._small,
-            outline_voxels=config.second_look.outline_voxels
-            * surface_scale(config.map.voxel_size_m),
+            outline_voxels=config.second_look.outline_voxels * scale,
         )
         near_m = min(config.map.ooi_max_range_m, config.map.max_range_m)
         self.glimpses = Glimpses(config.glimpses, goal.object, near_m, config.map.max_valid_depth_m)

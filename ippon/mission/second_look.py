@@ -106,20 +106,12 @@ class SecondLook:
     Args:
         config: When the images speak against a find.
         label: The object, as the heatmaps call it.
-        small: It fills a voxel or two.
-        outline_voxels: Voxels up to which a find of something small is mostly outline.
+        outline_voxels: Voxels up to which a find is mostly outline; 0 for what is large.
     """
 
-    def __init__(
-        self,
-        config: SecondLookConfig,
-        label: str,
-        *,
-        small: bool,
-        outline_voxels: float = math.inf,
-    ) -> None:
+    def __init__(self, config: SecondLookConfig, label: str, *, outline_voxels: float) -> None:
         self._config = config
-        self._outline_voxels = outline_voxels if small else 0.0
+        self._outline_voxels = outline_voxels
         self._label = label
         self._followed: list[_Followed] = []
 

@@ -1,6 +1,7 @@
 """Before a search ends the images are asked whether they show the object, too."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -54,7 +55,7 @@ def find_of(centres: np.ndarray) -> Find:
 
 
 def after(shares, *, small=False, config=CONFIG, **options) -> tuple[SecondLook, Find]:
-    look, centres = SecondLook(config, "hat", small=small), voxels()
+    look, centres = SecondLook(config, "hat", outline_voxels=math.inf if small else 0.0), voxels()
     find = find_of(centres)
     for share in shares:
         look.note(frame(share, **options), centres, [find])
@@ -211,7 +212,7 @@ def test_a_find_that_few_images_have_shown_is_looked_at_first(searcher, room, en
 
 @pytest.mark.parametrize(("outline_voxels", "against"), [(133, False), (132, True)])
 def test_a_small_thing_that_fills_many_voxels_is_no_mere_outline(outline_voxels, against):
-    look = SecondLook(CONFIG, "hat", small=True, outline_voxels=outline_voxels)
+    look = SecondLook(CONFIG, "hat", outline_voxels=outline_voxels)
     find = find_of(voxels())
     assert find.voxels == 133
     for _ in range(10):
