@@ -8,12 +8,13 @@ from ippon.command import Command
 from ippon.geometry import wrap_angle
 from ippon.robot import RobotProfile
 
-_STILL_THERE_M: Final = 0.5
+STILL_THERE_M: Final = 0.5
+"""A robot that has gone no farther has much the same around it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LookAroundConfig:
-    """How the robot takes in its surroundings before it moves."""
+    """How the robot takes in its surroundings before it goes in search of an object."""
 
     down_tilt_rad: float = -0.9
     """Tilt at which the floor before the robot comes into view; lower sees closer floor."""
@@ -72,7 +73,7 @@ class LookAround:
             gone_m: How far the robot has driven since the search began.
         """
         self._last_yaw = None
-        if gone_m > _STILL_THERE_M:
+        if gone_m > STILL_THERE_M:
             self.skip()
 
     def step(self, yaw_rad: float, tilt_rad: float) -> Command:

@@ -22,7 +22,7 @@ from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
 from ippon.mission.inspection import Preview, preview
 from ippon.mission.journal import WAITING, Journal
-from ippon.mission.look_around import LookAround
+from ippon.mission.look_around import STILL_THERE_M, LookAround
 from ippon.mission.pursuit import Pursuit, ends_search
 from ippon.mission.recovery import NANOSECONDS, Recovery
 from ippon.mission.ruling_out import (
@@ -96,10 +96,15 @@ class Mission:
     def set_goal(self, goal: Goal, guidance: Guidance) -> None:
         """Search for another object; map and tree stay.
 
+        The robot looks around anew, unless the map has the object already: what is near and was
+        never in view costs a turn and no way.
+
         Raises:
             ValueError: The guidance does not speak of this map's labels, in their order.
         """
         self._check_guidance(guidance)
+        if not self._asks_again(goal):
+            self._look_around = LookAround(self.config.look_around, self.robot)
         self._search = Search(goal, guidance, self.config)
         self._planner.follow_glimpses(self._search.glimpses)
         self.voxel_map.set_ooi(
@@ -338,6 +343,15 @@ class Mission:
         self._journal.note(state.value, why)
 
     # -- book-keeping ------------------------------------------------------------------------
+
+    def _asks_again(self, goal: Goal) -> bool:
+        """Tell whether a goal is for the present one's object, from about where that was asked."""
+        search = self._search
+        return (
+            search is not None
+            and search.goal.object == goal.object
+            and search.path_length_m <= STILL_THERE_M
+        )
 
     def _check_guidance(self, guidance: Guidance) -> None:
         labels = tuple(row.label for row in guidance.rows)

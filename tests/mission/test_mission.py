@@ -79,9 +79,26 @@ def test_finds_two_objects_in_a_row_on_one_map(scene) -> None:
     second = search(world, mission)
     assert mission.voxel_map.revision > revision
     assert second[0].snapshot.explored_m2 >= known, "the second search starts on the first map"
-    assert MissionState.LOOKING_AROUND not in [r.snapshot.state for r in second]
+    later = [r.snapshot.state for r in second[1:]]
+    assert MissionState.LOOKING_AROUND not in later, "the map has the sofa already"
     assert second[-1].snapshot.state is MissionState.FOUND
     assert Judge(scene, ZED, "sofa").is_success(world.trajectory[-1])
+
+
+def test_looks_around_anew_for_another_object_but_not_for_the_same_one(scene) -> None:
+    world, mission = start(scene)
+    ask(mission, "sofa")
+    world.set_labels(MATTERPORT_40, "sofa")
+    mission.step(world.observe())
+    mission._look_around.skip()
+    ask(mission, "sofa", "it is in the living room", goal_id=2)
+    mission.step(world.observe())
+    assert mission.state is MissionState.SEARCHING, "nothing more to see from here"
+    ask(mission, "hat", goal_id=3)
+    assert mission.state is MissionState.STARTING
+    world.set_labels(MATTERPORT_40, "hat")
+    mission.step(world.observe())
+    assert mission.state is MissionState.LOOKING_AROUND
 
 
 @pytest.mark.slow
