@@ -6,6 +6,7 @@ The table is package data (`tables/*.yaml`), one entry a thing:
   thing itself is found, `is` are the wider things that it is an instance of;
 * `rooms` weighs the types of room that it is found in;
 * `sure`, `on`, `in` and `by` say which things it is found at: `sure` always, the others typically;
+* `size` is the longest side of a large one in metres, for things that do not come in rows;
 * `aloft: yes` marks things that hang or stand higher than a person reaches;
 * `spread` marks things that say little about a place: `pervasive` (walls), `broad` (catch-all
   categories such as "furniture") and `everywhere` (windows: no room, but things stand by them).
@@ -25,7 +26,9 @@ from ippon.guidance.words import singular_candidates
 Relation = Literal["sure", "on", "in", "by"]
 Spread = Literal["none", "everywhere", "broad", "pervasive"]
 
-_FIELDS = frozenset({"also", "kinds", "is", "rooms", "spread", "aloft", *get_args(Relation)})
+_FIELDS = frozenset(
+    {"also", "kinds", "is", "rooms", "size", "spread", "aloft", *get_args(Relation)}
+)
 _ROOMS_FILE = "rooms.yaml"
 WITHIN_REACH_M: Final = 2.3
 """People put and hang things below this: the ceiling is higher, the top of a wardrobe lower."""
@@ -56,6 +59,8 @@ class Thing:
     spread: Spread
     aloft: bool
     """It may be higher than a person reaches."""
+    size_m: float
+    """Longest side of a large one; infinite where none is told."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,6 +110,11 @@ class Knowledge:
         # "furniture" may hang, too, but says nothing of a wardrobe.
         aloft = any(parent.aloft and parent.spread != "broad" for parent in parents)
         return math.inf if aloft else WITHIN_REACH_M
+
+    def size_m(self, label: str) -> float:
+        """Return the longest side of a large one of an object, metres; infinite where unknown."""
+        thing = self.thing(label)
+        return math.inf if thing is None else thing.size_m
 
     def room(self, phrase: str) -> str | None:
         """Return the type of room that a phrase names."""
@@ -212,7 +222,18 @@ def _thing(name: str, fields: Mapping[str, Any], rooms: Iterable[str], where: st
         ),
         spread=spread,
         aloft=spread != "none" or _yes(fields.get("aloft", "no"), f"{where}: aloft"),
+        size_m=_metres(fields.get("size", "inf"), f"{where}: size"),
     )
+
+
+def _metres(value: str, where: str) -> float:
+    try:
+        metres = float(value)
+    except ValueError:
+        metres = math.nan
+    if not metres > 0.0:
+        raise ValueError(f"{where} is a positive number of metres; got {value!r}")
+    return metres
 
 
 def _yes(value: str, where: str) -> bool:

@@ -68,6 +68,8 @@ class FusionInput(NamedTuple):
     """(K, 4) balls in which the OOI was rejected: centre and radius, metres."""
     ooi_top: int
     """Voxel layer along z from which on nothing is the OOI."""
+    ooi_floor: tuple[int, int]
+    """Voxel layers along z, first and one past the last, of the floor that is not the OOI."""
 
 
 def energy_table(likelihood_floor: float) -> NDArray[np.float32]:

@@ -38,6 +38,9 @@ from ippon.mapping.surface_rows import (
 
 AVERAGE_LEVEL: Final = 1
 MAX_LABELS: Final = 255
+FLOOR_M: Final = (-0.2, 0.1)
+"""Over the floor that the robot stands on: where that floor shows, with the errors of depth and
+pose. What is lower may be another floor, with things on it."""
 _EVERYWHERE_M: Final = 1e6
 
 
@@ -75,6 +78,8 @@ class ObjectLayers:
         self.suppressed: NDArray[np.float64] = np.empty((0, 4), np.float64)
         self.ooi_highest_m = math.inf
         """Above the floor; the object of interest is not up there."""
+        self.ooi_stands = False
+        """The object of interest stands up from the floor: it is not the floor."""
         self._config = config
         self._pools = pools
         self._energy_of = energy_table(config.likelihood_floor)
@@ -85,15 +90,23 @@ class ObjectLayers:
         left = len(rows.voxel) - int(rows.tally[N_USED]) + int(rows.tally[N_FREE])
         return left >= blocks * SURFACE_ROWS_PER_BLOCK // 2
 
-    def set_ooi(self, ooi: str | None, highest_m: float, floor_z_m: float, revision: int) -> None:
+    def set_ooi(
+        self,
+        ooi: str | None,
+        highest_m: float,
+        floor_z_m: float,
+        revision: int,
+        *,
+        stands: bool,
+    ) -> None:
         """Start anew for another object of interest."""
-        self.ooi, self.ooi_highest_m = ooi, highest_m
+        self.ooi, self.ooi_highest_m, self.ooi_stands = ooi, highest_m, stands
         self.suppressed = np.empty((0, 4), np.float64)
         rows = int(self._pools.tally[N_ROWS])
         n, alias = len(self.labels), self._alias()
         prior = prior_log_odds(n, alias)
-        top = self._ooi_top(floor_z_m)
-        _reset_ooi_kernel(self._pools, self.surface, rows, n, alias, prior, top, revision)
+        layers = (self._ooi_top(floor_z_m), *self._ooi_floor(floor_z_m))
+        _reset_ooi_kernel(self._pools, self.surface, rows, n, alias, prior, layers, revision)
 
     def set_levels(
         self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32], revision: int
@@ -225,6 +238,15 @@ class ObjectLayers:
         top_m = min(floor_z_m + self.ooi_highest_m, _EVERYWHERE_M)
         return math.floor(top_m / self._config.voxel_size_m + 0.5)
 
+    def _ooi_floor(self, floor_z_m: float) -> tuple[int, int]:
+        """Return the voxel layers of the floor, if that is not the object of interest."""
+        low_m, high_m = FLOOR_M if self.ooi_stands else (0.0, 0.0)
+        edge = self._config.voxel_size_m
+        return (
+            math.floor((floor_z_m + low_m) / edge + 0.5),
+            math.floor((floor_z_m + high_m) / edge + 0.5),
+        )
+
     def fusion_input(self, heatmap: Heatmap | None, floor_z_m: float) -> FusionInput:
         """Return a frame's heatmap as the kernel takes it; the floor's height in metres."""
         cfg, n = self._config, len(self.labels)
@@ -254,6 +276,7 @@ class ObjectLayers:
             level_probability=self.level_probabilities[self.levels],
             suppressed=self.suppressed,
             ooi_top=self._ooi_top(floor_z_m),
+            ooi_floor=self._ooi_floor(floor_z_m),
         )
 
     def _alias(self) -> int:
@@ -271,8 +294,9 @@ class ObjectLayers:
 
 
 @njit(cache=True, nogil=True)
-def _reset_ooi_kernel(pools, surface, rows, labels, alias, prior, top, revision):
+def _reset_ooi_kernel(pools, surface, rows, labels, alias, prior, layers, revision):
     """Forget the object of interest; where the new one is common label `alias`, start from it."""
+    top, floor_low, floor_high = layers
     for row in range(rows):
         slab = pools.slab[row]
         if slab != NO_SLAB and _count_mapped(pools.ooi[slab]) > 0:
@@ -301,7 +325,8 @@ def _reset_ooi_kernel(pools, surface, rows, labels, alias, prior, top, revision)
             if log_q > -3.0:
                 rest = -np.log(max(1.0 - np.exp(log_q), 1e-9))
             # Where blocks lie is far from memory, and few voxels come to here.
-            if pools.coord[at // 512, 2] * 8 + (at & 7) < top:
+            layer = pools.coord[at // 512, 2] * 8 + (at & 7)
+            if layer < top and not floor_low <= layer < floor_high:
                 odds = min(max(log_q + rest, odds), LOG_ODDS_MAX)
                 code = np.uint8(254.0 * q + 0.5)
         surface.log_odds[slot] = odds

@@ -173,6 +173,7 @@ def fuse_kernel(
     levels, channel, suppressed = fusion.levels, fusion.channel, fusion.suppressed
     has_heatmap, in_order = fusion.has_heatmap, fusion.in_order
     common_max, ooi_max, ooi_top = fusion.common_max_m, fusion.ooi_max_m, fusion.ooi_top
+    floor_low, floor_high = fusion.ooi_floor
     label_of, confidence, proximity = surface.label, surface.confidence, surface.proximity
     changed, appearance, best_ooi = pools.revision, pools.appearance, pools.best_ooi
     coord = pools.coord
@@ -244,8 +245,14 @@ def fuse_kernel(
                     mean[n] = sum_after(after, low, labels)
                     before = log_norm[slot] * per_norm_step
                     shift[n] = log_odds[slot] + log_h - low * per_step + before
-                if coord[row, 2] * 8 + (k & 7) >= ooi_top or (
-                    len(suppressed) > 0 and _is_suppressed(coord, row, k, suppressed, voxel_size)
+                layer = coord[row, 2] * 8 + (k & 7)
+                if (
+                    layer >= ooi_top
+                    or floor_low <= layer < floor_high
+                    or (
+                        len(suppressed) > 0
+                        and _is_suppressed(coord, row, k, suppressed, voxel_size)
+                    )
                 ):
                     shift[n] = _NEVER
             if common:

@@ -87,13 +87,17 @@ class VoxelMap:
         self.revision += 1
         return self._integrator.learn(frame, self._layers, self.revision)
 
-    def set_ooi(self, ooi: str | None, highest_m: float = math.inf) -> None:
+    def set_ooi(
+        self, ooi: str | None, highest_m: float = math.inf, *, stands: bool = False
+    ) -> None:
         """Search for another object: its probabilities start anew, everything else stays.
 
         Args:
             ooi: Canonical label; None for no object of interest. A common label's probabilities
                 are taken over.
             highest_m: Nothing this high above the floor that the robot stands on is the object.
+            stands: It stands up from the floor, as a bed does and a rug does not: what lies no
+                higher than the floor (`FLOOR_M`) is none of it.
 
         Raises:
             ValueError: The height is not a positive number.
@@ -101,7 +105,8 @@ class VoxelMap:
         if not highest_m > 0.0:
             raise ValueError(f"highest_m is metres above the floor, more than 0; got {highest_m}")
         self.revision += 1
-        self._layers.set_ooi(ooi, highest_m, self._integrator.floor_z_m, self.revision)
+        floor_z_m = self._integrator.floor_z_m
+        self._layers.set_ooi(ooi, highest_m, floor_z_m, self.revision, stands=stands)
 
     def set_levels(self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32]) -> None:
         """Say how likely the object of interest is near each common object.
@@ -221,6 +226,7 @@ class VoxelMap:
             "suppressed": self._layers.suppressed.tolist(),
             # JSON has no infinity.
             "ooi_highest_m": None if math.isinf(highest_m) else highest_m,
+            "ooi_stands": self._layers.ooi_stands,
             "floor_z_m": self._integrator.floor_z_m,
         }
         return header, snapshot.capture(self.pools, self.surface, len(self.labels))
@@ -264,9 +270,10 @@ class VoxelMap:
             raise ValueError("levels do not belong to the labels")
         self.revision = int(header["revision"])
         self._integrator.layer = header["layer"]
-        # Maps saved by earlier versions have neither.
+        # Maps saved by earlier versions have none of these.
         highest_m = header.get("ooi_highest_m")
         layers.ooi_highest_m = math.inf if highest_m is None else float(highest_m)
+        layers.ooi_stands = bool(header.get("ooi_stands", False))
         self._integrator.floor_z_m = float(header.get("floor_z_m", 0.0))
 
     @property

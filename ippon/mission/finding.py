@@ -17,7 +17,7 @@ FIND_WITHIN_M = 2.5
 """A find lies at most this far from where the search ended."""
 AROUND_M = 0.2
 """Ruled out beyond what was seen of a rejected find, and closer than this to it lies its rest."""
-REST_SHARE = 0.2
+REST_SHARE = 0.25
 """Of a large find the rest may lie farther: within this share of the radius that is ruled out."""
 LOOKED_AT_RADIUS_M = 0.75
 """Ruled out round where the robot looks, when a find without voxels is rejected."""

@@ -36,6 +36,7 @@ from ippon.mission.search import Search
 from ippon.mission.showing import snapshot_of
 from ippon.mission.snapshot import OVER, MissionState, Snapshot, StepResult
 from ippon.mission.steering import Steering
+from ippon.mission.termination import stands
 from ippon.mission.waypoint import Waypoint
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
@@ -108,7 +109,9 @@ class Mission:
         self._search = Search(goal, guidance, self.config)
         self._planner.follow_glimpses(self._search.glimpses)
         self.voxel_map.set_ooi(
-            goal.object, load_knowledge().highest_m(goal.category or goal.object)
+            goal.object,
+            load_knowledge().highest_m(goal.category or goal.object),
+            stands=stands(goal.object, goal.category),
         )
         self._state = MissionState.SEARCHING if self._look_around.done else MissionState.STARTING
         self._journal.why = f"starting the search for {goal.display}"

@@ -7,6 +7,7 @@ import numpy as np
 
 from ippon.frame import Frame
 from ippon.geometry import Float64Array
+from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.levels import Guidance
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.glimpses import Glimpses
@@ -23,6 +24,9 @@ from ippon.mission.termination import is_small, surface_scale, termination_voxel
 
 _SPECK: Final = 0.5
 """Share of T_min that is enough where no more shows: one voxel in place of two."""
+_LARGE: Final = 1.25
+_SMEAR_VOXELS: Final = 2.0
+"""Nothing is larger than a large one of its kind by more than this share and so many voxels."""
 _NEARBY_M: Final = 2.0
 """Of what is this near as much shows as ever will."""
 
@@ -68,6 +72,8 @@ class Search:
         self._ooi_voxels = OoiVoxels(config.planner.ooi_threshold)
         self._centres: Float64Array = np.zeros((0, 3))
         self._small = is_small(goal.object, goal.category)
+        self._longest_m = _LARGE * load_knowledge().size_m(goal.object)
+        self._longest_m += _SMEAR_VOXELS * config.map.voxel_size_m
         scale = surface_scale(config.map.voxel_size_m) if self._small else 0.0
         self.second_look = SecondLook(
             config.second_look,
@@ -155,7 +161,7 @@ class Search:
         )
 
     def doubt(self, find: Find, *, elsewhere: bool) -> str | None:
-        """Say what speaks against a find: the images, or that it is too little to be sure of.
+        """Say what speaks against a find: the images, or that it is too little or too large.
 
         Args:
             find: Where the search would end.
@@ -166,6 +172,10 @@ class Search:
             it.
         """
         again = self.is_reconsidered(find)
+        if max(find.size_m) > self._longest_m and not again:
+            return "is too large"
+        if not self._small and find.voxels <= self._termination_min and not again:
+            return "shows too little to be sure"
         speck = self.speck_will_do and self._is_speck(find) and not again
         if speck and not self.second_look.confirms(find):
             return "shows too little to be sure"

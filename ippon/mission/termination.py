@@ -27,6 +27,8 @@ _VOXELS_AT_REFERENCE: Final[dict[str, float]] = {
     "plant": 4.0,
 }
 _SMALL_OBJECT: Final = 1.0
+_MAY_BE_FLAT: Final = frozenset({"shower", "gym_equipment"})
+"""A tray, a mat."""
 
 
 def termination_voxels(label: str, category: str | None, voxel_size_m: float) -> float:
@@ -54,6 +56,17 @@ def is_small(label: str, category: str | None) -> bool:
         category: Common object that it is an instance of, or None.
     """
     return _count(label, category) is None
+
+
+def stands(label: str, category: str | None) -> bool:
+    """Tell whether an object stands up from the floor, so that the floor is none of it.
+
+    Args:
+        label: Canonical label of the object.
+        category: Common object that it is an instance of, or None.
+    """
+    flat = label in _MAY_BE_FLAT or category in _MAY_BE_FLAT
+    return not flat and not is_small(label, category)
 
 
 def _count(label: str, category: str | None) -> float | None:

@@ -1,3 +1,4 @@
+import math
 from typing import Any
 
 import pytest
@@ -70,6 +71,11 @@ def test_finds_plurals() -> None:
         ({"pan": {"rooms": {"moon": 1}}}, "test.yaml: pan: unknown room .'moon'."),
         ({"pan": {"spread": "wide"}}, "test.yaml: pan: unknown spread 'wide'; known: "),
         ({"pan": {"aloft": "maybe"}}, "test.yaml: pan: aloft is yes or no; got 'maybe'"),
+        (
+            {"pan": {"size": "big"}},
+            "test.yaml: pan: size is a positive number of metres; got 'big'",
+        ),
+        ({"pan": {"size": "0"}}, "test.yaml: pan: size is a positive number of metres; got '0'"),
         ({"pan": {"by": ["pot"]}}, "pan: 'pot' is not in the table"),
         ({"pan": {}, "pot": {"also": ["pan"]}}, "test.yaml: pot: 'pan' already stands for pan"),
     ],
@@ -85,6 +91,13 @@ def test_how_high_things_may_be() -> None:
     assert [label for label in low if knowledge.highest_m(label) > 2.5] == []
     high = ("lighting", "chandelier", "floor_lamp", "curtain", "shower_curtain", "painting")
     assert [label for label in (*high, "gizmo") if knowledge.highest_m(label) < 1e9] == []
+
+
+def test_how_large_things_may_be() -> None:
+    knowledge = load_knowledge()
+    assert knowledge.size_m("coffee_mug") == knowledge.size_m("mug") < 0.5 < knowledge.size_m("tv")
+    assert math.isinf(knowledge.size_m("gizmo"))
+    assert math.isinf(knowledge.size_m("book")), "a row of books is no error"
 
 
 def test_an_activity_needs_a_known_place() -> None:

@@ -1,4 +1,4 @@
-from ippon.mission.termination import is_small, termination_voxels
+from ippon.mission.termination import is_small, stands, termination_voxels
 
 
 def test_larger_objects_need_more_voxels() -> None:
@@ -22,3 +22,10 @@ def test_furniture_is_not_small_and_what_stands_on_it_is() -> None:
     assert not is_small("armchair", "chair")
     assert not is_small("tv", None)
     assert is_small("hat", None)
+
+
+def test_what_stands_up_from_the_floor() -> None:
+    assert all(stands(label, None) for label in ("bed", "toilet", "sofa", "plant", "tv"))
+    assert stands("armchair", "chair")
+    flat = [("hat", None), ("book", None), ("shower", None), ("yoga_mat", "gym_equipment")]
+    assert [label for label, category in flat if stands(label, category)] == []
