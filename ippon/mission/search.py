@@ -172,7 +172,7 @@ class Search:
             it.
         """
         again = self.is_reconsidered(find)
-        if max(find.size_m) > self._longest_m and not again:
+        if max(find.size_m) > self._longest_m:
             return "is too large"
         if not self._small and find.voxels <= self._termination_min and not again:
             return "shows too little to be sure"
