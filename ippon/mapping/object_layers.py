@@ -40,7 +40,8 @@ AVERAGE_LEVEL: Final = 1
 MAX_LABELS: Final = 255
 FLOOR_M: Final = (-0.2, 0.1)
 """Over the floor that the robot stands on: where that floor shows, with the errors of depth and
-pose. What is lower may be another floor, with things on it."""
+pose. What is lower may be another floor, with things on it. A voxel that reaches higher is left
+out, but for the one that the floor is in."""
 _EVERYWHERE_M: Final = 1e6
 
 
@@ -240,12 +241,12 @@ class ObjectLayers:
 
     def _ooi_floor(self, floor_z_m: float) -> tuple[int, int]:
         """Return the voxel layers of the floor, if that is not the object of interest."""
-        low_m, high_m = FLOOR_M if self.ooi_stands else (0.0, 0.0)
+        if not self.ooi_stands:
+            return 0, 0
         edge = self._config.voxel_size_m
-        return (
-            math.floor((floor_z_m + low_m) / edge + 0.5),
-            math.floor((floor_z_m + high_m) / edge + 0.5),
-        )
+        low, high = (math.floor((floor_z_m + z) / edge + 1e-6) for z in FLOOR_M)
+        # However large voxels are, the floor is in one.
+        return low, max(high, math.floor(floor_z_m / edge + 1e-6) + 1)
 
     def fusion_input(self, heatmap: Heatmap | None, floor_z_m: float) -> FusionInput:
         """Return a frame's heatmap as the kernel takes it; the floor's height in metres."""

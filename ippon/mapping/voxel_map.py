@@ -96,8 +96,8 @@ class VoxelMap:
             ooi: Canonical label; None for no object of interest. A common label's probabilities
                 are taken over.
             highest_m: Nothing this high above the floor that the robot stands on is the object.
-            stands: It stands up from the floor, as a bed does and a rug does not: what lies no
-                higher than the floor (`FLOOR_M`) is none of it.
+            stands: It stands up from the floor, as a bed does and a rug does not: what lies within
+                10 cm over the floor that the robot stands on, or 20 cm under it, is none of it.
 
         Raises:
             ValueError: The height is not a positive number.

@@ -8,11 +8,13 @@ levels of the goal colour it (Sec. Semantic Guidance), the planner weighs gain a
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from ippon.command import Command
 from ippon.control.drive import DriveMode
 from ippon.control.follower import PathFollower
 from ippon.frame import Frame
-from ippon.geometry import yaw_of
+from ippon.geometry import Float64Array, yaw_of
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.levels import Guidance, Level
 from ippon.guidance.room_levels import RoomLevels
@@ -70,6 +72,8 @@ class Mission:
         self._steering = Steering(self._planner, follower, self.voxel_map, self._journal)
         self._pursuit = Pursuit(config, robot, follower, self.voxel_map, self.rooms)
         self._look_around = LookAround(config.look_around, robot)
+        self._looked_for: tuple[str, Float64Array] | None = None
+        """Object that the robot looked around for last, and where it stood."""
         self._recovery = Recovery(config.recovery, robot)
         self._search: Search | None = None
         self._state = MissionState.STARTING
@@ -104,7 +108,7 @@ class Mission:
             ValueError: The guidance does not speak of this map's labels, in their order.
         """
         self._check_guidance(guidance)
-        if not self._asks_again(goal):
+        if not self._looked_around_for(goal):
             self._look_around = LookAround(self.config.look_around, self.robot)
         self._search = Search(goal, guidance, self.config)
         self._planner.follow_glimpses(self._search.glimpses)
@@ -308,6 +312,7 @@ class Mission:
             self._look_around.interrupt(search.path_length_m)
         elif not self._look_around.done:
             self._state = MissionState.LOOKING_AROUND
+            self._looked_for = (search.goal.object, frame.T_world_base)
             self._journal.why = f"looking around ({self._look_around.progress:.0%})"
             return self._look_around.step(yaw_of(frame.T_world_base), frame.tilt_rad)
         return self._pursue(search, frame, plan, dt_s)
@@ -347,14 +352,18 @@ class Mission:
 
     # -- book-keeping ------------------------------------------------------------------------
 
-    def _asks_again(self, goal: Goal) -> bool:
-        """Tell whether a goal is for the present one's object, from about where that was asked."""
-        search = self._search
-        return (
-            search is not None
-            and search.goal.object == goal.object
-            and search.path_length_m <= STILL_THERE_M
-        )
+    def _looked_around_for(self, goal: Goal) -> bool:
+        """Tell whether the robot stands where it looked around for a goal's object last.
+
+        What is no common object starts anew in the map with each goal, and must be seen again.
+        """
+        if self._looked_for is None or self._last is None:
+            return False
+        ooi, T_world_base = self._looked_for
+        if goal.object != ooi or ooi not in self.voxel_map.labels:
+            return False
+        gone = self._last.T_world_base[:3, 3] - T_world_base[:3, 3]
+        return float(np.linalg.norm(gone)) <= STILL_THERE_M
 
     def _check_guidance(self, guidance: Guidance) -> None:
         labels = tuple(row.label for row in guidance.rows)

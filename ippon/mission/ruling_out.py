@@ -24,7 +24,7 @@ def reject_last_find(search: Search, voxel_map: VoxelMap, frame: Frame | None) -
 
 
 def doubt(search: Search, voxel_map: VoxelMap, find: Find) -> None:
-    """Go on from what the images deny before a search ends with it.
+    """Go on from what images or its size deny before a search ends with it.
 
     It is set aside, for `reconsider`; what was so before is ruled out.
     """
@@ -35,16 +35,19 @@ def doubt(search: Search, voxel_map: VoxelMap, find: Find) -> None:
     ball = ball_round(find)
     share = search.second_look.share(find) or 0.0
     before = voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
-    search.doubted.append(Doubted(ball=ball, share=share, ruled_out=[before]))
+    too_large = search.is_too_large(find)
+    search.doubted.append(Doubted(ball=ball, share=share, too_large=too_large, ruled_out=[before]))
 
 
 def reconsider(search: Search, voxel_map: VoxelMap) -> bool:
     """Take back the doubt of what looked most like the object, for want of anything better.
 
+    What is too large comes last: it is found only if it has turned out smaller.
+
     Returns:
         Whether anything was doubted.
     """
-    best = max(search.doubted, key=lambda one: one.share, default=None)
+    best = max(search.doubted, key=lambda one: (not one.too_large, one.share), default=None)
     if best is None:
         return False
     search.doubted.remove(best)

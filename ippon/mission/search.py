@@ -21,6 +21,7 @@ from ippon.mission.recovery import NANOSECONDS
 from ippon.mission.second_look import SecondLook
 from ippon.mission.snapshot import Find
 from ippon.mission.termination import is_small, surface_scale, termination_voxels
+from ippon.planning.selection import held
 
 _SPECK: Final = 0.5
 """Share of T_min that is enough where no more shows: one voxel in place of two."""
@@ -33,11 +34,13 @@ _NEARBY_M: Final = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Doubted:
-    """What the map took for the object and the images did not: set aside until nothing is left."""
+    """What the map took for the object: images or its size denied it, and it waits for the end."""
 
     ball: Ball
     share: float
     """How often it looked like the object."""
+    too_large: bool
+    """It is larger than the object can be."""
     ruled_out: list[RuledOut]
     """What the map held of it, and of what turned out to continue it."""
 
@@ -67,6 +70,7 @@ class Search:
         self._termination_min = termination_voxels(
             goal.object, goal.category, config.map.voxel_size_m
         )
+        self._held_min = held(config.planner.selection, self._termination_min)
         self.arrived_steps = 0
         self.empty_steps = self.idle_steps = 0
         self._ooi_voxels = OoiVoxels(config.planner.ooi_threshold)
@@ -172,9 +176,9 @@ class Search:
             it.
         """
         again = self.is_reconsidered(find)
-        if max(find.size_m) > self._longest_m:
+        if self.is_too_large(find):
             return "is too large"
-        if not self._small and find.voxels <= self._termination_min and not again:
+        if not self._small and find.voxels <= self._held_min and not again:
             return "shows too little to be sure"
         speck = self.speck_will_do and self._is_speck(find) and not again
         if speck and not self.second_look.confirms(find):
@@ -182,6 +186,10 @@ class Search:
         if not self.second_look.contradicts(find, again=again, elsewhere=elsewhere):
             return None
         return "is not where you said" if elsewhere else "hardly looks like it"
+
+    def is_too_large(self, find: Find) -> bool:
+        """Tell whether a find is larger than any ordinary specimen."""
+        return max(find.size_m) > self._longest_m
 
     def _is_speck(self, find: Find) -> bool:
         return self._small and find.voxels <= self._termination_min

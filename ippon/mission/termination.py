@@ -27,8 +27,8 @@ _VOXELS_AT_REFERENCE: Final[dict[str, float]] = {
     "plant": 4.0,
 }
 _SMALL_OBJECT: Final = 1.0
-_MAY_BE_FLAT: Final = frozenset({"shower", "gym_equipment"})
-"""A tray, a mat."""
+_MAY_BE_FLAT: Final = frozenset({"shower", "gym_equipment", "appliances"})
+"""A tray, a mat, a robot vacuum."""
 
 
 def termination_voxels(label: str, category: str | None, voxel_size_m: float) -> float:

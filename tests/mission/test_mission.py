@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ippon.camera import PinholeCamera
+from ippon.command import Command
 from ippon.control.obstacles import body_room, near_obstacles
 from ippon.errors import FrameRejectedError
 from ippon.evaluation.episode import EpisodeLimits, run_episode
@@ -17,6 +18,7 @@ from ippon.guidance.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
+from ippon.mission.look_around import STILL_THERE_M
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import MissionState
 from ippon.robot import ZED
@@ -94,11 +96,33 @@ def test_looks_around_anew_for_another_object_but_not_for_the_same_one(scene) ->
     ask(mission, "sofa", "it is in the living room", goal_id=2)
     mission.step(world.observe())
     assert mission.state is MissionState.SEARCHING, "nothing more to see from here"
-    ask(mission, "hat", goal_id=3)
-    assert mission.state is MissionState.STARTING
-    world.set_labels(MATTERPORT_40, "hat")
+    mission.cancel_goal()
+    ask(mission, "sofa", goal_id=3)
+    assert mission.state is MissionState.SEARCHING
+    for goal_id in (4, 5):
+        ask(mission, "hat", goal_id=goal_id)
+        assert mission.state is MissionState.STARTING, "no image is remembered for a hat"
+        world.set_labels(MATTERPORT_40, "hat")
+        mission.step(world.observe())
+        assert mission.state is MissionState.LOOKING_AROUND
+        mission._look_around.skip()
+
+
+def test_looks_around_anew_for_the_same_object_somewhere_else(scene) -> None:
+    world, mission = start(scene)
+    ask(mission, "sofa")
+    world.set_labels(MATTERPORT_40, "sofa")
     mission.step(world.observe())
-    assert mission.state is MissionState.LOOKING_AROUND
+    mission._look_around.skip()
+    # The search is over, and somebody else drives.
+    mission._conclude(MissionState.FOUND, "found")
+    for _ in range(8):
+        world.step(Command(linear_m_s=0.5), 0.2)
+        mission.step(world.observe())
+    gone = np.linalg.norm(world.trajectory[-1] - world.trajectory[0])
+    assert gone > STILL_THERE_M, "the start pose has room ahead"
+    ask(mission, "sofa", goal_id=2)
+    assert mission.state is MissionState.STARTING
 
 
 @pytest.mark.slow

@@ -7,9 +7,12 @@ import pytest
 
 from ippon.geometry import base_pose
 from ippon.guidance.prior import EmbeddedPrior
+from ippon.mapping.map_config import MapConfig
+from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.config import MissionConfig
 from ippon.mission.finding import ball_round
 from ippon.mission.goal import Goal
+from ippon.mission.ruling_out import doubt, reconsider
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find
 from ippon.vocabulary import MATTERPORT_40
@@ -116,9 +119,10 @@ def test_what_is_mere_outline_depends_on_the_voxels_size(searching, voxel_m, aga
         ("mug", (0.3, 0.2, 0.2), 6, None),
         ("book", (1.8, 0.3, 0.3), 60, None),
         ("toilet", (0.1, 0.1, 0.3), 3, "shows too little to be sure"),
+        ("toilet", (0.3, 0.2, 0.2), 4, None),
         ("toilet", (0.4, 0.5, 0.4), 20, None),
     ],
-    ids=["a bin for a mug", "a mug", "a row of books", "a strip of wall", "a toilet"],
+    ids=["a bin for a mug", "a mug", "a row of books", "a strip of wall", "held", "a toilet"],
 )
 def test_a_find_has_the_size_of_the_object(searching, goal, size_m, voxels, doubt):
     search = searching(0.9, goal=goal)
@@ -127,3 +131,21 @@ def test_a_find_has_the_size_of_the_object(searching, goal, size_m, voxels, doub
     search.reconsidered.append(ball_round(find))
     later = doubt if doubt == "is too large" else None
     assert search.doubt(find, elsewhere=False) == later, "with nothing better left"
+
+
+def test_what_is_too_large_is_gone_back_to_last(searching):
+    search = searching(0.9)
+    voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), MATTERPORT_40)
+    bin_ = replace(speck(x=4.0, voxels=54), size_m=(0.6, 0.6, 0.8))
+    doubt(search, voxel_map, bin_)
+    search.second_look.share = lambda _: 0.2
+    doubt(search, voxel_map, speck(x=0.0))
+    assert [one.too_large for one in search.doubted] == [True, False]
+    assert reconsider(search, voxel_map)
+    assert search.is_reconsidered(speck(x=0.0))
+    assert not search.is_reconsidered(bin_)
+    assert reconsider(search, voxel_map)
+    assert search.doubt(bin_, elsewhere=False) == "is too large", "it is what it was"
+    doubt(search, voxel_map, bin_)
+    assert not reconsider(search, voxel_map)
+    assert len(search.rejected) == 1

@@ -72,7 +72,7 @@ def test_what_the_image_shows_votes_and_what_it_hides_does_not():
 @pytest.mark.parametrize(
     ("share", "small", "against"),
     [(0.9, False, False), (0.6, False, False), (0.3, False, True), (0.4, True, False),
-     (0.15, True, True)],
+     (0.2, True, True)],
 )  # fmt: skip
 def test_the_images_decide_by_their_average(share, small, against):
     look, find = after([share] * 10, small=small)
