@@ -162,6 +162,7 @@ class Mission:
         if self._search is None or self._state is not MissionState.FOUND:
             return False
         reject_last_find(self._search, self.voxel_map, self._last)
+        self._planner.set_termination_min(self._search.termination_min)
         display = self._search.goal.display
         self._journal.note("rejected", f"not the {display}: searching on")
         self._state = MissionState.SEARCHING

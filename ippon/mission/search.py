@@ -198,6 +198,7 @@ class Search:
         """Search on after a find that was none; returns that find."""
         find, self.find = self.find, None
         self.arrived_steps = self.empty_steps = self.idle_steps = 0
+        self.speck_will_do = False
         return find
 
     def found_text(self, T_world_base: Float64Array) -> str:

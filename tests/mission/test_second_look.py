@@ -234,6 +234,9 @@ def test_a_small_thing_that_fills_one_voxel_is_found_in_front_of_the_robot(
     assert [c.voxels for c in robot.last.candidates] == [1]
     if state == "found":
         assert np.hypot(*(robot.at - np.array(robot.last.find.position_world[:2]))) < 1.0
+        assert robot.mission.reject_find()
+        planner, search = robot.mission._planner, robot.mission._search
+        assert planner._termination_min == search.termination_min == 1.0, "as before"
 
 
 @pytest.mark.parametrize(("near", "against"), [(0.9, False), (0.3, True)])
