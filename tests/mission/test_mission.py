@@ -55,6 +55,16 @@ def ask(mission, text, context="", goal_id=1):
     return guidance
 
 
+def looked_around(scene, text):
+    """Return a world and a mission that has just looked around for something."""
+    world, mission = start(scene)
+    ask(mission, text)
+    world.set_labels(MATTERPORT_40, text)
+    mission.step(world.observe())
+    mission._look_around.skip()
+    return world, mission
+
+
 def search(world, mission):
     results = list(run_episode(world, mission, LIMITS))
     assert results, "an episode has at least one step"
@@ -88,11 +98,7 @@ def test_finds_two_objects_in_a_row_on_one_map(scene) -> None:
 
 
 def test_looks_around_anew_for_another_object_but_not_for_the_same_one(scene) -> None:
-    world, mission = start(scene)
-    ask(mission, "sofa")
-    world.set_labels(MATTERPORT_40, "sofa")
-    mission.step(world.observe())
-    mission._look_around.skip()
+    world, mission = looked_around(scene, "sofa")
     ask(mission, "sofa", "it is in the living room", goal_id=2)
     mission.step(world.observe())
     assert mission.state is MissionState.SEARCHING, "nothing more to see from here"
@@ -109,11 +115,7 @@ def test_looks_around_anew_for_another_object_but_not_for_the_same_one(scene) ->
 
 
 def test_looks_around_anew_for_the_same_object_somewhere_else(scene) -> None:
-    world, mission = start(scene)
-    ask(mission, "sofa")
-    world.set_labels(MATTERPORT_40, "sofa")
-    mission.step(world.observe())
-    mission._look_around.skip()
+    world, mission = looked_around(scene, "sofa")
     # The search is over, and somebody else drives.
     mission._conclude(MissionState.FOUND, "found")
     for _ in range(8):
