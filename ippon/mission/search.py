@@ -178,10 +178,7 @@ class Search:
         again = self.is_reconsidered(find)
         if self.is_too_large(find):
             return "is too large"
-        if not self._small and find.voxels <= self._held_min and not again:
-            return "shows too little to be sure"
-        speck = self.speck_will_do and self._is_speck(find) and not again
-        if speck and not self.second_look.confirms(find):
+        if self._is_too_little(find) and not again:
             return "shows too little to be sure"
         if not self.second_look.contradicts(find, again=again, elsewhere=elsewhere):
             return None
@@ -190,6 +187,12 @@ class Search:
     def is_too_large(self, find: Find) -> bool:
         """Tell whether a find is larger than any ordinary specimen."""
         return max(find.size_m) > self._longest_m
+
+    def _is_too_little(self, find: Find) -> bool:
+        if not self._small:
+            return find.voxels <= self._held_min
+        speck = self.speck_will_do and self._is_speck(find)
+        return speck and not self.second_look.confirms(find)
 
     def _is_speck(self, find: Find) -> bool:
         return self._small and find.voxels <= self._termination_min
