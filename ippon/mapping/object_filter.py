@@ -66,10 +66,16 @@ class FusionInput(NamedTuple):
     """(N,) l(O | C_j) of each label."""
     suppressed: NDArray[np.float64]
     """(K, 4) balls in which the OOI was rejected: centre and radius, metres."""
-    ooi_top: int
-    """Voxel layer along z from which on nothing is the OOI."""
-    ooi_floor: tuple[int, int]
-    """Voxel layers along z, first and one past the last, of the floor that is not the OOI."""
+    ooi_bounds: tuple[int, int, int]
+    """Voxel layers along z: the first of the floor, which is not the OOI, the first above the floor
+    that may be, and the first that is too high to be."""
+
+
+@njit(cache=True, nogil=True, inline="always")
+def may_be_ooi(layer, bounds):
+    """Tell whether the OOI may be in a voxel layer, given `FusionInput.ooi_bounds`."""
+    low, high, top = bounds
+    return layer < top and not low <= layer < high
 
 
 def energy_table(likelihood_floor: float) -> NDArray[np.float32]:

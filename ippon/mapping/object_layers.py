@@ -21,6 +21,7 @@ from ippon.mapping.object_filter import (
     describe,
     energy_table,
     exp_of_steps,
+    may_be_ooi,
     ooi_code,
     prior_log_odds,
 )
@@ -38,10 +39,9 @@ from ippon.mapping.surface_rows import (
 
 AVERAGE_LEVEL: Final = 1
 MAX_LABELS: Final = 255
-FLOOR_M: Final = (-0.2, 0.1)
-"""Over the floor that the robot stands on: where that floor shows, with the errors of depth and
-pose. What is lower may be another floor, with things on it. A voxel that reaches higher is left
-out, but for the one that the floor is in."""
+UNDERFOOT_M: Final = 0.2
+"""As far below the floor that the robot stands on as that floor shows, with the errors of depth and
+pose. What is lower may be another floor, with things on it."""
 _EVERYWHERE_M: Final = 1e6
 
 
@@ -79,8 +79,8 @@ class ObjectLayers:
         self.suppressed: NDArray[np.float64] = np.empty((0, 4), np.float64)
         self.ooi_highest_m = math.inf
         """Above the floor; the object of interest is not up there."""
-        self.ooi_stands = False
-        """The object of interest stands up from the floor: it is not the floor."""
+        self.ooi_lowest_m = -math.inf
+        """Above the floor; what lies between the floor and that is not the object of interest."""
         self._config = config
         self._pools = pools
         self._energy_of = energy_table(config.likelihood_floor)
@@ -98,16 +98,16 @@ class ObjectLayers:
         floor_z_m: float,
         revision: int,
         *,
-        stands: bool,
+        lowest_m: float,
     ) -> None:
         """Start anew for another object of interest."""
-        self.ooi, self.ooi_highest_m, self.ooi_stands = ooi, highest_m, stands
+        self.ooi, self.ooi_highest_m, self.ooi_lowest_m = ooi, highest_m, lowest_m
         self.suppressed = np.empty((0, 4), np.float64)
         rows = int(self._pools.tally[N_ROWS])
         n, alias = len(self.labels), self._alias()
         prior = prior_log_odds(n, alias)
-        layers = (self._ooi_top(floor_z_m), *self._ooi_floor(floor_z_m))
-        _reset_ooi_kernel(self._pools, self.surface, rows, n, alias, prior, layers, revision)
+        bounds = self._ooi_bounds(floor_z_m)
+        _reset_ooi_kernel(self._pools, self.surface, rows, n, alias, prior, bounds, revision)
 
     def set_levels(
         self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32], revision: int
@@ -234,19 +234,14 @@ class ObjectLayers:
         changed = rows[where.any(axis=1)]
         pools.revision[changed] = pools.appearance[changed] = revision
 
-    def _ooi_top(self, floor_z_m: float) -> int:
-        """Return the voxel layer along z from which on nothing is the object of interest."""
-        top_m = min(floor_z_m + self.ooi_highest_m, _EVERYWHERE_M)
-        return math.floor(top_m / self._config.voxel_size_m + 0.5)
-
-    def _ooi_floor(self, floor_z_m: float) -> tuple[int, int]:
-        """Return the voxel layers of the floor, if that is not the object of interest."""
-        if not self.ooi_stands:
-            return 0, 0
+    def _ooi_bounds(self, floor_z_m: float) -> tuple[int, int, int]:
+        """Return `FusionInput.ooi_bounds`: a voxel is where its centre is."""
         edge = self._config.voxel_size_m
-        low, high = (math.floor((floor_z_m + z) / edge + 1e-6) for z in FLOOR_M)
-        # However large voxels are, the floor is in one.
-        return low, max(high, math.floor(floor_z_m / edge + 1e-6) + 1)
+        heights_m = (-UNDERFOOT_M, max(self.ooi_lowest_m, -UNDERFOOT_M), self.ooi_highest_m)
+        low, high, top = (
+            math.floor(min(floor_z_m + z, _EVERYWHERE_M) / edge + 0.5 + 1e-6) for z in heights_m
+        )
+        return low, high, top
 
     def fusion_input(self, heatmap: Heatmap | None, floor_z_m: float) -> FusionInput:
         """Return a frame's heatmap as the kernel takes it; the floor's height in metres."""
@@ -276,8 +271,7 @@ class ObjectLayers:
             levels=self.levels,
             level_probability=self.level_probabilities[self.levels],
             suppressed=self.suppressed,
-            ooi_top=self._ooi_top(floor_z_m),
-            ooi_floor=self._ooi_floor(floor_z_m),
+            ooi_bounds=self._ooi_bounds(floor_z_m),
         )
 
     def _alias(self) -> int:
@@ -295,9 +289,8 @@ class ObjectLayers:
 
 
 @njit(cache=True, nogil=True)
-def _reset_ooi_kernel(pools, surface, rows, labels, alias, prior, layers, revision):
+def _reset_ooi_kernel(pools, surface, rows, labels, alias, prior, bounds, revision):
     """Forget the object of interest; where the new one is common label `alias`, start from it."""
-    top, floor_low, floor_high = layers
     for row in range(rows):
         slab = pools.slab[row]
         if slab != NO_SLAB and _count_mapped(pools.ooi[slab]) > 0:
@@ -327,7 +320,7 @@ def _reset_ooi_kernel(pools, surface, rows, labels, alias, prior, layers, revisi
                 rest = -np.log(max(1.0 - np.exp(log_q), 1e-9))
             # Where blocks lie is far from memory, and few voxels come to here.
             layer = pools.coord[at // 512, 2] * 8 + (at & 7)
-            if layer < top and not floor_low <= layer < floor_high:
+            if may_be_ooi(layer, bounds):
                 odds = min(max(log_q + rest, odds), LOG_ODDS_MAX)
                 code = np.uint8(254.0 * q + 0.5)
         surface.log_odds[slot] = odds

@@ -22,6 +22,7 @@ from ippon.mapping.object_filter import (
     fuse_maximum,
     gather,
     maximum_log_odds,
+    may_be_ooi,
     observe,
     rounding_of,
     store,
@@ -172,8 +173,7 @@ def fuse_kernel(
     slab_of, slot_of, codes, level_of = pools.slab, pools.slot, pools.ooi, pools.level
     levels, channel, suppressed = fusion.levels, fusion.channel, fusion.suppressed
     has_heatmap, in_order = fusion.has_heatmap, fusion.in_order
-    common_max, ooi_max, ooi_top = fusion.common_max_m, fusion.ooi_max_m, fusion.ooi_top
-    floor_low, floor_high = fusion.ooi_floor
+    common_max, ooi_max, bounds = fusion.common_max_m, fusion.ooi_max_m, fusion.ooi_bounds
     label_of, confidence, proximity = surface.label, surface.confidence, surface.proximity
     changed, appearance, best_ooi = pools.revision, pools.appearance, pools.best_ooi
     coord = pools.coord
@@ -246,13 +246,8 @@ def fuse_kernel(
                     before = log_norm[slot] * per_norm_step
                     shift[n] = log_odds[slot] + log_h - low * per_step + before
                 layer = coord[row, 2] * 8 + (k & 7)
-                if (
-                    layer >= ooi_top
-                    or floor_low <= layer < floor_high
-                    or (
-                        len(suppressed) > 0
-                        and _is_suppressed(coord, row, k, suppressed, voxel_size)
-                    )
+                if not may_be_ooi(layer, bounds) or (
+                    len(suppressed) > 0 and _is_suppressed(coord, row, k, suppressed, voxel_size)
                 ):
                     shift[n] = _NEVER
             if common:

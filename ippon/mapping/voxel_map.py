@@ -88,7 +88,7 @@ class VoxelMap:
         return self._integrator.learn(frame, self._layers, self.revision)
 
     def set_ooi(
-        self, ooi: str | None, highest_m: float = math.inf, *, stands: bool = False
+        self, ooi: str | None, highest_m: float = math.inf, *, lowest_m: float = -math.inf
     ) -> None:
         """Search for another object: its probabilities start anew, everything else stays.
 
@@ -96,17 +96,18 @@ class VoxelMap:
             ooi: Canonical label; None for no object of interest. A common label's probabilities
                 are taken over.
             highest_m: Nothing this high above the floor that the robot stands on is the object.
-            stands: It stands up from the floor, as a bed does and a rug does not: what lies within
-                10 cm over the floor that the robot stands on, or 20 cm under it, is none of it.
+            lowest_m: Nor is the floor itself, from 20 cm below it up to this high above it.
 
         Raises:
-            ValueError: The height is not a positive number.
+            ValueError: The heights are no numbers, or not in that order.
         """
         if not highest_m > 0.0:
             raise ValueError(f"highest_m is metres above the floor, more than 0; got {highest_m}")
+        if not lowest_m < highest_m:
+            raise ValueError(f"lowest_m lies below highest_m; got {lowest_m} and {highest_m}")
         self.revision += 1
         floor_z_m = self._integrator.floor_z_m
-        self._layers.set_ooi(ooi, highest_m, floor_z_m, self.revision, stands=stands)
+        self._layers.set_ooi(ooi, highest_m, floor_z_m, self.revision, lowest_m=lowest_m)
 
     def set_levels(self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32]) -> None:
         """Say how likely the object of interest is near each common object.
@@ -214,7 +215,7 @@ class VoxelMap:
 
     def capture(self) -> tuple[dict[str, Any], map_file.Arrays]:
         """Return copies of what `save` writes: header and arrays of `map_file.write`."""
-        highest_m = self._layers.ooi_highest_m
+        lowest_m, highest_m = self._layers.ooi_lowest_m, self._layers.ooi_highest_m
         header = {
             "config": dataclasses.asdict(self.config),
             "labels": list(self.labels),
@@ -226,7 +227,7 @@ class VoxelMap:
             "suppressed": self._layers.suppressed.tolist(),
             # JSON has no infinity.
             "ooi_highest_m": None if math.isinf(highest_m) else highest_m,
-            "ooi_stands": self._layers.ooi_stands,
+            "ooi_lowest_m": None if math.isinf(lowest_m) else lowest_m,
             "floor_z_m": self._integrator.floor_z_m,
         }
         return header, snapshot.capture(self.pools, self.surface, len(self.labels))
@@ -273,7 +274,8 @@ class VoxelMap:
         # Maps saved by earlier versions have none of these.
         highest_m = header.get("ooi_highest_m")
         layers.ooi_highest_m = math.inf if highest_m is None else float(highest_m)
-        layers.ooi_stands = bool(header.get("ooi_stands", False))
+        lowest_m = header.get("ooi_lowest_m")
+        layers.ooi_lowest_m = -math.inf if lowest_m is None else float(lowest_m)
         self._integrator.floor_z_m = float(header.get("floor_z_m", 0.0))
 
     @property

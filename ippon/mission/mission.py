@@ -38,7 +38,7 @@ from ippon.mission.search import Search
 from ippon.mission.showing import snapshot_of
 from ippon.mission.snapshot import OVER, MissionState, Snapshot, StepResult
 from ippon.mission.steering import Steering
-from ippon.mission.termination import stands
+from ippon.mission.termination import lowest_m
 from ippon.mission.waypoint import Waypoint
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
@@ -115,7 +115,7 @@ class Mission:
         self.voxel_map.set_ooi(
             goal.object,
             load_knowledge().highest_m(goal.category or goal.object),
-            stands=stands(goal.object, goal.category),
+            lowest_m=lowest_m(goal.object, goal.category),
         )
         self._state = MissionState.SEARCHING if self._look_around.done else MissionState.STARTING
         self._journal.why = f"starting the search for {goal.display}"

@@ -1,5 +1,6 @@
-"""T_min: how many object voxels, seen from close by, end a search."""
+"""T_min: how many object voxels, seen from close by, end a search, and where they may lie."""
 
+import math
 from typing import Final
 
 REFERENCE_VOXEL_M: Final = 0.1
@@ -27,8 +28,11 @@ _VOXELS_AT_REFERENCE: Final[dict[str, float]] = {
     "plant": 4.0,
 }
 _SMALL_OBJECT: Final = 1.0
-_MAY_BE_FLAT: Final = frozenset({"shower", "gym_equipment", "appliances"})
-"""A tray, a mat, a robot vacuum."""
+_MAY_BE_FLAT: Final = frozenset(
+    {"shower", "gym_equipment", "appliances", "floor", "bath_mat", "welcome_mat", "yoga_mat"}
+)
+"""A tray, a mat, a robot vacuum, and what covers the floor."""
+_STANDS_M: Final = 0.1
 
 
 def termination_voxels(label: str, category: str | None, voxel_size_m: float) -> float:
@@ -58,15 +62,18 @@ def is_small(label: str, category: str | None) -> bool:
     return _count(label, category) is None
 
 
-def stands(label: str, category: str | None) -> bool:
-    """Tell whether an object stands up from the floor, so that the floor is none of it.
+def lowest_m(label: str, category: str | None) -> float:
+    """Return how high above the floor an object begins, in metres; the floor below is none of it.
+
+    What stands is not told from the floor by its lowest voxels; what is small may be no higher.
 
     Args:
         label: Canonical label of the object.
         category: Common object that it is an instance of, or None.
     """
-    flat = label in _MAY_BE_FLAT or category in _MAY_BE_FLAT
-    return not flat and not is_small(label, category)
+    if label in _MAY_BE_FLAT or category in _MAY_BE_FLAT:
+        return -math.inf
+    return 0.0 if is_small(label, category) else _STANDS_M
 
 
 def _count(label: str, category: str | None) -> float | None:

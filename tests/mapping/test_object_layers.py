@@ -1,5 +1,7 @@
 """New objects, new levels and rejected places, against the plain twins."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,6 @@ from ippon.frame import Heatmap
 from ippon.mapping.arrays import NOT_MAPPED
 from ippon.mapping.map_config import MapConfig
 from ippon.mapping.object_filter import LOG_ODDS_MAX, ooi_code
-from ippon.mapping.object_layers import FLOOR_M
 from ippon.mapping.voxel_map import VoxelMap
 from tests.reference import object_layers as plain
 
@@ -154,34 +155,37 @@ def test_nothing_is_the_object_higher_than_it_can_be(tools, voxel_map, ooi):
     assert all(odds == -LOG_ODDS_MAX for z, odds in mapped if z > 1.0)
     with pytest.raises(ValueError, match="more than 0; got -1"):
         voxel_map.set_ooi(ooi, highest_m=-1.0)
+    with pytest.raises(ValueError, match=r"below highest_m; got 1\.0 and"):
+        voxel_map.set_ooi(ooi, highest_m=1.0, lowest_m=1.0)
 
 
+@pytest.mark.parametrize("lowest_m", [0.0, 0.1])
 @pytest.mark.parametrize("ooi", ["hat", LABELS[0]])
-def test_the_floor_is_no_object_that_stands_on_it(tools, voxel_map, ooi):
+def test_the_floor_is_no_object_that_stands_on_it(tools, voxel_map, ooi, lowest_m):
     def odds_of_floor_and_rest():
         floor, rest = [], []
         for slot, block, column in plain.labelled(voxel_map):
             if voxel_map.pools.ooi[voxel_map.pools.slab[block], column] != NOT_MAPPED:
-                low = plain.center(voxel_map, block, column)[2] < FLOOR_M[1]
+                low = plain.center(voxel_map, block, column)[2] < lowest_m
                 (floor if low else rest).append(voxel_map.surface.log_odds[slot])
         return np.array(floor), np.array(rest)
 
     world = tools.World.room(3.0, 3.0)
     p = np.full((15, 20, len(LABELS) + (ooi == "hat")), 200, np.uint8)
     heatmap = Heatmap(labels=LABELS, ooi=ooi, probabilities=p)
-    for stamp, stands in enumerate((False, True), start=20):
-        voxel_map.set_ooi(ooi, stands=stands)
+    for stamp, begins_m in enumerate((-math.inf, lowest_m), start=20):
+        voxel_map.set_ooi(ooi, lowest_m=begins_m)
         for step in range(2):
             pose = tools.look(1.5, 1.5, 1.2, 0.4, -0.6 * step)
             ns = (2 * stamp + step) * 10**9
             voxel_map.integrate(world.frame(pose, stamp_ns=ns, heatmap=lambda _: heatmap))
         floor, rest = odds_of_floor_and_rest()
         assert len(floor) > 20
-        assert (floor == -LOG_ODDS_MAX).all() == stands
+        assert (floor == -LOG_ODDS_MAX).all() == (begins_m == lowest_m)
         assert (rest > -LOG_ODDS_MAX).sum() > 20
     # Another floor, below: what stands there stays what it is.
     voxel_map._integrator.floor_z_m = 1.0
-    voxel_map.set_ooi(ooi, stands=True)
+    voxel_map.set_ooi(ooi, lowest_m=lowest_m)
     if ooi != "hat":
         assert (odds_of_floor_and_rest()[0] > -LOG_ODDS_MAX).any()
 

@@ -1,4 +1,6 @@
-from ippon.mission.termination import is_small, stands, termination_voxels
+import math
+
+from ippon.mission.termination import is_small, lowest_m, termination_voxels
 
 
 def test_larger_objects_need_more_voxels() -> None:
@@ -24,14 +26,22 @@ def test_furniture_is_not_small_and_what_stands_on_it_is() -> None:
     assert is_small("hat", None)
 
 
-def test_what_stands_up_from_the_floor() -> None:
-    assert all(stands(label, None) for label in ("bed", "toilet", "sofa", "plant", "tv"))
-    assert stands("armchair", "chair")
+def test_what_stands_begins_above_the_floor() -> None:
+    standing = [(name, None) for name in ("bed", "toilet", "sofa", "plant", "tv")]
+    assert {lowest_m(*one) for one in (*standing, ("armchair", "chair"))} == {0.1}
+
+
+def test_what_is_small_begins_on_the_floor() -> None:
+    assert {lowest_m(label, None) for label in ("hat", "mug", "book", "parrot")} == {0.0}
+
+
+def test_what_lies_flat_may_be_in_the_floor() -> None:
     flat = [
-        ("hat", None),
-        ("book", None),
         ("shower", None),
         ("yoga_mat", "gym_equipment"),
         ("roomba", "appliances"),
+        ("carpet", "floor"),
+        ("floor", None),
+        ("bath_mat", None),
     ]
-    assert [label for label, category in flat if stands(label, category)] == []
+    assert {lowest_m(label, category) for label, category in flat} == {-math.inf}
