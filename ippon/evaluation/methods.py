@@ -111,8 +111,14 @@ def _near_sighted(config: MissionConfig) -> MissionConfig:
     return replace(config, glimpses=replace(config.glimpses, enabled=False))
 
 
-def _forgetful(config: MissionConfig) -> MissionConfig:
-    return replace(config, glimpses=replace(config.glimpses, covered_share=0.0))
+def _covered(config: MissionConfig) -> MissionConfig:
+    return replace(config, glimpses=replace(config.glimpses, covered_share=0.9))
+
+
+def _shallow(config: MissionConfig) -> MissionConfig:
+    planner = config.planner
+    view = replace(planner.view, unknown_depth_m=1.5)
+    return replace(config, planner=replace(planner, view=view))
 
 
 def _plain_ratio(config: MissionConfig) -> MissionConfig:
@@ -172,9 +178,15 @@ _ALL: Final = (
         equip=_viewpoint_planner,
     ),
     Method(
-        name="no_covered",
-        summary="floor that was in view counts like any other, as in the paper",
-        configure=_forgetful,
+        name="covered",
+        summary="floor that was in view from nearby counts less",
+        configure=_covered,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="shallow",
+        summary="of unknown space only the first 1.5 m of a ray count",
+        configure=_shallow,
         equip=_viewpoint_planner,
     ),
     Method(
@@ -241,7 +253,7 @@ METHODS: Final[Mapping[str, Method]] = {method.name: method for method in _ALL}
 BASELINES: Final = ("nearest_frontier", "semantic_frontier", "greedy_nbv")
 ABLATIONS: Final = (
     "no_bayes", "no_guidance", "no_local_planner", "hard_clearance", "no_initial_yaw",
-    "no_travel_pitch", "no_glimpses", "no_covered", "plain_ratio",
+    "no_travel_pitch", "no_glimpses", "covered", "shallow", "plain_ratio",
 )  # fmt: skip
 
 

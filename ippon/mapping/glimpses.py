@@ -60,7 +60,7 @@ FRESH: Final = 0.25
 COVERED_POWER: Final = 1.5
 """How much more than in proportion floor that was in view counts."""
 MANY_COVERED: Final = 8
-"""Cells that came to be the map's matter after which viewpoints are weighed anew."""
+"""Cells that came to be the map's matter after which viewpoints are weighed anew, if they count."""
 SHOWN_NS: Final = 1_000_000_000
 """So often what was looked over is put together for those who watch."""
 STALE_NS: Final = 2_000_000_000
@@ -94,10 +94,10 @@ class GlimpseConfig:
     forget_s: float = 40.0
     """After so long without an image of it 0.37 is left: what was something else is looked at and
     done with, but the places behind it, which it might have been at, are never seen."""
-    covered_share: float = 0.9
+    covered_share: float = 0.0
     """What floor ahead that has been in view within the map's range takes from the object's odds:
-    they fall with (1 - covered_share * its share) to the power of 1.5. 0 lets corners that are left
-    count like rooms that nobody has looked into."""
+    they fall with (1 - covered_share * its share) to the power of 1.5. More leaves corners for
+    later, and what lies behind floor that was in view with them (docs/decisions.md)."""
     images_near: int = 3
     """Images within the map's range after which a place is left to the map."""
 
@@ -251,7 +251,7 @@ class Glimpses:
             spread = round(SPREAD_M / config.cell_m)
             _widen_kernel(self._log, config.least_nat, spread, self._wide)
             self._revision += 1
-        elif self._covered >= MANY_COVERED:
+        elif config.covered_share and self._covered >= MANY_COVERED:
             self._revision += 1
             self._covered = 0
 

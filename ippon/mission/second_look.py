@@ -47,9 +47,9 @@ class SecondLookConfig:
     reconsidered_share: float = 0.2
     """Likewise for what was doubted once, when nothing better is left to look at; more would
     rather say that nothing was found."""
-    idle_gain: float = 0.15
+    idle_gain: float = 0.3
     """Gain a second, of the best way, below which that is so; 0 waits until nothing at all is left
-    to explore. In ten searches exploring had 0.5 to 10, and less than this in the last corners."""
+    to explore. Exploring has 1 to 15, and less than this in the last corners."""
     idle_steps: int = 15
     """So many steps in a row."""
     elsewhere_share: float = 0.45
@@ -64,7 +64,7 @@ class SecondLookConfig:
     """Images that it is the average of; the approach takes about as many."""
     enough_images: int = 8
     """A find that fewer have shown is looked at for as many more; after that the map decides. What
-    seems to be something else is looked at for as many more, too, and these alone can save it."""
+    seems to be something else is looked at for as many more, too, and these can save it."""
 
     def __post_init__(self) -> None:
         """Reject shares and counts without meaning."""
@@ -152,10 +152,10 @@ class SecondLook:
         return float(np.mean(one.shares))
 
     def contradicts(self, find: Find, *, again: bool = False, elsewhere: bool = False) -> bool:
-        """Tell whether the images speak against a find, the last of them as well as all together.
+        """Tell whether the images speak against a find: all of them, and those from nearby no less.
 
-        From afar much that is the object does not look like it; what the robot stands in front of
-        is judged by what it sees there.
+        From afar much that is the object does not look like it. So where the last images say more
+        for it than all together, they count as much as these.
 
         Args:
             find: What the map takes for the object.
@@ -168,7 +168,7 @@ class SecondLook:
             least = max(least, self._config.elsewhere_share)
         if again:
             least = min(least, self._config.reconsidered_share)
-        return share is not None and max(share, self._last_share(find)) < least
+        return share is not None and max(share, 0.5 * (share + self._last_share(find))) < least
 
     def confirms(self, find: Find) -> bool:
         """Tell whether map and images are both sure of a find, however little it is."""

@@ -41,8 +41,9 @@ class ViewConfig:
 
     unknown_occupied: float = 0.1
     """p_occ of an unknown voxel; more makes exploring worth more against what is known."""
-    unknown_depth_m: float = 1.5
-    """How far a ray goes through unknown space; more looks through gaps in half-seen walls."""
+    unknown_depth_m: float = 5.0
+    """How far a ray goes through unknown space: as far as the camera measures depth. Less draws the
+    robot to corners as much as to rooms that it has not looked into (docs/decisions.md)."""
     unknown_looks: int = 8
     """Looks after which space that stays unknown no longer attracts."""
     surface_looks: int = 40

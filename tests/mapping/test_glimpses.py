@@ -49,8 +49,10 @@ def rows_at(distance_m, height_m=0.0, spread=4):
 AHEAD = (rows_at(7.0), slice(76, 84))
 
 
-FROM_AFAR = GlimpseConfig(covered_share=0.0)
+FROM_AFAR = GlimpseConfig()
 """What images show from afar, alone."""
+COVERED = GlimpseConfig(covered_share=0.9)
+ONLY_COVERED = GlimpseConfig(covered_share=0.9, enabled=False)
 
 
 def made(images, config=FROM_AFAR):
@@ -190,7 +192,7 @@ def test_what_says_nothing(image):
 
 
 def test_floor_that_was_in_view_nearby_draws_less():
-    config = GlimpseConfig(enabled=False)
+    config = ONLY_COVERED
     glimpses = made([frame_of(AHEAD, p=0.0, depth=3.9)] * 2, config)
     assert (seen_from(glimpses, 0.0, 0.0) == 0.0).all(), "twice is not enough"
     glimpses.look(frame_of(AHEAD, p=0.0, depth=3.9))
@@ -209,7 +211,7 @@ def over(glimpses, stamp_s):
 
 def test_what_was_looked_over_is_told_in_runs_once_a_second():
     image = frame_of(AHEAD, p=0.0, depth=3.9)
-    glimpses = made([image] * 2, GlimpseConfig())
+    glimpses = made([image] * 2)
     assert over(glimpses, 0.0) == set()
     glimpses.look(image)
     cells = over(glimpses, 0.1)
@@ -227,7 +229,7 @@ def test_what_was_looked_over_is_told_in_runs_once_a_second():
 
 
 def test_what_was_first_seen_through_holes_is_looked_over_once_it_is_surely_in_view():
-    glimpses = made([frame_of(AHEAD, p=0.0, depth=with_holes(3.9, 0.7))] * 4, GlimpseConfig())
+    glimpses = made([frame_of(AHEAD, p=0.0, depth=with_holes(3.9, 0.7))] * 4)
     few = over(glimpses, 1.0)
     for _ in range(4):
         glimpses.look(frame_of(AHEAD, p=0.0, depth=3.9))
@@ -236,13 +238,13 @@ def test_what_was_first_seen_through_holes_is_looked_over_once_it_is_surely_in_v
 
 @pytest.mark.parametrize("code", [65.535, math.inf, math.nan, 0.0])
 def test_a_sensors_code_for_no_depth_covers_nothing(code):
-    glimpses = made([frame_of(AHEAD, p=0.0, depth=code)] * 6, GlimpseConfig())
+    glimpses = made([frame_of(AHEAD, p=0.0, depth=code)] * 6, COVERED)
     assert (seen_from(glimpses, 0.0, 0.0) == 0.0).all()
     assert over(glimpses, 5.0) == set()
 
 
 def test_places_are_the_same_until_they_change():
-    glimpses = made([frame_of(AHEAD)] * 8, GlimpseConfig())
+    glimpses = made([frame_of(AHEAD)] * 8, COVERED)
     places = glimpses.places()
     assert len(places)
     revision = glimpses.revision
@@ -252,15 +254,22 @@ def test_places_are_the_same_until_they_change():
     assert glimpses.places() is places
 
 
+def test_floor_that_was_in_view_counts_like_any_other_unless_asked_for():
+    glimpses = made([frame_of(AHEAD, p=0.0, depth=3.9)] * 9)
+    assert len(over(glimpses, 1.0)) > 20
+    assert glimpses.revision == 0
+    assert (seen_from(glimpses, 0.0, 0.0) == 0.0).all()
+
+
 def test_floor_that_was_in_view_from_too_far_counts_in_full():
-    glimpses = made([frame_of(AHEAD, p=0.0, depth=0.0)] * 20, GlimpseConfig(enabled=False))
+    glimpses = made([frame_of(AHEAD, p=0.0, depth=0.0)] * 20, ONLY_COVERED)
     assert (seen_from(glimpses, 0.0, 0.0) == 0.0).all(), "without depth nothing is covered"
-    behind = made([frame_of(AHEAD, p=0.0, depth=1.0)] * 20, GlimpseConfig(enabled=False))
+    behind = made([frame_of(AHEAD, p=0.0, depth=1.0)] * 20, ONLY_COVERED)
     assert (seen_from(behind, 2.0, 0.0) == 0.0).all(), "behind something nothing is covered"
 
 
 def test_a_glimpse_outweighs_floor_that_is_covered_before_it():
-    glimpses = made([frame_of(AHEAD, depth=0.0)] * 8, GlimpseConfig())
+    glimpses = made([frame_of(AHEAD, depth=0.0)] * 8, COVERED)
     for _ in range(4):
         glimpses.look(frame_of(AHEAD, depth=7.0))
     ahead = seen_from(glimpses, 2.0, 0.0)[0]

@@ -246,5 +246,11 @@ def test_what_looks_like_the_object_from_nearby_is_not_denied_for_how_it_looked_
     look, find = after([0.2] * 30 + [near] * CONFIG.enough_images)
     assert look.share(find) < CONFIG.least_share
     assert look.contradicts(find) is against
-    look, find = after([0.2] * 30 + [near] * (CONFIG.enough_images // 2))
-    assert look.contradicts(find) is (against or 0.5 * (0.2 + near) < CONFIG.least_share)
+
+
+def test_the_last_images_alone_do_not_save_a_find():
+    last = CONFIG.enough_images
+    look, find = after([0.2] * 40 + [0.5] * last)
+    assert look.contradicts(find), "0.26 in all, 0.5 in the last"
+    look, find = after([0.6] * 40 + [0.1] * last)
+    assert not look.contradicts(find), "nor do they speak against one"
