@@ -225,7 +225,7 @@ def test_a_small_thing_that_fills_one_voxel_is_found_in_front_of_the_robot(
     searcher, room, speck_share, state
 ):
     table = ("table", "table", (3.0, 1.5, 0.0), (3.6, 2.3, 0.7))
-    mug = ("mug", "objects", (3.02, 1.92, 0.7), (3.08, 1.98, 0.78))
+    mug = ("mug", "objects", (3.02, 1.92, 0.7), (3.08, 1.98, 0.76))
     config = MissionConfig(second_look=SecondLookConfig(speck_share=speck_share))
     robot = searcher([*room(5.0, 4.0), table, mug], 1.0, 2.0, config=config)
     robot.ask("mug")
