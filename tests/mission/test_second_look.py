@@ -246,6 +246,8 @@ def test_what_looks_like_the_object_from_nearby_is_not_denied_for_how_it_looked_
     look, find = after([0.2] * 30 + [near] * CONFIG.enough_images)
     assert look.share(find) < CONFIG.least_share
     assert look.contradicts(find) is against
+    look, find = after([0.2] * 30 + [near] * (CONFIG.enough_images // 2))
+    assert look.contradicts(find), "half as many are too few"
 
 
 def test_the_last_images_alone_do_not_save_a_find():
