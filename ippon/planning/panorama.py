@@ -1,7 +1,7 @@
 """What can be seen from one place, in every direction at once (Sec. Node Evaluation)."""
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -11,6 +11,10 @@ from ippon.mapping.arrays import FREE, NOT_MAPPED, UNKNOWN, MapArrays
 from ippon.planning.rays import cast_rays_kernel
 from ippon.planning.view_table import ViewTable
 from ippon.planning.voxels import block_row, voxel_column
+
+_BEHIND: Final = 3.0
+"""So many object voxels behind each that is within reach count at most: the search ends in front of
+the object and not of what is nearly in reach."""
 
 
 class ViewField(NamedTuple):
@@ -49,6 +53,8 @@ class ViewRules(NamedTuple):
     """p_T: above it a voxel is an object voxel."""
     termination_range: float
     """Horizontal reach of N_T in voxels."""
+    termination_depth: float
+    """Voxels beyond that within which more of the object counts with what is within reach."""
     level_range: float
     """Range in voxels within which labelled voxels decide p_img."""
     floor_layers: int = 0
@@ -65,12 +71,20 @@ class Panorama(NamedTuple):
     """(P, Y) sum of p_occ(v) over visible voxels outside V_O; times p_img it is their gain."""
     ooi: NDArray[np.float32]
     """(P, Y) object voxels of N_T."""
+    behind: NDArray[np.float32]
+    """(P, Y) object voxels a little farther away than those."""
     levels: NDArray[np.int32]
     """(Y, 4) labelled voxels nearby by heading and level."""
     labelled: NDArray[np.int32]
     """(M,) rows of the table's offsets, rising, at which the voxels are that `levels` counts."""
     depth: NDArray[np.float32]
     """(P, Y) voxels until the ray hit something or ended; a hit is negative."""
+
+    @property
+    def termination(self) -> float:
+        """T(n), eq. (4), with what lies behind the voxels of N_T: up to three times as many."""
+        reached = float(self.ooi.sum())
+        return reached + min(float(self.behind.sum()), _BEHIND * reached)
 
 
 def see(
@@ -99,6 +113,7 @@ def see(
         known=np.zeros(shape, dtype=np.float32),
         unknown=np.zeros(shape, dtype=np.float32),
         ooi=np.zeros(shape, dtype=np.float32),
+        behind=np.zeros(shape, dtype=np.float32),
         levels=np.zeros((table.yaw_bins, 4), dtype=np.int32),
         labelled=np.empty(len(table.offset), dtype=np.int32),
         depth=np.empty(shape, dtype=np.float32),
@@ -132,6 +147,7 @@ def _see_kernel(arrays, table, rules, field, camera, out):
     cells = np.empty(table.yaw_bins, dtype=np.int64)
     lengths = np.empty(table.yaw_bins)
     reach2 = rules.termination_range * rules.termination_range
+    behind2 = (rules.termination_range + rules.termination_depth) ** 2
     labelled = 0
     for p in range(table.pitch_bins):
         group = table.group[p]
@@ -149,7 +165,7 @@ def _see_kernel(arrays, table, rules, field, camera, out):
             # inside of a wall seen at a slant does not count.
             solid_end = (1.0 - depth) if depth < 0.0 else depth
             space_end = (-1.0 - depth) if depth < 0.0 else depth
-            known, unknown, ooi = 0.0, 0.0, 0.0
+            known, unknown, ooi, behind = 0.0, 0.0, 0.0, 0.0
             for n in range(table.start[cell], table.start[cell + 1]):
                 far = table.range[n]
                 if far > solid_end:
@@ -180,8 +196,12 @@ def _see_kernel(arrays, table, rules, field, camera, out):
                     posterior = code / 254.0
                     if recognised and posterior > rules.ooi_floor:
                         known += posterior * fresh
-                    if posterior > rules.ooi_threshold and dx * dx + dy * dy <= reach2:
-                        ooi += 1.0
+                    if posterior > rules.ooi_threshold:
+                        away2 = dx * dx + dy * dy
+                        if away2 <= reach2:
+                            ooi += 1.0
+                        elif away2 <= behind2:
+                            behind += 1.0
                 level = arrays.level[slab, column]
                 if level != NOT_MAPPED and far <= rules.level_range:
                     out.levels[y, level] += 1
@@ -190,4 +210,5 @@ def _see_kernel(arrays, table, rules, field, camera, out):
             out.known[p, y] = known
             out.unknown[p, y] = unknown
             out.ooi[p, y] = ooi
+            out.behind[p, y] = behind
     return labelled

@@ -63,6 +63,9 @@ class ViewConfig:
     termination_range_m: float = 0.95
     """Horizontal reach of N_T: a little less than the metre of the task, so that the robot need
     not stop exactly on the viewpoint."""
+    termination_depth_m: float = 0.7
+    """How far beyond that more of the object counts with what is within reach: of a bed not enough
+    is within a metre before the robot touches it. 0 is the paper's T(n), and drives deeper."""
     level_range_m: float = 5.0
     """Range within which labelled voxels decide p_img: what is in the view tells most of what is
     not yet seen in it (docs/measurements.md)."""
@@ -193,7 +196,7 @@ class Viewpoints:
         self._sums[node] = sums
         self._labelled[node] = panorama.labelled
         self._reach[node] = np.abs(panorama.depth).max(axis=0)
-        self.termination[node] = panorama.ooi.sum()
+        self.termination[node] = panorama.termination
         yaw, tilt = self._framing[node]
         before = None if math.isnan(yaw) else (float(yaw), float(tilt))
         framing = frame_object(sums, panorama, orientations, table.bin_rad, table.pitch_low, before)
@@ -409,6 +412,7 @@ class Viewpoints:
             ooi_floor=config.ooi_floor,
             ooi_threshold=self._ooi_threshold,
             termination_range=config.termination_range_m / v,
+            termination_depth=config.termination_depth_m / v,
             level_range=config.level_range_m / v,
             floor_layers=band_low - layers[0],
         )

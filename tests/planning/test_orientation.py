@@ -49,6 +49,7 @@ def empty(table) -> Panorama:
         known=image.copy(),
         unknown=image.copy(),
         ooi=image.copy(),
+        behind=image.copy(),
         levels=np.zeros((table.yaw_bins, 4), dtype=np.int32),
         labelled=np.zeros(0, dtype=np.int32),
         depth=image.copy(),

@@ -20,6 +20,7 @@ RULES = ViewRules(
     ooi_floor=0.05,
     ooi_threshold=0.8,
     termination_range=9.5,
+    termination_depth=3.0,
     level_range=15.0,
 )
 
@@ -66,10 +67,11 @@ def test_agrees_with_asking_every_voxel_one_by_one(speckled, seed):
     field = make_field(volume, -2, 17, rng=rng)
     arrays = volume.arrays()
     result = see(arrays, table, RULES, field, camera)
-    known, unknown, ooi, levels = reference.panorama(arrays, table, RULES, field, camera)
+    known, unknown, ooi, behind, levels = reference.panorama(arrays, table, RULES, field, camera)
     np.testing.assert_allclose(result.known, known, rtol=1e-5, atol=1e-5)
     np.testing.assert_allclose(result.unknown, unknown, rtol=1e-5, atol=1e-5)
     np.testing.assert_array_equal(result.ooi, ooi)
+    np.testing.assert_array_equal(result.behind, behind)
     np.testing.assert_array_equal(result.levels, levels)
     assert known.sum() > 0.0, "the scene must hold what is compared"
     assert unknown.sum() > 0.0
@@ -144,6 +146,28 @@ def test_object_voxels_count_within_reach_and_in_sight_only(dense_map):
     assert count(3.3) == 0.0, "more than the termination range away"
     assert count(2.9, screen=True) == 0.0, "hidden"
     assert count(2.9, p=0.7) == 0.0, "below the threshold"
+
+
+def test_what_lies_behind_object_voxels_in_reach_counts_up_to_three_times_as_many(dense_map):
+    deep = RULES._replace(termination_depth=7.0)
+
+    def view(front: float | None, height: float = 0.2):
+        volume = dense_map().room((0.8, 0.8), (6.0, 6.0))
+        volume.fill((3.3, 2.9, 0.0), (3.8, 3.5, 0.2), OCCUPIED, ooi=0.95, level=2)
+        if front is not None:
+            volume.fill((front, 3.1, 0.0), (3.2, 3.3, height), OCCUPIED, ooi=0.95, level=2)
+        return look(volume, (22, 32, 11), deep)[0]
+
+    wide = view(2.7)
+    assert 0.0 < wide.behind.sum() <= 3.0 * wide.ooi.sum()
+    assert wide.termination == wide.ooi.sum() + wide.behind.sum()
+    edge = view(3.1)
+    assert 0.0 < 3.0 * edge.ooi.sum() < edge.behind.sum()
+    assert edge.termination == 4.0 * edge.ooi.sum(), "most of it is out of reach"
+    beyond = view(None)
+    assert beyond.behind.sum() > 0.0
+    assert beyond.termination == 0.0, "nothing of it is within reach"
+    assert view(3.1, height=1.5).behind.sum() < edge.behind.sum(), "its front hides some of it"
 
 
 def test_far_surfaces_gain_nothing(dense_map):

@@ -68,9 +68,9 @@ def panorama(
     rules: ViewRules,
     field: ViewField,
     camera: tuple[int, int, int],
-) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """Known, unknown and object sums by direction, and levels by column and level."""
-    known, unknown, ooi = (np.zeros((table.pitch_bins, table.yaw_bins)) for _ in range(3))
+) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
+    """Known, unknown, object and farther object sums by direction; levels by column and level."""
+    known, unknown, ooi, behind = (np.zeros((table.pitch_bins, table.yaw_bins)) for _ in range(4))
     levels = np.zeros((table.yaw_bins, 4), dtype=int)
     ends: dict[tuple[int, int], tuple[float, bool]] = {}
     reach = math.floor(table.range_voxels)
@@ -108,12 +108,13 @@ def panorama(
                 else:
                     p = arrays.ooi[pool] / 254.0
                     known[at] += p * left if near and p > rules.ooi_floor else 0.0
-                    if p > rules.ooi_threshold and math.hypot(x, y) <= rules.termination_range:
-                        ooi[at] += 1
+                    beyond = math.hypot(x, y) - rules.termination_range
+                    if p > rules.ooi_threshold and beyond <= rules.termination_depth:
+                        (ooi if beyond <= 0.0 else behind)[at] += 1
                 level = arrays.level[pool]
                 if level != NOT_MAPPED and far <= rules.level_range:
                     levels[column, level] += 1
-    return known, unknown, ooi, levels
+    return known, unknown, ooi, behind, levels
 
 
 def window(image: NDArray, orientations: Orientations, a: int, b: int) -> float:
