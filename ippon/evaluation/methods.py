@@ -1,6 +1,7 @@
 """The methods that are compared: the paper's, its ablations, baselines and an upper bound."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
@@ -127,6 +128,15 @@ def _plain_ratio(config: MissionConfig) -> MissionConfig:
     return replace(config, planner=replace(config.planner, selection=selection))
 
 
+def _to_the_letter(config: MissionConfig) -> MissionConfig:
+    """Undo what goes beyond the paper: G(P_n) / C(P_n), its whole sum, and T(n) within a metre."""
+    config = _near_sighted(_plain_ratio(config))
+    planner = config.planner
+    selection = replace(planner.selection, passing_weight=1.0, framing_cap=math.inf)
+    view = replace(planner.view, termination_depth_m=0.0)
+    return replace(config, planner=replace(planner, selection=selection, view=view))
+
+
 def _by_room(config: MissionConfig) -> MissionConfig:
     return replace(config, rooms=replace(config.rooms, enabled=True))
 
@@ -196,6 +206,12 @@ _ALL: Final = (
         equip=_viewpoint_planner,
     ),
     Method(
+        name="paper",
+        summary="plain_ratio and no_glimpses, and G(P_n) and T(n) as in the paper",
+        configure=_to_the_letter,
+        equip=_viewpoint_planner,
+    ),
+    Method(
         name="rooms",
         summary="common objects are rated by the type of room that they stand in",
         configure=_by_room,
@@ -254,6 +270,7 @@ BASELINES: Final = ("nearest_frontier", "semantic_frontier", "greedy_nbv")
 ABLATIONS: Final = (
     "no_bayes", "no_guidance", "no_local_planner", "hard_clearance", "no_initial_yaw",
     "no_travel_pitch", "no_glimpses", "covered", "shallow", "plain_ratio",
+    "paper",
 )  # fmt: skip
 
 

@@ -47,6 +47,18 @@ def _changes(one, other, prefix=""):
             "plain_ratio",
             {f"planner.selection.{name}" for name in ("cost_power", "look_s", "stay_power")},
         ),
+        (
+            "paper",
+            {
+                "glimpses.enabled",
+                "planner.selection.cost_power",
+                "planner.selection.framing_cap",
+                "planner.selection.look_s",
+                "planner.selection.passing_weight",
+                "planner.selection.stay_power",
+                "planner.view.termination_depth_m",
+            },
+        ),
         *((name, set()) for name in (*BASELINES, "oracle")),
     ],
 )
