@@ -303,7 +303,7 @@ class ViewpointPlanner:
         stay = self._patience.stay_factor(self.config.selection)
         for _ in range(4):
             scores = self._score(tree)
-            target = select(self.config.selection, scores, self._target, stay)
+            target = self._select(scores, stay)
             if target is None:
                 return None, scores
             one = np.array([target])
@@ -311,7 +311,13 @@ class ViewpointPlanner:
                 return target, scores
             self._views.evaluate(target, self._road.xy[target], arrays)
         scores = self._score(tree)
-        return select(self.config.selection, scores, self._target, stay), scores
+        return self._select(scores, stay), scores
+
+    def _select(self, scores: Scores, stay: float) -> int | None:
+        commitment = self._commitment
+        committed = commitment is not None and commitment.node == self._target
+        left = commitment.left(scores) if commitment is not None and committed else 1.0
+        return select(self.config.selection, scores, self._target, stay, left)
 
     def _look_closer(
         self,

@@ -1,7 +1,7 @@
 """Which viewpoint to go to (Sec. Node Selection)."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -30,6 +30,9 @@ class SelectionConfig:
     stay_power: float = 0.6
     """That factor grows with the seconds left, by (seconds + look_s) to this power: who often
     leaves a long way half way drives much and sees little. 0 lets it."""
+    fade_power: float = 4.0
+    """What a way promises is often seen from half way. That power falls with the share of it that
+    is left, to this power: more turns to something else sooner, 0 drives to the end anyway."""
     patience: float = 1.2
     """Factor on that for each return to a target that was given up since the robot moved on, so
     that two of them do not take turns for ever. 1 lets them."""
@@ -60,10 +63,12 @@ class SelectionConfig:
                 f"passing_weight in 0 to 1; got {self.stay_factor}, {self.patience}, "
                 f"{self.settle_s}, {self.look_s}, {self.passing_weight}"
             )
-        if not (0.0 < self.cost_power < math.inf and 0.0 <= self.stay_power < math.inf):
+        if not 0.0 < self.cost_power < math.inf:
+            raise ValueError(f"cost_power must be above 0; got {self.cost_power}")
+        if not (0.0 <= self.stay_power < math.inf and 0.0 <= self.fade_power < math.inf):
             raise ValueError(
-                "cost_power must be above 0 and stay_power not below; got "
-                f"{self.cost_power}, {self.stay_power}"
+                "stay_power and fade_power must not be negative; got "
+                f"{self.stay_power}, {self.fade_power}"
             )
         if self.framing_cap < 1.0 or not 0.0 < self.hold <= 1.0:
             raise ValueError(
@@ -155,6 +160,14 @@ class Commitment:
     """Gain of the viewpoints on that way."""
     cost: float
     """Seconds that it took."""
+    promised: float
+    """The most gain that the way to it has had since then."""
+
+    def left(self, scores: Scores) -> float:
+        """Return the share of that gain which is still there to be seen, 0 to 1."""
+        if self.promised <= 0.0:
+            return 0.0
+        return min(1.0, float(scores.path_gain[self.node]) / self.promised)
 
 
 def commit(
@@ -163,19 +176,22 @@ def commit(
     """Return what the way to a target promises, as of when it was chosen.
 
     Args:
-        scores: Of every node.
+        scores: Of every node, what is still to be passed with them.
         gain: (N,) G(n).
         target: The node that was chosen, None for none.
         before: What the last step returned.
     """
     if target is None:
         return None
+    gathered = float(scores.path_gain[target])
     if before is not None and before.node == target:
-        return before
+        more = gathered > before.promised
+        return replace(before, promised=gathered) if more else before
     return Commitment(
         node=target,
-        passing=float(scores.path_gain[target] - gain[target]),
+        passing=gathered - float(gain[target]),
         cost=float(scores.path_cost[target]),
+        promised=gathered,
     )
 
 
@@ -248,7 +264,11 @@ class Patience:
 
 
 def select(
-    config: SelectionConfig, scores: Scores, current: int | None, stay_factor: float | None = None
+    config: SelectionConfig,
+    scores: Scores,
+    current: int | None,
+    stay_factor: float | None = None,
+    left: float = 1.0,
 ) -> int | None:
     """Choose a node by eq. (5): terminating ones first, then by gain over cost.
 
@@ -258,6 +278,7 @@ def select(
         current: The target so far, kept unless another is clearly better; None for none.
         stay_factor: How much better where the current target is near; None for
             `config.stay_factor`.
+        left: Share of what the way to the current target promised that is still there.
 
     Returns:
         The node, None when none is eligible.
@@ -271,5 +292,6 @@ def select(
         return best
     stay = config.stay_factor if stay_factor is None else stay_factor
     if not scores.terminating[current]:
-        stay *= (float(scores.path_cost[current]) + config.look_s) ** config.stay_power
+        firmness = config.stay_power * left**config.fade_power
+        stay *= (float(scores.path_cost[current]) + config.look_s) ** firmness
     return current if ratio[best] < stay * ratio[current] else best

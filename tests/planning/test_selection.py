@@ -130,6 +130,36 @@ def test_a_long_way_is_seldom_left_half_way():
     assert select(firm, ends._replace(ratio=ends.ratio * np.array([1.0, 1.3])), 0) == 1
 
 
+def test_a_way_whose_promise_is_gone_is_left_like_a_short_one():
+    firm = dataclasses.replace(CONFIG, stay_power=1.0, fade_power=2.0)
+
+    def chosen(better, left):
+        tree = chain([9.0, 9.0])._replace(parent=np.array([-1, -1]))
+        return select(firm, score(tree, [10.0, 10.0 * better], config=firm), 0, None, left)
+
+    assert (chosen(12.5, 1.0), chosen(13.5, 1.0)) == (0, 1)
+    at_half = CONFIG.stay_factor * 10.0**0.25
+    assert (chosen(0.95 * at_half, 0.5), chosen(1.05 * at_half, 0.5)) == (0, 1)
+    assert (chosen(1.25, 0.0), chosen(1.35, 0.0)) == (0, 1)
+
+
+def test_what_a_way_promised_is_the_most_that_it_ever_had_since_it_was_chosen():
+    def promising(gain):
+        return score(chain([2.0, 4.0]), gain), np.array(gain, dtype=np.float32)
+
+    first, gain = promising([10.0, 20.0])
+    chosen = commit(first, gain, 1, None)
+    assert (chosen.promised, chosen.left(first)) == (30.0, 1.0)
+    more, gain = promising([10.0, 40.0])
+    chosen = commit(more, gain, 1, chosen)
+    assert (chosen.promised, chosen.passing) == (50.0, 10.0), "more came into view"
+    less, gain = promising([0.0, 5.0])
+    assert commit(less, gain, 1, chosen) is chosen
+    assert chosen.left(less) == pytest.approx(0.1), "seen from half way"
+    assert commit(less, gain, 0, chosen).promised == 0.0, "another target, another promise"
+    assert commit(less, gain, 0, chosen).left(less) == 0.0
+
+
 class Dithering:
     """Two ways whose estimates are off: whichever is taken turns out dearer than the other."""
 
@@ -185,9 +215,14 @@ def test_weights_without_meaning_are_refused():
         SelectionConfig(stay_factor=0.5)
     with pytest.raises(ValueError, match="passing_weight"):
         SelectionConfig(passing_weight=2.0)
-    for wrong in ({"cost_power": 0.0}, {"cost_power": math.inf}, {"stay_power": -0.1}):
-        with pytest.raises(ValueError, match="cost_power"):
-            SelectionConfig(**wrong)
+    for name, wrong in (
+        ("cost_power", 0.0),
+        ("cost_power", math.inf),
+        ("stay_power", -0.1),
+        ("fade_power", -1.0),
+    ):
+        with pytest.raises(ValueError, match=name):
+            SelectionConfig(**{name: wrong})
 
 
 def test_a_target_keeps_the_gain_of_what_it_was_chosen_to_pass():
