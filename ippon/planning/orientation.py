@@ -21,7 +21,7 @@ class ViewSums(NamedTuple):
     unknown: NDArray[np.float32]
     """(A, B) sum of p_occ of voxels outside V_O."""
     ooi: NDArray[np.float32]
-    """(A, B) object voxels within reach."""
+    """(A, B) object voxels within reach, and what lies just behind."""
     levels: NDArray[np.int32]
     """(A, 4) nearby labelled voxels by level, whatever the tilt."""
 
@@ -59,7 +59,7 @@ def sum_views(panorama: Panorama, orientations: Orientations, half_fov_columns: 
     _window_kernel(panorama.known, orientations.half_width, orientations.stride, sums.known)
     _window_kernel(panorama.unknown, orientations.half_width, orientations.stride, sums.unknown)
     if panorama.ooi.any():
-        _window_kernel(panorama.ooi, orientations.half_width, orientations.stride, sums.ooi)
+        _window_kernel(panorama.framed, orientations.half_width, orientations.stride, sums.ooi)
     return sums._replace(levels=sum_sectors(panorama.levels, orientations, half_fov_columns))
 
 
@@ -241,11 +241,12 @@ def frame_object(
     Returns:
         Yaw and tilt in radians; None when no object voxel is within reach.
     """
-    total = float(panorama.ooi.sum())
-    if total <= 0.0:
+    if not panorama.ooi.any():
         return None
-    rows, columns = np.nonzero(panorama.ooi)
-    weight = panorama.ooi[rows, columns].astype(np.float64)
+    framed = panorama.framed
+    total = float(framed.sum())
+    rows, columns = np.nonzero(framed)
+    weight = framed[rows, columns].astype(np.float64)
     yaw = (columns + 0.5) * bin_rad
     pitch = float(((pitch_low + (rows + 0.5) * bin_rad) * weight).sum() / total)
     middle = math.atan2(float((np.sin(yaw) * weight).sum()), float((np.cos(yaw) * weight).sum()))

@@ -13,8 +13,10 @@ from ippon.planning.view_table import ViewTable
 from ippon.planning.voxels import block_row, voxel_column
 
 _BEHIND: Final = 3.0
-"""So many object voxels behind each that is within reach count at most: the search ends in front of
-the object and not of what is nearly in reach."""
+"""So many object voxels behind each that is within reach count at most, but one: no voxel by itself
+ends a search, and it ends in front of the object and not of what is nearly in reach."""
+_BESIDE: Final = 32
+"""What is behind lies in a direction of what is within reach, or this share of a circle beside."""
 
 
 class ViewField(NamedTuple):
@@ -72,7 +74,7 @@ class Panorama(NamedTuple):
     ooi: NDArray[np.float32]
     """(P, Y) object voxels of N_T."""
     behind: NDArray[np.float32]
-    """(P, Y) object voxels a little farther away than those."""
+    """(P, Y) object voxels a little farther away than those, in their directions."""
     levels: NDArray[np.int32]
     """(Y, 4) labelled voxels nearby by heading and level."""
     labelled: NDArray[np.int32]
@@ -81,10 +83,15 @@ class Panorama(NamedTuple):
     """(P, Y) voxels until the ray hit something or ended; a hit is negative."""
 
     @property
+    def framed(self) -> NDArray[np.float32]:
+        """(P, Y) object voxels that an image should show."""
+        return self.ooi + self.behind
+
+    @property
     def termination(self) -> float:
-        """T(n), eq. (4), with what lies behind the voxels of N_T: up to three times as many."""
+        """T(n), eq. (4), with what lies behind the voxels of N_T: up to three for each but one."""
         reached = float(self.ooi.sum())
-        return reached + min(float(self.behind.sum()), _BEHIND * reached)
+        return reached + min(float(self.behind.sum()), _BEHIND * max(0.0, reached - 1.0))
 
 
 def see(
@@ -120,7 +127,19 @@ def see(
     )
     camera = np.array(camera_voxel, dtype=np.int64)
     count = _see_kernel(arrays, table, rules, field, camera, out)
+    _keep_behind(out.ooi, out.behind)
     return out._replace(labelled=out.labelled[:count].copy())
+
+
+def _keep_behind(ooi: NDArray[np.float32], behind: NDArray[np.float32]) -> None:
+    """Forget what lies in other directions: it is another thing, or nothing."""
+    if not behind.any():
+        return
+    ahead = ooi.any(axis=0)
+    beside = len(ahead) // _BESIDE
+    for shift in range(-beside, beside + 1):
+        ahead = ahead | np.roll(ooi.any(axis=0), shift)
+    behind[:, ~ahead] = 0.0
 
 
 def within_field(table: ViewTable, field: ViewField, voxel: tuple[int, int, int]) -> bool:

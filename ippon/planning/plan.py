@@ -32,7 +32,7 @@ class Viewpoint:
     gain: float
     """G(n), eq. (3): expected voxels of the object that it shows."""
     termination: float
-    """T(n), eq. (4): object voxels within reach of sight."""
+    """T(n), eq. (4): object voxels in sight within reach, and what lies just behind."""
     level: Level
     """Level that p_img(n) was taken from."""
     kind: NodeKind

@@ -84,7 +84,7 @@ class ViewpointPlanner:
         self._termination_min = termination_min
         self._views.set_probabilities(probabilities)
         self._levels_changed = True
-        self._target = self._path = None
+        self._target = self._path = self._commitment = None
         self._patience = Patience()
         self._closer.forget()
         self._second_chances = self.config.second_chances
@@ -100,7 +100,7 @@ class ViewpointPlanner:
     def set_regions(self, regions: RegionWeights | None) -> None:
         """Weigh every viewpoint by what the operator painted; None for nothing painted."""
         self._views.set_regions(regions)
-        self._target = self._path = None
+        self._target = self._path = self._commitment = None
         self._patience = Patience()
 
     def preview(self, map_arrays: MapArrays, *, cues: bool) -> Viewpoint | None:
@@ -244,7 +244,7 @@ class ViewpointPlanner:
     def _forget(self, node: int) -> None:
         self._views.forget(node)
         if self._target == node:
-            self._target = self._path = None
+            self._target = self._path = self._commitment = None
 
     def _add_root(self, voxels: Float64Array, arrays: MapArrays, x: float, y: float) -> None:
         """Evaluate where the robot stands, too, once the object is within reach from there.

@@ -173,7 +173,7 @@ class Commitment:
 def commit(
     scores: Scores, gain: NDArray[np.float32], target: int | None, before: Commitment | None
 ) -> Commitment | None:
-    """Return what the way to a target promises, as of when it was chosen.
+    """Return what the way to a target promises: when it was chosen, and at most since then.
 
     Args:
         scores: Of every node, what is still to be passed with them.

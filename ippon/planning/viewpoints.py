@@ -85,6 +85,10 @@ class ViewConfig:
                 "yaw_bins must be at least 16 and a multiple of heading_stride, tilts at least 2; "
                 f"got {self.yaw_bins}, {self.heading_stride}, {self.tilts}"
             )
+        if not 0.0 <= self.termination_depth_m < math.inf:
+            raise ValueError(
+                f"termination_depth_m must be finite and at least 0; got {self.termination_depth_m}"
+            )
         if not 0.0 < self.unknown_occupied <= 1.0:
             raise ValueError(f"unknown_occupied must lie in (0, 1]; got {self.unknown_occupied}")
 

@@ -1,4 +1,5 @@
 import dataclasses
+import json
 
 import pytest
 
@@ -74,6 +75,12 @@ def test_without_guidance_every_level_is_average():
     assert [row.label for row in flat.rows] == list(MATTERPORT_40)
     for name in set(METHODS) - {"no_guidance"}:
         assert METHODS[name].guide(guidance) is guidance
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_what_a_method_changes_can_be_written_as_json(name):
+    values = dataclasses.asdict(METHODS[name].configure(MissionConfig()))
+    assert json.loads(json.dumps(values, allow_nan=False)) is not None
 
 
 def test_groups_name_methods():

@@ -12,7 +12,6 @@ from ippon.planning.closer_look import CloserLookConfig, clusters_of
 from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind
 from ippon.planning.planner import ViewpointPlanner
-from ippon.planning.viewpoints import ViewConfig
 from ippon.robot import ZED
 
 POSE = base_pose(1.4, 2.8, 0.0, 0.0)
@@ -83,21 +82,11 @@ def test_a_corner_in_sight_is_enough(dense_map):
     # Long enough to be cut off by the wall but at one end.
     volume.fill((4.8, 1.0, 0.7), (5.0, 2.9, 0.9), OCCUPIED, ooi=0.95)
     volume.fill((4.3, 0.7, 0.0), (4.4, 2.7, 2.0), OCCUPIED, ooi=0.0, level=1)
-    # With what lies behind it the corner would end the search.
-    plan = run(make(view=ViewConfig(termination_depth_m=0.0)), volume, 10)
+    plan = run(make(), volume, 10)
     assert plan.closer_look
     x, y, _ = plan.target.position_world
     seen = math.atan2(2.85 - y, 4.9 - x)
     assert plan.target.yaw_rad == pytest.approx(seen, abs=0.12), "it looks at what shows"
-
-
-def test_a_corner_in_reach_ends_the_search_where_enough_lies_behind_it(dense_map):
-    volume = seen_from_afar(dense_map)
-    volume.fill((4.8, 1.0, 0.7), (5.0, 2.9, 0.9), OCCUPIED, ooi=0.95)
-    volume.fill((4.3, 0.7, 0.0), (4.4, 2.7, 2.0), OCCUPIED, ooi=0.0, level=1)
-    plan = run(make(), volume, 10)
-    assert plan.target.kind is NodeKind.TERMINATING
-    assert not plan.closer_look
 
 
 def test_an_object_behind_a_wall_is_no_reason_to_go_there(dense_map):

@@ -62,13 +62,15 @@ def test_sums_equal_adding_up_each_image(table, orientations):
     panorama.known[:] = rng.random(panorama.known.shape)
     panorama.unknown[:] = rng.random(panorama.known.shape)
     panorama.ooi[:] = rng.integers(0, 3, panorama.known.shape)
+    panorama.behind[:] = rng.integers(0, 3, panorama.known.shape)
     panorama.levels[:] = rng.integers(0, 9, panorama.levels.shape)
     sums = sum_views(panorama, orientations, 4)
     for a in range(len(orientations.yaws)):
         for b in range(len(orientations.tilts)):
-            for name in ("known", "unknown", "ooi"):
+            for name in ("known", "unknown", "framed"):
                 expected = reference.window(getattr(panorama, name), orientations, a, b)
-                assert getattr(sums, name)[a, b] == pytest.approx(expected, rel=1e-5)
+                summed = getattr(sums, "ooi" if name == "framed" else name)
+                assert summed[a, b] == pytest.approx(expected, rel=1e-5)
         columns = [(a * 4 + d) % table.yaw_bins for d in range(-4, 5)]
         np.testing.assert_array_equal(sums.levels[a], panorama.levels[columns].sum(axis=0))
 

@@ -74,6 +74,7 @@ def test_agrees_with_asking_every_voxel_one_by_one(speckled, seed):
     np.testing.assert_array_equal(result.behind, behind)
     np.testing.assert_array_equal(result.levels, levels)
     assert known.sum() > 0.0, "the scene must hold what is compared"
+    assert behind.sum() > 0.0
     assert unknown.sum() > 0.0
     np.testing.assert_array_equal(recount_levels(arrays, table, camera, result.labelled), levels)
 
@@ -162,12 +163,34 @@ def test_what_lies_behind_object_voxels_in_reach_counts_up_to_three_times_as_man
     assert 0.0 < wide.behind.sum() <= 3.0 * wide.ooi.sum()
     assert wide.termination == wide.ooi.sum() + wide.behind.sum()
     edge = view(3.1)
-    assert 0.0 < 3.0 * edge.ooi.sum() < edge.behind.sum()
-    assert edge.termination == 4.0 * edge.ooi.sum(), "most of it is out of reach"
-    beyond = view(None)
-    assert beyond.behind.sum() > 0.0
-    assert beyond.termination == 0.0, "nothing of it is within reach"
+    assert 3.0 < 3.0 * edge.ooi.sum() < edge.behind.sum()
+    assert edge.termination == 4.0 * edge.ooi.sum() - 3.0, "most of it is out of reach"
+    assert view(None).termination == 0.0, "nothing of it is within reach"
     assert view(3.1, height=1.5).behind.sum() < edge.behind.sum(), "its front hides some of it"
+
+
+def test_what_lies_elsewhere_is_no_more_of_what_is_in_reach(dense_map):
+    deep = RULES._replace(termination_depth=7.0)
+    volume = dense_map().room((0.8, 0.8), (6.0, 6.0))
+    volume.fill((2.8, 3.1, 0.4), (2.9, 3.4, 0.6), OCCUPIED, ooi=0.95, level=2)
+    alone = look(volume, (22, 32, 11), deep)[0].termination
+    volume.fill((1.0, 2.9, 0.4), (1.1, 3.5, 0.8), OCCUPIED, ooi=0.95, level=2)
+    volume.fill((2.0, 4.4, 0.4), (2.4, 4.5, 0.8), OCCUPIED, ooi=0.95, level=2)
+    both = look(volume, (22, 32, 11), deep)[0]
+    assert alone == both.termination == both.ooi.sum() > 1.0
+    assert not both.behind.any()
+    volume.fill((3.4, 3.1, 0.4), (3.5, 3.4, 1.0), OCCUPIED, ooi=0.95, level=2)
+    assert look(volume, (22, 32, 11), deep)[0].termination > alone, "in the same direction"
+
+
+def test_no_voxel_in_reach_ends_a_search_by_what_is_behind_it(dense_map):
+    deep = RULES._replace(termination_depth=7.0)
+    volume = dense_map().room((0.8, 0.8), (6.0, 6.0))
+    volume.fill((3.0, 3.2, 0.4), (3.1, 3.3, 0.5), OCCUPIED, ooi=0.95, level=2)
+    volume.fill((3.4, 2.9, 0.4), (3.5, 3.6, 1.0), OCCUPIED, ooi=0.95, level=2)
+    seen = look(volume, (22, 32, 11), deep)[0]
+    assert (seen.ooi.sum(), seen.termination) == (1.0, 1.0)
+    assert seen.behind.sum() > 3.0
 
 
 def test_far_surfaces_gain_nothing(dense_map):

@@ -8,11 +8,13 @@ import pytest
 from ippon.geometry import base_pose
 from ippon.guidance.levels import Level, LevelProbabilities
 from ippon.mapping.arrays import FREE, OCCUPIED
+from ippon.planning import planner as planner_module
 from ippon.planning import viewpoints as viewpoints_module
 from ippon.planning.clearance import move_between
 from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind, Plan
 from ippon.planning.planner import ViewpointPlanner
+from ippon.planning.selection import select
 from ippon.robot import HABITAT, ZED
 
 PROBABILITIES = LevelProbabilities().as_array()
@@ -144,6 +146,33 @@ def test_levels_weigh_the_gain_without_a_new_ray(dense_map, monkeypatch):
     assert (after.tree.levels[1:] == Level.FAR).sum() >= 3, "wherever walls are near in view"
     assert after.tree.gains.sum() < before.tree.gains.sum()
     assert len(after.tree.parents) >= len(before.tree.parents), "the tree is kept"
+
+
+def test_a_way_is_held_by_what_is_left_of_its_promise(dense_map, monkeypatch):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
+    volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
+    shares = []
+
+    def noted(config, scores, current, stay_factor=None, left=1.0):
+        shares.append(left)
+        return select(config, scores, current, stay_factor, left)
+
+    monkeypatch.setattr(planner_module, "select", noted)
+    planner = make()
+    before = run(planner, volume, 12)
+    # Other levels are no broken promise, though all there is to see is worth a tenth of it.
+    weights = LevelProbabilities().as_array()
+    planner.set_goal(probabilities=0.1 * weights, termination_min=4.0)
+    shares.clear()
+    after = run(planner, volume, 2)
+    assert after.target.position_world == before.target.position_world
+    assert after.target.gain < 0.5 * before.target.gain
+    assert shares == pytest.approx([1.0] * len(shares))
+    # What lies behind the door is seen from where the robot stands.
+    volume.fill((4.9, 0.1, 0.0), (7.9, 5.5, 2.0), FREE)
+    shares.clear()
+    run(planner, volume, 1)
+    assert min(shares) < 0.5
 
 
 def test_a_narrow_corner_is_passed_only_with_the_local_planner(dense_map):

@@ -112,7 +112,12 @@ def test_forgetting_a_node_clears_its_row(dense_map):
 
 @pytest.mark.parametrize(
     ("values", "text"),
-    [({"yaw_bins": 50}, "multiple of heading_stride"), ({"unknown_occupied": 0.0}, "in \\(0, 1]")],
+    [
+        ({"yaw_bins": 50}, "multiple of heading_stride"),
+        ({"unknown_occupied": 0.0}, "in \\(0, 1]"),
+        ({"termination_depth_m": -0.1}, "at least 0"),
+        ({"termination_depth_m": math.inf}, "finite"),
+    ],
 )
 def test_rasters_and_probabilities_that_cannot_work_are_refused(values, text):
     with pytest.raises(ValueError, match=text):

@@ -114,6 +114,11 @@ def panorama(
                 level = arrays.level[pool]
                 if level != NOT_MAPPED and far <= rules.level_range:
                     levels[column, level] += 1
+    beside = table.yaw_bins // 32
+    for column in range(table.yaw_bins):
+        near = [(column + d) % table.yaw_bins for d in range(-beside, beside + 1)]
+        if not ooi[:, near].any():
+            behind[:, column] = 0
     return known, unknown, ooi, behind, levels
 
 

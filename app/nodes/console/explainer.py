@@ -100,7 +100,10 @@ class Explainer:
             ("Cost", f"{tree.path_costs_s[node]:.1f} s to get there"),
             ("Gain per second", f"{tree.gains[node] / (tree.path_costs_s[node] + 1.0):.2f}"),
             ("Level", f"{level}: what unseen space there counts"),
-            ("Object voxels", f"{tree.terminations[node]:.0f} within reach of sight"),
+            (
+                "Object voxels",
+                f"{tree.terminations[node]:.0f} in sight within reach, or just behind",
+            ),
             ("Looks", f"to {yaw_deg:.0f}°, tilt {tilt_deg:.0f}°"),
             ("Sees", f"{len(seen)} surface voxels, marked in the scene"),
         ]
