@@ -135,11 +135,10 @@ def _keep_behind(ooi: NDArray[np.float32], behind: NDArray[np.float32]) -> None:
     """Forget what lies in other directions: it is another thing, or nothing."""
     if not behind.any():
         return
-    ahead = ooi.any(axis=0)
-    beside = len(ahead) // _BESIDE
-    for shift in range(-beside, beside + 1):
-        ahead = ahead | np.roll(ooi.any(axis=0), shift)
-    behind[:, ~ahead] = 0.0
+    ahead = ooi.max(axis=0) > 0.0
+    beside = ooi.shape[1] // _BESIDE
+    near = np.stack([np.roll(ahead, shift) for shift in range(-beside, beside + 1)])
+    behind[:, near.max(axis=0) == 0] = 0.0
 
 
 def within_field(table: ViewTable, field: ViewField, voxel: tuple[int, int, int]) -> bool:
