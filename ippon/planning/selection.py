@@ -153,7 +153,7 @@ def held(config: SelectionConfig, termination_min: float) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Commitment:
-    """What the way to a target promised when it was chosen."""
+    """What the way to a target promised when it was chosen, and at most since then."""
 
     node: int
     passing: float
