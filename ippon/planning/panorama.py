@@ -13,8 +13,8 @@ from ippon.planning.view_table import ViewTable
 from ippon.planning.voxels import block_row, voxel_column
 
 _BEHIND: Final = 3.0
-"""So many object voxels behind each that is within reach count at most, but one: no voxel by itself
-ends a search, and it ends in front of the object and not of what is nearly in reach."""
+"""So many object voxels behind each that is within reach count at most, but for a fringe: the search
+ends in front of the object and not of what is nearly in reach."""
 _BESIDE: Final = 32
 """What is behind lies in a direction of what is within reach, or this share of a circle beside."""
 
@@ -57,6 +57,8 @@ class ViewRules(NamedTuple):
     """Horizontal reach of N_T in voxels."""
     termination_depth: float
     """Voxels beyond that within which more of the object counts with what is within reach."""
+    termination_fringe: float
+    """Object voxels within reach that may be what was misread beside it: nothing behind them counts."""
     level_range: float
     """Range in voxels within which labelled voxels decide p_img."""
     floor_layers: int = 0
@@ -81,17 +83,13 @@ class Panorama(NamedTuple):
     """(M,) rows of the table's offsets, rising, at which the voxels are that `levels` counts."""
     depth: NDArray[np.float32]
     """(P, Y) voxels until the ray hit something or ended; a hit is negative."""
+    termination: float = 0.0
+    """T(n), eq. (4): object voxels of N_T, and of those behind them what counts with them."""
 
     @property
     def framed(self) -> NDArray[np.float32]:
         """(P, Y) object voxels that an image should show."""
         return self.ooi + self.behind
-
-    @property
-    def termination(self) -> float:
-        """T(n), eq. (4), with what lies behind the voxels of N_T: up to three for each but one."""
-        reached = float(self.ooi.sum())
-        return reached + min(float(self.behind.sum()), _BEHIND * max(0.0, reached - 1.0))
 
 
 def see(
@@ -128,7 +126,12 @@ def see(
     camera = np.array(camera_voxel, dtype=np.int64)
     count = _see_kernel(arrays, table, rules, field, camera, out)
     _keep_behind(out.ooi, out.behind)
-    return out._replace(labelled=out.labelled[:count].copy())
+    reached = float(out.ooi.sum())
+    most = _BEHIND * max(0.0, reached - rules.termination_fringe)
+    return out._replace(
+        labelled=out.labelled[:count].copy(),
+        termination=reached + min(float(out.behind.sum()), most),
+    )
 
 
 def _keep_behind(ooi: NDArray[np.float32], behind: NDArray[np.float32]) -> None:

@@ -3,6 +3,7 @@
 import copy
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,11 @@ from ippon.planning.view_table import (
     in_frustum,
 )
 from ippon.robot import RobotProfile
+
+_FRINGE: Final = 5.0
+"""Voxels of `_REFERENCE_VOXEL_M` beside a thing that may be misread for it: of a chair or a toilet,
+which need as few, all that counts is within reach."""
+_REFERENCE_VOXEL_M: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -417,6 +423,7 @@ class Viewpoints:
             ooi_threshold=self._ooi_threshold,
             termination_range=config.termination_range_m / v,
             termination_depth=config.termination_depth_m / v,
+            termination_fringe=_FRINGE * (_REFERENCE_VOXEL_M / v) ** 2,
             level_range=config.level_range_m / v,
             floor_layers=band_low - layers[0],
         )
