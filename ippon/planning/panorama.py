@@ -13,7 +13,7 @@ from ippon.planning.view_table import ViewTable
 from ippon.planning.voxels import block_row, voxel_column
 
 _BEHIND: Final = 3.0
-"""So many object voxels behind each that is within reach count at most, but for a fringe: the search
+"""So many object voxels behind each that is within reach count at most, but for a fringe: a search
 ends in front of the object and not of what is nearly in reach."""
 _BESIDE: Final = 32
 """What is behind lies in a direction of what is within reach, or this share of a circle beside."""
@@ -58,7 +58,7 @@ class ViewRules(NamedTuple):
     termination_depth: float
     """Voxels beyond that within which more of the object counts with what is within reach."""
     termination_fringe: float
-    """Object voxels within reach that may be what was misread beside it: nothing behind them counts."""
+    """Object voxels within reach that may be what was misread beside it: none behind them counts."""
     level_range: float
     """Range in voxels within which labelled voxels decide p_img."""
     floor_layers: int = 0
