@@ -58,7 +58,7 @@ class ViewRules(NamedTuple):
     termination_depth: float
     """Voxels beyond that within which more of the object counts with what is within reach."""
     termination_fringe: float
-    """Object voxels within reach that may be what was misread beside it: none behind them counts."""
+    """Object voxels within reach that may be misread beside it: none behind them counts."""
     level_range: float
     """Range in voxels within which labelled voxels decide p_img."""
     floor_layers: int = 0
