@@ -8,6 +8,8 @@ from ippon.command import Command
 from ippon.geometry import wrap_angle
 from ippon.robot import RobotProfile
 
+_WAITS_STEPS: Final = 5
+"""What is better to do may be gone for a moment only: so many steps are waited for it."""
 STILL_THERE_M: Final = 0.5
 """A robot that has gone no farther has much the same around it."""
 
@@ -38,6 +40,7 @@ class LookAround:
         self._turn_tilt = robot.within_tilt(config.turn_tilt_rad)
         self._looked_down = False
         self._turned_rad = 0.0
+        self._waits = 0
         self._last_yaw: float | None = None
         overlap = 0.25 * robot.horizontal_fov_rad
         self._circle_rad = 2.0 * math.pi - robot.horizontal_fov_rad + overlap
@@ -73,8 +76,14 @@ class LookAround:
             gone_m: How far the robot has driven since the search began.
         """
         self._last_yaw = None
+        self._waits = _WAITS_STEPS
         if gone_m > STILL_THERE_M:
             self.skip()
+
+    def waits(self) -> bool:
+        """Tell whether to hold still for what interrupted it, which is gone at this step."""
+        self._waits = max(0, self._waits - 1)
+        return self._waits > 0
 
     def step(self, yaw_rad: float, tilt_rad: float) -> Command:
         """Return the next command for the robot's present heading and tilt."""

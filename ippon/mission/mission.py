@@ -311,6 +311,8 @@ class Mission:
             return command
         if ends_search(plan):
             self._look_around.interrupt(search.path_length_m)
+        elif not self._look_around.done and self._look_around.waits():
+            return Command(tilt_rad=frame.tilt_rad)
         elif not self._look_around.done:
             self._state = MissionState.LOOKING_AROUND
             self._looked_for = (search.goal.object, frame.T_world_base)

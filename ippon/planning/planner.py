@@ -314,10 +314,17 @@ class ViewpointPlanner:
         return self._select(scores, stay), scores
 
     def _select(self, scores: Scores, stay: float) -> int | None:
-        commitment = self._commitment
-        committed = commitment is not None and commitment.node == self._target
-        left = commitment.left(scores) if commitment is not None and committed else 1.0
+        left = self._left(scores)
         return select(self.config.selection, scores, self._target, stay, left)
+
+    def _left(self, scores: Scores) -> float:
+        """Share of what the way to the target promised that is left, 1 where that says nothing."""
+        commitment = self._commitment
+        if commitment is None or commitment.node != self._target:
+            return 1.0
+        nat, cued = self._views.glimpsed_by(commitment.node)
+        # What images show from afar is looked at from nearby, however little is unseen there.
+        return 1.0 if nat > 0.0 or cued else commitment.left(scores)
 
     def _look_closer(
         self,

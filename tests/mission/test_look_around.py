@@ -72,3 +72,13 @@ def test_what_was_interrupted_at_the_start_is_made_up_for() -> None:
     assert look.progress == pytest.approx(2 * begun)
     look.interrupt(gone_m=0.8)
     assert look.done
+
+
+def test_what_interrupted_it_is_waited_for_some_steps() -> None:
+    look = LookAround(LookAroundConfig(), ZED)
+    assert not look.waits(), "nothing has interrupted it"
+    look.interrupt(gone_m=0.0)
+    assert [look.waits() for _ in range(6)] == [True] * 4 + [False] * 2
+    look.interrupt(gone_m=0.0)
+    look.interrupt(gone_m=0.0)
+    assert look.waits()
