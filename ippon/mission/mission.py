@@ -311,9 +311,9 @@ class Mission:
             return command
         if ends_search(plan):
             self._look_around.interrupt(search.path_length_m)
-        elif not self._look_around.done and self._look_around.waits():
-            return Command(tilt_rad=frame.tilt_rad)
         elif not self._look_around.done:
+            if self._look_around.waits():
+                return Command(tilt_rad=frame.tilt_rad)
             self._state = MissionState.LOOKING_AROUND
             self._looked_for = (search.goal.object, frame.T_world_base)
             self._journal.why = f"looking around ({self._look_around.progress:.0%})"

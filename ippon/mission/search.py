@@ -20,8 +20,9 @@ from ippon.mission.goal import Goal
 from ippon.mission.recovery import NANOSECONDS
 from ippon.mission.second_look import SecondLook
 from ippon.mission.snapshot import Find
-from ippon.mission.termination import is_small, surface_scale, termination_voxels
+from ippon.mission.termination import is_small, termination_voxels
 from ippon.planning.selection import held
+from ippon.planning.surfaces import surface_scale
 
 _SPECK: Final = 0.5
 """Share of T_min that is enough where no more shows: one voxel in place of two."""

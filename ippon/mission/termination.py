@@ -3,7 +3,7 @@
 import math
 from typing import Final
 
-REFERENCE_VOXEL_M: Final = 0.1
+from ippon.planning.surfaces import surface_scale
 
 # Roughly a fifth of the surface voxels that one view shows of an ordinary specimen at 10 cm. The
 # paper says only "smaller for plants and larger for beds".
@@ -45,11 +45,6 @@ def termination_voxels(label: str, category: str | None, voxel_size_m: float) ->
     """
     count = _count(label, category) or _SMALL_OBJECT
     return max(1.0, count * surface_scale(voxel_size_m))
-
-
-def surface_scale(voxel_size_m: float) -> float:
-    """Return how many voxels of this size cover the surface of one of `REFERENCE_VOXEL_M`."""
-    return (REFERENCE_VOXEL_M / voxel_size_m) ** 2
 
 
 def is_small(label: str, category: str | None) -> bool:

@@ -26,6 +26,7 @@ from ippon.planning.panorama import ViewRules, see
 from ippon.planning.rays import cast_ray
 from ippon.planning.regions import RegionWeights
 from ippon.planning.staleness import stale_kernel
+from ippon.planning.surfaces import surface_scale
 from ippon.planning.view_table import (
     Orientations,
     ViewTable,
@@ -36,9 +37,8 @@ from ippon.planning.view_table import (
 from ippon.robot import RobotProfile
 
 _FRINGE: Final = 5.0
-"""Voxels of `_REFERENCE_VOXEL_M` beside a thing that may be misread for it: of a chair or a toilet,
+"""Voxels of `REFERENCE_VOXEL_M` beside a thing that may be misread for it: of a chair or a toilet,
 which need as few, all that counts is within reach."""
-_REFERENCE_VOXEL_M: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -423,7 +423,7 @@ class Viewpoints:
             ooi_threshold=self._ooi_threshold,
             termination_range=config.termination_range_m / v,
             termination_depth=config.termination_depth_m / v,
-            termination_fringe=_FRINGE * (_REFERENCE_VOXEL_M / v) ** 2,
+            termination_fringe=_FRINGE * surface_scale(v),
             level_range=config.level_range_m / v,
             floor_layers=band_low - layers[0],
         )

@@ -90,8 +90,7 @@ def test_finds_two_objects_in_a_row_on_one_map(scene) -> None:
     ask(mission, "sofa", goal_id=2)
     second = search(world, mission)
     assert mission.voxel_map.revision > revision
-    # An image may take back or add a column or two.
-    assert second[0].snapshot.explored_m2 == pytest.approx(known, abs=0.05), "it starts on that map"
+    assert second[0].snapshot.explored_m2 >= known, "the second search starts on the first map"
     later = [r.snapshot.state for r in second[1:]]
     assert MissionState.LOOKING_AROUND not in later, "the map has the sofa already"
     assert second[-1].snapshot.state is MissionState.FOUND
