@@ -13,6 +13,9 @@ from ippon.mission.snapshot import Find
 
 SUCCESS_M = 1.0
 """An object this near, over the floor, is reached: the metre of the task."""
+ARRIVED_M = SUCCESS_M + 0.1
+"""What a robot that has arrived at a terminating viewpoint sees within the metre begins this near:
+it stops within its tolerance of the viewpoint."""
 FIND_WITHIN_M = 2.5
 """A find lies at most this far from where the search ended."""
 AROUND_M = 0.2
@@ -54,6 +57,27 @@ def nearest_find(
     return max(in_view, key=lambda f: f.voxels, default=None)
 
 
+def reached_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find | None:
+    """Return the candidate that a terminating viewpoint has led to.
+
+    A larger one may stand behind what is in reach, and say nothing of it: a chair behind a stool.
+
+    Args:
+        candidates: What looks like the object.
+        T_world_base: Where the robot stands, at the viewpoint.
+
+    Returns:
+        The largest in view and in reach, else `nearest_find`; None where none is near.
+    """
+    candidates = tuple(candidates)
+    reached = [
+        find
+        for find in candidates
+        if find.box_px is not None and _gap_m(T_world_base, find) <= ARRIVED_M
+    ]
+    return nearest_find(reached or candidates, T_world_base)
+
+
 def find_from(candidates: Iterable[Find], T_world_base: Float64Array, away_m: float) -> Find | None:
     """Return the candidate that a search ends at which no way leads closer to.
 
@@ -75,6 +99,12 @@ def distance_m(T_world_base: Float64Array, find: Find) -> float:
     """Return how far a find is from the base, over the floor."""
     x, y, _ = find.position_world
     return math.hypot(x - T_world_base[0, 3], y - T_world_base[1, 3])
+
+
+def _gap_m(T_world_base: Float64Array, find: Find) -> float:
+    """Return how far a find's nearest side is from the base, over the floor."""
+    off = np.abs(T_world_base[:2, 3] - find.position_world[:2]) - 0.5 * np.array(find.size_m[:2])
+    return float(np.hypot(*np.maximum(off, 0.0)))
 
 
 def looked_at(frame: Frame) -> Float64Array:

@@ -15,7 +15,7 @@ from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.config import MissionConfig
 from ippon.mission.explanation import explain
-from ippon.mission.finding import exhausted_text, find_from, nearest_find
+from ippon.mission.finding import exhausted_text, find_from, reached_find
 from ippon.mission.glance import Glance
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find, MissionState
@@ -125,7 +125,7 @@ class Pursuit:
             still: The command that keeps it there.
         """
         find = (
-            nearest_find(search.candidates, frame.T_world_base)
+            reached_find(search.candidates, frame.T_world_base)
             if plan.out_of_reach_m is None
             else find_from(search.candidates, frame.T_world_base, plan.out_of_reach_m)
         )

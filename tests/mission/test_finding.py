@@ -13,6 +13,7 @@ from ippon.mission.finding import (
     find_from,
     looked_at,
     nearest_find,
+    reached_find,
 )
 from ippon.mission.snapshot import Find
 from ippon.robot import ZED
@@ -21,10 +22,10 @@ CAMERA = PinholeCamera.from_horizontal_fov(30, 18, 1.2)
 HERE = base_pose(1.0, 2.0, 0.0, 0.0)
 
 
-def find(x, voxels, box_px=None):
+def find(x, voxels, box_px=None, size_m=(0.2, 0.2, 0.2)):
     return Find(
         position_world=(x, 2.0, 0.5),
-        size_m=(0.2, 0.2, 0.2),
+        size_m=size_m,
         probability=0.9,
         voxels=voxels,
         box_px=box_px,
@@ -44,6 +45,18 @@ def test_the_largest_in_view_of_those_near():
     assert nearest_find([hidden, seen, far], HERE) is seen
     assert nearest_find([hidden, far], HERE) is hidden
     assert nearest_find([far], HERE) is None
+
+
+def test_what_is_in_reach_goes_before_what_is_larger_behind_it():
+    stool, chair = find(2.0, 20, (0, 0, 3, 3)), find(2.7, 30, (0, 0, 3, 3))
+    assert reached_find([chair, stool], HERE) is stool
+    assert nearest_find([chair, stool], HERE) is chair
+    long = find(2.7, 30, (0, 0, 3, 3), size_m=(1.4, 0.4, 0.5))
+    assert reached_find([long, stool], HERE) is long, "its end is in reach"
+    unseen = find(2.0, 20)
+    assert reached_find([chair, unseen], HERE) is chair
+    assert reached_find([chair], HERE) is chair
+    assert reached_find([find(9.0, 50)], HERE) is None
 
 
 @pytest.mark.parametrize(
