@@ -19,8 +19,8 @@ class EvalRun:
     out: Path
     """Folder for the results; made when it is not there."""
     homes: tuple[str, ...] = ("1001:1010",)
-    """Seeds of generated homes, single or first:last (the last included), and folders with
-    scene.glb and scene.json."""
+    """Seeds of generated homes, single or first:last (the last included), those of floors of large
+    buildings, floor:3 or floor:1:9, and folders with scene.glb and scene.json."""
     methods: str = "ippon"
     """Names with commas between; "ablations", "baselines" and "all" stand for many."""
     objects: str = "habitat,small"
@@ -45,6 +45,10 @@ class EvalRun:
     """Start poses for each object of a home."""
     small_per_home: int = 3
     """Small objects drawn for each home."""
+    min_path_m: float = 1.0
+    """Least length of the shortest way to the object; more asks for longer searches."""
+    max_time_s: float | None = None
+    """Simulated seconds after which a search is given up; 500 for habitat, else 300."""
     limit: int | None = None
     """At most so many episodes, drawn from all homes and objects, those with and without a context
     together; each method runs all of them."""

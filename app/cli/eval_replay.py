@@ -79,8 +79,13 @@ def _row(rows: tuple[EpisodeRow, ...], episode: str, method: str) -> EpisodeRow:
 
 def _trial(settings: dict[str, Any], row: EpisodeRow) -> TrialConfig:
     """Return the set-up of a row, checked against its hash."""
-    voxel_size_m = float(settings.get("fixed", {}).get("voxel_size_m", 0.1))
-    command = EvalRun(out=Path(), image_width=row.image_width, voxel_size_m=voxel_size_m)
+    fixed = settings.get("fixed", {})
+    command = EvalRun(
+        out=Path(),
+        image_width=row.image_width,
+        voxel_size_m=float(fixed.get("voxel_size_m", 0.1)),
+        max_time_s=fixed.get("max_time_s"),
+    )
     trial = trial_of(command, _profile(settings, row))
     present = config_hash(trial, method_named(row.method))
     if present != row.config_hash:

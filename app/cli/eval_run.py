@@ -23,7 +23,7 @@ from app.cli.eval_store import EvaluationFolder
 from app.cli.eval_version import version_text
 from app.cli.eval_work import Job, WorkerSetup, list_home, run_job
 from app.cli.eval_workers import ProcessWorkers, Workers
-from app.cli.homes import MAX_SEED, check_home
+from app.cli.homes import LARGE_FLOOR, MAX_SEED, check_home
 from app.robot_file import PROFILES, map_config, read_profile
 from ippon.evaluation.catalogue import (
     CatalogueConfig,
@@ -105,11 +105,12 @@ def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
     """
     out: list[str] = []
     for part in (p for text in homes for p in text.split(",") if p):
-        first, colon, last = part.partition(":")
+        kind = LARGE_FLOOR if part.startswith(LARGE_FLOOR) else ""
+        first, colon, last = part.removeprefix(kind).partition(":")
         if colon and first.isdigit() and last.isdigit():
             if not int(first) <= int(last) <= MAX_SEED or int(last) - int(first) >= MAX_HOMES:
                 raise UsageError(f"homes go from a smaller seed to a larger one; got {part}")
-            out += [str(seed) for seed in range(int(first), int(last) + 1)]
+            out += [f"{kind}{seed}" for seed in range(int(first), int(last) + 1)]
         else:
             check_home(part)
             out.append(part)
@@ -158,6 +159,9 @@ def trial_of(command: EvalRun, profile: RobotProfile | None = None) -> TrialConf
             image_width=command.image_width or ZED_IMAGE_WIDTH,
             limits=EpisodeLimits(time_step_s=0.2, max_time_s=300.0),
         )
+    if command.max_time_s is not None:
+        limits = dataclasses.replace(trial.limits, max_time_s=command.max_time_s)
+        trial = dataclasses.replace(trial, limits=limits)
     voxels = MapConfig(voxel_size_m=command.voxel_size_m)
     if robot not in PROFILES.values():
         voxels = map_config(robot, command.voxel_size_m)
@@ -172,6 +176,7 @@ def catalogue_of(command: EvalRun) -> CatalogueConfig:
         small_per_home=command.small_per_home,
         context=command.context,
         second_object=command.second_object,
+        min_shortest_path_m=command.min_path_m,
         seed=command.seed,
     )
 
@@ -186,6 +191,7 @@ def _settings(
             "robot": command.robot,
             "image_width": trial.image_width,
             "voxel_size_m": command.voxel_size_m,
+            "max_time_s": command.max_time_s,
         },
         "command": {
             k: [str(p) for p in v] if isinstance(v, tuple) else str(v)

@@ -23,7 +23,8 @@ class Demo:
     """
 
     home: str = "24"
-    """Seed of a generated home, or a folder with scene.glb and scene.json."""
+    """Seed of a generated home, floor:SEED for a floor of 1,000 m2 in a large building, or a folder
+    with scene.glb and scene.json."""
     object: str = "hat"
     """What to look for."""
     context: str | None = None
@@ -61,7 +62,8 @@ class Sim:
     """A simulated robot in a simulated home, on zenoh; or a picture of the home from above."""
 
     home: str = "24"
-    """Seed of a generated home, or a folder with scene.glb and scene.json."""
+    """Seed of a generated home, floor:SEED for a floor of 1,000 m2 in a large building, or a folder
+    with scene.glb and scene.json."""
     picture: Path | None = None
     """Write a picture of the home from above to this PNG, and end."""
     export: Path | None = None

@@ -1,12 +1,15 @@
 """What every generated home must keep."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HomeConfig:
     """What every generated home must keep."""
 
+    layout: Literal["home", "floor"] = "home"
+    """A flat or house, or a floor of a large building with 40 rooms along corridors."""
     passage_radius_m: float = 0.3
     """Radius of the body that reaches every room; larger leaves wider ways and less furniture."""
     body_height_m: float = 1.45

@@ -9,6 +9,7 @@ from ippon.errors import SceneError
 from ippon.simulation.homes import cooking, living, private, storage
 from ippon.simulation.homes.config import HomeConfig
 from ippon.simulation.homes.furnisher import Furnisher
+from ippon.simulation.homes.large_floor import plan_large_floor
 from ippon.simulation.homes.layout import plan_rooms
 from ippon.simulation.homes.openings import Opening, join_rooms, look_out, shared_walls
 from ippon.simulation.homes.placing import Placed, RoomSpace, WallSpan
@@ -46,7 +47,7 @@ def generate_home(seed: int, *, config: HomeConfig | None = None) -> Scene:
 
 
 def _attempt(rng: np.random.Generator, seed: int, config: HomeConfig) -> Scene | None:
-    plan = _plan(rng)
+    plan = _plan(rng, config)
     if plan is None:
         return None
     style = make_style(rng)
@@ -65,16 +66,16 @@ def _attempt(rng: np.random.Generator, seed: int, config: HomeConfig) -> Scene |
         Thing(category=p.model.category, label=p.model.label, mesh=p.mesh(), room=p.room)
         for p in kept
     ]
-    scene = _assemble(plan, things, seed)
+    scene = _assemble(plan, things, f"{config.layout}-{seed}")
     poses = start_poses(rng, scene, config)
     if not poses:
         return None
     return dataclasses.replace(scene, start_poses=poses)
 
 
-def _plan(rng: np.random.Generator) -> HomePlan | None:
+def _plan(rng: np.random.Generator, config: HomeConfig) -> HomePlan | None:
     """Draw rooms, doors and windows; None when doors cannot join the rooms."""
-    rooms = plan_rooms(rng)
+    rooms = plan_large_floor(rng) if config.layout == "floor" else plan_rooms(rng)
     walls = shared_walls(rooms)
     doors = join_rooms(rng, rooms, walls)
     if doors is None:
@@ -160,7 +161,7 @@ def _furnish_studio(f: Furnisher, *, bathroom: bool) -> None:
     f.at_wall(storage.wardrobe(f.rng, f.style, 1.0), clearance=0.5)
 
 
-def _assemble(plan: HomePlan, things: list[Thing], seed: int) -> Scene:
+def _assemble(plan: HomePlan, things: list[Thing], name: str) -> Scene:
     """Gather all meshes, and name rooms and objects."""
     names = _numbered([r.kind for r in plan.rooms])
     nodes = _numbered([t.category for t in things])
@@ -181,8 +182,8 @@ def _assemble(plan: HomePlan, things: list[Thing], seed: int) -> Scene:
             )
         )
     return Scene(
-        name=f"home-{seed}",
-        source=f"ippon home generator, seed {seed}",
+        name=name,
+        source=f"ippon home generator, {name}",
         instances=tuple(instances),
         start_poses=(),
         rooms=tuple(

@@ -60,10 +60,10 @@ def plan_rooms(rng: np.random.Generator) -> tuple[RoomPlan, ...]:
         rooms = _spine(rng, kinds, area) if "hall" in kinds and count > 4 else None
         if rooms is None:
             ratio = uniform(rng, 1.0, 1.6 if len(kinds) > 2 else 2.0)
-            outline = Rect(0.0, 0.0, _snap((area * ratio) ** 0.5), _snap((area / ratio) ** 0.5))
+            outline = Rect(0.0, 0.0, snapped((area * ratio) ** 0.5), snapped((area / ratio) ** 0.5))
             rooms = _divide(rng, outline, list(kinds), _areas(kinds, area))
         if all(_is_well_shaped(r) for r in rooms):
-            return _turned(rng, rooms)
+            return turned(rng, rooms)
     raise SceneError(f"no arrangement of {kinds} in {area:.0f} square metres was found")
 
 
@@ -93,7 +93,8 @@ def _areas(kinds: tuple[str, ...], total: float) -> list[float]:
     return [a * total / sum(usual) for a in usual]
 
 
-def _snap(value: float) -> float:
+def snapped(value: float) -> float:
+    """Return a length in whole steps of 5 cm."""
     return round(round(value / 0.05) * 0.05, 2)
 
 
@@ -116,10 +117,10 @@ def _divide(
     across = rect.depth if along_x else rect.width
     least = [_least_side([kinds[k] for k in part], across) for part in (first, rest)]
     if along_x:
-        x = _snap(_cut(rect.x0, rect.x1, share, least))
+        x = snapped(_cut(rect.x0, rect.x1, share, least))
         halves = Rect(rect.x0, rect.y0, x, rect.y1), Rect(x, rect.y0, rect.x1, rect.y1)
     else:
-        y = _snap(_cut(rect.y0, rect.y1, share, least))
+        y = snapped(_cut(rect.y0, rect.y1, share, least))
         halves = Rect(rect.x0, rect.y0, rect.x1, y), Rect(rect.x0, y, rect.x1, rect.y1)
     rooms: list[RoomPlan] = []
     for half, members in zip(halves, (first, rest), strict=True):
@@ -148,10 +149,10 @@ def _spine(rng: np.random.Generator, kinds: tuple[str, ...], total: float) -> li
     ]
     private = [k for k, kind in enumerate(kinds) if k not in public and kind != "hall"]
     scale = max(1.0, (total / 100.0) ** 0.5)
-    corridor = _snap(uniform(rng, 1.3, 1.6) * min(scale, 1.2))
-    upper, lower = (_snap(uniform(rng, 2.9, 4.3) * min(scale, 1.25)) for _ in range(2))
-    height = _snap(upper + corridor + lower)
-    block = _snap(sum(areas[k] for k in public) / height)
+    corridor = snapped(uniform(rng, 1.3, 1.6) * min(scale, 1.2))
+    upper, lower = (snapped(uniform(rng, 2.9, 4.3) * min(scale, 1.25)) for _ in range(2))
+    height = snapped(upper + corridor + lower)
+    block = snapped(sum(areas[k] for k in public) / height)
     sides: tuple[list[int], list[int]] = ([], [])
     lengths = [0.0, 0.0]
     for k in rng.permutation(private).tolist():
@@ -171,17 +172,18 @@ def _spine(rng: np.random.Generator, kinds: tuple[str, ...], total: float) -> li
     )
     rooms.append(
         RoomPlan(
-            kind="hall", rect=Rect(block, lower, _snap(block + max(ends)), _snap(lower + corridor))
+            kind="hall",
+            rect=Rect(block, lower, snapped(block + max(ends)), snapped(lower + corridor)),
         )
     )
-    bands = ((_snap(lower + corridor), height), (0.0, lower))
+    bands = ((snapped(lower + corridor), height), (0.0, lower))
     for side, (y0, y1) in enumerate(bands):
         x = block
         for n, k in enumerate(sides[side]):
             width = max(areas[k] / (upper, lower)[side], _KINDS[kinds[k]][1])
-            x1 = _snap(x + width * ends[side] / lengths[side])
+            x1 = snapped(x + width * ends[side] / lengths[side])
             if n == len(sides[side]) - 1:
-                x1 = _snap(block + ends[side])
+                x1 = snapped(block + ends[side])
             rooms.append(RoomPlan(kind=kinds[k], rect=Rect(x, y0, x1, y1)))
             x = x1
     return rooms
@@ -193,7 +195,7 @@ def _is_well_shaped(room: RoomPlan) -> bool:
     return short >= least and (long <= ratio * short or room.kind == "hall")
 
 
-def _turned(rng: np.random.Generator, rooms: list[RoomPlan]) -> tuple[RoomPlan, ...]:
+def turned(rng: np.random.Generator, rooms: list[RoomPlan]) -> tuple[RoomPlan, ...]:
     """Mirror and transpose by chance, and put the lowest corner at the origin."""
     mirror_x, mirror_y, swap = (bool(pick(rng, (True, False))) for _ in range(3))
     turned: list[Rect] = []

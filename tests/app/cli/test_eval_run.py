@@ -20,6 +20,7 @@ def test_ranges_of_homes_hold_their_last(room):
     assert expand_homes(["1001:1003", "7,9", str(room), "7"]) == (
         "1001", "1002", "1003", "7", "9", str(room),
     )  # fmt: skip
+    assert expand_homes(["floor:2:3,floor:9"]) == ("floor:2", "floor:3", "floor:9")
 
 
 @pytest.mark.parametrize(
@@ -30,6 +31,8 @@ def test_ranges_of_homes_hold_their_last(room):
         (["nowhere"], "no home 'nowhere'"),
         ([","], "no homes"),
         (["3:x"], "no home '3:x'"),
+        (["floor:5:3"], "from a smaller seed to a larger one"),
+        (["floor:"], "no home 'floor:'.*floor:SEED"),
     ],
 )
 def test_homes_that_are_none(homes, text):
@@ -56,6 +59,13 @@ def test_options_reach_the_set_up(tmp_path):
     catalogue = catalogue_of(command)
     assert catalogue.goals[-1] == "alarm_clock"
     assert catalogue.starts_per_goal == 2
+    assert trial.limits.max_time_s == 300.0
+    assert catalogue.min_shortest_path_m == 1.0
+    longer = dataclasses.replace(command, max_time_s=900.0, min_path_m=8.0)
+    assert trial_of(longer).limits.max_time_s == 900.0
+    assert catalogue_of(longer).min_shortest_path_m == 8.0
+    with pytest.raises(ValueError, match="max_time_s"):
+        trial_of(dataclasses.replace(command, max_time_s=0.0))
     with pytest.raises(ValueError, match="image-width lies in 32 to 4096"):
         trial_of(dataclasses.replace(command, image_width=2))
 

@@ -196,6 +196,28 @@ def test_homes_vary(home):
     assert len({tuple(c.round(-1)) for c in colors}) > len(scenes) // 2
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_large_floor_has_forty_rooms_that_a_robot_reaches(seed):
+    config = HomeConfig(layout="floor", start_count=24)
+    scene = generate_home(seed, config=config)
+    assert _digest(scene) == _digest(generate_home(seed, config=config))
+    assert scene.name == f"floor-{seed}"
+    assert 700.0 < sum(_area(r.polygon) for r in scene.rooms) < 1200.0
+    kinds = [room.name.split(".")[0] for room in scene.rooms]
+    assert kinds.count("hall") == 3
+    assert 35 <= len(kinds) <= 50
+    assert {"bedroom", "bathroom", "living_room", "kitchen"} <= set(kinds)
+    assert len(scene.start_poses) == 24
+    start = scene.start_poses[0]
+    for goal in GOALS:
+        assert np.isfinite(Judge(scene, HABITAT, goal).shortest_path_m(start))
+    grid = robot_grid(scene, HABITAT)
+    region = grid.region[grid.cell_at(start.x, start.y)]
+    for room in scene.rooms:
+        (i0, j0), (i1, j1) = (grid.cell_at(*room.polygon[k]) for k in (0, 2))
+        assert (grid.region[i0:i1, j0:j1] == region).any(), room.name
+
+
 def test_without_small_things_a_home_is_tidy():
     tidy = generate_home(4, config=HomeConfig(small_things=False))
     assert not any(i.label in ("mug", "book", "hat", "keys", "phone") for i in tidy.instances)
