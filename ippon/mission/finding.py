@@ -67,15 +67,14 @@ def reached_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find
         T_world_base: Where the robot stands, at the viewpoint.
 
     Returns:
-        The largest in view and in reach, else `nearest_find`; None where none is near.
+        The largest in view and in reach; None where there is none.
     """
-    candidates = tuple(candidates)
     reached = [
         find
         for find in candidates
         if find.box_px is not None and _gap_m(T_world_base, find) <= ARRIVED_M
     ]
-    return nearest_find(reached or candidates, T_world_base)
+    return nearest_find(reached, T_world_base)
 
 
 def find_from(candidates: Iterable[Find], T_world_base: Float64Array, away_m: float) -> Find | None:

@@ -15,7 +15,7 @@ from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.config import MissionConfig
 from ippon.mission.explanation import explain
-from ippon.mission.finding import exhausted_text, find_from, reached_find
+from ippon.mission.finding import exhausted_text, find_from, nearest_find, reached_find
 from ippon.mission.glance import Glance
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find, MissionState
@@ -91,7 +91,9 @@ class Pursuit:
         arrived = approaching and self._follower.reached
         # One frame in between that sees it worse does not count for more than one that sees it.
         search.arrived_steps = max(0, search.arrived_steps + (1 if arrived else -1))
-        if search.arrived_steps >= self._config.confirm_steps:
+        # Where the plan leads to another place by now, that is gone to first.
+        stands_there = arrived or not approaching
+        if stands_there and search.arrived_steps >= self._config.confirm_steps:
             end = self._end(search, frame, plan, Command(tilt_rad=command.tilt_rad))
             if end is not None:
                 return end
@@ -124,26 +126,31 @@ class Pursuit:
             plan: What led there.
             still: The command that keeps it there.
         """
-        find = (
-            reached_find(search.candidates, frame.T_world_base)
-            if plan.out_of_reach_m is None
-            else find_from(search.candidates, frame.T_world_base, plan.out_of_reach_m)
-        )
-        if find is None and not ends_search(plan):
+        find = self._come_to(search, frame, plan)
+        if find is None:
             return None
-        if find is not None:
-            doubt = self._doubt(search, find)
-            waited = search.arrived_steps - self._config.confirm_steps
-            unsure = doubt is not None or search.second_look.share(find) is None
-            if unsure and waited < self._config.second_look.enough_images:
-                why = f"looking whether that is {search.goal.display}"
-                return Pursued(command=still, state=MissionState.APPROACHING, why=why)
-            if doubt is not None:
-                why = f"what seemed to be {search.goal.display} {doubt}: going on"
-                return Pursued(command=still, state=MissionState.SEARCHING, why=why, doubted=find)
+        doubt = self._doubt(search, find)
+        waited = search.arrived_steps - self._config.confirm_steps
+        unsure = doubt is not None or search.second_look.share(find) is None
+        if unsure and waited < self._config.second_look.enough_images:
+            why = f"looking whether that is {search.goal.display}"
+            return Pursued(command=still, state=MissionState.APPROACHING, why=why)
+        if doubt is not None:
+            why = f"what seemed to be {search.goal.display} {doubt}: going on"
+            return Pursued(command=still, state=MissionState.SEARCHING, why=why, doubted=find)
         search.find = find
         why = search.found_text(frame.T_world_base)
         return Pursued(command=still, state=MissionState.FOUND, why=why)
+
+    def _come_to(self, search: Search, frame: Frame, plan: Plan) -> Find | None:
+        """Return what the robot stands before; None where nothing is there any more."""
+        candidates, here = search.candidates, frame.T_world_base
+        if plan.out_of_reach_m is not None:
+            return find_from(candidates, here, plan.out_of_reach_m)
+        find = reached_find(candidates, here)
+        if find is None and ends_search(plan):
+            return nearest_find(candidates, here)
+        return find
 
     def _doubt(self, search: Search, find: Find) -> str | None:
         """Say what speaks against a find; None where nothing does."""

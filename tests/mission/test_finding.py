@@ -54,9 +54,7 @@ def test_what_is_in_reach_goes_before_what_is_larger_behind_it():
     long = find(2.7, 30, (0, 0, 3, 3), size_m=(1.4, 0.4, 0.5))
     assert reached_find([long, stool], HERE) is long, "its end is in reach"
     unseen = find(2.0, 20)
-    assert reached_find([chair, unseen], HERE) is chair
-    assert reached_find([chair], HERE) is chair
-    assert reached_find([find(9.0, 50)], HERE) is None
+    assert reached_find([chair, unseen], HERE) is None
 
 
 @pytest.mark.parametrize(
