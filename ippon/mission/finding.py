@@ -69,12 +69,12 @@ def reached_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find
     Returns:
         The largest in view and in reach; None where there is none.
     """
-    reached = [
+    reached = (
         find
         for find in candidates
         if find.box_px is not None and _gap_m(T_world_base, find) <= ARRIVED_M
-    ]
-    return nearest_find(reached, T_world_base)
+    )
+    return max(reached, key=lambda find: find.voxels, default=None)
 
 
 def find_from(candidates: Iterable[Find], T_world_base: Float64Array, away_m: float) -> Find | None:

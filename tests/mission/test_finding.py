@@ -53,6 +53,9 @@ def test_what_is_in_reach_goes_before_what_is_larger_behind_it():
     assert nearest_find([chair, stool], HERE) is chair
     long = find(2.7, 30, (0, 0, 3, 3), size_m=(1.4, 0.4, 0.5))
     assert reached_find([long, stool], HERE) is long, "its end is in reach"
+    counter = find(4.0, 90, (0, 0, 3, 3), size_m=(4.2, 0.6, 0.9))
+    assert nearest_find([counter], HERE) is None
+    assert reached_find([counter, stool], HERE) is counter, "however far its middle is"
     unseen = find(2.0, 20)
     assert reached_find([chair, unseen], HERE) is None
 
