@@ -51,8 +51,10 @@ def load_home(text: str) -> "Scene":
             from ippon.simulation.homes.config import HomeConfig
             from ippon.simulation.homes.generator import generate_home
 
-            large = HomeConfig(layout="floor", start_count=_FLOOR_STARTS)
-            return generate_home(seed, config=large if text.startswith(LARGE_FLOOR) else None)
+            if text.startswith(LARGE_FLOOR):
+                large = HomeConfig(layout="floor", start_count=_FLOOR_STARTS)
+                return generate_home(seed, config=large)
+            return generate_home(seed)
         from ippon.simulation.loader import load_scene
 
         return load_scene(Path(text))

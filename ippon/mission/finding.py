@@ -35,8 +35,7 @@ class Ball:
 
     def touches(self, find: Find) -> bool:
         """Tell whether a find begins where this ends: then it is more of the same thing."""
-        outside = np.abs(self.centre_world - find.position_world) - 0.5 * np.array(find.size_m)
-        gap_m = float(np.linalg.norm(np.maximum(outside, 0.0))) - self.radius_m
+        gap_m = _gap_m(self.centre_world, find) - self.radius_m
         return gap_m <= max(AROUND_M, REST_SHARE * self.radius_m)
 
 
@@ -72,7 +71,7 @@ def reached_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find
     reached = (
         find
         for find in candidates
-        if find.box_px is not None and _gap_m(T_world_base, find) <= ARRIVED_M
+        if find.box_px is not None and _gap_m(T_world_base[:2, 3], find) <= ARRIVED_M
     )
     return max(reached, key=lambda find: find.voxels, default=None)
 
@@ -100,10 +99,11 @@ def distance_m(T_world_base: Float64Array, find: Find) -> float:
     return math.hypot(x - T_world_base[0, 3], y - T_world_base[1, 3])
 
 
-def _gap_m(T_world_base: Float64Array, find: Find) -> float:
-    """Return how far a find's nearest side is from the base, over the floor."""
-    off = np.abs(T_world_base[:2, 3] - find.position_world[:2]) - 0.5 * np.array(find.size_m[:2])
-    return float(np.hypot(*np.maximum(off, 0.0)))
+def _gap_m(at: Float64Array, find: Find) -> float:
+    """Return how far a find's nearest side is from a point (3,), or, over the floor, (2,)."""
+    axes = len(at)
+    outside = np.abs(at - find.position_world[:axes]) - 0.5 * np.array(find.size_m[:axes])
+    return float(np.linalg.norm(np.maximum(outside, 0.0)))
 
 
 def looked_at(frame: Frame) -> Float64Array:

@@ -37,7 +37,7 @@ class Searcher:
         return self.results[-1].snapshot
 
     def ask(self, text, goal_id=1, context=""):
-        """Set a goal as the navigator does."""
+        """Set a goal as the navigator does; returns it, and its levels."""
         resolved = resolve_object(text, MATTERPORT_40)
         goal = Goal(
             goal_id=goal_id,
@@ -46,7 +46,9 @@ class Searcher:
             context=context,
             category=resolved.category,
         )
-        self.mission.set_goal(goal, EmbeddedPrior().levels(resolved, context, MATTERPORT_40))
+        guidance = EmbeddedPrior().levels(resolved, context, MATTERPORT_40)
+        self.mission.set_goal(goal, guidance)
+        return goal, guidance
 
     def search(self, max_time_s, until=lambda _: False):
         """Search until it ends, time is up or `until` holds; returns this part's results."""

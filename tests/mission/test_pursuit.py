@@ -9,17 +9,13 @@ import pytest
 from ippon.control.follower import PathFollower
 from ippon.frame import Frame
 from ippon.geometry import wrap_angle, yaw_of
-from ippon.guidance.naming import resolve_object
-from ippon.guidance.prior import EmbeddedPrior
 from ippon.guidance.room_levels import RoomLevels
 from ippon.mission.config import MissionConfig
-from ippon.mission.goal import Goal
 from ippon.mission.pursuit import Pursuit
 from ippon.mission.search import Search
 from ippon.mission.snapshot import MissionState
 from ippon.robot import ZED
 from ippon.simulation.robot import camera_of
-from ippon.vocabulary import MATTERPORT_40
 
 
 def test_the_camera_stays_on_what_the_robot_goes_to(searcher, room):
@@ -54,15 +50,13 @@ def before_a_bed(searcher, room):
     """A robot that stands where it found a bed, and what it needs to find it once more."""
     bed = ("bed", "bed", (4.0, 1.2, 0.0), (5.9, 3.0, 0.55))
     robot = searcher([*room(6.0, 4.5), bed], 1.0, 2.0)
-    robot.ask("bed")
+    goal, guidance = robot.ask("bed")
     robot.search(60.0)
     assert robot.last.state is MissionState.FOUND
     config = MissionConfig()
-    mission, resolved = robot.mission, resolve_object("bed", MATTERPORT_40)
     follower = PathFollower(config.follower, ZED)
-    pursuit = Pursuit(config, ZED, follower, mission.voxel_map, RoomLevels(config.rooms))
-    guidance = EmbeddedPrior().levels(resolved, "", MATTERPORT_40)
-    search = Search(Goal(goal_id=1, object="bed", display="bed"), guidance, config)
+    pursuit = Pursuit(config, ZED, follower, robot.mission.voxel_map, RoomLevels(config.rooms))
+    search = Search(goal, guidance, config)
     search.candidates = robot.last.candidates
     search.arrived_steps = config.confirm_steps + config.second_look.enough_images + 2
     return robot, pursuit, search

@@ -30,7 +30,6 @@ _WIDTHS_M: Final[dict[str, float]] = {
     "laundry": 2.4,
 }
 """Usual extent along the corridor."""
-_ROWS: Final = 4
 _FULL: Final = 0.93
 """A row gets no further room when this share of it is taken; its rooms then share the rest."""
 
@@ -44,26 +43,26 @@ def plan_large_floor(rng: np.random.Generator) -> tuple[RoomPlan, ...]:
     kinds = [kind for kind, count in _ROOMS.items() for _ in range(count)]
     deck = cycle([kinds[k] for k in rng.permutation(len(kinds)).tolist()])
     crossing = snapped(length * uniform(rng, 0.3, 0.7))
-    rooms: list[RoomPlan] = []
-    y = crossing_y = 0.0
-    for row in range(_ROWS):
+    strips: list[tuple[float, float]] = []
+    y = 0.0
+    for row in range(4):
         y0, y = y, snapped(y + uniform(rng, 4.4, 5.6))
-        if row in (0, _ROWS - 1):
-            rooms += _row(deck, Rect(0.0, y0, length, y))
-        else:
-            rooms += _row(deck, Rect(0.0, y0, crossing, y))
-            rooms += _row(deck, Rect(snapped(crossing + corridor), y0, length, y))
-        if row == 1:
-            crossing_y = y0
-        else:
-            # Behind the outer rows and, across, between the corridors.
-            across = Rect(crossing, crossing_y, snapped(crossing + corridor), y)
-            along = Rect(0.0, y, length, snapped(y + corridor))
-            if row == _ROWS - 2:
-                rooms.append(RoomPlan(kind="hall", rect=across))
-            if row < _ROWS - 1:
-                rooms.append(RoomPlan(kind="hall", rect=along))
-                y = along.y1
+        strips.append((y0, y))
+        if row in (0, 2):
+            y = snapped(y + corridor)
+    (y0, y1), (y2, y3), (y4, y5), (y6, y7) = strips
+    beyond = snapped(crossing + corridor)
+    rooms = [
+        *_row(deck, Rect(0.0, y0, length, y1)),
+        RoomPlan(kind="hall", rect=Rect(0.0, y1, length, y2)),
+        *_row(deck, Rect(0.0, y2, crossing, y3)),
+        *_row(deck, Rect(beyond, y2, length, y3)),
+        *_row(deck, Rect(0.0, y4, crossing, y5)),
+        *_row(deck, Rect(beyond, y4, length, y5)),
+        RoomPlan(kind="hall", rect=Rect(crossing, y2, beyond, y5)),
+        RoomPlan(kind="hall", rect=Rect(0.0, y5, length, y6)),
+        *_row(deck, Rect(0.0, y6, length, y7)),
+    ]
     return turned(rng, rooms)
 
 

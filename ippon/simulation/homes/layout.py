@@ -198,15 +198,15 @@ def _is_well_shaped(room: RoomPlan) -> bool:
 def turned(rng: np.random.Generator, rooms: list[RoomPlan]) -> tuple[RoomPlan, ...]:
     """Mirror and transpose by chance, and put the lowest corner at the origin."""
     mirror_x, mirror_y, swap = (bool(pick(rng, (True, False))) for _ in range(3))
-    turned: list[Rect] = []
+    rects: list[Rect] = []
     for room in rooms:
         r = room.rect
         if mirror_x:
             r = Rect(-r.x1, r.y0, -r.x0, r.y1)
         if mirror_y:
             r = Rect(r.x0, -r.y1, r.x1, -r.y0)
-        turned.append(Rect(r.y0, r.x0, r.y1, r.x1) if swap else r)
-    dx, dy = min(r.x0 for r in turned), min(r.y0 for r in turned)
+        rects.append(Rect(r.y0, r.x0, r.y1, r.x1) if swap else r)
+    dx, dy = min(r.x0 for r in rects), min(r.y0 for r in rects)
     return tuple(
         RoomPlan(
             kind=room.kind,
@@ -214,5 +214,5 @@ def turned(rng: np.random.Generator, rooms: list[RoomPlan]) -> tuple[RoomPlan, .
                 round(r.x0 - dx, 2), round(r.y0 - dy, 2), round(r.x1 - dx, 2), round(r.y1 - dy, 2)
             ),
         )
-        for room, r in zip(rooms, turned, strict=True)
+        for room, r in zip(rooms, rects, strict=True)
     )
