@@ -6,7 +6,7 @@ from typing import Final
 
 from ippon.command import Command
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
-from ippon.planning.plan import Plan
+from ippon.planning.plan import NodeKind, Plan
 from ippon.robot import RobotProfile
 
 _SAME_PLACE_M: Final = 0.4
@@ -72,7 +72,7 @@ class Glance:
         if look is not None and math.hypot(x - look.x_m, y - look.y_m) > _SAME_PLACE_M:
             look = None
         if look is None:
-            look = self._worth_a_look(plan, x, y, yaw, tilt_rad)
+            look = self._worth_a_look(plan, x, y, yaw, tilt_rad) or self._at_gap(plan, x, y, yaw)
             if look is not None:
                 self._looked.append(look)
         self._look = look
@@ -97,11 +97,8 @@ class Glance:
             return None
         dx, dy = plan.target.position_world[0] - x, plan.target.position_world[1] - y
         bearing, robot = math.atan2(dy, dx), self._robot
-        for before in self._looked:
-            near = math.hypot(x - before.x_m, y - before.y_m) < _SAME_PLACE_M
-            apart = abs(wrap_angle(bearing - before.bearing_rad))
-            if near and apart < _SEEN_SHARE * robot.horizontal_fov_rad:
-                return None
+        if self._has_looked(x, y, bearing):
+            return None
         turn_s = abs(wrap_angle(bearing - yaw)) / robot.max_yaw_rate_rad_s
         tilt_s = abs(self._tilt - tilt_rad) / robot.max_tilt_rate_rad_s
         look_s = max(turn_s, tilt_s) + self._config.hold_s
@@ -109,3 +106,24 @@ class Glance:
         if plan.target.path_cost_s < look_s + straight_s + self._config.min_saving_s:
             return None
         return _Look(x, y, bearing, 2.0 * look_s + 2.0)
+
+    def _at_gap(self, plan: Plan, x: float, y: float, yaw: float) -> _Look | None:
+        """Look at floor that may lead to a room, unless the robot has something better to do."""
+        target, gap = plan.target, plan.floor_gap
+        ends = target is not None and target.kind is NodeKind.TERMINATING
+        if gap is None or ends or plan.closer_look or plan.out_of_reach_m is not None:
+            return None
+        bearing = math.atan2(gap[1] - y, gap[0] - x)
+        if self._has_looked(x, y, bearing):
+            return None
+        turn_s = abs(wrap_angle(bearing - yaw)) / self._robot.max_yaw_rate_rad_s
+        return _Look(x, y, bearing, 2.0 * (turn_s + self._config.hold_s) + 2.0)
+
+    def _has_looked(self, x: float, y: float, bearing: float) -> bool:
+        """Tell whether a look from here went that way before."""
+        return any(
+            math.hypot(x - before.x_m, y - before.y_m) < _SAME_PLACE_M
+            and abs(wrap_angle(bearing - before.bearing_rad))
+            < _SEEN_SHARE * self._robot.horizontal_fov_rad
+            for before in self._looked
+        )

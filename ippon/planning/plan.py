@@ -85,5 +85,7 @@ class Plan:
     unseen_straight_m: float = 0.0
     """How much of the straight way to the target leads over floor that was never seen; 0 where the
     path is straight or an obstacle is known to be in the way."""
+    floor_gap: tuple[float, float] | None = None
+    """World x and y of unseen floor nearby that is all that keeps the robot from a room."""
     promised_per_s: float = math.inf
     """Gain a second of the way to explore that has most of it, infinite where none is weighed."""

@@ -6,6 +6,7 @@ bounded by counts, not by a clock, so that two runs of one seed are the same run
 
 import math
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from ippon.mapping.ooi_voxels import OoiVoxels
 from ippon.planning.closer_look import CloserLooks
 from ippon.planning.config import PlannerConfig
 from ippon.planning.connection import COMFORT_M, Connector
+from ippon.planning.floor_gap import GAP_M, unseen_gap
 from ippon.planning.gaze import Look
 from ippon.planning.picture import TreePicture
 from ippon.planning.plan import Plan, Viewpoint
@@ -44,6 +46,9 @@ from ippon.robot import RobotProfile
 
 WAYPOINT_REACH_M = 0.75
 """A point that an operator chose may lie this far from where the robot can stand: on a table."""
+_GAP_STEPS: Final = 5
+_GAP_WITHIN_M: Final = 1.6
+"""Farther away than this a look down shows little of the floor."""
 _MOST_OBJECT_VOXELS = 512
 """More of them tell nothing new of where to look."""
 _BESIDE_M = 0.12
@@ -73,6 +78,8 @@ class ViewpointPlanner:
         self._patience = Patience()
         self._tree: ShortestTree | None = None
         self._second_chances = 0
+        self._since_gap = 0
+        self._gap: tuple[float, float] | None = None
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
         """Weigh everything anew for a new goal or other levels; no ray is cast for it.
@@ -192,8 +199,25 @@ class ViewpointPlanner:
             closer_look=look is not None,
             out_of_reach_m=None if look is None else look.away_m,
             unseen_straight_m=unseen_straight_m(grid, limits, margin_m, path),
+            floor_gap=self._floor_gap(reachable, x, y),
             promised_per_s=self._promised_per_s(scores),
         )
+
+    def _floor_gap(
+        self, reachable: NDArray[np.uint8], x: float, y: float
+    ) -> tuple[float, float] | None:
+        """Look for one now and then, and say so while it stays the same: most close by driving."""
+        self._since_gap += 1
+        if self._since_gap < _GAP_STEPS:
+            return None
+        self._since_gap = 0
+        floor, before = self._floor, self._gap
+        self._gap = unseen_gap(
+            floor.grid, floor.limits, floor.margin_m, reachable, (x, y), _GAP_WITHIN_M
+        )
+        if before is None or self._gap is None or math.dist(before, self._gap) > GAP_M:
+            return None
+        return self._gap
 
     def _promised_per_s(self, scores: Scores) -> float:
         explores = (scores.ratio > 0.0) & ~scores.terminating

@@ -81,6 +81,26 @@ def test_is_given_up_where_the_robot_cannot_turn():
     assert took_s < 15.0
 
 
+def test_looks_down_at_what_keeps_it_from_a_room_once():
+    plan = replace(plan_to(4.0, 0.0, cost_s=14.0, unseen_m=0.0), floor_gap=(0.0, -1.2))
+    glance = Glance(GlanceConfig(), HABITAT)
+    yaw, tilt, took_s = look(glance, plan)
+    assert yaw == pytest.approx(-0.5 * math.pi, abs=0.1)
+    assert tilt == pytest.approx(-0.7, abs=0.06)
+    assert took_s < 0.5 * math.pi / HABITAT.max_yaw_rate_rad_s + 2.0
+    assert glance.step(plan, base(0.0), 0.0, DT_S) is None
+    assert glance.step(plan, base(0.0, x=1.0), 0.0, DT_S) is not None
+
+
+@pytest.mark.parametrize("closer", [True, False])
+def test_what_may_be_the_object_comes_before_a_room(closer):
+    plan = replace(plan_to(4.0, 0.0, cost_s=14.0, unseen_m=0.0), floor_gap=(0.0, -1.2))
+    assert plan.target is not None
+    ends = replace(plan.target, kind=NodeKind.TERMINATING)
+    plan = replace(plan, closer_look=True) if closer else replace(plan, target=ends)
+    assert Glance(GlanceConfig(), HABITAT).step(plan, base(0.0), 0.0, DT_S) is None
+
+
 def test_is_dropped_when_the_robot_was_taken_elsewhere():
     glance = Glance(GlanceConfig(), HABITAT)
     assert glance.step(plan_to(0.0, 2.0, 30.0, 1.5), base(0.0), 0.0, DT_S) is not None

@@ -1,0 +1,84 @@
+"""Strips of unseen floor before rooms."""
+
+import numpy as np
+import pytest
+
+from ippon.planning.clearance import OBSTACLE, OPEN, UNSEEN, BodyLimits, FloorGrid
+from ippon.planning.floor_gap import unseen_gap
+from ippon.planning.sampling import reachable_cells
+from tests.planning.test_clearance import make_grid
+
+LIMITS = BodyLimits(
+    radius=0.2, unseen_radius=0.12, slow_clearance=0.25, slow_fraction=0.4, speed=0.8
+)
+MARGIN_M = 0.02
+HERE = (2.05, 1.55)
+
+
+def two_rooms(gap_m: float = 0.5, door_m: float = 0.9, behind_m: float = 2.0) -> FloorGrid:
+    """Two rooms of 4 m along y with a door between them, and unseen floor behind the door."""
+    kind = np.full((41, 61), OBSTACLE, np.uint8)
+    kind[2:39, 2:24] = OPEN
+    half = round(5.0 * door_m)
+    kind[20 - half : 20 + half + 1, 24:26] = OPEN
+    kind[2:39, 26 : min(59, 26 + round(10.0 * (gap_m + behind_m)))] = OPEN
+    kind[2:39, 26 : 26 + round(10.0 * gap_m)] = UNSEEN
+    return make_grid(kind, origin=(0, 0))
+
+
+def gap(grid: FloorGrid, xy: tuple[float, float] = HERE, within_m: float = 1.6):
+    reachable = reachable_cells(grid, LIMITS, *xy, MARGIN_M, 0.05)
+    assert reachable.any()
+    return unseen_gap(grid, LIMITS, MARGIN_M, reachable, xy, within_m)
+
+
+@pytest.mark.parametrize("origin", [(0, 0), (-17, 33)])
+def test_the_nearest_unseen_floor_before_a_room_is_found(origin):
+    grid = two_rooms()
+    moved = grid._replace(origin=np.array(origin))
+    xy = (HERE[0] + 0.1 * origin[0], HERE[1] + 0.1 * origin[1])
+    found = gap(moved, xy)
+    assert found is not None
+    x, y = found[0] - 0.1 * origin[0], found[1] - 0.1 * origin[1]
+    assert x == pytest.approx(2.05, abs=0.15)
+    assert y == pytest.approx(2.65, abs=0.06)
+
+
+@pytest.mark.parametrize(
+    "grid",
+    [
+        two_rooms(gap_m=0.0),
+        two_rooms(gap_m=1.2, behind_m=1.5),
+        two_rooms(door_m=0.2),
+        two_rooms(behind_m=0.2),
+    ],
+    ids=["nothing unseen", "too wide", "the body does not fit", "hardly a room behind"],
+)
+def test_nothing_to_look_at(grid):
+    assert gap(grid) is None
+
+
+def test_only_from_nearby_and_in_sight():
+    assert gap(two_rooms(), within_m=0.9) is None
+    aside = two_rooms()
+    assert gap(aside, (0.65, 2.15), within_m=2.5) is None, "the wall beside the door is before it"
+
+
+def test_another_way_into_the_room_makes_a_look_unnecessary():
+    grid = two_rooms()
+    kind = grid.kind.copy()
+    kind[4:12, 20:40] = OPEN
+    assert gap(make_grid(kind, origin=(0, 0))) is None
+
+
+def test_what_stands_in_the_gap_closes_it():
+    grid = two_rooms()
+    kind = grid.kind.copy()
+    kind[12:29, 28] = OBSTACLE
+    assert gap(make_grid(kind, origin=(0, 0))) is None
+
+
+def test_a_grid_without_a_reachable_cell_has_none():
+    grid = two_rooms()
+    nothing = np.zeros(grid.kind.shape, np.uint8)
+    assert unseen_gap(grid, LIMITS, MARGIN_M, nothing, HERE, 1.6) is None
