@@ -43,6 +43,7 @@ class _Look:
     bearing_rad: float
     left_s: float
     """It is given up after so long: where there is no room to turn, the robot is not let turn."""
+    why: str = "looking at the floor ahead, before a way round it"
     held_s: float = 0.0
 
 
@@ -55,6 +56,11 @@ class Glance:
         self._tilt = robot.within_tilt(config.tilt_rad)
         self._look: _Look | None = None
         self._looked: list[_Look] = []
+
+    @property
+    def why(self) -> str:
+        """What the robot looks at, for the operator; empty without a look."""
+        return "" if self._look is None else self._look.why
 
     def step(
         self, plan: Plan, T_world_base: Float64Array, tilt_rad: float, dt_s: float
@@ -117,7 +123,8 @@ class Glance:
         if self._has_looked(x, y, bearing):
             return None
         turn_s = abs(wrap_angle(bearing - yaw)) / self._robot.max_yaw_rate_rad_s
-        return _Look(x, y, bearing, 2.0 * (turn_s + self._config.hold_s) + 2.0)
+        left_s = 2.0 * (turn_s + self._config.hold_s) + 2.0
+        return _Look(x, y, bearing, left_s, why="looking at the floor that may lead to a room")
 
     def _has_looked(self, x: float, y: float, bearing: float) -> bool:
         """Tell whether a look from here went that way before."""

@@ -83,7 +83,7 @@ class Pursuit:
             return Pursued(
                 command=glance,
                 state=MissionState.APPROACHING if approaching else MissionState.SEARCHING,
-                why="looking at the floor ahead, before a way round it",
+                why=self._glance.why,
             )
         command = self._follower.step(
             plan, frame.T_world_base, frame.tilt_rad, self._voxel_map.arrays(), dt_s

@@ -84,6 +84,9 @@ def test_is_given_up_where_the_robot_cannot_turn():
 def test_looks_down_at_what_keeps_it_from_a_room_once():
     plan = replace(plan_to(4.0, 0.0, cost_s=14.0, unseen_m=0.0), floor_gap=(0.0, -1.2))
     glance = Glance(GlanceConfig(), HABITAT)
+    assert glance.why == ""
+    assert glance.step(plan, base(0.0), 0.0, DT_S) is not None
+    assert glance.why == "looking at the floor that may lead to a room"
     yaw, tilt, took_s = look(glance, plan)
     assert yaw == pytest.approx(-0.5 * math.pi, abs=0.1)
     assert tilt == pytest.approx(-0.7, abs=0.06)
