@@ -16,11 +16,31 @@ from app.nodes.navigator.commander import Commander
 from ippon.command import Command
 
 DRIVE = Command(linear_m_s=0.5, yaw_rate_rad_s=0.2, tilt_rad=-0.3)
+END = StampedTwist(stamp_ns=10**18, linear_m_s=0.0, yaw_rate_rad_s=0.0)
+
+
+class Heard:
+    """What reaches the robot, in order: ("twist" | "tilt", value)."""
+
+    def __init__(self, navigator, messages):
+        self._navigator, self._messages = navigator, messages
+
+    def since(self, wait_s=0.3):
+        """All since the last call that is sent within so long, however late it comes."""
+        time.sleep(wait_s)
+        # It goes after all that was sent before it.
+        self._navigator.put(f"r/{keys.CMD_VEL}", encode_twist(END))
+        found = []
+        while (message := self._messages.get(timeout=20.0)) != ("twist", END):
+            found.append(message)
+        return found
+
+    def twists(self):
+        return [value for kind, value in self.since() if kind == "twist"]
 
 
 @pytest.fixture
 def heard(sessions):
-    """Everything that reaches the robot, in order: ("twist" | "tilt", value)."""
     navigator, robot = sessions
     messages = queue.SimpleQueue()
     subscribe(robot, f"r/{keys.CMD_VEL}", lambda p: messages.put(("twist", decode_twist(p))))
@@ -33,9 +53,13 @@ def heard(sessions):
         # What is said before a subscription has come through is lost.
         for key, payload in probes.items():
             navigator.put(f"r/{key}", payload)
-        wanted -= {kind for kind, _ in drain(messages)}
+        time.sleep(0.05)
+        while not messages.empty():
+            wanted -= {messages.get()[0]}
     assert not wanted
-    return messages
+    heard = Heard(navigator, messages)
+    heard.since()
+    return heard
 
 
 @pytest.fixture
@@ -45,24 +69,11 @@ def commander(sessions, heard):
     commander.close()
 
 
-def drain(messages):
-    found = []
-    while True:
-        try:
-            found.append(messages.get(timeout=0.1))
-        except queue.Empty:
-            return found
-
-
-def twists(messages):
-    return [value for kind, value in drain(messages) if kind == "twist"]
-
-
 def test_the_tilt_comes_before_the_twist_that_a_robot_in_lock_step_waits_for(commander, heard):
     for k in range(20):
         commander.give(Command(linear_m_s=0.1, tilt_rad=0.01 * k), stamp_ns=k)
     tilt, at_stamp = None, {}
-    for kind, value in drain(heard):
+    for kind, value in heard.since():
         if kind == "tilt":
             tilt = value
         else:
@@ -72,7 +83,7 @@ def test_the_tilt_comes_before_the_twist_that_a_robot_in_lock_step_waits_for(com
 
 def test_a_command_is_repeated_while_fresh_and_then_zero(commander, heard):
     commander.give(DRIVE, stamp_ns=7)
-    sent = twists(heard)
+    sent = heard.twists()
     assert len(sent) > 5
     assert {(t.linear_m_s, t.yaw_rate_rad_s, t.stamp_ns) for t in sent[:-1]} == {(0.5, 0.2, 7)}
     assert (sent[-1].linear_m_s, sent[-1].yaw_rate_rad_s) == (0.0, 0.0)
@@ -84,13 +95,13 @@ def test_stop_is_at_once_and_holds_whatever_is_given(commander, heard):
     sent = []
     for k in range(5):
         commander.give(DRIVE, stamp_ns=2 + k)
-    sent = twists(heard)
+    sent = heard.twists()
     first_zero = next(k for k, t in enumerate(sent) if t.linear_m_s == 0.0)
     assert all(t.linear_m_s == 0.0 and t.yaw_rate_rad_s == 0.0 for t in sent[first_zero:])
     assert sent[-1].stamp_ns == 6, "a robot in lock-step is answered also while it is stopped"
     assert commander.release(if_count=commander.halts)
     commander.give(DRIVE, stamp_ns=9)
-    assert any(t.linear_m_s == 0.5 for t in twists(heard))
+    assert any(t.linear_m_s == 0.5 for t in heard.twists())
 
 
 def test_a_release_that_was_asked_for_before_a_halt_does_not_undo_it(commander, heard):
@@ -99,28 +110,28 @@ def test_a_release_that_was_asked_for_before_a_halt_does_not_undo_it(commander, 
     commander.halt()
     assert not commander.release(if_count=asked_at)
     commander.give(DRIVE, stamp_ns=1)
-    assert not any(t.linear_m_s for t in twists(heard))
+    assert not any(t.linear_m_s for t in heard.twists())
     assert commander.release(if_count=commander.halts)
 
 
 def test_nothing_moves_by_itself_after_a_release(commander, heard):
     commander.give(DRIVE, stamp_ns=1)
     commander.halt()
-    drain(heard)
+    heard.since()
     assert commander.release(if_count=commander.halts)
-    assert not any(t.linear_m_s for t in twists(heard))
+    assert not any(t.linear_m_s for t in heard.twists())
 
 
 def test_a_dropped_command_is_not_repeated(commander, heard):
     commander.give(DRIVE, stamp_ns=1)
     commander.drop()
-    sent = twists(heard)
+    sent = heard.twists()
     assert sent[-1].linear_m_s == 0.0
-    assert not any(t.linear_m_s for t in twists(heard))
+    assert not any(t.linear_m_s for t in heard.twists())
 
 
 def test_the_last_word_is_zero(sessions, heard):
     commander = Commander(sessions[0], "r", rate_hz=50.0, stale_s=10.0)
     commander.give(DRIVE, stamp_ns=1)
     commander.close()
-    assert twists(heard)[-1].linear_m_s == 0.0
+    assert heard.twists()[-1].linear_m_s == 0.0
