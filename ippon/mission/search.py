@@ -21,9 +21,10 @@ from ippon.mission.recovery import NANOSECONDS
 from ippon.mission.second_look import SecondLook
 from ippon.mission.snapshot import Find
 from ippon.mission.termination import is_small, termination_voxels
-from ippon.planning.selection import held
 from ippon.planning.surfaces import surface_scale
 
+_UNSURE: Final = 2.5
+"""So many times T_min a large thing shows at least of which the map is not sure."""
 _SPECK: Final = 0.5
 """Share of T_min that is enough where no more shows: one voxel in place of two."""
 _LARGE: Final = 1.25
@@ -71,7 +72,6 @@ class Search:
         self._termination_min = termination_voxels(
             goal.object, goal.category, config.map.voxel_size_m
         )
-        self._held_min = held(config.planner.selection, self._termination_min)
         self.arrived_steps = 0
         self.empty_steps = self.idle_steps = 0
         self._ooi_voxels = OoiVoxels(config.planner.ooi_threshold)
@@ -191,7 +191,8 @@ class Search:
 
     def _is_too_little(self, find: Find) -> bool:
         if not self._small:
-            return find.voxels <= self._held_min
+            sure = 1.0 if self.second_look.is_sure(find) else _UNSURE
+            return find.voxels <= sure * self._termination_min
         speck = self.speck_will_do and self._is_speck(find)
         return speck and not self.second_look.confirms(find)
 

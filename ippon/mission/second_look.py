@@ -170,11 +170,14 @@ class SecondLook:
             least = min(least, self._config.reconsidered_share)
         return share is not None and max(share, 0.5 * (share + self._last_share(find))) < least
 
+    def is_sure(self, find: Find) -> bool:
+        """Tell whether the map is sure of a find."""
+        return find.probability >= self._config.sure
+
     def confirms(self, find: Find) -> bool:
         """Tell whether map and images are both sure of a find, however little it is."""
         share = self.share(find)
-        sure = find.probability >= self._config.sure
-        return sure and share is not None and share >= self._config.speck_share
+        return self.is_sure(find) and share is not None and share >= self._config.speck_share
 
     def _last_share(self, find: Find) -> float:
         one = self._of(find)
@@ -185,8 +188,9 @@ class SecondLook:
         config = self._config
         if find.voxels <= self._outline_voxels:
             return config.least_share_small
-        unsure = find.probability < config.sure
-        return max(config.least_share, config.unsure_share) if unsure else config.least_share
+        if self.is_sure(find):
+            return config.least_share
+        return max(config.least_share, config.unsure_share)
 
     def _of(self, find: Find) -> _Followed | None:
         at = find.position_world
