@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from app.cli.errors import UsageError
+from ippon.atomic_file import replace_file
 from ippon.evaluation.row import EpisodeRow, row_from
 
 RUN_FILE = "run.json"
@@ -48,7 +49,7 @@ class EvaluationFolder:
             self._errors.mkdir(exist_ok=True)
             if run.is_file():
                 self._check_same(json.loads(run.read_text(encoding="utf-8")), settings)
-            _write_whole(run, json.dumps(settings, indent=1, sort_keys=True))
+            replace_file(run, json.dumps(settings, indent=1, sort_keys=True).encode())
         except OSError as error:
             raise UsageError(f"cannot write to {self.path}: {error}") from error
         except ValueError as error:
@@ -84,12 +85,12 @@ class EvaluationFolder:
     def write(self, row: EpisodeRow) -> None:
         """Add a row; an earlier failure of the same episode is forgotten."""
         text = json.dumps(dataclasses.asdict(row))
-        _write_whole(self._row_file(row.episode_id, row.method), text)
+        replace_file(self._row_file(row.episode_id, row.method), text.encode())
         self.forget_error(f"{row.episode_id}.{row.method}")
 
     def write_error(self, name: str, text: str) -> None:
         """Note that an episode, or a home, could not be worked through to its end."""
-        _write_whole(self._errors / f"{_fit_for_a_file(name)}.txt", text)
+        replace_file(self._errors / f"{_fit_for_a_file(name)}.txt", text.encode())
 
     def forget_error(self, name: str) -> None:
         """What had failed went well this time."""
@@ -177,13 +178,3 @@ def _read_row(path: Path) -> EpisodeRow:
         return row_from(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
         raise UsageError(f"{path} is damaged or of another version: {error}") from error
-
-
-def _write_whole(path: Path, text: str) -> None:
-    """Write a file so that it is there whole or not at all, also after a power cut."""
-    part = path.with_name(f".{path.name}.{os.getpid()}")
-    with part.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    part.replace(path)

@@ -3,13 +3,12 @@
 import hashlib
 import json
 import logging
-import os
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
+from ippon.atomic_file import replace_file
 from ippon.guidance.levels import LabelLevel, Level
 
 LOGGER = logging.getLogger(__name__)
@@ -63,11 +62,7 @@ class AnswerCache:
         }
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
-            with tempfile.NamedTemporaryFile(
-                "w", encoding="utf-8", dir=file.parent, suffix=".part", delete=False
-            ) as part:
-                json.dump(kept, part)
-            os.replace(part.name, file)  # noqa: PTH105 - atomic, by name
+            replace_file(file, json.dumps(kept).encode())
         except OSError as error:
             LOGGER.warning("the answer was not cached in %s: %s", file.parent, error.strerror)
 

@@ -8,6 +8,8 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
+from ippon.atomic_file import replace_file
+
 logger = logging.getLogger(__name__)
 
 
@@ -39,11 +41,9 @@ def register(navigator: RunningNavigator) -> Path | None:
     """
     folder = registry_folder()
     path = folder / f"{navigator.pid}.json"
-    partial = path.with_suffix(".part")
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        partial.write_bytes(msgspec.json.encode(navigator))
-        partial.replace(path)
+        replace_file(path, msgspec.json.encode(navigator))
     except OSError as error:
         logger.warning(
             "cannot note this navigator in %s (%s): `ippon ask` finds it with --connect %s "

@@ -7,6 +7,7 @@ from typing import Any, Final
 import yaml
 
 from app.recording.channels import Topic, quality_of_service
+from ippon.atomic_file import replace_file
 
 FILE_NAME: Final = "metadata.yaml"
 _VERSION: Final = 9
@@ -55,6 +56,4 @@ def write_bag_metadata(
         "ros_distro": "jazzy",
     }
     text = yaml.safe_dump({"rosbag2_bagfile_information": content}, sort_keys=False)
-    partial = folder / f"{FILE_NAME}.partial"
-    partial.write_text(text, "utf-8")
-    partial.replace(folder / FILE_NAME)
+    replace_file(folder / FILE_NAME, text.encode())

@@ -13,6 +13,7 @@ from app.recording.errors import RecordingError
 from app.recording.index import Span
 from app.recording.recording import Recording
 from app.recording.session import SUMMARY, THUMBNAIL, summary_of
+from ippon.atomic_file import replace_file
 
 logger = logging.getLogger(__name__)
 
@@ -157,9 +158,7 @@ def _remembered(folder: Path) -> list[SessionEntry]:
 
 
 def _remember(folder: Path, entries: list[SessionEntry]) -> None:
-    partial = folder / f"{CACHE_NAME}.partial"
     try:
-        partial.write_bytes(msgspec.json.encode(entries))
-        partial.replace(folder / CACHE_NAME)
+        replace_file(folder / CACHE_NAME, msgspec.json.encode(entries))
     except OSError as error:
         logger.info("the list of sessions is not remembered in %s: %s", folder, error.strerror)

@@ -7,6 +7,7 @@ import msgspec
 from msgspec import Meta
 
 from app.recording.errors import RecordingError
+from ippon.atomic_file import replace_file
 
 MAX_NOTES: Final = 10_000
 
@@ -52,10 +53,8 @@ def add_note(recording: Path, note: Note) -> list[Note]:
     if len(notes) > MAX_NOTES:
         raise RecordingError(f"a recording has at most {MAX_NOTES} notes")
     path = notes_path(recording)
-    partial = path.with_name(path.name + ".partial")
     try:
-        partial.write_bytes(msgspec.json.format(msgspec.json.encode(notes)))
-        partial.replace(path)
+        replace_file(path, msgspec.json.format(msgspec.json.encode(notes)))
     except OSError as error:
         raise RecordingError(f"the note cannot be written to {path}: {error.strerror}") from error
     return notes

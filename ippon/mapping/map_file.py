@@ -16,6 +16,7 @@ import numpy as np
 import zstandard
 from numpy.typing import NDArray
 
+from ippon.atomic_file import replace_file
 from ippon.errors import MapFileError
 
 MAGIC: Final = b"IPPONMAP"
@@ -96,13 +97,6 @@ def decode(content: bytes, max_bytes: int = 1 << 32) -> tuple[dict[str, Any], Ar
 def write(path: Path, header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
     """Write a file so that a crash leaves either the old one or the new one."""
     replace_file(path, encode(header, arrays))
-
-
-def replace_file(path: Path, content: bytes) -> None:
-    """Put a file in the place of another whole: a crash leaves either; raises OSError."""
-    partial = path.with_name(path.name + ".partial")
-    partial.write_bytes(content)
-    partial.replace(path)
 
 
 def read(path: Path) -> tuple[dict[str, Any], Arrays]:

@@ -4,7 +4,6 @@ import base64
 import binascii
 import hashlib
 import hmac
-import os
 import re
 import secrets
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from app.nodes.console.visitors import ROLES, Role
+from ippon.atomic_file import replace_file
 
 MIN_PASSWORD: Final = 8
 MAX_PASSWORD: Final = 1024
@@ -103,12 +103,8 @@ def add_account(path: Path, name: str, password: str, role: Role) -> bool:
     try:
         before = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
         others = [old for old in before if old.split(":", 1)[0] != name]
-        partial = path.with_name(f"{path.name}.part")
         path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-            file.write("\n".join([*others, line]) + "\n")
-        partial.replace(path)
+        replace_file(path, "".join(f"{one}\n" for one in [*others, line]).encode(), mode=0o600)
     except (OSError, UnicodeDecodeError) as error:
         raise AccountError(f"the users in {path} cannot be changed ({error})") from error
     return len(others) < len(before)

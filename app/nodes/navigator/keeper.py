@@ -16,6 +16,7 @@ import msgspec
 
 from app.messages.control import SearchRequest
 from app.nodes.navigator.goals import GoalBook, PlannedSearch
+from ippon.atomic_file import replace_file
 from ippon.errors import MapFileError
 from ippon.mapping import map_file
 from ippon.mapping.map_config import MapConfig
@@ -120,7 +121,7 @@ class Keeper:
             return
         path = _goals_path(self._path)
         try:
-            map_file.replace_file(path, content)
+            replace_file(path, content)
         except OSError as error:
             self._problem = f"the goals are not kept in {path.name}: {error.strerror or error}"
             return

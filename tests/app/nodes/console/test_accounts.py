@@ -30,7 +30,7 @@ def test_a_user_who_knows_the_password_has_a_role(users):
 def test_the_file_is_for_its_owner_only_and_holds_no_password(users):
     assert users.stat().st_mode & 0o777 == 0o600
     assert PASSWORD not in users.read_text()
-    assert not users.with_name("users.part").exists()
+    assert list(users.parent.iterdir()) == [users]
 
 
 def test_equal_passwords_look_different(users):

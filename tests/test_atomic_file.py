@@ -1,0 +1,57 @@
+"""Files that are there whole or not at all."""
+
+import errno
+import os
+import stat
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from ippon.atomic_file import replace_file
+
+
+def test_takes_the_place_of_what_was_there(tmp_path):
+    path = tmp_path / "a.json"
+    for content in (b"one", b"another"):
+        replace_file(path, content)
+        assert path.read_bytes() == content
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_has_the_permissions_that_are_asked_for(tmp_path):
+    before = os.umask(0o022)
+    try:
+        replace_file(tmp_path / "a", b"")
+        replace_file(tmp_path / "b", b"", mode=0o600)
+    finally:
+        os.umask(before)
+    modes = [stat.S_IMODE((tmp_path / name).stat().st_mode) for name in "ab"]
+    assert modes == [0o644, 0o600]
+
+
+def test_a_full_disk_leaves_what_was_there_and_nothing_beside_it(tmp_path, monkeypatch):
+    path = tmp_path / "a"
+    replace_file(path, b"one")
+
+    def full(_):
+        raise OSError(errno.ENOSPC, "no space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="no space left"):
+        replace_file(path, b"another")
+    assert path.read_bytes() == b"one"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_folder_that_is_not_there_is_an_error(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        replace_file(tmp_path / "no" / "a", b"")
+
+
+def test_writers_at_the_same_time_leave_one_of_their_files_whole(tmp_path):
+    path = tmp_path / "a"
+    contents = [bytes([k]) * 100_000 for k in range(8)]
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda content: replace_file(path, content), contents * 5))
+    assert path.read_bytes() in contents
+    assert list(tmp_path.iterdir()) == [path]
