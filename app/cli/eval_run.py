@@ -23,7 +23,7 @@ from app.cli.eval_store import EvaluationFolder
 from app.cli.eval_version import version_text
 from app.cli.eval_work import Job, WorkerSetup, list_home, run_job
 from app.cli.eval_workers import ProcessWorkers, Workers
-from app.cli.homes import LARGE_FLOOR, MAX_SEED, check_home
+from app.cli.homes import expand_homes
 from app.robot_file import PROFILES, map_config, read_profile
 from ippon.evaluation.catalogue import (
     CatalogueConfig,
@@ -43,7 +43,6 @@ from ippon.robot import HABITAT, RobotProfile
 
 EXIT_FAILED = 1
 ZED_IMAGE_WIDTH = 320
-MAX_HOMES = 100_000
 
 
 def run_evaluation(command: EvalRun) -> int:
@@ -95,28 +94,6 @@ def _workers(command: EvalRun, setup: WorkerSetup) -> Workers:
     from app.cli.eval_ray import RayWorkers
 
     return RayWorkers(next(iter(command.ray), None), command.workers, setup)
-
-
-def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
-    """Write ranges of seeds out, and check every home.
-
-    Raises:
-        UsageError: With what would work.
-    """
-    out: list[str] = []
-    for part in (p for text in homes for p in text.split(",") if p):
-        kind = LARGE_FLOOR if part.startswith(LARGE_FLOOR) else ""
-        first, colon, last = part.removeprefix(kind).partition(":")
-        if colon and first.isdigit() and last.isdigit():
-            if not int(first) <= int(last) <= MAX_SEED or int(last) - int(first) >= MAX_HOMES:
-                raise UsageError(f"homes go from a smaller seed to a larger one; got {part}")
-            out += [f"{kind}{seed}" for seed in range(int(first), int(last) + 1)]
-        else:
-            check_home(part)
-            out.append(part)
-    if not out:
-        raise UsageError("no homes: give seeds like 1001:1010, or folders")
-    return tuple(dict.fromkeys(out))
 
 
 def expand_methods(text: str) -> tuple[str, ...]:

@@ -1,5 +1,6 @@
-"""`--home`: a seed, the seed of a large floor, or a folder."""
+"""`--home`: a seed, the seed of a large floor, or a folder; `--homes`: many of them."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,8 +9,9 @@ from app.cli.errors import UsageError
 if TYPE_CHECKING:
     from ippon.simulation.scene import Scene
 
-MAX_SEED = 2**31 - 1
-LARGE_FLOOR = "floor:"
+_MAX_HOMES = 100_000
+_MAX_SEED = 2**31 - 1
+_LARGE_FLOOR = "floor:"
 """Stands before the seed of a large building's floor."""
 _FLOOR_STARTS = 24
 
@@ -22,14 +24,14 @@ def check_home(text: str) -> None:
     """
     seed = _seed_of(text)
     if seed is not None:
-        if seed > MAX_SEED:
-            raise UsageError(f"a home's seed is at most {MAX_SEED}; got {text}")
+        if seed > _MAX_SEED:
+            raise UsageError(f"a home's seed is at most {_MAX_SEED}; got {text}")
         return
     folder = Path(text)
     if not text or not folder.is_dir():
         raise UsageError(
-            f"no home {text!r}: give a seed (a whole number, for example 3), {LARGE_FLOOR}SEED for "
-            "a floor of a large building, or a folder that holds scene.glb and scene.json"
+            f"no home {text!r}: give a seed (a whole number, for example 3), {_LARGE_FLOOR}SEED "
+            "for a floor of a large building, or a folder that holds scene.glb and scene.json"
         )
     missing = [name for name in ("scene.glb", "scene.json") if not (folder / name).is_file()]
     if missing:
@@ -51,7 +53,7 @@ def load_home(text: str) -> "Scene":
             from ippon.simulation.homes.config import HomeConfig
             from ippon.simulation.homes.generator import generate_home
 
-            if text.startswith(LARGE_FLOOR):
+            if text.startswith(_LARGE_FLOOR):
                 large = HomeConfig(layout="floor", start_count=_FLOOR_STARTS)
                 return generate_home(seed, config=large)
             return generate_home(seed)
@@ -62,7 +64,33 @@ def load_home(text: str) -> "Scene":
         raise UsageError(f"home {text}: {error}") from error
 
 
+def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
+    """Write ranges of seeds out, and check every home.
+
+    Raises:
+        UsageError: With what would work.
+    """
+    out: list[str] = []
+    for part in (p for text in homes for p in text.split(",") if p):
+        kind = _LARGE_FLOOR if part.startswith(_LARGE_FLOOR) else ""
+        first, _, last = part.removeprefix(kind).partition(":")
+        lowest, highest = _number(first), _number(last)
+        if lowest is None or highest is None:
+            check_home(part)
+            out.append(part)
+            continue
+        if not lowest <= highest <= _MAX_SEED or highest - lowest >= _MAX_HOMES:
+            raise UsageError(f"homes go from a smaller seed to a larger one; got {part}")
+        out += [f"{kind}{seed}" for seed in range(lowest, highest + 1)]
+    if not out:
+        raise UsageError("no homes: give seeds like 1001:1010, or folders")
+    return tuple(dict.fromkeys(out))
+
+
 def _seed_of(text: str) -> int | None:
     """Return the seed of what is generated, None for a folder."""
-    digits = text.removeprefix(LARGE_FLOOR)
+    return _number(text.removeprefix(_LARGE_FLOOR))
+
+
+def _number(digits: str) -> int | None:
     return int(digits) if digits.isascii() and digits.isdecimal() else None

@@ -8,8 +8,9 @@ import pytest
 
 from app.cli.errors import UsageError
 from app.cli.eval_options import EvalRun
-from app.cli.eval_run import catalogue_of, expand_homes, expand_methods, run_evaluation, trial_of
+from app.cli.eval_run import catalogue_of, expand_methods, run_evaluation, trial_of
 from app.cli.eval_store import TABLE_FILE, EvaluationFolder
+from app.cli.homes import expand_homes
 from app.robot_file import template
 from ippon.evaluation.methods import ABLATIONS, METHODS
 from ippon.evaluation.row import TIMING_COLUMNS
@@ -31,6 +32,7 @@ def test_ranges_of_homes_hold_their_last(room):
         (["nowhere"], "no home 'nowhere'"),
         ([","], "no homes"),
         (["3:x"], "no home '3:x'"),
+        (["3:²"], "no home '3:²'"),
         (["floor:5:3"], "from a smaller seed to a larger one"),
         (["floor:"], "no home 'floor:'.*floor:SEED"),
     ],
