@@ -56,6 +56,7 @@ def run_evaluation(command: EvalRun) -> int:
     _check(command, methods)
     version = version_text()
     folder = EvaluationFolder(command.out)
+    folder.check_homes(homes)
     folder.open_for(_settings(command, trial, methods, version))
     screen = Console(file=sys.stderr)
     workers = _workers(command, WorkerSetup(trial=trial, catalogue=catalogue, version=version))

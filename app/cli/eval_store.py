@@ -4,6 +4,7 @@ import dataclasses
 import json
 import os
 import typing
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from app.cli.errors import UsageError
+from app.cli.homes import home_key
 from ippon.atomic_file import replace_file
+from ippon.evaluation.catalogue import home_file_name
 from ippon.evaluation.row import EpisodeRow, row_from
 
 RUN_FILE = "run.json"
@@ -34,11 +37,41 @@ class EvaluationFolder:
         self._rows = path / "rows"
         self._errors = path / "errors"
 
+    def check_homes(self, homes: Sequence[str]) -> None:
+        """Refuse homes whose rows would overwrite each other's, or those of another home.
+
+        A home goes by the last part of its path alone: rows, and what is drawn for them, do not
+        depend on where it lies.
+
+        Args:
+            homes: Seeds and folders, each once.
+
+        Raises:
+            UsageError: Two homes have one name.
+        """
+        there = dict.fromkeys(row.home for row in self._rows_by_file())
+        known: dict[str, str] = {}
+        for home in (*there, *homes):
+            first = known.setdefault(home_file_name(home), home)
+            if home_key(first) == home_key(home):
+                continue
+            if first in there:
+                raise UsageError(
+                    f"{self.path} holds rows of {first}, and {home} has the same name; use another "
+                    "folder for --out, rename the home's folder, or, if it is the one that was "
+                    f"there, make {first} a link to it"
+                )
+            raise UsageError(
+                f"{first} and {home} have the same name, so that their rows would overwrite each "
+                "other; rename one of the folders, or use a run and a folder for --out for each"
+            )
+
     def open_for(self, settings: dict[str, Any]) -> None:
         """Make the folder, or go on in one with the same settings.
 
         Args:
-            settings: "fixed" must be the same in every run of a folder; the rest is noted.
+            settings: "fixed" must be the same in every run of a folder; the rest is noted, beside
+                the "configurations" of methods that were run before.
 
         Raises:
             UsageError: The folder cannot be written, or holds other results.
@@ -48,7 +81,9 @@ class EvaluationFolder:
             self._rows.mkdir(parents=True, exist_ok=True)
             self._errors.mkdir(exist_ok=True)
             if run.is_file():
-                self._check_same(json.loads(run.read_text(encoding="utf-8")), settings)
+                old = json.loads(run.read_text(encoding="utf-8"))
+                self._check_same(old, settings)
+                settings = _with_configurations_of(old, settings)
             replace_file(run, json.dumps(settings, indent=1, sort_keys=True).encode())
         except OSError as error:
             raise UsageError(f"cannot write to {self.path}: {error}") from error
@@ -64,6 +99,14 @@ class EvaluationFolder:
                 f"{self.path} holds results of another set-up: {listed}; use another folder for "
                 "--out, or the same options"
             )
+        kept = old.get("configurations", {})
+        for method, configuration in new.get("configurations", {}).items():
+            made_with = kept.get(method, {}).get("hash", configuration["hash"])
+            if made_with != configuration["hash"] and any(self._rows.glob(f"*.{method}.json")):
+                raise UsageError(
+                    f"{self.path} holds rows of {method} with configuration {made_with}, this "
+                    f"would be {configuration['hash']}; use another folder for --out"
+                )
 
     def has(self, episode_id: str, method: str, config_hash: str) -> bool:
         """Tell whether a row is there.
@@ -112,9 +155,9 @@ class EvaluationFolder:
         Raises:
             UsageError: The folder holds no results, or damaged ones.
         """
-        files = sorted(self._rows.glob("*.json")) if self._rows.is_dir() else []
-        if files:
-            return tuple(_read_row(path) for path in files)
+        rows = self._rows_by_file()
+        if rows:
+            return rows
         table = self.path / TABLE_FILE
         if not table.is_file():
             raise UsageError(
@@ -150,8 +193,18 @@ class EvaluationFolder:
         part.replace(self.path / TABLE_FILE)
         return len(rows)
 
+    def _rows_by_file(self) -> tuple[EpisodeRow, ...]:
+        files = sorted(self._rows.glob("*.json")) if self._rows.is_dir() else []
+        return tuple(_read_row(path) for path in files)
+
     def _row_file(self, episode_id: str, method: str) -> Path:
         return self._rows / f"{episode_id}.{method}.json"
+
+
+def _with_configurations_of(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
+    """Return settings that also say with what the methods of earlier runs were run."""
+    kept = {**old.get("configurations", {}), **new.get("configurations", {})}
+    return {**new, "configurations": kept} if kept else new
 
 
 def _fit_for_a_file(name: str) -> str:

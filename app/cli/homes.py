@@ -65,7 +65,7 @@ def load_home(text: str) -> "Scene":
 
 
 def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
-    """Write ranges of seeds out, and check every home.
+    """Write ranges of seeds out, check every home, and name each once.
 
     Raises:
         UsageError: With what would work.
@@ -84,7 +84,15 @@ def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
         out += [f"{kind}{seed}" for seed in range(lowest, highest + 1)]
     if not out:
         raise UsageError("no homes: give seeds like 1001:1010, or folders")
-    return tuple(dict.fromkeys(out))
+    kept: dict[str, str] = {}
+    for home in out:
+        kept.setdefault(home_key(home), home)
+    return tuple(kept.values())
+
+
+def home_key(text: str) -> str:
+    """Return what all ways to write one home have in common: its seed, or its folder's place."""
+    return f"seed {text}" if _seed_of(text) is not None else str(Path(text).resolve())
 
 
 def _seed_of(text: str) -> int | None:

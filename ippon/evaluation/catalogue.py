@@ -89,8 +89,7 @@ class EpisodeSpec:
         return self._named("untold")
 
     def _named(self, told: str) -> str:
-        home = "".join(c if c.isalnum() or c in "_-" else "_" for c in home_name(self.home))
-        return f"{home}.{self.goal}.{self.start_index}.{told}"
+        return f"{home_file_name(self.home)}.{self.goal}.{self.start_index}.{told}"
 
     @property
     def row_ids(self) -> tuple[str, ...]:
@@ -224,6 +223,11 @@ def _specs(
 def home_name(home: str) -> str:
     """Return a seed as it is, and a folder's own name wherever it lies."""
     return home.rstrip("/").rsplit("/", maxsplit=1)[-1]
+
+
+def home_file_name(home: str) -> str:
+    """Return a home's name as it stands in those of its episodes: fit for a file."""
+    return "".join(c if c.isalnum() or c in "_-" else "_" for c in home_name(home))
 
 
 def _rng(seed: int, *names: str) -> np.random.Generator:

@@ -1,6 +1,7 @@
 import dataclasses
 import json
 import os
+import shutil
 import signal
 import time
 
@@ -22,6 +23,19 @@ def test_ranges_of_homes_hold_their_last(room):
         "1001", "1002", "1003", "7", "9", str(room),
     )  # fmt: skip
     assert expand_homes(["floor:2:3,floor:9"]) == ("floor:2", "floor:3", "floor:9")
+
+
+def test_a_home_that_is_written_in_two_ways_is_searched_once(room):
+    assert expand_homes([str(room), f"{room}/", f"{room}/../room"]) == (str(room),)
+
+
+def test_homes_of_one_name_are_refused_before_anything_starts(room, tmp_path):
+    other = tmp_path / "other" / "room"
+    shutil.copytree(room, other)
+    out = tmp_path / "out"
+    with pytest.raises(UsageError, match="have the same name"):
+        run_evaluation(EvalRun(out=out, homes=(str(room), str(other))))
+    assert not out.exists()
 
 
 @pytest.mark.parametrize(

@@ -111,3 +111,47 @@ def test_a_damaged_table_is_named(folder):
     (folder.path / TABLE_FILE).write_bytes(b"PAR1 no more")
     with pytest.raises(UsageError, match=r"episodes\.parquet is damaged"):
         folder.rows()
+
+
+def test_two_homes_of_one_name_are_refused_in_one_run(tmp_path):
+    folder = EvaluationFolder(tmp_path / "out")
+    folder.check_homes(("/a/flat1", "/a/flat2", "1", "floor:1"))
+    with pytest.raises(UsageError, match=r"/a/flat1 and /b/flat1 have the same name.*rename one"):
+        folder.check_homes(("/a/flat1", "/b/flat1"))
+    with pytest.raises(UsageError, match="/a/flat 1 and /b/flat_1 have the same name"):
+        folder.check_homes(("/a/flat 1", "/b/flat_1"))
+    with pytest.raises(UsageError, match="3 and /a/3 have the same name"):
+        folder.check_homes(("3", "/a/3"))
+    assert not folder.path.exists()
+
+
+def test_a_home_of_the_name_of_one_that_has_rows_is_refused(folder, make_row, tmp_path):
+    old = tmp_path / "a" / "flat1"
+    folder.write(make_row(episode_id="flat1.bed.0.untold", home=str(old)))
+    folder.check_homes((f"{old}/", "1"))
+    moved = tmp_path / "b" / "flat1"
+    moved.mkdir(parents=True)
+    with pytest.raises(UsageError, match=f"holds rows of {old}, and {moved} has the same name"):
+        folder.check_homes((str(moved),))
+    # What the message proposes for a home that was moved.
+    old.parent.mkdir()
+    old.symlink_to(moved)
+    folder.check_homes((str(moved),))
+
+
+def _with(**hashes):
+    configurations = {method: {"hash": h, "trial": {}} for method, h in hashes.items()}
+    return {**_SETTINGS, "configurations": configurations}
+
+
+def test_configurations_of_earlier_methods_are_kept(folder, make_row):
+    folder.open_for(_with(ippon="one"))
+    folder.open_for(_with(oracle="two"))
+    kept = folder.settings()["configurations"]
+    assert {method: c["hash"] for method, c in kept.items()} == {"ippon": "one", "oracle": "two"}
+    # Without rows nothing depends on what was noted; with rows it must stay.
+    folder.open_for(_with(ippon="three"))
+    folder.write(make_row(method="ippon", config_hash="three"))
+    with pytest.raises(UsageError, match=r"rows of ippon with configuration three, this .* four"):
+        folder.open_for(_with(ippon="four"))
+    assert folder.settings()["configurations"]["ippon"]["hash"] == "three"
