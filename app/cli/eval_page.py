@@ -2,7 +2,7 @@
 
 import json
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -13,6 +13,7 @@ from app.cli.eval_plots import failure_plot, goal_plot, interval_plot, success_c
 from app.cli.eval_store import SESSIONS
 from ippon.evaluation.catalogue import home_name
 from ippon.evaluation.methods import METHODS
+from ippon.evaluation.outcome import FAILURES, Failure
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.statistics import PairedDifference
 from ippon.evaluation.summary import (
@@ -39,9 +40,19 @@ th:first-child,td:first-child{text-align:left}td.wide{white-space:normal;text-al
 a{color:#56b4e9}
 .dim{color:var(--dim)}.warn{border-left:4px solid #E69F00;padding:8px 12px;background:#E69F0018}
 .legend span{margin-right:16px;white-space:nowrap}.legend i{display:inline-block;width:12px;
-height:12px;margin-right:6px}svg{width:100%;height:auto}
+height:12px;margin-right:6px}
+.legend b{display:inline-block;min-width:24px;margin-right:6px;vertical-align:middle}
+.legend b+b{min-width:0}svg{width:100%;height:auto}
 code{font-size:12px;overflow-wrap:anywhere;white-space:normal}
 """
+_CAUSES: Final[Mapping[Failure, str]] = {
+    "never_seen": "the object never came into view within mapping range",
+    "seen_and_missed": "it did, and the search went past it",
+    "false_stop": "the robot said found where it is not",
+    "out_of_reach": "the robot said that it sees the object and that no way leads close to it",
+    "stuck": "it did not move for the last minute",
+    "time": "the map shows the object, and time ran out before the robot stood in front of it",
+}
 _SECOND: Final = (
     '<p class="dim">With: searches for a second object where the first search ended, on its map. '
     "Without: from the same place for the same object, with an empty map. Neither counts in the "
@@ -157,11 +168,16 @@ def _methods_table(summaries: Sequence[MethodSummary]) -> str:
         )
         for s in summaries
     ]
-    names = "; ".join(f"{s.method}: {METHODS[s.method].summary}" for s in summaries)
+    names = "; ".join(f"{s.method}: {_summary_of(s.method)}" for s in summaries)
     return _table(head, body) + (
         '<p class="dim">Brackets: 95 % bootstrap intervals over homes. Times are processor time of '
         f"one core. {escape(names)}.</p>"
     )
+
+
+def _summary_of(method: str) -> str:
+    """Say what a method does; rows may come from another version, with other methods."""
+    return METHODS[method].summary if method in METHODS else "unknown to this version"
 
 
 def _pairs_table(data: ReportData) -> str:
@@ -201,12 +217,8 @@ def _effects_table(effects: Sequence[Effect]) -> str:
 
 
 def _causes() -> str:
-    return (
-        '<p class="dim">never seen: the object never came into view within mapping range; seen and '
-        "missed: it did, and the search went past it; false stop: the robot said found where it is "
-        "not; stuck: it did not move for the last minute; time: the map shows the object, and time "
-        "ran out before the robot stood in front of it.</p>"
-    )
+    listed = "; ".join(f"{cause.replace('_', ' ')}: {_CAUSES[cause]}" for cause in FAILURES)
+    return f'<p class="dim">{escape(listed)}.</p>'
 
 
 def _failed(data: ReportData) -> Iterable[str]:
@@ -215,7 +227,7 @@ def _failed(data: ReportData) -> Iterable[str]:
         return
     yield f"<details><summary>{len(failed)} failed episodes, and how to watch them</summary>"
     body = (
-        f"<tr><td>{escape(r.episode_id)}</td><td>{r.method}</td><td>{r.failure}</td>"
+        f"<tr><td>{escape(r.episode_id)}</td><td>{escape(r.method)}</td><td>{r.failure}</td>"
         f"<td>{r.distance_to_goal_m:.1f} m away</td>"
         f'<td class="wide"><code>{escape(replay_command(data.folder, r))}</code></td></tr>'
         for r in failed

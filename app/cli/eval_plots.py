@@ -1,4 +1,4 @@
-"""Plots of an evaluation as SVG text; colours are those of the console."""
+"""Plots of an evaluation as SVG text."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,11 +11,13 @@ from ippon.evaluation.outcome import FAILURES
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.summary import MethodSummary
 
-COLOURS: Final = (
+_COLOURS: Final = (
     "#D55E00", "#56B4E9", "#009E73", "#E69F00", "#CC79A7", "#0072B2", "#F0E442", "#9AA0A6",
-    "#B2DF8A", "#8C6BB1", "#E31A1C",
 )  # fmt: skip
-"""Okabe-Ito first; a method keeps its place in the report."""
+"""Okabe and Ito's, which colour-blind readers tell apart, and grey in place of black."""
+_DASHES: Final = {"solid": "none", "dashed": "9 5", "dotted": "2 4"}
+"""Line styles of CSS and the dashes that draw them; once round the colours each."""
+_MARKS: Final = {"solid": "●", "dashed": "■", "dotted": "▲"}
 _FAILURE_COLOURS: Final = {
     "never_seen": "#0072B2",
     "seen_and_missed": "#56B4E9",
@@ -28,6 +30,15 @@ _WIDTH: Final = 760
 _LEFT: Final = 150
 _RIGHT: Final = 24
 _ROW: Final = 24
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Style:
+    """How a method is drawn, so that none looks like another."""
+
+    colour: str
+    line: str
+    """Of the lines and, by the mark that goes with it, of the points."""
 
 
 @dataclass(slots=True)
@@ -48,10 +59,15 @@ class _Svg:
             f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(text)}</text>'
         )
 
-    def dot(self, x: float, y: float, colour: str, tip: str) -> None:
+    def mark(self, x: float, y: float, style: Style, tip: str) -> None:
+        points = {
+            "solid": f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5"',
+            "dashed": f'<path d="M{x - 4.5:.1f} {y - 4.5:.1f}h9v9h-9z"',
+            "dotted": f'<path d="M{x - 5.5:.1f} {y + 4.5:.1f}h11l-5.5-10z"',
+        }
+        tag = "circle" if style.line == "solid" else "path"
         self.parts.append(
-            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{colour}">'
-            f"<title>{escape(tip)}</title></circle>"
+            f'{points[style.line]} fill="{style.colour}"><title>{escape(tip)}</title></{tag}>'
         )
 
     def bar(self, x: float, y: float, width: float, colour: str, tip: str) -> None:
@@ -68,9 +84,13 @@ class _Svg:
         )
 
 
-def colour_of(methods: Sequence[str]) -> dict[str, str]:
-    """Return a colour for each method."""
-    return {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(methods)}
+def style_of(methods: Sequence[str]) -> dict[str, Style]:
+    """Return how each method is drawn; the first ones have plain lines."""
+    lines = tuple(_DASHES)
+    return {
+        name: Style(colour=_COLOURS[k % len(_COLOURS)], line=lines[k // len(_COLOURS) % len(lines)])
+        for k, name in enumerate(methods)
+    }
 
 
 def interval_plot(summaries: Sequence[MethodSummary]) -> str:
@@ -79,14 +99,14 @@ def interval_plot(summaries: Sequence[MethodSummary]) -> str:
     top = max(0.05, *(s.spl_ci95[1] for s in summaries))
     limit = min(1.0, np.ceil(top * 10.0) / 10.0)
     _axis(svg, limit, _ROW * len(summaries) + 6, "SPL")
-    colours = colour_of([s.method for s in summaries])
+    styles = style_of([s.method for s in summaries])
     for k, s in enumerate(summaries):
         y = _ROW * (k + 0.5) + 2
         low, high = (_x(v, limit) for v in s.spl_ci95)
         svg.text(_LEFT - 8, y + 4, s.method, "end")
-        svg.line(low, y, high, y, f'stroke="{colours[s.method]}" stroke-width="3"')
+        svg.line(low, y, high, y, f'stroke="{styles[s.method].colour}" stroke-width="3"')
         tip = f"{s.method}: {s.spl:.3f} [{s.spl_ci95[0]:.3f}, {s.spl_ci95[1]:.3f}]"
-        svg.dot(_x(s.spl, limit), y, colours[s.method], tip)
+        svg.mark(_x(s.spl, limit), y, styles[s.method], tip)
     return svg.finish()
 
 
@@ -101,7 +121,7 @@ def success_curves(groups: Mapping[str, Sequence[EpisodeRow]]) -> str:
         y = bottom - share * (bottom - 10.0)
         svg.line(_LEFT, y, _WIDTH - _RIGHT, y, 'stroke="currentColor" stroke-opacity="0.15"')
         svg.text(_LEFT - 8, y + 4, f"{share:.0%}", "end")
-    colours = colour_of(list(groups))
+    styles = style_of(list(groups))
     for name, rows in groups.items():
         solved = sorted(r.path_length_m for r in rows if r.success)
         points = [(_x(0.0, limit), bottom)]
@@ -111,17 +131,18 @@ def success_curves(groups: Mapping[str, Sequence[EpisodeRow]]) -> str:
         points.append((_x(limit, limit), points[-1][1]))
         path = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
         svg.parts.append(
-            f'<polyline points="{path}" fill="none" stroke="{colours[name]}" stroke-width="2">'
+            f'<polyline points="{path}" fill="none" stroke="{styles[name].colour}" '
+            f'stroke-width="2" stroke-dasharray="{_DASHES[styles[name].line]}">'
             f"<title>{escape(name)}</title></polyline>"
         )
-    return svg.finish() + legend(colours)
+    return svg.finish() + legend(styles)
 
 
 def goal_plot(table: Mapping[str, Mapping[str, tuple[float, int]]], methods: Sequence[str]) -> str:
     """Draw each method's mean SPL for each goal."""
     svg = _Svg(height=_ROW * len(table) + 48, title="SPL by goal")
     _axis(svg, 1.0, _ROW * len(table) + 6, "SPL")
-    colours = colour_of(methods)
+    styles = style_of(methods)
     for k, (goal, of) in enumerate(table.items()):
         y = _ROW * (k + 0.5) + 2
         count = max(n for _, n in of.values())
@@ -129,10 +150,10 @@ def goal_plot(table: Mapping[str, Mapping[str, tuple[float, int]]], methods: Seq
         svg.line(_LEFT, y, _WIDTH - _RIGHT, y, 'stroke="currentColor" stroke-opacity="0.15"')
         for name, (spl, n) in of.items():
             # Equal values lie side by side, not on top of each other.
-            aside = 6.0 * (list(colours).index(name) / max(1, len(colours) - 1) - 0.5)
+            aside = 6.0 * (list(styles).index(name) / max(1, len(styles) - 1) - 0.5)
             tip = f"{goal}, {name}: {spl:.3f}, {n} episodes"
-            svg.dot(_x(spl, 1.0), y + aside, colours[name], tip)
-    return svg.finish() + legend(colours)
+            svg.mark(_x(spl, 1.0), y + aside, styles[name], tip)
+    return svg.finish() + legend(styles)
 
 
 def failure_plot(summaries: Sequence[MethodSummary]) -> str:
@@ -150,14 +171,20 @@ def failure_plot(summaries: Sequence[MethodSummary]) -> str:
             if count:
                 svg.bar(x, y, width, _FAILURE_COLOURS[cause], f"{s.method}, {cause}: {count}")
             x += width
-    return svg.finish() + legend(_FAILURE_COLOURS)
-
-
-def legend(colours: Mapping[str, str]) -> str:
-    """Return a line that names the colours."""
     items = (
-        f'<span><i style="background:{colour}"></i>{escape(name.replace("_", " "))}</span>'
-        for name, colour in colours.items()
+        f'<span><i style="background:{colour}"></i>{escape(cause.replace("_", " "))}</span>'
+        for cause, colour in _FAILURE_COLOURS.items()
+    )
+    return svg.finish() + f'<p class="legend">{"".join(items)}</p>'
+
+
+def legend(styles: Mapping[str, Style]) -> str:
+    """Return a line that names each method beside its line and its mark."""
+    items = (
+        f'<span><b style="border-top:3px {style.line} {style.colour}"></b>'
+        f'<b style="color:{style.colour}">{_MARKS[style.line]}</b>'
+        f"{escape(name.replace('_', ' '))}</span>"
+        for name, style in styles.items()
     )
     return f'<p class="legend">{"".join(items)}</p>'
 

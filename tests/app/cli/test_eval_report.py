@@ -9,6 +9,7 @@ from app.cli.eval_options import EvalReport
 from app.cli.eval_page import replay_command
 from app.cli.eval_report import run_report
 from app.cli.eval_store import SESSIONS, EvaluationFolder
+from ippon.evaluation.outcome import FAILURES
 
 _SETTINGS = {
     "fixed": {"seed": 4, "robot": "zed", "image_width": 320, "voxel_size_m": 0.1},
@@ -111,3 +112,21 @@ def test_an_episode_can_be_watched(results, make_row, capsys):
 def test_nothing_to_report_is_a_clear_error(tmp_path):
     with pytest.raises(UsageError, match="holds no results"):
         run_report(EvalReport(folder=tmp_path))
+
+
+def test_a_method_of_another_version_stands_last(results, make_row, capsys):
+    results.write(make_row(method="tomorrow's", hits=3))
+    assert run_report(EvalReport(folder=results.path, json=True)) == 0
+    methods = [line["method"] for line in json.loads(capsys.readouterr().out)]
+    assert methods == ["ippon", "oracle", "tomorrow's"]
+    assert run_report(EvalReport(folder=results.path)) == 0
+    page = (results.path / "report.html").read_text()
+    assert "tomorrow&#x27;s: unknown to this version" in page
+
+
+def test_every_cause_of_a_failure_is_explained(results, capsys):
+    run_report(EvalReport(folder=results.path))
+    page = (results.path / "report.html").read_text()
+    for cause in FAILURES:
+        assert f"{cause.replace('_', ' ')}: " in page
+        assert f"{cause.replace('_', ' ')}</span>" in page
