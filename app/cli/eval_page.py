@@ -50,7 +50,8 @@ _CAUSES: Final[Mapping[Failure, str]] = {
     "seen_and_missed": "it did, and the search went past it",
     "false_stop": "the robot said found where it is not",
     "out_of_reach": "the robot said that it sees the object and that no way leads close to it",
-    "stuck": "it did not move for the last minute",
+    "collision": "it touched something and did not move from there for the last minute",
+    "stuck": "it did not move for the last minute, and had touched nothing there",
     "time": "the map shows the object, and time ran out before the robot stood in front of it",
 }
 _SECOND: Final = (

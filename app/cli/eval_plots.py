@@ -23,6 +23,7 @@ _FAILURE_COLOURS: Final = {
     "seen_and_missed": "#56B4E9",
     "false_stop": "#D55E00",
     "out_of_reach": "#009E73",
+    "collision": "#F0E442",
     "stuck": "#CC79A7",
     "time": "#E69F00",
 }

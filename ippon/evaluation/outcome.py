@@ -13,14 +13,17 @@ from ippon.simulation.scene import Instance
 
 Ending = Literal["found", "out_of_reach", "exhausted", "time"]
 Failure = Literal[
-    "none", "false_stop", "out_of_reach", "stuck", "never_seen", "seen_and_missed", "time"
-]
+    "none", "false_stop", "out_of_reach", "collision", "stuck", "never_seen", "seen_and_missed",
+    "time",
+]  # fmt: skip
 FAILURES: Final[tuple[Failure, ...]] = (
-    "never_seen", "seen_and_missed", "false_stop", "out_of_reach", "stuck", "time",
+    "never_seen", "seen_and_missed", "false_stop", "out_of_reach", "collision", "stuck", "time",
 )  # fmt: skip
 
 STUCK_AFTER_S: Final = 60.0
 STUCK_WITHIN_M: Final = 0.3
+TOUCHED_BEFORE_S: Final = 5.0
+"""A touch this long before the robot came to stand still still counts for what stopped it."""
 _SEEN_SHARE: Final = 0.0005
 """Share of the image that the object must fill to count as seen."""
 _FIND_TOLERANCE_M: Final = 0.4
@@ -59,8 +62,23 @@ def stood_still(positions: NDArray[np.float64], step_s: float) -> bool:
     return bool((np.linalg.norm(last - last[-1], axis=1) <= STUCK_WITHIN_M).all())
 
 
+def touched_there(
+    positions: NDArray[np.float64], contacts: NDArray[np.bool_], step_s: float
+) -> bool:
+    """Tell whether a robot touched something where it stands at the end, or just before.
+
+    Args:
+        positions: (N, 2) metres, one a frame.
+        contacts: (N,) whether the base touched something since the frame before.
+        step_s: Seconds between frames.
+    """
+    away = np.flatnonzero(np.linalg.norm(positions - positions[-1], axis=1) > STUCK_WITHIN_M)
+    arrived = int(away[-1]) + 1 if len(away) else 0
+    return bool(contacts[max(0, arrived - round(TOUCHED_BEFORE_S / step_s)) :].any())
+
+
 def failure_cause(
-    *, success: bool, ending: Ending, seen: bool, recognised: bool, stuck: bool
+    *, success: bool, ending: Ending, seen: bool, recognised: bool, stuck: bool, touched: bool
 ) -> Failure:
     """Name why a search failed; the first that applies.
 
@@ -70,10 +88,12 @@ def failure_cause(
         seen: The object was in the image, near enough to be mapped.
         recognised: At the end, the map held a cluster of its voxels at the object.
         stuck: The robot had not moved for the last minute of an episode that ran out of time.
+        touched: It touched something where it stands.
 
     Returns:
         `false_stop`: the robot said found where the object is not. `out_of_reach`: it said
-        that it sees the object and no way leads close to it. `stuck`: it could not move.
+        that it sees the object and no way leads close to it. `collision`: it touched something
+        and did not get away from there. `stuck`: it did not move, and touched nothing.
         `never_seen`: the object never came into view. `time`: the map shows it, and time ran out
         before the robot stood in front of it. `seen_and_missed`: it came into view, and the search
         went past it.
@@ -85,7 +105,7 @@ def failure_cause(
     if ending == "out_of_reach":
         return "out_of_reach"
     if stuck:
-        return "stuck"
+        return "collision" if touched else "stuck"
     if not seen:
         return "never_seen"
     return "time" if recognised and ending == "time" else "seen_and_missed"

@@ -85,6 +85,8 @@ class SearchRecord:
     """(N, 3) metres, the start and the end of every step that moved the base."""
     positions: NDArray[np.float64]
     """(F, 2) metres, one a frame."""
+    contacts: NDArray[np.bool_]
+    """(F,) whether the base touched something since the frame before."""
     time_s: float
     frames: int
     hits: int
@@ -102,6 +104,7 @@ class SearchRecord:
 @dataclass(slots=True, kw_only=True)
 class _Notes:
     positions: list[tuple[float, float]] = field(default_factory=list[tuple[float, float]])
+    contacts: list[bool] = field(default_factory=list[bool])
     step_s: list[float] = field(default_factory=list[float])
     first_seen_s: float = -1.0
     last: Snapshot | None = None
@@ -130,7 +133,7 @@ def search(
     base = world.base
     began_ns, began_frames, began_hits = world.stamp_ns, world.frames, world.collisions
     began_points, began_plans = len(world.trajectory) - 1, len(planner.seconds)
-    notes = _Notes()
+    notes, hits = _Notes(), began_hits
     # The generator runs observe, watch and the mission's step; the step alone is timed by
     # taking the clock when the frame is handed over.
     handed: list[tuple[float, Frame]] = []
@@ -145,6 +148,9 @@ def search(
         notes.step_s.append(cpu() - began)
         notes.last = result.snapshot
         notes.positions.append((base.x_m, base.y_m))
+        # A touch may begin and end between two frames.
+        notes.contacts.append(base.contact or world.collisions > hits)
+        hits = world.collisions
         if notes.first_seen_s < 0.0 and _is_in_view(world, judge, seen_within_m):
             notes.first_seen_s = round((world.stamp_ns - began_ns) * 1e-9, 3)
         if witness is not None:
@@ -155,6 +161,7 @@ def search(
     return SearchRecord(
         trajectory=world.trajectory[began_points:],
         positions=np.array(notes.positions),
+        contacts=np.array(notes.contacts),
         time_s=(world.stamp_ns - began_ns) * 1e-9,
         frames=world.frames - began_frames,
         hits=world.collisions - began_hits,

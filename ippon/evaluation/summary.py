@@ -42,7 +42,8 @@ class MethodSummary:
     time_s: float
     path_length_m: float
     planner_ms_p95: float
-    """95th percentile of a planner step, averaged over episodes by their frames."""
+    """Mean of the episodes' 95th percentiles of a planner step, weighted by their frames: not the
+    95th percentile of all steps."""
     realtime_factor: float
     """All simulated time over all processor time."""
     failures: dict[Failure, int]

@@ -12,7 +12,7 @@ from ippon.evaluation.catalogue import EpisodeSpec
 from ippon.evaluation.episode import EpisodeLimits
 from ippon.evaluation.methods import Method, Situation
 from ippon.evaluation.metrics import Judge
-from ippon.evaluation.outcome import failure_cause, stood_still
+from ippon.evaluation.outcome import failure_cause, stood_still, touched_there
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.search import Clocks, Rig, SearchRecord, TimedPlanner, Witness, search
 from ippon.geometry import Float64Array
@@ -50,8 +50,9 @@ class TrialConfig:
 def habitat_trial(image_width: int = 240) -> TrialConfig:
     """Return the set-up of the Habitat ObjectNav Challenge 2023.
 
-    Steps of 0.1 s, 500 s, no sliding, noise-free colour, depth and pose; an image every second
-    step, in which the robot moves at most 6 cm and turns 5 degrees.
+    Steps of 0.1 s, 500 s, no sliding, the pose free of noise; an image every second step, in which
+    the robot moves at most 6 cm and turns 5 degrees. Unlike there, colour and depth are noisy and
+    the segmentation errs, as `WorldConfig` has it.
     """
     world = WorldConfig(base=BaseConfig(sliding=False))
     limits = EpisodeLimits(time_step_s=0.1, steps_per_frame=2, max_time_s=500.0)
@@ -218,6 +219,7 @@ class Trial:
             seen=record.first_seen_s >= 0.0,
             recognised=record.recognised,
             stuck=record.ending == "time" and stood_still(record.positions, frame_s),
+            touched=touched_there(record.positions, record.contacts, frame_s),
         )
         path = _thinned(record.trajectory[:, :2])
         planner_ms = 1e3 * np.array(record.planner_s or [0.0])

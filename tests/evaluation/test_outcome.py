@@ -1,7 +1,13 @@
 import numpy as np
 import pytest
 
-from ippon.evaluation.outcome import failure_cause, is_at_instance, shows_object, stood_still
+from ippon.evaluation.outcome import (
+    failure_cause,
+    is_at_instance,
+    shows_object,
+    stood_still,
+    touched_there,
+)
 from ippon.mission.snapshot import Find
 from ippon.simulation.renderer import Rendering
 from ippon.simulation.scene import Instance
@@ -15,6 +21,8 @@ from ippon.simulation.scene import Instance
         ({"ending": "found"}, "false_stop"),
         ({"ending": "out_of_reach", "seen": True, "recognised": True}, "out_of_reach"),
         ({"ending": "time", "stuck": True, "seen": True}, "stuck"),
+        ({"ending": "time", "stuck": True, "touched": True, "seen": True}, "collision"),
+        ({"ending": "time", "touched": True}, "never_seen"),
         ({"ending": "time"}, "never_seen"),
         ({"ending": "exhausted"}, "never_seen"),
         ({"ending": "exhausted", "seen": True}, "seen_and_missed"),
@@ -24,7 +32,9 @@ from ippon.simulation.scene import Instance
     ],
 )
 def test_the_first_cause_that_applies(known, cause):
-    plain = {"success": False, "seen": False, "recognised": False, "stuck": False}
+    plain = {
+        "success": False, "seen": False, "recognised": False, "stuck": False, "touched": False,
+    }  # fmt: skip
     assert failure_cause(**{**plain, **known}) == cause
 
 
@@ -68,3 +78,23 @@ def test_a_robot_is_stuck_after_a_minute_in_one_place():
     assert not stood_still(moving, 0.2)
     moving[-301:] = moving[-1]
     assert stood_still(moving, 0.2)
+
+
+def test_what_was_touched_counts_where_the_robot_came_to_stand_and_just_before():
+    # 20 s of driving 10 m along x, 70 s standing.
+    positions = np.zeros((450, 2))
+    positions[:100, 0], positions[100:, 0] = np.linspace(0.0, 10.0, 100), 10.0
+
+    def touched(*frames: int) -> bool:
+        contacts = np.zeros(450, np.bool_)
+        contacts[list(frames)] = True
+        return touched_there(positions, contacts, 0.2)
+
+    assert not touched()
+    assert touched(100)
+    assert touched(449)
+    # Within 0.3 m from frame 97 on, and 25 frames before that.
+    assert touched(72)
+    assert not touched(71, 10)
+    still = np.zeros((10, 2))
+    assert touched_there(still, np.eye(10, dtype=np.bool_)[0], 0.2)

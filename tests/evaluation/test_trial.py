@@ -4,6 +4,7 @@ import time
 
 import pytest
 
+from ippon.command import Command
 from ippon.evaluation.catalogue import CatalogueConfig, goals_of, list_episodes
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.evaluation.methods import METHODS
@@ -91,6 +92,17 @@ def test_time_runs_out(config, scene):
     assert (row.success, row.spl, row.ending, row.failure) == (False, 0.0, "time", "never_seen")
     assert row.time_s == 2.0
     assert row.frames == 10
+
+
+@pytest.mark.parametrize(("speed", "cause"), [(0.5, "collision"), (0.0, "stuck")])
+def test_a_robot_that_stands_against_a_wall_has_collided(config, scene, monkeypatch, speed, cause):
+    def step(self, frame):
+        return dataclasses.replace(Mission.step(self, frame), command=Command(linear_m_s=speed))
+
+    monkeypatch.setattr("ippon.evaluation.trial.Mission", type("Ram", (Mission,), {"step": step}))
+    config = dataclasses.replace(config, limits=EpisodeLimits(max_time_s=75.0))
+    row = _trial(config, scene).run(_episode(scene, config, "hat"), METHODS["ippon"])
+    assert (row.ending, row.failure, row.hits) == ("time", cause, int(speed > 0.0))
 
 
 def test_times_come_from_the_clocks_that_were_given(config, scene):
