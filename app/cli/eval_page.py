@@ -25,6 +25,8 @@ from ippon.evaluation.summary import (
     spl_by_goal,
 )
 
+_RECORDING: Final = "*/metadata.yaml"
+"""Below an episode's folder of recordings, each with the time at which it was made."""
 ENOUGH_EPISODES: Final = 200
 """Below this the page says that the sample is small."""
 
@@ -68,6 +70,8 @@ class ReportData:
     rows: Sequence[EpisodeRow]
     summaries: Sequence[MethodSummary]
     comparisons: Sequence[Comparison]
+    later: Sequence[EpisodeRow]
+    """Searches for a second object and those that they are compared with; in no table of means."""
     contexts: Sequence[Effect]
     """With a truthful sentence, and without."""
     seconds: Sequence[Effect]
@@ -103,7 +107,7 @@ def report_page(data: ReportData) -> str:
         "<h2>Why searches failed</h2>",
         failure_plot(data.summaries),
         _causes(),
-        *_failed(data),
+        *_episodes(data),
         *_recorded(data),
         "<h2>Set-up</h2>",
         "<details><summary>configuration</summary><pre>",
@@ -222,18 +226,39 @@ def _causes() -> str:
     return f'<p class="dim">{escape(listed)}.</p>'
 
 
-def _failed(data: ReportData) -> Iterable[str]:
-    failed = [r for r in data.rows if not r.success]
-    if not failed:
-        return
-    yield f"<details><summary>{len(failed)} failed episodes, and how to watch them</summary>"
-    body = (
-        f"<tr><td>{escape(r.episode_id)}</td><td>{escape(r.method)}</td><td>{r.failure}</td>"
-        f"<td>{r.distance_to_goal_m:.1f} m away</td>"
-        f'<td class="wide"><code>{escape(replay_command(data.folder, r))}</code></td></tr>'
-        for r in failed
+def _episodes(data: ReportData) -> Iterable[str]:
+    """List every episode with the command that records it, and with its recordings."""
+    groups = {
+        "failed episodes": [r for r in data.rows if not r.success],
+        "episodes that found the object": [r for r in data.rows if r.success],
+        "searches for a second object, and those compared with them": data.later,
+    }
+    for what, rows in groups.items():
+        if rows:
+            lines = "".join(_episode(data.folder, row) for row in rows)
+            yield (
+                f"<details><summary>{len(rows)} {what}, and how to watch them</summary>"
+                f"<table>{lines}</table></details>"
+            )
+
+
+def _episode(folder: Path, row: EpisodeRow) -> str:
+    how = f"SPL {row.spl:.2f}" if row.success else f"{row.distance_to_goal_m:.1f} m away"
+    watch = f"<code>{escape(replay_command(folder, row))}</code>"
+    if row.kind == "second":
+        watch = "begins on the map of the search before it: watch that, or the fresh one"
+    sessions = sorted((folder / SESSIONS / f"{row.episode_id}.{row.method}").glob(_RECORDING))
+    links = " ".join(_link(folder, path.parent, "recording") for path in sessions)
+    return (
+        f"<tr><td>{escape(row.episode_id)}</td><td>{escape(row.method)}</td>"
+        f"<td>{'found' if row.success else row.failure}</td><td>{how}</td>"
+        f'<td>{links}</td><td class="wide">{watch}</td></tr>'
     )
-    yield f"<table>{''.join(body)}</table></details>"
+
+
+def _link(folder: Path, session: Path, text: str) -> str:
+    to = "/".join(quote(part) for part in session.relative_to(folder).parts)
+    return f'<a href="{to}/">{escape(text)}</a>'
 
 
 def replay_command(folder: Path, row: EpisodeRow) -> str:
@@ -244,20 +269,18 @@ def replay_command(folder: Path, row: EpisodeRow) -> str:
 
 def _recorded(data: ReportData) -> Iterable[str]:
     """List what `ippon eval replay` has recorded, to be opened."""
-    sessions = sorted((data.folder / SESSIONS).glob("*/*/metadata.yaml"))
+    sessions = sorted((data.folder / SESSIONS).glob(f"*/{_RECORDING}"))
     if not sessions:
         yield (
-            '<p class="dim">Any episode can be watched: ippon eval replay FOLDER EPISODE --method '
-            "METHOD records it for ippon review. The rows name the episodes.</p>"
+            '<p class="dim">Any episode can be watched: the command beside it records it for ippon '
+            "review.</p>"
         )
         return
     yield "<h2>Recorded episodes</h2><table>"
     for path in sessions:
-        folder = path.parent
-        link = "/".join(quote(part) for part in folder.relative_to(data.folder).parts)
-        command = shlex.join(["ippon", "review", str(folder)])
+        command = shlex.join(["ippon", "review", str(path.parent)])
         yield (
-            f'<tr><td><a href="{link}/">{escape(folder.parent.name)}</a></td>'
+            f"<tr><td>{_link(data.folder, path.parent, path.parents[1].name)}</td>"
             f'<td class="wide"><code>{escape(command)}</code></td></tr>'
         )
     yield "</table>"

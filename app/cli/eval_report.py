@@ -36,6 +36,7 @@ def run_report(command: EvalReport) -> int:
         rows=alone,
         summaries=summarise(alone),
         comparisons=compare(alone),
+        later=[row for row in rows if row.kind != "single"],
         contexts=context_effects(rows),
         seconds=second_object_effects(rows),
         errors=folder.errors(),

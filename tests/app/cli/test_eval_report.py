@@ -130,3 +130,21 @@ def test_every_cause_of_a_failure_is_explained(results, capsys):
     for cause in FAILURES:
         assert f"{cause.replace('_', ' ')}: " in page
         assert f"{cause.replace('_', ' ')}</span>" in page
+
+
+def test_every_episode_says_how_to_watch_it(results, make_row, capsys):
+    start = "1.hat.0.untold.bed"
+    results.write(make_row(episode_id=f"{start}.second", kind="second", after="hat"))
+    results.write(make_row(episode_id=f"{start}.fresh", kind="fresh", after="hat"))
+    session = results.path / SESSIONS / "1.bed.0.untold.oracle" / "2026"
+    session.mkdir(parents=True)
+    (session / "metadata.yaml").touch()
+    run_report(EvalReport(folder=results.path))
+    page = (results.path / "report.html").read_text()
+    for row in results.rows():
+        assert (replay_command(results.path, row) in page) is (row.kind != "second")
+    (line,) = [ln for ln in page.split("<tr>") if "1.bed.0.untold --method oracle" in ln]
+    assert f'<a href="{SESSIONS}/1.bed.0.untold.oracle/2026/">recording</a>' in line
+    assert page.count(">recording</a>") == 1
+    assert "3 episodes that found the object" in page
+    assert "begins on the map of the search before it" in page
