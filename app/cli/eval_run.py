@@ -8,17 +8,10 @@ from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
 from app.cli.errors import UsageError
 from app.cli.eval_options import EvalRun
+from app.cli.eval_progress import progress_bar
 from app.cli.eval_store import EvaluationFolder
 from app.cli.eval_version import version_text
 from app.cli.eval_work import Job, WorkerSetup, list_home, run_job
@@ -189,19 +182,6 @@ def _settings(
     }
 
 
-def _progress(screen: Console) -> Progress:
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[last]}"),
-        console=screen,
-    )
-
-
 def _list(
     workers: Workers, homes: Sequence[str], folder: EvaluationFolder, screen: Console
 ) -> tuple[list[EpisodeSpec], int]:
@@ -209,7 +189,7 @@ def _list(
     found: dict[str, tuple[EpisodeSpec, ...]] = {}
     dropped: list[Dropped] = []
     broken: dict[str, BaseException] = {}
-    with _progress(screen) as progress:
+    with progress_bar(screen) as progress:
         task = progress.add_task("listing episodes", total=len(homes), last="")
         for home, listed in workers.each(list_home, homes):
             name = f"home {home_name(home)}"
@@ -262,7 +242,7 @@ def _jobs(
 def _run(workers: Workers, folder: EvaluationFolder, jobs: Sequence[Job], screen: Console) -> int:
     """Run the jobs and write their rows; returns how many could not be run to their end."""
     failed = 0
-    with _progress(screen) as progress:
+    with progress_bar(screen) as progress:
         task = progress.add_task("searching", total=len(jobs), last="")
         for job, outcome in workers.each(run_job, jobs):
             name = f"{job.spec.episode_id}.{job.method}"
