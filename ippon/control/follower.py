@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ippon.command import Command
+from ippon.control.easing import within_acceleration
 from ippon.control.obstacles import near_obstacles, room_at
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mapping.arrays import MapArrays
@@ -63,12 +64,15 @@ class PathFollower:
     def __init__(self, config: FollowerConfig, robot: RobotProfile) -> None:
         self.config = config
         self._robot = robot
-        self._linear = 0.0
-        self._yaw_rate = 0.0
+        self._last = Command()
         self._turning = False
         self._settling = False
         self._reached = False
         self._blocked = False
+
+    def go_on_from(self, command: Command) -> None:
+        """Take what was commanded last in place of its own last command: others command, too."""
+        self._last = command
 
     @property
     def reached(self) -> bool:
@@ -131,7 +135,9 @@ class PathFollower:
         tilt = self._robot.within_tilt(target.tilt_rad)
         limit = self.config.angle_tolerance_rad
         self._reached = (
-            abs(yaw_error) <= limit and abs(tilt - tilt_rad) <= limit and abs(self._linear) < 0.05
+            abs(yaw_error) <= limit
+            and abs(tilt - tilt_rad) <= limit
+            and abs(self._last.linear_m_s) < 0.05
         )
         self._turning = False
         return self._ease(0.0, self._turn_rate(yaw_error, dt_s), tilt, dt_s)
@@ -145,7 +151,7 @@ class PathFollower:
         dt_s: float,
     ) -> Command:
         config, robot = self.config, self._robot
-        reach = max(config.lookahead_m, 1.5 * self._linear * dt_s)
+        reach = max(config.lookahead_m, 1.5 * self._last.linear_m_s * dt_s)
         aim = point_along(path, reach)
         off = wrap_angle(
             math.atan2(aim[1] - path[0, 1], aim[0] - path[0, 0]) - yaw_of(T_world_base)
@@ -225,9 +231,6 @@ class PathFollower:
         return math.copysign(rate, error)
 
     def _ease(self, linear: float, yaw_rate: float, tilt: float, dt_s: float) -> Command:
-        """Approach the wanted velocities as fast as the acceleration limits let the robot."""
-        up = self._robot.max_linear_acceleration_m_s2 * dt_s
-        turn = self._robot.max_yaw_acceleration_rad_s2 * dt_s
-        self._linear += min(max(linear - self._linear, -up), up)
-        self._yaw_rate += min(max(yaw_rate - self._yaw_rate, -turn), turn)
-        return Command(linear_m_s=self._linear, yaw_rate_rad_s=self._yaw_rate, tilt_rad=tilt)
+        wanted = Command(linear_m_s=linear, yaw_rate_rad_s=yaw_rate, tilt_rad=tilt)
+        self._last = within_acceleration(wanted, self._last, self._robot, dt_s)
+        return self._last

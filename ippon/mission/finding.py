@@ -120,14 +120,18 @@ def out_of_reach_text(display: str, away_m: float) -> str:
     return f"found {display}, out of reach: {away_m:.1f} m from the nearest place I can stand"
 
 
-def exhausted_text(display: str, candidates: Sequence[Find]) -> str:
+def exhausted_text(display: str, candidates: Sequence[Find], *, full: bool = False) -> str:
     """Say why a search ended without a find.
 
     Args:
         display: The object, as the operator reads it.
         candidates: What looks like it, most voxels first.
+        full: There was no place for viewpoints farther away.
     """
     text = f"{display} not found: everything reachable was seen"
+    if full:
+        text = f"{display} not found: no viewpoint is left, and no place for more"
+        text = f"{text} (planner.max_nodes)"
     if not candidates:
         return text
     x, y, _ = candidates[0].position_world

@@ -12,6 +12,7 @@ import numpy as np
 
 from ippon.command import Command
 from ippon.control.drive import DriveMode
+from ippon.control.easing import within_acceleration
 from ippon.control.follower import PathFollower
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, yaw_of
@@ -68,9 +69,9 @@ class Mission:
         self.rooms = RoomLevels(config.rooms)
         self._planner: Planner = planner or ViewpointPlanner(config.planner, robot, seed)
         self._journal = Journal()
-        follower = PathFollower(config.follower, robot)
-        self._steering = Steering(self._planner, follower, self.voxel_map, self._journal)
-        self._pursuit = Pursuit(config, robot, follower, self.voxel_map, self.rooms)
+        self._follower = PathFollower(config.follower, robot)
+        self._steering = Steering(self._planner, self._follower, self.voxel_map, self._journal)
+        self._pursuit = Pursuit(config, robot, self._follower, self.voxel_map, self.rooms)
         self._look_around = LookAround(config.look_around, robot)
         self._looked_for: tuple[str, Float64Array] | None = None
         """Object that the robot looked around for last, and where it stood."""
@@ -79,6 +80,7 @@ class Mission:
         self._state = MissionState.STARTING
         self._plan: Plan | None = None
         self._last: Frame | None = None
+        self._commanded = Command()
 
     # -- what the operator may do between two steps ------------------------------------------
 
@@ -277,7 +279,14 @@ class Mission:
         dt_s = self._travelled(frame)
         if self._search is not None:
             look_for_candidates(self._search, self.voxel_map, frame)
-        wanted = self._act(frame, dt_s)
+        self._follower.go_on_from(self._commanded)
+        wanted = within_acceleration(
+            self._act(frame, dt_s),
+            self._commanded,
+            self.robot,
+            dt_s,
+            brakes_at_once=self._steering.held is not None or self._recovery.frees,
+        )
         # The command before the filter: a robot that is kept from driving is stuck, too.
         own = wanted if self._steering.commands_followed else Command(tilt_rad=frame.tilt_rad)
         self._recovery.watch(frame.stamp_ns, frame.T_world_base, own)
@@ -286,6 +295,7 @@ class Mission:
         if kept and self._state is MissionState.LOOKING_AROUND:
             # There is no room to turn: to wait for it would take for ever.
             self._look_around.skip()
+        self._commanded = command
         return StepResult(command=command, snapshot=self._snapshot(frame, reason))
 
     def _act(self, frame: Frame, dt_s: float) -> Command:

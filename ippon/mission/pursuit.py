@@ -75,7 +75,7 @@ class Pursuit:
             return Pursued(
                 command=Command(tilt_rad=frame.tilt_rad),
                 state=MissionState.EXHAUSTED,
-                why=exhausted_text(search.goal.display, search.candidates),
+                why=exhausted_text(search.goal.display, search.candidates, full=plan.full),
             )
         approaching = ends_search(plan)
         glance = self._glance.step(plan, frame.T_world_base, frame.tilt_rad, dt_s)

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from ippon.command import Command
-from ippon.geometry import Float64Array, yaw_of
+from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.robot import RobotProfile
 
 NANOSECONDS = 1_000_000_000
@@ -55,7 +55,7 @@ class Recovery:
             return False
         x, y, yaw = self._moving_from
         moved = math.hypot(T_world_base[0, 3] - x, T_world_base[1, 3] - y)
-        if moved > self._config.moved_m or abs(yaw_of(T_world_base) - yaw) > 0.1:
+        if moved > self._config.moved_m or abs(wrap_angle(yaw_of(T_world_base) - yaw)) > 0.1:
             self._moving_since_ns = None
             return False
         return stamp_ns - self._moving_since_ns > self._config.stuck_after_s * NANOSECONDS
@@ -72,6 +72,11 @@ class Recovery:
             speed = min(self._config.back_up_m_s, self._robot.max_linear_m_s)
             return Command(linear_m_s=-speed, tilt_rad=tilt_rad)
         return Command(yaw_rate_rad_s=self._robot.max_yaw_rate_rad_s, tilt_rad=tilt_rad)
+
+    @property
+    def frees(self) -> bool:
+        """The robot is being freed."""
+        return self._freeing_since_ns is not None
 
     def watch(self, stamp_ns: int, T_world_base: Float64Array, command: Command) -> None:
         """Take note of the command that was given, to see whether the robot follows it."""

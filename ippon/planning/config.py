@@ -29,8 +29,9 @@ class PlannerConfig:
     second_chances: int = 2
     """Times a search that would end opens again what contacts closed and tries gaps that are all
     but too narrow; more tries harder and takes longer to give up."""
-    max_nodes: int = 1500
-    """Viewpoints kept at most; 1,000 m² of floor takes about 1,000."""
+    max_nodes: int = 4000
+    """Viewpoints kept at most; 1,000 m² of floor takes about 1,500. With no room left those go that
+    lie as densely as near the robot where it no longer is; more than that are not added."""
 
     def __post_init__(self) -> None:
         """Reject budgets that never get anywhere."""

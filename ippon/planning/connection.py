@@ -1,6 +1,7 @@
 """Connecting viewpoints: straight where that is free, by OMPL where it is not."""
 
 import math
+from collections.abc import Iterable
 from itertools import pairwise
 
 import numpy as np
@@ -29,7 +30,9 @@ SHORTCUT_M = 10.0
 """Corners are cut over at most this length of a path: across a hospital's floor the work would grow
 with its square."""
 RETRY_STEPS = 10
-"""Steps after which a pair that could not be joined may be tried again, if the map changed."""
+"""Changes of the floor after which what could not be joined may be tried again."""
+
+_SAME_PLACE_M = 0.05
 
 
 class Connector:
@@ -52,6 +55,8 @@ class Connector:
         self._step = 0
         self._next = 0
         self._failed: dict[tuple[int, int], int] = {}
+        self._shut_in: tuple[int, tuple[float, float], tuple[int, ...]] | None = None
+        """Step, place and nodes at which no way led from the robot into the roadmap."""
 
     @property
     def _margin(self) -> float:
@@ -72,10 +77,25 @@ class Connector:
         self._failed = {
             pair: step
             for pair, step in self._failed.items()
-            if self._step - step < RETRY_STEPS or not self._touches(pair, box)
+            if self._step - step < RETRY_STEPS or not self._in_box(self._middle(pair), box)
         }
+        self._forget(gone)
         self._rejoin(box)
         return gone
+
+    def thin_out(self, crowded: Iterable[int]) -> None:
+        """Remove nodes, and join what they joined.
+
+        Args:
+            crowded: Nodes that have others nearby.
+        """
+        gone = set(crowded)
+        orphans = {other for node in gone for other in self._road.neighbours(node)} - gone
+        for node in gone:
+            self._road.remove_node(node)
+        self._forget(gone)
+        for node in sorted(orphans):
+            self.connect(node)
 
     def connect(self, node: int) -> int:
         """Add the straight edges of a new node; returns their number."""
@@ -258,14 +278,24 @@ class Connector:
     def _plan_from_robot(
         self, x: float, y: float, nodes: NDArray[np.int64]
     ) -> list[tuple[int, float, Float64Array]]:
-        if not self._config.enabled:
+        tried = tuple(nodes.tolist())
+        if not self._config.enabled or self._is_shut_in(x, y, tried):
             return []
         for node in nodes:
             path = self._solve(np.array([x, y]), self._road.xy[node])
             time = None if path is None else self._drive_time(path, self._margin)
             if path is not None and time is not None:
                 return [(int(node), time, path)]
+        self._shut_in = self._step, (x, y), tried
         return []
+
+    def _is_shut_in(self, x: float, y: float, nodes: tuple[int, ...]) -> bool:
+        """Tell whether the same was tried from here a moment ago, and found no way."""
+        if self._shut_in is None:
+            return False
+        step, place, tried = self._shut_in
+        same = tried == nodes and math.dist(place, (x, y)) <= _SAME_PLACE_M
+        return same and self._step - step < RETRY_STEPS
 
     def _drive_time(self, path: Float64Array, margin: float) -> float | None:
         """Time along a path that begins at the robot, turns at its inner points included."""
@@ -289,11 +319,16 @@ class Connector:
             self._next += 1
             self.connect(nodes[self._next % len(nodes)])
 
-    def _touches(self, pair: tuple[int, int], box: tuple[int, int, int, int]) -> bool:
-        if not all(self._road.alive[n] for n in pair):
-            return True
-        middle = self._road.xy[list(pair)].mean(axis=0)
-        return self._in_box(middle, box)
+    def _forget(self, gone: Iterable[int]) -> None:
+        """Drop what is known of removed nodes: others will have their numbers."""
+        numbers = set(gone)
+        if numbers:
+            self._failed = {
+                pair: step for pair, step in self._failed.items() if numbers.isdisjoint(pair)
+            }
+
+    def _middle(self, pair: tuple[int, int]) -> Float64Array:
+        return self._road.xy[list(pair)].mean(axis=0)
 
     def _in_box(self, point: Float64Array, box: tuple[int, int, int, int]) -> bool:
         grid = self._floor.grid

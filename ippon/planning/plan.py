@@ -87,5 +87,7 @@ class Plan:
     path is straight or an obstacle is known to be in the way."""
     floor_gap: tuple[float, float] | None = None
     """World x and y of unseen floor nearby that is all that keeps the robot from a room."""
+    full: bool = False
+    """No viewpoint more is kept: what lies beyond those that there are stays unseen."""
     promised_per_s: float = math.inf
     """Gain a second of the way to explore that has most of it, infinite where none is weighed."""

@@ -26,7 +26,7 @@ from ippon.planning.promise import promise, waits
 from ippon.planning.regions import RegionWeights
 from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampler import Sampler
-from ippon.planning.sampling import STANDABLE, cell_centres, reachable_cells
+from ippon.planning.sampling import STANDABLE, cell_centres, crowded_nodes, reachable_cells
 from ippon.planning.selection import (
     Commitment,
     Patience,
@@ -51,6 +51,8 @@ _GAP_WITHIN_M: Final = 1.6
 """Farther away than this a look down shows little of the floor."""
 _MOST_OBJECT_VOXELS = 512
 """More of them tell nothing new of where to look."""
+_THIN_STEPS: Final = 5
+"""A roadmap that is full all the same is looked through no more often than this."""
 _BESIDE_M = 0.12
 """A viewpoint this near to the robot is where it stands."""
 
@@ -80,6 +82,7 @@ class ViewpointPlanner:
         self._second_chances = 0
         self._since_gap = 0
         self._gap: tuple[float, float] | None = None
+        self._since_thinned = 0
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
         """Weigh everything anew for a new goal or other levels; no ray is cast for it.
@@ -162,6 +165,7 @@ class ViewpointPlanner:
         grid, limits = self._floor.grid, self._floor.limits
         reachable = reachable_cells(grid, limits, x, y, self._floor.margin_m, COMFORT_M)
         objects = self._objects.update(map_arrays)[0][:_MOST_OBJECT_VOXELS]
+        self._make_room(objects, x, y)
         saturated = self._sampler.add(objects, reachable, x, y)
         self._add_root(objects, map_arrays, x, y)
         seeds, tree = self._grow_tree(reachable, x, y, yaw)
@@ -201,6 +205,7 @@ class ViewpointPlanner:
             unseen_straight_m=unseen_straight_m(grid, limits, margin_m, path),
             floor_gap=self._floor_gap(reachable, x, y),
             promised_per_s=self._promised_per_s(scores),
+            full=self._road.room == 0,
         )
 
     def _floor_gap(
@@ -269,6 +274,26 @@ class ViewpointPlanner:
         self._views.forget(node)
         if self._target == node:
             self._target = self._path = self._commitment = None
+
+    def _make_room(self, voxels: Float64Array, x: float, y: float) -> None:
+        """Thin out a full roadmap where the robot no longer is: it was sampled densely there."""
+        config, road = self.config, self._road
+        self._since_thinned += 1
+        if road.room > config.samples_per_step or self._since_thinned < _THIN_STEPS:
+            return
+        self._since_thinned = 0
+        nodes = road.nodes
+        xy = road.xy[nodes]
+        worth: Float64Array = self._views.potential[nodes].astype(np.float64)
+        worth[np.hypot(xy[:, 0] - x, xy[:, 1] - y) <= config.sampling.local_radius_m] = math.inf
+        worth[nodes == self._target] = math.inf
+        if len(voxels):
+            away = np.linalg.norm(xy[:, None] - voxels[None, :, :2], axis=2).min(axis=1)
+            worth[away <= config.sampling.object_reach_m] = math.inf
+        crowded = [int(nodes[k]) for k in crowded_nodes(xy, worth, config.sampling.spacing_m)]
+        self._connector.thin_out(crowded)
+        for node in crowded:
+            self._forget(node)
 
     def _add_root(self, voxels: Float64Array, arrays: MapArrays, x: float, y: float) -> None:
         """Evaluate where the robot stands, too, once the object is within reach from there.
@@ -385,7 +410,7 @@ class ViewpointPlanner:
         return look
 
     def _score(self, tree: ShortestTree) -> Scores:
-        n, views, selection = self._road.count, self._views, self.config.selection
+        n, views, selection = len(tree.cost), self._views, self.config.selection
         eligible = views.potential[:n] >= selection.min_gain
         yaw = views.yaw[:n].copy()
         for node in np.flatnonzero(views.termination[:n] > held(selection, self._termination_min)):

@@ -8,6 +8,7 @@ each move of the root and each change of the map, and nothing is lost when the r
 
 import math
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 from numba import njit
@@ -16,6 +17,9 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.planning.clearance import BodyLimits, FloorGrid, can_stand, move_between, straight_move
 from ippon.planning.shortest_tree import Seeds, ShortestTree, solve_tree
+
+_RESERVE: Final = 64
+"""Nodes for viewpoints round an object, and for where the robot stands."""
 
 
 class Roadmap:
@@ -66,6 +70,18 @@ class Roadmap:
             self._remove_edge(int(edge))
         self.alive[node] = False
         self._free.append(node)
+
+    @property
+    def room(self) -> int:
+        """Nodes that can still be added to cover the floor; a few more are for what is found."""
+        left = len(self._free) + self.capacity - self.count
+        return max(0, left - min(_RESERVE, self.capacity // 8))
+
+    def neighbours(self, node: int) -> list[int]:
+        """List the nodes that a node has an edge to."""
+        ends = self._ends[: self._edges]
+        mine = ends[(ends == node).any(axis=1)]
+        return [int(n) for n in mine.ravel() if n != node]
 
     def has_edge(self, a: int, b: int) -> bool:
         """Tell whether a move between two nodes is known."""

@@ -63,6 +63,8 @@ class Sampler:
             (np.ones_like(reachable), config.spacing_m, left),
         ):
             for _ in range(min(share, left)):
+                if mask is not objects and not self._road.room:
+                    break
                 xy = self._road.xy[self._road.nodes]
                 places = np.argwhere(open_places(reachable * mask, grid, xy, spacing))
                 if not len(places) or not self._add_one(places):

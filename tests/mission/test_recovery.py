@@ -1,4 +1,5 @@
 import dataclasses
+import math
 
 import pytest
 
@@ -82,3 +83,14 @@ def test_a_clock_that_starts_anew_is_no_reason_to_count_as_stuck() -> None:
     recovery.watch(S, HERE, DRIVE)
     assert not recovery.blocked(2 * S, HERE, contact=False)
     assert recovery.blocked(4 * S, HERE, contact=False), "it counts from the new clock on"
+
+
+@pytest.mark.parametrize("yaw", [0.0, math.pi])
+def test_a_robot_whose_pose_trembles_is_stuck_whichever_way_it_faces(yaw: float) -> None:
+    recovery = Recovery(RecoveryConfig(stuck_after_s=2.0), ZED)
+    blocked = False
+    for k in range(40):
+        here = base_pose(1.0, 2.0, 0.0, yaw + 1e-3 * (-1) ** k)
+        blocked = blocked or recovery.blocked(k * S // 5, here, contact=False)
+        recovery.watch(k * S // 5, here, DRIVE)
+    assert blocked

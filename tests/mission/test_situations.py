@@ -239,6 +239,39 @@ def test_a_robot_whose_wheels_do_not_turn_for_a_while_recovers(searcher, room):
     assert robot.last.state is MissionState.FOUND
 
 
+@pytest.mark.parametrize("held_still", [False, True])
+def test_nobody_commands_more_than_the_body_can_follow(searcher, room, held_still):
+    """Neither the look around, a pause on the way, nor the way back from an obstacle."""
+    robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(40.0, lambda r: r.command.linear_m_s > 0.5)
+    if held_still:
+        for _ in range(30):
+            robot.results.append(robot.mission.step(robot.world.observe()))
+            robot.world.step(None, 0.2)
+        assert events(robot.results, "contact")
+    else:
+        robot.mission.pause()
+        robot.results.append(robot.mission.step(robot.world.observe()))
+        assert robot.results[-1].command.linear_m_s == 0.0, "at once"
+        for _ in range(5):
+            robot.world.step(robot.results[-1].command, 0.2)
+            robot.results.append(robot.mission.step(robot.world.observe()))
+        robot.mission.resume()
+        robot.world.step(robot.results[-1].command, 0.2)
+    robot.search(60.0)
+    assert robot.last.state is MissionState.FOUND
+    speeds = np.array([r.command.linear_m_s for r in robot.results])
+    rates = np.array([r.command.yaw_rate_rad_s for r in robot.results])
+    for values, most in (
+        (speeds, ZED.max_linear_acceleration_m_s2),
+        (rates, ZED.max_yaw_acceleration_rad_s2),
+    ):
+        faster = np.maximum(np.abs(values[1:]) - np.abs(values[:-1]), 0.0)
+        assert faster.max() > 0.0
+        assert faster.max() <= 0.2 * most + 1e-9
+
+
 LOW = RobotProfile(
     name="low",
     spheres=upright_body(0.3, 0.7, 0.05),

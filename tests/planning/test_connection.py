@@ -95,6 +95,47 @@ def test_a_pair_that_failed_is_not_solved_twice_while_nothing_changes(two_rooms,
     assert len(solved) == 1
 
 
+def test_a_node_with_the_number_of_a_removed_one_is_tried_anew(two_rooms):
+    joined = Joined(two_rooms(0.0), base_pose(2.0, 2.85, 0.0, 0.0))
+    joined.add(3.3, 2.85)
+    lost = joined.add(4.5, 2.85)
+    cells = np.full(joined.floor.grid.kind.shape, 2, dtype=np.uint8)
+    assert not joined.connector.bridge(joined.tree()[1], cells)
+    joined.connector.thin_out([lost])
+    joined.connector.thin_out([joined.add(2.7, 1.3)])
+    assert joined.add(2.7, 3.6) == lost, "its number is given anew"
+    assert not joined.connector._failed
+
+
+def test_thinning_out_joins_what_the_removed_ones_joined(dense_map):
+    joined = Joined(dense_map().room((0.8, 0.8), (5.6, 5.6)), base_pose(1.6, 2.85, 0.0, 0.0))
+    nodes = [joined.add(1.6 + 0.3 * k, 2.85) for k in range(12)]
+    assert joined.road.neighbours(nodes[0])
+    joined.connector.thin_out(nodes[2:8] + nodes[10:])
+    left = [nodes[k] for k in (0, 1, 8, 9)]
+    assert joined.road.nodes.tolist() == left
+    assert np.isfinite(joined.tree()[1].cost[left]).all()
+    assert joined.road.has_edge(nodes[0], nodes[8])
+
+
+def test_a_robot_that_is_shut_in_does_not_plan_the_same_again(two_rooms, monkeypatch):
+    joined = Joined(two_rooms(0.0), base_pose(2.0, 2.85, 0.0, 0.0))
+    joined.add(4.5, 2.85)
+    solved = []
+    monkeypatch.setattr(Connector, "_solve", lambda *_: solved.append(1))
+    box = (0, 10_000, 0, 10_000)
+    for step in range(30):
+        assert len(joined.connector.seeds(3.4, 2.85, 0.0, None, None).node) == 0
+        if step >= 10:
+            joined.connector.follow(box)
+    assert 1 <= len(solved) <= 3, "again only after the floor has changed"
+    joined.connector.seeds(3.0, 2.85, 0.0, None, None)
+    assert len(solved) <= 4
+    before = len(solved)
+    joined.connector.seeds(3.4, 2.85, 0.0, None, None)
+    assert len(solved) == before + 1, "and from elsewhere"
+
+
 def test_the_robot_enters_the_roadmap_along_its_path_or_straight(two_rooms):
     joined = Joined(two_rooms(1.0), base_pose(3.3, 2.85, 0.0, 0.0))
     node = joined.add(4.75, 2.85)

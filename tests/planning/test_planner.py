@@ -14,6 +14,7 @@ from ippon.planning.clearance import move_between
 from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind, Plan
 from ippon.planning.planner import ViewpointPlanner
+from ippon.planning.sampling import SamplingConfig
 from ippon.planning.selection import select
 from ippon.robot import HABITAT, ZED
 
@@ -70,6 +71,52 @@ def test_a_closed_room_that_was_seen_is_exhausted(dense_map):
     assert len(plan.tree.parents) > 8, "low-gain nodes stay as a road map"
     assert (plan.tree.kinds[1:] == NodeKind.MINIMAL).all()
     assert_consistent(plan, volume)
+
+
+def reveal(volume, low_m, high_m):
+    """Show a part along x of a corridor 2 m wide and 16 m long."""
+    for low, high, state in (
+        ((low_m, 0.7, -0.1), (high_m, 2.9, 2.0), OCCUPIED),
+        ((max(0.9, low_m), 0.8, 0.0), (high_m, 2.8, 2.0), FREE),
+    ):
+        volume.fill(low, high, state, ooi=0.0, level=1)
+    return volume
+
+
+def test_a_full_roadmap_makes_room_for_what_lies_farther_away(dense_map):
+    """It fills up along the way, and what lies beyond is explored all the same."""
+    planner = make(max_nodes=70, sampling=SamplingConfig(local_spacing_m=0.3))
+    volume, x = reveal(dense_map((19.2, 4.0, 2.4)), 0.8, 3.6), 1.6
+    for _ in range(110):
+        plan = planner.step(volume.arrays(), base_pose(x, 1.8, 0.0, 0.0), -0.2)
+        assert not plan.exhausted
+        if x < 12.8:
+            reveal(volume, x + 2.0, x + 2.2)
+            x += 0.15
+    assert plan.target is not None
+    assert plan.target.position_world[0] > 13.0
+    assert len(plan.tree.parents) <= 71
+    assert_consistent(plan, volume)
+
+
+def test_a_roadmap_that_is_full_for_good_says_so(dense_map):
+    volume = reveal(dense_map((19.2, 4.0, 2.4)), 0.8, 14.0)
+    planner = make(max_nodes=10)
+    plan = run(planner, volume, 40, base_pose(1.6, 1.8, 0.0, 0.0))
+    assert plan.full
+    assert plan.exhausted
+    assert not run(make(), volume, 40, base_pose(1.6, 1.8, 0.0, 0.0)).full
+
+
+def test_what_if_is_answered_after_a_viewpoint_was_added_late(dense_map):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
+    volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
+    planner = make()
+    plan = run(planner, volume, 12)
+    planner._sampler.add_at(np.array([2.35, 1.65]))
+    preview = planner.preview(volume.arrays(), cues=True)
+    assert preview is not None
+    assert preview.position_world == plan.target.position_world
 
 
 def test_a_door_to_the_unknown_attracts(dense_map):
