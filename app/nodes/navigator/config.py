@@ -28,8 +28,8 @@ class NavigatorConfig:
     sees; 0 never shows it any."""
     seed: int = 0
     """Of the planner's samples."""
-    command_hz: float = 20.0
-    """Rate of the command stream."""
+    command_hz: float = 30.0
+    """Rate of the command stream: a robot hears something every 33 ms, whatever planning takes."""
     stale_s: float = 0.5
     """A command is repeated for at most this long after the frame that it answers."""
     lost_s: float = 1.0

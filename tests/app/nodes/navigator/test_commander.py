@@ -13,6 +13,7 @@ from app.messages.motion import (
     encode_twist,
 )
 from app.nodes.navigator.commander import Commander
+from app.nodes.navigator.config import NavigatorConfig
 from ippon.command import Command
 
 DRIVE = Command(linear_m_s=0.5, yaw_rate_rad_s=0.2, tilt_rad=-0.3)
@@ -87,6 +88,15 @@ def test_a_command_is_repeated_while_fresh_and_then_zero(commander, heard):
     assert len(sent) > 5
     assert {(t.linear_m_s, t.yaw_rate_rad_s, t.stamp_ns) for t in sent[:-1]} == {(0.5, 0.2, 7)}
     assert (sent[-1].linear_m_s, sent[-1].yaw_rate_rad_s) == (0.0, 0.0)
+
+
+def test_the_stream_pauses_for_less_than_50_ms_between_commands(sessions, heard):
+    commander = Commander(sessions[0], "r", rate_hz=NavigatorConfig().command_hz, stale_s=10.0)
+    commander.give(DRIVE, stamp_ns=1)
+    sent = [kind for kind, _ in heard.since(wait_s=2.0)]
+    commander.close()
+    assert sent.count("twist") >= 40 + 1, "on the average"
+    assert sent.count("tilt") == sent.count("twist")
 
 
 def test_stop_is_at_once_and_holds_whatever_is_given(commander, heard):
