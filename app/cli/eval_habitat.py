@@ -1,6 +1,5 @@
 """`ippon eval habitat`: the search in habitat-lab's own environment, on its own data."""
 
-import importlib
 import json
 import sys
 import time
@@ -9,6 +8,7 @@ from typing import Any
 
 from app.cli.errors import UsageError
 from app.cli.eval_options import EvalHabitat
+from app.habitat.link import HabitatProcessError, RemoteEnv
 from ippon.evaluation.habitat_agent import IpponAgent
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.segmentation.config import SegmentationConfig
@@ -20,12 +20,6 @@ MEASURES = ("success", "spl", "soft_spl", "distance_to_goal")
 
 def run_habitat(command: EvalHabitat) -> int:
     """Search every episode of habitat's data set; one JSON object a line."""
-    try:
-        habitat: Any = importlib.import_module("habitat")
-    except ImportError as error:
-        raise UsageError(
-            f"habitat-lab and habitat-sim are not installed here ({error}); see docs/habitat.md"
-        ) from error
     if command.episodes is not None and command.episodes < 1:
         raise UsageError(f"--episodes is at least 1; got {command.episodes}")
     try:
@@ -35,16 +29,18 @@ def run_habitat(command: EvalHabitat) -> int:
         raise UsageError(str(error)) from error
     prior = EmbeddedPrior()
     agent = IpponAgent(segmenter, lambda resolved, labels: prior.levels(resolved, "", labels))
-    config = habitat.get_config(str(command.config), list(command.overrides))
     results: list[dict[str, Any]] = []
-    with (
-        habitat.Env(config=config) as env,
-        command.out.open("w", encoding="utf-8") as out,
-    ):
-        for result in run_episodes(env, agent, command.episodes or len(env.episodes)):
-            results.append(result)
-            print(json.dumps(result), file=out, flush=True)
-            print(f"{len(results)}: {json.dumps(result)}", file=sys.stderr)
+    try:
+        with (
+            RemoteEnv(command.python, str(command.config), command.overrides) as env,
+            command.out.open("w", encoding="utf-8") as out,
+        ):
+            for result in run_episodes(env, agent, command.episodes or env.episode_count):
+                results.append(result)
+                print(json.dumps(result), file=out, flush=True)
+                print(f"{len(results)}: {json.dumps(result)}", file=sys.stderr)
+    except HabitatProcessError as error:
+        raise UsageError(str(error)) from error
     means = {name: sum(r[name] for r in results) / len(results) for name in MEASURES}
     print(json.dumps({"episodes": len(results), **means}))
     return 0
@@ -54,7 +50,8 @@ def run_episodes(env: Any, agent: IpponAgent, count: int) -> Iterator[dict[str, 
     """Run episodes in a `habitat.Env`.
 
     Args:
-        env: With the measures of ObjectNav and the challenge's velocity actions.
+        env: A `habitat.Env` or a `RemoteEnv`, with the measures of ObjectNav and the challenge's
+            velocity actions.
         agent: Searches.
         count: How many.
 

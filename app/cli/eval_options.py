@@ -93,6 +93,8 @@ class EvalHabitat:
 
     config: Positional[Path]
     """habitat's YAML of the benchmark, with the challenge's sensors and velocity actions."""
+    python: Path
+    """Interpreter of the environment that has habitat-sim and habitat-lab."""
     out: Path = Path("habitat.jsonl")
     """One JSON object an episode."""
     segmentation: Literal["san", "clipseg", "owlv2"] = "san"
