@@ -43,9 +43,10 @@ def console_rows(_: int, quick: bool) -> Iterator[Row]:
 
 
 def planner_rows(_: int, __: bool) -> Iterator[Row]:
-    """Measure the planner on a large floor; there is nothing to choose."""
-    from tests.benchmarks import large_floor
+    """Measure single viewpoints, and the planner on a large floor; there is nothing to choose."""
+    from tests.benchmarks import large_floor, viewpoint_cost
 
+    yield from viewpoint_cost.viewpoint_rows()
     yield from large_floor.planner_rows()
 
 
