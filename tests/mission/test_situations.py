@@ -6,7 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from ippon.mission.config import MissionConfig
 from ippon.mission.snapshot import MissionState
+from ippon.mission.travel_pitch import TravelPitchConfig
 from ippon.robot import ZED, RobotProfile, upright_body
 
 
@@ -237,6 +239,22 @@ def test_a_robot_whose_wheels_do_not_turn_for_a_while_recovers(searcher, room):
     assert events(held, "contact"), "it notices without a bumper"
     robot.search(90.0)
     assert robot.last.state is MissionState.FOUND
+
+
+@pytest.mark.parametrize("sweep", [True, False])
+def test_the_camera_sweeps_while_the_robot_explores(searcher, room, sweep):
+    config = MissionConfig(travel_pitch=TravelPitchConfig(sweep=sweep))
+    wall = ("wall", "wall", (9.0, 0.0, 0.0), (9.1, 2.9, 2.5))
+    robot = searcher([*room(12.0, 4.0), wall], 1.0, 2.0, config=config)
+    robot.ask("toilet")
+    results = robot.search(30.0)
+    tilts = [
+        r.command.tilt_rad
+        for r in results
+        if r.snapshot.state is MissionState.SEARCHING and r.command.linear_m_s > 0.4
+    ]
+    assert len(tilts) > 10, "two seconds"
+    assert bool(np.ptp(tilts) > 0.5) is sweep
 
 
 @pytest.mark.parametrize("held_still", [False, True])

@@ -73,6 +73,16 @@ def test_a_closed_room_that_was_seen_is_exhausted(dense_map):
     assert_consistent(plan, volume)
 
 
+def test_viewpoints_with_little_left_to_see_look_the_way_the_robot_comes(dense_map):
+    tree = run(make(), dense_map().room((0.8, 0.8), (4.8, 4.8)), 25).tree
+    places, yaws = tree.positions_world[:, :2], tree.yaws_rad
+    way = places[1:] - places[tree.parents[1:]]
+    facing = np.column_stack([np.cos(yaws[1:]), np.sin(yaws[1:])])
+    assert (tree.kinds[1:] == NodeKind.MINIMAL).all()
+    ahead = (way * facing).sum(axis=1) / np.linalg.norm(way, axis=1)
+    np.testing.assert_allclose(ahead, 1.0, atol=1e-6)
+
+
 def reveal(volume, low_m, high_m):
     """Show a part along x of a corridor 2 m wide and 16 m long."""
     for low, high, state in (
