@@ -1,13 +1,18 @@
 """`ippon eval run --ray` on a cluster of this machine."""
 
+import dataclasses
 import importlib.util
 
 import pytest
 
 from app.cli.errors import UsageError
+from app.cli.eval_options import EvalRun
 from app.cli.eval_ray import RayWorkers
+from app.cli.eval_run import run_evaluation
+from app.cli.eval_store import EvaluationFolder
 from app.cli.eval_work import WorkerSetup
 from ippon.evaluation.catalogue import CatalogueConfig
+from ippon.evaluation.row import TIMING_COLUMNS
 from ippon.evaluation.trial import habitat_trial
 
 pytestmark = pytest.mark.skipif(
@@ -37,6 +42,28 @@ def test_results_and_errors_come_back_and_dead_workers_are_replaced():
     assert (outcomes[4], outcomes[8]) == (2, 4)
     assert "7 is odd" in str(outcomes[7])
     assert isinstance(outcomes[13], Exception)
+
+
+@pytest.mark.process
+@pytest.mark.slow
+def test_a_cluster_and_a_process_of_this_machine_write_the_same_rows(room, tmp_path):
+    command = EvalRun(
+        out=tmp_path / "alone", homes=(str(room),), objects="chair,hat",
+        methods="ippon,nearest_frontier,oracle", robot="zed", image_width=64, max_time_s=20.0,
+    )  # fmt: skip
+    assert run_evaluation(command) == 0
+    assert (
+        run_evaluation(dataclasses.replace(command, out=tmp_path / "ray", ray=(), workers=2)) == 0
+    )
+    alone, ray = (
+        [
+            {k: v for k, v in dataclasses.asdict(row).items() if k not in TIMING_COLUMNS}
+            for row in EvaluationFolder(tmp_path / name).rows()
+        ]
+        for name in ("alone", "ray")
+    )
+    assert len(alone) == 6
+    assert alone == ray
 
 
 def test_a_cluster_that_does_not_answer_is_named():
