@@ -298,6 +298,10 @@ class Mission:
         self._commanded = command
         return StepResult(command=command, snapshot=self._snapshot(frame, reason))
 
+    def not_followed(self) -> None:
+        """Take note that the robot was kept from driving as commanded: it starts from rest."""
+        self._commanded = Command()
+
     def _act(self, frame: Frame, dt_s: float) -> Command:
         """Plan, and choose who commands: recovery, the operator, the look around or the pursuit."""
         search, steering = self._search, self._steering

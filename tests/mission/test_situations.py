@@ -290,6 +290,16 @@ def test_nobody_commands_more_than_the_body_can_follow(searcher, room, held_stil
         assert faster.max() <= 0.2 * most + 1e-9
 
 
+def test_a_robot_that_was_kept_from_driving_starts_from_rest(searcher, room):
+    robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(40.0, lambda r: r.command.linear_m_s > 0.5)
+    robot.mission.not_followed()
+    robot.world.step(None, 0.2)
+    command = robot.mission.step(robot.world.observe()).command
+    assert 0.0 < command.linear_m_s <= 0.2 * ZED.max_linear_acceleration_m_s2 + 1e-9
+
+
 LOW = RobotProfile(
     name="low",
     spheres=upright_body(0.3, 0.7, 0.05),

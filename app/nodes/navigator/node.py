@@ -40,6 +40,7 @@ from ippon.command import Command
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 from ippon.mission.mission import Mission
+from ippon.mission.safeguard import moves_base
 from ippon.mission.snapshot import Snapshot
 
 logger = logging.getLogger(__name__)
@@ -201,6 +202,8 @@ class Navigator:
             self._mission.voxel_map.arrays(),
             waypoint.xy if waypoint is not None else None,
         )
+        if moves_base(result.command) and not moves_base(command):
+            self._mission.not_followed()
         self._report.command_given(command)
         answered = self._watch.lap("answer", self._intake.arrived_at)
         self._map.publish(snapshot)
