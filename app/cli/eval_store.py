@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import os
 import typing
 from collections.abc import Sequence
 from pathlib import Path
@@ -188,9 +187,9 @@ class EvaluationFolder:
             f.name: [getattr(row, f.name) for row in rows] for f in dataclasses.fields(EpisodeRow)
         }
         table = pa.table(columns, schema=_schema())
-        part = self.path / f".{TABLE_FILE}.{os.getpid()}"
-        pq.write_table(table, part, compression="zstd")
-        part.replace(self.path / TABLE_FILE)
+        content = pa.BufferOutputStream()
+        pq.write_table(table, content, compression="zstd")
+        replace_file(self.path / TABLE_FILE, content.getvalue().to_pybytes())
         return len(rows)
 
     def _rows_by_file(self) -> tuple[EpisodeRow, ...]:

@@ -128,10 +128,10 @@ def exhausted_text(display: str, candidates: Sequence[Find], *, full: bool = Fal
         candidates: What looks like it, most voxels first.
         full: There was no place for viewpoints farther away.
     """
-    text = f"{display} not found: everything reachable was seen"
+    why = "everything reachable was seen"
     if full:
-        text = f"{display} not found: no viewpoint is left, and no place for more"
-        text = f"{text} (planner.max_nodes)"
+        why = "no viewpoint is left, and no place for more (planner.max_nodes)"
+    text = f"{display} not found: {why}"
     if not candidates:
         return text
     x, y, _ = candidates[0].position_world

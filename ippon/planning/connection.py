@@ -1,7 +1,7 @@
 """Connecting viewpoints: straight where that is free, by OMPL where it is not."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection
 from itertools import pairwise
 
 import numpy as np
@@ -83,17 +83,16 @@ class Connector:
         self._rejoin(box)
         return gone
 
-    def thin_out(self, crowded: Iterable[int]) -> None:
+    def thin_out(self, crowded: Collection[int]) -> None:
         """Remove nodes, and join what they joined.
 
         Args:
             crowded: Nodes that have others nearby.
         """
-        gone = set(crowded)
-        orphans = {other for node in gone for other in self._road.neighbours(node)} - gone
-        for node in gone:
+        orphans = self._road.neighbours(crowded)
+        for node in crowded:
             self._road.remove_node(node)
-        self._forget(gone)
+        self._forget(crowded)
         for node in sorted(orphans):
             self.connect(node)
 
@@ -319,10 +318,10 @@ class Connector:
             self._next += 1
             self.connect(nodes[self._next % len(nodes)])
 
-    def _forget(self, gone: Iterable[int]) -> None:
+    def _forget(self, gone: Collection[int]) -> None:
         """Drop what is known of removed nodes: others will have their numbers."""
-        numbers = set(gone)
-        if numbers:
+        if gone:
+            numbers = set(gone)
             self._failed = {
                 pair: step for pair, step in self._failed.items() if numbers.isdisjoint(pair)
             }

@@ -7,6 +7,7 @@ each move of the root and each change of the map, and nothing is lost when the r
 """
 
 import math
+from collections.abc import Collection
 from itertools import pairwise
 from typing import Final
 
@@ -77,11 +78,11 @@ class Roadmap:
         left = len(self._free) + self.capacity - self.count
         return max(0, left - min(_RESERVE, self.capacity // 8))
 
-    def neighbours(self, node: int) -> list[int]:
-        """List the nodes that a node has an edge to."""
+    def neighbours(self, nodes: Collection[int]) -> set[int]:
+        """Return the other nodes that any of some nodes has an edge to."""
         ends = self._ends[: self._edges]
-        mine = ends[(ends == node).any(axis=1)]
-        return [int(n) for n in mine.ravel() if n != node]
+        touching = np.isin(ends, list(nodes)).any(axis=1)
+        return set(ends[touching].ravel().tolist()).difference(nodes)
 
     def has_edge(self, a: int, b: int) -> bool:
         """Tell whether a move between two nodes is known."""

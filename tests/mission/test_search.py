@@ -119,9 +119,10 @@ def test_what_is_mere_outline_depends_on_the_voxels_size(searching, voxel_m, aga
         ("mug", (0.3, 0.2, 0.2), 6, None),
         ("book", (1.8, 0.3, 0.3), 60, None),
         ("toilet", (0.1, 0.1, 0.3), 3, "shows too little to be sure"),
+        ("toilet", (0.3, 0.2, 0.2), 4, "shows too little to be sure"),
         ("toilet", (0.4, 0.5, 0.4), 20, None),
     ],
-    ids=["a bin for a mug", "a mug", "a row of books", "a strip of wall", "a toilet"],
+    ids=["a bin for a mug", "a mug", "a row of books", "a strip of wall", "a part", "a toilet"],
 )
 def test_a_find_has_the_size_of_the_object(searching, goal, size_m, voxels, doubt):
     search = searching(0.9, goal=goal)

@@ -110,7 +110,7 @@ def test_a_node_with_the_number_of_a_removed_one_is_tried_anew(two_rooms):
 def test_thinning_out_joins_what_the_removed_ones_joined(dense_map):
     joined = Joined(dense_map().room((0.8, 0.8), (5.6, 5.6)), base_pose(1.6, 2.85, 0.0, 0.0))
     nodes = [joined.add(1.6 + 0.3 * k, 2.85) for k in range(12)]
-    assert joined.road.neighbours(nodes[0])
+    assert joined.road.neighbours([nodes[0]])
     joined.connector.thin_out(nodes[2:8] + nodes[10:])
     left = [nodes[k] for k in (0, 1, 8, 9)]
     assert joined.road.nodes.tolist() == left
