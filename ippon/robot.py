@@ -13,6 +13,8 @@ LEAST_STEP_M: Final = 0.01
 MOST_M: Final = 30.0
 MOST_SPHERES: Final = 500
 """Each is looked at for every command."""
+_ROUND_SHARE: Final = 0.9
+"""A body is taken for round if it is as wide as this share of the circle that holds it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,6 +25,11 @@ class CollisionSphere:
     y_m: float
     z_m: float
     radius_m: float
+
+
+def _holds(outer: tuple[float, float, float], inner: tuple[float, float, float]) -> bool:
+    """Tell whether a disc (x, y, radius) holds another one."""
+    return math.dist(outer[:2], inner[:2]) + inner[2] <= outer[2]
 
 
 def upright_body(
@@ -137,6 +144,32 @@ class RobotProfile:
     def radius_m(self) -> float:
         """Radius of the circle round the base's centre that holds every sphere."""
         return max(math.hypot(s.x_m, s.y_m) + s.radius_m for s in self.spheres)
+
+    @property
+    def half_width_m(self) -> float:
+        """How far the body reaches to either side of the line that the base's centre drives on."""
+        return max(abs(s.y_m) + s.radius_m for s in self.spheres)
+
+    @property
+    def is_round(self) -> bool:
+        """The body turns wherever it stands: its heading does not matter, or hardly."""
+        return self.half_width_m > _ROUND_SHARE * self.radius_m
+
+    @property
+    def passing_radius_m(self) -> float:
+        """Radius of the circle that fits wherever the body can drive straight ahead."""
+        return self.radius_m if self.is_round else self.half_width_m
+
+    @property
+    def outline(self) -> tuple[tuple[float, float, float], ...]:
+        """Discs that hold the body seen from above: x, y in the base frame and radius, metres.
+
+        One circle for a body that is round or nearly so: its heading does not matter then.
+        """
+        if self.is_round:
+            return ((0.0, 0.0, self.radius_m),)
+        discs = {(s.x_m, s.y_m, s.radius_m) for s in self.spheres}
+        return tuple(sorted(d for d in discs if not any(_holds(e, d) for e in discs - {d})))
 
     @property
     def height_m(self) -> float:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from ippon.robot import HABITAT, ZED, CollisionSphere, RobotProfile, upright_body
+from tests.long_robot import LONG
 
 
 @pytest.mark.parametrize("robot", [ZED, HABITAT])
@@ -76,3 +77,19 @@ def test_where_the_floor_comes_into_view() -> None:
     assert up.floor_in_view_m == math.inf
     short = dataclasses.replace(fixed, max_depth_m=1.5)
     assert short.floor_in_view_m == math.inf, "the floor is 2 m away along the lowest ray"
+
+
+def test_a_round_body_is_one_circle_from_above() -> None:
+    for robot in (ZED, HABITAT):
+        assert robot.outline == ((0.0, 0.0, robot.radius_m),)
+        assert robot.passing_radius_m == robot.radius_m
+    flat = dataclasses.replace(ZED, spheres=upright_body(0.4, 0.3, 0.05))
+    assert flat.is_round
+    assert flat.outline == ((0.0, 0.0, flat.radius_m),)
+
+
+def test_a_long_body_is_the_discs_that_no_other_holds() -> None:
+    assert not LONG.is_round
+    assert LONG.outline == ((-0.2, 0.0, 0.27), (0.0, 0.0, 0.27), (0.2, 0.0, 0.27))
+    assert LONG.radius_m == pytest.approx(0.47)
+    assert LONG.half_width_m == LONG.passing_radius_m == pytest.approx(0.27)

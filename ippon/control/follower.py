@@ -7,10 +7,10 @@ import numpy as np
 
 from ippon.command import Command
 from ippon.control.easing import within_acceleration
-from ippon.control.obstacles import near_obstacles, room_at
+from ippon.control.obstacles import GRACE_M, disc_room, near_obstacles
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mapping.arrays import MapArrays
-from ippon.planning.along_path import point_along, remaining_path
+from ippon.planning.along_path import point_along, poses_along, remaining_path
 from ippon.planning.connection import HERE_M
 from ippon.planning.plan import Plan, Viewpoint
 from ippon.robot import RobotProfile
@@ -151,11 +151,14 @@ class PathFollower:
         dt_s: float,
     ) -> Command:
         config, robot = self.config, self._robot
-        reach = max(config.lookahead_m, 1.5 * self._last.linear_m_s * dt_s)
+        reach = max(config.lookahead_m, 1.5 * abs(self._last.linear_m_s) * dt_s)
         aim = point_along(path, reach)
         off = wrap_angle(
             math.atan2(aim[1] - path[0, 1], aim[0] - path[0, 0]) - yaw_of(T_world_base)
         )
+        backwards = self._must_back(off, T_world_base, map_arrays)
+        if backwards:
+            path, off = path[:2], wrap_angle(off - math.pi)
         threshold = config.go_on_rad if self._turning else config.turn_in_place_rad
         self._turning = abs(off) > threshold
         rate = self._turn_rate(off, dt_s)
@@ -166,24 +169,39 @@ class PathFollower:
         remaining = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
         reach = 0.5 * robot.max_linear_m_s**2 / braking + 0.4
         obstacles = near_obstacles(map_arrays, robot, T_world_base, reach + robot.radius_m)
-        room, free = self._look_ahead(path, obstacles, reach)
+        room, free = self._look_ahead(path, obstacles, reach, backwards=backwards)
         speed = robot.max_linear_m_s * self._caution(room) * max(0.2, math.cos(1.5 * off))
         self._blocked = free < 0.02
-        rate = self._steer_clear(T_world_base, max(speed, 0.2), rate, obstacles)
+        if not backwards:
+            rate = self._steer_clear(T_world_base, max(speed, 0.2), rate, obstacles)
         for distance in (remaining, free):
             # At a coarse rate the robot still drives for a whole step after the command.
             speed = min(speed, math.sqrt(2.0 * braking * distance), distance / (1.5 * dt_s))
-        return self._ease(speed, rate, tilt, dt_s)
+        return self._ease(-speed if backwards else speed, rate, tilt, dt_s)
+
+    def _must_back(self, off: float, T_world_base: Float64Array, map_arrays: MapArrays) -> bool:
+        """Tell whether a long body lacks the room to turn to a path that leads back."""
+        robot = self._robot
+        if robot.is_round or not robot.can_reverse or abs(off) < 0.5 * math.pi:
+            return False
+        obstacles = near_obstacles(map_arrays, robot, T_world_base, robot.radius_m + GRACE_M)
+        turn = np.linspace(0.0, off, math.ceil(abs(off) / 0.1) + 1)
+        here = np.tile(T_world_base[:2, 3], (len(turn), 1))
+        poses = np.column_stack([here, yaw_of(T_world_base) + turn])
+        room = disc_room(robot.outline, poses, obstacles)
+        return bool(room.min() < min(-GRACE_M, float(room[0]) - 0.01))
 
     def _look_ahead(
-        self, path: Float64Array, obstacles: Float64Array, reach: float
+        self, path: Float64Array, obstacles: Float64Array, reach: float, *, backwards: bool
     ) -> tuple[float, float]:
         """Return the room beside the body soon, and how far along the path it is free."""
         if len(obstacles) == 0:
             return math.inf, math.inf
         steps = np.arange(0.0, reach, 0.04)
-        points = np.array([point_along(path, s) for s in steps])
-        room = room_at(points, obstacles) - self._robot.radius_m
+        poses = poses_along(path, steps)
+        if backwards:
+            poses[:, 2] += math.pi
+        room = disc_room(self._robot.outline, poses, obstacles)
         # A voxel is up to half its edge off the surface, and standing too close already is no
         # reason to stay: it must only not get closer.
         needed = np.minimum(-self.config.overlap_m, room[0] - 0.01)
@@ -211,11 +229,17 @@ class PathFollower:
         half = 0.5 * rates[:, None] * t
         chord = speed * t * np.sinc(half / math.pi)
         heading = yaw_of(T_world_base) + half
-        points = T_world_base[:2, 3] + np.stack(
-            [chord * np.cos(heading), chord * np.sin(heading)], axis=2
+        poses = np.stack(
+            [
+                T_world_base[0, 3] + chord * np.cos(heading),
+                T_world_base[1, 3] + chord * np.sin(heading),
+                heading + half,
+            ],
+            axis=2,
         )
-        room = room_at(points.reshape(-1, 2), obstacles).reshape(len(rates), -1).min(axis=1)
-        short = np.maximum(0.0, self.config.side_margin_m - (room - self._robot.radius_m))
+        room = disc_room(self._robot.outline, poses.reshape(-1, 3), obstacles)
+        room = room.reshape(len(rates), -1).min(axis=1)
+        short = np.maximum(0.0, self.config.side_margin_m - room)
         cost = np.abs(rates - rate) / limit + self.config.side_weight * short
         return float(rates[int(np.argmin(cost))])
 

@@ -4,14 +4,17 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from ippon.frame import Frame
-from ippon.geometry import Float64Array, transform_points
+from ippon.geometry import Float64Array, transform_points, yaw_of
 from ippon.mapping.arrays import OCCUPIED, MapArrays
 from ippon.planning.columns import ColumnBands
 from ippon.planning.voxels import block_row
 from ippon.robot import RobotProfile
 
+GRACE_M = 0.02
+"""A voxel is up to half its edge off the surface: this much overlap is not yet a collision."""
 _MOST_PIXELS = 6000
 """Pixels of a depth image that are looked at, on an even raster."""
 _FEWEST_POINTS = 4
@@ -100,11 +103,24 @@ def seen_obstacles(
     x = (u * step - camera.cx) / camera.fx * z
     y = (v * step - camera.cy) / camera.fy * z
     points = transform_points(frame.T_world_camera, np.stack([x, y, z], axis=1))
-    away = np.hypot(*(points[:, :2] - frame.T_world_base[:2, 3]).T)
-    inside = (away <= radius_m) & (away > robot.radius_m - 0.5 * voxel_size)
+    offset = points[:, :2] - frame.T_world_base[:2, 3]
+    inside = np.hypot(*offset.T) <= radius_m
+    inside &= _outside_body(robot, offset, yaw_of(frame.T_world_base), 0.5 * voxel_size)
     inside &= points[:, 2] >= bands.body_low * voxel_size
     inside &= points[:, 2] < (bands.body_high + 1) * voxel_size
     return _middles(points[inside, :2], voxel_size)
+
+
+def _outside_body(
+    robot: RobotProfile, offset: Float64Array, yaw: float, within_m: float
+) -> NDArray[np.bool_]:
+    """Tell which (N, 2) points, seen from the base, lie no more than so far inside the body."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    outside = np.ones(len(offset), dtype=np.bool_)
+    for x, y, radius in robot.outline:
+        away = np.hypot(offset[:, 0] - (c * x - s * y), offset[:, 1] - (s * x + c * y))
+        outside &= away > radius - within_m
+    return outside
 
 
 def _middles(points: Float64Array, cell_m: float) -> Float64Array:
@@ -142,9 +158,22 @@ def body_room(robot: RobotProfile, poses: Float64Array, obstacles: Float64Array)
     discs = {(s.x_m, s.y_m): 0.0 for s in robot.spheres}
     for s in robot.spheres:
         discs[s.x_m, s.y_m] = max(discs[s.x_m, s.y_m], s.radius_m)
+    return disc_room(tuple((x, y, radius) for (x, y), radius in discs.items()), poses, obstacles)
+
+
+def disc_room(
+    discs: tuple[tuple[float, float, float], ...], poses: Float64Array, obstacles: Float64Array
+) -> Float64Array:
+    """Return the room that discs leave at each pose; see `body_room`.
+
+    Args:
+        discs: x and y in the base frame, and radius, metres, as in `RobotProfile.outline`.
+        poses: (N, 3) x, y and yaw.
+        obstacles: (M, 2) points.
+    """
     room = np.full(len(poses), np.inf)
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    for (x, y), radius in discs.items():
+    for x, y, radius in discs:
         centres = np.column_stack([poses[:, 0] + x * c - y * s, poses[:, 1] + x * s + y * c])
         room = np.minimum(room, room_at(centres, obstacles) - radius)
     return room

@@ -6,14 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from ippon.command import Command
-from ippon.control.obstacles import body_room, near_obstacles, seen_obstacles
+from ippon.control.obstacles import GRACE_M, body_room, near_obstacles, seen_obstacles
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.robot import RobotProfile
 
-GRACE_M = 0.02
-"""A voxel is up to half its edge off the surface: this much overlap is not yet a collision."""
 _SHARES = (1.0, 0.75, 0.5, 0.3, 0.15, 0.0)
 
 

@@ -311,6 +311,9 @@ class Mission:
         if self._recovery.blocked(frame.stamp_ns, frame.T_world_base, frame.contact):
             self._journal.note("contact", "blocked: marking what is ahead and backing off")
             self._planner.mark_contact(frame.T_world_base)
+            if self._state is MissionState.LOOKING_AROUND and not self.robot.is_round:
+                # There is no room to turn a long body here.
+                self._look_around.skip()
         plan = self._plan = self._planner.step(
             self._guided(frame), frame.T_world_base, frame.tilt_rad
         )

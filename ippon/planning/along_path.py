@@ -18,6 +18,18 @@ def point_along(path: Float64Array, distance: float) -> Float64Array:
     return path[-1]
 
 
+def poses_along(path: Float64Array, distances: Float64Array) -> Float64Array:
+    """Return (N, 3) x, y and yaw of a body that drives along a (K, 2) path, at distances on it."""
+    points = np.array([point_along(path, distance) for distance in distances])
+    steps = np.diff(path, axis=0)
+    length = np.hypot(steps[:, 0], steps[:, 1])
+    steps, ends = steps[length > 0.0], np.cumsum(length[length > 0.0])
+    if not len(steps):
+        return np.column_stack([points, np.zeros(len(points))])
+    piece = np.minimum(np.searchsorted(ends, distances), len(steps) - 1)
+    return np.column_stack([points, np.arctan2(steps[piece, 1], steps[piece, 0])])
+
+
 def remaining_path(path: Float64Array, x: float, y: float) -> Float64Array:
     """Return what is left of a (K, 2) path for a robot at (x, y) near it, the robot first."""
     at, _ = _beside(path, x, y)

@@ -15,6 +15,8 @@ OBSTACLE: Final = 2
 
 NO_SITE: Final = 32767
 """Offset where no site lies within the cut-off."""
+_TURN_STEP_RAD: Final = 0.1
+"""Headings of a turn that are checked lie so far apart: 5 cm at the end of a metre."""
 
 
 class FloorGrid(NamedTuple):
@@ -33,8 +35,16 @@ class FloorGrid(NamedTuple):
     """Cells beyond which sites are not looked for."""
 
 
+ROUND: Final[Float64Array] = np.zeros((0, 4))
+"""Discs of a body that is a circle, or so nearly one that its heading does not matter."""
+
+
 class BodyLimits(NamedTuple):
-    """How close the body may come to things, and how that slows it down."""
+    """How close the body may come to things, and how that slows it down.
+
+    A long body turns only where the circle that holds it has room, but drives straight ahead
+    wherever its discs do: through doors that are narrower than it is long.
+    """
 
     radius: float
     """Radius of the circle that holds the body, metres."""
@@ -47,6 +57,13 @@ class BodyLimits(NamedTuple):
     """Fraction of the top speed that is left when something all but touches."""
     speed: float
     """Top speed, metres a second."""
+    half_width: float = 0.0
+    """Half of what a long body needs to either side, metres; of a round one `radius` says it."""
+    unseen_half_width: float = 0.0
+    """Of a long body, what `unseen_radius` is of the circle."""
+    discs: Float64Array = ROUND
+    """(K, 4) a long body from above, driven either way: x and y before and beside the base's
+    centre, radius, and how far from there unseen floor must be, metres."""
 
 
 def update_sites(
@@ -151,6 +168,93 @@ def seen_at(grid: FloorGrid, x: float, y: float, radius: float) -> bool:
 
 
 @njit(cache=True, nogil=True)
+def passing_radius(limits: BodyLimits) -> float:
+    """Return the radius of the circle that fits wherever the body can drive straight ahead."""
+    return limits.radius if limits.discs.shape[0] == 0 else limits.half_width
+
+
+@njit(cache=True, nogil=True)
+def passing_unseen_radius(limits: BodyLimits) -> float:
+    """Return how far from the centre of that circle unseen floor must be."""
+    return limits.unseen_radius if limits.discs.shape[0] == 0 else limits.unseen_half_width
+
+
+@njit(cache=True, nogil=True)
+def room_facing(grid: FloorGrid, limits: BodyLimits, x: float, y: float, yaw: float) -> float:
+    """Return the room of a body that stands at a point with a heading.
+
+    Returns:
+        Metres, as the distance to an obstacle from the centre of a round body of
+        `limits.radius` that has as much room beside it.
+    """
+    if limits.discs.shape[0] == 0:
+        return clearance_at(grid, x, y)
+    c, s = math.cos(yaw), math.sin(yaw)
+    least = math.inf
+    for disc in limits.discs:
+        room = clearance_at(grid, x + c * disc[0] - s * disc[1], y + s * disc[0] + c * disc[1])
+        least = min(least, room - disc[2])
+    return least + limits.radius
+
+
+@njit(cache=True, nogil=True)
+def seen_facing(grid: FloorGrid, limits: BodyLimits, x: float, y: float, yaw: float) -> bool:
+    """Tell whether no unseen floor lies under a body at a point with a heading."""
+    if limits.discs.shape[0] == 0:
+        return seen_at(grid, x, y, limits.unseen_radius)
+    c, s = math.cos(yaw), math.sin(yaw)
+    for disc in limits.discs:
+        px, py = x + c * disc[0] - s * disc[1], y + s * disc[0] + c * disc[1]
+        if not seen_at(grid, px, py, disc[3]):
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def can_turn(
+    grid: FloorGrid,
+    limits: BodyLimits,
+    x: float,
+    y: float,
+    start: float,
+    end: float,
+    margin: float,
+    leave_from: float,
+) -> bool:
+    """Tell whether the body can turn on the spot.
+
+    Where it stands now the floor that it turns over must have been seen; elsewhere it will have
+    been, by the time that the robot is there.
+
+    Args:
+        grid: The floor.
+        limits: The body.
+        x: Where it stands, metres; likewise y.
+        y: See x.
+        start: Heading at first, radians.
+        end: Heading in the end; it turns the shorter way.
+        margin: Room to leave beside the body, metres.
+        leave_from: See `straight_move`.
+    """
+    needed = limits.radius + margin
+    here = leave_from < 1e6
+    if limits.discs.shape[0] == 0 or (
+        clearance_at(grid, x, y) >= needed
+        and (not here or seen_at(grid, x, y, limits.unseen_radius))
+    ):
+        return True
+    turn = (end - start + math.pi) % (2.0 * math.pi) - math.pi
+    count = max(1, math.ceil(abs(turn) / _TURN_STEP_RAD))
+    for n in range(1, count + 1):
+        yaw = start + n / count * turn
+        if room_facing(grid, limits, x, y, yaw) < min(needed, leave_from - 0.01):
+            return False
+        if here and not seen_facing(grid, limits, x, y, yaw):
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
 def speed_at(limits: BodyLimits, beside: float) -> float:
     """Return the speed at which the robot drives with `beside` metres of room beside its body."""
     share = min(1.0, max(0.0, beside / limits.slow_clearance))
@@ -158,10 +262,19 @@ def speed_at(limits: BodyLimits, beside: float) -> float:
 
 
 def can_stand(grid: FloorGrid, limits: BodyLimits, point: Float64Array, margin: float) -> bool:
-    """Tell whether the body fits at a (2,) point, with `margin` metres to spare."""
-    x, y = float(point[0]), float(point[1])
+    """Tell whether the body fits at a (2,) point and can turn, with `margin` metres to spare.
+
+    Of a long one that means that nothing is known to be in the way: of the floor that it turns over
+    only the middle must have been seen.
+    """
+    return can_stand_at(grid, limits, float(point[0]), float(point[1]), margin)
+
+
+@njit(cache=True, nogil=True)
+def can_stand_at(grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float) -> bool:
+    """Tell what `can_stand` does."""
     return clearance_at(grid, x, y) >= limits.radius + margin and seen_at(
-        grid, x, y, limits.unseen_radius
+        grid, x, y, passing_unseen_radius(limits)
     )
 
 
@@ -197,7 +310,7 @@ def straight_move(
     margin: float,
     leave_from: float,
 ) -> tuple[bool, float, float]:
-    """Check a straight move and measure it.
+    """Check a straight move and measure it; turns at its ends are for `can_turn`.
 
     Args:
         grid: The floor.
@@ -217,15 +330,16 @@ def straight_move(
     length = math.hypot(x1 - x0, y1 - y0)
     count = max(1, math.ceil(length / (0.5 * grid.voxel_size)))
     needed = limits.radius + margin
+    heading = math.atan2(y1 - y0, x1 - x0)
     time, crowding = 0.0, 0.0
     for n in range(count + 1):
         t = n / count
         x, y = x0 + t * (x1 - x0), y0 + t * (y1 - y0)
-        room = clearance_at(grid, x, y)
+        room = room_facing(grid, limits, x, y, heading)
         # 1 cm of grace: rounding must not pin a robot that stands exactly at the limit.
         if room < min(needed, leave_from - 0.01 + 0.5 * t * length):
             return False, 0.0, 0.0
-        if not seen_at(grid, x, y, limits.unseen_radius) and (
+        if not seen_facing(grid, limits, x, y, heading) and (
             leave_from > 1e6 or t * length > 0.5 * limits.radius
         ):
             return False, 0.0, 0.0

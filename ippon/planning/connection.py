@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.geometry import Float64Array
+from ippon.geometry import Float64Array, yaw_of
 from ippon.planning.along_path import rejoined_path, remaining_path
 from ippon.planning.clearance import move_between
 from ippon.planning.local_planner import LocalPlannerConfig, plan_locally
@@ -50,6 +50,7 @@ class Connector:
         self._road = road
         self._floor = floor
         self._turn_rate = robot.max_yaw_rate_rad_s
+        self._can_back = robot.can_reverse and len(floor.limits.discs) > 0
         self._seed = seed
         self._queries = 0
         self._step = 0
@@ -107,6 +108,14 @@ class Connector:
             margin=self._margin + COMFORT_M,
         )
 
+    def connect_pair(self, a: int, b: int) -> bool:
+        """Add the straight edge of two nodes, tight as it may be; tell whether it is free."""
+        xy, margin = self._road.xy, self._margin
+        free, time, _ = move_between(self._floor.grid, self._floor.limits, xy[a], xy[b], margin)
+        if free:
+            self._road.add_edge(a, b, time)
+        return free
+
     def seeds(
         self, x: float, y: float, yaw: float, target: int | None, path: Float64Array | None
     ) -> Seeds:
@@ -122,20 +131,20 @@ class Connector:
         found: list[tuple[int, float, Float64Array]] = []
         if target is not None and path is not None:
             rest = remaining_path(path, x, y)
-            time = self._drive_time(rest, self._margin)
+            time = self._drive_time(rest, self._margin, yaw)
             if time is None:
                 # Driving is not exact: of the room that the way was planned with, some is for that.
                 rest = rejoined_path(path, x, y, REJOIN_M)
-                time = self._drive_time(rest, min(self._margin, 0.0))
+                time = self._drive_time(rest, min(self._margin, 0.0), yaw)
             if time is not None:
                 found.append((target, time, rest))
         nodes = self._road.near(x, y, RADIUS_M, 2 * NEIGHBOURS)
         for node in nodes:
-            move = self._straight_from_robot(x, y, int(node))
+            move = self._straight_from_robot(x, y, yaw, int(node))
             if move is not None:
                 found.append(move)
         if not found:
-            found = self._plan_from_robot(x, y, nodes[:3])
+            found = self._plan_from_robot(x, y, yaw, nodes[:3])
         return Seeds(
             node=np.array([f[0] for f in found], dtype=np.int64),
             time=np.array([f[1] for f in found], dtype=np.float64),
@@ -190,9 +199,9 @@ class Connector:
             (K, 2) points from the robot to the goal, None when no way was found.
         """
         grid, limits, start = self._floor.grid, self._floor.limits, T_world_base[:2, 3]
-        leave = self._floor.clearance(float(start[0]), float(start[1]))
-        if move_between(grid, limits, start, goal, self._margin, leave)[0]:
-            return np.stack([start, goal])
+        straight = np.stack([start, goal])
+        if self._drive_time(straight, self._margin, yaw_of(T_world_base)) is not None:
+            return straight
         nodes = self._road.near(float(goal[0]), float(goal[1]), RADIUS_M, 2 * NEIGHBOURS)
         nodes = [int(n) for n in nodes if np.isfinite(tree.cost[n])]
         best, path = math.inf, None
@@ -201,21 +210,27 @@ class Connector:
             if free and tree.cost[node] + time < best:
                 best, path = tree.cost[node] + time, self._road.path_to(node, tree, seeds)
         if path is not None:
-            return self.shorten(np.vstack([path, goal]))
+            return self.shorten(np.vstack([path, goal]), yaw_of(T_world_base))
         for node in nodes[:3] if self._config.enabled else ():
             way = self._solve(self._road.xy[node], goal)
             if way is not None:
-                return self.shorten(np.vstack([self._road.path_to(node, tree, seeds), way[1:]]))
+                path = np.vstack([self._road.path_to(node, tree, seeds), way[1:]])
+                return self.shorten(path, yaw_of(T_world_base))
         return None
 
-    def shorten(self, path: Float64Array) -> Float64Array:
-        """Cut corners of a (K, 2) path wherever that takes less time."""
+    def shorten(self, path: Float64Array, yaw: float) -> Float64Array:
+        """Cut corners of a (K, 2) path wherever that takes less time.
+
+        Args:
+            path: From the robot on, metres.
+            yaw: The robot's heading, radians.
+        """
         grid, limits = self._floor.grid, self._floor.limits
         out, at = [path[0]], 0
         while at < len(path) - 1:
             best = at + 1
             spent = length = 0.0
-            leave = self._floor.clearance(path[0, 0], path[0, 1]) if at == 0 else math.inf
+            leave = self._floor.room_facing(path[0, 0], path[0, 1], yaw) if at == 0 else math.inf
             for to in range(at + 1, len(path)):
                 free, time, _ = move_between(
                     grid, limits, path[to - 1], path[to], self._margin, leave
@@ -229,9 +244,10 @@ class Connector:
                 free, time, _ = move_between(
                     grid, limits, path[at], path[to], self._margin + COMFORT_M, leave
                 )
-                if free and time <= spent:
+                if free and time <= spent and self._can_face(path[at], yaw, path[to], leave):
                     best = to
             out.append(path[best])
+            yaw = math.atan2(path[best][1] - path[at][1], path[best][0] - path[at][0])
             at = best
         return np.array(out)
 
@@ -244,10 +260,7 @@ class Connector:
             if time is not None:
                 self._road.add_edge(a, b, time, path, turning_time(path, self._turn_rate))
                 return True
-        free, time, _ = move_between(grid, limits, xy[a], xy[b], self._margin)
-        if free:
-            self._road.add_edge(a, b, time)
-        return free
+        return self.connect_pair(a, b)
 
     def _solve(self, start: Float64Array, goal: Float64Array) -> Float64Array | None:
         self._queries += 1
@@ -262,27 +275,24 @@ class Connector:
         )
 
     def _straight_from_robot(
-        self, x: float, y: float, node: int
+        self, x: float, y: float, yaw: float, node: int
     ) -> tuple[int, float, Float64Array] | None:
-        grid, limits = self._floor.grid, self._floor.limits
-        goal = self._road.xy[node]
-        start = np.array([x, y])
-        here = self._floor.clearance(x, y)
+        path = np.array([(x, y), self._road.xy[node]])
         for margin in (self._margin + COMFORT_M, self._margin):
-            free, time, _ = move_between(grid, limits, start, goal, margin, here)
-            if free:
-                return node, time, np.stack([start, goal])
+            time = self._drive_time(path, margin, yaw)
+            if time is not None:
+                return node, time, path
         return None
 
     def _plan_from_robot(
-        self, x: float, y: float, nodes: NDArray[np.int64]
+        self, x: float, y: float, yaw: float, nodes: NDArray[np.int64]
     ) -> list[tuple[int, float, Float64Array]]:
         tried = tuple(nodes.tolist())
         if not self._config.enabled or self._is_shut_in(x, y, tried):
             return []
         for node in nodes:
             path = self._solve(np.array([x, y]), self._road.xy[node])
-            time = None if path is None else self._drive_time(path, self._margin)
+            time = None if path is None else self._drive_time(path, self._margin, yaw)
             if path is not None and time is not None:
                 return [(int(node), time, path)]
         self._shut_in = self._step, (x, y), tried
@@ -296,18 +306,48 @@ class Connector:
         same = tried == nodes and math.dist(place, (x, y)) <= _SAME_PLACE_M
         return same and self._step - step < RETRY_STEPS
 
-    def _drive_time(self, path: Float64Array, margin: float) -> float | None:
-        """Time along a path that begins at the robot, turns at its inner points included."""
-        grid, limits = self._floor.grid, self._floor.limits
-        total = 0.0
-        leave = self._floor.clearance(path[0, 0], path[0, 1])
-        for a, b in pairwise(path):
-            free, time, _ = move_between(grid, limits, a, b, margin, leave)
-            if not free:
+    def _drive_time(self, path: Float64Array, margin: float, yaw: float) -> float | None:
+        """Time along a path that begins at the robot, turns at its inner points included.
+
+        None where the body cannot drive it, or not turn from a heading to the next. A long body
+        that has no room to turn where it stands may drive its first piece backwards.
+        """
+        floor, total = self._floor, 0.0
+        leave = floor.room_facing(path[0, 0], path[0, 1], yaw)
+        for n, (a, b) in enumerate(pairwise(path)):
+            free, time, _ = move_between(floor.grid, floor.limits, a, b, margin, leave)
+            backs = n == 0 and self._can_back
+            if not free or not (
+                self._can_face(a, yaw, b, leave, margin)
+                or (backs and self._can_face(a, yaw + math.pi, b, leave, margin))
+            ):
                 return None
             total += time
-            leave = math.inf
+            leave, yaw = math.inf, math.atan2(b[1] - a[1], b[0] - a[0])
         return total + turning_time(path, self._turn_rate)
+
+    def _can_face(
+        self,
+        here: Float64Array,
+        yaw: float,
+        there: Float64Array,
+        leave: float,
+        margin: float | None = None,
+    ) -> bool:
+        """Tell whether the body can turn towards a point; what is a hand's breadth away needs none.
+
+        Args:
+            here: (2,) where it stands, metres.
+            yaw: Its heading.
+            there: (2,) metres.
+            leave: See `straight_move`.
+            margin: Room to leave beside the body; as much as every move leaves, if not given.
+        """
+        step = there - here
+        if not len(self._floor.limits.discs) or math.hypot(step[0], step[1]) <= HERE_M:
+            return True
+        margin = self._margin if margin is None else margin
+        return self._floor.can_turn(here, yaw, math.atan2(step[1], step[0]), margin, leave)
 
     def _rejoin(self, box: tuple[int, int, int, int], count: int = 6) -> None:
         """Try a few nodes again for straight edges that the change may have opened."""

@@ -13,7 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from ippon.planning.clearance import OBSTACLE, OPEN, UNSEEN, BodyLimits, FloorGrid
+from ippon.planning.clearance import (
+    OBSTACLE,
+    OPEN,
+    UNSEEN,
+    BodyLimits,
+    FloorGrid,
+    passing_radius,
+    passing_unseen_radius,
+)
 
 GAP_M: Final = 0.8
 """Strips of unseen floor up to so wide, between floor that was seen, are expected to be floor."""
@@ -61,8 +69,9 @@ def unseen_gap(
     bridge = _closed(seen, max(1, round(0.5 * GAP_M / v))) & (kind == UNSEEN)
     if not bridge.any():
         return None
-    passable = (seen | bridge) & (_distance(kind != OBSTACLE) * v >= limits.radius + margin_m)
-    passable &= _distance((kind != UNSEEN) | bridge) * v >= limits.unseen_radius
+    need_m = passing_radius(limits) + margin_m
+    passable = (seen | bridge) & (_distance(kind != OBSTACLE) * v >= need_m)
+    passable &= _distance((kind != UNSEEN) | bridge) * v >= passing_unseen_radius(limits)
     parts, _ = _label(passable | reached)
     mine = np.isin(parts, np.unique(parts[reached]))
     beyond = _large(mine & seen & ~reached, math.ceil(LEAST_BEHIND_M2 / v**2))

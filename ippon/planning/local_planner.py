@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from ompl import base as ob
@@ -11,6 +11,11 @@ from ompl import util as ou
 
 from ippon.geometry import Float64Array
 from ippon.planning.clearance import BodyLimits, FloorGrid, can_stand, straight_move
+
+_RANGE_M: Final = 0.8
+"""Longest move that RRT* adds at once."""
+_LONG_RANGE_M: Final = 2.0
+"""The same for a body that turns only at the ends of a move, and passes what is narrow between."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,7 +135,7 @@ def plan_locally(
     end[0], end[1] = float(goal[0]), float(goal[1])
     setup.setStartAndGoalStates(begin, end, 0.5 * grid.voxel_size)
     planner = og.RRTstar(information)
-    planner.setRange(0.8)
+    planner.setRange(_LONG_RANGE_M if len(limits.discs) else _RANGE_M)
     setup.setPlanner(planner)
     calls = 0
 

@@ -167,6 +167,7 @@ class ViewpointPlanner:
         objects = self._objects.update(map_arrays)[0][:_MOST_OBJECT_VOXELS]
         self._make_room(objects, x, y)
         saturated = self._sampler.add(objects, reachable, x, y)
+        self._sampler.add_gates(reachable)
         self._add_root(objects, map_arrays, x, y)
         seeds, tree = self._grow_tree(reachable, x, y, yaw)
         evaluated = self._evaluate(map_arrays, tree, objects, standing_at is not None)
@@ -182,7 +183,7 @@ class ViewpointPlanner:
             self._patience.note(self._target, target, (x, y))
         target = target if look is None else look.node
         way = None if target is None else self._road.path_to(target, tree, seeds)
-        path = np.zeros((0, 2)) if way is None else self._connector.shorten(way)
+        path = np.zeros((0, 2)) if way is None else self._connector.shorten(way, yaw)
         self._target, self._path = target, (None if way is None else path)
         exhausted = saturated and target is None and not self._promising_left(map_arrays, tree)
         if exhausted and self._second_chances > 0:

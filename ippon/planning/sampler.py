@@ -1,10 +1,14 @@
 """Adds viewpoints to the roadmap, step by step."""
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
+from ippon.planning.clearance import can_stand
 from ippon.planning.connection import Connector
+from ippon.planning.gates import find_gates
 from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampling import (
     STANDABLE,
@@ -16,6 +20,10 @@ from ippon.planning.sampling import (
     tight_places,
 )
 from ippon.planning.traversability import Traversability
+
+_GATE_STEPS: Final = 5
+_GATE_APART_M: Final = 0.45
+"""A narrow place that is joined from within this distance of both ends needs no other way."""
 
 
 class Sampler:
@@ -37,6 +45,7 @@ class Sampler:
         self._floor = floor
         self._connector = connector
         self._rng = np.random.default_rng(seed)
+        self._since_gates = _GATE_STEPS
 
     def add(self, voxels: Float64Array, reachable: NDArray[np.uint8], x: float, y: float) -> bool:
         """Add viewpoints where there is room; tell whether there was none left.
@@ -77,8 +86,35 @@ class Sampler:
         self.add_here(float(place[0]), float(place[1]), 0.05)
 
     def add_here(self, x: float, y: float, apart_m: float) -> int | None:
-        """Add a viewpoint where the robot stands, unless one is there; None when none was added."""
+        """Add a viewpoint where the robot stands, unless one is there; None when none was added.
+
+        Nor where a long body does not have the room to turn.
+        """
+        floor, here = self._floor, np.array([x, y])
+        if len(floor.limits.discs) and not can_stand(
+            floor.grid, floor.limits, here, floor.margin_m
+        ):
+            return None
         return None if len(self._road.near(x, y, apart_m, 1)) else self._add(x, y)
+
+    def add_gates(self, reachable: NDArray[np.uint8]) -> None:
+        """Now and then, lead a long body straight through what it cannot turn in.
+
+        Args:
+            reachable: (X, Y) from `reachable_cells`.
+        """
+        floor, road = self._floor, self._road
+        self._since_gates += 1
+        if not len(floor.limits.discs) or self._since_gates < _GATE_STEPS:
+            return
+        self._since_gates = 0
+        for ends in find_gates(floor.grid, floor.limits, reachable, floor.margin_m):
+            beside = [road.near(x, y, _GATE_APART_M, 20) for x, y in ends]
+            if any(road.has_edge(int(a), int(b)) for a in beside[0] for b in beside[1]):
+                continue
+            a, b = (self._add(float(x), float(y)) for x, y in ends)
+            if a is not None and b is not None:
+                self._connector.connect_pair(a, b)
 
     def _add_one(self, places: NDArray[np.int64]) -> bool:
         grid = self._floor.grid

@@ -9,7 +9,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
-from ippon.planning.clearance import OPEN, BodyLimits, FloorGrid, clearance_at
+from ippon.planning.clearance import (
+    OPEN,
+    BodyLimits,
+    FloorGrid,
+    clearance_at,
+    passing_radius,
+    passing_unseen_radius,
+)
 
 PASSED: Final = 1
 STANDABLE: Final = 2
@@ -75,8 +82,8 @@ def reachable_cells(
     robot, so that one that stands too close to something is not cut off.
 
     Returns:
-        (X, Y) uint8: `STANDABLE` where the robot could stand with `margin` and `comfort` metres
-        beside the body, `PASSED` where the flood merely went through, 0 elsewhere.
+        (X, Y) uint8: `STANDABLE` where the robot could stand, and turn, with `margin` and `comfort`
+        metres beside the body, `PASSED` where the flood merely went through, 0 elsewhere.
     """
     out = np.zeros(grid.kind.shape, dtype=np.uint8)
     queue = np.empty((grid.kind.size, 2), dtype=np.int32)
@@ -88,15 +95,18 @@ def reachable_cells(
 def _passable(grid, limits, i, j, margin, comfort):
     if grid.kind[i, j] != OPEN:
         return 0
-    need = limits.unseen_radius / grid.voxel_size
+    need = passing_unseen_radius(limits) / grid.voxel_size
     di, dj = int(grid.unseen[i, j, 0]), int(grid.unseen[i, j, 1])
-    if di * di + dj * dj < need * need:
+    seen = di * di + dj * dj
+    if seen < need * need:
         return 0
     di, dj = int(grid.obstacle[i, j, 0]), int(grid.obstacle[i, j, 1])
     room = di * di + dj * dj
-    if room >= ((limits.radius + margin + comfort) / grid.voxel_size) ** 2:
+    if room >= ((limits.radius + margin + comfort) / grid.voxel_size) ** 2 and (
+        seen >= (limits.unseen_radius / grid.voxel_size) ** 2
+    ):
         return STANDABLE
-    need = (limits.radius + margin) / grid.voxel_size
+    need = (passing_radius(limits) + margin) / grid.voxel_size
     return PASSED if room >= (need - SLACK_CELLS) ** 2 else 0
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from ippon.geometry import Float64Array
-from ippon.planning.clearance import UNSEEN, BodyLimits, FloorGrid, clearance_at
+from ippon.planning.clearance import UNSEEN, BodyLimits, FloorGrid, clearance_at, passing_radius
 
 _STEPS_PER_CELL: Final = 2.0
 
@@ -32,7 +32,7 @@ def unseen_straight_m(
     away = math.dist(start, end)
     steps = max(1, math.ceil(_STEPS_PER_CELL * away / grid.voxel_size))
     points = start + np.linspace(0.0, 1.0, steps + 1)[:, None] * (end - start)
-    unseen = _count_unseen_kernel(grid, points, limits.radius + margin_m)
+    unseen = _count_unseen_kernel(grid, points, passing_radius(limits) + margin_m)
     return max(0, unseen) * away / steps
 
 

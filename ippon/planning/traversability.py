@@ -17,7 +17,9 @@ from ippon.planning.clearance import (
     UNSEEN,
     BodyLimits,
     FloorGrid,
+    can_turn,
     clearance_at,
+    room_facing,
     update_sites,
 )
 from ippon.planning.columns import (
@@ -90,13 +92,7 @@ class Traversability:
     def __init__(self, config: TraversabilityConfig, robot: RobotProfile) -> None:
         self.config = config
         self._robot = robot
-        self.limits = BodyLimits(
-            radius=robot.radius_m,
-            unseen_radius=max(0.5 * robot.radius_m, robot.radius_m - config.unseen_overlap_m),
-            slow_clearance=config.slow_clearance_m,
-            slow_fraction=config.slow_fraction,
-            speed=robot.max_linear_m_s,
-        )
+        self.limits = _limits_of(config, robot)
         self.margin_m = config.margin_m
         """Room beside the body that every move must leave now."""
         self._revision = -1
@@ -141,12 +137,7 @@ class Traversability:
         read_column_blocks(
             arrays, self._bands, blocks, self.config.min_seen, grid.origin, self._columns
         )
-        self._mark_disc(
-            (float(T_world_base[0, 3]), float(T_world_base[1, 3])),
-            self._robot.radius_m if self._started else self._start_radius_m(arrays.voxel_size),
-            DRIVEN,
-        )
-        self._started = True
+        self._mark_driven(T_world_base)
         window = np.array([1 << 30, -1, 1 << 30, -1], dtype=np.int64)
         box = (0, grid.kind.shape[0], 0, grid.kind.shape[1])
         if not (everything or self._reread):
@@ -173,8 +164,9 @@ class Traversability:
         """
         if self._grid is None:
             return
-        v, radius = self._grid.voxel_size, self._robot.radius_m
+        v = self._grid.voxel_size
         x, y, yaw = T_world_base[0, 3], T_world_base[1, 3], yaw_of(T_world_base)
+        radius = self._extent_m(0.0)
         half_angle = self.config.contact_half_angle_rad
         outer = radius + max(self.config.contact_length_m, v)
         i, j, cx, cy = self._cells_around(x, y, outer / math.cos(half_angle))
@@ -185,11 +177,13 @@ class Traversability:
         touched = self._touched_obstacle(T_world_base)
         rim = np.zeros_like(open_yet)
         if touched is not None:
+            radius = self._extent_m(touched - yaw)
             from_touch = np.hypot(
                 cx - x - radius * math.cos(touched), cy - y - radius * math.sin(touched)
             )
             rim = open_yet & (from_touch <= 1.2 * v) & (away >= radius - 0.3 * v)
         if not rim.any():
+            radius = self._extent_m(0.0)
             ahead, aside = away * np.cos(bearing - yaw), away * np.abs(np.sin(bearing - yaw))
             rim = open_yet & (away >= radius + 0.25 * v) & (ahead > 0.0) & (ahead <= outer)
             # At least one cell wide, however narrow the triangle is where it begins.
@@ -212,15 +206,27 @@ class Traversability:
         i, j, cx, cy = self._cells_around(x, y, reach)
         away = np.hypot(cx - x, cy - y)
         off = np.arctan2(cy - y, cx - x) - yaw_of(T_world_base)
-        away[(grid.kind[i, j] != OBSTACLE) | (np.cos(off) < -0.2)] = np.inf
-        if away.size == 0 or away.min() > reach:
+        beside = away - self._extents_m(off)
+        beside[(grid.kind[i, j] != OBSTACLE) | (np.cos(off) < -0.2)] = np.inf
+        if beside.size == 0 or beside.min() > 0.75 * grid.voxel_size:
             return None
-        n = np.unravel_index(int(np.argmin(away)), away.shape)
+        n = np.unravel_index(int(np.argmin(beside)), beside.shape)
         return math.atan2(cy[n] - y, cx[n] - x)
 
     def clearance(self, x: float, y: float) -> float:
         """Return metres from a point of the floor to the nearest obstacle."""
         return clearance_at(self.grid, float(x), float(y))
+
+    def room_facing(self, x: float, y: float, yaw: float) -> float:
+        """Return the room of the body with a heading, as `clearance` of a round one; metres."""
+        return room_facing(self.grid, self.limits, float(x), float(y), float(yaw))
+
+    def can_turn(
+        self, at: Float64Array, start: float, end: float, margin: float, leave: float
+    ) -> bool:
+        """Tell whether the body can turn at a (2,) point; see `clearance.can_turn`."""
+        x, y = float(at[0]), float(at[1])
+        return can_turn(self.grid, self.limits, x, y, start, end, margin, leave)
 
     def _follow_map(self, arrays: MapArrays, z: float) -> bool:
         """Match the extent of the map and the height of the floor; tell whether either is new."""
@@ -297,15 +303,57 @@ class Traversability:
         i, j = np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1]), indexing="ij")
         return i, j, (i + grid.origin[0] + 0.5) * v, (j + grid.origin[1] + 0.5) * v
 
+    def _mark_driven(self, T_world_base: Float64Array) -> None:
+        """Mark the floor under the body, and at first as much round it as the robot trusts."""
+        x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
+        v = self.grid.voxel_size
+        if not self._started:
+            self._mark_disc((x, y), self._start_radius_m(v), DRIVEN)
+            self._started = True
+        c, s = math.cos(yaw), math.sin(yaw)
+        for dx, dy, radius in self._robot.outline:
+            centre = (x + c * dx - s * dy, y + s * dx + c * dy)
+            self._mark_disc(centre, radius, DRIVEN)
+            self._mark_disc(centre, radius - 0.75 * v, SWEPT)
+
     def _mark_disc(self, centre: tuple[float, float], radius_m: float, mark: int) -> None:
         i, j, cx, cy = self._cells_around(centre[0], centre[1], radius_m)
-        distance = np.hypot(cx - centre[0], cy - centre[1])
-        inside = distance <= radius_m
+        inside = np.hypot(cx - centre[0], cy - centre[1]) <= radius_m
+        if mark == SWEPT:
+            self._marks[i[inside], j[inside]] &= 255 - CONTACT
         self._marks[i[inside], j[inside]] |= mark
-        if mark == DRIVEN:
-            body = distance <= self._robot.radius_m - 0.75 * self.grid.voxel_size
-            self._marks[i[body], j[body]] &= 255 - CONTACT
-            self._marks[i[body], j[body]] |= SWEPT
+
+    def _extents_m(self, bearing: Float64Array) -> Float64Array:
+        """Return how far the body reaches in directions of the base frame, radians; metres."""
+        discs = self._robot.outline
+        return np.max([x * np.cos(bearing) + y * np.sin(bearing) + r for x, y, r in discs], axis=0)
+
+    def _extent_m(self, bearing: float) -> float:
+        return float(self._extents_m(np.array(bearing, dtype=np.float64)))
+
+
+def _limits_of(config: TraversabilityConfig, robot: RobotProfile) -> BodyLimits:
+    """Return how close a robot's body may come to things."""
+
+    def to_unseen(radius: float) -> float:
+        return max(0.5 * radius, radius - config.unseen_overlap_m)
+
+    limits = BodyLimits(
+        radius=robot.radius_m,
+        unseen_radius=to_unseen(robot.radius_m),
+        slow_clearance=config.slow_clearance_m,
+        slow_fraction=config.slow_fraction,
+        speed=robot.max_linear_m_s,
+    )
+    if robot.is_round:
+        return limits
+    # Driven either way: an edge of the roadmap is for both directions.
+    discs = sorted({(k * x, k * y, r, to_unseen(r)) for x, y, r in robot.outline for k in (1, -1)})
+    return limits._replace(
+        half_width=robot.half_width_m,
+        unseen_half_width=to_unseen(robot.half_width_m),
+        discs=np.array(discs, dtype=np.float64),
+    )
 
 
 @njit(cache=True, nogil=True)

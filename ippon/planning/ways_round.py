@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
-from ippon.planning.clearance import OBSTACLE, BodyLimits, FloorGrid
+from ippon.planning.clearance import OBSTACLE, BodyLimits, FloorGrid, passing_radius
 from ippon.planning.sampling import (
     SLACK_CELLS,
     STANDABLE,
@@ -119,7 +119,7 @@ def flood_unseen(
     steps = np.full(grid.kind.shape, -1, dtype=np.int32)
     parent = np.full(grid.kind.shape, -1, dtype=np.int32)
     queue = np.empty(grid.kind.size, dtype=np.int32)
-    need = (around.limits.radius + around.margin_m) / grid.voxel_size - SLACK_CELLS
+    need = (passing_radius(around.limits) + around.margin_m) / grid.voxel_size - SLACK_CELLS
     x, y = robot_xy
     _flood_kernel(grid, need * need, around.reachable, blocked, x, y, queue, steps, parent)
     return steps, parent

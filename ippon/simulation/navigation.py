@@ -185,10 +185,13 @@ class Sheet:
 
 
 def robot_grid(scene: Scene, robot: RobotProfile) -> NavigationGrid:
-    """Draw the grid of a home for one robot, on the floor of the first start pose."""
+    """Draw the grid of a home for one robot, on the floor of the first start pose.
+
+    A long body may pass where it cannot turn: ways are those of its width.
+    """
     return navigation_grid(
         scene,
-        radius_m=robot.radius_m,
+        radius_m=robot.passing_radius_m,
         height_m=robot.height_m,
         max_step_m=robot.max_step_m,
         floor_z_m=scene.start_poses[0].z if scene.start_poses else 0.0,

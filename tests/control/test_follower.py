@@ -12,6 +12,7 @@ from ippon.guidance.levels import Level
 from ippon.planning.along_path import point_along, remaining_path
 from ippon.planning.plan import NodeKind, Plan, TreeView, Viewpoint
 from ippon.robot import HABITAT, ZED
+from tests.long_robot import LONG
 
 
 def make_plan(points, yaw=0.0, tilt=-0.3) -> Plan:
@@ -228,3 +229,35 @@ def test_what_is_left_of_a_path():
 def test_tolerances_that_never_settle_are_refused(values, text):
     with pytest.raises(ValueError, match=text):
         FollowerConfig(**values)
+
+
+def test_a_long_robot_backs_out_of_where_it_cannot_turn(floor_with):
+    corridor = [(-1.0, y, 0.0, 2.0, y + 0.2, 1.0) for y in (-0.5, 0.3)]
+    arrays = floor_with(*corridor)
+    plan = make_plan([(1.0, 0.0), (-1.8, 0.0), (-1.8, 1.0)], yaw=math.pi / 2)
+    ride = Ride(arrays, LONG, (1.0, 0.0, 0.0))
+    assert ride.run(plan, 30.0)
+    inside = [(c, t) for c, t in zip(ride.commands, ride.track, strict=False) if t[0] > -1.0]
+    assert min(c.linear_m_s for c, _ in inside) < -0.3
+    assert max(c.linear_m_s for c, _ in inside) <= 0.0, "backwards only"
+    assert max(abs(yaw) for _, (_, _, yaw) in inside) < 0.2, "it does not turn in there"
+    poses = np.array(ride.track)
+    obstacles = near_obstacles(arrays, LONG, base_pose(0.0, 0.0, 0.0, 0.0), 4.0)
+    assert body_room(LONG, poses, obstacles).min() > -0.02
+
+
+def test_a_round_robot_turns_in_the_same_corridor(floor_with):
+    corridor = [(-1.0, y, 0.0, 2.0, y + 0.2, 1.0) for y in (-0.5, 0.3)]
+    ride = Ride(floor_with(*corridor), ZED, (1.0, 0.0, 0.0))
+    assert ride.run(make_plan([(1.0, 0.0), (-1.8, 0.0)], yaw=math.pi), 30.0)
+    assert min(c.linear_m_s for c in ride.commands) >= 0.0
+
+
+def test_a_long_robot_follows_a_path_through_a_narrow_door(floor_with):
+    door = [(1.0, -2.0, 0.0, 1.2, -0.4, 1.0), (1.0, 0.4, 0.0, 1.2, 2.0, 1.0)]
+    arrays = floor_with(*door)
+    ride = Ride(arrays, LONG, (-1.0, -1.0, 1.0))
+    plan = make_plan([(-1.0, -1.0), (0.2, 0.0), (2.0, 0.0), (2.0, 1.0)], yaw=0.0)
+    assert ride.run(plan, 40.0)
+    obstacles = near_obstacles(arrays, LONG, base_pose(1.0, 0.0, 0.0, 0.0), 4.0)
+    assert body_room(LONG, np.array(ride.track), obstacles).min() > -0.03

@@ -13,6 +13,7 @@ from ippon.mapping.arrays import OCCUPIED
 from ippon.planning.columns import ColumnBands
 from ippon.planning.voxels import voxel_state
 from ippon.robot import ZED, CollisionSphere, RobotProfile
+from tests.long_robot import LONG
 
 HERE = base_pose(0.0, 0.0, 0.0, 0.0)
 
@@ -111,3 +112,13 @@ def test_one_image_shows_no_obstacle_above_below_beyond_or_inside_the_body():
     assert len(seen_obstacles(looking_at(0.9, slice(60, 61), slice(80, 83)), ZED, 0.1, 2.0)) == 0, (
         "three pixels may be errors"
     )
+
+
+def test_what_stands_beside_a_long_robot_is_not_the_robot_itself():
+    frame = looking_at(0.4, columns=slice(60, 100))
+    assert len(seen_obstacles(frame, LONG, 0.1, 2.0)) == 0, "within its nose"
+    aside = base_pose(0.0, 0.0, 0.0, np.pi / 2)
+    turned = dataclasses.replace(
+        frame, T_world_base=aside, T_world_camera=HERE @ ZED.T_base_camera(0.0)
+    )
+    assert len(seen_obstacles(turned, LONG, 0.1, 2.0)) > 0, "beside its flank"

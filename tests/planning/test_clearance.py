@@ -15,9 +15,12 @@ from ippon.planning.clearance import (
     BodyLimits,
     FloorGrid,
     can_stand,
+    can_turn,
     clearance_at,
     move_between,
+    room_facing,
     seen_at,
+    seen_facing,
     speed_at,
     straight_move,
     update_sites,
@@ -154,3 +157,52 @@ def test_speed_falls_with_the_room_beside_the_body():
     assert speeds == sorted(speeds)
     assert speeds[0] == pytest.approx(0.4 * 0.8)
     assert speeds[-1] == speeds[-2] == pytest.approx(0.8)
+
+
+LONG = LIMITS._replace(
+    radius=0.47,
+    unseen_radius=0.32,
+    half_width=0.27,
+    unseen_half_width=0.15,
+    discs=np.array([(-0.2, 0.0, 0.27, 0.15), (0.0, 0.0, 0.27, 0.15), (0.2, 0.0, 0.27, 0.15)]),
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000))
+def test_a_long_body_has_the_room_of_its_tightest_disc(seed):
+    grid = make_grid(random_kind(seed))
+    rng = np.random.default_rng(seed)
+    size = np.array(grid.kind.shape)
+    for x, y, yaw in rng.random((60, 3)) * (*(0.1 * (size - 12.0)), 6.3) + (0.6, 0.6, 0.0):
+        ends = [(x + d * math.cos(yaw), y + d * math.sin(yaw)) for d in (-0.2, 0.0, 0.2)]
+        rooms = [clearance_at(grid, *end) - 0.27 for end in ends]
+        assert room_facing(grid, LONG, x, y, yaw) == pytest.approx(min(rooms) + 0.47)
+        seen = all(seen_at(grid, *end, 0.15) for end in ends)
+        assert seen_facing(grid, LONG, x, y, yaw) is seen
+        assert room_facing(grid, LIMITS, x, y, yaw) == clearance_at(grid, x, y)
+
+
+def test_a_long_body_fits_along_a_corridor_and_not_across():
+    kind = np.full((60, 40), OPEN)
+    kind[:, :16] = kind[:, 24:] = OBSTACLE
+    grid = make_grid(kind)
+    a, b = np.array([1.5, 2.0]), np.array([3.5, 2.0])
+    assert move_between(grid, LONG, a, b, 0.02)[0]
+    assert not can_stand(grid, LONG, a, 0.0), "it cannot turn there"
+    assert not can_turn(grid, LONG, 1.5, 2.0, 0.0, 1.6, 0.0, math.inf)
+    assert can_turn(grid, LONG, 1.5, 2.0, 0.0, 0.1, 0.0, math.inf)
+    assert can_turn(grid, LONG, 1.5, 2.0, 3.0, -3.0, 0.0, math.inf), "the shorter way"
+    assert can_turn(grid, LIMITS, 1.5, 2.0, 0.0, 1.6, 0.0, math.inf), "a round one does"
+
+
+def test_a_long_body_that_stands_too_close_may_turn_away():
+    kind = np.full((60, 40), OPEN)
+    kind[:, 20] = OBSTACLE
+    grid = make_grid(kind)
+    x, y, askew = 3.0, 1.75, 0.3
+    room = room_facing(grid, LONG, x, y, askew)
+    assert room < LONG.radius
+    assert not can_turn(grid, LONG, x, y, askew, 0.0, 0.02, math.inf)
+    assert can_turn(grid, LONG, x, y, askew, 0.0, 0.02, room)
+    assert not can_turn(grid, LONG, x, y, askew, 1.5, 0.02, room)

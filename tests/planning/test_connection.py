@@ -160,7 +160,7 @@ def test_shortening_keeps_ends_and_clearance_and_never_lengthens(corner):
     zigzag = np.array(
         [(1.3, 1.3), (1.6, 1.45), (2.2, 1.15), (3.0, 1.45), (4.65, 1.35), (4.75, 2.0), (4.7, 4.0)]
     )
-    short = joined.connector.shorten(zigzag)
+    short = joined.connector.shorten(zigzag, 0.0)
     np.testing.assert_allclose(short[[0, -1]], zigzag[[0, -1]])
     assert len(short) < len(zigzag)
 
@@ -168,13 +168,13 @@ def test_shortening_keeps_ends_and_clearance_and_never_lengthens(corner):
         return np.linalg.norm(np.diff(p, axis=0), axis=1).sum()
 
     assert length(short) <= length(zigzag)
-    assert joined.connector._drive_time(short, 0.02) is not None
+    assert joined.connector._drive_time(short, 0.02, 0.0) is not None
 
 
 def test_a_long_way_is_shortened_piece_by_piece(dense_map):
     joined = Joined(dense_map((28.0, 3.2, 2.4)).room((0.8, 0.8), (27.2, 2.4)))
     x = np.arange(1.5, 26.6, 0.5)
-    short = joined.connector.shorten(np.column_stack([x, 1.6 + 0.1 * (np.arange(len(x)) % 2)]))
+    short = joined.connector.shorten(np.column_stack([x, 1.6 + 0.1 * (np.arange(len(x)) % 2)]), 0.0)
     pieces = np.linalg.norm(np.diff(short, axis=0), axis=1)
     assert pieces.max() <= SHORTCUT_M
     assert len(pieces) == 3
