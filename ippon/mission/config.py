@@ -1,6 +1,6 @@
 """Everything that decides how a search goes, from the map to the last look."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ippon.control.follower import FollowerConfig
 from ippon.guidance.levels import LevelProbabilities
@@ -35,3 +35,7 @@ class MissionConfig:
     fewer searches at the wrong thing and take longer."""
     exhausted_steps: int = 15
     """Frames in a row without anything left to see before the search ends as exhausted."""
+
+    def counted(self) -> "MissionConfig":
+        """Return it without a budget in seconds: two runs of one seed are the same run."""
+        return replace(self, planner=replace(self.planner, step_budget_s=None))

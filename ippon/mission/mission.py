@@ -41,6 +41,7 @@ from ippon.mission.snapshot import OVER, MissionState, Snapshot, StepResult
 from ippon.mission.steering import Steering
 from ippon.mission.termination import lowest_m
 from ippon.mission.waypoint import Waypoint
+from ippon.planning.deadline import Clock
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
 from ippon.planning.planner import ViewpointPlanner
@@ -52,7 +53,8 @@ class Mission:
     """Owns the map, the planner and the goal; takes frames one by one.
 
     Another `planner` may take the place of the paper's, for comparison with other methods; a
-    `voxel_map` with these labels that of an empty one.
+    `voxel_map` with these labels that of an empty one. The `clock` is what a planner step's budget
+    in seconds is kept by; ValueError where there is one and no clock.
     """
 
     def __init__(
@@ -63,11 +65,12 @@ class Mission:
         seed: int,
         planner: Planner | None = None,
         voxel_map: VoxelMap | None = None,
+        clock: Clock | None = None,
     ) -> None:
         self.config, self.robot = config, robot
         self.voxel_map = voxel_map or VoxelMap(config.map, labels)
         self.rooms = RoomLevels(config.rooms)
-        self._planner: Planner = planner or ViewpointPlanner(config.planner, robot, seed)
+        self._planner: Planner = planner or ViewpointPlanner(config.planner, robot, seed, clock)
         self._journal = Journal()
         self._follower = PathFollower(config.follower, robot)
         self._steering = Steering(self._planner, self._follower, self.voxel_map, self._journal)

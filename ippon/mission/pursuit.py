@@ -69,8 +69,7 @@ class Pursuit:
             plan: What the planner chose on this frame.
             dt_s: Seconds since the frame before.
         """
-        search.empty_steps = search.empty_steps + 1 if plan.exhausted else 0
-        search.idle_steps = search.idle_steps + 1 if self._is_idle(plan) else 0
+        self._count(search, plan)
         if search.empty_steps >= self._config.exhausted_steps:
             return Pursued(
                 command=Command(tilt_rad=frame.tilt_rad),
@@ -110,6 +109,17 @@ class Pursuit:
             state=MissionState.APPROACHING if approaching else MissionState.SEARCHING,
             why=explain(plan, self._voxel_map, search.goal, search.guidance, self._rooms),
         )
+
+    def _count(self, search: Search, plan: Plan) -> None:
+        """Count steps in a row that promise nothing; what one had no time for it leaves open."""
+        if plan.exhausted:
+            search.empty_steps += 1
+        elif plan.target is not None or not plan.cut_short:
+            search.empty_steps = 0
+        if not self._is_idle(plan):
+            search.idle_steps = 0
+        elif not plan.cut_short:
+            search.idle_steps += 1
 
     def _is_idle(self, plan: Plan) -> bool:
         """Tell whether next to nothing is to be expected of any way to explore."""

@@ -104,6 +104,7 @@ class CloserLooks:
         T_world_base: Float64Array,
         *,
         termination_min: float,
+        cut_short: bool = False,
     ) -> Look | None:
         """Return the viewpoint to look from, None when nothing is worth it.
 
@@ -114,6 +115,7 @@ class CloserLooks:
             xy: (capacity, 2) positions of the viewpoints.
             T_world_base: Where the robot stands.
             termination_min: T_min.
+            cut_short: See `OutOfReach.choose`.
         """
         self._watch(T_world_base)
         nodes = tree.order
@@ -135,7 +137,7 @@ class CloserLooks:
         if known is None:
             return None
         return self.out_of_reach.choose(
-            known, around, tree, xy, T_world_base, enough=termination_min
+            known, around, tree, xy, T_world_base, enough=termination_min, cut_short=cut_short
         )
 
     def _nearest_sight(

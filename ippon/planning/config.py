@@ -1,5 +1,6 @@
 """Everything that decides where the robot looks next."""
 
+import math
 from dataclasses import dataclass, field
 
 from ippon.planning.closer_look import CloserLookConfig
@@ -29,6 +30,9 @@ class PlannerConfig:
     second_chances: int = 2
     """Times a search that would end opens again what contacts closed and tries gaps that are all
     but too narrow; more tries harder and takes longer to give up."""
+    step_budget_s: float | None = None
+    """Seconds after which a step begins nothing new and returns the best plan so far; fewer answer
+    sooner and choose among less. None counts the work alone: two runs of one seed are the same."""
     max_nodes: int = 4000
     """Viewpoints kept at most; 1,000 m² of floor takes about 1,500. With no room left those go that
     lie as densely as near the robot where it no longer is; more than that are not added."""
@@ -41,4 +45,9 @@ class PlannerConfig:
             raise ValueError(
                 "samples_per_step must be at least 1, evaluations_per_step 2, max_nodes 10; got "
                 f"{self.samples_per_step}, {self.evaluations_per_step}, {self.max_nodes}"
+            )
+        if self.step_budget_s is not None and not 0.0 < self.step_budget_s < math.inf:
+            raise ValueError(
+                "step_budget_s must be finite and above 0, or None to count the work alone; got "
+                f"{self.step_budget_s}"
             )

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array, yaw_of
 from ippon.planning.along_path import rejoined_path, remaining_path
 from ippon.planning.clearance import move_between
-from ippon.planning.local_planner import LocalPlannerConfig, plan_locally
+from ippon.planning.deadline import UNLIMITED, Deadline
+from ippon.planning.local_planner import SAME_PLACE_M, LocalPlannerConfig, LocalQuery
 from ippon.planning.roadmap import Roadmap, path_time, turning_time
 from ippon.planning.shortest_tree import Seeds, ShortestTree
 from ippon.planning.traversability import Traversability
@@ -31,8 +32,6 @@ SHORTCUT_M = 10.0
 with its square."""
 RETRY_STEPS = 10
 """Changes of the floor after which what could not be joined may be tried again."""
-
-_SAME_PLACE_M = 0.05
 
 
 class Connector:
@@ -56,8 +55,11 @@ class Connector:
         self._step = 0
         self._next = 0
         self._failed: dict[tuple[int, int], int] = {}
-        self._shut_in: tuple[int, tuple[float, float], tuple[int, ...]] | None = None
-        """Step, place and nodes at which no way led from the robot into the roadmap."""
+        self._shut_in: tuple[int, tuple[float, float], tuple[int, ...], int] | None = None
+        """Step, place and nodes at which no way led from the robot into the roadmap; to how many of
+        those nodes one was looked for."""
+        self._unfinished: LocalQuery | None = None
+        """What no time was left for: it goes on with the next step."""
 
     @property
     def _margin(self) -> float:
@@ -117,7 +119,13 @@ class Connector:
         return free
 
     def seeds(
-        self, x: float, y: float, yaw: float, target: int | None, path: Float64Array | None
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        target: int | None,
+        path: Float64Array | None,
+        deadline: Deadline = UNLIMITED,
     ) -> Seeds:
         """Find the moves from the robot into the roadmap.
 
@@ -127,6 +135,7 @@ class Connector:
             yaw: Its heading, radians.
             target: Node that the robot is on its way to, None for none.
             path: (K, 2) points of that way.
+            deadline: Ends the looking for ways where no straight move is free.
         """
         found: list[tuple[int, float, Float64Array]] = []
         if target is not None and path is not None:
@@ -144,7 +153,7 @@ class Connector:
             if move is not None:
                 found.append(move)
         if not found:
-            found = self._plan_from_robot(x, y, yaw, nodes[:3])
+            found = self._plan_from_robot(x, y, yaw, nodes[:3], deadline)
         return Seeds(
             node=np.array([f[0] for f in found], dtype=np.int64),
             time=np.array([f[1] for f in found], dtype=np.float64),
@@ -153,8 +162,16 @@ class Connector:
             paths=tuple(f[2] for f in found),
         )
 
-    def bridge(self, tree: ShortestTree, reachable: NDArray[np.uint8], solves: int = 1) -> bool:
+    def bridge(
+        self,
+        tree: ShortestTree,
+        reachable: NDArray[np.uint8],
+        solves: int = 1,
+        deadline: Deadline = UNLIMITED,
+    ) -> bool:
         """Join nodes to the tree that the floor reaches but no straight edge does.
+
+        What the deadline ends goes on with the next call.
 
         Returns:
             Whether an edge was added.
@@ -177,9 +194,9 @@ class Connector:
             a, b = int(lost[row]), int(reached[column])
             if (a, b) in self._failed or self._road.has_edge(a, b):
                 continue
-            if self._join(a, b):
+            if self._join(a, b, deadline):
                 added = True
-            else:
+            elif self._unfinished is None:
                 self._failed[a, b] = self._step
             solves -= 1
         return added
@@ -218,16 +235,21 @@ class Connector:
                 return self.shorten(path, yaw_of(T_world_base))
         return None
 
-    def shorten(self, path: Float64Array, yaw: float) -> Float64Array:
-        """Cut corners of a (K, 2) path wherever that takes less time.
+    def shorten(
+        self, path: Float64Array, yaw: float, deadline: Deadline = UNLIMITED
+    ) -> Float64Array:
+        """Cut corners of a (K, 2) path wherever that takes less time, from its beginning on.
 
         Args:
             path: From the robot on, metres.
             yaw: The robot's heading, radians.
+            deadline: When it passes, the rest stays as it is.
         """
         grid, limits = self._floor.grid, self._floor.limits
         out, at = [path[0]], 0
         while at < len(path) - 1:
+            if 0 < at < len(path) - 2 and deadline.passed():
+                return np.vstack([*out, path[at + 1 :]])
             best = at + 1
             spent = length = 0.0
             leave = self._floor.room_facing(path[0, 0], path[0, 1], yaw) if at == 0 else math.inf
@@ -251,28 +273,33 @@ class Connector:
             at = best
         return np.array(out)
 
-    def _join(self, a: int, b: int) -> bool:
+    def _join(self, a: int, b: int, deadline: Deadline) -> bool:
         """Join two nodes by OMPL, or straight through a tight place; tell whether it worked."""
         grid, limits, xy = self._floor.grid, self._floor.limits, self._road.xy
-        path = self._solve(xy[a], xy[b]) if self._config.enabled else None
+        path = self._solve(xy[a], xy[b], deadline) if self._config.enabled else None
         if path is not None:
             time = path_time(grid, limits, path, self._margin)
             if time is not None:
                 self._road.add_edge(a, b, time, path, turning_time(path, self._turn_rate))
                 return True
-        return self.connect_pair(a, b)
+        return self._unfinished is None and self.connect_pair(a, b)
 
-    def _solve(self, start: Float64Array, goal: Float64Array) -> Float64Array | None:
-        self._queries += 1
-        return plan_locally(
-            self._config,
-            self._floor.grid,
-            self._floor.limits,
-            start,
-            goal,
-            margin=self._margin,
-            seed=1 + (self._seed * 7919 + self._queries) % 2_000_000_000,
-        )
+    def _solve(
+        self, start: Float64Array, goal: Float64Array, deadline: Deadline = UNLIMITED
+    ) -> Float64Array | None:
+        """Find a way; None where there is none, or where finding it has to go on: `_unfinished`."""
+        grid, query = self._floor.grid, self._unfinished
+        if query is None or not query.joins(start, goal):
+            self._queries += 1
+            seed = 1 + (self._seed * 7919 + self._queries) % 2_000_000_000
+            query = LocalQuery(
+                self._config, grid, self._floor.limits, start, goal, margin=self._margin, seed=seed
+            )
+        self._unfinished = None if query.solve(grid, deadline) else query
+        path = query.path()
+        if path is not None:
+            path[0] = start
+        return path
 
     def _straight_from_robot(
         self, x: float, y: float, yaw: float, node: int
@@ -285,26 +312,30 @@ class Connector:
         return None
 
     def _plan_from_robot(
-        self, x: float, y: float, yaw: float, nodes: NDArray[np.int64]
+        self, x: float, y: float, yaw: float, nodes: NDArray[np.int64], deadline: Deadline
     ) -> list[tuple[int, float, Float64Array]]:
-        tried = tuple(nodes.tolist())
-        if not self._config.enabled or self._is_shut_in(x, y, tried):
+        near = tuple(nodes.tolist())
+        tried = self._tried_here(x, y, near)
+        if not self._config.enabled or 0 < tried == len(near):
             return []
-        for node in nodes:
-            path = self._solve(np.array([x, y]), self._road.xy[node])
+        for node in near[tried:]:
+            path = self._solve(np.array([x, y]), self._road.xy[node], deadline)
             time = None if path is None else self._drive_time(path, self._margin, yaw)
             if path is not None and time is not None:
-                return [(int(node), time, path)]
-        self._shut_in = self._step, (x, y), tried
+                return [(node, time, path)]
+            if self._unfinished is not None:
+                break
+            tried += 1
+        self._shut_in = self._step, (x, y), near, tried
         return []
 
-    def _is_shut_in(self, x: float, y: float, nodes: tuple[int, ...]) -> bool:
-        """Tell whether the same was tried from here a moment ago, and found no way."""
+    def _tried_here(self, x: float, y: float, nodes: tuple[int, ...]) -> int:
+        """Return to how many of the nodes no way was found from here a moment ago."""
         if self._shut_in is None:
-            return False
-        step, place, tried = self._shut_in
-        same = tried == nodes and math.dist(place, (x, y)) <= _SAME_PLACE_M
-        return same and self._step - step < RETRY_STEPS
+            return 0
+        step, place, near, tried = self._shut_in
+        same = near == nodes and math.dist(place, (x, y)) <= SAME_PLACE_M
+        return tried if same and self._step - step < RETRY_STEPS else 0
 
     def _drive_time(self, path: Float64Array, margin: float, yaw: float) -> float | None:
         """Time along a path that begins at the robot, turns at its inner points included.

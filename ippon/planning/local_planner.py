@@ -11,6 +11,12 @@ from ompl import util as ou
 
 from ippon.geometry import Float64Array
 from ippon.planning.clearance import BodyLimits, FloorGrid, can_stand, straight_move
+from ippon.planning.deadline import UNLIMITED, Deadline
+
+LEAST_ITERATIONS: Final = 25
+"""However late it is, a query goes on by so many in a step: 3 ms."""
+SAME_PLACE_M: Final = 0.05
+"""A robot that is this near to where it stood stands there still."""
 
 _RANGE_M: Final = 0.8
 """Longest move that RRT* adds at once."""
@@ -75,42 +81,105 @@ class _LengthAndCrowding(ob.OptimizationObjective):
         return True
 
 
-def plan_locally(
-    config: LocalPlannerConfig,
-    grid: FloorGrid,
-    limits: BodyLimits,
-    start: Float64Array,
-    goal: Float64Array,
-    *,
-    margin: float,
-    seed: int,
-) -> Float64Array | None:
-    """Find a way round what blocks the straight line.
+class _Floor:
+    """What a query goes over. Apart from it: OMPL holds on to what asks, and would to the query."""
+
+    def __init__(self, grid: FloorGrid, limits: BodyLimits, margin: float) -> None:
+        self.grid = grid
+        self.range_m = _LONG_RANGE_M if len(limits.discs) else _RANGE_M
+        self._limits = limits
+        self._margin = margin
+
+    def move(self, ax: float, ay: float, bx: float, by: float) -> tuple[bool, float, float]:
+        return straight_move(self.grid, self._limits, ax, ay, bx, by, self._margin, math.inf)
+
+    def stands(self, x: float, y: float) -> bool:
+        return can_stand(self.grid, self._limits, np.array([x, y]), self._margin)
+
+
+class LocalQuery:
+    """Looks for a way round what blocks the straight line, at once or bit by bit.
 
     OMPL holds the GIL while it solves and would burn its whole budget on an invalid goal, so ends
-    are checked first, and the budget is a count of iterations, never a time: the same query gives
-    the same way on any machine.
-
-    Args:
-        config: Budget and objective.
-        grid: The floor.
-        limits: The body.
-        start: (2,) metres.
-        goal: (2,) metres.
-        margin: Room that every move must leave beside the body, metres.
-        seed: Above 0; the same seed gives the same way.
-
-    Returns:
-        (K, 2) points from start to goal, None when no way was found.
+    are checked first, and the budget is a count of iterations: without a deadline the same query
+    gives the same way on any machine.
     """
-    if config.clearance == "hard":
-        margin = max(margin, config.hard_margin_m)
 
-    def query(ax: float, ay: float, bx: float, by: float) -> tuple[bool, float, float]:
-        return straight_move(grid, limits, ax, ay, bx, by, margin, math.inf)
+    def __init__(
+        self,
+        config: LocalPlannerConfig,
+        grid: FloorGrid,
+        limits: BodyLimits,
+        start: Float64Array,
+        goal: Float64Array,
+        *,
+        margin: float,
+        seed: int,
+    ) -> None:
+        """Prepare.
 
-    if not (can_stand(grid, limits, start, margin) and can_stand(grid, limits, goal, margin)):
-        return None
+        Args:
+            config: Budget and objective.
+            grid: The floor.
+            limits: The body.
+            start: (2,) metres.
+            goal: (2,) metres.
+            margin: Room that every move must leave beside the body, metres.
+            seed: Above 0; the same seed gives the same way.
+        """
+        if config.clearance == "hard":
+            margin = max(margin, config.hard_margin_m)
+        self._start, self._goal = start.copy(), goal.copy()
+        self._iterations = config.iterations
+        self._calls = 0
+        self._floor = _Floor(grid, limits, margin)
+        ends_stand = self._floor.stands(*start) and self._floor.stands(*goal)
+        self._setup = _set_up(config, self._floor, start, goal, seed) if ends_stand else None
+
+    def joins(self, start: Float64Array, goal: Float64Array) -> bool:
+        """Tell whether this is the query between two points (2,)."""
+        same_start = math.dist(self._start, start) <= SAME_PLACE_M
+        return same_start and math.dist(self._goal, goal) == 0.0
+
+    def solve(self, grid: FloorGrid, deadline: Deadline = UNLIMITED) -> bool:
+        """Look for a way, or look on.
+
+        Args:
+            grid: The floor as it is now; what was looked at before is not looked at again.
+            deadline: Ends the looking for this time, after `LEAST_ITERATIONS`.
+
+        Returns:
+            Whether the answer is there: a way, or that the iterations found none.
+        """
+        if self._setup is None:
+            return True
+        self._floor.grid = grid
+        least = self._calls + LEAST_ITERATIONS
+
+        def spent() -> bool:
+            self._calls += 1
+            if self._calls > self._iterations:
+                return True
+            return self._calls > least and deadline.passed()
+
+        self._setup.solve(ob.PlannerTerminationCondition(spent))
+        return self._calls > self._iterations or self._setup.haveExactSolutionPath()
+
+    def path(self) -> Float64Array | None:
+        """Return the (K, 2) points from start to goal; None where no way was found."""
+        if self._setup is None or not self._setup.haveExactSolutionPath():
+            return None
+        states: Any = self._setup.getSolutionPath()
+        points = [states.getState(n)[0:2] for n in range(states.getStateCount())]
+        # The goal counts as reached within half a voxel; end exactly on the node.
+        points[-1] = [float(self._goal[0]), float(self._goal[1])]
+        return np.array(points, dtype=np.float64)
+
+
+def _set_up(
+    config: LocalPlannerConfig, floor: _Floor, start: Float64Array, goal: Float64Array, seed: int
+) -> Any:
+    """Return OMPL's RRT* between two points (2,)."""
     ou.noOutputHandler()
     ou.RNG.setSeed(seed)
     space = ob.RealVectorStateSpace(2)
@@ -123,33 +192,18 @@ def plan_locally(
     information = setup.getSpaceInformation()
 
     def valid(state: Any) -> bool:
-        return can_stand(grid, limits, np.array([state[0], state[1]]), margin)
+        return floor.stands(state[0], state[1])
 
     setup.setStateValidityChecker(valid)
-    information.setMotionValidator(_Motion(information, query))
+    information.setMotionValidator(_Motion(information, floor.move))
     weight = config.clearance_weight if config.clearance == "soft" else 0.0
-    setup.setOptimizationObjective(_LengthAndCrowding(information, query, weight))
+    setup.setOptimizationObjective(_LengthAndCrowding(information, floor.move, weight))
     begin: Any = space.allocState()
     end: Any = space.allocState()
     begin[0], begin[1] = float(start[0]), float(start[1])
     end[0], end[1] = float(goal[0]), float(goal[1])
-    setup.setStartAndGoalStates(begin, end, 0.5 * grid.voxel_size)
+    setup.setStartAndGoalStates(begin, end, 0.5 * floor.grid.voxel_size)
     planner = og.RRTstar(information)
-    planner.setRange(_LONG_RANGE_M if len(limits.discs) else _RANGE_M)
+    planner.setRange(floor.range_m)
     setup.setPlanner(planner)
-    calls = 0
-
-    def spent() -> bool:
-        nonlocal calls
-        calls += 1
-        return calls > config.iterations
-
-    setup.solve(ob.PlannerTerminationCondition(spent))
-    if not setup.haveExactSolutionPath():
-        return None
-    path = setup.getSolutionPath()
-    states: Any = path
-    points = [states.getState(n)[0:2] for n in range(path.getStateCount())]
-    # The goal counts as reached within half a voxel; end exactly on the node.
-    points[-1] = [float(goal[0]), float(goal[1])]
-    return np.array(points, dtype=np.float64)
+    return setup

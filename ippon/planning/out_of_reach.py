@@ -84,6 +84,7 @@ class OutOfReach:
         T_world_base: Float64Array,
         *,
         enough: float,
+        cut_short: bool = False,
     ) -> Look | None:
         """Return where to go for an object that was looked at and that no viewpoint ends at.
 
@@ -94,6 +95,8 @@ class OutOfReach:
             xy: (capacity, 2) positions of the viewpoints.
             T_world_base: Where the robot stands.
             enough: Voxels that must be in sight to be sure of the object: T_min.
+            cut_short: This step had no time for all viewpoints and ways that it might have added:
+                that no way shows in it makes nothing surer.
 
         Returns:
             None while nothing is sure, or when the object cannot be seen well from anywhere.
@@ -106,7 +109,7 @@ class OutOfReach:
             if unsure is not None:
                 case.sure = 0
                 return self._towards(case, unsure, around, tree, xy, T_world_base)
-        case.sure += 1
+        case.sure += 0 if cut_short else 1
         if case.sure < self._config.sure_steps:
             return None
         if case.stand is None:

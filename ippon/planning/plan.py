@@ -89,5 +89,8 @@ class Plan:
     """World x and y of unseen floor nearby that is all that keeps the robot from a room."""
     full: bool = False
     """No viewpoint more is kept: what lies beyond those that there are stays unseen."""
+    cut_short: bool = False
+    """The seconds of the step were used up before its work was done: the next step goes on with it.
+    A step that was cut short has not shown that nothing is left."""
     promised_per_s: float = math.inf
     """Gain a second of the way to explore that has most of it, infinite where none is weighed."""

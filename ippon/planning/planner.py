@@ -1,7 +1,10 @@
 """The planner: grows viewpoints, keeps what they promise up to date, says where to go next.
 
 One `step` is one increment of the anytime algorithm (Sec. Informative Path Planning). Its work is
-bounded by counts, not by a clock, so that two runs of one seed are the same run.
+bounded by counts, so that two runs of one seed are the same run, and for a robot that waits by
+`PlannerConfig.step_budget_s` as well. Past that, it still follows the map's changes and does one
+piece of each kind of work (a viewpoint added, one evaluated, some iterations of OMPL), so that
+whatever is left gets its turn in the steps that follow.
 """
 
 import math
@@ -18,6 +21,7 @@ from ippon.mapping.ooi_voxels import OoiVoxels
 from ippon.planning.closer_look import CloserLooks
 from ippon.planning.config import PlannerConfig
 from ippon.planning.connection import COMFORT_M, Connector
+from ippon.planning.deadline import UNLIMITED, Clock, Deadline
 from ippon.planning.floor_gap import GAP_M, unseen_gap
 from ippon.planning.gaze import Look
 from ippon.planning.picture import TreePicture
@@ -47,6 +51,8 @@ from ippon.robot import RobotProfile
 WAYPOINT_REACH_M = 0.75
 """A point that an operator chose may lie this far from where the robot can stand: on a table."""
 _GAP_STEPS: Final = 5
+_GAP_PATIENCE_STEPS: Final = 10
+"""After so many it is looked for however late it is."""
 _GAP_WITHIN_M: Final = 1.6
 """Farther away than this a look down shows little of the floor."""
 _MOST_OBJECT_VOXELS = 512
@@ -55,13 +61,31 @@ _THIN_STEPS: Final = 5
 """A roadmap that is full all the same is looked through no more often than this."""
 _BESIDE_M = 0.12
 """A viewpoint this near to the robot is where it stands."""
+_LAYOUT_SHARE: Final = 0.6
+"""Of a step's seconds, those for adding and joining viewpoints; the others are for evaluating them:
+a local way that OMPL looks for in vain would take all of them."""
 
 
 class ViewpointPlanner:
     """Owns the tree of viewpoints; lives as long as the map does."""
 
-    def __init__(self, config: PlannerConfig, robot: RobotProfile, seed: int) -> None:
+    def __init__(
+        self, config: PlannerConfig, robot: RobotProfile, seed: int, clock: Clock | None = None
+    ) -> None:
+        """Begin with an empty tree.
+
+        Args:
+            config: How it is grown.
+            robot: Body, camera and speed.
+            seed: Of the samples.
+            clock: What `config.step_budget_s` is kept by.
+
+        Raises:
+            ValueError: There is a budget in seconds and no clock.
+        """
         self.config = config
+        self._clock = clock
+        self._deadline()
         self._turn_rate = robot.max_yaw_rate_rad_s
         self._floor = Traversability(config.traversability, robot)
         self._road = Roadmap(config.max_nodes)
@@ -83,6 +107,7 @@ class ViewpointPlanner:
         self._since_gap = 0
         self._gap: tuple[float, float] | None = None
         self._since_thinned = 0
+        self._oldest_waits = False
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
         """Weigh everything anew for a new goal or other levels; no ray is cast for it.
@@ -146,11 +171,16 @@ class ViewpointPlanner:
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
         """Grow the tree by one increment and return the best plan so far.
 
+        With a budget in seconds that is what is known when they are used up: a target is still one
+        that a known way leads to.
+
         Args:
             map_arrays: The map, with the image taken from here in it.
             T_world_base: Where the robot stands.
             tilt_rad: Its camera's tilt.
         """
+        deadline = self._deadline()
+        layout = deadline.share(_LAYOUT_SHARE)
         x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
         box = self._floor.update(map_arrays, T_world_base)
         standing_at = self._standing_at(x, y)
@@ -166,15 +196,17 @@ class ViewpointPlanner:
         reachable = reachable_cells(grid, limits, x, y, self._floor.margin_m, COMFORT_M)
         objects = self._objects.update(map_arrays)[0][:_MOST_OBJECT_VOXELS]
         self._make_room(objects, x, y)
-        saturated = self._sampler.add(objects, reachable, x, y)
-        self._sampler.add_gates(reachable)
+        saturated = self._sampler.add(objects, reachable, x, y, layout)
+        self._sampler.add_gates(reachable, layout)
         self._add_root(objects, map_arrays, x, y)
-        seeds, tree = self._grow_tree(reachable, x, y, yaw)
-        evaluated = self._evaluate(map_arrays, tree, objects, standing_at is not None)
-        target, scores = self._choose(map_arrays, tree)
+        seeds, tree = self._grow_tree(reachable, x, y, yaw, layout)
+        evaluated = self._evaluate(map_arrays, tree, objects, deadline, standing_at is not None)
+        target, scores = self._choose(map_arrays, tree, deadline)
         margin_m = self._floor.margin_m
         around = Surroundings(grid, limits, margin_m, reachable, map_arrays, self._views)
-        look = self._look_closer(target, scores, objects, around, tree, T_world_base)
+        look = self._look_closer(
+            target, scores, objects, around, tree, T_world_base, cut_short=layout.cut_short
+        )
         gain = self._views.gain
         self._commitment = commit(
             scores, gain, None if look is not None else target, self._commitment
@@ -183,9 +215,10 @@ class ViewpointPlanner:
             self._patience.note(self._target, target, (x, y))
         target = target if look is None else look.node
         way = None if target is None else self._road.path_to(target, tree, seeds)
-        path = np.zeros((0, 2)) if way is None else self._connector.shorten(way, yaw)
+        path = np.zeros((0, 2)) if way is None else self._connector.shorten(way, yaw, deadline)
         self._target, self._path = target, (None if way is None else path)
-        exhausted = saturated and target is None and not self._promising_left(map_arrays, tree)
+        laid_out = saturated and not layout.cut_short
+        exhausted = laid_out and target is None and not self._promising_left(map_arrays, tree)
         if exhausted and self._second_chances > 0:
             # Before giving up, try what contacts closed, and the narrowest gaps.
             self._second_chances -= 1
@@ -195,6 +228,7 @@ class ViewpointPlanner:
         viewpoint = None if target is None else picture.viewpoint(target)
         if viewpoint is not None and look is not None:
             viewpoint = replace(viewpoint, yaw_rad=look.yaw_rad, tilt_rad=look.tilt_rad)
+        floor_gap = self._floor_gap(reachable, x, y, deadline)
         return Plan(
             target=viewpoint,
             path_world=np.column_stack([path, np.full(len(path), self._floor.floor_z_m)]),
@@ -204,17 +238,24 @@ class ViewpointPlanner:
             closer_look=look is not None,
             out_of_reach_m=None if look is None else look.away_m,
             unseen_straight_m=unseen_straight_m(grid, limits, margin_m, path),
-            floor_gap=self._floor_gap(reachable, x, y),
+            floor_gap=floor_gap,
+            cut_short=deadline.cut_short,
             promised_per_s=self._promised_per_s(scores),
             full=self._road.room == 0,
         )
 
+    def _deadline(self) -> Deadline:
+        budget_s = self.config.step_budget_s
+        return UNLIMITED if budget_s is None else Deadline(budget_s, self._clock)
+
     def _floor_gap(
-        self, reachable: NDArray[np.uint8], x: float, y: float
+        self, reachable: NDArray[np.uint8], x: float, y: float, deadline: Deadline
     ) -> tuple[float, float] | None:
         """Look for one now and then, and say so while it stays the same: most close by driving."""
         self._since_gap += 1
         if self._since_gap < _GAP_STEPS:
+            return None
+        if self._since_gap < _GAP_PATIENCE_STEPS and deadline.passed():
             return None
         self._since_gap = 0
         floor, before = self._floor, self._gap
@@ -261,7 +302,7 @@ class ViewpointPlanner:
         apart = np.hypot(*(places - xy).T)
         if apart.min() > WAYPOINT_REACH_M:
             return None
-        seeds, tree = self._grow_tree(reachable, x, y, yaw_of(T_world_base))
+        seeds, tree = self._grow_tree(reachable, x, y, yaw_of(T_world_base), self._deadline())
         return self._connector.way_to(places[int(np.argmin(apart))], T_world_base, seeds, tree)
 
     def _standing_at(self, x: float, y: float) -> Float64Array | None:
@@ -316,19 +357,24 @@ class ViewpointPlanner:
             self._views.evaluate(node, self._road.xy[node], arrays)
 
     def _grow_tree(
-        self, reachable: NDArray[np.uint8], x: float, y: float, yaw: float
+        self, reachable: NDArray[np.uint8], x: float, y: float, yaw: float, deadline: Deadline
     ) -> tuple[Seeds, ShortestTree]:
-        seeds = self._connector.seeds(x, y, yaw, self._target, self._path)
+        seeds = self._connector.seeds(x, y, yaw, self._target, self._path, deadline)
         rate = self._turn_rate
         tree = self._road.shortest_tree(seeds, yaw, rate)
-        if self._connector.bridge(tree, reachable):
+        if self._connector.bridge(tree, reachable, deadline=deadline):
             tree = self._road.shortest_tree(seeds, yaw, rate)
         return seeds, tree
 
     def _evaluate(
-        self, arrays: MapArrays, tree: ShortestTree, voxels: Float64Array, standing: bool
+        self,
+        arrays: MapArrays,
+        tree: ShortestTree,
+        voxels: Float64Array,
+        deadline: Deadline,
+        standing: bool,
     ) -> int:
-        """Bring the most promising viewpoints up to date."""
+        """Bring the most promising viewpoints up to date; at least one, however late it is."""
         nodes = tree.order
         stale = self._views.stale(nodes, self._road.xy, arrays.voxel_size)
         if standing:
@@ -343,13 +389,24 @@ class ViewpointPlanner:
         worth /= tree.cost[nodes] + 1.0
         chosen = nodes[np.argsort(-worth, kind="stable")[: self.config.evaluations_per_step - 1]]
         # One place in each step is for whoever waited longest, so that nobody waits for ever.
-        oldest = nodes[np.argmin(self._views.evaluated[nodes])]
-        for node in dict.fromkeys([*chosen.tolist(), int(oldest)]):
-            self._views.evaluate(int(node), self._road.xy[node], arrays)
-        return len(set(chosen.tolist()) | {int(oldest)})
+        oldest = int(nodes[np.argmin(self._views.evaluated[nodes])])
+        due = [oldest] if self._oldest_waits else []
+        evaluated: set[int] = set()
+        for node in dict.fromkeys([*due, *chosen.tolist(), oldest]):
+            if evaluated and deadline.passed():
+                break
+            self._views.evaluate(node, self._road.xy[node], arrays)
+            evaluated.add(node)
+        self._oldest_waits = oldest not in evaluated
+        return len(evaluated)
 
-    def _choose(self, arrays: MapArrays, tree: ShortestTree) -> tuple[int | None, Scores]:
-        """Select the target; one whose surroundings changed is looked at again first."""
+    def _choose(
+        self, arrays: MapArrays, tree: ShortestTree, deadline: Deadline
+    ) -> tuple[int | None, Scores]:
+        """Select the target; one whose surroundings changed is looked at again first.
+
+        One that there is no time left for is the first that the next step looks at.
+        """
         stay = self._patience.stay_factor(self.config.selection)
         for _ in range(4):
             scores = self._score(tree)
@@ -357,7 +414,8 @@ class ViewpointPlanner:
             if target is None:
                 return None, scores
             one = np.array([target])
-            if not self._views.stale(one, self._road.xy, arrays.voxel_size)[0]:
+            fresh = not self._views.stale(one, self._road.xy, arrays.voxel_size)[0]
+            if fresh or deadline.passed():
                 return target, scores
             self._views.evaluate(target, self._road.xy[target], arrays)
         scores = self._score(tree)
@@ -384,6 +442,8 @@ class ViewpointPlanner:
         around: Surroundings,
         tree: ShortestTree,
         T_world_base: Float64Array,
+        *,
+        cut_short: bool,
     ) -> Look | None:
         """Look closer at what may be the object, unless the target ends the search."""
         if target is not None and scores.terminating[target]:
@@ -396,6 +456,7 @@ class ViewpointPlanner:
             self._road.xy,
             T_world_base,
             termination_min=self._termination_min,
+            cut_short=cut_short,
         )
         if look is None or look.away_m is None:
             return look

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.planning.clearance import can_stand
 from ippon.planning.connection import Connector
+from ippon.planning.deadline import UNLIMITED, Deadline
 from ippon.planning.gates import find_gates
 from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampling import (
@@ -47,7 +48,14 @@ class Sampler:
         self._rng = np.random.default_rng(seed)
         self._since_gates = _GATE_STEPS
 
-    def add(self, voxels: Float64Array, reachable: NDArray[np.uint8], x: float, y: float) -> bool:
+    def add(
+        self,
+        voxels: Float64Array,
+        reachable: NDArray[np.uint8],
+        x: float,
+        y: float,
+        deadline: Deadline = UNLIMITED,
+    ) -> bool:
         """Add viewpoints where there is room; tell whether there was none left.
 
         Args:
@@ -55,6 +63,7 @@ class Sampler:
             reachable: (X, Y) from `reachable_cells`.
             x: Robot, metres.
             y: Robot, metres.
+            deadline: Ends it after the first one.
         """
         config, grid = self._config, self._floor.grid
         near = np.zeros_like(reachable)
@@ -76,7 +85,11 @@ class Sampler:
                     break
                 xy = self._road.xy[self._road.nodes]
                 places = np.argwhere(open_places(reachable * mask, grid, xy, spacing))
-                if not len(places) or not self._add_one(places):
+                if not len(places):
+                    break
+                if left < self._most and deadline.passed():
+                    return False
+                if not self._add_one(places):
                     break
                 left -= 1
         return left > 0
@@ -97,15 +110,17 @@ class Sampler:
             return None
         return None if len(self._road.near(x, y, apart_m, 1)) else self._add(x, y)
 
-    def add_gates(self, reachable: NDArray[np.uint8]) -> None:
+    def add_gates(self, reachable: NDArray[np.uint8], deadline: Deadline = UNLIMITED) -> None:
         """Now and then, lead a long body straight through what it cannot turn in.
 
         Args:
             reachable: (X, Y) from `reachable_cells`.
+            deadline: Once it has passed this waits for another step.
         """
         floor, road = self._floor, self._road
         self._since_gates += 1
-        if not len(floor.limits.discs) or self._since_gates < _GATE_STEPS:
+        due = len(floor.limits.discs) > 0 and self._since_gates >= _GATE_STEPS
+        if not due or deadline.passed():
             return
         self._since_gates = 0
         for ends in find_gates(floor.grid, floor.limits, reachable, floor.margin_m):

@@ -132,6 +132,11 @@ def test_the_hash_tells_set_ups_apart(config):
     assert config_hash(config, METHODS["ippon"]) == config_hash(config, METHODS["ippon"])
     wider = dataclasses.replace(config, image_width=128)
     assert config_hash(wider, METHODS["ippon"]) not in hashes
+    planner = dataclasses.replace(config.mission.planner, step_budget_s=0.04)
+    timed = dataclasses.replace(
+        config, mission=dataclasses.replace(config.mission, planner=planner)
+    )
+    assert config_hash(timed, METHODS["ippon"]) not in hashes
 
 
 def test_the_habitat_set_up_is_the_challenge_s():

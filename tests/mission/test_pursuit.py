@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -93,6 +94,30 @@ def test_a_search_ends_where_its_viewpoint_is_and_not_on_the_way_to_another(befo
     assert search.find is None
     assert pursuit.step(search, frame, plan, 0.2).state is MissionState.FOUND
     assert search.find is search.candidates[0]
+
+
+def test_steps_without_time_neither_end_a_search_nor_count_for_its_going_on(before_a_bed):
+    robot, pursuit, _ = before_a_bed
+    idle_gain = MissionConfig().second_look.idle_gain
+    nothing = dataclasses.replace(
+        robot.last.plan, target=None, exhausted=True, promised_per_s=0.5 * idle_gain
+    )
+    open_yet = dataclasses.replace(nothing, exhausted=False, cut_short=True)
+    search = SimpleNamespace(empty_steps=0, idle_steps=0)
+
+    def counted(*plans):
+        for plan in plans:
+            pursuit._count(search, plan)
+        return search.empty_steps, search.idle_steps
+
+    assert counted(nothing, nothing) == (2, 2)
+    assert counted(open_yet, open_yet) == (2, 2)
+    assert counted(nothing) == (3, 3)
+    assert counted(dataclasses.replace(nothing, exhausted=False)) == (0, 4)
+    promising = dataclasses.replace(open_yet, promised_per_s=2.0 * idle_gain)
+    assert counted(nothing, promising) == (1, 0)
+    target = robot.last.plan.target
+    assert counted(dataclasses.replace(promising, target=target)) == (0, 0)
 
 
 def test_what_is_not_in_reach_is_not_found_by_a_plan_that_has_lost_it(before_a_bed):

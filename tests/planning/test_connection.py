@@ -7,13 +7,21 @@ import pytest
 
 from ippon.geometry import base_pose
 from ippon.mapping.arrays import FREE, OCCUPIED
+from ippon.planning import connection as connection_module
 from ippon.planning.along_path import rejoined_path, remaining_path
 from ippon.planning.connection import SHORTCUT_M, Connector
-from ippon.planning.local_planner import LocalPlannerConfig
+from ippon.planning.deadline import Deadline
+from ippon.planning.local_planner import LocalPlannerConfig, LocalQuery
 from ippon.planning.roadmap import Roadmap
 from ippon.planning.sampling import reachable_cells
 from ippon.planning.traversability import Traversability, TraversabilityConfig
 from ippon.robot import ZED
+from tests.planning.test_deadline import Clock
+
+
+def late() -> Deadline:
+    """A deadline that has passed."""
+    return Deadline(1.0, Clock(jump_s=10.0))
 
 
 class Joined:
@@ -70,6 +78,39 @@ def test_the_local_planner_joins_what_no_straight_line_does(corner):
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
     assert tree.cost[far] > length / ZED.max_linear_m_s
     assert joined.road.has_edge(near, far)
+
+
+def test_joining_that_ran_out_of_time_goes_on_and_is_no_failure(corner):
+    joined = Joined(corner)
+    joined.add(3.45, 1.35)
+    far = joined.add(4.75, 3.35)
+    cells = reachable_cells(joined.floor.grid, joined.floor.limits, 1.3, 1.3, 0.02, 0.05)
+    _, tree = joined.tree()
+    deadline = late()
+    assert not joined.connector.bridge(tree, cells, deadline=deadline)
+    assert deadline.cut_short
+    assert not joined.connector._failed
+    calls = 1
+    while not joined.connector.bridge(tree, cells, deadline=late()):
+        assert not joined.connector._failed
+        calls += 1
+        assert calls < 20
+    assert joined.connector._queries == 1, "one query, looked at in pieces"
+    assert math.isfinite(joined.tree()[1].cost[far])
+
+
+def test_a_pair_that_no_way_joins_is_given_up_in_pieces_too(two_rooms):
+    joined = Joined(two_rooms(0.0), base_pose(2.0, 2.85, 0.0, 0.0))
+    joined.add(3.3, 2.85)
+    joined.add(4.5, 2.85)
+    cells = np.full(joined.floor.grid.kind.shape, 2, dtype=np.uint8)
+    _, tree = joined.tree()
+    for _ in range(20):
+        assert not joined.connector.bridge(tree, cells, deadline=late())
+    assert len(joined.connector._failed) == 1
+    deadline = late()
+    assert not joined.connector.bridge(tree, cells, deadline=deadline)
+    assert not deadline.cut_short, "nothing is left to do"
 
 
 def test_without_the_local_planner_the_corner_stays_out_of_reach(corner):
@@ -136,6 +177,30 @@ def test_a_robot_that_is_shut_in_does_not_plan_the_same_again(two_rooms, monkeyp
     assert len(solved) == before + 1, "and from elsewhere"
 
 
+def test_a_robot_that_is_shut_in_tries_each_way_out_in_pieces(two_rooms, monkeypatch):
+    joined = Joined(two_rooms(0.0), base_pose(2.0, 2.85, 0.0, 0.0))
+    for y in (2.45, 2.85, 3.25):
+        joined.add(4.5, y)
+    begun = []
+
+    class Noted(LocalQuery):
+        def __init__(self, config, grid, limits, start, goal, **rest):
+            begun.append(goal[1])
+            super().__init__(config, grid, limits, start, goal, **rest)
+
+    monkeypatch.setattr(connection_module, "LocalQuery", Noted)
+    cut_short = []
+    for step in range(60):
+        # A robot that stands is never at the very same place.
+        deadline = late()
+        x = 3.4 + 0.001 * (step % 2)
+        assert len(joined.connector.seeds(x, 2.85, 0.0, None, None, deadline).node) == 0
+        cut_short.append(deadline.cut_short)
+    assert sorted(begun) == [2.45, 2.85, 3.25], "each once, to its end"
+    assert cut_short[0]
+    assert not cut_short[-1], "nothing is left to try"
+
+
 def test_the_robot_enters_the_roadmap_along_its_path_or_straight(two_rooms):
     joined = Joined(two_rooms(1.0), base_pose(3.3, 2.85, 0.0, 0.0))
     node = joined.add(4.75, 2.85)
@@ -169,6 +234,19 @@ def test_shortening_keeps_ends_and_clearance_and_never_lengthens(corner):
 
     assert length(short) <= length(zigzag)
     assert joined.connector._drive_time(short, 0.02, 0.0) is not None
+
+
+def test_a_way_that_there_is_no_time_to_shorten_stays_what_it_was(dense_map):
+    joined = Joined(dense_map((28.0, 3.2, 2.4)).room((0.8, 0.8), (27.2, 2.4)))
+    x = np.arange(1.5, 26.6, 0.5)
+    way = np.column_stack([x, 1.6 + 0.1 * (np.arange(len(x)) % 2)])
+    deadline = late()
+    short = joined.connector.shorten(way, deadline)
+    assert deadline.cut_short
+    assert 2 < len(short) < len(way), "its beginning is shortened: that is driven next"
+    np.testing.assert_array_equal(short[0], way[0])
+    np.testing.assert_array_equal(short[1:], way[-len(short) + 1 :])
+    assert joined.connector._drive_time(short, 0.02) is not None
 
 
 def test_a_long_way_is_shortened_piece_by_piece(dense_map):

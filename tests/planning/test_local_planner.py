@@ -1,14 +1,18 @@
 """OMPL between two viewpoints: round corners, deterministic, bounded."""
 
+import gc
 import math
+import weakref
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from ippon.planning.clearance import OBSTACLE, OPEN, clearance_at, move_between
-from ippon.planning.local_planner import LocalPlannerConfig, plan_locally
+from ippon.planning.deadline import Deadline
+from ippon.planning.local_planner import LEAST_ITERATIONS, LocalPlannerConfig, LocalQuery
 from tests.planning.test_clearance import LIMITS, make_grid
+from tests.planning.test_deadline import Clock
 
 START, GOAL = np.array([0.65, 3.05]), np.array([3.05, 0.65])
 
@@ -21,10 +25,23 @@ def l_corridor(width: int = 10):
     return make_grid(kind)
 
 
-def plan(grid, seed=1, start=START, goal=GOAL, **config):
-    return plan_locally(
+def query(grid, seed=1, start=START, goal=GOAL, **config):
+    return LocalQuery(
         LocalPlannerConfig(**config), grid, LIMITS, start, goal, margin=0.0, seed=seed
     )
+
+
+def plan(grid, seed=1, start=START, goal=GOAL, **config):
+    asked = query(grid, seed, start, goal, **config)
+    assert asked.solve(grid), "without a deadline the answer is there at once"
+    return asked.path()
+
+
+def divided():
+    """Two halves that no way joins."""
+    kind = np.full((42, 42), OPEN)
+    kind[20, :] = OBSTACLE
+    return make_grid(kind), {"start": np.array([1.0, 2.0]), "goal": np.array([3.0, 2.0])}
 
 
 def test_a_way_round_the_corner_where_the_line_is_blocked():
@@ -78,10 +95,53 @@ def test_ends_inside_an_obstacle_are_refused_at_once():
 
 
 def test_without_a_way_the_budget_ends_the_search():
-    kind = np.full((42, 42), OPEN)
-    kind[20, :] = OBSTACLE
-    grid = make_grid(kind)
-    assert plan(grid, start=np.array([1.0, 2.0]), goal=np.array([3.0, 2.0])) is None
+    grid, ends = divided()
+    assert plan(grid, **ends) is None
+
+
+def solved_in_pieces(asked, grid):
+    """Look on with a deadline that has passed; returns how often that took."""
+    for count in range(1, 100):
+        if asked.solve(grid, Deadline(1.0, Clock(jump_s=10.0))):
+            return count
+    raise AssertionError
+
+
+def test_a_query_that_ran_out_of_time_goes_on_where_it_was():
+    grid = l_corridor()
+    asked = query(grid)
+    assert not asked.solve(grid, Deadline(1.0, Clock(jump_s=10.0)))
+    assert asked.path() is None
+    solved_in_pieces(asked, grid)
+    path = asked.path()
+    np.testing.assert_allclose(path[[0, -1]], [START, GOAL])
+    for a, b in pairwise(path):
+        assert move_between(grid, LIMITS, a, b, 0.0)[0]
+
+
+def test_no_way_is_no_way_after_as_many_iterations_as_without_a_clock():
+    grid, ends = divided()
+    asked = query(grid, **ends)
+    pieces = solved_in_pieces(asked, grid)
+    assert asked.path() is None
+    assert pieces == math.ceil(LocalPlannerConfig().iterations / (LEAST_ITERATIONS + 1))
+
+
+def test_a_query_that_has_time_gives_the_way_that_it_gives_without_a_clock():
+    grid = l_corridor()
+    asked = query(grid, seed=5)
+    assert asked.solve(grid, Deadline(1.0, Clock()))
+    np.testing.assert_array_equal(asked.path(), plan(grid, seed=5))
+
+
+def test_what_was_not_finished_leaves_nothing_behind():
+    grid = l_corridor()
+    asked = query(grid)
+    asked.solve(grid, Deadline(1.0, Clock(jump_s=10.0)))
+    floor = weakref.ref(asked._floor)
+    del asked
+    gc.collect()
+    assert floor() is None
 
 
 def test_a_budget_that_finds_nothing_is_refused():

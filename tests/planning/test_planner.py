@@ -1,6 +1,8 @@
 """The planner as a whole, on maps whose every voxel is known."""
 
 import math
+import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from ippon.planning.planner import ViewpointPlanner
 from ippon.planning.sampling import SamplingConfig
 from ippon.planning.selection import select
 from ippon.robot import HABITAT, ZED
+from tests.planning.test_deadline import Clock
 
 PROBABILITIES = LevelProbabilities().as_array()
 POSE = base_pose(2.0, 2.8, 0.0, 0.0)
@@ -25,6 +28,13 @@ POSE = base_pose(2.0, 2.8, 0.0, 0.0)
 def make(robot=ZED, seed=0, t_min=4.0, **config) -> ViewpointPlanner:
     planner = ViewpointPlanner(PlannerConfig(**config), robot, seed)
     planner.set_goal(probabilities=PROBABILITIES, termination_min=t_min)
+    return planner
+
+
+def make_hurried(clock, budget_s=1.0, **config) -> ViewpointPlanner:
+    """A planner with a budget in seconds."""
+    planner = ViewpointPlanner(PlannerConfig(step_budget_s=budget_s, **config), ZED, 0, clock)
+    planner.set_goal(probabilities=PROBABILITIES, termination_min=4.0)
     return planner
 
 
@@ -323,6 +333,110 @@ def test_work_per_step_is_bounded(dense_map):
         sizes.append(len(planner._road.nodes))
 
 
+def assert_driveable(planner, plan) -> None:
+    grid, limits = planner._floor.grid, planner._floor.limits
+    leave = planner._floor.clearance(*plan.path_world[0, :2])
+    for a, b in pairwise(plan.path_world[:, :2]):
+        assert move_between(grid, limits, a, b, planner._floor.margin_m, leave)[0]
+        leave = math.inf
+
+
+def test_a_step_that_ran_out_of_time_returns_the_best_plan_so_far(dense_map):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
+    volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
+    calm, hurried = make(), make_hurried(Clock(jump_s=10.0))
+    expected = run(calm, volume, 40)
+    sizes, cut_short = [0], []
+    for _ in range(200):
+        plan = hurried.step(volume.arrays(), POSE, -0.2)
+        cut_short.append(plan.cut_short)
+        assert not plan.exhausted
+        assert plan.evaluated <= 1
+        assert_consistent(plan, volume)
+        if plan.target is not None:
+            assert_driveable(hurried, plan)
+        sizes.append(len(hurried._road.nodes))
+    assert cut_short[0]
+    assert not cut_short[-1], "nothing is left to do"
+    assert max(np.diff(sizes)) == 1
+    # It takes longer, and comes to the same.
+    nodes = hurried._road.nodes
+    assert (hurried._views.evaluated[nodes] >= 0).all()
+    np.testing.assert_array_equal(hurried._road.xy[nodes], calm._road.xy[calm._road.nodes])
+    assert plan.target.position_world == expected.target.position_world
+
+
+def test_a_room_is_exhausted_only_when_all_of_it_had_its_turn(dense_map):
+    volume = dense_map().room((0.8, 0.8), (4.8, 4.8))
+    calm, hurried = make(), make_hurried(Clock(jump_s=10.0))
+    run(calm, volume, 25)
+    for _ in range(400):
+        plan = hurried.step(volume.arrays(), POSE, -0.2)
+        if plan.exhausted:
+            break
+    assert plan.exhausted
+    nodes = hurried._road.nodes
+    assert len(nodes) == len(calm._road.nodes)
+    assert not hurried._promising_left(volume.arrays(), hurried._tree)
+    assert hurried._views.potential[nodes].max() < hurried.config.selection.min_gain
+
+
+def test_a_narrow_corner_is_passed_by_a_local_way_found_in_pieces(dense_map):
+    pose = base_pose(1.3, 1.3, 0.0, 0.0)
+    volume = l_shape(dense_map)
+    planner = make_hurried(Clock(jump_s=10.0))
+    for _ in range(200):
+        plan = planner.step(volume.arrays(), pose, -0.2)
+        assert not plan.exhausted or not planner._connector._unfinished
+        if (plan.tree.positions_world[:, 1] > 3.5).any():
+            break
+    assert (plan.tree.positions_world[:, 1] > 3.5).any()
+    assert_consistent(plan, volume)
+
+
+def test_an_object_is_approached_by_steps_without_time(dense_map):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (6.4, 4.8))
+    volume.fill((5.6, 2.4, 0.0), (6.2, 3.2, 0.6), OCCUPIED, ooi=0.97, level=Level.NEAR)
+    plan = run(make_hurried(Clock(jump_s=10.0)), volume, 60)
+    assert plan.target is not None
+    assert plan.target.kind is NodeKind.TERMINATING
+
+
+def test_changes_of_the_map_are_followed_however_late_it_is(two_rooms):
+    volume = two_rooms(0.9)
+    planner = make_hurried(Clock(jump_s=10.0))
+    plan = run(planner, volume, 150)
+    assert (plan.tree.positions_world[:, 0] > 4.2).sum() >= 3
+    volume.fill((3.8, 2.2, 0.0), (3.9, 3.4, 2.0), OCCUPIED, ooi=0.0, level=1)
+    plan = run(planner, volume, 1)
+    assert (plan.tree.positions_world[:, 0] < 3.9).all()
+
+
+def test_seconds_that_are_not_used_up_change_nothing(two_rooms):
+    volume = two_rooms(1.0)
+    volume.fill((6.9, 2.0, 0.0), (7.0, 3.0, 1.8), FREE)
+    counted, timed = make(), make_hurried(Clock())
+    for _ in range(15):
+        a, b = (planner.step(volume.arrays(), POSE, -0.2) for planner in (counted, timed))
+        assert not b.cut_short
+        assert a.target == b.target
+        assert (a.evaluated, a.exhausted, a.floor_gap) == (b.evaluated, b.exhausted, b.floor_gap)
+        np.testing.assert_array_equal(a.path_world, b.path_world)
+        for name in ("positions_world", "parents", "gains", "path_costs_s"):
+            np.testing.assert_array_equal(getattr(a.tree, name), getattr(b.tree, name))
+
+
+def test_a_real_clock_ends_a_step_early(dense_map):
+    volume = dense_map((9.6, 9.6, 2.4)).room((0.8, 0.8), (8.8, 8.8), ooi=None)
+    calm, hurried = make(), make_hurried(time.perf_counter, budget_s=1e-6)
+    pose = base_pose(4.0, 4.0, 0.0, 0.0)
+    full, early = (planner.step(volume.arrays(), pose, -0.2) for planner in (calm, hurried))
+    assert early.cut_short
+    assert not full.cut_short
+    assert early.evaluated == 1 < full.evaluated
+    assert len(hurried._road.nodes) == 1 < len(calm._road.nodes)
+
+
 def test_a_robot_inside_an_obstacles_margin_finds_its_way_out(dense_map):
     volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
     volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
@@ -343,3 +457,8 @@ def test_budgets_that_get_nowhere_are_refused():
         PlannerConfig(samples_per_step=0)
     with pytest.raises(ValueError, match="ooi_threshold"):
         PlannerConfig(ooi_threshold=1.0)
+    for seconds in (0.0, -1.0, math.inf, math.nan):
+        with pytest.raises(ValueError, match="step_budget_s must be finite and above 0, or None"):
+            PlannerConfig(step_budget_s=seconds)
+    with pytest.raises(ValueError, match="needs a clock"):
+        make(step_budget_s=0.04)

@@ -1,10 +1,13 @@
 """Ways over unseen floor to what no viewpoint comes close to; the searches are in tests/mission."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from ippon.planning import out_of_reach as out_of_reach_module
 from ippon.planning.clearance import BodyLimits
-from ippon.planning.out_of_reach import OutOfReachConfig
+from ippon.planning.out_of_reach import OutOfReach, OutOfReachConfig
 from ippon.planning.sampling import cover, reachable_cells
 from ippon.planning.ways_round import Surroundings, flood_unseen, spread
 from tests.planning.test_clearance import make_grid, random_kind
@@ -38,6 +41,21 @@ def test_sights_are_spread_over_a_cluster():
     row = np.column_stack([np.arange(11) * 0.1, np.zeros(11), np.zeros(11)])
     assert sorted(spread(row, 3)[:, 0]) == pytest.approx([0.0, 0.5, 1.0])
     assert len(spread(row[:2], 6)) == 2
+
+
+def test_steps_without_time_for_all_ways_make_nothing_surer(monkeypatch):
+    place, voxel = np.array([1.0, 1.0]), np.array([2.0, 1.0, 0.5])
+    monkeypatch.setattr(out_of_reach_module, "way_round", lambda *_: None)
+    monkeypatch.setattr(out_of_reach_module, "nearest_stand", lambda *_: (place, voxel))
+    around = SimpleNamespace(eye_z_m=1.0)
+    tree = SimpleNamespace(order=np.array([0]))
+    given = (voxel[None], around, tree, place[None], np.eye(4))
+    planned = OutOfReach(OutOfReachConfig(), 0.5)
+    for _ in range(50):
+        assert planned.choose(*given, enough=4.0, cut_short=True) is None
+    looks = [planned.choose(*given, enough=4.0) for _ in range(OutOfReachConfig().sure_steps)]
+    assert looks[:-1] == [None] * (len(looks) - 1)
+    assert looks[-1].away_m == 1.0
 
 
 def test_counts_without_meaning_are_refused():
