@@ -184,12 +184,7 @@ def _start_navigator(running: _Running, command: Demo) -> None:
 
 def _try_navigator(running: _Running, command: Demo, port: int) -> None:
     running.endpoint = f"tcp/127.0.0.1:{port}"
-    sizes = ("--seed", str(command.seed), "--voxel-size-m", str(command.voxel_size_m))
-    body = ("--profile", command.profile)
-    how = ("--rooms" if command.rooms else "--no-rooms", *as_arguments(command.llm))
-    child = running.start(
-        "navigator", ["navigate", "--listen", running.endpoint, *body, *sizes, *how]
-    )
+    child = running.start("navigator", navigator_arguments(command, running.endpoint))
     deadline = time.monotonic() + READY_S
     while time.monotonic() < deadline:
         _refuse_ended(running, child, port)
@@ -201,6 +196,16 @@ def _try_navigator(running: _Running, command: Demo, port: int) -> None:
         if last_message(running.session, running.key(keys.LABELS), 0.5) is not None:
             return
     raise DemoError(f"the navigator was not ready within {READY_S:g} s")
+
+
+def navigator_arguments(command: Demo, endpoint: str) -> list[str]:
+    """Return what starts the demo's navigator."""
+    sizes = ("--seed", str(command.seed), "--voxel-size-m", str(command.voxel_size_m))
+    body = ("--profile", command.profile)
+    how = ("--rooms" if command.rooms else "--no-rooms", *as_arguments(command.llm))
+    # Nobody waits for a robot in lock-step, and its search must repeat itself.
+    pace = ("--step-budget-s", "0") if command.speed == "max" else ()
+    return ["navigate", "--listen", endpoint, *body, *sizes, *how, *pace]
 
 
 def _refuse_ended(running: _Running, child: Child, port: int) -> None:

@@ -1,6 +1,7 @@
 """`ippon navigate`: the navigator."""
 
 import logging
+import math
 import os
 import sys
 import threading
@@ -24,6 +25,7 @@ from app.robot_file import map_config, read_profile
 from ippon.errors import MapFileError
 from ippon.guidance.rooms import RoomConfig
 from ippon.mission.config import MissionConfig
+from ippon.planning.config import PlannerConfig
 from ippon.vocabulary import MATTERPORT_40
 
 logger = logging.getLogger(__name__)
@@ -36,11 +38,17 @@ def run_navigate(command: Navigate) -> int:
     """Navigate until the process is stopped."""
     end_with_parent(command.parent_pid)
     model = make_model(command.llm, os.environ)
+    if not 0.0 <= command.step_budget_s < math.inf:
+        raise UsageError(
+            "--step-budget-s is the time that planning may take of a frame, 0 for no bound but its "
+            f"counts; got {command.step_budget_s:g}"
+        )
     try:
         profile = read_profile(command.profile)
         mission = MissionConfig(
             map=map_config(profile, command.voxel_size_m, command.map_memory_mb),
             rooms=RoomConfig(enabled=command.rooms),
+            planner=PlannerConfig(step_budget_s=command.step_budget_s or None),
         )
         kept = None if command.map is None else read_kept(command.map, mission.map)
         known = None if kept is None else kept.voxel_map

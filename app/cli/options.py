@@ -107,6 +107,11 @@ class Navigate:
     map_memory_mb: float = 1024.0
     """Bound of the map; beyond it, what was seen longest ago is given up, far parts first. 60 MB
     hold 110 m2 at voxels of 5 cm, 11 MB at 10 cm."""
+    step_budget_s: float = 0.04
+    """Time that planning may take of a frame: then the robot goes by the best plan so far, and the
+    next frame goes on with what was left. Less answers sooner on a slow or busy machine, and the
+    robot chooses among fewer places. 0 counts the work and never looks at a clock, so that a
+    simulated search repeats itself (`ippon sim --speed max`)."""
     map: Path | None = None
     """File that keeps map and goals: read at the start if it is there, written every ten seconds
     and at the end. Goals that were not over are taken up again, with the robot stopped until you

@@ -241,7 +241,7 @@ def test_a_way_that_there_is_no_time_to_shorten_stays_what_it_was(dense_map):
     x = np.arange(1.5, 26.6, 0.5)
     way = np.column_stack([x, 1.6 + 0.1 * (np.arange(len(x)) % 2)])
     deadline = late()
-    short = joined.connector.shorten(way, deadline)
+    short = joined.connector.shorten(way, 0.0, deadline)
     assert deadline.cut_short
     assert 2 < len(short) < len(way), "its beginning is shortened: that is driven next"
     np.testing.assert_array_equal(short[0], way[0])

@@ -67,7 +67,7 @@ class Navigator:
         self.config = config
         self._mission = Mission(
             config.mission, config.profile, config.labels, config.seed,
-            voxel_map=kept.voxel_map if kept else None,
+            voxel_map=kept.voxel_map if kept else None, clock=time.monotonic,
         )  # fmt: skip
         self._goals = GoalBook(config.max_queue)
         self._watch = Stopwatch()
@@ -195,6 +195,7 @@ class Navigator:
         self._watch.lap("plan", fused)
         self._watch.lap("step", started)
         snapshot = self._snapshot = result.snapshot
+        self._report.planned(snapshot.plan)
         waypoint = self._mission.waypoint
         command = self._helm.follow(
             result.command,

@@ -1,6 +1,8 @@
 """The status message: what the navigator says of itself, twice a second and after each step."""
 
 import time
+from collections import deque
+from typing import Final
 
 from app.messages.control import (
     FindReport,
@@ -20,7 +22,11 @@ from ippon.mapping.surface_rows import N_FREE, N_USED
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import Find, Snapshot
+from ippon.planning.plan import Plan
 
+PLANNED: Final = 50
+"""Frames over which it is counted how often planning ran out of time: ten seconds at five a second;
+in half of them the operator is told."""
 STILL = 1e-3
 ENDS = ("found", "exhausted")
 GOES_ON = ("looking_around", "searching", "approaching", "manual")
@@ -38,6 +44,8 @@ class StatusReport:
         self._last_tilt: float | None = None
         self._took_s: float | None = None
         """How long the search took that ended, while its find waits to be judged."""
+        self._plan: Plan | None = None
+        self._cut_short: deque[bool] = deque(maxlen=PLANNED)
 
     def goal_set(self, since: float) -> None:
         """Another goal, asked for at a monotonic time: its first motion is still to come."""
@@ -56,6 +64,12 @@ class StatusReport:
         self._last_tilt = command.tilt_rad
         if moves and self.first_motion_s is None and self._since > 0.0:
             self.first_motion_s = now - max(self._since, self._first_command_at)
+
+    def planned(self, plan: Plan | None) -> None:
+        """Take note of the latest plan, whether it is of the latest frame or an older one."""
+        if plan is not None and plan is not self._plan:
+            self._cut_short.append(plan.cut_short)
+        self._plan = plan
 
     def status(
         self,
@@ -102,10 +116,20 @@ class StatusReport:
             surface_voxels=_surface_voxels(mission),
             voxel_size_m=mission.config.map.voxel_size_m,
             map_revision=mission.voxel_map.revision,
-            notes=list(notes),
+            notes=[*notes, *self._slowness()],
             drive=drive,
             lease=lease,
         )
+
+    def _slowness(self) -> tuple[str, ...]:
+        budget_s, often = self._config.mission.planner.step_budget_s, sum(self._cut_short)
+        if budget_s is None or 2 * often < PLANNED:
+            return ()
+        text = (
+            f"planning ran out of its {1e3 * budget_s:g} ms in {often} of the last {PLANNED} "
+            "frames: this machine is slow or busy, and the robot chooses among fewer places"
+        )
+        return (text,)
 
     def _elapsed_s(self, state: MissionState, snapshot: Snapshot | None) -> float:
         """Return the time since the search began, or what it took if it ended."""

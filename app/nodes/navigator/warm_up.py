@@ -44,7 +44,8 @@ def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
     """
     complete = _complete()
     before = 0.0 if complete is None or complete.exists() else _compile_in_two(progress)
-    mission = Mission(config.mission, config.profile, config.labels, seed=0)
+    # A step that ran out of time while one kernel is compiled would leave out others.
+    mission = Mission(config.mission.counted(), config.profile, config.labels, seed=0)
     rows = tuple(LabelLevel(label=label, level=Level.AVERAGE, reason="") for label in config.labels)
     guidance = Guidance(ooi="hat", context="", provider="", rows=rows)
     mission.set_goal(Goal(goal_id=0, object="hat", display="hat"), guidance)

@@ -59,7 +59,8 @@ class Recomputation:
         if status is None:
             raise RecordingError(f"{recording.path} has no {keys.STATUS}: nothing to recompute")
         config = settings.navigator
-        self.mission = Mission(config.mission, config.profile, config.labels, config.seed)
+        mission = config.mission.counted()
+        self.mission = Mission(mission, config.profile, config.labels, config.seed)
         self.frames = 0
         """Fused so far."""
         self.refused = 0

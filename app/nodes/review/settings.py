@@ -17,6 +17,7 @@ from ippon.vocabulary import canonical_label
 
 LEVELS: Final = "guidance.levels."
 MISSION: Final = "mission"
+STEP_BUDGET: Final = "planner.step_budget_s"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +69,11 @@ def read_settings(recording: Recording, changes: Sequence[str]) -> Settings:
         if name.startswith(LEVELS):
             label, level = _level(name.removeprefix(LEVELS), text, config.labels)
             levels[label] = level
+        elif name.endswith(STEP_BUDGET):
+            raise RecordingError(
+                f"{name} changes nothing here: a recomputation counts the planner's work and keeps "
+                "no time"
+            )
         else:
             _set(tree, name, yaml.safe_load(text))
     try:

@@ -10,8 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from app.cli.demo import navigator_arguments
 from app.cli.main import run
+from app.cli.options import Demo
 from app.links.registry import RunningNavigator, register
+from ippon.mission.mission import Mission
+from ippon.robot import ZED
 
 LONG = "x" * 10_000
 
@@ -47,6 +51,8 @@ def own_runtime(runtime, monkeypatch):
         (["navigate", "--robot", "a/**"], "got 'a/**'"),
         (["navigate", "--listen", "foo"], "'foo' is no zenoh endpoint"),
         (["navigate", "--voxel-size-m", "0"], "voxel_size_m must be positive"),
+        (["navigate", "--step-budget-s", "-1"], "0 for no bound but its counts; got -1"),
+        (["navigate", "--step-budget-s", "inf"], "0 for no bound but its counts; got inf"),
         (["console", "--port", "99999"], "a port lies in 0 to 65535"),
         (["console", "--host", "0.0.0.0"], "demands a login"),
         (["ask", ""], "no object given"),
@@ -76,6 +82,24 @@ def test_the_impossible_is_refused_in_one_line(arguments, text, capsys):
     assert text in err
     assert len(err) < 1000
     assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "budget_s"),
+    [([], 0.04), (["--step-budget-s", "0.02"], 0.02), (["--step-budget-s", "0"], None)],
+)
+def test_the_seconds_of_planning_reach_the_planner(arguments, budget_s, monkeypatch):
+    configs = []
+    monkeypatch.setattr("app.cli.navigate.run_navigator", lambda config, *_: configs.append(config))
+    assert run(["navigate", *arguments]) == 0
+    assert configs[0].mission.planner.step_budget_s == budget_s
+    assert Mission(configs[0].mission, ZED, configs[0].labels, 0, clock=lambda: 0.0)
+
+
+def test_a_demo_in_lock_step_counts_the_work_of_planning():
+    pace = ["--step-budget-s", "0"]
+    assert navigator_arguments(Demo(speed="max"), "tcp/127.0.0.1:1")[-2:] == pace
+    assert "--step-budget-s" not in navigator_arguments(Demo(), "tcp/127.0.0.1:1")
 
 
 def test_a_log_level_that_is_none(capsys, monkeypatch):

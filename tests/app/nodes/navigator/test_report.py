@@ -8,10 +8,11 @@ from app.messages.lease import LeaseStatus
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.goals import GoalBook
 from app.nodes.navigator.intake import Stopwatch
-from app.nodes.navigator.report import StatusReport
+from app.nodes.navigator.report import PLANNED, StatusReport
 from ippon.command import Command
 from ippon.mission.config import MissionConfig
 from ippon.mission.mission import Mission
+from ippon.planning.config import PlannerConfig
 from ippon.robot import ZED
 from ippon.vocabulary import MATTERPORT_40
 
@@ -55,6 +56,25 @@ def test_refused_frames_are_shown_with_the_reason(report, mission):
     status = state_of(report, mission, frames=3, refused="the camera jumped 3 m", notes=("n",))
     assert (status.state, status.notes) == ("lost", ["n"])
     assert status.why == "frames are refused: the camera jumped 3 m"
+
+
+def test_planning_that_runs_out_of_time_often_is_told(mission):
+    planner = PlannerConfig(step_budget_s=0.04)
+    report = StatusReport(NavigatorConfig(mission=MissionConfig(planner=planner)), "test")
+
+    def notes_after(*cut_short):
+        for cut in cut_short:
+            report.planned(SimpleNamespace(cut_short=cut))
+        return state_of(report, mission, notes=("n",)).notes
+
+    assert notes_after(*[True] * (PLANNED // 2 - 1)) == ["n"]
+    same = SimpleNamespace(cut_short=True)
+    for _ in range(PLANNED):
+        report.planned(same)  # A robot that is held does not plan.
+    note = "planning ran out of its 40 ms in 25 of the last 50 frames"
+    first, second = notes_after()
+    assert (first, second.split(":")[0]) == ("n", note)
+    assert notes_after(*[False] * PLANNED) == ["n"]
 
 
 STILL = Command(tilt_rad=-0.2)

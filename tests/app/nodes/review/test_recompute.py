@@ -183,6 +183,16 @@ def test_other_settings_give_another_session_to_compare(searched, tmp_path):
     again.close()
 
 
+def test_what_was_planned_by_the_clock_is_recomputed_by_count(searched):
+    recording, live = searched
+    settings = read_settings(recording, ())
+    planner = dataclasses.replace(live.config.planner, step_budget_s=1e-6)
+    mission = dataclasses.replace(live.config, planner=planner)
+    navigator = dataclasses.replace(settings.navigator, mission=mission)
+    hurried = dataclasses.replace(settings, navigator=navigator)
+    assert Recomputation(recording, hurried).mission.config == live.config
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [
@@ -193,6 +203,7 @@ def test_other_settings_give_another_session_to_compare(searched, tmp_path):
         ),
         ("map.voxel_size_m=-1", "voxel_size_m must be positive"),
         ("map.fusion=sum", "refused"),
+        ("planner.step_budget_s=0.02", "planner.step_budget_s changes nothing here"),
         ("guidance.levels.sofa=close", "the levels are far, average, near, certain"),
         ("guidance.levels.ufo=far", "there is no label 'ufo'"),
     ],
