@@ -381,6 +381,35 @@ def test_a_room_is_exhausted_only_when_all_of_it_had_its_turn(dense_map):
     assert hurried._views.potential[nodes].max() < hurried.config.selection.min_gain
 
 
+def test_a_step_without_time_to_join_all_has_not_shown_that_nothing_is_left(dense_map, monkeypatch):
+    volume = dense_map().room((0.8, 0.8), (4.8, 4.8))
+    planner = make_hurried(Clock())
+    assert run(planner, volume, 40).exhausted
+    clock = planner._clock
+
+    def bridge(*_, deadline):
+        clock.now_s += 0.7
+        return not deadline.passed()
+
+    monkeypatch.setattr(planner._connector, "bridge", bridge)
+    plan = run(planner, volume, 1)
+    assert (plan.target, plan.cut_short, plan.exhausted) == (None, True, False)
+    monkeypatch.undo()
+    assert run(planner, volume, 1).exhausted
+
+
+def test_whoever_waited_longest_has_its_turn_however_late_it_is(dense_map, monkeypatch):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
+    volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
+    planner = make_hurried(Clock(jump_s=10.0))
+    # As if the map changed everywhere all the time: the target alone could take every turn.
+    monkeypatch.setattr(planner._views, "stale", lambda nodes, *_: np.ones(len(nodes), np.bool_))
+    run(planner, volume, 120)
+    nodes = planner._road.nodes
+    assert len(nodes) > 10
+    assert (planner._views.evaluated[nodes] >= 0).all()
+
+
 def test_a_narrow_corner_is_passed_by_a_local_way_found_in_pieces(dense_map):
     pose = base_pose(1.3, 1.3, 0.0, 0.0)
     volume = l_shape(dense_map)
