@@ -246,7 +246,7 @@ def test_a_way_that_there_is_no_time_to_shorten_stays_what_it_was(dense_map):
     assert 2 < len(short) < len(way), "its beginning is shortened: that is driven next"
     np.testing.assert_array_equal(short[0], way[0])
     np.testing.assert_array_equal(short[1:], way[-len(short) + 1 :])
-    assert joined.connector._drive_time(short, 0.02) is not None
+    assert joined.connector._drive_time(short, 0.02, 0.0) is not None
 
 
 def test_a_long_way_is_shortened_piece_by_piece(dense_map):
