@@ -8,6 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
+from ippon.planning.body_limits import BodyLimits, passing_unseen_radius, speed_at
 
 UNSEEN: Final = 0
 OPEN: Final = 1
@@ -33,37 +34,6 @@ class FloorGrid(NamedTuple):
     """(X, Y, 2) offset in cells to the nearest unseen cell, `NO_SITE` beyond the cut-off."""
     cutoff: int
     """Cells beyond which sites are not looked for."""
-
-
-ROUND: Final[Float64Array] = np.zeros((0, 4))
-"""Discs of a body that is a circle, or so nearly one that its heading does not matter."""
-
-
-class BodyLimits(NamedTuple):
-    """How close the body may come to things, and how that slows it down.
-
-    A long body turns only where the circle that holds it has room, but drives straight ahead
-    wherever its discs do: through doors that are narrower than it is long.
-    """
-
-    radius: float
-    """Radius of the circle that holds the body, metres."""
-    unseen_radius: float
-    """Unseen floor must be this far from the centre, metres; below the radius, since the
-    cells along a wall's foot often stay unseen."""
-    slow_clearance: float
-    """Free space beside the body below which the robot slows down, metres."""
-    slow_fraction: float
-    """Fraction of the top speed that is left when something all but touches."""
-    speed: float
-    """Top speed, metres a second."""
-    half_width: float = 0.0
-    """Half of what a long body needs to either side, metres; of a round one `radius` says it."""
-    unseen_half_width: float = 0.0
-    """Of a long body, what `unseen_radius` is of the circle."""
-    discs: Float64Array = ROUND
-    """(K, 4) a long body from above, driven either way: x and y before and beside the base's
-    centre, radius, and how far from there unseen floor must be, metres."""
 
 
 def update_sites(
@@ -168,18 +138,6 @@ def seen_at(grid: FloorGrid, x: float, y: float, radius: float) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def passing_radius(limits: BodyLimits) -> float:
-    """Return the radius of the circle that fits wherever the body can drive straight ahead."""
-    return limits.radius if limits.discs.shape[0] == 0 else limits.half_width
-
-
-@njit(cache=True, nogil=True)
-def passing_unseen_radius(limits: BodyLimits) -> float:
-    """Return how far from the centre of that circle unseen floor must be."""
-    return limits.unseen_radius if limits.discs.shape[0] == 0 else limits.unseen_half_width
-
-
-@njit(cache=True, nogil=True)
 def room_facing(grid: FloorGrid, limits: BodyLimits, x: float, y: float, yaw: float) -> float:
     """Return the room of a body that stands at a point with a heading.
 
@@ -252,13 +210,6 @@ def can_turn(
         if here and not seen_facing(grid, limits, x, y, yaw):
             return False
     return True
-
-
-@njit(cache=True, nogil=True)
-def speed_at(limits: BodyLimits, beside: float) -> float:
-    """Return the speed at which the robot drives with `beside` metres of room beside its body."""
-    share = min(1.0, max(0.0, beside / limits.slow_clearance))
-    return limits.speed * (limits.slow_fraction + (1.0 - limits.slow_fraction) * share)
 
 
 def can_stand(grid: FloorGrid, limits: BodyLimits, point: Float64Array, margin: float) -> bool:

@@ -13,15 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from ippon.planning.clearance import (
-    OBSTACLE,
-    OPEN,
-    UNSEEN,
-    BodyLimits,
-    FloorGrid,
-    passing_radius,
-    passing_unseen_radius,
-)
+from ippon.planning.body_limits import BodyLimits, passing_radius, passing_unseen_radius
+from ippon.planning.clearance import OBSTACLE, OPEN, UNSEEN, FloorGrid
 
 GAP_M: Final = 0.8
 """Strips of unseen floor up to so wide, between floor that was seen, are expected to be floor."""

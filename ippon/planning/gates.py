@@ -16,12 +16,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from ippon.geometry import Float64Array
-from ippon.planning.clearance import (
-    BodyLimits,
-    FloorGrid,
-    can_stand_at,
-    straight_move,
-)
+from ippon.planning.body_limits import BodyLimits
+from ippon.planning.clearance import FloorGrid, can_stand_at, straight_move
 from ippon.planning.sampling import cell_centres
 
 _HEADINGS: Final = 24

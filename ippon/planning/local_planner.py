@@ -10,7 +10,8 @@ from ompl import geometric as og
 from ompl import util as ou
 
 from ippon.geometry import Float64Array
-from ippon.planning.clearance import BodyLimits, FloorGrid, can_stand, straight_move
+from ippon.planning.body_limits import BodyLimits
+from ippon.planning.clearance import FloorGrid, can_stand, straight_move
 from ippon.planning.deadline import UNLIMITED, Deadline
 
 LEAST_ITERATIONS: Final = 25

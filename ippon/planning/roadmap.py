@@ -16,7 +16,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
-from ippon.planning.clearance import BodyLimits, FloorGrid, can_stand, move_between, straight_move
+from ippon.planning.body_limits import BodyLimits
+from ippon.planning.clearance import FloorGrid, can_stand, move_between, straight_move
 from ippon.planning.shortest_tree import Seeds, ShortestTree, solve_tree
 
 _RESERVE: Final = 64

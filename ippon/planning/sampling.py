@@ -9,14 +9,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
-from ippon.planning.clearance import (
-    OPEN,
-    BodyLimits,
-    FloorGrid,
-    clearance_at,
-    passing_radius,
-    passing_unseen_radius,
-)
+from ippon.planning.body_limits import BodyLimits, passing_radius, passing_unseen_radius
+from ippon.planning.clearance import OPEN, FloorGrid, clearance_at
 
 PASSED: Final = 1
 STANDABLE: Final = 2

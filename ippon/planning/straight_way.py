@@ -7,7 +7,8 @@ import numpy as np
 from numba import njit
 
 from ippon.geometry import Float64Array
-from ippon.planning.clearance import UNSEEN, BodyLimits, FloorGrid, clearance_at, passing_radius
+from ippon.planning.body_limits import BodyLimits, passing_radius
+from ippon.planning.clearance import UNSEEN, FloorGrid, clearance_at
 
 _STEPS_PER_CELL: Final = 2.0
 

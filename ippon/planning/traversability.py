@@ -2,20 +2,19 @@
 
 import math
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ippon.geometry import Float64Array, yaw_of
+from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
+from ippon.planning.body_limits import limits_of
 from ippon.planning.clearance import (
     NO_SITE,
     OBSTACLE,
     OPEN,
     UNSEEN,
-    BodyLimits,
     FloorGrid,
     can_turn,
     clearance_at,
@@ -31,17 +30,8 @@ from ippon.planning.columns import (
     changed_block_columns,
     read_column_blocks,
 )
-from ippon.planning.looks import paste
+from ippon.planning.floor_marks import CONTACT, DRIVEN, FloorMarks
 from ippon.robot import RobotProfile
-
-DRIVEN: Final = 1
-"""Mark of cells that the robot has stood on."""
-CONTACT: Final = 2
-"""Mark of cells that count as blocked because the robot touched something there."""
-SWEPT: Final = 4
-"""Mark of cells that the body has covered with room to spare: a contact was not there."""
-_BLIND_MAX_M: Final = 1.5
-"""A camera that sees no floor within this does not show where the robot can begin to drive."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,16 +82,25 @@ class Traversability:
     def __init__(self, config: TraversabilityConfig, robot: RobotProfile) -> None:
         self.config = config
         self._robot = robot
-        self.limits = _limits_of(config, robot)
+        self.limits = limits_of(
+            robot,
+            unseen_overlap_m=config.unseen_overlap_m,
+            slow_clearance_m=config.slow_clearance_m,
+            slow_fraction=config.slow_fraction,
+        )
         self.margin_m = config.margin_m
         """Room beside the body that every move must leave now."""
         self._revision = -1
         self._bands: ColumnBands | None = None
         self._columns: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
-        self._marks: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
+        self._marks = FloorMarks(
+            robot,
+            start_margin_m=config.start_margin_m,
+            contact_length_m=config.contact_length_m,
+            contact_half_angle_rad=config.contact_half_angle_rad,
+        )
         self._grid: FloorGrid | None = None
         self._floor_z = 0.0
-        self._started = False
         self._reread = False
 
     @property
@@ -137,81 +136,28 @@ class Traversability:
         read_column_blocks(
             arrays, self._bands, blocks, self.config.min_seen, grid.origin, self._columns
         )
-        self._mark_driven(T_world_base)
+        self._marks.note_body(grid, T_world_base)
         window = np.array([1 << 30, -1, 1 << 30, -1], dtype=np.int64)
         box = (0, grid.kind.shape[0], 0, grid.kind.shape[1])
         if not (everything or self._reread):
             box = self._touched_box(blocks, T_world_base)
-        _combine_kernel(self._columns, self._marks, np.array(box), grid.kind, window)
+        _combine_kernel(self._columns, self._marks.cells, np.array(box), grid.kind, window)
         self._reread = False
         if everything:
             window[:] = box
         return self._refresh(window)
 
-    def _start_radius_m(self, voxel_size: float) -> float:
-        """Return the radius of the disc of floor that the robot starts on unseen."""
-        radius = self._robot.radius_m + self.config.start_margin_m
-        blind = self._robot.floor_in_view_m + voxel_size
-        return max(radius, blind) if blind <= _BLIND_MAX_M else radius
-
     def mark_contact(self, T_world_base: Float64Array) -> None:
-        """Close the triangular region ahead of a robot that touched something.
-
-        Where an obstacle of the map is so close before the robot that it explains the contact, only
-        the rim of the body towards it is closed: the map was a few centimetres off there, and a
-        triangle ahead would close the door that the robot brushed against. Where the body has been
-        nothing is closed, so that the way back stays open.
-        """
-        if self._grid is None:
-            return
-        v = self._grid.voxel_size
-        x, y, yaw = T_world_base[0, 3], T_world_base[1, 3], yaw_of(T_world_base)
-        radius = self._extent_m(0.0)
-        half_angle = self.config.contact_half_angle_rad
-        outer = radius + max(self.config.contact_length_m, v)
-        i, j, cx, cy = self._cells_around(x, y, outer / math.cos(half_angle))
-        open_yet = self._marks[i, j] & (CONTACT | SWEPT) == 0
-        open_yet &= self._grid.kind[i, j] != OBSTACLE
-        away = np.hypot(cx - x, cy - y)
-        bearing = np.arctan2(cy - y, cx - x)
-        touched = self._touched_obstacle(T_world_base)
-        rim = np.zeros_like(open_yet)
-        if touched is not None:
-            radius = self._extent_m(touched - yaw)
-            from_touch = np.hypot(
-                cx - x - radius * math.cos(touched), cy - y - radius * math.sin(touched)
-            )
-            rim = open_yet & (from_touch <= 1.2 * v) & (away >= radius - 0.3 * v)
-        if not rim.any():
-            radius = self._extent_m(0.0)
-            ahead, aside = away * np.cos(bearing - yaw), away * np.abs(np.sin(bearing - yaw))
-            rim = open_yet & (away >= radius + 0.25 * v) & (ahead > 0.0) & (ahead <= outer)
-            # At least one cell wide, however narrow the triangle is where it begins.
-            rim &= aside <= np.maximum(ahead * math.tan(half_angle), 0.75 * v)
-        self._marks[i[rim], j[rim]] |= CONTACT
+        """Close the region ahead of a robot that touched something; see `FloorMarks`."""
+        if self._grid is not None:
+            self._marks.mark_contact(self._grid, T_world_base)
 
     def relax(self) -> bool:
         """Open what contacts closed and squeeze through gaps; tell whether that is anything new."""
-        new = bool((self._marks & CONTACT).any()) or self.margin_m > self.config.squeeze_margin_m
-        self._marks &= 255 - CONTACT
+        new = self._marks.forget_contacts() or self.margin_m > self.config.squeeze_margin_m
         self.margin_m = self.config.squeeze_margin_m
         self._reread = True
         return new
-
-    def _touched_obstacle(self, T_world_base: Float64Array) -> float | None:
-        """Return the direction of the obstacle that the robot ran into, None for none."""
-        grid = self.grid
-        x, y = float(T_world_base[0, 3]), float(T_world_base[1, 3])
-        reach = self._robot.radius_m + 0.75 * grid.voxel_size
-        i, j, cx, cy = self._cells_around(x, y, reach)
-        away = np.hypot(cx - x, cy - y)
-        off = np.arctan2(cy - y, cx - x) - yaw_of(T_world_base)
-        beside = away - self._extents_m(off)
-        beside[(grid.kind[i, j] != OBSTACLE) | (np.cos(off) < -0.2)] = np.inf
-        if beside.size == 0 or beside.min() > 0.75 * grid.voxel_size:
-            return None
-        n = np.unravel_index(int(np.argmin(beside)), beside.shape)
-        return math.atan2(cy[n] - y, cx[n] - x)
 
     def clearance(self, x: float, y: float) -> float:
         """Return metres from a point of the floor to the nearest obstacle."""
@@ -242,10 +188,7 @@ class Traversability:
         old = self._grid
         same = old is not None and old.kind.shape == shape and bool((old.origin == origin).all())
         if not same:
-            marks = np.zeros(shape, dtype=np.uint8)
-            if old is not None:
-                paste(self._marks, old.origin - origin, marks)
-            self._marks = marks
+            self._marks.fit(shape, (origin if old is None else old.origin) - origin)
             self._columns = np.zeros(shape, dtype=np.uint8)
             self._grid = FloorGrid(
                 voxel_size=v,
@@ -292,68 +235,6 @@ class Traversability:
         update_sites(grid.kind, OBSTACLE, box, reach, grid.obstacle)
         update_sites(grid.kind, UNSEEN, box, reach, grid.unseen)
         return box
-
-    def _cells_around(self, x: float, y: float, radius: float):
-        grid = self.grid
-        v = grid.voxel_size
-        low = np.floor((np.array([x, y]) - radius) / v).astype(np.int64) - grid.origin
-        high = np.floor((np.array([x, y]) + radius) / v).astype(np.int64) - grid.origin + 1
-        low = np.clip(low, 0, grid.kind.shape)
-        high = np.clip(high, 0, grid.kind.shape)
-        i, j = np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1]), indexing="ij")
-        return i, j, (i + grid.origin[0] + 0.5) * v, (j + grid.origin[1] + 0.5) * v
-
-    def _mark_driven(self, T_world_base: Float64Array) -> None:
-        """Mark the floor under the body, and at first as much round it as the robot trusts."""
-        x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
-        v = self.grid.voxel_size
-        if not self._started:
-            self._mark_disc((x, y), self._start_radius_m(v), DRIVEN)
-            self._started = True
-        c, s = math.cos(yaw), math.sin(yaw)
-        for dx, dy, radius in self._robot.outline:
-            centre = (x + c * dx - s * dy, y + s * dx + c * dy)
-            self._mark_disc(centre, radius, DRIVEN)
-            self._mark_disc(centre, radius - 0.75 * v, SWEPT)
-
-    def _mark_disc(self, centre: tuple[float, float], radius_m: float, mark: int) -> None:
-        i, j, cx, cy = self._cells_around(centre[0], centre[1], radius_m)
-        inside = np.hypot(cx - centre[0], cy - centre[1]) <= radius_m
-        if mark == SWEPT:
-            self._marks[i[inside], j[inside]] &= 255 - CONTACT
-        self._marks[i[inside], j[inside]] |= mark
-
-    def _extents_m(self, bearing: Float64Array) -> Float64Array:
-        """Return how far the body reaches in directions of the base frame, radians; metres."""
-        discs = self._robot.outline
-        return np.max([x * np.cos(bearing) + y * np.sin(bearing) + r for x, y, r in discs], axis=0)
-
-    def _extent_m(self, bearing: float) -> float:
-        return float(self._extents_m(np.array(bearing, dtype=np.float64)))
-
-
-def _limits_of(config: TraversabilityConfig, robot: RobotProfile) -> BodyLimits:
-    """Return how close a robot's body may come to things."""
-
-    def to_unseen(radius: float) -> float:
-        return max(0.5 * radius, radius - config.unseen_overlap_m)
-
-    limits = BodyLimits(
-        radius=robot.radius_m,
-        unseen_radius=to_unseen(robot.radius_m),
-        slow_clearance=config.slow_clearance_m,
-        slow_fraction=config.slow_fraction,
-        speed=robot.max_linear_m_s,
-    )
-    if robot.is_round:
-        return limits
-    # Driven either way: an edge of the roadmap is for both directions.
-    discs = sorted({(k * x, k * y, r, to_unseen(r)) for x, y, r in robot.outline for k in (1, -1)})
-    return limits._replace(
-        half_width=robot.half_width_m,
-        unseen_half_width=to_unseen(robot.half_width_m),
-        discs=np.array(discs, dtype=np.float64),
-    )
 
 
 @njit(cache=True, nogil=True)

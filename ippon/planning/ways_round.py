@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
-from ippon.planning.clearance import OBSTACLE, BodyLimits, FloorGrid, passing_radius
+from ippon.planning.body_limits import BodyLimits, passing_radius
+from ippon.planning.clearance import OBSTACLE, FloorGrid
 from ippon.planning.sampling import (
     SLACK_CELLS,
     STANDABLE,

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from ippon.planning.body_limits import BodyLimits
 from ippon.planning.clearance import (
     NO_SITE,
     OBSTACLE,
     OPEN,
     UNSEEN,
-    BodyLimits,
     FloorGrid,
     clearance_at,
     update_sites,

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ippon.planning.body_limits import BodyLimits
 from ippon.planning.clearance import (
     NO_SITE,
     OBSTACLE,
     OPEN,
     UNSEEN,
-    BodyLimits,
     FloorGrid,
     can_stand,
     can_turn,
@@ -21,7 +21,6 @@ from ippon.planning.clearance import (
     room_facing,
     seen_at,
     seen_facing,
-    speed_at,
     straight_move,
     update_sites,
 )
@@ -150,13 +149,6 @@ def test_who_stands_too_close_may_leave_but_not_come_closer():
     assert not move_between(grid, LIMITS, here, away, 0.0)[0]
     assert move_between(grid, LIMITS, here, away, 0.0, room)[0]
     assert not move_between(grid, LIMITS, here, closer, 0.0, room)[0]
-
-
-def test_speed_falls_with_the_room_beside_the_body():
-    speeds = [speed_at(LIMITS, room) for room in (-0.1, 0.0, 0.1, 0.25, 1.0)]
-    assert speeds == sorted(speeds)
-    assert speeds[0] == pytest.approx(0.4 * 0.8)
-    assert speeds[-1] == speeds[-2] == pytest.approx(0.8)
 
 
 LONG = LIMITS._replace(

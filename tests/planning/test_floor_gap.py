@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from ippon.planning.clearance import OBSTACLE, OPEN, UNSEEN, BodyLimits, FloorGrid
+from ippon.planning.body_limits import BodyLimits
+from ippon.planning.clearance import OBSTACLE, OPEN, UNSEEN, FloorGrid
 from ippon.planning.floor_gap import unseen_gap
 from ippon.planning.sampling import reachable_cells
 from tests.planning.test_clearance import make_grid

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from ippon.planning.clearance import OBSTACLE, OPEN, BodyLimits
+from ippon.planning.body_limits import BodyLimits
+from ippon.planning.clearance import OBSTACLE, OPEN
 from ippon.planning.sampling import (
     PASSED,
     STANDABLE,

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from ippon.planning.clearance import OBSTACLE, OPEN, UNSEEN, BodyLimits
+from ippon.planning.body_limits import BodyLimits
+from ippon.planning.clearance import OBSTACLE, OPEN, UNSEEN
 from ippon.planning.straight_way import unseen_straight_m
 from tests.planning.test_clearance import make_grid, random_kind
 from tests.reference import planning_floor as reference

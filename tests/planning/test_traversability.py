@@ -10,7 +10,6 @@ from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN
 from ippon.planning.clearance import NO_SITE, OBSTACLE, OPEN, UNSEEN, can_stand, update_sites
 from ippon.planning.traversability import Traversability, TraversabilityConfig
 from ippon.robot import ZED
-from tests.long_robot import LONG
 
 POSE = base_pose(2.8, 2.8, 0.0, 0.0)
 
@@ -108,41 +107,6 @@ def test_a_growing_map_keeps_marks(dense_map):
     assert kind_at(floor, 1.05, 2.05) == OPEN
 
 
-def test_a_contact_in_the_open_closes_the_triangle_ahead(dense_map):
-    volume = open_floor(dense_map)
-    floor = Traversability(TraversabilityConfig(), ZED)
-    floor.update(volume.arrays(), POSE)
-    floor.mark_contact(POSE)
-    floor.update(volume.arrays(), POSE)
-    assert kind_at(floor, 3.15, 2.85) == OBSTACLE
-    assert kind_at(floor, 3.25, 2.65) == OBSTACLE, "wider farther ahead"
-    assert kind_at(floor, 2.45, 2.85) == OPEN, "not behind"
-    assert kind_at(floor, 2.85, 2.85) == OPEN, "not under the robot"
-    assert kind_at(floor, 2.85, 3.15) == OPEN, "not beside it"
-
-
-def test_brushing_a_mapped_door_frame_leaves_the_door_open(dense_map, two_rooms):
-    volume = two_rooms(0.9)
-    # The robot touches the lower post (its voxel at y = 2.25) with its side.
-    pose = base_pose(3.85, 2.53, 0.0, 0.0)
-    floor = Traversability(TraversabilityConfig(), ZED)
-    floor.update(volume.arrays(), pose)
-    floor.mark_contact(pose)
-    floor.update(volume.arrays(), pose)
-    assert kind_at(floor, 4.15, 2.65) == OPEN, "no triangle ahead"
-    assert can_stand(floor.grid, floor.limits, np.array([3.85, 2.75]), 0.0)
-
-
-def test_where_the_body_has_been_nothing_is_closed(dense_map):
-    volume = open_floor(dense_map)
-    floor = Traversability(TraversabilityConfig(), ZED)
-    for x in np.arange(2.8, 3.6, 0.05):
-        floor.update(volume.arrays(), base_pose(x, 2.8, 0.0, 0.0))
-    floor.mark_contact(base_pose(3.0, 2.8, 0.0, 0.0))
-    floor.update(volume.arrays(), base_pose(3.0, 2.8, 0.0, 0.0))
-    assert kind_at(floor, 3.35, 2.85) == OPEN
-
-
 def test_relaxing_opens_contacts_and_narrows_the_margin_once(dense_map):
     volume = open_floor(dense_map)
     floor = Traversability(TraversabilityConfig(), ZED)
@@ -168,24 +132,3 @@ def test_relaxing_opens_contacts_and_narrows_the_margin_once(dense_map):
 def test_values_that_close_or_open_everything_are_refused(values, text):
     with pytest.raises(ValueError, match=text):
         TraversabilityConfig(**values)
-
-
-def test_a_long_body_marks_what_it_stands_on_and_no_more(dense_map):
-    volume = dense_map()
-    volume.room((0.8, 0.8), (5.6, 5.6)).fill((0.8, 0.8, -0.1), (5.6, 5.6, 2.0), UNKNOWN)
-    floor = Traversability(TraversabilityConfig(start_margin_m=0.0), LONG)
-    floor.update(volume.arrays(), POSE)
-    floor.update(volume.arrays(), base_pose(4.0, 2.8, 0.0, math.pi / 2))
-    assert kind_at(floor, 4.0, 3.15) == OPEN, "its nose"
-    assert kind_at(floor, 4.35, 2.8) == UNSEEN, "beside its flank"
-
-
-def test_a_long_body_that_touched_something_closes_what_lies_before_its_nose(dense_map):
-    volume = open_floor(dense_map)
-    floor = Traversability(TraversabilityConfig(), LONG)
-    floor.update(volume.arrays(), POSE)
-    floor.mark_contact(POSE)
-    floor.update(volume.arrays(), POSE)
-    assert kind_at(floor, 3.35, 2.85) == OBSTACLE
-    assert kind_at(floor, 3.15, 2.85) == OPEN, "not under its nose"
-    assert kind_at(floor, 2.85, 3.25) == OPEN, "not beside it"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ippon.planning import out_of_reach as out_of_reach_module
-from ippon.planning.clearance import BodyLimits
+from ippon.planning.body_limits import BodyLimits
 from ippon.planning.out_of_reach import OutOfReach, OutOfReachConfig
 from ippon.planning.sampling import cover, reachable_cells
 from ippon.planning.ways_round import Surroundings, flood_unseen, spread

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN, MapArrays
-from ippon.planning.clearance import NO_SITE, OBSTACLE, OPEN, UNSEEN, BodyLimits, FloorGrid
+from ippon.planning.body_limits import BodyLimits
+from ippon.planning.clearance import NO_SITE, OBSTACLE, OPEN, UNSEEN, FloorGrid
 from ippon.planning.columns import (
     COLUMN_BLOCKED,
     COLUMN_CLEAR,
