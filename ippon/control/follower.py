@@ -11,7 +11,7 @@ from ippon.control.obstacles import GRACE_M, disc_room, near_obstacles
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.along_path import point_along, poses_along, remaining_path
-from ippon.planning.connection import HERE_M
+from ippon.planning.path_from_robot import HERE_M
 from ippon.planning.plan import Plan, Viewpoint
 from ippon.robot import RobotProfile
 

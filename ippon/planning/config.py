@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 from ippon.planning.closer_look import CloserLookConfig
-from ippon.planning.connection import LocalPlannerConfig
+from ippon.planning.local_planner import LocalPlannerConfig
 from ippon.planning.sampling import SamplingConfig
 from ippon.planning.selection import SelectionConfig
 from ippon.planning.traversability import TraversabilityConfig

@@ -24,11 +24,14 @@ from ippon.planning.connection import COMFORT_M, Connector
 from ippon.planning.deadline import UNLIMITED, Clock, Deadline
 from ippon.planning.floor_gap import GAP_M, unseen_gap
 from ippon.planning.gaze import Look
+from ippon.planning.local_queries import LocalQueries
+from ippon.planning.path_from_robot import shorten
 from ippon.planning.picture import TreePicture
 from ippon.planning.plan import Plan, Viewpoint
 from ippon.planning.promise import promise, waits
 from ippon.planning.regions import RegionWeights
 from ippon.planning.roadmap import Roadmap
+from ippon.planning.roadmap_entry import RoadmapEntry
 from ippon.planning.sampler import Sampler
 from ippon.planning.sampling import STANDABLE, cell_centres, crowded_nodes, reachable_cells
 from ippon.planning.selection import (
@@ -90,7 +93,9 @@ class ViewpointPlanner:
         self._floor = Traversability(config.traversability, robot)
         self._road = Roadmap(config.max_nodes)
         self._views = Viewpoints(config.view, robot, config.max_nodes, config.ooi_threshold)
-        self._connector = Connector(config.local_planner, self._road, self._floor, robot, seed)
+        self._queries = LocalQueries(config.local_planner, self._floor, seed)
+        self._connector = Connector(self._road, self._floor, self._queries, robot)
+        self._entry = RoadmapEntry(self._road, self._floor, self._queries, robot)
         self._sampler = Sampler(
             config.sampling, config.samples_per_step, self._road, self._floor, self._connector, seed
         )
@@ -215,7 +220,7 @@ class ViewpointPlanner:
             self._patience.note(self._target, target, (x, y))
         target = target if look is None else look.node
         way = None if target is None else self._road.path_to(target, tree, seeds)
-        path = np.zeros((0, 2)) if way is None else self._connector.shorten(way, yaw, deadline)
+        path = np.zeros((0, 2)) if way is None else shorten(way, self._floor, yaw, deadline)
         self._target, self._path = target, (None if way is None else path)
         laid_out = saturated and not layout.cut_short
         exhausted = laid_out and target is None and not self._promising_left(map_arrays, tree)
@@ -303,7 +308,7 @@ class ViewpointPlanner:
         if apart.min() > WAYPOINT_REACH_M:
             return None
         seeds, tree = self._grow_tree(reachable, x, y, yaw_of(T_world_base), self._deadline())
-        return self._connector.way_to(places[int(np.argmin(apart))], T_world_base, seeds, tree)
+        return self._entry.way_to(places[int(np.argmin(apart))], T_world_base, seeds, tree)
 
     def _standing_at(self, x: float, y: float) -> Float64Array | None:
         """Position of the target when the robot has come to it."""
@@ -359,7 +364,7 @@ class ViewpointPlanner:
     def _grow_tree(
         self, reachable: NDArray[np.uint8], x: float, y: float, yaw: float, deadline: Deadline
     ) -> tuple[Seeds, ShortestTree]:
-        seeds = self._connector.seeds(x, y, yaw, self._target, self._path, deadline)
+        seeds = self._entry.seeds(x, y, yaw, self._target, self._path, deadline)
         rate = self._turn_rate
         tree = self._road.shortest_tree(seeds, yaw, rate)
         if self._connector.bridge(tree, reachable, deadline=deadline):

@@ -113,6 +113,16 @@ def two_rooms() -> Callable[..., DenseMap]:
 
 
 @pytest.fixture
+def corner() -> DenseMap:
+    """An L of corridors 1 m wide whose legs are 3.6 m long."""
+    volume = DenseMap((6.4, 6.4, 2.4))
+    volume.fill((0.7, 0.7, -0.1), (5.3, 1.9, 2.0), OCCUPIED)
+    volume.fill((4.1, 0.7, -0.1), (5.3, 5.3, 2.0), OCCUPIED)
+    volume.fill((0.8, 0.8, 0.0), (5.2, 1.8, 2.0), FREE)
+    return volume.fill((4.2, 0.8, 0.0), (5.2, 5.2, 2.0), FREE)
+
+
+@pytest.fixture
 def speckled() -> Callable[[int], DenseMap]:
     """Maps of random boxes, holes, labels and missing blocks."""
 
