@@ -15,11 +15,19 @@ from scipy import ndimage
 
 from ippon.planning.body_limits import BodyLimits, passing_radius, passing_unseen_radius
 from ippon.planning.clearance import OBSTACLE, OPEN, UNSEEN, FloorGrid
+from ippon.planning.deadline import Deadline
+from ippon.planning.traversability import Traversability
 
 GAP_M: Final = 0.8
 """Strips of unseen floor up to so wide, between floor that was seen, are expected to be floor."""
 LEAST_BEHIND_M2: Final = 1.0
 """Less floor than that beyond is not worth a look."""
+_WITHIN_M: Final = 1.6
+"""Farther away than this a look down shows little of the floor."""
+_STEPS: Final = 5
+"""It is looked for in every such step."""
+_PATIENCE_STEPS: Final = 10
+"""After so many it is looked for however late it is."""
 _WINDOW_M: Final = 5.0
 _NEAREST_M: Final = 0.3
 
@@ -27,6 +35,41 @@ _closing: Callable[..., Any] = ndimage.binary_closing
 _distance: Callable[..., Any] = ndimage.distance_transform_edt
 _label: Callable[..., Any] = ndimage.label
 """Untyped on purpose: scipy does not say what its functions return."""
+
+
+class GapWatch:
+    """Looks for such a strip now and then, and says so while it stays: most close by driving."""
+
+    def __init__(self) -> None:
+        self._since = 0
+        self._gap: tuple[float, float] | None = None
+
+    def step(
+        self,
+        floor: Traversability,
+        reachable: NDArray[np.uint8],
+        xy: tuple[float, float],
+        deadline: Deadline,
+    ) -> tuple[float, float] | None:
+        """Return world x and y of a strip that was there the last time, too; None for none.
+
+        Args:
+            floor: The floor and the body.
+            reachable: (X, Y) from `reachable_cells`.
+            xy: Where the robot stands, metres.
+            deadline: Once it has passed this waits for another step, a few times.
+        """
+        self._since += 1
+        if self._since < _STEPS:
+            return None
+        if self._since < _PATIENCE_STEPS and deadline.passed():
+            return None
+        self._since = 0
+        before = self._gap
+        self._gap = unseen_gap(floor.grid, floor.limits, floor.margin_m, reachable, xy, _WITHIN_M)
+        if before is None or self._gap is None or math.dist(before, self._gap) > GAP_M:
+            return None
+        return self._gap
 
 
 def unseen_gap(

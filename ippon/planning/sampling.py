@@ -44,27 +44,6 @@ class SamplingConfig:
             )
 
 
-def crowded_nodes(xy: Float64Array, worth: Float64Array, apart_m: float) -> list[int]:
-    """List the places that have a better one nearby.
-
-    Args:
-        xy: (N, 2) places, metres.
-        worth: (N,) of two that are close the one with more stays, the first of equals; infinite
-            for what stays in any case.
-        apart_m: Those that stay are at least so far from each other.
-
-    Returns:
-        Rows of `xy` to remove.
-    """
-    gone = np.zeros(len(xy), dtype=np.bool_)
-    for row in np.argsort(-worth, kind="stable"):
-        if not gone[row]:
-            close = np.hypot(*(xy - xy[row]).T) < apart_m
-            close[row] = False
-            gone |= close & np.isfinite(worth)
-    return np.flatnonzero(gone).tolist()
-
-
 def reachable_cells(
     grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float, comfort: float
 ) -> NDArray[np.uint8]:

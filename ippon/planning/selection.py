@@ -139,6 +139,13 @@ def _gain_ratio(config: SelectionConfig, gain: Float64Array, cost: Float64Array)
     return gain / (cost + config.look_s) ** config.cost_power
 
 
+def promised_per_s(config: SelectionConfig, scores: Scores) -> float:
+    """Return the gain a second of the way to explore that has most of it, 0 where none is left."""
+    explores = (scores.ratio > 0.0) & ~scores.terminating
+    seconds = scores.path_cost[explores] + config.look_s
+    return float((scores.path_gain[explores] / seconds).max(initial=0.0))
+
+
 def held(config: SelectionConfig, termination_min: float) -> float:
     """Return what T(n) of the target must exceed for it to go on terminating.
 

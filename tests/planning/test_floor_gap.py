@@ -1,12 +1,17 @@
 """Strips of unseen floor before rooms."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from ippon.planning import floor_gap as floor_gap_module
 from ippon.planning.body_limits import BodyLimits
 from ippon.planning.clearance import OBSTACLE, OPEN, UNSEEN, FloorGrid
-from ippon.planning.floor_gap import unseen_gap
+from ippon.planning.deadline import UNLIMITED
+from ippon.planning.floor_gap import GapWatch, unseen_gap
 from ippon.planning.sampling import reachable_cells
+from tests.planning.joined import late
 from tests.planning.test_clearance import make_grid
 
 LIMITS = BodyLimits(
@@ -83,3 +88,30 @@ def test_a_grid_without_a_reachable_cell_has_none():
     grid = two_rooms()
     nothing = np.zeros(grid.kind.shape, np.uint8)
     assert unseen_gap(grid, LIMITS, MARGIN_M, nothing, HERE, 1.6) is None
+
+
+def watched(grids, deadline=lambda: UNLIMITED):
+    """What is said in each step while the floor is one grid after another."""
+    watch, said = GapWatch(), []
+    for grid in grids:
+        floor = SimpleNamespace(grid=grid, limits=LIMITS, margin_m=MARGIN_M)
+        reachable = reachable_cells(grid, LIMITS, *HERE, MARGIN_M, 0.05)
+        said.append(watch.step(floor, reachable, HERE, deadline()))
+    return [n + 1 for n, place in enumerate(said) if place is not None]
+
+
+def test_a_gap_is_looked_for_in_every_fifth_step_and_must_stay():
+    open_, closed = two_rooms(), two_rooms(gap_m=0.0)
+    assert watched([open_] * 16) == [10, 15]
+    assert watched([open_] * 5 + [closed] * 5 + [open_] * 10) == [20]
+
+
+def test_another_gap_than_the_last_time_is_not_told_yet(monkeypatch):
+    places = [(1.0, 1.0), (1.0, 1.7), (3.0, 1.7), (3.0, 1.7), None, (3.0, 1.7)]
+    found = iter(places)
+    monkeypatch.setattr(floor_gap_module, "unseen_gap", lambda *_: next(found))
+    assert watched([two_rooms()] * 30) == [10, 20]
+
+
+def test_a_gap_waits_for_another_step_where_time_is_up_but_not_for_ever():
+    assert watched([two_rooms()] * 40, late) == [20, 30, 40]

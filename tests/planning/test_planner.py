@@ -10,7 +10,7 @@ import pytest
 from ippon.geometry import base_pose
 from ippon.guidance.levels import Level, LevelProbabilities
 from ippon.mapping.arrays import FREE, OCCUPIED
-from ippon.planning import planner as planner_module
+from ippon.planning import target_choice as target_choice_module
 from ippon.planning import viewpoints as viewpoints_module
 from ippon.planning.clearance import move_between
 from ippon.planning.config import PlannerConfig
@@ -133,7 +133,7 @@ def test_what_if_is_answered_after_a_viewpoint_was_added_late(dense_map):
     volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
     planner = make()
     plan = run(planner, volume, 12)
-    planner._sampler.add_at(np.array([2.35, 1.65]))
+    planner._growth._sampler.add_at(np.array([2.35, 1.65]))
     preview = planner.preview(volume.arrays(), cues=True)
     assert preview is not None
     assert preview.position_world == plan.target.position_world
@@ -224,7 +224,7 @@ def test_a_way_is_held_by_what_is_left_of_its_promise(dense_map, monkeypatch):
         shares.append(left)
         return select(config, scores, current, stay_factor, left)
 
-    monkeypatch.setattr(planner_module, "select", noted)
+    monkeypatch.setattr(target_choice_module, "select", noted)
     planner = make()
     before = run(planner, volume, 12)
     # Other levels are no broken promise, though all there is to see is worth a tenth of it.
@@ -391,7 +391,7 @@ def test_a_step_without_time_to_join_all_has_not_shown_that_nothing_is_left(dens
         clock.now_s += 0.7
         return not deadline.passed()
 
-    monkeypatch.setattr(planner._connector, "bridge", bridge)
+    monkeypatch.setattr(planner._growth._connector, "bridge", bridge)
     plan = run(planner, volume, 1)
     assert (plan.target, plan.cut_short, plan.exhausted) == (None, True, False)
     monkeypatch.undo()
@@ -416,7 +416,7 @@ def test_a_narrow_corner_is_passed_by_a_local_way_found_in_pieces(dense_map):
     planner = make_hurried(Clock(jump_s=10.0))
     for _ in range(200):
         plan = planner.step(volume.arrays(), pose, -0.2)
-        assert not plan.exhausted or not planner._queries.unfinished
+        assert not plan.exhausted or not planner._growth._connector._queries.unfinished
         if (plan.tree.positions_world[:, 1] > 3.5).any():
             break
     assert (plan.tree.positions_world[:, 1] > 3.5).any()

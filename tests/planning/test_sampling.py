@@ -1,7 +1,5 @@
 """Reachable floor and the places where viewpoints may go."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -13,7 +11,6 @@ from ippon.planning.sampling import (
     SamplingConfig,
     cell_centre,
     cover,
-    crowded_nodes,
     draw_place,
     open_places,
     reachable_cells,
@@ -99,11 +96,3 @@ def test_a_tight_place_beside_an_object_serves_where_no_roomier_one_is_near():
 def test_spacings_that_contradict_each_other_are_refused():
     with pytest.raises(ValueError, match="spacings must grow"):
         SamplingConfig(local_spacing_m=2.0)
-
-
-def test_of_places_that_crowd_the_better_one_stays():
-    xy = np.array([(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (3.0, 0.0), (3.2, 0.0), (3.4, 0.0)])
-    worth = np.array([1.0, 2.0, 1.0, math.inf, 9.0, math.inf])
-    assert crowded_nodes(xy, worth, 0.8) == [0, 2, 4]
-    assert crowded_nodes(xy, worth, 0.1) == []
-    assert crowded_nodes(xy[:0], worth[:0], 0.8) == []

@@ -13,6 +13,7 @@ from ippon.planning.selection import (
     SelectionConfig,
     commit,
     held,
+    promised_per_s,
     score_nodes,
     select,
     with_passing,
@@ -255,3 +256,14 @@ def test_a_target_keeps_the_gain_of_what_it_was_chosen_to_pass():
 def test_one_voxel_never_ends_a_search():
     assert held(CONFIG, 1.0) == 1.0
     assert held(CONFIG, 10.0) == pytest.approx(6.0)
+
+
+def test_of_ways_to_explore_the_one_with_most_gain_a_second_counts():
+    def promised(gain, **more):
+        return promised_per_s(CONFIG, score(chain([2.0, 6.0]), gain, **more))
+
+    assert promised([12.0, 0.0]) == pytest.approx(12.0 / (2.0 + CONFIG.look_s))
+    assert promised([12.0, 60.0]) == pytest.approx(72.0 / (6.0 + CONFIG.look_s))
+    assert promised([12.0, 60.0], eligible=[True, False]) == promised([12.0, 0.0])
+    assert promised([12.0, 60.0], eligible=[False, False]) == 0.0
+    assert promised([12.0, 60.0], termination=[9.0, 9.0]) == 0.0, "those end the search"
