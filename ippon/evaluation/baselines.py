@@ -8,6 +8,7 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.command import Command
 from ippon.evaluation.floor_routes import FloorRoutes, Frontier, find_frontiers
 from ippon.evaluation.value_map import ValueMap
 from ippon.frame import Frame
@@ -118,10 +119,10 @@ class BaselinePlanner:
     def follow_glimpses(self, glimpses: Glimpses | None) -> None:
         """Leave them alone: no method in the literature that is compared here has them."""
 
-    def mark_contact(self, T_world_base: Float64Array) -> None:
+    def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """See `Planner.mark_contact`."""
-        self._tree.mark_contact(T_world_base)
-        self._floor.mark_contact(T_world_base)
+        self._tree.mark_contact(T_world_base, motion)
+        self._floor.mark_contact(T_world_base, motion)
 
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
         """See `Planner.step`."""

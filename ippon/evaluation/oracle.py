@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.command import Command
 from ippon.evaluation.metrics import Judge
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Level
@@ -42,7 +43,7 @@ class OraclePlanner:
     def follow_glimpses(self, glimpses: Glimpses | None) -> None:
         """Ignore them."""
 
-    def mark_contact(self, T_world_base: Float64Array) -> None:
+    def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """Ignore it: the way is right."""
 
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:

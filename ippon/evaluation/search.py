@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.command import Command
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.evaluation.methods import Equipment
 from ippon.evaluation.metrics import Judge
@@ -55,9 +56,9 @@ class TimedPlanner:
         """See `Planner.follow_glimpses`."""
         self._planner.follow_glimpses(glimpses)
 
-    def mark_contact(self, T_world_base: Float64Array) -> None:
+    def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """See `Planner.mark_contact`."""
-        self._planner.mark_contact(T_world_base)
+        self._planner.mark_contact(T_world_base, motion)
 
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
         """See `Planner.step`."""

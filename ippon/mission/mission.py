@@ -313,7 +313,7 @@ class Mission:
             return Command(tilt_rad=frame.tilt_rad)
         if self._recovery.blocked(frame.stamp_ns, frame.T_world_base, frame.contact):
             self._journal.note("contact", "blocked: marking what is ahead and backing off")
-            self._planner.mark_contact(frame.T_world_base)
+            self._planner.mark_contact(frame.T_world_base, self._commanded)
             if self._state is MissionState.LOOKING_AROUND and not self.robot.is_round:
                 # There is no room to turn a long body here.
                 self._look_around.skip()

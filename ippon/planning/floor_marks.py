@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.command import Command
 from ippon.geometry import Float64Array, yaw_of
 from ippon.planning.clearance import OBSTACLE, FloorGrid
 from ippon.planning.looks import paste
@@ -17,6 +18,8 @@ CONTACT: Final = 2
 """Mark of cells that count as blocked because the robot touched something there."""
 SWEPT: Final = 4
 """Mark of cells that the body has covered with room to spare: a contact was not there."""
+_STANDS_M_S: Final = 0.02
+"""Who is commanded to drive no faster than this turns on the spot."""
 _BLIND_MAX_M: Final = 1.5
 """A camera that sees no floor within this does not show where the robot can begin to drive."""
 
@@ -65,37 +68,55 @@ class FloorMarks:
             self._mark_disc(grid, centre, radius, DRIVEN)
             self._mark_disc(grid, centre, radius - 0.75 * v, SWEPT)
 
-    def mark_contact(self, grid: FloorGrid, T_world_base: Float64Array) -> None:
-        """Close the triangular region ahead of a robot that touched something.
+    def mark_contact(
+        self, grid: FloorGrid, T_world_base: Float64Array, motion: Command | None = None
+    ) -> None:
+        """Close the region that a robot ran into: a triangle ahead of it.
 
         Where an obstacle of the map is so close before the robot that it explains the contact, only
         the rim of the body towards it is closed: the map was a few centimetres off there, and a
-        triangle ahead would close the door that the robot brushed against. Where the body has been
-        nothing is closed, so that the way back stays open.
+        triangle ahead would close the door that the robot brushed against. A robot that drove
+        backwards touched what is behind it; a long body that turned on the spot what its nose or
+        its tail came up against. Where the body has been nothing is closed, so that the way back
+        stays open.
+
+        Args:
+            grid: The floor.
+            T_world_base: Where the robot stands.
+            motion: What it was commanded last; None for straight ahead.
         """
         v = grid.voxel_size
-        x, y, yaw = T_world_base[0, 3], T_world_base[1, 3], yaw_of(T_world_base)
-        nose = self._extent_m(0.0)
+        x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
+        backwards = motion is not None and motion.linear_m_s < 0.0
+        nose = self._extent_m(math.pi if backwards else 0.0)
         outer = nose + max(self._contact_length_m, v)
         i, j, cx, cy = _cells_around(grid, x, y, outer / math.cos(self._half_angle_rad))
-        open_yet = self.cells[i, j] & (CONTACT | SWEPT) == 0
-        open_yet &= grid.kind[i, j] != OBSTACLE
-        away = np.hypot(cx - x, cy - y)
-        touched = self._touched_obstacle(grid, T_world_base)
-        rim = np.zeros_like(open_yet)
-        if touched is not None:
-            radius = self._extent_m(touched - yaw)
-            from_touch = np.hypot(
-                cx - x - radius * math.cos(touched), cy - y - radius * math.sin(touched)
-            )
-            rim = open_yet & (from_touch <= 1.2 * v) & (away >= radius - 0.3 * v)
-        if not rim.any():
-            bearing = np.arctan2(cy - y, cx - x)
-            ahead, aside = away * np.cos(bearing - yaw), away * np.abs(np.sin(bearing - yaw))
-            rim = open_yet & (away >= nose + 0.25 * v) & (ahead > 0.0) & (ahead <= outer)
+        dx, dy = cx - x, cy - y
+        heading = yaw + math.pi if backwards else yaw
+        ahead = dx * math.cos(heading) + dy * math.sin(heading)
+        away = np.hypot(dx, dy)
+        beside, nx, ny = self._from_body(dx, dy, yaw)
+        turn = 0.0 if motion is None else self._turn_of(motion)
+        touched = np.where(grid.kind[i, j] == OBSTACLE, beside, np.inf)
+        if not turn:
+            touched[ahead < -0.2 * away] = np.inf
+        open_yet = (self.cells[i, j] & (CONTACT | SWEPT) == 0) & (grid.kind[i, j] != OBSTACLE)
+        closed = np.zeros_like(open_yet)
+        if touched.min(initial=np.inf) <= 0.75 * v:
+            at = np.unravel_index(int(np.argmin(touched)), touched.shape)
+            px, py = dx[at] - beside[at] * nx[at], dy[at] - beside[at] * ny[at]
+            closed = open_yet & (np.hypot(dx - px, dy - py) <= 1.2 * v) & (beside >= -0.3 * v)
+        if not closed.any() and turn:
+            # Where the outline comes closer while it turns.
+            comes = turn * (dx * ny - dy * nx) > 0.3 * away
+            closed = open_yet & comes & (away > self._robot.half_width_m)
+            closed &= (beside >= 0.0) & (beside <= v)
+        elif not closed.any():
+            aside = np.abs(dy * math.cos(heading) - dx * math.sin(heading))
+            closed = open_yet & (away >= nose + 0.25 * v) & (ahead > 0.0) & (ahead <= outer)
             # At least one cell wide, however narrow the triangle is where it begins.
-            rim &= aside <= np.maximum(ahead * math.tan(self._half_angle_rad), 0.75 * v)
-        self.cells[i[rim], j[rim]] |= CONTACT
+            closed &= aside <= np.maximum(ahead * math.tan(self._half_angle_rad), 0.75 * v)
+        self.cells[i[closed], j[closed]] |= CONTACT
 
     def forget_contacts(self) -> bool:
         """Open what contacts closed; tell whether there was anything."""
@@ -103,19 +124,36 @@ class FloorMarks:
         self.cells &= 255 - CONTACT
         return closed
 
-    def _touched_obstacle(self, grid: FloorGrid, T_world_base: Float64Array) -> float | None:
-        """Return the direction of the obstacle that the robot ran into, None for none."""
-        x, y = float(T_world_base[0, 3]), float(T_world_base[1, 3])
-        reach = self._robot.radius_m + 0.75 * grid.voxel_size
-        i, j, cx, cy = _cells_around(grid, x, y, reach)
-        away = np.hypot(cx - x, cy - y)
-        off = np.arctan2(cy - y, cx - x) - yaw_of(T_world_base)
-        beside = away - self._extents_m(off)
-        beside[(grid.kind[i, j] != OBSTACLE) | (np.cos(off) < -0.2)] = np.inf
-        if beside.size == 0 or beside.min() > 0.75 * grid.voxel_size:
-            return None
-        n = np.unravel_index(int(np.argmin(beside)), beside.shape)
-        return math.atan2(cy[n] - y, cx[n] - x)
+    def _turn_of(self, motion: Command) -> float:
+        """Return the sense in which a long body turns on the spot, 0 where it does not."""
+        if self._robot.is_round or abs(motion.linear_m_s) > _STANDS_M_S:
+            return 0.0
+        return float(np.sign(motion.yaw_rate_rad_s))
+
+    def _from_body(
+        self, dx: Float64Array, dy: Float64Array, yaw: float
+    ) -> tuple[Float64Array, Float64Array, Float64Array]:
+        """Return how far points lie outside the body, and the direction away from it.
+
+        Args:
+            dx: World x from the base's centre, metres; likewise dy.
+            dy: See dx.
+            yaw: Of the base.
+
+        Returns:
+            Metres, negative inside, and the unit vector's x and y, each of the shape of `dx`.
+        """
+        c, s = math.cos(yaw), math.sin(yaw)
+        beside = np.full(dx.shape, np.inf)
+        nx, ny = np.zeros(dx.shape), np.zeros(dx.shape)
+        for x, y, radius in self._robot.outline:
+            ex, ey = dx - (c * x - s * y), dy - (s * x + c * y)
+            away = np.hypot(ex, ey)
+            nearer = away - radius < beside
+            beside[nearer] = away[nearer] - radius
+            scale = np.maximum(away[nearer], 1e-9)
+            nx[nearer], ny[nearer] = ex[nearer] / scale, ey[nearer] / scale
+        return beside, nx, ny
 
     def _start_radius_m(self, voxel_size: float) -> float:
         """Return the radius of the disc of floor that the robot starts on unseen."""
@@ -132,13 +170,10 @@ class FloorMarks:
             self.cells[i[inside], j[inside]] &= 255 - CONTACT
         self.cells[i[inside], j[inside]] |= mark
 
-    def _extents_m(self, bearing: Float64Array) -> Float64Array:
-        """Return how far the body reaches in directions of the base frame, radians; metres."""
-        discs = self._robot.outline
-        return np.max([x * np.cos(bearing) + y * np.sin(bearing) + r for x, y, r in discs], axis=0)
-
     def _extent_m(self, bearing: float) -> float:
-        return float(self._extents_m(np.array(bearing, dtype=np.float64)))
+        """Return how far the body reaches in a direction of the base frame, radians; metres."""
+        c, s = math.cos(bearing), math.sin(bearing)
+        return max(x * c + y * s + radius for x, y, radius in self._robot.outline)
 
 
 def _cells_around(

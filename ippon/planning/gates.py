@@ -18,7 +18,7 @@ from scipy import ndimage
 from ippon.geometry import Float64Array
 from ippon.planning.body_limits import BodyLimits
 from ippon.planning.clearance import FloorGrid, can_stand_at, straight_move
-from ippon.planning.sampling import cell_centres
+from ippon.planning.sampling import STANDABLE, cell_centres
 
 _HEADINGS: Final = 24
 """Directions that a straight way is tried in, over half a turn."""
@@ -50,8 +50,8 @@ def find_gates(
     if not len(limits.discs):
         return []
     room = np.hypot(*(grid.obstacle.astype(np.float64).transpose(2, 0, 1)))
-    # What is beyond a deep passage is seen well only from there; who cannot turn there backs out.
-    turns = (reachable > 0) & (room >= (limits.radius + margin_m) / grid.voxel_size)
+    may_turn = (reachable > 0) & (room >= (limits.radius + margin_m) / grid.voxel_size)
+    turns = (reachable == STANDABLE) | _ends_unseen(may_turn, reachable)
     regions, count = _label(turns)
     if count < 2:
         return []
@@ -63,6 +63,17 @@ def find_gates(
         if _gate_kernel(grid, limits, x, y, margin_m, ends):
             ways.append(ends.copy())
     return ways
+
+
+def _ends_unseen(may_turn: NDArray[np.bool_], reachable: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Return cells (X, Y) where the body can turn for all that is known, apart from viewpoints.
+
+    What is beyond a deep passage is seen well only from there; who cannot turn there backs out.
+    """
+    parts, count = _label(may_turn)
+    known = np.zeros(count + 1, dtype=np.bool_)
+    known[parts[reachable == STANDABLE]] = True
+    return may_turn & ~known[parts]
 
 
 def _borders(owner: NDArray[np.int32]) -> NDArray[np.bool_]:

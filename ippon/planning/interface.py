@@ -5,6 +5,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.command import Command
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.glimpses import Glimpses
@@ -36,8 +37,13 @@ class Planner(Protocol):
         """
         ...
 
-    def mark_contact(self, T_world_base: Float64Array) -> None:
-        """Take note that the robot touched something ahead of where it stands."""
+    def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
+        """Take note that the robot ran into something.
+
+        Args:
+            T_world_base: Where it stands.
+            motion: What it was commanded last; None for straight ahead.
+        """
         ...
 
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:

@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.command import Command
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.glimpses import Glimpses
@@ -140,9 +141,9 @@ class ViewpointPlanner:
         picture = self._picture(views, self._tree, scores)
         return None if target is None else picture.viewpoint(target)
 
-    def mark_contact(self, T_world_base: Float64Array) -> None:
+    def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """Take the triangular region ahead of the robot for untraversable (Sec. Traversability)."""
-        self._floor.mark_contact(T_world_base)
+        self._floor.mark_contact(T_world_base, motion)
         self._choice.path = None
 
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:

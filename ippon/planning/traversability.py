@@ -7,6 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from ippon.command import Command
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.body_limits import limits_of
@@ -147,10 +148,10 @@ class Traversability:
             window[:] = box
         return self._refresh(window)
 
-    def mark_contact(self, T_world_base: Float64Array) -> None:
-        """Close the region ahead of a robot that touched something; see `FloorMarks`."""
+    def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
+        """Close the region that a robot ran into; see `FloorMarks`."""
         if self._grid is not None:
-            self._marks.mark_contact(self._grid, T_world_base)
+            self._marks.mark_contact(self._grid, T_world_base, motion)
 
     def relax(self) -> bool:
         """Open what contacts closed and squeeze through gaps; tell whether that is anything new."""

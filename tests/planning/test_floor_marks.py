@@ -3,9 +3,11 @@
 import math
 
 import numpy as np
+import pytest
 
+from ippon.command import Command
 from ippon.geometry import base_pose
-from ippon.mapping.arrays import UNKNOWN
+from ippon.mapping.arrays import OCCUPIED, UNKNOWN
 from ippon.planning.clearance import OBSTACLE, OPEN, UNSEEN, can_stand
 from ippon.planning.floor_marks import CONTACT, DRIVEN, SWEPT, FloorMarks
 from ippon.planning.traversability import Traversability, TraversabilityConfig
@@ -131,3 +133,55 @@ def test_a_long_body_that_touched_something_closes_what_lies_before_its_nose(den
     assert kind_at(floor, 3.35, 2.85) == OBSTACLE
     assert kind_at(floor, 3.15, 2.85) == OPEN, "not under its nose"
     assert kind_at(floor, 2.85, 3.25) == OPEN, "not beside it"
+
+
+TURNS_LEFT = Command(yaw_rate_rad_s=0.5)
+
+
+def test_a_long_body_that_touched_something_as_it_turned_does_not_turn_on(dense_map):
+    volume = open_floor(dense_map)
+    floor = Traversability(TraversabilityConfig(), LONG)
+    floor.update(volume.arrays(), POSE)
+    here = POSE[:2, 3]
+    assert floor.can_turn(here, 0.0, 1.5, 0.0, floor.room_facing(*here, 0.0))
+    floor.mark_contact(POSE, TURNS_LEFT)
+    floor.update(volume.arrays(), POSE)
+    assert kind_at(floor, 3.05, 3.15) == OBSTACLE, "left of its nose"
+    assert kind_at(floor, 2.55, 2.45) == OBSTACLE, "right of its tail"
+    assert kind_at(floor, 3.05, 2.45) == kind_at(floor, 2.55, 3.15) == OPEN
+    assert kind_at(floor, 3.35, 2.85) == OPEN, "not ahead"
+    leave = floor.room_facing(*here, 0.0)
+    assert not floor.can_turn(here, 0.0, 1.5, 0.0, leave)
+    assert floor.can_turn(here, 0.0, -0.5, 0.0, leave), "it may turn back"
+
+
+def test_a_mapped_obstacle_beside_the_tail_explains_a_contact_as_it_turns(dense_map):
+    volume = open_floor(dense_map).fill((2.4, 2.4, 0.0), (2.6, 2.6, 0.8), OCCUPIED)
+    floor = Traversability(TraversabilityConfig(), LONG)
+    floor.update(volume.arrays(), POSE)
+    floor.mark_contact(POSE, TURNS_LEFT)
+    floor.update(volume.arrays(), POSE)
+    assert kind_at(floor, 3.05, 3.15) == OPEN, "its nose touched nothing"
+    assert kind_at(floor, 2.65, 2.55) == OBSTACLE, "the rim beside the box"
+
+
+@pytest.mark.parametrize("robot", [ZED, LONG])
+def test_a_contact_on_the_way_back_closes_what_is_behind(dense_map, robot):
+    volume = open_floor(dense_map)
+    floor = Traversability(TraversabilityConfig(), robot)
+    floor.update(volume.arrays(), POSE)
+    floor.mark_contact(POSE, Command(linear_m_s=-0.2))
+    floor.update(volume.arrays(), POSE)
+    beyond = robot.radius_m + 0.1
+    assert kind_at(floor, 2.8 - beyond, 2.85) == OBSTACLE
+    assert kind_at(floor, 2.8 + beyond, 2.85) == OPEN
+
+
+def test_a_round_body_that_turns_touched_what_is_ahead(dense_map):
+    volume = open_floor(dense_map)
+    floors = [Traversability(TraversabilityConfig(), ZED) for _ in range(2)]
+    for floor, motion in zip(floors, (None, TURNS_LEFT), strict=True):
+        floor.update(volume.arrays(), POSE)
+        floor.mark_contact(POSE, motion)
+        floor.update(volume.arrays(), POSE)
+    np.testing.assert_array_equal(floors[0].grid.kind, floors[1].grid.kind)
