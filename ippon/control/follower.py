@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from ippon.planning.along_path import point_along, poses_along, remaining_path
 from ippon.planning.path_from_robot import HERE_M
 from ippon.planning.plan import Plan, Viewpoint
 from ippon.robot import RobotProfile
+
+_TURN_STEP_RAD: Final = 0.1
+"""Headings of a turn whose room is looked at lie so far apart."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -185,7 +189,7 @@ class PathFollower:
         if robot.is_round or not robot.can_reverse or abs(off) < 0.5 * math.pi:
             return False
         obstacles = near_obstacles(map_arrays, robot, T_world_base, robot.radius_m + GRACE_M)
-        turn = np.linspace(0.0, off, math.ceil(abs(off) / 0.1) + 1)
+        turn = np.linspace(0.0, off, math.ceil(abs(off) / _TURN_STEP_RAD) + 1)
         here = np.tile(T_world_base[:2, 3], (len(turn), 1))
         poses = np.column_stack([here, yaw_of(T_world_base) + turn])
         room = disc_room(robot.outline, poses, obstacles)

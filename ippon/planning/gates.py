@@ -31,6 +31,7 @@ _APART_M: Final = 0.4
 
 _label: Callable[..., Any] = ndimage.label
 _distance: Callable[..., Any] = ndimage.distance_transform_edt
+"""Untyped on purpose: scipy does not say what its functions return."""
 
 
 def find_gates(
@@ -77,7 +78,7 @@ def _ends_unseen(may_turn: NDArray[np.bool_], reachable: NDArray[np.uint8]) -> N
 
 
 def _borders(owner: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Tell which cells lie beside one that belongs to another region."""
+    """Tell which of (X, Y) cells lie beside one of another region; 0 in `owner` is no region."""
     border = np.zeros(owner.shape, dtype=np.bool_)
     for low, high in (
         ((slice(0, -1), slice(None)), (slice(1, None), slice(None))),
@@ -88,7 +89,13 @@ def _borders(owner: NDArray[np.int32]) -> NDArray[np.bool_]:
 
 
 def _spread(cells: NDArray[np.int64], worth: Float64Array, grid: FloorGrid) -> NDArray[np.int64]:
-    """Return up to `_MOST` of (M, 2) cells, those of most worth first, apart from each other."""
+    """Return up to `_MOST` of (M, 2) cells, those of most worth first, apart from each other.
+
+    Args:
+        cells: Their indices.
+        worth: (X, Y) of every cell of the grid.
+        grid: The floor.
+    """
     kept: list[NDArray[np.int64]] = []
     apart = _APART_M / grid.voxel_size
     for cell in cells[np.argsort(-worth[cells[:, 0], cells[:, 1]], kind="stable")]:

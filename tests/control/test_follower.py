@@ -1,5 +1,6 @@
 """Following a path: inside the limits, to the target, never through what appeared."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -261,3 +262,16 @@ def test_a_long_robot_follows_a_path_through_a_narrow_door(floor_with):
     assert ride.run(plan, 40.0)
     obstacles = near_obstacles(arrays, LONG, base_pose(1.0, 0.0, 0.0, 0.0), 4.0)
     assert body_room(LONG, np.array(ride.track), obstacles).min() > -0.03
+
+
+def test_a_long_robot_turns_round_where_it_has_the_room(floor_with):
+    ride = Ride(floor_with(), LONG)
+    assert ride.run(make_plan([(0.0, 0.0), (-2.0, 0.0)], yaw=math.pi), 30.0)
+    assert min(c.linear_m_s for c in ride.commands) >= 0.0
+
+
+def test_who_cannot_drive_backwards_does_not(floor_with):
+    corridor = [(-1.0, y, 0.0, 2.0, y + 0.2, 1.0) for y in (-0.5, 0.3)]
+    ride = Ride(floor_with(*corridor), dataclasses.replace(LONG, can_reverse=False))
+    ride.run(make_plan([(0.0, 0.0), (-1.8, 0.0)], yaw=math.pi), 5.0)
+    assert min(c.linear_m_s for c in ride.commands) >= 0.0

@@ -198,3 +198,15 @@ def test_a_long_body_that_stands_too_close_may_turn_away():
     assert not can_turn(grid, LONG, x, y, askew, 0.0, 0.02, math.inf)
     assert can_turn(grid, LONG, x, y, askew, 0.0, 0.02, room)
     assert not can_turn(grid, LONG, x, y, askew, 1.5, 0.02, room)
+
+
+def test_a_long_body_turns_here_over_floor_that_was_seen_and_there_over_any():
+    kind = np.full((60, 40), OPEN)
+    grid = make_grid(kind)
+    assert can_turn(grid, LONG, 3.0, 2.0, 0.0, math.pi / 2, 0.02, math.inf), "its circle has room"
+    assert can_turn(grid, LONG, 3.0, 2.0, 0.0, math.pi / 2, 0.02, 1.5), "and is on seen floor"
+    kind[:, 23:] = UNSEEN
+    grid = make_grid(kind)
+    assert can_turn(grid, LONG, 3.0, 2.0, 0.0, math.pi / 2, 0.02, math.inf), "seen by then"
+    assert not can_turn(grid, LONG, 3.0, 2.0, 0.0, math.pi / 2, 0.02, 1.5), "its nose would be"
+    assert can_turn(grid, LONG, 3.0, 2.0, 0.0, 0.3, 0.02, 1.5), "not over what lies aside"

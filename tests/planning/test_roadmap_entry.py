@@ -126,3 +126,22 @@ def test_a_long_robot_enters_the_roadmap_backwards_where_it_cannot_turn(dense_ma
         assert len(seeds.node) == entries
     joined.add(4.9, 1.6)
     assert len(joined.tree()[0].node) == 1, "that lies ahead"
+
+
+def test_where_no_straight_move_is_free_a_local_way_leads_in(corner):
+    joined = Joined(corner, base_pose(3.45, 1.35, 0.0, 0.0))
+    node = joined.add(4.75, 3.0)
+    seeds, tree = joined.tree()
+    assert seeds.node.tolist() == [node]
+    way = seeds.paths[0]
+    np.testing.assert_allclose(way[[0, -1]], [(3.45, 1.35), (4.75, 3.0)])
+    assert len(way) > 2
+    assert tree.cost[node] > seeds.time[0] > np.linalg.norm(way[0] - way[-1]) / ZED.max_linear_m_s
+
+
+def test_a_way_to_the_target_that_is_blocked_by_now_is_none(two_rooms):
+    joined = Joined(two_rooms(0.0), base_pose(2.0, 2.85, 0.0, 0.0), enabled=False)
+    near, target = joined.add(3.2, 2.85), joined.add(4.5, 2.85)
+    seeds, tree = joined.tree(target=target, path=np.array([(2.0, 2.85), (4.5, 2.85)]))
+    assert seeds.node.tolist() == [near]
+    assert np.isinf(tree.cost[target])

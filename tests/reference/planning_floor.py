@@ -8,7 +8,15 @@ from numpy.typing import NDArray
 
 from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN, MapArrays
 from ippon.planning.body_limits import BodyLimits
-from ippon.planning.clearance import NO_SITE, OBSTACLE, OPEN, UNSEEN, FloorGrid
+from ippon.planning.clearance import (
+    NO_SITE,
+    OBSTACLE,
+    OPEN,
+    UNSEEN,
+    FloorGrid,
+    clearance_at,
+    move_between,
+)
 from ippon.planning.columns import (
     COLUMN_BLOCKED,
     COLUMN_CLEAR,
@@ -155,3 +163,36 @@ def unseen_straight_m(
             return 0.0
         unseen += not inside or grid.kind[i, j] == UNSEEN
     return unseen * away / steps
+
+
+def gate(grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float):
+    """Ends of the straight way near a point that passes obstacles with most room, None for none."""
+    ways = []
+    for heading in np.arange(24) * math.pi / 24:
+        along = np.array([math.cos(heading), math.sin(heading)])
+        across = np.array([-along[1], along[0]])
+        for aside in (-1.0, -0.5, 0.0, 0.5, 1.0):
+            middle = np.array([x, y]) + aside * grid.voxel_size * across
+            steps = 0.5 * grid.voxel_size * np.arange(1, int(1.8 / (0.5 * grid.voxel_size)) + 1)
+            ends = [
+                next(
+                    (p for p in middle + np.outer(steps, way) if stands(grid, limits, p, margin)),
+                    None,
+                )
+                for way in (-along, along)
+            ]
+            if any(end is None for end in ends):
+                continue
+            free, _, crowding = move_between(grid, limits, ends[0], ends[1], margin)
+            if free:
+                ways.append((crowding, ends))
+    return None if not ways else min(ways, key=lambda way: way[0])
+
+
+def stands(grid: FloorGrid, limits: BodyLimits, point: NDArray[np.float64], margin: float) -> bool:
+    """See `can_stand`: room to turn, over floor whose middle was seen."""
+    if clearance_at(grid, *point) < limits.radius + margin:
+        return False
+    site = grid.unseen[tuple(np.floor(point / grid.voxel_size).astype(int) - grid.origin)]
+    seen_m = math.inf if site[0] == NO_SITE else grid.voxel_size * math.hypot(*site.astype(float))
+    return seen_m >= (limits.unseen_half_width if len(limits.discs) else limits.unseen_radius)
