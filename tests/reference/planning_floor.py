@@ -166,7 +166,7 @@ def unseen_straight_m(
 
 
 def gate(grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float):
-    """Ends of the straight way near a point that passes obstacles with most room, None for none."""
+    """Crowding and ends of the roomiest straight way near a point, None for none."""
     ways = []
     for heading in np.arange(24) * math.pi / 24:
         along = np.array([math.cos(heading), math.sin(heading)])
