@@ -26,6 +26,17 @@ INNER_OPTIONS: Final[dict[str, Any]] = {
 INNER: Final = njit(**INNER_OPTIONS)
 
 
+def read_only(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return an image in one piece, as a view that nobody may write to.
+
+    numba compiles a kernel for arrays that may be written to and for others apart, and what was
+    unpacked from a message may not.
+    """
+    view = np.ascontiguousarray(image).view()
+    view.flags.writeable = False
+    return view
+
+
 class MapArrays(NamedTuple):
     """Read-only arrays that a compiled kernel takes as one argument.
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 from ippon.geometry import invert_transform
-from ippon.mapping.arrays import BLOCK_EDGE, OCCUPIED
+from ippon.mapping.arrays import BLOCK_EDGE, OCCUPIED, read_only
 from ippon.mapping.blocks import BlockDirectory, Pools
 from ippon.mapping.depth_image import DepthImage, prepare_depth
 from ippon.mapping.distance_field import DistanceField
@@ -150,7 +150,7 @@ class FrameIntegrator:
             How many of them a heatmap updated.
         """
         heat, surface = layers.fusion_input(frame.heatmap, self.floor_z_m), layers.surface
-        color = np.ascontiguousarray(frame.color)
+        color = read_only(frame.color)
         heat_size, length = heat.probabilities.shape[:2], surface.energy.shape[1]
         work = make_fusion_work(color.shape[:2], strides, heat_size, length)
         labelled = fuse_kernel(

@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.frame import Heatmap
-from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, INNER, NOT_MAPPED
+from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, INNER, NOT_MAPPED, read_only
 from ippon.mapping.blocks import N_ROWS, NO_SLAB, BlockDirectory, Pools
 from ippon.mapping.map_config import SURFACE_ROWS_PER_BLOCK, MapConfig
 from ippon.mapping.object_filter import (
@@ -250,14 +250,14 @@ class ObjectLayers:
         ooi_channel = NONE
         probabilities = np.zeros((1, 1, 1), np.uint8)
         if heatmap is not None:
-            probabilities = np.ascontiguousarray(heatmap.probabilities)
+            probabilities = heatmap.probabilities
             index = {label: i for i, label in enumerate(heatmap.labels)}
             channel = np.array([index.get(label, NONE) for label in self.labels], np.int64)
             if self.ooi is not None and heatmap.ooi == self.ooi:
                 at = heatmap.ooi_channel
                 ooi_channel = NONE if at is None else at
         return FusionInput(
-            probabilities=probabilities,
+            probabilities=read_only(probabilities),
             has_heatmap=heatmap is not None,
             channel=channel,
             in_order=bool((channel == np.arange(n)).all()),

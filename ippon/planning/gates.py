@@ -58,12 +58,28 @@ def find_gates(
         return []
     _, nearest = _distance(regions == 0, return_indices=True)
     owner = np.where(reachable > 0, regions[tuple(nearest)], 0)
-    ways: list[Float64Array] = []
+    narrow = cell_centres(grid, _spread(np.argwhere(_borders(owner) & ~turns), room, grid))
+    ways = [way_through(grid, limits, x, y, margin_m) for x, y in narrow.tolist()]
+    return [way for way in ways if way is not None]
+
+
+def way_through(
+    grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin_m: float
+) -> Float64Array | None:
+    """Find the roomiest straight way near a point, from where the body can turn to where it can.
+
+    Args:
+        grid: The floor.
+        limits: The body.
+        x: Of the point, metres; likewise y.
+        y: See x.
+        margin_m: Room beside the body that a move must leave.
+
+    Returns:
+        (2, 2) both ends, metres; None where there is no such way.
+    """
     ends = np.zeros((2, 2))
-    for x, y in cell_centres(grid, _spread(np.argwhere(_borders(owner) & ~turns), room, grid)):
-        if _gate_kernel(grid, limits, x, y, margin_m, ends):
-            ways.append(ends.copy())
-    return ways
+    return ends if _gate_kernel(grid, limits, x, y, margin_m, ends) else None
 
 
 def _ends_unseen(may_turn: NDArray[np.bool_], reachable: NDArray[np.uint8]) -> NDArray[np.bool_]:

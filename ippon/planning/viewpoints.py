@@ -20,7 +20,6 @@ from ippon.planning.orientation import (
     recount_levels,
     sum_sectors,
     sum_views,
-    with_evidence,
 )
 from ippon.planning.panorama import ViewRules, see
 from ippon.planning.rays import cast_ray
@@ -324,16 +323,6 @@ class Viewpoints:
         depth = cast_ray(arrays, table, self._rules.unknown_depth, camera, offset / far)
         # A ray may graze the voxel beside the one that is meant.
         return abs(depth) >= far - 1.8
-
-    def best_tilt(self, node: int, heading: int) -> float:
-        """Return the tilt of highest gain for one candidate heading."""
-        sums = self._sums[node]
-        assert self._orientations is not None
-        p_img = with_evidence(
-            self._probabilities[int(self.level[node])], self.glimpsed[node, heading]
-        )
-        gain = sums.known[heading] + p_img * sums.unknown[heading]
-        return float(self._orientations.tilts[int(np.argmax(gain))])
 
     def _follow_glimpses(self) -> None:
         """Weigh anew what looks at places that images showed since."""

@@ -17,12 +17,15 @@ from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.compiling import compile_beside
 from ippon.evaluation.episode import EpisodeLimits, run_episode
+from ippon.frame import Frame
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.mapping.surface import SurfaceTracker
 from ippon.mapping.warm_up import warm_up as warm_up_map
 from ippon.mapping.warm_up import warm_up_glimpses
+from ippon.mission.explanation import NEARBY_M, label_census
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
+from ippon.planning.warm_up import warm_up as warm_up_planning
 from ippon.robot import RobotProfile
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.world import SimulatedWorld
@@ -36,14 +39,14 @@ COMPLETE: Final = "complete"
 
 
 def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
-    """Run a real search for a few seconds of simulated time.
+    """Run a real search for a few seconds of simulated time, and what it did not come to.
 
     Args:
         config: Kernels are compiled for its map.
         progress: Called with the fraction that is done.
     """
     complete = _complete()
-    before = 0.0 if complete is None or complete.exists() else _compile_in_two(progress)
+    before = _compile_map(progress, first=complete is not None and not complete.exists())
     # A step that ran out of time while one kernel is compiled would leave out others.
     mission = Mission(config.mission.counted(), config.profile, config.labels, seed=0)
     rows = tuple(LabelLevel(label=label, level=Level.AVERAGE, reason="") for label in config.labels)
@@ -54,13 +57,24 @@ def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
     for k, _ in enumerate(run_episode(world, mission, EpisodeLimits(max_time_s=0.2 * STEPS))):
         tracker.update()
         progress(before + (1.0 - before) * (k + 1) / STEPS)
-    mission.reject_find()
     tracker.keyframe()
-    warm_up_glimpses()
+    _use_the_rest(mission, world.observe(), guidance)
     if complete is not None:
         with contextlib.suppress(OSError):
             # A disk that is full or read-only has the next start compile in two again.
             complete.touch()
+
+
+def _use_the_rest(mission: Mission, frame: Frame, guidance: Guidance) -> None:
+    """Do what a search may do for the first time long after its start, when nobody would wait."""
+    mission.learn(frame)
+    mission.preview(guidance)
+    mission.set_guidance(guidance)
+    mission.go_to((float(frame.T_world_base[0, 3]), float(frame.T_world_base[1, 3])))
+    mission.step(frame)
+    label_census(mission.voxel_map, frame.T_world_base[:3, 3], NEARBY_M)
+    warm_up_glimpses()
+    warm_up_planning(mission.voxel_map.arrays(), mission.robot, frame.T_world_base)
 
 
 def warm_up_simulation() -> None:
@@ -83,12 +97,17 @@ def _complete() -> Path | None:
     return Path(folder) / COMPLETE if folder else None
 
 
-def _compile_in_two(progress: Callable[[float], None]) -> float:
-    """Compile the map's kernels here and a simulated home's beside; returns the fraction done."""
-    share = 0.6
+def _compile_map(progress: Callable[[float], None], *, first: bool) -> float:
+    """Use the map's kernels; the first time a simulated home's are compiled beside.
+
+    Returns:
+        The fraction done.
+    """
+    share = 0.6 if first else 0.1
     # With a third core, the map's own take two.
-    spare = (os.cpu_count() or 1) > 2
-    with compile_beside(__name__, "warm_up_simulation"):
+    spare = first and (os.cpu_count() or 1) > 2
+    beside = compile_beside(__name__, "warm_up_simulation") if first else contextlib.nullcontext()
+    with beside:
         for k, _ in enumerate(warm_up_map(beside=spare)):
             progress(share * k / MAP_STEPS)
     return share

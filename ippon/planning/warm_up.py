@@ -1,0 +1,34 @@
+"""Compiles the planner's kernels that a search may need for the first time long after its start."""
+
+import numpy as np
+
+from ippon.geometry import Float64Array
+from ippon.mapping.arrays import MapArrays
+from ippon.planning.clearance import can_turn
+from ippon.planning.gates import way_through
+from ippon.planning.sampling import reachable_cells
+from ippon.planning.traversability import Traversability, TraversabilityConfig
+from ippon.planning.viewpoints import ViewConfig, Viewpoints
+from ippon.planning.ways_round import Surroundings, flood_unseen
+from ippon.robot import RobotProfile
+
+
+def warm_up(arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array) -> None:
+    """Look for ways to what is out of reach, and those of a long body.
+
+    Args:
+        arrays: A map in which a robot has driven already.
+        robot: Only a long one has kernels of its own.
+        T_world_base: Where it stands.
+    """
+    floor = Traversability(TraversabilityConfig(), robot)
+    floor.update(arrays, T_world_base)
+    grid, limits, margin_m = floor.grid, floor.limits, floor.margin_m
+    x, y = float(T_world_base[0, 3]), float(T_world_base[1, 3])
+    reachable = reachable_cells(grid, limits, x, y, margin_m, 0.0)
+    views = Viewpoints(ViewConfig(), robot, 1, 0.5)
+    around = Surroundings(grid, limits, margin_m, reachable, arrays, views)
+    flood_unseen(around, np.zeros_like(reachable), (x, y))
+    if not robot.is_round:
+        can_turn(grid, limits, x, y, 0.0, 1.0, margin_m, margin_m)
+        way_through(grid, limits, x, y, margin_m)

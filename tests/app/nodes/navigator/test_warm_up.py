@@ -1,0 +1,134 @@
+"""What a navigator compiles before its first frame is all that it ever needs."""
+
+import dataclasses
+import math
+import subprocess
+import sys
+
+import pytest
+
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.warm_up import warm_up
+from ippon.guidance.levels import Level
+from ippon.mission.snapshot import MissionState
+from ippon.planning.regions import RegionWeights, Stroke
+from ippon.robot import ZED
+from tests import kernels
+from tests.long_robot import LONG
+from tests.mission.conftest import Searcher, boxed_room
+
+ROBOTS = {"round": ZED, "long": LONG}
+OF_LONG_BODIES = {"ippon.planning.clearance.can_turn", "ippon.planning.gates._gate_kernel"}
+TOILET = ("toilet", "toilet", (5.4, 1.8, 0.0), (5.9, 2.3, 0.8))
+
+
+def _in_a_process_of_its_own(function, robot):
+    """Return what a function does there: what is compiled here stays compiled."""
+    code = f"from {__name__} import {function} as go; print(*go({robot!r}), sep='|')"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=280
+    )
+    assert done.returncode == 0, done.stderr
+    return [name for name in done.stdout.strip().split("|") if name]
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_every_kernel_that_the_navigator_may_call_is_ready(robot):
+    assert _in_a_process_of_its_own("missing", robot) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_no_search_compiles_anything_more(robot):
+    assert _in_a_process_of_its_own("compiled_in_searches", robot) == []
+
+
+def missing(robot: str) -> list[str]:
+    """Return the kernels that are not ready after a warm-up for a robot."""
+    warm_up(NavigatorConfig(profile=ROBOTS[robot]), lambda _: None)
+    return sorted(kernels.missing() - (OF_LONG_BODIES if ROBOTS[robot].is_round else set()))
+
+
+def compiled_in_searches(robot: str) -> list[str]:
+    """Return what searches of many kinds compile, or load, after a warm-up for a robot."""
+    profile = ROBOTS[robot]
+    warm_up(NavigatorConfig(profile=profile), lambda _: None)
+    before = kernels.ready()
+    _find_reject_and_exhaust(profile)
+    _find_out_of_reach(profile)
+    _do_all_that_an_operator_may(profile)
+    _pass_a_door(profile)
+    return sorted(kernels.ready() - before)
+
+
+class _Linked(Searcher):
+    """A robot whose images came over a network: nobody may write to what was unpacked."""
+
+    def _world(self, scene, start):
+        world = super()._world(scene, start)
+        observe = world.observe
+
+        def observe_linked():
+            frame = observe()
+            frame.color.flags.writeable = False
+            if frame.heatmap is not None:
+                frame.heatmap.probabilities.flags.writeable = False
+            return frame
+
+        world.observe = observe_linked
+        return world
+
+
+def _find_reject_and_exhaust(profile) -> None:
+    robot = _Linked([*boxed_room(), TOILET], 1.0, 2.0, robot=profile)
+    robot.ask("toilet")
+    robot.search(60.0)
+    assert robot.last.state is MissionState.FOUND
+    assert robot.mission.reject_find()
+    robot.search(120.0)
+    assert robot.last.state is MissionState.EXHAUSTED
+
+
+def _find_out_of_reach(profile) -> None:
+    barrier = ("wall", "wall", (4.0, -0.1, 0.0), (4.1, 4.1, 0.9))
+    robot = _Linked([*boxed_room(), barrier, TOILET], 1.0, 2.0, robot=profile)
+    robot.ask("toilet")
+    robot.search(150.0)
+    assert robot.last.outcome == "out_of_reach"
+
+
+def _do_all_that_an_operator_may(profile) -> None:
+    home = [*boxed_room(8.0, 4.0), ("sofa", "sofa", (3.0, 3.1, 0.0), (4.6, 3.9, 0.8))]
+    robot = _Linked(home, 1.0, 2.0, robot=profile)
+    _, guidance = robot.ask("hat", context="on the sofa")
+    robot.search(20.0)
+    mission = robot.mission
+    other = guidance.changed([dataclasses.replace(guidance.rows[0], level=Level.CERTAIN)])
+    assert mission.preview(other) is not None
+    mission.set_guidance(other)
+    stroke = Stroke(wish="look_here", points=((5.0, 2.0),), radius_m=0.8)
+    assert mission.set_regions(RegionWeights([stroke]))
+    robot.search(2.0)
+    assert mission.go_to((2.0, 2.0)) is not None
+    robot.search(2.0)
+    late = robot.world.observe()
+    mission.step(dataclasses.replace(late, heatmap=None, stamp_ns=late.stamp_ns + 1))
+    mission.learn(late)
+    touched = dataclasses.replace(robot.world.observe(), contact=True)
+    mission.step(dataclasses.replace(touched, stamp_ns=late.stamp_ns + 2))
+    mission.voxel_map.add_label("bookcase")
+    mission.cancel_goal()
+    mission.step(dataclasses.replace(robot.world.observe(), stamp_ns=late.stamp_ns + 3))
+
+
+def _pass_a_door(profile) -> None:
+    home = [
+        *boxed_room(8.0, 4.0),
+        ("wall", "wall", (3.9, 0.0, 0.0), (4.1, 1.6, 2.5)),
+        ("wall", "wall", (3.9, 2.4, 0.0), (4.1, 4.0, 2.5)),
+        ("toilet", "toilet", (7.3, 0.3, 0.0), (7.8, 0.8, 0.8)),
+    ]
+    robot = _Linked(home, 1.5, 3.0, 0.25 * math.pi, robot=profile)
+    robot.ask("toilet")
+    robot.search(90.0)
+    assert robot.last.state is MissionState.FOUND
