@@ -16,7 +16,7 @@ from app.links.holding import in_name_of
 from app.links.registry import running_navigators
 from app.links.requests import RequestRefusedError, ask
 from app.links.session import LinkError, open_client
-from app.links.subscription import subscribe
+from app.links.subscription import is_alive, subscribe
 from app.messages import keys
 from app.messages.control import (
     Accepted,
@@ -58,6 +58,9 @@ def run_ask(command: Ask) -> int:
     except LinkError as error:
         raise UsageError(str(error)) from error
     try:
+        # A navigator that compiles is at its endpoint already, and takes no request yet. Where it
+        # cannot be told, the request itself comes to that.
+        is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", command.timeout_s)
         if command.add_label is not None:
             _add_label(session, robot, command)
             if not command.object:

@@ -306,7 +306,7 @@ class Ask:
     take: bool = False
     """Take control from whoever holds it, for the time that the request takes."""
     timeout_s: float = 5.0
-    """How long to wait for an answer."""
+    """How long to wait for a navigator that is not ready yet, and then for an answer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

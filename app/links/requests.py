@@ -24,6 +24,8 @@ Permit = Callable[[msgspec.Struct, Credential | None], None]
 
 MAX_QUOTED = 500
 """Bytes of a malformed request that its record keeps."""
+_TIMED_OUT = b"Timeout"
+"""What zenoh itself replies when the time is up."""
 
 
 class RequestRefusedError(Exception):
@@ -148,6 +150,8 @@ def ask(
 ) -> R:
     """Send a request, in somebody's name where given, and return its reply.
 
+    It is sent once: where the line breaks, nobody knows whether it was taken.
+
     Raises:
         RequestRefusedError: The other side says what is wrong.
         LinkError: No reply, or one that is not understood.
@@ -163,6 +167,8 @@ def ask(
     for reply in replies:
         sample = reply.ok if reply.ok is not None else reply.err
         payload = sample.payload.to_bytes()
+        if reply.ok is None and payload == _TIMED_OUT:
+            raise LinkError(f"no reply on {key} within {timeout_s:g} s")
         try:
             return decode(payload, kind)
         except msgspec.DecodeError as error:
@@ -171,7 +177,11 @@ def ask(
             except msgspec.DecodeError:
                 raise LinkError(f"the reply on {key} is not understood: {error}") from error
             raise RequestRefusedError(refused.error) from None
-    raise LinkError(f"no reply on {key} within {timeout_s:g} s")
+    # zenoh says so at once.
+    raise LinkError(
+        f"no reply on {key} within {timeout_s:g} s: nobody takes requests there; the navigator may "
+        "still be compiling, or have another prefix"
+    )
 
 
 def last_message(session: zenoh.Session, key: str, timeout_s: float) -> bytes | None:

@@ -1,5 +1,6 @@
 """Subscriptions that keep the order in which one sender spoke, over all its keys."""
 
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -33,6 +34,22 @@ def subscribe(
         zenoh.ext.declare_advanced_subscriber(session, key, handler, history=history)
     else:
         session.declare_subscriber(key, handler)
+
+
+def is_alive(session: zenoh.Session, token: str, timeout_s: float) -> bool:
+    """Wait until somebody declares a liveliness token; tell whether it is there in time."""
+    there = threading.Event()
+
+    def receive(sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.PUT:
+            there.set()
+
+    handler: Any = zenoh.handlers.Callback(receive, indirect=False)
+    subscriber = session.liveliness().declare_subscriber(token, handler, history=True)
+    try:
+        return there.wait(timeout_s)
+    finally:
+        subscriber.undeclare()  # pyright: ignore[reportUnknownMemberType]
 
 
 def on_break(session: zenoh.Session, token: str, take: Callable[[], None]) -> None:

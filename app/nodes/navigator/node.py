@@ -126,7 +126,6 @@ class Navigator:
         self._keyframes = session.declare_queryable(
             f"{robot}/{keys.MAP_KEYFRAME}", self._queue_keyframe
         )
-        self._alive = session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
         self._report = StatusReport(config, version("ippon"))
         self._snapshot: Snapshot | None = None
         self._status_at = 0.0
@@ -138,9 +137,11 @@ class Navigator:
         self._blind_since = 0.0
         self._shown_search: object = None
         self._asked_for: LabelRequest | None = None
-        self._ask_for_labels()
         self._configuration = Latched(session, f"{robot}/{keys.CONFIGURATION}", self._sender)
         self._configuration.put(msgspec.json.encode(config))
+        self._ask_for_labels()
+        # Whoever hears this may ask at once: all that is asked for is served by now.
+        self._alive = session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
         self._keeper = Keeper(Path(config.keep_map), self._say) if config.keep_map else None
         if kept is not None and kept.requests:
             self._mission.stop()

@@ -1,4 +1,6 @@
 import logging
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import msgspec
 import pytest
@@ -6,8 +8,9 @@ import pytest
 from app.links.latched import Latched
 from app.links.requests import RequestRefusedError, ask, last_message, serve
 from app.links.sender import Sender
-from app.links.session import LinkError
+from app.links.session import LinkError, open_client
 from app.messages.control import Accepted, ErrorReply, FeedbackRequest, SearchRequest
+from tests.app.relay import Relay
 
 KEY = "robot/search"
 
@@ -79,6 +82,53 @@ def test_nobody_answers(sessions):
     _, client = sessions
     with pytest.raises(LinkError, match=r"no reply on robot/search within 0\.5 s"):
         ask(client, KEY, SearchRequest(object="hat"), Accepted, 0.5)
+    with pytest.raises(LinkError, match="nobody takes requests there; the navigator may still be"):
+        ask(client, KEY, SearchRequest(object="hat"), Accepted, 0.5)
+
+
+def test_an_answer_that_takes_too_long_is_told_as_such(sessions):
+    router, client = sessions
+    over, taken = threading.Event(), []
+
+    def think(request):
+        taken.append(request)
+        over.wait(20.0)
+        return Accepted()
+
+    serve(router, KEY, SearchRequest, think)
+    with pytest.raises(LinkError) as told:
+        ask(client, KEY, SearchRequest(object="hat"), Accepted, 0.3)
+    over.set()
+    assert str(told.value) == "no reply on robot/search within 0.3 s"
+    assert len(taken) == 1
+
+
+def test_a_request_is_not_sent_again_when_the_line_breaks(sessions, free_endpoint):
+    router, _ = sessions
+    relay = Relay(int(free_endpoint.rsplit(":", 1)[1]))
+    client = open_client(f"tcp/127.0.0.1:{relay.port}")
+    taken, under_way, over = [], threading.Event(), threading.Event()
+
+    def think(request):
+        taken.append(request)
+        under_way.set()
+        over.wait(20.0)
+        return Accepted()
+
+    serve(router, KEY, SearchRequest, think)
+    try:
+        with ThreadPoolExecutor(1) as pool:
+            reply = pool.submit(ask, client, KEY, SearchRequest(object="hat"), Accepted, 3.0)
+            assert under_way.wait(3.0)
+            relay.cut()
+            # zenoh says so at once, or waits for a reply until the time is up.
+            with pytest.raises(LinkError, match="no reply on robot/search"):
+                reply.result(30.0)
+    finally:
+        over.set()
+        client.close()
+        relay.close()
+    assert len(taken) == 1
 
 
 def test_a_reply_of_another_kind_is_not_taken(sessions):

@@ -1,10 +1,11 @@
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import zenoh
 import zenoh.ext
 
 from app.links.session import open_client
-from app.links.subscription import on_break, subscribe
+from app.links.subscription import is_alive, on_break, subscribe
 from tests.app.relay import Relay
 
 
@@ -27,6 +28,17 @@ def test_messages_of_two_keys_come_in_the_order_in_which_they_were_sent(sessions
         publishers[k % 2].put(str(k).encode())
     assert complete.wait(20.0)
     assert heard == list(range(n))
+
+
+def test_who_is_not_there_yet_is_waited_for(sessions):
+    router, client = sessions
+    assert not is_alive(client, "r/alive", 0.1)
+    with ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(is_alive, client, "r/alive", 60.0)
+        token = router.liveliness().declare_token("r/alive")
+        assert waiting.result(60.0)
+    assert is_alive(client, "r/alive", 60.0), "it was there before"
+    token.undeclare()
 
 
 def test_what_is_sent_once_and_kept_reaches_those_who_come_late(sessions):
