@@ -84,6 +84,7 @@ class Mission:
         self._plan: Plan | None = None
         self._last: Frame | None = None
         self._commanded = Command()
+        self._by_hand = False
 
     # -- what the operator may do between two steps ------------------------------------------
 
@@ -288,8 +289,9 @@ class Mission:
             self._commanded,
             self.robot,
             dt_s,
-            brakes_at_once=self._steering.held is not None or self._recovery.frees,
+            brakes_at_once=self._steering.held is not None or self._recovery.frees or self._by_hand,
         )
+        self._by_hand = False
         # The command before the filter: a robot that is kept from driving is stuck, too.
         own = wanted if self._steering.commands_followed else Command(tilt_rad=frame.tilt_rad)
         self._recovery.watch(frame.stamp_ns, frame.T_world_base, own)
@@ -304,6 +306,13 @@ class Mission:
     def not_followed(self) -> None:
         """Take note that the robot was kept from driving as commanded: it starts from rest."""
         self._commanded = Command()
+
+    def go_on_from(self, command: Command) -> None:
+        """Take note of what the operator's hand commanded until the next `decide`.
+
+        The robot speeds up from there; what the mission does not want of it, it stops at once.
+        """
+        self._commanded, self._by_hand = command, True
 
     def _act(self, frame: Frame, dt_s: float) -> Command:
         """Plan, and choose who commands: recovery, the operator, the look around or the pursuit."""

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from ippon.command import Command
 from ippon.mission.config import MissionConfig
 from ippon.mission.snapshot import MissionState
 from ippon.mission.travel_pitch import TravelPitchConfig
@@ -299,6 +300,34 @@ def test_a_robot_that_was_kept_from_driving_starts_from_rest(searcher, room):
     robot.world.step(None, 0.2)
     command = robot.mission.step(robot.world.observe()).command
     assert 0.0 < command.linear_m_s <= 0.2 * ZED.max_linear_acceleration_m_s2 + 1e-9
+
+
+def test_the_planner_goes_on_from_what_the_hand_commanded(searcher, room):
+    robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(40.0, lambda r: r.command.linear_m_s > 0.5)
+    before = robot.results[-1].command
+    robot.mission.not_followed()
+    robot.mission.go_on_from(before)
+    robot.world.step(before, 0.2)
+    command = robot.mission.step(robot.world.observe()).command
+    assert command.linear_m_s == pytest.approx(before.linear_m_s, abs=0.2 * 0.8 + 1e-9)
+    robot.mission.go_on_from(before)
+    robot.mission.pause()
+    assert robot.mission.step(robot.world.observe()).command.linear_m_s == 0.0
+
+
+@pytest.mark.parametrize("by_hand", [False, True])
+def test_what_the_planner_does_not_want_of_a_hands_command_stops_at_once(searcher, room, by_hand):
+    robot = searcher([*room(), sofa(4.0, 3.1)], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(90.0)
+    assert robot.last.state is MissionState.EXHAUSTED
+    backwards = Command(linear_m_s=-0.5, yaw_rate_rad_s=1.0)
+    if by_hand:
+        robot.mission.go_on_from(backwards)
+    command = robot.mission.step(robot.world.observe()).command
+    assert (command.linear_m_s, command.yaw_rate_rad_s) == (0.0, 0.0)
 
 
 LOW = RobotProfile(

@@ -1,5 +1,6 @@
 """The command stream: the latest command while it is fresh, zero otherwise."""
 
+import dataclasses
 import threading
 import time
 
@@ -30,6 +31,7 @@ class Commander:
         self._stale_s = stale_s
         self._lock = threading.Lock()
         self._command: Command | None = None
+        self._sent = Command()
         self._stamp_ns = 0
         self._given_at = 0.0
         self._halted = False
@@ -49,6 +51,12 @@ class Commander:
             self._command, self._stamp_ns = command, stamp_ns
             self._given_at = time.monotonic()
             self._send(command)
+
+    @property
+    def sent(self) -> Command:
+        """What the robot was told last: zero also where a command was halted, dropped or stale."""
+        with self._lock:
+            return self._sent
 
     def halt(self) -> None:
         """Send zero now and until `release`, whatever is given."""
@@ -109,9 +117,11 @@ class Commander:
             return
         # The tilt first: the twist is what a robot in lock-step waits for.
         self._tilt.put(encode_number(command.tilt_rad))
+        self._sent = command
         self._put_twist(command.linear_m_s, command.yaw_rate_rad_s)
 
     def _send_zero(self) -> None:
+        self._sent = dataclasses.replace(self._sent, linear_m_s=0.0, yaw_rate_rad_s=0.0)
         self._put_twist(0.0, 0.0)
 
     def _put_twist(self, linear_m_s: float, yaw_rate_rad_s: float) -> None:

@@ -23,6 +23,7 @@ from app.messages.motion import StampedTwist, decode_twist
 from app.nodes.navigator.commander import Commander
 from ippon.command import Command
 from ippon.control.drive import RESTING, STILL, DriveMode, Hand, blend, follows_plan, limited
+from ippon.control.easing import within_acceleration
 from ippon.control.obstacles import near_obstacles
 from ippon.control.safety import GRACE_M, filter_among
 from ippon.frame import Frame
@@ -88,6 +89,7 @@ class Helm:
         self._voxel_m = 0.05
         self._stamp_ns = 0
         self._framed_at = -math.inf
+        self._by_hand = False
         self._given = Command()
         self._given_at = time.monotonic()
         self._tilt_rad = 0.0
@@ -123,6 +125,11 @@ class Helm:
             self._hand = RESTING
             if self._mode is not DriveMode.AUTO:
                 self._tick(time.monotonic())
+
+    def by_hand(self) -> Command | None:
+        """Return what the robot was told last, where that was the operator's own, not the plan."""
+        with self._lock:
+            return self._commander.sent if self._by_hand else None
 
     def follow(
         self, planned: Command, frame: Frame, arrays: MapArrays, going: tuple[float, float] | None
@@ -226,10 +233,14 @@ class Helm:
         by_itself = self._going is not None and not self._hand.drives
         if self._mode is DriveMode.AUTO or by_itself:
             self._intervention = ""
+            self._by_hand = False
             self._tilt_rad = self._planned.tilt_rad
             return limited(self._planned, self._limit)
         planned_tilt = follows_plan(self._mode, self._hand)
-        wanted = limited(blend(self._mode, self._hand, self._planned, self._profile), self._limit)
+        self._by_hand = not planned_tilt
+        wanted = self._eased(
+            limited(blend(self._mode, self._hand, self._planned, self._profile), self._limit), now
+        )
         if not planned_tilt:
             wanted = dataclasses.replace(wanted, tilt_rad=self._tilted(now))
         self._tilt_rad = wanted.tilt_rad
@@ -237,6 +248,13 @@ class Helm:
             self._intervention = ""
             return wanted
         return self._filtered(wanted, now, as_planned=planned_tilt)
+
+    def _eased(self, wanted: Command, now: float) -> Command:
+        """Speed up as fast as the robot can; what slows down does so at once."""
+        dt_s = min(now - self._given_at, 2 * TICK_S)
+        return within_acceleration(
+            wanted, self._commander.sent, self._profile, dt_s, brakes_at_once=True
+        )
 
     def _filtered(self, wanted: Command, now: float, *, as_planned: bool) -> Command:
         still = dataclasses.replace(wanted, linear_m_s=0.0, yaw_rate_rad_s=0.0)

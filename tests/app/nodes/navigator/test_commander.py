@@ -101,7 +101,9 @@ def test_the_stream_says_something_more_often_than_every_50_ms(sessions, heard):
 
 def test_stop_is_at_once_and_holds_whatever_is_given(commander, heard):
     commander.give(DRIVE, stamp_ns=1)
+    assert commander.sent == DRIVE
     commander.halt()
+    assert commander.sent == Command(tilt_rad=DRIVE.tilt_rad)
     sent = []
     for k in range(5):
         commander.give(DRIVE, stamp_ns=2 + k)

@@ -1,5 +1,6 @@
 """The operator's hand becomes a command within a moment, and nothing when it lets go."""
 
+import contextlib
 import queue
 import time
 
@@ -12,7 +13,7 @@ from app.messages import keys
 from app.messages.driving import TeleopTag
 from app.messages.motion import StampedTwist, decode_twist, encode_twist
 from app.nodes.navigator.commander import Commander
-from app.nodes.navigator.helm import Helm
+from app.nodes.navigator.helm import TICK_S, Helm
 from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.control.drive import DriveMode
@@ -82,6 +83,18 @@ class Bench:
             if wanted(self.commands.get(timeout=max(left, 1e-3))):
                 return time.monotonic() - began
 
+    def hold_until(self, wanted, timeout_s=10.0, **hand) -> StampedTwist:
+        """Hold keys down, as a page does, while frames come; returns the command as wanted."""
+        began = time.monotonic()
+        while (now := time.monotonic()) - began < timeout_s:
+            self.frame()
+            self.hold(**hand)
+            with contextlib.suppress(queue.Empty):
+                while (left := now + 0.05 - time.monotonic()) > 0.0:
+                    if wanted(twist := self.commands.get(timeout=left)):
+                        return twist
+        raise AssertionError(f"never: {hand}")
+
     def close(self) -> None:
         self.helm.close()
         self.commander.close()
@@ -101,8 +114,7 @@ def stands(twist: StampedTwist) -> bool:
 def test_a_held_key_drives_and_a_silent_hand_stops(bench):
     bench.helm.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
-    bench.hold(linear=0.8)
-    bench.until(lambda t: t.linear_m_s == pytest.approx(0.8))
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.8), linear=0.8)
     assert bench.helm.status().by_hand
     # No message of letting go: the browser is gone.
     assert bench.until(stands) < 0.9 * STALE_S
@@ -112,8 +124,11 @@ def test_a_held_key_drives_and_a_silent_hand_stops(bench):
 def test_the_speed_limit_slows_hand_and_planner_alike(bench):
     bench.helm.set_mode(DriveMode.MANUAL, 0.5)
     bench.frame()
-    bench.hold(linear=0.8, yaw=-1.2)
-    bench.until(lambda t: (t.linear_m_s, t.yaw_rate_rad_s) == pytest.approx((0.4, -0.6)))
+    bench.hold_until(
+        lambda t: (t.linear_m_s, t.yaw_rate_rad_s) == pytest.approx((0.4, -0.6)),
+        linear=0.8,
+        yaw=-1.2,
+    )
     bench.helm.set_mode(DriveMode.AUTO, 0.5)
     assert bench.frame() == Command(linear_m_s=0.2, yaw_rate_rad_s=0.1, tilt_rad=-0.3)
 
@@ -128,15 +143,14 @@ def test_in_auto_the_hand_has_no_part(bench):
 def test_a_message_that_is_older_than_the_last_does_not_count(bench):
     bench.helm.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
-    bench.hold(linear=0.3, seq=10)
-    bench.until(lambda t: t.linear_m_s == pytest.approx(0.3))
-    bench.hold(linear=0.7, seq=9)
-    bench.hold(linear=0.2, seq=11)
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.3), linear=0.3)
+    bench.hold(linear=0.7, seq=1)
+    bench.hold(linear=0.2, seq=1001)
     bench.until(lambda t: t.linear_m_s == pytest.approx(0.2))
     seen = []
     while not bench.commands.empty():
         seen.append(bench.commands.get().linear_m_s)
-    assert 0.7 not in seen
+    assert all(speed <= 0.2 for speed in seen)
 
 
 def test_a_hand_without_the_right_to_drive_is_told_why(bench):
@@ -187,7 +201,8 @@ def test_a_hand_takes_over_on_the_way_to_a_point(bench):
     bench.helm.set_mode(DriveMode.MANUAL, 1.0)
     assert bench.frame(going=(1.0, 0.0)) == PLANNED, "the robot goes there by itself"
     bench.hold(yaw=1.0)
-    bench.until(lambda t: t.yaw_rate_rad_s == pytest.approx(1.0))
+    bench.until(lambda t: t.linear_m_s == 0.0 and t.yaw_rate_rad_s > 0.0)
+    bench.hold_until(lambda t: t.yaw_rate_rad_s == pytest.approx(1.0), yaw=1.0)
     assert bench.takeovers == 1
 
 
@@ -197,5 +212,74 @@ def test_hostile_messages_are_skipped(bench, sessions):
     key = f"{ROBOT}/{keys.TELEOP}"
     sessions[1].put(key, b"\x00" * 40)
     sessions[1].put(key, encode_twist(StampedTwist(stamp_ns=0, linear_m_s=1, yaw_rate_rad_s=0)))
-    bench.hold(linear=0.25)
-    bench.until(lambda t: t.linear_m_s == pytest.approx(0.25))
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.25), linear=0.25)
+
+
+def test_a_hand_speeds_up_as_fast_as_the_robot_can(bench):
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    bench.until(stands)
+    began, told = time.monotonic(), []
+
+    def note(twist):
+        told.append((time.monotonic() - began, twist.linear_m_s, twist.yaw_rate_rad_s))
+        return twist.linear_m_s == pytest.approx(0.7)
+
+    bench.hold_until(note, linear=0.7, yaw=1.1)
+    for after_s, speed, turn in told:
+        # A tick that comes late makes up for less than two.
+        assert speed <= ZED.max_linear_acceleration_m_s2 * (after_s + 2 * TICK_S) + 1e-9
+        assert turn <= ZED.max_yaw_acceleration_rad_s2 * (after_s + 2 * TICK_S) + 1e-9
+    speeds = np.array([speed for _, speed, _ in told])
+    assert np.diff(speeds).max() <= ZED.max_linear_acceleration_m_s2 * 2 * TICK_S + 1e-9
+    assert np.diff(speeds).min() >= 0.0
+    assert len(np.unique(speeds)) >= 0.7 / (ZED.max_linear_acceleration_m_s2 * 2 * TICK_S)
+
+
+@pytest.mark.parametrize("back", [0.0, -0.4])
+def test_what_is_let_go_or_turned_round_stops_at_once(bench, back):
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.5), linear=0.5)
+    slow = ZED.max_linear_acceleration_m_s2 * 2 * TICK_S
+    bench.hold(linear=back)
+    told = []
+    bench.until(lambda t: told.append(t.linear_m_s) or t.linear_m_s <= 0.0)
+    assert set(told[:-1]) <= {0.5}, "nothing between"
+    assert -slow <= told[-1] <= 0.0
+    if back:
+        bench.hold_until(lambda t: t.linear_m_s == pytest.approx(back), linear=back)
+
+
+def test_after_a_stop_the_hand_starts_from_rest(bench):
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.5), linear=0.5)
+    bench.commander.halt()
+    bench.hold_until(stands, linear=0.5)
+    assert bench.commander.release(bench.commander.halts)
+    # Held all the while.
+    first = bench.hold_until(lambda t: t.linear_m_s > 0.0, linear=0.5)
+    assert first.linear_m_s <= ZED.max_linear_acceleration_m_s2 * 2 * TICK_S + 1e-9
+
+
+def test_the_planner_learns_what_the_hand_commanded_last(bench):
+    assert bench.helm.by_hand() is None
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.3), linear=0.3)
+    bench.hold(linear=0.3)
+    bench.helm.set_mode(DriveMode.AUTO, 1.0)
+    assert bench.helm.by_hand().linear_m_s == pytest.approx(0.3)
+    assert bench.frame() == PLANNED
+    assert bench.helm.by_hand() is None, "the planner drives"
+
+
+def test_along_the_plan_the_planner_goes_on_by_itself(bench):
+    bench.helm.set_mode(DriveMode.ASSISTED, 1.0)
+    bench.frame()
+    assert bench.helm.by_hand().linear_m_s == 0.0, "nothing is held"
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.4), linear=0.8)
+    bench.hold(linear=0.8)
+    bench.frame()
+    assert bench.helm.by_hand() is None
