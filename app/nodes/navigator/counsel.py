@@ -11,7 +11,7 @@ import math
 import re
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import TimeoutError as LateError
 from functools import partial
@@ -28,6 +28,7 @@ from app.messages import keys
 from app.messages.control import (
     Accepted,
     GuidanceRequest,
+    LevelName,
     SearchRequest,
     SentenceReading,
     SentenceRequest,
@@ -143,6 +144,11 @@ class Counsel:
         if search is not None:
             self._askers.submit(self._ask, self._model, search)
 
+    def restore(self, goal_id: int, levels: Mapping[str, LevelName]) -> None:
+        """Set levels of a goal that does not count yet, as the operator had them before."""
+        for label, level in levels.items():
+            self._goals.amend(goal_id, partial(_edited, _edit_of(label, level)))
+
     def fitted(self, search: PlannedSearch) -> PlannedSearch:
         """Return a search whose levels are those of the present labels, the new ones rated."""
         labels = self.labels
@@ -189,7 +195,7 @@ class Counsel:
             raise RequestRefusedError(
                 f"no common object {request.label!r}; there are {', '.join(labels)}"
             )
-        edit = LabelLevel(label=label, level=Level.parse(request.level), reason=BY_OPERATOR)
+        edit = _edit_of(label, request.level)
         self._put(partial(self._edit, active.goal.goal_id, edit))
         return Accepted(detail=f"{label} is {request.level} now")
 
@@ -332,6 +338,10 @@ def _answered(answer: Answer, search: PlannedSearch) -> PlannedSearch:
         prompt=answer.prompt,
         reply=answer.reply,
     )
+
+
+def _edit_of(label: str, level: LevelName) -> LabelLevel:
+    return LabelLevel(label=label, level=Level.parse(level), reason=BY_OPERATOR)
 
 
 def _edited(edit: LabelLevel, search: PlannedSearch) -> PlannedSearch:

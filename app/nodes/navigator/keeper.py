@@ -14,7 +14,7 @@ from typing import Final
 
 import msgspec
 
-from app.messages.control import SearchRequest
+from app.messages.control import LevelName, SearchRequest
 from app.nodes.navigator.goals import GoalBook, PlannedSearch
 from ippon.atomic_file import replace_file
 from ippon.errors import MapFileError
@@ -28,13 +28,20 @@ EVERY_S: Final = 10.0
 FIRST_AFTER_S: Final = 5.0
 
 
+class KeptGoal(SearchRequest, frozen=True, kw_only=True):
+    """A goal as it was asked for, and what the operator knew better."""
+
+    levels: dict[str, LevelName] = msgspec.field(default_factory=dict[str, LevelName])
+    """By label, those that the operator set."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kept:
     """What a navigator left behind."""
 
     voxel_map: VoxelMap | None
     """None where it was killed before it had written one."""
-    requests: tuple[SearchRequest, ...]
+    requests: tuple[KeptGoal, ...]
     """The goal that was searched for, and those that waited, in their order."""
 
 
@@ -53,10 +60,10 @@ def read_kept(path: Path, config: MapConfig) -> Kept | None:
     if path.exists():
         voxel_map = VoxelMap.load(path, config)
         voxel_map.set_ooi(None)
-    requests: list[SearchRequest] = []
+    requests: list[KeptGoal] = []
     if goals.exists():
         try:
-            requests = msgspec.json.decode(goals.read_bytes(), type=list[SearchRequest])
+            requests = msgspec.json.decode(goals.read_bytes(), type=list[KeptGoal])
         except msgspec.MsgspecError as error:
             raise MapFileError(f"{goals.name} holds no goals: {error}; remove it") from error
     return Kept(voxel_map=voxel_map, requests=tuple(requests))
@@ -132,7 +139,10 @@ def _goals_path(path: Path) -> Path:
     return path.with_name(path.name + ".goals.json")
 
 
-def _request_of(search: PlannedSearch) -> SearchRequest:
-    return SearchRequest(
-        object=search.goal.display, context=search.goal.context, scenario=search.scenario
+def _request_of(search: PlannedSearch) -> KeptGoal:
+    return KeptGoal(
+        object=search.goal.display,
+        context=search.goal.context,
+        scenario=search.scenario,
+        levels={edit.label: edit.level.name.lower() for edit in search.edits},  # pyright: ignore[reportArgumentType]
     )

@@ -146,7 +146,8 @@ class Navigator:
         if kept is not None and kept.requests:
             self._mission.stop()
             for request in kept.requests:
-                self._desk.search(request)
+                accepted = self._desk.search(request)
+                self._counsel.restore(accepted.goal_id, request.levels)
             self._say("stopped", "goals of before are taken up: press Resume to let the robot go")
 
     def run(self, stop: Stop) -> None:

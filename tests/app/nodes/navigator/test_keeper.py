@@ -1,10 +1,15 @@
 """What a navigator leaves behind, and what the next one makes of it."""
 
+import queue
 import threading
 
+import msgspec
 import numpy as np
 import pytest
 
+from app.links.subscription import is_alive, subscribe
+from app.messages import keys
+from app.messages.control import GuidanceRequest, ProximityTable, SearchRequest, decode
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.keeper import Keeper, read_kept
 from app.nodes.navigator.node import Navigator
@@ -12,10 +17,11 @@ from ippon.camera import PinholeCamera
 from ippon.errors import MapFileError
 from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
+from ippon.guidance.levels import BY_OPERATOR, Level
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
 from ippon.mission.snapshot import MissionState
 from ippon.vocabulary import MATTERPORT_40
-from tests.app.nodes.navigator.conftest import search
+from tests.app.nodes.navigator.conftest import run_next, search
 
 CONFIG = MapConfig(voxel_size_m=0.2, memory_limit_mb=128.0)
 
@@ -75,6 +81,54 @@ def test_map_and_goals_are_there_for_the_next_start(open_office, voxel_map, tmp_
         navigator.close()
 
 
+def test_levels_that_the_operator_set_are_there_for_the_next_start(
+    open_office, voxel_map, tmp_path, sessions
+):
+    router, client = sessions
+    office = open_office()
+    search(office, "hat", "on the sofa")
+    for label, level in (("sofa", "far"), ("toilet", "near"), ("sofa", "average")):
+        office.counsel.set_level(GuidanceRequest(label=label, level=level))
+        run_next(office)
+    search(office, "mug", "", start=False)
+    path = tmp_path / "home.map"
+    Keeper(path, lambda *_: None).keep(voxel_map, office.goals)
+    kept = read_kept(path, CONFIG)
+    assert [r.levels for r in kept.requests] == [{"toilet": "near", "sofa": "average"}, {}]
+    navigator, stop = Navigator(NavigatorConfig(robot="s"), router, kept=kept), threading.Event()
+    tables = queue.SimpleQueue()
+    subscribe(client, f"s/{keys.PROXIMITY}", lambda p: tables.put(decode(p, ProximityTable)))
+    assert is_alive(client, f"s/{keys.NAVIGATOR_ALIVE}", 60.0), (
+        "and so the router knows who listens"
+    )
+    thread = threading.Thread(target=navigator.run, args=(stop,))
+    thread.start()
+    try:
+        table = tables.get(timeout=120.0)
+        rows = {row.label: (row.level, row.reason) for row in table.rows}
+        assert rows["toilet"] == ("near", BY_OPERATOR)
+        assert rows["sofa"] == ("average", BY_OPERATOR)
+        assert [name for name, (_, why) in rows.items() if why == BY_OPERATOR] == ["sofa", "toilet"]
+        levels = dict(zip(MATTERPORT_40, navigator._mission._search.guidance.levels(), strict=True))
+        assert levels["toilet"] == Level.NEAR
+        # They go on to be kept.
+        assert [g.edits for g in navigator._goals.unfinished()] == [
+            g.edits for g in office.goals.unfinished()
+        ]
+    finally:
+        stop.set()
+        thread.join()
+        navigator.close()
+
+
+def test_goals_that_were_kept_without_levels_are_taken_up(tmp_path):
+    path = tmp_path / "home.map"
+    goals = [SearchRequest(object="hat", context="on the sofa", requester="x")]
+    path.with_name("home.map.goals.json").write_bytes(msgspec.json.encode(goals))
+    (goal,) = read_kept(path, CONFIG).requests
+    assert (goal.object, goal.context, goal.levels) == ("hat", "on the sofa", {})
+
+
 def test_a_goal_that_is_over_is_not_taken_up(open_office, voxel_map, tmp_path):
     office = open_office()
     search(office)
@@ -111,4 +165,7 @@ def test_what_is_no_map_is_refused_with_a_reason(voxel_map, tmp_path):
         read_kept(path, MapConfig())
     (tmp_path / "home.map.goals.json").write_text('[{"object": 3}]')
     with pytest.raises(MapFileError, match="holds no goals"):
+        read_kept(path, CONFIG)
+    (tmp_path / "home.map.goals.json").write_text('[{"object": "hat", "levels": {"bed": "high"}}]')
+    with pytest.raises(MapFileError, match="holds no goals: Invalid enum value 'high'"):
         read_kept(path, CONFIG)
