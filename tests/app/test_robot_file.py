@@ -100,9 +100,13 @@ def test_the_map_takes_what_the_camera_measures(written):
 
 def test_the_profile_of_the_documentation_is_one(written):
     text = (Path(__file__).parents[2] / "docs" / "robot.md").read_text("utf-8")
-    (block,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    block, body = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     scout = read_profile(written(block))
     assert (scout.name, scout.can_tilt, scout.max_step_m) == ("scout", False, 0.03)
+    assert scout.is_round
+    long = read_profile(written(re.sub(r"^body:.*\n", body, block, flags=re.MULTILINE)))
+    assert not long.is_round
+    assert (2.0 * long.radius_m, 2.0 * long.half_width_m) == pytest.approx((0.94, 0.54))
 
 
 def test_a_file_that_is_none(tmp_path, written):

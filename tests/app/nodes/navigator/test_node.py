@@ -81,7 +81,12 @@ class Operator:
         return ask(self.session, f"r/{topic}", request, kind, timeout_s)
 
     def last(self, topic):
-        return last_message(self.session, f"r/{topic}", 20.0)
+        # What is published for the first time is known here a moment later than it is announced.
+        deadline = time.monotonic() + 20.0
+        while (payload := last_message(self.session, f"r/{topic}", 20.0)) is None:
+            assert time.monotonic() < deadline, f"nobody has anything on {topic}"
+            time.sleep(0.1)
+        return payload
 
     def wait_for(self, test, timeout_s=MINUTES_S, follow_map=False):
         """Return the first status from now on that passes a test."""
