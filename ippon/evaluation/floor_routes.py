@@ -9,15 +9,21 @@ from scipy import ndimage
 from skimage import graph
 
 from ippon.geometry import Float64Array
-from ippon.planning.clearance import OBSTACLE, OPEN, UNSEEN, FloorGrid, move_between
-from ippon.planning.sampling import cell_centre
+from ippon.planning.clearance import (
+    OBSTACLE,
+    OPEN,
+    UNSEEN,
+    FloorGrid,
+    move_between,
+    site_cells,
+)
+from ippon.planning.sampling import SLACK_CELLS, cell_centre
 from ippon.planning.traversability import Traversability
 
 _ndimage: Any = ndimage
 _graph: Any = graph
 """Untyped on purpose: neither library says what its functions return."""
 
-_SLACK_CELLS = 0.4
 _BEGIN_WITHIN_M = 0.5
 """A robot that stands too close to something begins on the free cells within this of it."""
 
@@ -74,9 +80,9 @@ class FloorRoutes:
         cell may miss the room by 0.4 of its edge, as the paper's planner allows.
         """
         grid, limits = self.grid, self._floor.limits
-        room = _site_distance(grid.obstacle)
-        seen = _site_distance(grid.unseen) * grid.voxel_size >= limits.unseen_radius
-        needed = (limits.radius + self._floor.margin_m) / grid.voxel_size - _SLACK_CELLS
+        room = site_cells(grid.obstacle)
+        seen = site_cells(grid.unseen) * grid.voxel_size >= limits.unseen_radius
+        needed = (limits.radius + self._floor.margin_m) / grid.voxel_size - SLACK_CELLS
         numbers, _ = _ndimage.label((grid.kind == OPEN) & seen & (room >= needed))
         cells = np.argwhere(numbers > 0)
         centres = (cells + grid.origin + 0.5) * grid.voxel_size
@@ -85,7 +91,7 @@ class FloorRoutes:
 
     def _search(self, slow_clearance: float, slow_fraction: float, speed: float) -> None:
         grid = self.grid
-        room = _site_distance(grid.obstacle) * grid.voxel_size
+        room = site_cells(grid.obstacle) * grid.voxel_size
         beside = np.clip((room - self._floor.limits.radius) / slow_clearance, 0.0, 1.0)
         speeds = speed * (slow_fraction + (1.0 - slow_fraction) * beside)
         costs = np.where(self.reachable, grid.voxel_size / speeds, -1.0)
@@ -112,11 +118,6 @@ class FloorRoutes:
             out.append(path[best])
             at = best
         return np.array(out)
-
-
-def _site_distance(offsets: NDArray[np.int16]) -> Float64Array:
-    """Return (X, Y) cells to the nearest site; very far where none is known."""
-    return np.hypot(offsets[..., 0].astype(np.float64), offsets[..., 1].astype(np.float64))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -100,6 +100,11 @@ def _update_sites_kernel(kind, value, i0, i1, j0, j1, cutoff, along, site):
             site[i, j, 1] = bj
 
 
+def site_cells(offsets: NDArray[np.int16]) -> Float64Array:
+    """Return (…) cells to the nearest site from offsets (…, 2); very far where none is known."""
+    return np.hypot(offsets[..., 0].astype(np.float64), offsets[..., 1].astype(np.float64))
+
+
 @njit(cache=True, nogil=True)
 def clearance_at(grid: FloorGrid, x: float, y: float) -> float:
     """Return the distance from a point to the centre of the nearest obstacle cell.

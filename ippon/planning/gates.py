@@ -17,7 +17,7 @@ from scipy import ndimage
 
 from ippon.geometry import Float64Array
 from ippon.planning.body_limits import BodyLimits
-from ippon.planning.clearance import FloorGrid, can_stand_at, straight_move
+from ippon.planning.clearance import FloorGrid, can_stand_at, site_cells, straight_move
 from ippon.planning.sampling import STANDABLE, cell_centres
 
 _HEADINGS: Final = 24
@@ -50,7 +50,7 @@ def find_gates(
     """
     if not len(limits.discs):
         return []
-    room = np.hypot(*(grid.obstacle.astype(np.float64).transpose(2, 0, 1)))
+    room = site_cells(grid.obstacle)
     may_turn = (reachable > 0) & (room >= (limits.radius + margin_m) / grid.voxel_size)
     turns = (reachable == STANDABLE) | _ends_unseen(may_turn, reachable)
     regions, count = _label(turns)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.planning.body_limits import BodyLimits, passing_radius, passing_unseen_radius
-from ippon.planning.clearance import OPEN, FloorGrid, clearance_at
+from ippon.planning.clearance import OPEN, FloorGrid, clearance_at, site_cells
 
 PASSED: Final = 1
 STANDABLE: Final = 2
@@ -211,5 +211,4 @@ def cell_centres(grid: FloorGrid, cells: NDArray[np.int64]) -> Float64Array:
 
 def room_m(grid: FloorGrid, cells: NDArray[np.int64]) -> Float64Array:
     """Return the (N,) distances from (N, 2) cells to the nearest obstacle, metres."""
-    sites = grid.obstacle[cells[:, 0], cells[:, 1]].astype(np.float64)
-    return np.hypot(sites[:, 0], sites[:, 1]) * grid.voxel_size
+    return site_cells(grid.obstacle[cells[:, 0], cells[:, 1]]) * grid.voxel_size

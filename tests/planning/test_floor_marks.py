@@ -26,6 +26,15 @@ def marks_of(robot=ZED) -> FloorMarks:
     return marks
 
 
+def after_contact(volume, robot, pose=POSE, motion=None) -> Traversability:
+    """The floor of a robot that touched something where it stands."""
+    floor = Traversability(TraversabilityConfig(), robot)
+    floor.update(volume.arrays(), pose)
+    floor.mark_contact(pose, motion)
+    floor.update(volume.arrays(), pose)
+    return floor
+
+
 def open_grid():
     return make_grid(np.full((60, 60), OPEN))
 
@@ -81,10 +90,7 @@ def test_a_contact_at_the_edge_of_the_grid_closes_what_there_is():
 
 def test_a_contact_in_the_open_closes_the_triangle_ahead(dense_map):
     volume = open_floor(dense_map)
-    floor = Traversability(TraversabilityConfig(), ZED)
-    floor.update(volume.arrays(), POSE)
-    floor.mark_contact(POSE)
-    floor.update(volume.arrays(), POSE)
+    floor = after_contact(volume, ZED)
     assert kind_at(floor, 3.15, 2.85) == OBSTACLE
     assert kind_at(floor, 3.25, 2.65) == OBSTACLE, "wider farther ahead"
     assert kind_at(floor, 2.45, 2.85) == OPEN, "not behind"
@@ -96,10 +102,7 @@ def test_brushing_a_mapped_door_frame_leaves_the_door_open(dense_map, two_rooms)
     volume = two_rooms(0.9)
     # The robot touches the lower post (its voxel at y = 2.25) with its side.
     pose = base_pose(3.85, 2.53, 0.0, 0.0)
-    floor = Traversability(TraversabilityConfig(), ZED)
-    floor.update(volume.arrays(), pose)
-    floor.mark_contact(pose)
-    floor.update(volume.arrays(), pose)
+    floor = after_contact(volume, ZED, pose)
     assert kind_at(floor, 4.15, 2.65) == OPEN, "no triangle ahead"
     assert can_stand(floor.grid, floor.limits, np.array([3.85, 2.75]), 0.0)
 
@@ -126,10 +129,7 @@ def test_a_long_body_marks_what_it_stands_on_and_no_more(dense_map):
 
 def test_a_long_body_that_touched_something_closes_what_lies_before_its_nose(dense_map):
     volume = open_floor(dense_map)
-    floor = Traversability(TraversabilityConfig(), LONG)
-    floor.update(volume.arrays(), POSE)
-    floor.mark_contact(POSE)
-    floor.update(volume.arrays(), POSE)
+    floor = after_contact(volume, LONG)
     assert kind_at(floor, 3.35, 2.85) == OBSTACLE
     assert kind_at(floor, 3.15, 2.85) == OPEN, "not under its nose"
     assert kind_at(floor, 2.85, 3.25) == OPEN, "not beside it"
@@ -157,10 +157,7 @@ def test_a_long_body_that_touched_something_as_it_turned_does_not_turn_on(dense_
 
 def test_a_mapped_obstacle_beside_the_tail_explains_a_contact_as_it_turns(dense_map):
     volume = open_floor(dense_map).fill((2.4, 2.4, 0.0), (2.6, 2.6, 0.8), OCCUPIED)
-    floor = Traversability(TraversabilityConfig(), LONG)
-    floor.update(volume.arrays(), POSE)
-    floor.mark_contact(POSE, TURNS_LEFT)
-    floor.update(volume.arrays(), POSE)
+    floor = after_contact(volume, LONG, motion=TURNS_LEFT)
     assert kind_at(floor, 3.05, 3.15) == OPEN, "its nose touched nothing"
     assert kind_at(floor, 2.65, 2.55) == OBSTACLE, "the rim beside the box"
 
@@ -168,10 +165,7 @@ def test_a_mapped_obstacle_beside_the_tail_explains_a_contact_as_it_turns(dense_
 @pytest.mark.parametrize("robot", [ZED, LONG])
 def test_a_contact_on_the_way_back_closes_what_is_behind(dense_map, robot):
     volume = open_floor(dense_map)
-    floor = Traversability(TraversabilityConfig(), robot)
-    floor.update(volume.arrays(), POSE)
-    floor.mark_contact(POSE, Command(linear_m_s=-0.2))
-    floor.update(volume.arrays(), POSE)
+    floor = after_contact(volume, robot, motion=Command(linear_m_s=-0.2))
     beyond = robot.radius_m + 0.1
     assert kind_at(floor, 2.8 - beyond, 2.85) == OBSTACLE
     assert kind_at(floor, 2.8 + beyond, 2.85) == OPEN
