@@ -10,7 +10,7 @@ from typing import Final
 
 import msgspec
 
-from ippon.mapping.map_config import MapConfig
+from ippon.mapping.config import MapConfig
 from ippon.robot import HABITAT, ZED, CollisionSphere, RobotProfile, upright_body
 
 PROFILES: Final = {profile.name: profile for profile in (ZED, HABITAT)}

@@ -1,6 +1,7 @@
 """One observation: colour, depth, pose and, where there is one, a heatmap."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +9,9 @@ from numpy.typing import NDArray
 from ippon.camera import PinholeCamera
 from ippon.errors import FrameRejectedError
 from ippon.geometry import Float64Array, is_rigid
+
+NANOSECONDS: Final = 1_000_000_000
+"""In a second of `stamp_ns`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

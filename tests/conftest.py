@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.cli.kernel_cache import use_kernel_cache
+from app.process.kernel_cache import use_kernel_cache
 
 use_kernel_cache()
 

@@ -3,13 +3,12 @@
 import os
 import shutil
 import subprocess
-from pathlib import Path
 
 import pytest
 
 from tests.browser import runs
+from tests.locations import ROOT
 
-ROOT = Path(__file__).parents[1]
 PYTHON = """#!/bin/sh
 case "$*" in
     *"playwright install --with-deps"*) echo "$*" >>"$MADE/log"; exit 1 ;;

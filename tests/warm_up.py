@@ -1,6 +1,6 @@
 """Compiles the kernels once, before the processes of the tests would each do it."""
 
-from app.cli.kernel_cache import use_kernel_cache
+from app.process.kernel_cache import use_kernel_cache
 
 
 def main() -> None:

@@ -8,9 +8,9 @@ from typing import assert_never
 
 import tyro
 
-from app.cli import options
-from app.cli.errors import UsageError
-from app.cli.kernel_cache import use_kernel_cache
+from app.cli.options import commands as options
+from app.errors import UsageError
+from app.process.kernel_cache import use_kernel_cache
 
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
@@ -70,63 +70,63 @@ def _log_level(name: str) -> str:
 def _dispatch(command: options.Command) -> int:
     match command:
         case options.Demo():
-            from app.cli.demo import run_demo
+            from app.cli.processes.demo import run_demo
 
             return run_demo(command)
         case options.Sim():
-            from app.cli.sim import run_sim
+            from app.cli.processes.sim import run_sim
 
             return run_sim(command)
         case options.Navigate():
-            from app.cli.navigate import run_navigate
+            from app.cli.processes.navigate import run_navigate
 
             return run_navigate(command)
         case options.Segment():
-            from app.cli.segment import run_segment_command
+            from app.cli.processes.segment import run_segment_command
 
             return run_segment_command(command)
         case options.Console():
-            from app.cli.console import run_console_command
+            from app.cli.processes.console import run_console_command
 
             return run_console_command(command)
         case options.User():
-            from app.cli.user import run_user
+            from app.cli.tools.user import run_user
 
             return run_user(command)
         case options.Record():
-            from app.cli.record import run_record
+            from app.cli.processes.record import run_record
 
             return run_record(command)
         case options.Review():
-            from app.cli.review import run_review_command
+            from app.cli.processes.review import run_review_command
 
             return run_review_command(command)
         case options.Export():
-            from app.cli.export import run_export
+            from app.cli.tools.export import run_export
 
             return run_export(command)
         case options.Replay():
-            from app.cli.replay import run_replay_command
+            from app.cli.processes.replay import run_replay_command
 
             return run_replay_command(command)
         case options.Ask():
-            from app.cli.ask import run_ask
+            from app.cli.tools.ask import run_ask
 
             return run_ask(command)
         case options.Levels():
-            from app.cli.levels import run_levels
+            from app.cli.tools.levels import run_levels
 
             return run_levels(command)
         case options.Eval():
-            from app.cli.evaluate import run_eval
+            from app.cli.tools.evaluate import run_eval
 
             return run_eval(command.command)
         case options.Profile():
-            from app.cli.profile import run_profile
+            from app.cli.tools.profile import run_profile
 
             return run_profile(command)
         case options.Doctor():
-            from app.cli.doctor import run_doctor
+            from app.cli.tools.doctor import run_doctor
 
             return run_doctor(command)
         case _:

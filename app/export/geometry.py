@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from app.export.story import Story, need_map
+from app.export.session_data import Story, need_map
 from app.view.colors import voxel_colors
 
 ExportColor = Literal["camera", "ooi", "proximity", "height"]

@@ -5,13 +5,13 @@ from typing import Any
 
 import trimesh
 
-from app.export.story import Story, Tell, silent
+from app.export.session_data import Story, Tell, silent
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.review.frames import geometry_frames
 from app.nodes.review.settings import read_settings
 from app.recording.errors import RecordingError
-from app.recording.recording import Recording
-from app.recording.session import CONFIGURATION
+from app.recording.reading.recording import Recording
+from app.recording.writing.session import CONFIGURATION
 from ippon.errors import FrameRejectedError
 from ippon.mapping.mesh import copy_signed_distances, extract_mesh
 from ippon.mapping.voxel_map import VoxelMap

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from app.export.picture import draw_map, frame_of
-from app.export.plot import line_plot
-from app.export.story import Story
+from app.export.line_plot import line_plot
+from app.export.map_picture import draw_map, frame_of
+from app.export.session_data import Story
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color

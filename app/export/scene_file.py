@@ -7,10 +7,10 @@ from typing import Any
 
 import viser
 
-from app.export.story import Story
-from app.view.camera_follow import FOV_RAD, framing
-from app.view.options import ViewOptions
-from app.view.viser_scene import ALL_PARTS, ViserScene
+from app.export.session_data import Story
+from app.view.drawing.camera_follow import FOV_RAD, framing
+from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
+from app.view.view_options import ViewOptions
 
 
 def write_scene(story: Story, path: Path) -> None:

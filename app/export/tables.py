@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from app.export.story import Story, Trajectory
+from app.export.session_data import Story, Trajectory
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.scene import Detection, decode_detections

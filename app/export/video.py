@@ -9,16 +9,16 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from app.export.picture import MapFromAbove, draw_things, frame_of
-from app.export.story import Story, Tell, need_map, silent
+from app.export.map_picture import MapFromAbove, draw_things, frame_of
+from app.export.session_data import Story, Tell, need_map, silent
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color, decompress_color
 from app.messages.scene import decode_voxels
 from app.recording.errors import RecordingError
-from app.recording.recording import RecordedMessage
-from app.view.reader import SceneReader
-from app.view.scene_model import SceneModel
+from app.recording.reading.recording import RecordedMessage
+from app.view.model.scene_model import SceneModel
+from app.view.model.scene_reader import SceneReader
 
 CLOCK_HZ: Final = 1000
 SCENE_HZ: Final = 4.0

@@ -7,7 +7,7 @@ import zstandard
 from numpy.typing import NDArray
 
 from app.messages.cdr import MessageError
-from ippon.segmentation.compact import TopClasses, keep_top, spread_out
+from ippon.segmentation.compact_heatmap import TopClasses, keep_top, spread_out
 
 RAW: Final = "raw"
 WHOLE: Final = "zstd"

@@ -12,17 +12,17 @@ from typing import Any, Final
 
 import zenoh
 
-from app.links.requests import RequestRefusedError, last_message, serve
-from app.links.session import LinkError, open_client
-from app.links.stopping import SignalledStop, Stop
+from app.links.network.requests import RequestRefusedError, last_message, serve
+from app.links.network.session import LinkError, open_client
 from app.messages import keys
 from app.messages.control import Event, encode
 from app.messages.recording import RecordingStatus, RecordRequest
-from app.recording.backlog import Arrival, Backlog
+from app.process.stopping import SignalledStop, Stop
 from app.recording.errors import RecordingError
-from app.recording.limits import RecordingLimits
 from app.recording.notes import Note, add_note
-from app.recording.session import Session
+from app.recording.writing.backlog import Arrival, Backlog
+from app.recording.writing.limits import RecordingLimits
+from app.recording.writing.session import Session
 
 logger = logging.getLogger(__name__)
 

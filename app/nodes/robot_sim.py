@@ -11,10 +11,9 @@ from typing import Final, Literal
 import msgspec
 import zenoh
 
-from app.links.requests import last_message
-from app.links.session import open_client
-from app.links.stopping import SignalledStop, Stop
-from app.links.subscription import subscribe
+from app.links.network.requests import last_message
+from app.links.network.session import open_client
+from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import LabelRequest
@@ -28,11 +27,12 @@ from app.messages.motion import (
     encode_flag,
     encode_transforms,
 )
+from app.process.stopping import SignalledStop, Stop
 from ippon.command import Command
 from ippon.frame import Frame
-from ippon.guidance.naming import is_instance_of
+from ippon.guidance.language.naming import is_instance_of
 from ippon.robot import ZED, RobotProfile
-from ippon.simulation.robot import BaseConfig, camera_of
+from ippon.simulation.robot.mobile_base import BaseConfig, camera_of
 from ippon.simulation.scene import Scene, StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
 

@@ -9,14 +9,14 @@ from typing import Final
 import msgspec
 import zenoh
 
-from app.links.requests import last_message
-from app.links.session import LinkError, open_client
-from app.links.stopping import SignalledStop, Stop
-from app.links.subscription import subscribe
+from app.links.network.requests import last_message
+from app.links.network.session import LinkError, open_client
+from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import LabelRequest, decode
 from app.messages.images import decode_color, decompress_color, encode_heatmap
+from app.process.stopping import SignalledStop, Stop
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.segmenter import Segmenter
 

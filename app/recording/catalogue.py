@@ -10,9 +10,9 @@ import msgspec
 
 from app.recording.digest import digest_of
 from app.recording.errors import RecordingError
-from app.recording.index import Span
-from app.recording.recording import Recording
-from app.recording.session import SUMMARY, THUMBNAIL, summary_of
+from app.recording.reading.file_index import Span
+from app.recording.reading.recording import Recording
+from app.recording.writing.session import SUMMARY, THUMBNAIL, summary_of
 from ippon.atomic_file import replace_file
 
 logger = logging.getLogger(__name__)

@@ -15,7 +15,7 @@ from app.messages.cdr import MessageError
 from app.messages.control import Event, ProximityTable, Status, decode
 from app.messages.motion import StampedTransform, decode_transforms
 from app.recording.errors import RecordingError
-from app.recording.recording import Recording
+from app.recording.reading.recording import Recording
 
 ATTACHMENT: Final = "ippon/digest.json.zst"
 DIGEST_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.PROXIMITY)

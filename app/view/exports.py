@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.view.colors import NOT_MAPPED, OOI_SCALE
-from app.view.scene_model import SceneModel
+from app.view.model.scene_model import SceneModel
 
 _POINT: Final = np.dtype(
     [

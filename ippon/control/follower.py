@@ -11,9 +11,9 @@ from ippon.control.easing import within_acceleration
 from ippon.control.obstacles import GRACE_M, disc_room, near_obstacles
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mapping.arrays import MapArrays
-from ippon.planning.along_path import point_along, poses_along, remaining_path
-from ippon.planning.path_from_robot import HERE_M
 from ippon.planning.plan import Plan, Viewpoint
+from ippon.planning.roadmap.robot_path import HERE_M
+from ippon.planning.terrain.path_points import point_along, poses_along, remaining_path
 from ippon.robot import RobotProfile
 
 _TURN_STEP_RAD: Final = 0.1

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, transform_points, yaw_of
 from ippon.mapping.arrays import OCCUPIED, MapArrays
-from ippon.planning.columns import ColumnBands
-from ippon.planning.voxels import block_row
+from ippon.planning.terrain.obstacle_columns import ColumnBands
+from ippon.planning.voxel_lookup import block_row
 from ippon.robot import RobotProfile
 
 GRACE_M = 0.02

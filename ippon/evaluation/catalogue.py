@@ -7,12 +7,12 @@ from typing import Final, Literal
 
 import numpy as np
 
-from ippon.evaluation.goals import matching_instances
+from ippon.evaluation.goal_objects import matching_instances
 from ippon.evaluation.metrics import SUCCESS_DISTANCE_M, Judge
 from ippon.evaluation.supports import context_sentence
-from ippon.guidance.naming import resolve_object
+from ippon.guidance.language.naming import resolve_object
 from ippon.robot import RobotProfile
-from ippon.simulation.navigation import robot_grid
+from ippon.simulation.robot.navigation_grid import robot_grid
 from ippon.simulation.scene import Scene, StartPose
 from ippon.vocabulary import HABITAT_GOALS, MATTERPORT_40, canonical_label
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ippon.simulation.navigation import NavigationGrid
+from ippon.simulation.robot.navigation_grid import NavigationGrid
 
 _SNAP_M = 0.3
 """How far outside the free cells a position may be, as when the base leans on a wall."""

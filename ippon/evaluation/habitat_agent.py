@@ -16,8 +16,8 @@ from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.frame import Frame, Heatmap
 from ippon.geometry import base_pose
+from ippon.guidance.language.naming import ResolvedObject, resolve_object
 from ippon.guidance.levels import Guidance
-from ippon.guidance.naming import ResolvedObject, resolve_object
 from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission

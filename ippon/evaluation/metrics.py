@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ippon.evaluation.geodesic import GeodesicField
-from ippon.evaluation.goals import matching_instances, viewpoints
+from ippon.evaluation.goal_objects import matching_instances, viewpoints
 from ippon.robot import RobotProfile
-from ippon.simulation.navigation import NavigationGrid, robot_grid
+from ippon.simulation.camera.line_of_sight import LineOfSight
+from ippon.simulation.robot.navigation_grid import NavigationGrid, robot_grid
 from ippon.simulation.scene import Scene, StartPose
-from ippon.simulation.sight import LineOfSight
 
 SUCCESS_DISTANCE_M = 0.1
 """A search succeeds when it stops nearer than this, over the floor, to a viewpoint."""

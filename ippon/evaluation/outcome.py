@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.mission.snapshot import Find
-from ippon.simulation.renderer import Rendering
+from ippon.simulation.camera.renderer import Rendering
 from ippon.simulation.scene import Instance
 
 Ending = Literal["found", "out_of_reach", "exhausted", "time"]

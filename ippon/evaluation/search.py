@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from ippon.command import Command
 from ippon.evaluation.episode import EpisodeLimits, run_episode
-from ippon.evaluation.methods import Equipment
+from ippon.evaluation.methods.method_table import Equipment
 from ippon.evaluation.metrics import Judge
 from ippon.evaluation.outcome import Ending, is_at_instance, shows_object
 from ippon.frame import Frame
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.glimpses import Glimpses
+from ippon.mapping.far_evidence.far_evidence import Glimpses
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import Snapshot, StepResult
 from ippon.planning.interface import Planner

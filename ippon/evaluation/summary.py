@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from ippon.evaluation.catalogue import home_name
-from ippon.evaluation.methods import METHODS
+from ippon.evaluation.methods.method_table import METHODS
 from ippon.evaluation.outcome import FAILURES, Failure
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.statistics import (

@@ -10,20 +10,20 @@ import numpy as np
 from ippon.camera import PinholeCamera
 from ippon.evaluation.catalogue import EpisodeSpec
 from ippon.evaluation.episode import EpisodeLimits
-from ippon.evaluation.methods import Method, Situation
+from ippon.evaluation.methods.method_table import Method, Situation
 from ippon.evaluation.metrics import Judge
 from ippon.evaluation.outcome import failure_cause, stood_still, touched_there
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.search import Clocks, Rig, SearchRecord, TimedPlanner, Witness, search
 from ippon.geometry import Float64Array
+from ippon.guidance.language.naming import is_instance_of, resolve_object
 from ippon.guidance.levels import Guidance
-from ippon.guidance.naming import is_instance_of, resolve_object
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.robot import HABITAT, RobotProfile
-from ippon.simulation.robot import BaseConfig, camera_of
+from ippon.simulation.robot.mobile_base import BaseConfig, camera_of
 from ippon.simulation.scene import Scene, StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
 from ippon.vocabulary import MATTERPORT_40

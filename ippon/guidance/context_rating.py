@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
-from ippon.guidance.context import Claim
 from ippon.guidance.knowledge import Entry, Knowledge
+from ippon.guidance.language.context import Claim
+from ippon.guidance.language.words import generic
 from ippon.guidance.levels import Level
 from ippon.guidance.rating import (
     COMPATIBLE_SHARE,
@@ -17,7 +18,6 @@ from ippon.guidance.rating import (
     rooms_text,
     words,
 )
-from ippon.guidance.words import generic
 
 _STATED = {"sure": "you said", "likely": "you think", "habit": "usually", "maybe": "perhaps"}
 _OWN_ROOM_SHARE = 0.9

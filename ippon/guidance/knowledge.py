@@ -21,7 +21,7 @@ from typing import Any, Final, Literal, cast, get_args
 
 import yaml
 
-from ippon.guidance.words import singular_candidates
+from ippon.guidance.language.words import singular_candidates
 
 Relation = Literal["sure", "on", "in", "by"]
 Spread = Literal["none", "everywhere", "broad", "pervasive"]

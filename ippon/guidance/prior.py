@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
-from ippon.guidance.context import Claim, read_context
 from ippon.guidance.context_rating import rate_by_claims
 from ippon.guidance.knowledge import Entry, Knowledge, load_knowledge
+from ippon.guidance.language.context import Claim, read_context
+from ippon.guidance.language.naming import ResolvedObject, resolve_object
+from ippon.guidance.language.words import singular
 from ippon.guidance.levels import Guidance, LabelLevel, Level
-from ippon.guidance.naming import ResolvedObject, resolve_object
 from ippon.guidance.rating import Rating, rate, words
-from ippon.guidance.words import singular
 from ippon.vocabulary import canonical_label
 
 PROVIDER = "embedded prior"

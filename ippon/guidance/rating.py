@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ippon.guidance.knowledge import Entry, Knowledge, Place, Relation
+from ippon.guidance.language.naming import wider
+from ippon.guidance.language.words import generic, with_article
 from ippon.guidance.levels import Level
-from ippon.guidance.naming import wider
-from ippon.guidance.words import generic, with_article
 
 SAME_ROOM_SHARE = 0.5
 """Probability of being in one room from which a landmark is NEAR."""

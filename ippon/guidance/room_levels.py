@@ -9,16 +9,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.frame import NANOSECONDS
+from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.levels import BY_OPERATOR, Guidance, LabelLevel, Level
-from ippon.guidance.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.guidance.rating import words
 from ippon.guidance.rooms import NO_ROOM, RoomConfig, Rooms, columns_of, infer_rooms
 from ippon.mapping.arrays import BLOCK_VOLUME, MapArrays
-from ippon.mapping.surface_rows import N_USED, NO_LABEL
+from ippon.mapping.objects.surface_rows import N_USED, NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
 
-_NANOSECONDS: Final = 1_000_000_000
 _RINGS: Final = (0.4, 0.8)
 """Circles, as parts of a radius, on which rooms around a place are looked up."""
 _SPOKES: Final = 12
@@ -91,7 +91,7 @@ class RoomLevels:
         if not self._config.enabled:
             return arrays
         last = self._looked_ns
-        if last is None or not 0 <= stamp_ns - last < self._config.every_s * _NANOSECONDS:
+        if last is None or not 0 <= stamp_ns - last < self._config.every_s * NANOSECONDS:
             self._looked_ns = stamp_ns
             self.rooms = infer_rooms(voxel_map, self._config, floor_z_m)
         level = self._level(voxel_map, arrays)

@@ -20,7 +20,7 @@ from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.rating import words
 from ippon.mapping.arrays import FREE
 from ippon.mapping.blocks import N_ROWS
-from ippon.mapping.surface_rows import N_USED, NO_LABEL
+from ippon.mapping.objects.surface_rows import N_USED, NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
 
 NO_ROOM: Final = -1

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.mapping.blocks import N_FREE, N_FREE_SLABS, N_LAYER_FREE, N_ROWS, NO_SLAB, Pools
-from ippon.mapping.surface_rows import N_FREE as N_FREE_SURFACE
-from ippon.mapping.surface_rows import SurfaceRows
+from ippon.mapping.objects.surface_rows import N_FREE as N_FREE_SURFACE
+from ippon.mapping.objects.surface_rows import SurfaceRows
 
 DROPPED_SHARE: Final = 8
 """One in so many blocks is dropped at a time, so that it seldom happens."""

@@ -12,12 +12,15 @@ from ippon.frame import Frame
 from ippon.geometry import invert_transform
 from ippon.mapping.arrays import BLOCK_EDGE, OCCUPIED, read_only
 from ippon.mapping.blocks import BlockDirectory, Pools
+from ippon.mapping.config import MapConfig
 from ippon.mapping.depth_image import DepthImage, prepare_depth
-from ippon.mapping.distance_field import DistanceField
 from ippon.mapping.eviction import drop_blocks, oldest_blocks
-from ippon.mapping.free_space import OBSERVED, OCCUPIED_CHANGED
-from ippon.mapping.geometry_update import update_kernel
-from ippon.mapping.hits import (
+from ippon.mapping.objects.object_layers import ObjectLayers
+from ippon.mapping.objects.surface_fusion import fuse_kernel, make_fusion_work
+from ippon.mapping.occupancy.distance_field import DistanceField
+from ippon.mapping.occupancy.free_space import OBSERVED, OCCUPIED_CHANGED
+from ippon.mapping.occupancy.geometry_update import update_kernel
+from ippon.mapping.occupancy.hits import (
     PIXEL_BITS,
     Rules,
     View,
@@ -26,10 +29,7 @@ from ippon.mapping.hits import (
     n_samples,
     sample_strides,
 )
-from ippon.mapping.map_config import MapConfig
-from ippon.mapping.object_layers import ObjectLayers
-from ippon.mapping.surface_update import fuse_kernel, make_fusion_work
-from ippon.mapping.view_blocks import OVER_BOUND, frustum_box, select_kernel
+from ippon.mapping.occupancy.visible_blocks import OVER_BOUND, frustum_box, select_kernel
 
 CLEAR_VOXELS = 0.4
 """A voxel's centre at least this far before the surface, in voxels, is seen free."""

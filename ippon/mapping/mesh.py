@@ -8,7 +8,7 @@ from skimage.measure import marching_cubes
 
 from ippon.mapping.arrays import BLOCK_EDGE
 from ippon.mapping.blocks import N_ROWS
-from ippon.mapping.free_space import TSDF_ONE
+from ippon.mapping.occupancy.free_space import TSDF_ONE
 from ippon.mapping.voxel_map import VoxelMap
 
 CHUNK_BLOCKS = 24

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ippon.errors import MapFileError
 from ippon.mapping.arrays import BLOCK_VOLUME
 from ippon.mapping.blocks import N_LAYER_FREE, N_ROWS, N_SLABS, BlockDirectory, Pools
-from ippon.mapping.surface_rows import ENERGY_MAX, N_USED, SurfaceRows
+from ippon.mapping.objects.surface_rows import ENERGY_MAX, N_USED, SurfaceRows
 
 BLOCK_LAYERS: Final = (
     "tsdf", "weight", "evidence", "state", "squared_distance", "slab", "coord", "revision",

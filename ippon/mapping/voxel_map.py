@@ -14,10 +14,10 @@ from ippon.frame import Frame
 from ippon.mapping import map_file, queries, snapshot
 from ippon.mapping.arrays import BLOCK_EDGE, MapArrays
 from ippon.mapping.blocks import N_LAYER_FREE, N_ROWS, N_SLABS, BlockDirectory, Pools, make_pools
+from ippon.mapping.config import MapConfig
 from ippon.mapping.integration import FrameIntegrator, IntegrationReport
-from ippon.mapping.map_config import MapConfig
-from ippon.mapping.object_layers import ObjectLayers, RuledOut
-from ippon.mapping.surface_rows import SurfaceRows
+from ippon.mapping.objects.object_layers import ObjectLayers, RuledOut
+from ippon.mapping.objects.surface_rows import SurfaceRows
 
 
 class VoxelMap:

@@ -11,11 +11,11 @@ from ippon.compiling import compile_beside
 from ippon.frame import Frame, Heatmap
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
 from ippon.mapping.blocks import BlockDirectory, make_pools
-from ippon.mapping.glimpses import GlimpseConfig, Glimpses
+from ippon.mapping.config import MapConfig
+from ippon.mapping.far_evidence.far_evidence import GlimpseConfig, Glimpses
 from ippon.mapping.integration import FrameIntegrator
-from ippon.mapping.map_config import MapConfig
-from ippon.mapping.object_layers import ObjectLayers
-from ippon.mapping.surface import SurfaceTracker
+from ippon.mapping.objects.object_layers import ObjectLayers
+from ippon.mapping.objects.surface_changes import SurfaceTracker
 from ippon.mapping.voxel_map import VoxelMap
 
 _CONFIG: Final = MapConfig(memory_limit_mb=64.0)

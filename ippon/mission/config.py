@@ -5,13 +5,13 @@ from dataclasses import dataclass, field, replace
 from ippon.control.follower import FollowerConfig
 from ippon.guidance.levels import LevelProbabilities
 from ippon.guidance.rooms import RoomConfig
-from ippon.mapping.glimpses import GlimpseConfig
+from ippon.mapping.far_evidence.far_evidence import GlimpseConfig
 from ippon.mapping.voxel_map import MapConfig
-from ippon.mission.glance import GlanceConfig
-from ippon.mission.look_around import LookAroundConfig
-from ippon.mission.recovery import RecoveryConfig
-from ippon.mission.second_look import SecondLookConfig
-from ippon.mission.travel_pitch import TravelPitchConfig
+from ippon.mission.behaviors.floor_check import GlanceConfig
+from ippon.mission.behaviors.look_around import LookAroundConfig
+from ippon.mission.behaviors.recovery import RecoveryConfig
+from ippon.mission.behaviors.travel_pitch import TravelPitchConfig
+from ippon.mission.finds.image_check import SecondLookConfig
 from ippon.planning.config import PlannerConfig
 
 

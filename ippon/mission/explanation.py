@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from ippon.guidance.levels import Guidance, Level
 from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, OCCUPIED
-from ippon.mapping.surface_rows import NO_LABEL
+from ippon.mapping.objects.surface_rows import NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.goal import Goal
 from ippon.planning.plan import NodeKind, Plan, Viewpoint

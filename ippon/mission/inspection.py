@@ -10,11 +10,11 @@ from ippon.geometry import Float64Array
 from ippon.guidance.levels import Guidance, Level
 from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, MapArrays
-from ippon.mapping.surface_rows import NO_LABEL, STEPS_PER_NAT
+from ippon.mapping.objects.surface_rows import NO_LABEL, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
+from ippon.mission.behaviors.waypoint import Steerable
 from ippon.mission.explanation import explain
 from ippon.mission.goal import Goal
-from ippon.mission.waypoint import Steerable
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan, Viewpoint
 

@@ -14,38 +14,38 @@ from ippon.command import Command
 from ippon.control.drive import DriveMode
 from ippon.control.easing import within_acceleration
 from ippon.control.follower import PathFollower
-from ippon.frame import Frame
+from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array, yaw_of
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.levels import Guidance, Level
 from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.voxel_map import VoxelMap
+from ippon.mission.behaviors.look_around import STILL_THERE_M, LookAround
+from ippon.mission.behaviors.operator_hold import Steering
+from ippon.mission.behaviors.pursuit import Pursuit, ends_search
+from ippon.mission.behaviors.recovery import Recovery
+from ippon.mission.behaviors.waypoint import Waypoint
+from ippon.mission.collision_filter import moves_base, without_collision
 from ippon.mission.config import MissionConfig
-from ippon.mission.goal import Goal
-from ippon.mission.inspection import Preview, preview
-from ippon.mission.journal import WAITING, Journal
-from ippon.mission.look_around import STILL_THERE_M, LookAround
-from ippon.mission.pursuit import Pursuit, ends_search
-from ippon.mission.recovery import NANOSECONDS, Recovery
-from ippon.mission.ruling_out import (
+from ippon.mission.finds.rejection import (
     doubt,
     look_for_candidates,
     reconsider,
     reject_last_find,
 )
-from ippon.mission.safeguard import moves_base, without_collision
+from ippon.mission.finds.termination import lowest_m
+from ippon.mission.goal import Goal
+from ippon.mission.inspection import Preview, preview
+from ippon.mission.journal import WAITING, Journal
 from ippon.mission.search import Search
-from ippon.mission.showing import snapshot_of
 from ippon.mission.snapshot import OVER, MissionState, Snapshot, StepResult
-from ippon.mission.steering import Steering
-from ippon.mission.termination import lowest_m
-from ippon.mission.waypoint import Waypoint
+from ippon.mission.snapshot_builder import snapshot_of
 from ippon.planning.deadline import Clock
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
 from ippon.planning.planner import ViewpointPlanner
-from ippon.planning.regions import RegionWeights
+from ippon.planning.visibility.region_weights import RegionWeights
 from ippon.robot import RobotProfile
 
 

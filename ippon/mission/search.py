@@ -5,23 +5,22 @@ from typing import Final
 
 import numpy as np
 
-from ippon.frame import Frame
+from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.levels import Guidance
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.glimpses import Glimpses
-from ippon.mapping.object_layers import RuledOut
-from ippon.mapping.ooi_voxels import OoiVoxels
-from ippon.mission.clusters import cluster_finds
+from ippon.mapping.far_evidence.far_evidence import Glimpses
+from ippon.mapping.objects.object_layers import RuledOut
+from ippon.mapping.objects.ooi_voxels import OoiVoxels
 from ippon.mission.config import MissionConfig
-from ippon.mission.finding import Ball, ball_round, distance_m, out_of_reach_text
+from ippon.mission.finds.clusters import cluster_finds
+from ippon.mission.finds.find_geometry import Ball, ball_round, distance_m, out_of_reach_text
+from ippon.mission.finds.image_check import SecondLook
+from ippon.mission.finds.termination import is_small, termination_voxels
 from ippon.mission.goal import Goal
-from ippon.mission.recovery import NANOSECONDS
-from ippon.mission.second_look import SecondLook
 from ippon.mission.snapshot import Find
-from ippon.mission.termination import is_small, termination_voxels
-from ippon.planning.surfaces import surface_scale
+from ippon.planning.surface_scale import surface_scale
 
 _UNSURE: Final = 2.5
 """So many times T_min a large thing shows at least of which the map is not sure."""

@@ -3,12 +3,12 @@
 import math
 from dataclasses import dataclass, field
 
-from ippon.planning.closer_look import CloserLookConfig
-from ippon.planning.local_planner import LocalPlannerConfig
-from ippon.planning.sampling import SamplingConfig
-from ippon.planning.selection import SelectionConfig
-from ippon.planning.traversability import TraversabilityConfig
-from ippon.planning.viewpoints import ViewConfig
+from ippon.planning.roadmap.local_planner import LocalPlannerConfig
+from ippon.planning.roadmap.sampling import SamplingConfig
+from ippon.planning.selection.approach import CloserLookConfig
+from ippon.planning.selection.node_selection import SelectionConfig
+from ippon.planning.terrain.traversability import TraversabilityConfig
+from ippon.planning.visibility.viewpoints import ViewConfig
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ippon.command import Command
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.glimpses import Glimpses
+from ippon.mapping.far_evidence.far_evidence import Glimpses
 from ippon.planning.plan import Plan
 
 

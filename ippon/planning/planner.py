@@ -17,27 +17,27 @@ from numpy.typing import NDArray
 from ippon.command import Command
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.glimpses import Glimpses
-from ippon.mapping.ooi_voxels import OoiVoxels
-from ippon.planning.closer_look import CloserLooks
+from ippon.mapping.far_evidence.far_evidence import Glimpses
+from ippon.mapping.objects.ooi_voxels import OoiVoxels
 from ippon.planning.config import PlannerConfig
 from ippon.planning.deadline import UNLIMITED, Clock, Deadline
-from ippon.planning.evaluations import Evaluations
-from ippon.planning.floor_gap import GapWatch
-from ippon.planning.gaze import Look
-from ippon.planning.path_from_robot import shorten
-from ippon.planning.picture import TreePicture
 from ippon.planning.plan import Plan, Viewpoint
-from ippon.planning.regions import RegionWeights
-from ippon.planning.roadmap import Roadmap
-from ippon.planning.selection import Scores, held, promised_per_s, select
-from ippon.planning.shortest_tree import Seeds, ShortestTree
-from ippon.planning.straight_way import unseen_straight_m
-from ippon.planning.target_choice import TargetChoice
-from ippon.planning.traversability import Traversability
+from ippon.planning.roadmap.roadmap import Roadmap
+from ippon.planning.roadmap.robot_path import shorten
+from ippon.planning.roadmap.shortest_tree import Seeds, ShortestTree
+from ippon.planning.selection.approach import CloserLooks
+from ippon.planning.selection.detours import Surroundings
+from ippon.planning.selection.look_target import Look
+from ippon.planning.selection.node_selection import Scores, held, promised_per_s, select
+from ippon.planning.selection.target_choice import TargetChoice
+from ippon.planning.terrain.traversability import Traversability
+from ippon.planning.terrain.unseen_floor import unseen_straight_m
+from ippon.planning.terrain.unseen_gaps import GapWatch
 from ippon.planning.tree_growth import TreeGrowth
-from ippon.planning.viewpoints import Viewpoints
-from ippon.planning.ways_round import Surroundings
+from ippon.planning.tree_view import TreePicture
+from ippon.planning.visibility.evaluation_schedule import Evaluations
+from ippon.planning.visibility.region_weights import RegionWeights
+from ippon.planning.visibility.viewpoints import Viewpoints
 from ippon.robot import RobotProfile
 
 _MOST_OBJECT_VOXELS: Final = 512

@@ -6,9 +6,9 @@ from typing import Final
 import numpy as np
 
 from ippon.geometry import Float64Array
-from ippon.planning.roadmap import Roadmap
-from ippon.planning.sampling import SamplingConfig
-from ippon.planning.viewpoints import Viewpoints
+from ippon.planning.roadmap.roadmap import Roadmap
+from ippon.planning.roadmap.sampling import SamplingConfig
+from ippon.planning.visibility.viewpoints import Viewpoints
 
 _STEPS: Final = 5
 """A roadmap that is full all the same is looked through no more often than this."""

@@ -7,18 +7,18 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array, yaw_of
 from ippon.planning.config import PlannerConfig
-from ippon.planning.connection import COMFORT_M, Connector
 from ippon.planning.deadline import Deadline
-from ippon.planning.local_queries import LocalQueries
-from ippon.planning.roadmap import Roadmap
-from ippon.planning.roadmap_entry import RoadmapEntry
-from ippon.planning.sampler import Sampler
-from ippon.planning.sampling import STANDABLE, cell_centres, reachable_cells
-from ippon.planning.shortest_tree import Seeds, ShortestTree
-from ippon.planning.target_choice import TargetChoice
+from ippon.planning.roadmap.connection import COMFORT_M, Connector
+from ippon.planning.roadmap.local_queries import LocalQueries
+from ippon.planning.roadmap.roadmap import Roadmap
+from ippon.planning.roadmap.robot_entry import RoadmapEntry
+from ippon.planning.roadmap.sampling import STANDABLE, cell_centres, reachable_cells
+from ippon.planning.roadmap.shortest_tree import Seeds, ShortestTree
+from ippon.planning.roadmap.viewpoint_sampler import Sampler
+from ippon.planning.selection.target_choice import TargetChoice
+from ippon.planning.terrain.traversability import Traversability
 from ippon.planning.thinning import Thinning
-from ippon.planning.traversability import Traversability
-from ippon.planning.viewpoints import Viewpoints
+from ippon.planning.visibility.viewpoints import Viewpoints
 from ippon.robot import RobotProfile
 
 WAYPOINT_REACH_M: Final = 0.75

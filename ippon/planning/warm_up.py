@@ -4,12 +4,12 @@ import numpy as np
 
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
-from ippon.planning.clearance import can_turn
-from ippon.planning.gates import way_through
-from ippon.planning.sampling import reachable_cells
-from ippon.planning.traversability import Traversability, TraversabilityConfig
-from ippon.planning.viewpoints import ViewConfig, Viewpoints
-from ippon.planning.ways_round import Surroundings, flood_unseen
+from ippon.planning.roadmap.narrow_passages import way_through
+from ippon.planning.roadmap.sampling import reachable_cells
+from ippon.planning.selection.detours import Surroundings, flood_unseen
+from ippon.planning.terrain.clearance import can_turn
+from ippon.planning.terrain.traversability import Traversability, TraversabilityConfig
+from ippon.planning.visibility.viewpoints import ViewConfig, Viewpoints
 from ippon.robot import RobotProfile
 
 

@@ -4,10 +4,10 @@ import importlib
 from pathlib import Path
 
 from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.crop_segmenter import CropSegmenter
 from ippon.segmentation.distractors import DistractorSegmenter
 from ippon.segmentation.errors import INSTALL_HINT, WITHOUT_NETWORK, MissingPackageError
 from ippon.segmentation.segmenter import Segmenter
-from ippon.segmentation.small_objects import CropSegmenter
 
 
 def load_segmenter(config: SegmentationConfig, folder: Path) -> Segmenter:
@@ -47,10 +47,10 @@ def _network(config: SegmentationConfig, folder: Path) -> Segmenter:
 
             return loading.load_san(config, folder)
         case "clipseg":
-            from ippon.segmentation.clipseg import ClipSegSegmenter  # noqa: PLC0415
+            from ippon.segmentation.transformers_models.clipseg import ClipSegSegmenter  # noqa: PLC0415
 
             return ClipSegSegmenter(config, folder)
         case "owlv2":
-            from ippon.segmentation.owlv2 import Owlv2Segmenter  # noqa: PLC0415
+            from ippon.segmentation.transformers_models.owlv2 import Owlv2Segmenter  # noqa: PLC0415
 
             return Owlv2Segmenter(config, folder)

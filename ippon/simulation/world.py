@@ -12,12 +12,16 @@ from ippon.command import Command
 from ippon.frame import Frame, Heatmap
 from ippon.geometry import Float64Array
 from ippon.robot import RobotProfile
-from ippon.simulation.drift import DriftConfig, OdometryDrift
-from ippon.simulation.renderer import Rendering, SceneRenderer
-from ippon.simulation.robot import BaseConfig, SimulatedBase
+from ippon.simulation.camera.renderer import Rendering, SceneRenderer
+from ippon.simulation.camera.sensor_noise import NoiseConfig, SensorNoise
+from ippon.simulation.robot.mobile_base import BaseConfig, SimulatedBase
+from ippon.simulation.robot.odometry_drift import DriftConfig, OdometryDrift
 from ippon.simulation.scene import Scene, StartPose
-from ippon.simulation.segmenter import NamePredicate, SegmenterConfig, SimulatedSegmenter
-from ippon.simulation.sensor_noise import NoiseConfig, SensorNoise
+from ippon.simulation.segmentation.segmenter import (
+    NamePredicate,
+    SegmenterConfig,
+    SimulatedSegmenter,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,9 +13,8 @@ from pathlib import Path
 import pytest
 import zenoh
 
-from app.links.session import open_client, open_router
-
-ROOT = Path(__file__).parents[2]
+from app.links.network.session import open_client, open_router
+from tests.locations import ROOT
 
 
 @pytest.fixture

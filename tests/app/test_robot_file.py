@@ -2,11 +2,11 @@
 
 import math
 import re
-from pathlib import Path
 
 import pytest
 
 from app.robot_file import PROFILES, RobotFileError, map_config, read_profile, template
+from tests.locations import ROOT
 
 SCOUT = """
 name: scout
@@ -99,7 +99,7 @@ def test_the_map_takes_what_the_camera_measures(written):
 
 
 def test_the_profile_of_the_documentation_is_one(written):
-    text = (Path(__file__).parents[2] / "docs" / "robot.md").read_text("utf-8")
+    text = (ROOT / "docs" / "robot.md").read_text("utf-8")
     block, body = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     scout = read_profile(written(block))
     assert (scout.name, scout.can_tilt, scout.max_step_m) == ("scout", False, 0.03)

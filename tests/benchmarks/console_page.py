@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import viser
+from tests.app.view.test_view_benchmark import cloud_of_home, home_of, sent_by, view_of
 
-from app.view.options import ViewOptions
-from app.view.scene_model import SceneModel
-from app.view.viser_scene import ALL_PARTS, ViserScene
+from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
+from app.view.model.scene_model import SceneModel
+from app.view.view_options import ViewOptions
 from tests.app.nodes.console.drawn_home import status_of
 from tests.app.nodes.console.published_home import PublishedHome
 from tests.app.nodes.console.served import ConsoleProcess, free_port
-from tests.app.view.test_view_benchmark import cloud_of_home, home_of, sent_by, view_of
 from tests.benchmarks.rows import Row
 from tests.chromium import open_browser
 

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from ippon.evaluation.catalogue import CatalogueConfig, list_episodes
 from ippon.evaluation.episode import run_episode
-from ippon.evaluation.goals import matching_instances
-from ippon.evaluation.methods import METHODS, Method, Situation
+from ippon.evaluation.goal_objects import matching_instances
+from ippon.evaluation.methods.method_table import METHODS, Method, Situation
 from ippon.evaluation.metrics import Judge
 from ippon.evaluation.outcome import shows_object
 from ippon.evaluation.trial import TrialConfig, habitat_trial
-from ippon.guidance.naming import is_instance_of, resolve_object
+from ippon.guidance.language.naming import is_instance_of, resolve_object
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission

@@ -1,7 +1,6 @@
 """Frames to measure with: a real kitchen, and a generated home with a noisy camera."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,15 +9,16 @@ from PIL import Image
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame, Heatmap
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform, rotation_y, rotation_z
+from ippon.simulation.camera.renderer import SceneRenderer
+from ippon.simulation.camera.sensor_noise import NoiseConfig, SensorNoise
 from ippon.simulation.homes.generator import generate_home
-from ippon.simulation.renderer import SceneRenderer
 from ippon.simulation.scene import Scene
-from ippon.simulation.segmenter import SegmenterConfig, SimulatedSegmenter
-from ippon.simulation.sensor_noise import NoiseConfig, SensorNoise
+from ippon.simulation.segmentation.segmenter import SegmenterConfig, SimulatedSegmenter
 from ippon.vocabulary import MATTERPORT_40
+from tests.locations import SHARED
 
 OOI = "hat"
-KITCHEN = Path(__file__).resolve().parents[3] / "shared" / "rgbd" / "redkitchen_a"
+KITCHEN = SHARED / "rgbd" / "redkitchen_a"
 
 
 def kitchen_frames(count: int) -> list[Frame]:

@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from app.links.answer_cache import AnswerCache, CachedAnswer
-from app.links.chat import ChatConfig
-from app.links.language_model import LanguageModel
-from ippon.guidance.naming import resolve_object
+from app.links.language_model.answer_cache import AnswerCache, CachedAnswer
+from app.links.language_model.chat import ChatConfig
+from app.links.language_model.language_model import LanguageModel
+from ippon.guidance.language.naming import resolve_object
+from ippon.guidance.language.sentence import read_query
 from ippon.guidance.prior import EmbeddedPrior
-from ippon.guidance.prompt import build_prompt
-from ippon.guidance.sentence import read_query
+from ippon.guidance.prompts.level_prompt import build_prompt
 from ippon.vocabulary import LABORATORY_40, MATTERPORT_40
 from tests.benchmarks.rows import Row
 

@@ -14,7 +14,7 @@ from ippon.planning.plan import Plan
 from ippon.planning.planner import ViewpointPlanner
 from ippon.robot import ZED
 from tests.benchmarks.rows import Row
-from tests.planning.conftest import DenseMap
+from tests.ippon.planning.conftest import DenseMap
 
 STEPS = 200
 SKIPPED = 100

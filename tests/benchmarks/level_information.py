@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.evaluation.catalogue import CatalogueConfig, EpisodeSpec, list_episodes
-from ippon.evaluation.goals import matching_instances
-from ippon.evaluation.methods import METHODS
+from ippon.evaluation.goal_objects import matching_instances
+from ippon.evaluation.methods.method_table import METHODS
 from ippon.evaluation.metrics import Judge
 from ippon.evaluation.search import Clocks
 from ippon.evaluation.trial import Trial, TrialConfig, habitat_trial
@@ -31,8 +31,8 @@ from ippon.guidance.room_levels import RoomLevels
 from ippon.guidance.rooms import RoomConfig
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import StepResult
-from ippon.planning.orientation import imagined_level, with_evidence
-from ippon.planning.viewpoints import Viewpoints
+from ippon.planning.visibility.orientation import imagined_level, with_evidence
+from ippon.planning.visibility.viewpoints import Viewpoints
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.scene import Scene
 from tests.benchmarks.rows import Row

@@ -10,9 +10,9 @@ from ippon.frame import Frame
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED
 from ippon.mapping.blocks import N_ROWS, N_SLABS
 from ippon.mapping.mesh import copy_signed_distances, extract_mesh
+from ippon.mapping.objects.surface_rows import N_USED, NO_LABEL
 from ippon.mapping.queries import to_metres
 from ippon.mapping.snapshot import BLOCK_LAYERS, SLAB_LAYERS, SURFACE_LAYERS
-from ippon.mapping.surface_rows import N_USED, NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.scene import Scene

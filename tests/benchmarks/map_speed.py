@@ -8,7 +8,6 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -18,16 +17,18 @@ from scipy.ndimage import distance_transform_edt
 
 from ippon.frame import Frame
 from ippon.geometry import invert_transform, make_transform
-from ippon.mapping import distance_field, integration
+from ippon.mapping import integration
 from ippon.mapping.arrays import OCCUPIED
 from ippon.mapping.blocks import N_ROWS
-from ippon.mapping.map_config import MapConfig
+from ippon.mapping.config import MapConfig
+from ippon.mapping.objects.surface_changes import SurfaceTracker
+from ippon.mapping.occupancy import distance_field
 from ippon.mapping.queries import to_metres
-from ippon.mapping.surface import SurfaceTracker
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.vocabulary import MATTERPORT_40
 from tests.benchmarks.frames import OOI
 from tests.benchmarks.rows import Row
+from tests.locations import ROOT
 
 GEOMETRY = ("prepare_depth", "select_kernel", "hit_kernel", "update_kernel")
 ROUNDS = 3
@@ -220,7 +221,7 @@ def start_rows() -> list[Row]:
         "t = time.perf_counter(); list(warm_up(beside=first)); "
         "print(1e3 * (time.perf_counter() - t))"
     )
-    root = Path(__file__).resolve().parents[2]
+    root = ROOT
     rows = []
     with tempfile.TemporaryDirectory() as cache:
         for start in ("first", "later"):

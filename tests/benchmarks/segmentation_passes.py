@@ -19,13 +19,13 @@ import numpy as np
 
 from ippon.camera import PinholeCamera
 from ippon.frame import Heatmap
+from ippon.segmentation.crop_segmenter import CropSegmenter
 from ippon.segmentation.distractors import DistractorSegmenter
 from ippon.segmentation.segmenter import Segmenter
-from ippon.segmentation.small_objects import CropSegmenter
+from ippon.simulation.camera.renderer import Rendering, SceneRenderer
 from ippon.simulation.homes.generator import generate_home
-from ippon.simulation.renderer import Rendering, SceneRenderer
 from ippon.simulation.scene import Instance, Scene
-from ippon.simulation.segmenter import SegmenterConfig, SimulatedSegmenter
+from ippon.simulation.segmentation.segmenter import SegmenterConfig, SimulatedSegmenter
 from ippon.vocabulary import MATTERPORT_40, canonical_label
 from tests.benchmarks.rows import Row
 

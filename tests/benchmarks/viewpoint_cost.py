@@ -11,9 +11,9 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ippon.evaluation.methods import METHODS
+from ippon.evaluation.methods.method_table import METHODS
 from ippon.evaluation.trial import habitat_trial
-from ippon.planning.viewpoints import Viewpoints
+from ippon.planning.visibility.viewpoints import Viewpoints
 from ippon.simulation.homes.generator import generate_home
 from tests.benchmarks.exploring import explore
 from tests.benchmarks.rows import Row

@@ -6,7 +6,7 @@ import importlib.util
 import numpy as np
 import pytest
 
-from app.cli.eval_habitat import run_episodes
+from app.evaluation.habitat_run import run_episodes
 from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.evaluation.catalogue import CatalogueConfig, list_episodes
@@ -14,8 +14,8 @@ from ippon.evaluation.habitat_agent import HM3D_GOALS, HabitatAgentConfig, Ippon
 from ippon.evaluation.metrics import Judge
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.robot import HABITAT
-from ippon.simulation.robot import BaseConfig
-from ippon.simulation.segmenter import SegmenterConfig, SimulatedSegmenter
+from ippon.simulation.robot.mobile_base import BaseConfig
+from ippon.simulation.segmentation.segmenter import SegmenterConfig, SimulatedSegmenter
 from ippon.simulation.world import SimulatedWorld, WorldConfig
 from tests.boxes import boxes_scene
 from tests.habitat.lab import import_habitat, to_habitat, to_rotation, write_dataset

@@ -11,7 +11,7 @@ from ippon.evaluation.catalogue import CatalogueConfig, list_episodes
 from ippon.evaluation.metrics import Judge
 from ippon.robot import HABITAT
 from ippon.simulation.homes.generator import generate_home
-from ippon.simulation.navigation import robot_grid
+from ippon.simulation.robot.navigation_grid import robot_grid
 from tests.habitat.lab import import_habitat, to_habitat, write_dataset
 
 pytestmark = [

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ippon.camera import PinholeCamera
 from ippon.geometry import invert_transform, transform_points
 from ippon.mapping.depth_image import MIN_SLOPE, SPAN
-from ippon.mapping.hits import Rules, sample_strides
+from ippon.mapping.occupancy.hits import Rules, sample_strides
 
 Index = tuple[int, int, int]
 

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.mapping.object_filter import LOG_ODDS_MAX
-from ippon.mapping.surface_rows import NO_LABEL, STEPS_PER_NAT
+from ippon.mapping.objects.bayes_filter import LOG_ODDS_MAX
+from ippon.mapping.objects.surface_rows import NO_LABEL, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
 
 

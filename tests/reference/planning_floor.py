@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN, MapArrays
-from ippon.planning.body_limits import BodyLimits
-from ippon.planning.clearance import (
+from ippon.planning.roadmap.sampling import SLACK_CELLS
+from ippon.planning.terrain.body_limits import BodyLimits
+from ippon.planning.terrain.clearance import (
     NO_SITE,
     OBSTACLE,
     OPEN,
@@ -17,7 +18,7 @@ from ippon.planning.clearance import (
     clearance_at,
     move_between,
 )
-from ippon.planning.columns import (
+from ippon.planning.terrain.obstacle_columns import (
     COLUMN_BLOCKED,
     COLUMN_CLEAR,
     COLUMN_UNSEEN,
@@ -25,7 +26,6 @@ from ippon.planning.columns import (
     FLOOR_SEEN,
     ColumnBands,
 )
-from ippon.planning.sampling import SLACK_CELLS
 
 
 def state_of(arrays: MapArrays, i: int, j: int, k: int) -> int:
@@ -147,7 +147,7 @@ def unseen_straight_m(
     start: NDArray[np.float64],
     end: NDArray[np.float64],
 ) -> float:
-    """See `ippon.planning.straight_way`: points every half cell, one after the other."""
+    """See `ippon.planning.terrain.unseen_floor`: points every half cell, one after the other."""
     away = math.dist(start, end)
     steps = max(1, math.ceil(2.0 * away / grid.voxel_size))
     unseen = 0

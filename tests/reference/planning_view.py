@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, UNKNOWN, MapArrays
-from ippon.planning.panorama import ViewField, ViewRules
-from ippon.planning.view_table import Orientations, ViewTable
+from ippon.planning.visibility.panorama import ViewField, ViewRules
+from ippon.planning.visibility.view_table import Orientations, ViewTable
 from tests.reference.planning_floor import state_of
 
 

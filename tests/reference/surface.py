@@ -1,7 +1,7 @@
 """What a view must redraw, voxel by voxel in dictionaries."""
 
 from ippon.mapping.arrays import OCCUPIED
-from ippon.mapping.surface import SurfaceThresholds
+from ippon.mapping.objects.surface_changes import SurfaceThresholds
 from ippon.mapping.voxel_map import VoxelMap
 
 Index = tuple[int, int, int]

@@ -11,23 +11,23 @@ from typing import Final
 import uvicorn
 from starlette.types import ASGIApp
 
-from app.nodes.console.access import LOOPBACK, LoginAccess, OpenAccess
-from app.nodes.console.accounts import AccountError, Accounts, load_accounts, one_account
-from app.nodes.console.backend import ViserBackend, start_viser
-from app.nodes.console.bulletin import Bulletin
-from app.nodes.console.commands import Controller
-from app.nodes.console.conductor import EVERY, Conductor
-from app.nodes.console.connections import BoundedProtocol
-from app.nodes.console.gateway import Gateway
-from app.nodes.console.guard import Hosts
-from app.nodes.console.inbox import Inbox
-from app.nodes.console.link import NavigatorLink
-from app.nodes.console.login import LoginDesk
-from app.nodes.console.viser_proxy import MAX_CLIENT_MESSAGE
-from app.nodes.console.visitors import Visitors
-from app.view.reader import SceneReader
-from app.view.scene_model import SceneModel
-from app.view.viser_client import PackingError
+from app.nodes.console.link.commands import Controller
+from app.nodes.console.link.navigator_link import NavigatorLink
+from app.nodes.console.scene.inbox import Inbox
+from app.nodes.console.scene.scene_thread import EVERY, Conductor
+from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.web.access import LOOPBACK, LoginAccess, OpenAccess
+from app.nodes.console.web.accounts import AccountError, Accounts, load_accounts, one_account
+from app.nodes.console.web.browsers import Visitors
+from app.nodes.console.web.connections import BoundedProtocol
+from app.nodes.console.web.gateway import Gateway
+from app.nodes.console.web.guard import Hosts
+from app.nodes.console.web.login import LoginDesk
+from app.nodes.console.web.viser_proxy import MAX_CLIENT_MESSAGE
+from app.nodes.console.web.viser_server import ViserBackend, start_viser
+from app.view.drawing.viser_client import PackingError
+from app.view.model.scene_model import SceneModel
+from app.view.model.scene_reader import SceneReader
 
 logger = logging.getLogger(__name__)
 

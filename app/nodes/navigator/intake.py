@@ -8,9 +8,9 @@ from typing import Any, Final
 
 import zenoh
 
-from app.links.assembler import FrameAssembler, assemble
-from app.links.streams import StreamMonitor
-from app.links.subscription import subscribe
+from app.links.frames.assembler import FrameAssembler, assemble
+from app.links.frames.stream_monitor import StreamMonitor
+from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color

@@ -12,35 +12,35 @@ from typing import Final
 import msgspec
 import zenoh
 
-from app.links.answers import Adviser
-from app.links.latched import Latched
-from app.links.sender import Sender
-from app.links.stopping import Stop
+from app.links.language_model.answers import Adviser
+from app.links.network.latched import Latched
+from app.links.network.sender import Sender
 from app.messages import keys
 from app.messages.control import (
     Event,
     LabelRequest,
     encode,
 )
-from app.nodes.navigator.commander import Commander
+from app.nodes.navigator.command.command_mux import Helm
+from app.nodes.navigator.command.command_stream import Commander
 from app.nodes.navigator.config import NavigatorConfig
-from app.nodes.navigator.counsel import Counsel
-from app.nodes.navigator.desk import Desk, Operation
-from app.nodes.navigator.goals import GoalBook
-from app.nodes.navigator.helm import Helm
 from app.nodes.navigator.intake import Intake, Stopwatch
-from app.nodes.navigator.keeper import Keeper, Kept
-from app.nodes.navigator.lease_desk import LeaseDesk
-from app.nodes.navigator.mismatch import mismatches
+from app.nodes.navigator.profile_check import mismatches
 from app.nodes.navigator.publisher import MapPublisher
-from app.nodes.navigator.report import StatusReport, proximity_table
-from app.nodes.navigator.steering import Steering
-from app.nodes.navigator.what_if import WhatIf
+from app.nodes.navigator.services.control_service import LeaseDesk
+from app.nodes.navigator.services.drive_service import Steering
+from app.nodes.navigator.services.goal_service import Desk, Operation
+from app.nodes.navigator.services.guidance_service import Counsel
+from app.nodes.navigator.services.preview_service import WhatIf
+from app.nodes.navigator.state.goal_queue import GoalBook
+from app.nodes.navigator.state.persistence import Keeper, Kept
+from app.nodes.navigator.status_report import StatusReport, proximity_table
+from app.process.stopping import Stop
 from ippon.command import Command
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
+from ippon.mission.collision_filter import moves_base
 from ippon.mission.mission import Mission
-from ippon.mission.safeguard import moves_base
 from ippon.mission.snapshot import Snapshot
 
 logger = logging.getLogger(__name__)

@@ -9,13 +9,13 @@ from typing import Final
 import numpy as np
 import zenoh
 
-from app.links.latched import Latched
-from app.links.sender import Sender
+from app.links.network.latched import Latched
+from app.links.network.sender import Sender
 from app.messages import keys
 from app.messages.control import GlimpsedPlaces, encode
 from app.messages.motion import StampedPath, encode_path
 from app.messages.scene import Detection, VoxelCloud, encode_detections, encode_tree, encode_voxels
-from ippon.mapping.surface import SurfaceDelta, SurfaceTracker
+from ippon.mapping.objects.surface_changes import SurfaceDelta, SurfaceTracker
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.snapshot import Find, Snapshot
 

@@ -4,14 +4,14 @@ import logging
 import os
 from collections.abc import Callable
 
-from app.links.answers import Adviser
-from app.links.registry import RunningNavigator, register
-from app.links.session import open_router
-from app.links.stopping import SignalledStop
+from app.links.language_model.answers import Adviser
+from app.links.network.registry import RunningNavigator, register
+from app.links.network.session import open_router
 from app.nodes.navigator.config import NavigatorConfig
-from app.nodes.navigator.keeper import Kept
 from app.nodes.navigator.node import Navigator
+from app.nodes.navigator.state.persistence import Kept
 from app.nodes.navigator.warm_up import warm_up
+from app.process.stopping import SignalledStop
 
 logger = logging.getLogger(__name__)
 

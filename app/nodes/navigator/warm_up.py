@@ -19,7 +19,7 @@ from ippon.compiling import compile_beside
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.frame import Frame
 from ippon.guidance.levels import Guidance, LabelLevel, Level
-from ippon.mapping.surface import SurfaceTracker
+from ippon.mapping.objects.surface_changes import SurfaceTracker
 from ippon.mapping.warm_up import warm_up as warm_up_map
 from ippon.mapping.warm_up import warm_up_glimpses
 from ippon.mission.explanation import NEARBY_M, label_census

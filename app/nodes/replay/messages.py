@@ -14,7 +14,7 @@ from app.nodes.replay.datasets import Dataset, DatasetError, read_color, read_de
 from app.nodes.replay.upright import base_below, camera_on_base, upright
 from app.recording.channels import key_of
 from app.recording.errors import RecordingError
-from app.recording.recording import Recording
+from app.recording.reading.recording import Recording
 
 CAMERA_FRAME: Final = "camera_color_optical_frame"
 FROM_ROBOT: Final = (

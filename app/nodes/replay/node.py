@@ -9,11 +9,11 @@ from typing import Final
 
 import zenoh
 
-from app.links.session import open_client
-from app.links.stopping import SignalledStop, Stop
+from app.links.network.session import open_client
 from app.messages import keys
 from app.nodes.replay.datasets import DatasetError, open_dataset
 from app.nodes.replay.messages import Sent, bag_messages, dataset_messages
+from app.process.stopping import SignalledStop, Stop
 
 logger = logging.getLogger(__name__)
 

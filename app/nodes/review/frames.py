@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from typing import Final
 
-from app.links.assembler import FrameAssembler, assemble
+from app.links.frames.assembler import FrameAssembler, assemble
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.recording.recording import Recording
+from app.recording.reading.recording import Recording
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 

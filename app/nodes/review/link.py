@@ -4,9 +4,9 @@ from typing import Any, NoReturn
 
 from app.messages.control import Status
 from app.messages.lease import LeaseStatus
-from app.nodes.console.commands import CommandError
-from app.nodes.console.inbox import Inbox
-from app.nodes.console.link import NavigatorLink
+from app.nodes.console.link.commands import CommandError
+from app.nodes.console.link.navigator_link import NavigatorLink
+from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.vital_thread import OnFailure
 
 REFUSAL = "this is a recording: nothing here commands a robot"

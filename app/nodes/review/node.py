@@ -18,24 +18,24 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.scene import decode_voxels
-from app.nodes.console.access import OpenAccess
-from app.nodes.console.backend import start_viser
-from app.nodes.console.bulletin import Bulletin
-from app.nodes.console.conductor import Conductor
-from app.nodes.console.gateway import Gateway
-from app.nodes.console.guard import Hosts
-from app.nodes.console.inbox import Inbox
 from app.nodes.console.node import ConsoleConfig, ConsoleError, listen_on, server_settings
-from app.nodes.console.visitors import Visitors
+from app.nodes.console.scene.inbox import Inbox
+from app.nodes.console.scene.scene_thread import Conductor
+from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.web.access import OpenAccess
+from app.nodes.console.web.browsers import Visitors
+from app.nodes.console.web.gateway import Gateway
+from app.nodes.console.web.guard import Hosts
+from app.nodes.console.web.viser_server import start_viser
 from app.nodes.review.link import RecordedLink
 from app.nodes.review.playback import Playback, ReviewCommand
 from app.nodes.review.second import SecondScene
 from app.recording.catalogue import SessionEntry, list_sessions, path_of, picture_of
 from app.recording.errors import RecordingError
-from app.recording.recording import Recording
-from app.view.reader import SceneReader
-from app.view.restoration import RESTORE
-from app.view.scene_model import SceneModel
+from app.recording.reading.recording import Recording
+from app.view.model.restoration import RESTORE
+from app.view.model.scene_model import SceneModel
+from app.view.model.scene_reader import SceneReader
 
 logger = logging.getLogger(__name__)
 

@@ -12,13 +12,13 @@ from typing import Final, Literal
 import msgspec
 
 from app.messages.control import GoalStatus
-from app.nodes.console.bulletin import Bulletin
+from app.nodes.console.scene.state_feed import Bulletin
 from app.nodes.console.vital_thread import OnFailure, vital_thread
 from app.nodes.review.player import Emit, Player
 from app.recording.digest import Digest
 from app.recording.errors import RecordingError
 from app.recording.notes import Note, add_note, read_notes
-from app.recording.recording import Recording
+from app.recording.reading.recording import Recording
 
 logger = logging.getLogger(__name__)
 

@@ -12,8 +12,8 @@ from app.messages.cdr import MessageError
 from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
 from app.messages.scene import VoxelCloud, encode_voxels
 from app.recording.digest import DIGEST_KEYS, Digest, digest_of
-from app.recording.recording import Recording
-from app.view.restoration import RESTORE, Restoration
+from app.recording.reading.recording import Recording
+from app.view.model.restoration import RESTORE, Restoration
 
 PLOT_POINTS: Final = 1000
 TRAIL_POINTS: Final = 4000

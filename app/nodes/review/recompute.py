@@ -8,7 +8,7 @@ from typing import Final
 
 import msgspec
 
-from app.links.assembler import FrameAssembler, assemble
+from app.links.frames.assembler import FrameAssembler, assemble
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import (
@@ -23,18 +23,18 @@ from app.messages.control import (
 from app.messages.motion import decode_twist
 from app.messages.scene import encode_voxels
 from app.nodes.navigator.publisher import cloud_of, plan_messages
-from app.nodes.navigator.report import find_report
+from app.nodes.navigator.status_report import find_report
 from app.nodes.review.frames import FUSED
 from app.nodes.review.settings import Settings
 from app.recording.errors import RecordingError
-from app.recording.limits import RecordingLimits
-from app.recording.recording import RecordedMessage, Recording
-from app.recording.session import Session
+from app.recording.reading.recording import RecordedMessage, Recording
+from app.recording.writing.limits import RecordingLimits
+from app.recording.writing.session import Session
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
+from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.levels import Guidance, LabelLevel
-from ippon.guidance.naming import resolve_object
-from ippon.mapping.surface import SurfaceTracker
+from ippon.mapping.objects.surface_changes import SurfaceTracker
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import Snapshot

@@ -5,16 +5,16 @@ from typing import Final
 
 import numpy as np
 
-from app.nodes.console.backend import ViserBackend
-from app.nodes.console.conductor import DRAW_S
-from app.nodes.console.inbox import Inbox
+from app.nodes.console.scene.inbox import Inbox
+from app.nodes.console.scene.scene_thread import DRAW_S
 from app.nodes.console.vital_thread import OnFailure, vital_thread
-from app.view.camera_follow import CameraFollow
-from app.view.options import ViewOptions
-from app.view.reader import SceneReader
-from app.view.scene_model import SceneModel
-from app.view.subtree import Subtree
-from app.view.viser_scene import ViserScene
+from app.nodes.console.web.viser_server import ViserBackend
+from app.view.drawing.camera_follow import CameraFollow
+from app.view.drawing.subtree import Subtree
+from app.view.drawing.viser_scene import ViserScene
+from app.view.model.scene_model import SceneModel
+from app.view.model.scene_reader import SceneReader
+from app.view.view_options import ViewOptions
 
 ROOT: Final = "/second"
 

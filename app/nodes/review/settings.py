@@ -10,8 +10,8 @@ import yaml
 from app.messages.control import ProximityTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.recording.errors import RecordingError
-from app.recording.recording import Recording
-from app.recording.session import CONFIGURATION
+from app.recording.reading.recording import Recording
+from app.recording.writing.session import CONFIGURATION
 from ippon.guidance.levels import Level
 from ippon.vocabulary import canonical_label
 

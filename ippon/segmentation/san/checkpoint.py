@@ -13,7 +13,7 @@ from torch import Tensor
 from ippon.segmentation.errors import WITHOUT_NETWORK, CheckpointError
 from ippon.segmentation.san.architecture import RELEASED, SanArchitecture
 from ippon.segmentation.san.network import SanNetwork
-from ippon.segmentation.tokenizer import FILE_NAMES, ClipTokenizer
+from ippon.segmentation.san.tokenizer import FILE_NAMES, ClipTokenizer
 
 PROJECT_PAGE: Final = "https://github.com/MendelXu/SAN"
 WEIGHTS_PAGE: Final = "https://huggingface.co/Mendel192/san"

@@ -6,18 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.errors import SceneError
-from ippon.simulation.homes import cooking, living, private, storage
 from ippon.simulation.homes.config import HomeConfig
-from ippon.simulation.homes.furnisher import Furnisher
-from ippon.simulation.homes.large_floor import plan_large_floor
-from ippon.simulation.homes.layout import plan_rooms
-from ippon.simulation.homes.openings import Opening, join_rooms, look_out, shared_walls
-from ippon.simulation.homes.placing import Placed, RoomSpace, WallSpan
-from ippon.simulation.homes.rect import Rect
-from ippon.simulation.homes.scatter import HAT_PLACES, scatter
-from ippon.simulation.homes.shell import HomePlan, Thing, build_shell, leaf_rect
-from ippon.simulation.homes.style import Style, make_style, uniform
-from ippon.simulation.homes.tidying import make_room_for_robot, start_poses
+from ippon.simulation.homes.furniture import storage
+from ippon.simulation.homes.furniture.style import Style, make_style, uniform
+from ippon.simulation.homes.layout.building_shell import HomePlan, Thing, build_shell, leaf_rect
+from ippon.simulation.homes.layout.large_floor import plan_large_floor
+from ippon.simulation.homes.layout.openings import Opening, join_rooms, look_out, shared_walls
+from ippon.simulation.homes.layout.rect import Rect
+from ippon.simulation.homes.layout.room_layout import plan_rooms
+from ippon.simulation.homes.rooms import kitchen as cooking
+from ippon.simulation.homes.rooms import living_areas as living
+from ippon.simulation.homes.rooms import private_rooms as private
+from ippon.simulation.homes.rooms.clutter import HAT_PLACES, scatter
+from ippon.simulation.homes.rooms.furnisher import Furnisher
+from ippon.simulation.homes.rooms.placement import Placed, RoomSpace, WallSpan
+from ippon.simulation.homes.rooms.robot_access import make_room_for_robot, start_poses
 from ippon.simulation.scene import Instance, Room, Scene
 
 _ATTEMPTS = 40

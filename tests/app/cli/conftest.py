@@ -2,7 +2,7 @@
 
 import pytest
 
-from ippon.simulation.writer import save_scene
+from ippon.simulation.scene_writer import save_scene
 from tests.boxes import boxes_scene
 from tests.evaluation_rows import make_row
 

@@ -6,16 +6,16 @@ import signal
 import socket
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-from app.cli.demo import navigator_arguments
 from app.cli.main import run
-from app.cli.options import Demo
-from app.links.registry import RunningNavigator, register
+from app.cli.options.commands import Demo
+from app.cli.processes.demo import navigator_arguments
+from app.links.network.registry import RunningNavigator, register
 from ippon.mission.mission import Mission
 from ippon.robot import ZED
+from tests.locations import ROOT
 
 LONG = "x" * 10_000
 
@@ -90,7 +90,9 @@ def test_the_impossible_is_refused_in_one_line(arguments, text, capsys):
 )
 def test_the_seconds_of_planning_reach_the_planner(arguments, budget_s, monkeypatch):
     configs = []
-    monkeypatch.setattr("app.cli.navigate.run_navigator", lambda config, *_: configs.append(config))
+    monkeypatch.setattr(
+        "app.cli.processes.navigate.run_navigator", lambda config, *_: configs.append(config)
+    )
     assert run(["navigate", *arguments]) == 0
     assert configs[0].mission.planner.step_budget_s == budget_s
     assert Mission(configs[0].mission, ZED, configs[0].labels, 0, clock=lambda: 0.0)
@@ -156,7 +158,7 @@ def test_an_exported_home_is_a_home(tmp_path, capsys):
 def test_help_is_quick_and_complete():
     done = subprocess.run(
         [sys.executable, "-m", "app", "--help"],
-        cwd=Path(__file__).parents[3],
+        cwd=ROOT,
         capture_output=True,
         text=True,
         timeout=60,

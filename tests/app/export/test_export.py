@@ -17,9 +17,9 @@ from pyarrow import csv
 
 from app.cli.main import run
 from app.export.geometry import voxel_faces
-from app.export.picture import MapFromAbove, frame_of
-from app.export.story import need_map, open_story
-from app.recording.writer import SessionWriter
+from app.export.map_picture import MapFromAbove, frame_of
+from app.export.session_data import need_map, open_story
+from app.recording.writing.writer import SessionWriter
 from tests.chromium import PATIENCE_MS, new_page, open_browser
 
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from app.links.chat import ChatConfig
-from app.links.language_model import LanguageModel
+from app.links.language_model.chat import ChatConfig
+from app.links.language_model.language_model import LanguageModel
 from ippon.guidance.prior import PROVIDER
 from ippon.vocabulary import MATTERPORT_40
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from app.links.language_model import read_api_key
+from app.links.language_model.language_model import read_api_key
 from ippon.vocabulary import MATTERPORT_40
 from tests.app.links.conftest import KEY, Make
 

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from app.links import requests
-from app.links.requests import last_message
-from app.links.session import open_client
+from app.links.network import requests
+from app.links.network.requests import last_message
+from app.links.network.session import open_client
 from app.messages import keys
 from app.messages.control import (
     ControlReply,

@@ -1,17 +1,16 @@
 """The zenoh profiles of docs/security.md, with certificates made for the test."""
 
-from pathlib import Path
-
 import pytest
 import trustme
 
-from app.links.requests import ask, serve
-from app.links.session import PROFILE, LinkError, open_client, open_router
-from app.links.subscription import subscribe
+from app.links.network.requests import ask, serve
+from app.links.network.session import PROFILE, LinkError, open_client, open_router
+from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, FeedbackRequest
+from tests.locations import ROOT
 
-PROFILES = Path(__file__).parents[3] / "docs" / "security"
+PROFILES = ROOT / "docs" / "security"
 NAMES = ("navigator", "robot", "console", "requester", "stranger")
 
 

@@ -7,15 +7,15 @@ import time
 import msgspec
 import pytest
 
-from app.links.requests import RequestRefusedError, ask, last_message, serve
+from app.links.network.requests import RequestRefusedError, ask, last_message, serve
 from app.messages import keys
 from app.messages.control import ControlReply, ControlRequest, Event
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.nodes.recorder import Recorder, RecorderConfig
-from app.recording.backlog import Backlog
-from app.recording.limits import RecordingLimits
 from app.recording.notes import read_notes
-from app.recording.recording import Recording
+from app.recording.reading.recording import Recording
+from app.recording.writing.backlog import Backlog
+from app.recording.writing.limits import RecordingLimits
 
 ROBOT = "test/robot-1"
 

@@ -8,11 +8,11 @@ import msgspec
 import numpy as np
 import pytest
 
-from app.links.latched import Latched
-from app.links.requests import last_message
-from app.links.sender import Sender
-from app.links.session import open_router
-from app.links.subscription import subscribe
+from app.links.network.latched import Latched
+from app.links.network.requests import last_message
+from app.links.network.sender import Sender
+from app.links.network.session import open_router
+from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import LabelRequest, encode
 from app.messages.images import decode_camera, decode_color, decode_depth, decode_heatmap

@@ -6,9 +6,9 @@ import time
 import numpy as np
 import pytest
 
-from app.links.latched import Latched
-from app.links.sender import Sender
-from app.links.subscription import subscribe
+from app.links.network.latched import Latched
+from app.links.network.sender import Sender
+from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import LabelRequest, encode
 from app.messages.images import decode_heatmap, encode_color

@@ -35,8 +35,8 @@ from app.messages.scene import (
     encode_tree,
     encode_voxels,
 )
-from app.recording.limits import RecordingLimits
-from app.recording.session import Session
+from app.recording.writing.limits import RecordingLimits
+from app.recording.writing.session import Session
 from ippon.camera import PinholeCamera
 from ippon.frame import Heatmap
 from ippon.geometry import base_pose

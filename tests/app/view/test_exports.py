@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from app.view.exports import FILES, figures_csv, map_ply, trail_csv
-from app.view.scene_model import SceneModel
+from app.view.model.scene_model import SceneModel
 from tests.app.nodes.console.drawn_home import (
     VOXEL_M,
     cloud_of,

@@ -4,11 +4,11 @@ from collections.abc import Callable
 from typing import Any
 
 from app.messages.control import Status
-from app.nodes.console.commands import Actions, CommandError
+from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
-from app.nodes.console.picture import crop
-from app.view.candidates import LISTED, Candidate
-from app.view.scene_model import SceneModel
+from app.nodes.console.scene.find_picture import crop
+from app.view.model.candidates import LISTED, Candidate
+from app.view.model.scene_model import SceneModel
 
 Try = Callable[[Callable[[], str]], None]
 Search = Callable[[str, str], str]

@@ -6,7 +6,7 @@ from typing import Any, Final, get_args
 import viser
 
 from app.messages.control import LevelName, ProximityTable
-from app.nodes.console.commands import Actions, CommandError
+from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.view.colors import QUIET
 

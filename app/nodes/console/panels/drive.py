@@ -4,10 +4,10 @@ from collections.abc import Callable
 from typing import Any, Final, Literal
 
 from app.messages.driving import DriveModeName, DriveStatus
-from app.nodes.console.commands import Actions, CommandError
+from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.view.colors import QUIET
-from app.view.scene_model import Part, SceneModel
+from app.view.model.scene_model import Part, SceneModel
 
 Tool = Literal["explain", "go", "look_here", "not_here"]
 

@@ -5,8 +5,8 @@ from typing import Any, Final
 
 from app.nodes.console.panels import markup
 from app.view.colors import QUIET, TREE_LEGEND, ColorMode, legend
-from app.view.options import LAYERS, SHOWN_FIRST, Layer, ViewOptions
-from app.view.scene_model import Part, SceneModel
+from app.view.model.scene_model import Part, SceneModel
+from app.view.view_options import LAYERS, SHOWN_FIRST, Layer, ViewOptions
 
 MODE_WORDS: Final[dict[str, ColorMode]] = {
     "Camera": "camera",

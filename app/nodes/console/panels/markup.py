@@ -10,10 +10,10 @@ from html import escape as _escape
 
 from app.messages.control import Event, GoalStatus, ProximityTable, Status, StreamStatus
 from app.messages.driving import DriveStatus
-from app.view.candidates import Candidate
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
+from app.view.model.candidates import Candidate
+from ippon.guidance.language.words import with_article
 from ippon.guidance.levels import Level
-from ippon.guidance.words import with_article
 
 LEVEL_ORDER: tuple[Level, ...] = (Level.CERTAIN, Level.NEAR, Level.AVERAGE, Level.FAR)
 

@@ -5,7 +5,7 @@ from html import escape
 from typing import Any, Final
 
 from app.messages.recording import RecordingStatus
-from app.nodes.console.commands import Actions, CommandError
+from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.view.colors import QUIET
 

@@ -7,15 +7,15 @@ import numpy as np
 import viser
 
 from app.messages.control import FindReport, GoalStatus, SearchRequest, Status
-from app.nodes.console.commands import Actions, CommandError
+from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
 from app.nodes.console.panels.common_sense import CommonSense
-from app.nodes.console.picture import outlined
+from app.nodes.console.scene.find_picture import outlined
 from app.view.colors import QUIET
-from app.view.scene_model import Part, SceneModel
-from app.view.viser_private import show_jpeg_in_panel
-from ippon.guidance.sentence import is_name
+from app.view.drawing.viser_private import show_jpeg_in_panel
+from app.view.model.scene_model import Part, SceneModel
+from ippon.guidance.language.sentence import is_name
 
 MAX_OBJECT: Final = 80
 MAX_CONTEXT: Final = 2000

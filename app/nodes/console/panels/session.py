@@ -5,12 +5,12 @@ from typing import Any, Final
 import numpy as np
 from viser import uplot
 
-from app.nodes.console.commands import Actions
+from app.nodes.console.link.commands import Actions
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.record import RecordPanel
 from app.view.colors import BLUE, GREEN, ORANGE, SKY, VERMILION, hex_of
-from app.view.history import History
-from app.view.scene_model import Part, SceneModel
+from app.view.model.history import History
+from app.view.model.scene_model import Part, SceneModel
 
 _PLOT_EVERY: Final = 5
 # Between the inks of the light and of the dark page, because a plot is drawn once for both.

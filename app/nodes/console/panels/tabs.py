@@ -4,11 +4,11 @@ from typing import Any, Final
 
 import viser
 
-from app.nodes.console.commands import Actions
+from app.nodes.console.link.commands import Actions
 from app.nodes.console.panels.drive import DrivePanel
 from app.nodes.console.panels.search import SearchPanel
 from app.nodes.console.panels.session import SessionPanel
-from app.view.scene_model import Part, SceneModel
+from app.view.model.scene_model import Part, SceneModel
 
 WIDTH_PX: Final = 384
 

@@ -5,13 +5,13 @@ from types import SimpleNamespace
 import pytest
 
 from app.messages.lease import LeaseReply
-from app.nodes.console.access import OpenAccess
-from app.nodes.console.backend import start_viser
-from app.nodes.console.bulletin import Bulletin
-from app.nodes.console.commands import CommandError
-from app.nodes.console.gateway import Gateway
-from app.nodes.console.guard import Hosts
-from app.nodes.console.visitors import Visitors, acting
+from app.nodes.console.link.commands import CommandError
+from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.web.access import OpenAccess
+from app.nodes.console.web.browsers import Visitors, acting
+from app.nodes.console.web.gateway import Gateway
+from app.nodes.console.web.guard import Hosts
+from app.nodes.console.web.viser_server import start_viser
 from tests.app.nodes.console.drawn_home import (
     camera_image,
     cloud_of,

@@ -24,9 +24,9 @@ from app.messages.control import (
 from app.messages.images import encode_camera
 from app.messages.motion import StampedPath, StampedTransform, encode_path, encode_transforms
 from app.messages.scene import encode_tree, encode_voxels
-from app.nodes.navigator.lease_desk import LeaseDesk
+from app.nodes.navigator.services.control_service import LeaseDesk
 from ippon.camera import PinholeCamera
-from ippon.guidance.sentence import read_query
+from ippon.guidance.language.sentence import read_query
 from tests.app.nodes.console.drawn_home import (
     camera_image,
     cloud_of,

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import threading
 import time
-from pathlib import Path
 
 import httpx
 import msgspec
@@ -19,8 +18,8 @@ import zstandard
 from websockets.exceptions import ConnectionClosed
 
 from app.nodes.console.node import server_settings
+from tests.locations import ROOT
 
-ROOT = Path(__file__).parents[4]
 PROTOCOL = f"viser-v{viser.__version__}"
 CAMERA = msgspec.msgpack.encode(
     {

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from app.nodes.console.accounts import add_account
+from app.nodes.console.web.accounts import add_account
 from tests.chromium import new_page, open_browser
 
 pytestmark = pytest.mark.browser

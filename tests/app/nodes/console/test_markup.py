@@ -16,10 +16,10 @@ from app.messages.control import (
     StreamStatus,
 )
 from app.nodes.console.panels import markup
-from app.view.candidates import Candidate
 from app.view.colors import COLOR_MODES, TREE_LEGEND, legend
-from app.view.pictures import KeptPicture
-from app.view.sightings import Sighting
+from app.view.model.candidates import Candidate
+from app.view.model.picture_album import KeptPicture
+from app.view.model.sightings import Sighting
 from ippon.camera import PinholeCamera
 
 ATTACKS = [

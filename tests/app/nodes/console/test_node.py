@@ -11,9 +11,9 @@ import msgspec
 import pytest
 import websockets.sync.client
 
-from app.nodes.console.conductor import Conductor
 from app.nodes.console.node import ConsoleConfig, ConsoleError, run_console
-from app.view.options import ViewOptions
+from app.nodes.console.scene.scene_thread import Conductor
+from app.view.view_options import ViewOptions
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,11 @@ import io
 import pytest
 import viser
 
-from app.nodes.console.inbox import Inbox
-from app.nodes.console.link import NavigatorLink
+from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.panels.tabs import Tabs
+from app.nodes.console.scene.inbox import Inbox
 from app.nodes.review.link import RecordedLink
-from app.view.scene_model import SceneModel
+from app.view.model.scene_model import SceneModel
 
 COMMANDS = {"Search", "Change the level", "What if?", "Add to the things", "Confirm: this is it"}
 GROUPS = {"This search", "Who drives", "Painted", "Place 1", "Comes"}

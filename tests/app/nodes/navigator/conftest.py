@@ -6,15 +6,15 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.links.answers import Answer, SentenceAnswer, Sighting
+from app.links.language_model.answers import Answer, SentenceAnswer, Sighting
 from app.messages.control import (
     SearchRequest,
 )
-from app.nodes.navigator.counsel import Counsel
-from app.nodes.navigator.goals import GoalBook
+from app.nodes.navigator.services.guidance_service import Counsel
+from app.nodes.navigator.state.goal_queue import GoalBook
+from ippon.guidance.language.sentence import Query
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.prior import PROVIDER
-from ippon.guidance.sentence import Query
 from ippon.mapping.voxel_map import MapConfig
 from ippon.mission.config import MissionConfig
 from ippon.mission.mission import Mission

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.links.requests import RequestRefusedError, ask
+from app.links.network.requests import RequestRefusedError, ask
 from app.messages import keys
 from app.messages.control import (
     Accepted,

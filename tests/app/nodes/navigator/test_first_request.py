@@ -5,8 +5,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from app.links.requests import ask, last_message
-from app.links.subscription import is_alive, subscribe
+from app.links.network.requests import ask, last_message
+from app.links.network.subscription import is_alive, subscribe
 from app.messages import keys
 from app.messages.control import SearchAccepted, SearchRequest
 from app.nodes.navigator.config import NavigatorConfig

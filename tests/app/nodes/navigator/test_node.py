@@ -9,9 +9,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from app.links.requests import RequestRefusedError, ask, last_message
-from app.links.session import open_client
-from app.links.subscription import on_break, subscribe
+from app.links.network.requests import RequestRefusedError, ask, last_message
+from app.links.network.session import open_client
+from app.links.network.subscription import on_break, subscribe
 from app.messages import keys
 from app.messages.control import (
     Accepted,

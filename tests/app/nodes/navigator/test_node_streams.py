@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from app.links.subscription import subscribe
+from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import Event, SearchRequest, Status, decode, encode
 from app.messages.images import encode_camera, encode_color, encode_depth, encode_heatmap

@@ -8,8 +8,8 @@ import threading
 import numpy as np
 import pytest
 
-from app.links.sender import Sender
-from app.links.subscription import subscribe
+from app.links.network.sender import Sender
+from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import GlimpsedPlaces, decode
 from app.messages.scene import decode_voxels

@@ -14,17 +14,20 @@ transformers = pytest.importorskip(
     "transformers", reason="the extra ippon[segmentation] is not installed"
 )
 
-from app.cli import navigate  # noqa: E402
-from app.cli.options import Navigate, Segment  # noqa: E402
-from app.cli.segment import run_segment_command  # noqa: E402
-from app.cli.segment_options import NavigatorSegmentation  # noqa: E402
+from app.cli.processes import navigate  # noqa: E402
+from app.cli.options.commands import Navigate, Segment  # noqa: E402
+from app.cli.options.segmentation import NavigatorSegmentation  # noqa: E402
+from app.cli.processes.segment import run_segment_command  # noqa: E402
 from app.messages import keys  # noqa: E402
 from app.messages.control import SearchRequest, encode  # noqa: E402
 from app.nodes.navigator.config import NavigatorConfig  # noqa: E402
 from app.nodes.navigator.node import Navigator  # noqa: E402
-from ippon.mapping.surface_rows import N_USED, NO_LABEL  # noqa: E402
+from ippon.mapping.objects.surface_rows import N_USED, NO_LABEL  # noqa: E402
 from tests.app.nodes.navigator.test_node_streams import Robot  # noqa: E402
-from tests.segmentation.test_pretrained import save_clipseg, save_tokenizer  # noqa: E402
+from tests.ippon.segmentation.transformers_models.test_pretrained import (  # noqa: E402
+    save_clipseg,
+    save_tokenizer,
+)
 
 PATIENCE_S = 300.0
 

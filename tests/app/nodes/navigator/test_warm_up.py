@@ -11,14 +11,17 @@ from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.warm_up import warm_up
 from ippon.guidance.levels import Level
 from ippon.mission.snapshot import MissionState
-from ippon.planning.regions import RegionWeights, Stroke
+from ippon.planning.visibility.region_weights import RegionWeights, Stroke
 from ippon.robot import ZED
 from tests import kernels
+from tests.ippon.mission.conftest import Searcher, boxed_room
 from tests.long_robot import LONG
-from tests.mission.conftest import Searcher, boxed_room
 
 ROBOTS = {"round": ZED, "long": LONG}
-OF_LONG_BODIES = {"ippon.planning.clearance.can_turn", "ippon.planning.gates._gate_kernel"}
+OF_LONG_BODIES = {
+    "ippon.planning.terrain.clearance.can_turn",
+    "ippon.planning.roadmap.narrow_passages._gate_kernel",
+}
 TOILET = ("toilet", "toilet", (5.4, 1.8, 0.0), (5.9, 2.3, 0.8))
 
 

@@ -3,7 +3,6 @@
 import dataclasses
 import json
 import threading
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from scipy.spatial.transform import Rotation
 
 from app.cli.main import run
-from app.links.assembler import FrameAssembler
+from app.links.frames.assembler import FrameAssembler
 from app.messages import keys
 from app.messages.cdr import typestore
 from app.messages.images import decode_camera, decode_color, decode_depth
@@ -21,13 +20,14 @@ from app.nodes.replay.datasets import DatasetError, open_dataset
 from app.nodes.replay.messages import Sent, bag_messages
 from app.nodes.replay.node import ReplayConfig, messages_of, play
 from app.nodes.replay.upright import upright
-from app.recording.writer import SessionWriter
+from app.recording.writing.writer import SessionWriter
 from ippon.geometry import invert_transform, make_transform, rotation_z
-from ippon.mapping.surface import SurfaceTracker
+from ippon.mapping.objects.surface_changes import SurfaceTracker
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
 from tests.app.recording.conftest import all_messages, write_session
+from tests.locations import SHARED
 
-KITCHEN = Path(__file__).parents[5] / "shared/rgbd/redkitchen_a"
+KITCHEN = SHARED / "rgbd" / "redkitchen_a"
 WIDTH, HEIGHT = 640, 480
 # Level, 1.5 m above the floor, looking along +x of a z-up world; then turned left, and lost.
 LEVEL = np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import pytest
 
 from app.messages.lease import LeaseStatus
-from app.nodes.console.backend import start_viser
-from app.nodes.console.commands import CommandError
-from app.nodes.console.inbox import Inbox
-from app.nodes.console.link import NavigatorLink
+from app.nodes.console.link.commands import CommandError
+from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.panels.session import SessionPanel
-from app.nodes.console.visitors import Visitor, Visitors
+from app.nodes.console.scene.inbox import Inbox
+from app.nodes.console.web.browsers import Visitor, Visitors
+from app.nodes.console.web.viser_server import start_viser
 from app.nodes.review.link import REFUSAL, RecordedLink
 
 

@@ -5,7 +5,7 @@ import threading
 import msgspec
 import pytest
 
-from app.nodes.console.bulletin import Bulletin
+from app.nodes.console.scene.state_feed import Bulletin
 from app.nodes.review.playback import Playback, ReviewCommand, ReviewState
 
 PATIENCE_S = 120.0

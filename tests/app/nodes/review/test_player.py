@@ -5,13 +5,13 @@ import pytest
 
 from app.messages import keys
 from app.messages.control import encode
-from app.nodes.console.commands import CommandError
-from app.nodes.console.inbox import Inbox
+from app.nodes.console.link.commands import CommandError
+from app.nodes.console.scene.inbox import Inbox
 from app.nodes.review.link import REFUSAL, RecordedLink
 from app.nodes.review.player import Player
-from app.recording.recording import Recording
-from app.view.reader import SceneReader
-from app.view.scene_model import SceneModel
+from app.recording.reading.recording import Recording
+from app.view.model.scene_model import SceneModel
+from app.view.model.scene_reader import SceneReader
 
 
 @pytest.fixture

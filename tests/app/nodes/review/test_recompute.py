@@ -9,8 +9,8 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from app.export.mesh import write_mesh
-from app.export.story import open_story
-from app.links.assembler import FrameAssembler
+from app.export.session_data import open_story
+from app.links.frames.assembler import FrameAssembler
 from app.messages import keys
 from app.messages.control import Event, ProximityRow, ProximityTable, encode
 from app.messages.images import (
@@ -34,13 +34,13 @@ from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.review.recompute import Recomputation, recompute
 from app.nodes.review.settings import read_settings
 from app.recording.errors import RecordingError
-from app.recording.limits import RecordingLimits
-from app.recording.recording import Recording
-from app.recording.session import Session
+from app.recording.reading.recording import Recording
+from app.recording.writing.limits import RecordingLimits
+from app.recording.writing.session import Session
 from ippon.camera import PinholeCamera
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.mapping.mesh import copy_signed_distances, extract_mesh
-from ippon.mapping.surface import SurfaceTracker
+from ippon.mapping.objects.surface_changes import SurfaceTracker
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.robot import ZED

@@ -1,0 +1,1 @@
+"""Options of the commands: dataclasses whose docstrings are the text of `--help`."""

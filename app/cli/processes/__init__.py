@@ -1,0 +1,1 @@
+"""Commands that start processes: robot, navigator, console, recorder, review."""

@@ -1,0 +1,114 @@
+"""`ippon navigate`: the navigator."""
+
+import logging
+import math
+import os
+import sys
+import threading
+from dataclasses import replace
+from typing import Final
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from app.cli.options.commands import Navigate
+from app.cli.processes.segment import arguments_of
+from app.cli.tools.language_model import make_model
+from app.errors import UsageError
+from app.links.network.session import LinkError
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.run import run_navigator
+from app.nodes.navigator.state.persistence import read_kept
+from app.process.children import Child
+from app.process.parent_watch import end_with_parent
+from app.robot_file import map_config, read_profile
+from ippon.errors import MapFileError
+from ippon.guidance.rooms import RoomConfig
+from ippon.mission.config import MissionConfig
+from ippon.planning.config import PlannerConfig
+from ippon.vocabulary import MATTERPORT_40
+
+logger = logging.getLogger(__name__)
+
+SLOW_SEGMENTATION_S: Final = 30.0
+"""A network on a processor may take ten seconds for an image."""
+
+
+def run_navigate(command: Navigate) -> int:
+    """Navigate until the process is stopped."""
+    end_with_parent(command.parent_pid)
+    model = make_model(command.llm, os.environ)
+    if not 0.0 <= command.step_budget_s < math.inf:
+        raise UsageError(
+            "--step-budget-s is the time that planning may take of a frame, 0 for no bound but its "
+            f"counts; got {command.step_budget_s:g}"
+        )
+    try:
+        profile = read_profile(command.profile)
+        mission = MissionConfig(
+            map=map_config(profile, command.voxel_size_m, command.map_memory_mb),
+            rooms=RoomConfig(enabled=command.rooms),
+            planner=PlannerConfig(step_budget_s=command.step_budget_s or None),
+        )
+        kept = None if command.map is None else read_kept(command.map, mission.map)
+        known = None if kept is None else kept.voxel_map
+        config = NavigatorConfig(
+            listen=command.listen,
+            robot=command.robot,
+            profile=profile,
+            seed=command.seed,
+            mission=mission,
+            language_model=model.name if model is not None else "",
+            look_every_s=command.llm.look_every_s,
+            labels=MATTERPORT_40 if known is None else known.labels,
+            keep_map="" if command.map is None else str(command.map),
+        )
+    except (ValueError, MapFileError, OSError) as error:
+        raise UsageError(str(error)) from error
+    if kept is not None:
+        area = 0.0 if known is None else known.explored_m2()
+        logger.info("map of %.0f m2 read, %d goals taken up", area, len(kept.requests))
+    if command.segmentation.where == "here":
+        config = replace(config, heatmap_lost_s=SLOW_SEGMENTATION_S)
+    progress = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:3.0f} %"),
+        TimeElapsedColumn(),
+        console=Console(file=sys.stderr),
+        transient=True,
+    )
+    segmentation = _start_segmentation(command)
+    try:
+        with progress:
+            task = progress.add_task("preparing kernels (compiled once)", total=1.0)
+
+            def show(fraction: float) -> None:
+                progress.update(task, completed=fraction)
+                if fraction >= 1.0:
+                    progress.stop()
+
+            run_navigator(config, show, model, kept)
+    except LinkError as error:
+        raise UsageError(str(error)) from error
+    finally:
+        if segmentation is not None:
+            segmentation.stop()
+    return 0
+
+
+def _start_segmentation(command: Navigate) -> Child | None:
+    """Start the segmentation beside the navigator, where it is wanted here."""
+    if command.segmentation.where != "here":
+        return None
+    arguments = ["segment", "--connect", command.listen, "--robot", command.robot]
+    child = Child("segmentation", [*arguments, *arguments_of(command.segmentation)])
+    threading.Thread(target=_report_end, args=(child,), name="segmentation", daemon=True).start()
+    return child
+
+
+def _report_end(child: Child) -> None:
+    """Say that the segmentation ended by itself: the search goes on, and finds nothing more."""
+    status = child.wait()
+    if status > 0:
+        logger.error("the segmentation ended with status %d: objects are not told apart", status)

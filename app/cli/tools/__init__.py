@@ -1,0 +1,1 @@
+"""Commands that ask, measure, convert or check, and end."""

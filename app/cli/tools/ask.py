@@ -1,0 +1,256 @@
+"""`ippon ask`: a query from any terminal that reaches the navigator."""
+
+import json
+import queue
+import sys
+import time
+
+import msgspec
+import zenoh
+
+from app.cli.options.commands import Ask
+from app.cli.tools.levels import check_query
+from app.cli.tools.levels_table import as_json, print_levels, print_question, printable, said_by
+from app.errors import UsageError
+from app.links.network.control_holder import in_name_of
+from app.links.network.registry import running_navigators
+from app.links.network.requests import RequestRefusedError, ask
+from app.links.network.session import LinkError, open_client
+from app.links.network.subscription import is_alive, subscribe
+from app.messages import keys
+from app.messages.control import (
+    Accepted,
+    GoalStatus,
+    ProximityTable,
+    SearchAccepted,
+    SearchRequest,
+    SentenceReading,
+    SentenceRequest,
+    Status,
+    VocabularyRequest,
+    decode,
+)
+from ippon.guidance.language.sentence import is_name
+from ippon.guidance.levels import Level
+
+SILENT_S = 10.0
+READ_S = 12.0
+"""A language model may read the sentence; rules do after eight seconds."""
+ANSWER_S = 150.0
+"""Two requests to a language model and one for what it left out, with time to spare."""
+EXIT_NOT_FOUND = 1
+EXIT_OUT_OF_REACH = 4
+"""It was found, and no way leads close to it."""
+NAME = "ippon ask"
+
+
+def run_ask(command: Ask) -> int:
+    """Send the query; with `--follow` stay until the search is over."""
+    if not command.timeout_s > 0.0:
+        raise UsageError(f"--timeout-s is a positive number of seconds; got {command.timeout_s:g}")
+    if command.add_label is None or command.object:
+        check_query(command.object[:80], command.context)
+    if command.show_prompt and not command.explain:
+        raise UsageError("--show-prompt goes with --explain")
+    endpoint, robot = find_navigator(command.connect, command.robot)
+    try:
+        session = open_client(endpoint, command.timeout_s)
+    except LinkError as error:
+        raise UsageError(str(error)) from error
+    try:
+        # A navigator that compiles is at its endpoint already, and takes no request yet. Where it
+        # cannot be told, the request itself comes to that.
+        is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", command.timeout_s)
+        if command.add_label is not None:
+            _add_label(session, robot, command)
+            if not command.object:
+                return 0
+        return _search(session, robot, command)
+    except (LinkError, RequestRefusedError) as error:
+        raise UsageError(str(error)) from error
+    finally:
+        _close(session)
+
+
+def _add_label(session: zenoh.Session, robot: str, command: Ask) -> None:
+    try:
+        request = VocabularyRequest(label=command.add_label or "", requester="ippon ask")
+        msgspec.json.decode(msgspec.json.encode(request), type=VocabularyRequest)
+    except msgspec.ValidationError as error:
+        raise UsageError(f"a common object has 1 to 40 characters ({error})") from error
+    done = ask(session, f"{robot}/{keys.VOCABULARY}", request, Accepted, command.timeout_s)
+    print(done.detail, file=sys.stderr if command.json else sys.stdout, flush=True)
+
+
+def _search(session: zenoh.Session, robot: str, command: Ask) -> int:
+    wanted, context = _read(session, robot, command)
+    check_query(wanted, context)
+    updates: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    tables: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    for topic, received in ((keys.STATUS, updates), (keys.PROXIMITY, tables)):
+        subscribe(session, f"{robot}/{topic}", received.put)
+    request = SearchRequest(object=wanted, context=context, requester=NAME)
+    limit_s = command.timeout_s
+    with in_name_of(session, robot, NAME, limit_s, take=command.take) as who:
+        accepted = ask(session, f"{robot}/{keys.SEARCH}", request, SearchAccepted, limit_s, who)
+    _show_accepted(accepted, command)
+    if command.explain:
+        _explain(tables, accepted, command)
+    return _follow(updates, accepted.goal_id, command) if command.follow else 0
+
+
+def find_navigator(connect: str | None, robot: str | None) -> tuple[str, str]:
+    """Return endpoint and key prefix of the navigator that is meant.
+
+    Raises:
+        UsageError: None runs on this machine, or several do and none is named.
+    """
+    if connect is not None:
+        return connect, robot or "ippon"
+    running = [n for n in running_navigators() if robot is None or n.robot == robot]
+    if len(running) == 1:
+        return running[0].endpoint, running[0].robot
+    if not running:
+        raise UsageError(
+            "no navigator runs on this machine; start one with `ippon demo`, or name one elsewhere "
+            "with --connect tcp/ADDRESS:PORT --robot PREFIX"
+        )
+    choices = "\n".join(f"  --robot {n.robot}   ({n.endpoint})" for n in running)
+    raise UsageError(f"several navigators run on this machine; choose one:\n{choices}")
+
+
+def _read(session: zenoh.Session, robot: str, command: Ask) -> tuple[str, str]:
+    """Have the navigator take a sentence apart, where the object is one.
+
+    Raises:
+        UsageError: What was read is doubtful, and nobody said yes to it.
+    """
+    if command.context or is_name(command.object):
+        return command.object, command.context
+    request = SentenceRequest(sentence=command.object)
+    reading = ask(session, f"{robot}/{keys.SENTENCE}", request, SentenceReading, READ_S)
+    if reading.note:
+        print(f"note: read by rules: {printable(reading.note)}", file=sys.stderr)
+    wanted, context = printable(reading.object), printable(reading.context)
+    if not wanted:
+        raise UsageError(f'no object found in {command.object!r}; say it alone, like "hat"')
+    if reading.doubtful and not command.yes and not _agreed(wanted, context):
+        raise UsageError(
+            f"this was read: object {wanted!r}, context {context!r}; add --yes to search for it, "
+            'or say it in two parts: ippon ask "hat" --context "on the sofa"'
+        )
+    return wanted, context
+
+
+def _agreed(wanted: str, context: str) -> bool:
+    """Show what was read to whoever sits at the terminal; False where nobody does."""
+    if not sys.stdin.isatty():
+        return False
+    known = f", known about it: {context}" if context else ""
+    print(f"read: look for {wanted}{known}", file=sys.stderr)
+    print("search for that? [y/N] ", end="", file=sys.stderr, flush=True)
+    return sys.stdin.readline().strip().lower() in ("y", "yes")
+
+
+def _explain(tables: "queue.SimpleQueue[bytes]", accepted: SearchAccepted, command: Ask) -> None:
+    """Print the goal's levels, once the language model has answered where one is asked."""
+    if accepted.position > 0:
+        print("levels are shown when the goal's turn comes", file=sys.stderr)
+        return
+    table = _final_table(tables, accepted.goal_id)
+    rated = [(Level.parse(row.level), row) for row in table.rows]
+    if command.json:
+        told: dict[str, object] = {
+            "goal_id": table.goal_id,
+            "provider": table.provider,
+            "elapsed_ms": round(table.elapsed_ms, 2),
+            "from_cache": table.from_cache,
+            "notes": table.notes,
+        }
+        if command.show_prompt:
+            told |= {"prompt": table.prompt, "reply": table.reply}
+        print(as_json(told, rated), flush=True)
+        return
+    source = said_by(table.provider, table.elapsed_ms, from_cache=table.from_cache)
+    print_levels(table.object, rated, table.notes, source)
+    if command.show_prompt:
+        print_question(table.prompt, table.reply)
+
+
+def _final_table(tables: "queue.SimpleQueue[bytes]", goal_id: int) -> ProximityTable:
+    deadline, asked = time.monotonic() + ANSWER_S, ""
+    while True:
+        try:
+            left = max(0.0, deadline - time.monotonic())
+            table = decode(
+                tables.get(timeout=left if asked else min(left, SILENT_S)), ProximityTable
+            )
+        except queue.Empty:
+            raise LinkError("the navigator did not publish the levels of this goal") from None
+        if table.goal_id != goal_id:
+            continue
+        if not table.asking:
+            return table
+        if not asked:
+            print(f"asking {printable(table.asking)} …", file=sys.stderr, flush=True)
+        asked = table.asking
+
+
+def _show_accepted(accepted: SearchAccepted, command: Ask) -> None:
+    if command.json:
+        print(msgspec.json.encode(accepted).decode(), flush=True)
+        return
+    place = "" if accepted.position == 0 else f", {accepted.position} before it"
+    print(f"searching for {accepted.object.replace('_', ' ')} (goal {accepted.goal_id}{place})")
+    for note in accepted.notes:
+        print(f"note: {note}")
+    sys.stdout.flush()
+
+
+def _follow(updates: "queue.SimpleQueue[bytes]", goal_id: int, command: Ask) -> int:
+    shown = ""
+    while True:
+        try:
+            status = decode(updates.get(timeout=SILENT_S), Status)
+        except queue.Empty:
+            raise LinkError(f"the navigator has been silent for {SILENT_S:g} s") from None
+        goal = known_goal(status, goal_id)
+        if goal is None or goal.outcome == "queued":
+            continue
+        line = f"{status.state}: {status.why}"
+        if command.json:
+            print(json.dumps(_as_dict(status, goal)), flush=True)
+        elif line != shown:
+            print(f"{status.elapsed_s:7.1f} s  {line}", flush=True)
+        shown = line
+        if goal.outcome != "active":
+            return exit_status(goal)
+
+
+def exit_status(goal: GoalStatus) -> int:
+    """Return what a command ends with that waited for a search to be over."""
+    return {"found": 0, "out_of_reach": EXIT_OUT_OF_REACH}.get(goal.outcome, EXIT_NOT_FOUND)
+
+
+def known_goal(status: Status, goal_id: int) -> GoalStatus | None:
+    """Return a goal that is active, waits or is over; None when the navigator does not say it."""
+    known = [status.goal, *status.queue, *status.history]
+    return next((goal for goal in known if goal is not None and goal.goal_id == goal_id), None)
+
+
+def _as_dict(status: Status, goal: GoalStatus) -> dict[str, object]:
+    return {
+        "goal_id": goal.goal_id,
+        "object": goal.object,
+        "outcome": goal.outcome,
+        "state": status.state,
+        "why": status.why,
+        "elapsed_s": round(status.elapsed_s, 2),
+        "path_length_m": round(status.path_length_m, 3),
+        "position_world": status.find.position_world if status.find is not None else None,
+        "out_of_reach_m": None if status.find is None else status.find.out_of_reach_m,
+    }
+
+
+def _close(session: zenoh.Session) -> None:
+    session.close()  # pyright: ignore[reportUnknownMemberType]

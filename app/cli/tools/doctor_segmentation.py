@@ -1,0 +1,112 @@
+"""`ippon doctor --segmentation`: how fast a network is on this machine."""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from app.cli.options.segmentation import Segmentation
+from app.cli.processes.segment import config_of, models_folder
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.errors import CheckpointError
+from ippon.segmentation.loading import load_segmenter
+from ippon.vocabulary import MATTERPORT_40
+
+if TYPE_CHECKING:
+    from ippon.segmentation.segmenter import Segmenter
+
+SIDE_PX: Final = 640
+FEWEST: Final = 3
+MOST: Final = 50
+LONG_ENOUGH_S: Final = 5.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Speed:
+    """What was measured."""
+
+    what: str
+    """The network, and on what it ran."""
+    image_s: float
+    """Median seconds for one image of 640x640 with 41 labels."""
+    labels_s: float
+    """Seconds that the first image took longer, for embedding the labels and starting."""
+
+    def __str__(self) -> str:
+        """Say it in a line."""
+        return (
+            f"{1.0 / self.image_s:.2f} images/s ({1e3 * self.image_s:.0f} ms each), "
+            f"{self.labels_s:.1f} s more for the first with its labels; {self.what}"
+        )
+
+
+def measure_network(options: Segmentation) -> Speed:
+    """Time the network that the options name.
+
+    Raises:
+        SegmentationError: It cannot be had, or fails.
+        ValueError: The options make no sense.
+    """
+    config = config_of(options)
+    segmenter, source = _load(config, options.models or models_folder())
+    return measure(segmenter, f"{source} on {_where(config)}")
+
+
+def measure(segmenter: "Segmenter", what: str) -> Speed:
+    """Time a segmenter on an image of noise."""
+    image = np.random.default_rng(0).integers(0, 256, (SIDE_PX, SIDE_PX, 3), dtype=np.uint8)
+    first_s = _seconds(segmenter, image)
+    times: list[float] = []
+    while len(times) < FEWEST or (len(times) < MOST and sum(times) < LONG_ENOUGH_S):
+        times.append(_seconds(segmenter, image))
+    median = float(np.median(times))
+    return Speed(what=what, image_s=median, labels_s=max(0.0, first_s - median))
+
+
+def _seconds(segmenter: "Segmenter", image: np.ndarray) -> float:
+    started = time.perf_counter()
+    # The heatmap lies in this machine's own memory, so the device has finished.
+    segmenter.segment(image, MATTERPORT_40, "hat")
+    return time.perf_counter() - started
+
+
+def _load(config: SegmentationConfig, folder: Path) -> "tuple[Segmenter, str]":
+    try:
+        return load_segmenter(config, folder), config.model or config.backend
+    except CheckpointError:
+        from ippon.segmentation.san.architecture import RELEASED
+
+        name = config.model or "san_vit_b_16"
+        if config.backend != "san" or name not in RELEASED:
+            raise
+        return random_san(name, config), f"{name} with random weights (its checkpoint is not here)"
+
+
+def random_san(name: str, config: SegmentationConfig) -> "Segmenter":
+    """Return a released architecture with weights that are drawn; they take as long."""
+    from ippon.segmentation.loading import with_second_passes
+    from ippon.segmentation.san.architecture import RELEASED
+    from ippon.segmentation.san.random_weights import random_network
+    from ippon.segmentation.san.segmenter import SanSegmenter
+    from ippon.segmentation.san.tokenizer import ClipTokenizer
+
+    network = random_network(RELEASED[name], seed=0)
+    return with_second_passes(SanSegmenter(network, ClipTokenizer([]), config), config)
+
+
+def _where(config: SegmentationConfig) -> str:
+    import torch
+
+    from ippon.segmentation.device import choose_device, choose_dtype
+
+    device = choose_device(config.device)
+    dtype = str(choose_dtype(config.precision, device)).removeprefix("torch.")
+    name = (
+        torch.cuda.get_device_name(device)
+        if device.type == "cuda"
+        else f"the processor, {torch.get_num_threads()} threads"
+    )
+    compiled = ", compiled" if config.compile else ""
+    return f"{name}, {dtype}{compiled}, torch {torch.__version__}"

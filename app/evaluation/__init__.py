@@ -1,0 +1,1 @@
+"""Runs evaluations: workers, the folder of results, plots and the report."""

@@ -1,0 +1,232 @@
+"""The folder of an evaluation: one file a row, what it was made with, and a Parquet of all."""
+
+import dataclasses
+import json
+import typing
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from app.errors import UsageError
+from app.homes import home_key
+from ippon.atomic_file import replace_file
+from ippon.evaluation.catalogue import home_file_name
+from ippon.evaluation.row import EpisodeRow, row_from
+
+RUN_FILE = "run.json"
+TABLE_FILE = "episodes.parquet"
+SESSIONS = "sessions"
+"""Folder of the recordings of single episodes."""
+_ARROW_TYPES: dict[Any, Any] = {
+    str: pa.string(),
+    bool: pa.bool_(),
+    int: pa.int64(),
+    float: pa.float64(),
+}
+
+
+class EvaluationFolder:
+    """Rows are written whole or not at all, so that a killed run loses what it was doing only."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._rows = path / "rows"
+        self._errors = path / "errors"
+
+    def check_homes(self, homes: Sequence[str]) -> None:
+        """Refuse homes whose rows would overwrite each other's, or those of another home.
+
+        A home goes by the last part of its path alone: rows, and what is drawn for them, do not
+        depend on where it lies.
+
+        Args:
+            homes: Seeds and folders, each once.
+
+        Raises:
+            UsageError: Two homes have one name.
+        """
+        there = dict.fromkeys(row.home for row in self._rows_by_file())
+        known: dict[str, str] = {}
+        for home in (*there, *homes):
+            first = known.setdefault(home_file_name(home), home)
+            if home_key(first) == home_key(home):
+                continue
+            if first in there:
+                raise UsageError(
+                    f"{self.path} holds rows of {first}, and {home} has the same name; use another "
+                    "folder for --out, rename the home's folder, or, if it is the one that was "
+                    f"there, make {first} a link to it"
+                )
+            raise UsageError(
+                f"{first} and {home} have the same name, so that their rows would overwrite each "
+                "other; rename one of the folders, or use a run and a folder for --out for each"
+            )
+
+    def open_for(self, settings: dict[str, Any]) -> None:
+        """Make the folder, or go on in one with the same settings.
+
+        Args:
+            settings: "fixed" must be the same in every run of a folder; the rest is noted, beside
+                the "configurations" of methods that were run before.
+
+        Raises:
+            UsageError: The folder cannot be written, or holds other results.
+        """
+        run = self.path / RUN_FILE
+        try:
+            self._rows.mkdir(parents=True, exist_ok=True)
+            self._errors.mkdir(exist_ok=True)
+            if run.is_file():
+                old = json.loads(run.read_text(encoding="utf-8"))
+                self._check_same(old, settings)
+                settings = _with_configurations_of(old, settings)
+            replace_file(run, json.dumps(settings, indent=1, sort_keys=True).encode())
+        except OSError as error:
+            raise UsageError(f"cannot write to {self.path}: {error}") from error
+        except ValueError as error:
+            raise UsageError(f"{run} is damaged: {error}; use another folder") from error
+
+    def _check_same(self, old: dict[str, Any], new: dict[str, Any]) -> None:
+        before, now = old.get("fixed", {}), new["fixed"]
+        odd = [k for k in sorted(set(before) | set(now)) if before.get(k) != now.get(k)]
+        if odd:
+            listed = ", ".join(f"{k} {before.get(k)!r} (now {now.get(k)!r})" for k in odd)
+            raise UsageError(
+                f"{self.path} holds results of another set-up: {listed}; use another folder for "
+                "--out, or the same options"
+            )
+        kept = old.get("configurations", {})
+        for method, configuration in new.get("configurations", {}).items():
+            made_with = kept.get(method, {}).get("hash", configuration["hash"])
+            if made_with != configuration["hash"] and any(self._rows.glob(f"*.{method}.json")):
+                raise UsageError(
+                    f"{self.path} holds rows of {method} with configuration {made_with}, this "
+                    f"would be {configuration['hash']}; use another folder for --out"
+                )
+
+    def has(self, episode_id: str, method: str, config_hash: str) -> bool:
+        """Tell whether a row is there.
+
+        Raises:
+            UsageError: It was made with another configuration.
+        """
+        path = self._row_file(episode_id, method)
+        if not path.is_file():
+            return False
+        made_with = _read_row(path).config_hash
+        if made_with != config_hash:
+            raise UsageError(
+                f"{path} was made with configuration {made_with}, this would be {config_hash}; use "
+                "another folder for --out"
+            )
+        return True
+
+    def write(self, row: EpisodeRow) -> None:
+        """Add a row; an earlier failure of the same episode is forgotten."""
+        text = json.dumps(dataclasses.asdict(row))
+        replace_file(self._row_file(row.episode_id, row.method), text.encode())
+        self.forget_error(f"{row.episode_id}.{row.method}")
+
+    def write_error(self, name: str, text: str) -> None:
+        """Note that an episode, or a home, could not be worked through to its end."""
+        replace_file(self._errors / f"{_fit_for_a_file(name)}.txt", text.encode())
+
+    def forget_error(self, name: str) -> None:
+        """What had failed went well this time."""
+        (self._errors / f"{_fit_for_a_file(name)}.txt").unlink(missing_ok=True)
+
+    def has_rows(self) -> bool:
+        """Tell whether any episode has been run."""
+        return any(self._rows.glob("*.json"))
+
+    def errors(self) -> tuple[str, ...]:
+        """Return the names of episodes that could not be run to their end."""
+        if not self._errors.is_dir():
+            return ()
+        return tuple(sorted(p.stem for p in self._errors.glob("*.txt")))
+
+    def rows(self) -> tuple[EpisodeRow, ...]:
+        """Return every row, in the order of methods' and episodes' names.
+
+        Raises:
+            UsageError: The folder holds no results, or damaged ones.
+        """
+        rows = self._rows_by_file()
+        if rows:
+            return rows
+        table = self.path / TABLE_FILE
+        if not table.is_file():
+            raise UsageError(
+                f"{self.path} holds no results; make some with `ippon eval run --out {self.path}`"
+            )
+        try:
+            values = pq.read_table(table).to_pylist()
+            return tuple(row_from(v) for v in values)
+        except (OSError, ValueError) as error:
+            raise UsageError(f"{table} is damaged: {error}") from error
+
+    def settings(self) -> dict[str, Any]:
+        """Return what the folder was made with; empty when that is not known.
+
+        Raises:
+            UsageError: The note of it is damaged.
+        """
+        run = self.path / RUN_FILE
+        try:
+            return json.loads(run.read_text(encoding="utf-8")) if run.is_file() else {}
+        except (OSError, ValueError) as error:
+            raise UsageError(f"{run} is damaged: {error}; delete it to go without") from error
+
+    def merge(self) -> int:
+        """Write all rows into one Parquet file; returns their number."""
+        rows = self.rows()
+        columns = {
+            f.name: [getattr(row, f.name) for row in rows] for f in dataclasses.fields(EpisodeRow)
+        }
+        table = pa.table(columns, schema=_schema())
+        content = pa.BufferOutputStream()
+        pq.write_table(table, content, compression="zstd")
+        replace_file(self.path / TABLE_FILE, content.getvalue().to_pybytes())
+        return len(rows)
+
+    def _rows_by_file(self) -> tuple[EpisodeRow, ...]:
+        files = sorted(self._rows.glob("*.json")) if self._rows.is_dir() else []
+        return tuple(_read_row(path) for path in files)
+
+    def _row_file(self, episode_id: str, method: str) -> Path:
+        return self._rows / f"{episode_id}.{method}.json"
+
+
+def _with_configurations_of(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
+    """Return settings that also say with what the methods of earlier runs were run."""
+    kept = {**old.get("configurations", {}), **new.get("configurations", {})}
+    return {**new, "configurations": kept} if kept else new
+
+
+def _fit_for_a_file(name: str) -> str:
+    return "".join(c if c.isalnum() or c in "_-. " else "_" for c in name)
+
+
+def _schema() -> Any:
+    """Derive the Parquet schema from the row, so that an empty column has a type, too."""
+    hints = typing.get_type_hints(EpisodeRow)
+    fields: list[Any] = []
+    for field in dataclasses.fields(EpisodeRow):
+        kind = hints[field.name]
+        if typing.get_origin(kind) is tuple:
+            fields.append(pa.field(field.name, pa.list_(pa.float64())))
+        elif typing.get_origin(kind) is typing.Literal:
+            fields.append(pa.field(field.name, pa.string()))
+        else:
+            fields.append(pa.field(field.name, _ARROW_TYPES[kind]))
+    return pa.schema(fields)
+
+
+def _read_row(path: Path) -> EpisodeRow:
+    try:
+        return row_from(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError) as error:
+        raise UsageError(f"{path} is damaged or of another version: {error}") from error

@@ -1,0 +1,128 @@
+"""A recording, read once for every export: its scene at the end, and where the robot was when."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+from operator import matmul
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.motion import StampedTransform, decode_transforms
+from app.nodes.review.player import Player
+from app.recording.digest import Digest
+from app.recording.errors import RecordingError
+from app.recording.reading.recording import Recording
+from app.view.model.scene_model import BASE_FRAME, WORLD_FRAME, SceneModel
+from app.view.model.scene_reader import SceneReader
+from ippon.geometry import Float64Array
+
+Tell = Callable[[float], None]
+"""Takes the fraction of an export that is done."""
+
+
+def silent(_: float) -> None:
+    """Tell nobody."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trajectory:
+    """Poses of the base."""
+
+    time_ns: NDArray[np.int64]
+    """(N,) of the robot's clock."""
+    T_world_base: Float64Array
+    """(N, 4, 4)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Story:
+    """What exports are made from."""
+
+    recording: Recording
+    digest: Digest
+    scene: SceneModel
+    """At the end of the recording."""
+
+    @property
+    def name(self) -> str:
+        """Of the session."""
+        return self.recording.path.parent.name
+
+    @cached_property
+    def trajectory(self) -> Trajectory:
+        """Every pose of the base; read from the file once.
+
+        Raises:
+            RecordingError: There is none.
+        """
+        return _trajectory(self.recording)
+
+
+def open_story(path: Path, tell: Tell = silent) -> Story:
+    """Open a recording and go to its end.
+
+    Raises:
+        RecordingError: It cannot be read.
+    """
+    recording = Recording(path, tell)
+    scene = SceneModel()
+    player = Player(recording, SceneReader(scene).feed)
+    player.seek(recording.duration_s)
+    return Story(recording=recording, digest=player.digest, scene=scene)
+
+
+def _trajectory(recording: Recording) -> Trajectory:
+    links: dict[str, StampedTransform] = {}
+    stamps: list[int] = []
+    poses: list[Float64Array] = []
+    for message in recording.all_messages((keys.TF_STATIC, keys.TF)):
+        try:
+            came = decode_transforms(message.payload)
+        except MessageError:
+            # Counted when the session was watched; a trajectory is made of what can be read.
+            continue
+        if message.key == keys.TF_STATIC:
+            # When it was announced says nothing of when the robot stood there.
+            came = tuple(replace(t, stamp_ns=-1) for t in came)
+        links |= {t.child: t for t in came}
+        chain = _chain(links)
+        stamp_ns = max((link.stamp_ns for link in chain), default=-1)
+        if stamp_ns > (stamps[-1] if stamps else -1):
+            stamps.append(stamp_ns)
+            poses.append(reduce(matmul, [link.T_parent_child for link in chain]))
+    if not stamps:
+        raise RecordingError(
+            f"{recording.path} has no pose of the robot: no tf from {WORLD_FRAME} to {BASE_FRAME}"
+        )
+    return Trajectory(time_ns=np.array(stamps, np.int64), T_world_base=np.stack(poses))
+
+
+def _chain(links: dict[str, StampedTransform]) -> list[StampedTransform]:
+    """Return the transforms from the world down to the base, empty while one is missing."""
+    chain: list[StampedTransform] = []
+    frame = BASE_FRAME
+    while frame != WORLD_FRAME:
+        link = links.get(frame)
+        if link is None or len(chain) == len(links):
+            return []
+        chain.insert(0, link)
+        frame = link.parent
+    return chain
+
+
+def need_map(story: Story) -> tuple[NDArray[np.int64], NDArray[np.uint8], float]:
+    """Return (N, 3) voxel indices, their (N, 8) attributes, and the voxel's edge in metres.
+
+    Raises:
+        RecordingError: There is no map.
+    """
+    indices, attributes = story.scene.voxels.all_voxels()
+    if story.scene.voxel_size_m is None or not len(indices):
+        raise RecordingError(
+            f"{story.recording.path} has no map: no {keys.MAP_VOXELS} of a navigator is in it"
+        )
+    return indices, attributes, story.scene.voxel_size_m

@@ -1,0 +1,104 @@
+"""`--home`: a seed, the seed of a large floor, or a folder; `--homes`: many of them."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.errors import UsageError
+
+if TYPE_CHECKING:
+    from ippon.simulation.scene import Scene
+
+_MAX_HOMES = 100_000
+_MAX_SEED = 2**31 - 1
+_LARGE_FLOOR = "floor:"
+"""Stands before the seed of a large building's floor."""
+_FLOOR_STARTS = 24
+
+
+def check_home(text: str) -> None:
+    """Refuse what is neither a seed, that of a large floor, nor a folder with a home.
+
+    Raises:
+        UsageError: With what would work.
+    """
+    seed = _seed_of(text)
+    if seed is not None:
+        if seed > _MAX_SEED:
+            raise UsageError(f"a home's seed is at most {_MAX_SEED}; got {text}")
+        return
+    folder = Path(text)
+    if not text or not folder.is_dir():
+        raise UsageError(
+            f"no home {text!r}: give a seed (a whole number, for example 3), {_LARGE_FLOOR}SEED "
+            "for a floor of a large building, or a folder that holds scene.glb and scene.json"
+        )
+    missing = [name for name in ("scene.glb", "scene.json") if not (folder / name).is_file()]
+    if missing:
+        raise UsageError(f"the folder {text} holds no {' and no '.join(missing)}")
+
+
+def load_home(text: str) -> "Scene":
+    """Generate or load the home.
+
+    Raises:
+        UsageError: There is none, or it is damaged.
+    """
+    check_home(text)
+    from ippon.errors import SceneError
+
+    try:
+        seed = _seed_of(text)
+        if seed is not None:
+            from ippon.simulation.homes.config import HomeConfig
+            from ippon.simulation.homes.generator import generate_home
+
+            if text.startswith(_LARGE_FLOOR):
+                large = HomeConfig(layout="floor", start_count=_FLOOR_STARTS)
+                return generate_home(seed, config=large)
+            return generate_home(seed)
+        from ippon.simulation.scene_reader import load_scene
+
+        return load_scene(Path(text))
+    except SceneError as error:
+        raise UsageError(f"home {text}: {error}") from error
+
+
+def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
+    """Write ranges of seeds out, check every home, and name each once.
+
+    Raises:
+        UsageError: With what would work.
+    """
+    out: list[str] = []
+    for part in (p for text in homes for p in text.split(",") if p):
+        kind = _LARGE_FLOOR if part.startswith(_LARGE_FLOOR) else ""
+        first, _, last = part.removeprefix(kind).partition(":")
+        lowest, highest = _number(first), _number(last)
+        if lowest is None or highest is None:
+            check_home(part)
+            out.append(part)
+            continue
+        if not lowest <= highest <= _MAX_SEED or highest - lowest >= _MAX_HOMES:
+            raise UsageError(f"homes go from a smaller seed to a larger one; got {part}")
+        out += [f"{kind}{seed}" for seed in range(lowest, highest + 1)]
+    if not out:
+        raise UsageError("no homes: give seeds like 1001:1010, or folders")
+    kept: dict[str, str] = {}
+    for home in out:
+        kept.setdefault(home_key(home), home)
+    return tuple(kept.values())
+
+
+def home_key(text: str) -> str:
+    """Return what all ways to write one home have in common: its seed, or its folder's place."""
+    return f"seed {text}" if _seed_of(text) is not None else str(Path(text).resolve())
+
+
+def _seed_of(text: str) -> int | None:
+    """Return the seed of what is generated, None for a folder."""
+    return _number(text.removeprefix(_LARGE_FLOOR))
+
+
+def _number(digits: str) -> int | None:
+    return int(digits) if digits.isascii() and digits.isdecimal() else None

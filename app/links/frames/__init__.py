@@ -1,0 +1,1 @@
+"""From the streams of a robot to frames."""

@@ -1,0 +1,277 @@
+"""Joins the streams of a camera and a pose into frames."""
+
+import math
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import Final, TypeVar
+
+from app.links.frames.transforms import TransformBuffer
+from app.messages import keys
+from app.messages.images import (
+    CompressedColor,
+    DepthImage,
+    StampedCamera,
+    StampedHeatmap,
+    decode_camera,
+    decode_color,
+    decode_depth,
+    decode_depth_raw,
+    decode_heatmap,
+    decompress_color,
+)
+from app.messages.motion import StampedTransform, decode_flag, decode_transforms
+from ippon.frame import Frame
+from ippon.geometry import invert_transform
+
+KEPT: Final = 16
+"""Messages of each stream that wait for their partners."""
+MOST_WITHOUT: Final = 100
+"""Frames that went without heatmap and are kept for a late one: 20 s at 5 Hz."""
+BYTES_WITHOUT: Final = 200_000_000
+"""Memory that these may take."""
+LATE: Final = 4
+"""Frames with late heatmaps that wait to be taken."""
+T = TypeVar("T", CompressedColor, DepthImage, StampedHeatmap)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AssemblerConfig:
+    """Names of coordinate frames, and how far stamps may differ."""
+
+    world_frame: str = "map"
+    base_frame: str = "base_link"
+    tolerance_s: float = 0.02
+    """Stamps of colour, depth and heatmap that differ by less belong together."""
+    heatmap_wait_s: float = 0.3
+    """Frames go without heatmap once the last one is this much older, in robot time. Longer keeps
+    more frames and heatmaps together, and lets commands age while they wait."""
+    backwards_s: float = 1.0
+    """A stamp so far before the last frame's means that the robot's clock started anew."""
+
+
+class FrameAssembler:
+    """Takes messages in any order; gives the newest frame that is complete."""
+
+    def __init__(self, config: AssemblerConfig | None = None) -> None:
+        self._config = config or AssemblerConfig()
+        self._tolerance_ns = round(1e9 * self._config.tolerance_s)
+        self._colors: dict[int, CompressedColor] = {}
+        self._depths: dict[int, DepthImage] = {}
+        self._heatmaps: dict[int, StampedHeatmap] = {}
+        self._camera: StampedCamera | None = None
+        self._transforms = TransformBuffer()
+        self._contact = False
+        self._taken_ns = -1
+        self._without: dict[int, Frame] = {}
+        self._late: deque[Frame] = deque(maxlen=LATE)
+        self.skipped = 0
+        """Colour images that never became a frame: newer ones overtook them."""
+        self.restarts = 0
+        """How often the robot's clock started anew."""
+
+    def missing(self) -> str:
+        """Say what the newest colour image still needs to become a frame, empty for nothing."""
+        config = self._config
+        if not self._colors:
+            return "" if self._taken_ns >= 0 else "colour images"
+        if self._camera is None:
+            return "camera info"
+        stamp = max(self._colors)
+        if self._match(self._depths, stamp) is None:
+            return "a depth image with the stamp of the colour image"
+        for frame in (self._camera.frame_id, config.base_frame):
+            if self._transforms.lookup(config.world_frame, frame, stamp) is None:
+                return f"tf from {config.world_frame} to {frame[:60]} at the stamp of the images"
+        return ""
+
+    def add_color(self, color: CompressedColor) -> None:
+        """Take a colour image."""
+        self._check_clock(color.stamp_ns)
+        self._put(self._colors, color)
+
+    def add_depth(self, depth: DepthImage) -> None:
+        """Take a depth image."""
+        self._check_clock(depth.stamp_ns)
+        self._put(self._depths, depth)
+
+    def add_heatmap(self, heatmap: StampedHeatmap) -> None:
+        """Take a heatmap, be it of a frame that went without it."""
+        self._check_clock(heatmap.stamp_ns)
+        self._put(self._heatmaps, heatmap)
+        frame = self._frame_without(heatmap.stamp_ns)
+        if frame is not None:
+            self._late.append(replace(frame, heatmap=heatmap.heatmap))
+
+    def add_camera(self, camera: StampedCamera) -> None:
+        """Take intrinsics; the last ones count."""
+        self._camera = camera
+
+    def add_transforms(
+        self, transforms: tuple[StampedTransform, ...], *, fixed: bool = False
+    ) -> None:
+        """Take transforms of `tf`, or of `tf_static` when fixed."""
+        for transform in transforms:
+            self._transforms.add(transform, fixed=fixed)
+
+    def add_contact(self, pressed: bool) -> None:
+        """Take the bumper's state; a press counts until a frame has carried it."""
+        self._contact = self._contact or pressed
+
+    def take(self) -> Frame | None:
+        """Return the newest complete frame that was not taken yet, None while there is none.
+
+        Raises:
+            FrameRejectedError: Its parts contradict one another; it is not offered again.
+        """
+        for stamp in sorted(self._colors, reverse=True):
+            if stamp <= self._taken_ns:
+                break
+            color = self._colors[stamp]
+            parts = self._parts(color)
+            if parts is not None:
+                self._taken_ns = stamp
+                self._forget_up_to(stamp)
+                frame = self._frame(color, *parts)
+                if frame.heatmap is None and self._heatmaps:
+                    self._await_heatmap(frame)
+                return frame
+        return None
+
+    def take_late(self) -> Frame | None:
+        """Return a frame that was taken before, with the heatmap that came after it; else None.
+
+        It teaches the map what the camera saw then; it says nothing about now.
+        """
+        return self._late.popleft() if self._late else None
+
+    def forget(self, stamp_ns: int) -> None:
+        """Keep a frame for no late heatmap: the map refused it."""
+        self._without.pop(stamp_ns, None)
+
+    def _await_heatmap(self, frame: Frame) -> None:
+        self._without[frame.stamp_ns] = frame
+        most = min(MOST_WITHOUT, BYTES_WITHOUT // (frame.color.nbytes + frame.depth.nbytes))
+        while len(self._without) > most:
+            del self._without[next(iter(self._without))]
+
+    def _frame_without(self, stamp_ns: int) -> Frame | None:
+        near = min(self._without, key=lambda s: abs(s - stamp_ns), default=None)
+        if near is None or abs(near - stamp_ns) > self._tolerance_ns:
+            return None
+        # Segmentations see every image once, in order: older ones are not awaited any more.
+        found = self._without[near]
+        self._without = {s: f for s, f in self._without.items() if s > near}
+        return found
+
+    def _parts(self, color: CompressedColor) -> tuple[DepthImage, StampedHeatmap | None] | None:
+        depth = self._match(self._depths, color.stamp_ns)
+        if depth is None or self._camera is None:
+            return None
+        frame = self._camera.frame_id
+        config = self._config
+        known = (
+            self._transforms.lookup(config.world_frame, frame, color.stamp_ns),
+            self._transforms.lookup(config.world_frame, config.base_frame, color.stamp_ns),
+        )
+        if known[0] is None or known[1] is None:
+            return None
+        heatmap = self._match(self._heatmaps, color.stamp_ns)
+        if heatmap is None and self._heatmaps_come():
+            return None
+        return depth, heatmap
+
+    def _heatmaps_come(self) -> bool:
+        """Tell whether the stream of heatmaps keeps up, so that one is worth waiting for."""
+        behind_ns = max(self._colors) - max(self._heatmaps, default=-(2**62))
+        return behind_ns < 1e9 * self._config.heatmap_wait_s
+
+    def _frame(
+        self, color: CompressedColor, depth: DepthImage, heatmap: StampedHeatmap | None
+    ) -> Frame:
+        assert self._camera is not None
+        config, stamp = self._config, color.stamp_ns
+        T_world_camera = self._transforms.lookup(config.world_frame, self._camera.frame_id, stamp)
+        T_world_base = self._transforms.lookup(config.world_frame, config.base_frame, stamp)
+        assert T_world_camera is not None
+        assert T_world_base is not None
+        T_base_camera = invert_transform(T_world_base) @ T_world_camera
+        contact, self._contact = self._contact, False
+        return Frame(
+            stamp_ns=stamp,
+            color=decompress_color(color.encoded),
+            depth=depth.depth,
+            camera=self._camera.camera,
+            T_world_camera=T_world_camera,
+            T_world_base=T_world_base,
+            tilt_rad=math.asin(min(1.0, max(-1.0, float(T_base_camera[2, 2])))),
+            heatmap=heatmap.heatmap if heatmap is not None else None,
+            contact=contact,
+        )
+
+    def _check_clock(self, stamp_ns: int) -> None:
+        if self._taken_ns - stamp_ns > 1e9 * self._config.backwards_s:
+            self._colors.clear()
+            self._depths.clear()
+            self._heatmaps.clear()
+            self._without.clear()
+            self._late.clear()
+            self._taken_ns = -1
+            self.restarts += 1
+
+    def _put(self, store: dict[int, T], message: T) -> None:
+        store.pop(message.stamp_ns, None)
+        store[message.stamp_ns] = message
+        while len(store) > KEPT:
+            # The first that came, not the least stamp: stamps from the future must not stay.
+            oldest = next(iter(store))
+            if store is self._colors and oldest > self._taken_ns:
+                self.skipped += 1
+            del store[oldest]
+
+    def _match(self, store: dict[int, T], stamp_ns: int) -> T | None:
+        if stamp_ns in store:
+            return store[stamp_ns]
+        near = min(store, key=lambda s: abs(s - stamp_ns), default=None)
+        if near is None or abs(near - stamp_ns) > self._tolerance_ns:
+            return None
+        return store[near]
+
+    def _forget_up_to(self, stamp_ns: int) -> None:
+        self.skipped += sum(1 for s in self._colors if s < stamp_ns)
+        self._colors = {s: m for s, m in self._colors.items() if s > stamp_ns}
+        self._depths = {s: m for s, m in self._depths.items() if s > stamp_ns}
+        # The last heatmap stays: that there are heatmaps is why a frame waits for its own.
+        newest = max(self._heatmaps, default=-1)
+        self._heatmaps = {s: m for s, m in self._heatmaps.items() if s > stamp_ns or s == newest}
+
+
+def assemble(assembler: FrameAssembler, key: str, payload: bytes) -> None:
+    """Decode a message of a robot and hand it over; other messages are none of its business.
+
+    Args:
+        assembler: Takes it.
+        key: What it is, without the robot's prefix.
+        payload: As it came, or was recorded.
+
+    Raises:
+        MessageError: It cannot be read.
+    """
+    match key:
+        case keys.TF:
+            assembler.add_transforms(decode_transforms(payload))
+        case keys.TF_STATIC:
+            assembler.add_transforms(decode_transforms(payload), fixed=True)
+        case keys.CAMERA_INFO:
+            assembler.add_camera(decode_camera(payload))
+        case keys.HEATMAP:
+            assembler.add_heatmap(decode_heatmap(payload))
+        case keys.CONTACT:
+            assembler.add_contact(decode_flag(payload))
+        case keys.DEPTH:
+            assembler.add_depth(decode_depth(payload))
+        case keys.DEPTH_RAW:
+            assembler.add_depth(decode_depth_raw(payload))
+        case keys.COLOR:
+            assembler.add_color(decode_color(payload))
+        case _:
+            return

@@ -1,0 +1,298 @@
+"""Proximity levels from a language model, with the embedded prior to fall back on."""
+
+import base64
+import logging
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from app.links.language_model.answer_cache import AnswerCache, CachedAnswer
+from app.links.language_model.answers import RULES, Answer, SentenceAnswer, Sighting
+from app.links.language_model.chat import ChatConfig, ChatEndpoint, ChatError, Message, ResponseForm
+from ippon.guidance.language.naming import ResolvedObject, resolve_object
+from ippon.guidance.language.sentence import read_query
+from ippon.guidance.levels import Guidance, LabelLevel, Level
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.guidance.prompts.label_prompt import SCENE_SCHEMA, build_scene_prompt, parse_scene_reply
+from ippon.guidance.prompts.level_prompt import (
+    ParsedReply,
+    build_prompt,
+    build_reminder,
+    parse_reply,
+    reply_schema,
+)
+from ippon.guidance.prompts.query_prompt import QUERY_SCHEMA, build_query_prompt, parse_query_reply
+
+LOGGER = logging.getLogger(__name__)
+
+KEY_VARIABLES = ("IPPON_API_KEY", "OPENAI_API_KEY")
+MAX_WAIT_S = 5.0
+"""The longest pause before the second attempt, whatever the endpoint asks for."""
+_MIN_SHARE = 0.5
+"""An answer for fewer categories than this share is nonsense and counts as none."""
+
+
+def read_api_key(environment: Mapping[str, str], file: Path | None = None) -> str | None:
+    """Take the key from a file, or else from the first variable of `KEY_VARIABLES` that is set.
+
+    Raises:
+        ValueError: The file cannot be read or holds more than one line.
+    """
+    if file is None:
+        return next((environment[name] for name in KEY_VARIABLES if environment.get(name)), None)
+    try:
+        text = file.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"cannot read the API key from {file}: {type(error).__name__}") from None
+    if not text or len(text.split()) != 1:
+        raise ValueError(f"{file} must hold the API key alone, on one line")
+    return text
+
+
+class LanguageModel:
+    """Asks a language model; answers itself from the embedded prior where that fails.
+
+    `levels` blocks for up to three requests: call it on a thread of its own, start on the prior,
+    and swap when the answer comes.
+    """
+
+    def __init__(
+        self,
+        config: ChatConfig,
+        *,
+        cache_dir: Path | None = None,
+        prior: EmbeddedPrior | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._config = config
+        self._endpoint = ChatEndpoint(config, clock=clock)
+        self._cache = (
+            AnswerCache(cache_dir, endpoint=config.base_url, model=config.model)
+            if cache_dir is not None
+            else None
+        )
+        self._prior = prior or EmbeddedPrior()
+        self._clock = clock
+        self._closed = threading.Event()
+
+    @property
+    def name(self) -> str:
+        """What the console shows as provider."""
+        return f"{self._config.model} at {self._config.host}"
+
+    def close(self) -> None:
+        """End a request that is under way and refuse further ones."""
+        self._closed.set()
+        self._endpoint.close()
+
+    def levels(
+        self,
+        ooi: ResolvedObject | str,
+        context: str,
+        vocabulary: Sequence[str],
+        *,
+        scenario: str = "",
+    ) -> Answer:
+        """Rate the proximity of every common object to the goal.
+
+        Never raises for what the endpoint does.
+
+        Args:
+            ooi: The goal, as typed or resolved.
+            context: The operator's words; may be empty.
+            vocabulary: Labels of the common objects.
+            scenario: Where the search takes place, such as "a robotics lab"; may be empty.
+
+        Raises:
+            ValueError: `ooi` holds no word.
+        """
+        start = self._clock()
+        goal = resolve_object(ooi, vocabulary) if isinstance(ooi, str) else ooi
+        question = build_prompt(goal.display, context, scenario, vocabulary)
+        cached = self._cache.load(question, vocabulary) if self._cache else None
+        if cached is not None:
+            return Answer(
+                guidance=self._guidance(goal, context, cached.rows, ()),
+                prompt=cached.prompt,
+                reply=cached.reply,
+                elapsed_ms=1e3 * (self._clock() - start),
+                from_cache=True,
+                failed="",
+            )
+        asked = _Conversation(goal.display, context, scenario, tuple(vocabulary))
+        failed = ""
+        try:
+            parsed = self._ask(asked)
+            guidance = self._complete(goal, context, vocabulary, parsed)
+            if self._cache and not parsed.missing:
+                kept = CachedAnswer(rows=parsed.rows, prompt=asked.prompt, reply=asked.reply)
+                self._cache.store(question, kept)
+        except ChatError as error:
+            failed = str(error)
+            LOGGER.warning("%s: %s; the embedded prior answers", self.name, failed)
+            guidance = self._fall_back(goal, context, vocabulary, failed)
+        return Answer(
+            guidance=guidance,
+            prompt=asked.prompt or question,
+            reply=asked.reply,
+            elapsed_ms=1e3 * (self._clock() - start),
+            from_cache=False,
+            failed=failed,
+        )
+
+    def read_query(self, sentence: str) -> SentenceAnswer:
+        """Read object and context from one sentence, by rules where the model does not answer."""
+        prompt = build_query_prompt(sentence)
+        reply, failed = "", ""
+        try:
+            self._check_open()
+            question: list[Message] = [{"role": "user", "content": prompt}]
+            reply = self._endpoint.ask(lambda _: question, QUERY_SCHEMA).text
+            query = parse_query_reply(reply, sentence)
+            if query is not None and query.object:
+                return SentenceAnswer(query, self.name, prompt, reply, "")
+            failed = "the model found no object"
+        except ChatError as error:
+            failed = str(error)
+        return SentenceAnswer(read_query(sentence), RULES, prompt, reply, failed)
+
+    def name_things(self, jpeg: bytes, vocabulary: Sequence[str]) -> Sighting:
+        """Name things in an image that a vocabulary lacks; asked once, never raises.
+
+        Args:
+            jpeg: The image.
+            vocabulary: Labels that are told apart already.
+        """
+        url = f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}"
+        content: list[dict[str, Any]] = [
+            {"type": "text", "text": build_scene_prompt(vocabulary)},
+            {"type": "image_url", "image_url": {"url": url}},
+        ]
+        try:
+            self._check_open()
+            question: list[Message] = [{"role": "user", "content": content}]
+            reply = self._endpoint.ask(lambda _: question, SCENE_SCHEMA).text
+        except ChatError as error:
+            return Sighting((), str(error))
+        return Sighting(parse_scene_reply(reply, vocabulary))
+
+    def _ask(self, asked: "_Conversation") -> ParsedReply:
+        """Ask, once more after a failure, and once more for what was left out."""
+        try:
+            parsed = self._attempt(asked)
+        except ChatError as error:
+            if not error.retry or self._closed.wait(min(error.wait_s, MAX_WAIT_S)):
+                raise
+            parsed = self._attempt(asked)
+        if not parsed.missing:
+            return parsed
+        try:
+            more = asked.remind(self._endpoint, parsed.missing)
+        except ChatError as error:
+            LOGGER.info("%s: no answer to the reminder: %s", self.name, error)
+            return parsed
+        return _merge(parsed, more, asked.vocabulary)
+
+    def _check_open(self) -> None:
+        if self._closed.is_set():
+            raise ChatError("the provider was closed", retry=False)
+
+    def _attempt(self, asked: "_Conversation") -> ParsedReply:
+        self._check_open()
+        parsed = asked.ask(self._endpoint)
+        if len(parsed.rows) < _MIN_SHARE * len(asked.vocabulary):
+            text = f"the answer rates {len(parsed.rows)} of {len(asked.vocabulary)} categories"
+            raise ChatError(text, retry=True)
+        return parsed
+
+    def _complete(
+        self,
+        goal: ResolvedObject,
+        context: str,
+        vocabulary: Sequence[str],
+        parsed: ParsedReply,
+    ) -> Guidance:
+        rated = {row.label: row for row in parsed.rows}
+        rows = tuple(
+            rated.get(label)
+            or LabelLevel(label=label, level=Level.AVERAGE, reason="the model left it out")
+            for label in vocabulary
+        )
+        notes: list[str] = []
+        if parsed.missing:
+            notes.append(f"the model left out: {', '.join(parsed.missing)}; taken as average")
+        if parsed.unknown:
+            notes.append(f"the model rated what nobody asked for: {', '.join(parsed.unknown)}")
+        return self._guidance(goal, context, rows, tuple(notes))
+
+    def _guidance(
+        self,
+        goal: ResolvedObject,
+        context: str,
+        rows: tuple[LabelLevel, ...],
+        notes: tuple[str, ...],
+    ) -> Guidance:
+        return Guidance(
+            ooi=goal.canonical, context=context, provider=self.name, rows=rows, notes=notes
+        )
+
+    def _fall_back(
+        self, goal: ResolvedObject, context: str, vocabulary: Sequence[str], failed: str
+    ) -> Guidance:
+        answer = self._prior.levels(goal, context, vocabulary)
+        note = f"{self.name}: {failed}; the embedded prior answered instead"
+        return Guidance(
+            ooi=answer.ooi,
+            context=context,
+            provider=answer.provider,
+            rows=answer.rows,
+            notes=(note, *answer.notes),
+        )
+
+
+class _Conversation:
+    """What was asked and answered for one goal."""
+
+    def __init__(self, name: str, context: str, scenario: str, vocabulary: tuple[str, ...]) -> None:
+        self.vocabulary = vocabulary
+        self.prompt = ""
+        self.reply = ""
+        self._goal = (name, context, scenario)
+
+    def _messages(self, form: ResponseForm) -> list[Message]:
+        reply = "lines" if form == "text" else "json"
+        self.prompt = build_prompt(*self._goal, self.vocabulary, reply=reply)
+        return [{"role": "user", "content": self.prompt}]
+
+    def ask(self, endpoint: ChatEndpoint) -> ParsedReply:
+        answer = endpoint.ask(self._messages, reply_schema(self.vocabulary))
+        self.reply = answer.text
+        return parse_reply(answer.text, self.vocabulary)
+
+    def remind(self, endpoint: ChatEndpoint, missing: Sequence[str]) -> ParsedReply:
+        first = self.reply
+
+        def messages(form: ResponseForm) -> list[Message]:
+            return [
+                *self._messages(form),
+                {"role": "assistant", "content": first},
+                {"role": "user", "content": build_reminder(missing)},
+            ]
+
+        answer = endpoint.ask(messages, reply_schema(missing))
+        self.reply = f"{first}\n\n{answer.text}"
+        return parse_reply(answer.text, missing)
+
+
+def _merge(first: ParsedReply, more: ParsedReply, vocabulary: Sequence[str]) -> ParsedReply:
+    rated = {row.label: row for row in (*first.rows, *more.rows)}
+    asked = frozenset(vocabulary)
+    return ParsedReply(
+        rows=tuple(rated[label] for label in vocabulary if label in rated),
+        missing=more.missing,
+        unknown=tuple(
+            dict.fromkeys(name for name in (*first.unknown, *more.unknown) if name not in asked)
+        ),
+    )

@@ -1,0 +1,1 @@
+"""zenoh sessions, subscriptions and requests."""

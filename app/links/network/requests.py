@@ -1,0 +1,193 @@
+"""Requests over zenoh: a JSON message in, a JSON message out, always a reply."""
+
+import itertools
+import logging
+import time
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import msgspec
+import zenoh
+
+from app.links.network.session import LinkError
+from app.messages import keys
+from app.messages.control import ErrorReply, M, decode, encode
+from app.messages.lease import Credential
+from app.messages.recording import Exchange
+
+logger = logging.getLogger(__name__)
+
+R = TypeVar("R", bound=msgspec.Struct)
+
+Permit = Callable[[msgspec.Struct, Credential | None], None]
+"""Lets a request pass, or raises `RequestRefusedError`."""
+
+MAX_QUOTED = 500
+"""Bytes of a malformed request that its record keeps."""
+_TIMED_OUT = b"Timeout"
+"""What zenoh itself replies when the time is up."""
+
+
+class RequestRefusedError(Exception):
+    """The request was understood and cannot be met; the text says why."""
+
+
+def anyone(_: msgspec.Struct, __: Credential | None) -> None:
+    """Let every request pass."""
+
+
+def serve(
+    session: zenoh.Session,
+    key: str,
+    kind: type[M],
+    handle: Callable[[M], msgspec.Struct],
+    permit: Permit = anyone,
+) -> "zenoh.Queryable[None]":
+    """Answer requests on a key; what is malformed or refused gets an `ErrorReply`.
+
+    Args:
+        session: An open session.
+        key: Key of the requests.
+        kind: What a request must be.
+        handle: Returns the reply, or raises `RequestRefusedError`. Called in a thread of zenoh:
+            it must be quick.
+        permit: Looks at a request, and at who sends it, before it is handled.
+
+    What was asked and answered is published on `key`/exchange, for those who record. There a
+    message may be lost behind a slow listener, which its number shows: a Stop never waits for one.
+    """
+
+    def handle_permitted(message: M, who: Credential | None) -> msgspec.Struct:
+        permit(message, who)
+        return handle(message)
+
+    return serve_known(session, key, kind, handle_permitted)
+
+
+def serve_known(
+    session: zenoh.Session,
+    key: str,
+    kind: type[M],
+    handle: Callable[[M, Credential | None], msgspec.Struct],
+) -> "zenoh.Queryable[None]":
+    """Answer requests on a key as `serve` does, told who asks."""
+    numbers = itertools.count(1)
+    exchanges = session.declare_publisher(
+        f"{key}/{keys.EXCHANGE}", congestion_control=zenoh.CongestionControl.DROP
+    )
+
+    def answer(query: zenoh.Query) -> None:
+        payload = query.payload.to_bytes() if query.payload is not None else b""
+        with query:
+            who, answered = _answer(query, payload, kind, handle)
+            reply = encode(answered)
+            query.reply(key, reply, encoding=zenoh.Encoding.APPLICATION_JSON)
+        name = who.name if who is not None else ""
+        exchanges.put(_exchange(next(numbers), name, payload, reply))
+
+    return session.declare_queryable(key, answer)
+
+
+def _exchange(number: int, name: str, payload: bytes, reply: bytes) -> bytes:
+    """Write an exchange; a request that is no JSON stands in it as text."""
+    try:
+        msgspec.json.decode(payload)
+    except (msgspec.DecodeError, UnicodeDecodeError):
+        payload = msgspec.json.encode(payload[:MAX_QUOTED].decode(errors="replace"))
+    return encode(
+        Exchange(
+            number=number,
+            wall_ns=time.time_ns(),
+            name=name,
+            request=msgspec.Raw(payload),
+            reply=msgspec.Raw(reply),
+        )
+    )
+
+
+def _answer(
+    query: zenoh.Query,
+    payload: bytes,
+    kind: type[M],
+    handle: Callable[[M, Credential | None], msgspec.Struct],
+) -> tuple[Credential | None, msgspec.Struct]:
+    """Return who asked, where that is known, and the reply."""
+    who = None
+    try:
+        who = _credential(query)
+        return who, handle(decode(payload, kind), who)
+    except msgspec.DecodeError as error:
+        fields = ", ".join(field.name for field in msgspec.structs.fields(kind))
+        text = f"not a {kind.__name__} ({error}); it is a JSON object with: {fields}"
+        return who, ErrorReply(error=text)
+    except RequestRefusedError as error:
+        return who, ErrorReply(error=str(error))
+    except Exception:  # The asker must get an answer whatever is wrong here.
+        logger.exception("request on %s", query.key_expr)
+        text = "the navigator failed to handle this request; see its log"
+        return who, ErrorReply(error=text)
+
+
+def _credential(query: zenoh.Query) -> Credential | None:
+    if query.attachment is None:
+        return None
+    try:
+        return decode(query.attachment.to_bytes(), Credential)
+    except msgspec.DecodeError as error:
+        fields = ", ".join(field.name for field in msgspec.structs.fields(Credential))
+        raise RequestRefusedError(
+            f"the attachment is not a Credential ({error}); it is a JSON object with: {fields}"
+        ) from error
+
+
+def ask(
+    session: zenoh.Session,
+    key: str,
+    message: msgspec.Struct,
+    kind: type[R],
+    timeout_s: float,
+    who: Credential | None = None,
+) -> R:
+    """Send a request, in somebody's name where given, and return its reply.
+
+    It is sent once: where the line breaks, nobody knows whether it was taken.
+
+    Raises:
+        RequestRefusedError: The other side says what is wrong.
+        LinkError: No reply, or one that is not understood.
+    """
+    replies: Any = session.get(
+        key,
+        payload=encode(message),
+        attachment=encode(who) if who is not None else None,
+        encoding=zenoh.Encoding.APPLICATION_JSON,
+        timeout=timeout_s,
+        priority=zenoh.Priority.REAL_TIME,
+    )
+    for reply in replies:
+        sample = reply.ok if reply.ok is not None else reply.err
+        payload = sample.payload.to_bytes()
+        if reply.ok is None and payload == _TIMED_OUT:
+            raise LinkError(f"no reply on {key} within {timeout_s:g} s")
+        try:
+            return decode(payload, kind)
+        except msgspec.DecodeError as error:
+            try:
+                refused = decode(payload, ErrorReply)
+            except msgspec.DecodeError:
+                raise LinkError(f"the reply on {key} is not understood: {error}") from error
+            raise RequestRefusedError(refused.error) from None
+    # zenoh says so at once.
+    raise LinkError(
+        f"no reply on {key} within {timeout_s:g} s: nobody takes requests there; the navigator may "
+        "still be compiling, or have another prefix"
+    )
+
+
+def last_message(session: zenoh.Session, key: str, timeout_s: float) -> bytes | None:
+    """Return what was published last on a latched key, None when nobody answers."""
+    replies: Any = session.get(key, timeout=timeout_s)
+    for reply in replies:
+        if reply.ok is not None:
+            return reply.ok.payload.to_bytes()
+    return None

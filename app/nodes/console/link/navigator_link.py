@@ -1,0 +1,325 @@
+"""The console's line to the navigator: topics in, requests out, reopened when it breaks."""
+
+import asyncio
+import itertools
+import logging
+import threading
+import time
+from collections.abc import Callable, Iterable
+from typing import Final
+
+import msgspec
+import zenoh
+
+from app.links.network.requests import RequestRefusedError, ask, last_message
+from app.links.network.session import LinkError, open_client
+from app.links.network.subscription import on_break, subscribe
+from app.messages import keys
+from app.messages.control import Accepted, ControlReply, ControlRequest, M, Status, encode
+from app.messages.driving import DriveModeName, DriveRequest, DriveStatus, TeleopTag
+from app.messages.lease import LeaseReply, LeaseRequest, LeaseStatus, TakeRequest
+from app.messages.motion import StampedTwist, encode_twist
+from app.nodes.console.link.commands import CommandError, LeaseAction
+from app.nodes.console.link.panel_requests import REQUESTER, Wishes
+from app.nodes.console.scene.inbox import Inbox
+from app.nodes.console.vital_thread import OnFailure, vital_thread
+from app.nodes.console.web.browsers import Visitor, acting
+from ippon.control.drive import Hand
+
+logger = logging.getLogger(__name__)
+
+LATCHED: Final = (
+    keys.STATUS,
+    keys.PROXIMITY,
+    keys.PLAN_TREE,
+    keys.PLAN_PATH,
+    keys.DETECTIONS,
+    keys.GLIMPSES,
+    keys.PAINTED,
+    keys.CAMERA_INFO,
+    keys.TF_STATIC,
+)
+"""Topics that answer a query with their last message."""
+
+SILENT_S: Final = 4.0
+"""After so long without a status the listening session is opened again."""
+REPLY_S: Final = 2.0
+STOP_S: Final = 5.0
+"""So long a Stop is tried again while the navigator cannot be reached."""
+_STOP_PAUSE_S: Final = 0.1
+_CONNECT_S: Final = 1.5
+_RETRY_S: Final = 0.5
+
+
+class NavigatorLink(Wishes):
+    """Two sessions, one for what comes in and one for commands, so that no map delays a Stop.
+
+    The commanding session stays open while a router answers: silence alone does not close it.
+    """
+
+    def __init__(
+        self,
+        endpoint: str,
+        robot: str,
+        topics: Iterable[str],
+        inbox: Inbox,
+        on_failure: OnFailure,
+    ) -> None:
+        self.endpoint = endpoint
+        self.robot = robot
+        self.problem = ""
+        """Why the sessions could not be opened."""
+        self.openings = 0
+        """How often the line was opened, or broke: each time, messages may have been missed."""
+        self.drive_status = DriveStatus()
+        """As the navigator said last: how fast a hand can drive."""
+        self.lease_status = LeaseStatus()
+        """As the navigator said last: who holds control."""
+        self._missed = False
+        """The line broke, and what was published meanwhile has not been asked for."""
+        self._hand_seq = itertools.count()
+        self._hands: zenoh.Publisher | None = None
+        self._topics = tuple(topics)
+        self._inbox = inbox
+        self._listening: zenoh.Session | None = None
+        self._commanding: zenoh.Session | None = None
+        self._heard_at = self._opened_at = time.monotonic()
+        self._silence_told_of: float | None = None
+        """When the navigator was last heard before the silence that the log tells of."""
+        self._stop = threading.Event()
+        self._thread = vital_thread("link", self._keep_open, on_failure)
+
+    def start(self) -> None:
+        """Open the sessions, in the background and for as long as it takes."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Close the sessions."""
+        self._stop.set()
+        self._thread.join(timeout=5.0)
+        self._close_sessions()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a router answers at the endpoint."""
+        return self._listening is not None
+
+    def silence_s(self) -> float:
+        """Return how long ago the navigator was heard last, or the console was started."""
+        return time.monotonic() - self._heard_at
+
+    def query(self, topic: str, timeout_s: float = REPLY_S) -> bytes | None:
+        """Ask for the last message of a topic; None when nobody answers."""
+        session = self._listening
+        if session is None:
+            return None
+        try:
+            return last_message(session, self._key(topic), timeout_s)
+        except zenoh.ZError as error:
+            logger.debug("query of %s: %s", topic, error)
+            return None
+
+    # What `Controller` and `Actions` promise:
+
+    async def control(self, request: ControlRequest) -> str:
+        """Hand over a control request and return the state that followed."""
+        return await asyncio.to_thread(self._control, request)
+
+    async def drive(self, mode: DriveModeName, speed_limit: float | None = None) -> str:
+        """Say who drives."""
+        limit = self.drive_status.speed_limit if speed_limit is None else speed_limit
+        return await asyncio.to_thread(self.set_drive, mode, limit)
+
+    async def lease(self, action: LeaseAction) -> LeaseReply:
+        """Ask for control in the acting visitor's name, keep it, or hand it on."""
+        return await asyncio.to_thread(self._lease, action)
+
+    def lease_in(self, status: Status) -> LeaseStatus:
+        """Return who holds control, as far as this console's pages are concerned."""
+        return status.lease
+
+    def may_touch(self, visitor: Visitor) -> bool:
+        """Tell whether a visitor may use the panels: nobody else holds control."""
+        lease = self.lease_status
+        holds = visitor.standing == "holds" and lease.epoch <= visitor.epoch
+        return visitor.may_command and (lease.state == "free" or holds)
+
+    def hand(self, hand: Hand) -> None:
+        """Pass on what an operator holds down; what cannot be sent is as good as let go."""
+        tops, hands, visitor = self.drive_status, self._hands, acting()
+        if hands is None or visitor is None or not visitor.may_command:
+            return
+        twist = StampedTwist(
+            stamp_ns=time.time_ns(),
+            linear_m_s=hand.forward * tops.top_linear_m_s,
+            yaw_rate_rad_s=hand.turn * tops.top_yaw_rate_rad_s,
+            tilt_rate_rad_s=hand.tilt * tops.top_tilt_rate_rad_s,
+        )
+        tag = TeleopTag(sender=visitor.session, epoch=visitor.epoch, seq=next(self._hand_seq))
+        try:
+            hands.put(encode_twist(twist), attachment=encode(tag))
+        except zenoh.ZError as error:
+            logger.warning("a hand's command could not be sent: %s", error)
+
+    def set_drive(self, mode: DriveModeName, speed_limit: float) -> str:
+        """Say who drives, and how fast at most."""
+        visitor = acting()
+        if mode != "auto" and visitor is not None and visitor.standing != "holds":
+            # A hand on the wheels needs the lease: whoever wants to drive asks for it with that.
+            reply = self._lease("request")
+            if reply.standing != "holds":
+                raise CommandError(reply.detail)
+        request = DriveRequest(mode=mode, speed_limit=speed_limit)
+        return self._request(keys.DRIVE, request, Accepted).detail
+
+    def pause(self) -> str:
+        """Wait where the robot is."""
+        self._control(ControlRequest(action="pause", requester=REQUESTER))
+        return "The robot waits."
+
+    def resume(self) -> str:
+        """Go on after a pause or a stop."""
+        self._control(ControlRequest(action="resume", requester=REQUESTER))
+        return "The robot goes on."
+
+    def cancel(self) -> str:
+        """End the current search."""
+        self._control(ControlRequest(action="cancel", requester=REQUESTER))
+        return "The search is cancelled; the map stays."
+
+    def _lease(self, action: LeaseAction) -> LeaseReply:
+        visitor = acting()
+        if visitor is None:
+            raise CommandError("control is asked for from a page")
+        if action == "take" and visitor.role != "supervisor":
+            raise CommandError(f"your login ({visitor.role}) takes control from nobody: ask for it")
+        if action == "take":
+            reply = self._request(keys.LEASE_TAKE, TakeRequest(), LeaseReply)
+        else:
+            reply = self._request(keys.LEASE, LeaseRequest(action=action), LeaseReply)
+        visitor.take_note(reply)
+        return reply
+
+    def _control(self, request: ControlRequest) -> str:
+        deadline = time.monotonic() + (STOP_S if request.action == "stop" else 0.0)
+        while True:
+            try:
+                return self._request(keys.CONTROL, request, ControlReply).state
+            except _UndeliveredError:
+                if time.monotonic() >= deadline or self._stop.wait(_STOP_PAUSE_S):
+                    raise
+
+    def _request(
+        self, topic: str, message: msgspec.Struct, kind: type[M], timeout_s: float | None = None
+    ) -> M:
+        session, visitor = self._commanding, acting()
+        is_stop = isinstance(message, ControlRequest) and message.action == "stop"
+        if visitor is not None and not visitor.may_command and not is_stop:
+            raise CommandError("your login (viewer) may watch and stop, not command")
+        if session is None:
+            raise _UndeliveredError(f"no navigator at {self.endpoint}")
+        try:
+            who = visitor.credential() if visitor is not None else None
+            return ask(session, self._key(topic), message, kind, timeout_s or REPLY_S, who)
+        except RequestRefusedError as error:
+            raise CommandError(str(error)) from error
+        except LinkError as error:
+            raise _UndeliveredError(str(error)) from error
+        except zenoh.ZError as error:
+            raise _UndeliveredError(f"the command could not be sent: {error}") from error
+
+    def _key(self, topic: str) -> str:
+        return f"{self.robot}/{topic}"
+
+    def _keep_open(self) -> None:
+        while not self._stop.is_set():
+            self._check_sessions()
+            self._stop.wait(_RETRY_S)
+
+    def _check_sessions(self) -> None:
+        try:
+            if self._commanding is None or not _has_router(self._commanding):
+                self._open_commanding()
+            quiet_s = time.monotonic() - max(self._heard_at, self._opened_at)
+            if self._listening is not None and quiet_s > SILENT_S:
+                if self._silence_told_of != self._heard_at:
+                    logger.info("the navigator at %s is silent: listening again", self.endpoint)
+                    self._silence_told_of = self._heard_at
+                self._listening = _closed(self._listening)
+            if self._listening is None:
+                self._open_listening()
+            elif self._missed:
+                self._missed = False
+                if not self._fetch_latched():
+                    self._missed = True
+            self.problem = ""
+        except (LinkError, zenoh.ZError) as error:
+            self.problem = str(error)
+
+    def _open_commanding(self) -> None:
+        self._hands = None
+        self._commanding = _closed(self._commanding)
+        self._commanding = open_client(self.endpoint, _CONNECT_S)
+        self._hands = self._commanding.declare_publisher(
+            self._key(keys.TELEOP),
+            priority=zenoh.Priority.REAL_TIME,
+            congestion_control=zenoh.CongestionControl.DROP,
+            express=True,
+        )
+
+    def _open_listening(self) -> None:
+        listening = open_client(self.endpoint, _CONNECT_S)
+        try:
+            for topic in self._topics:
+                kept = topic == keys.TF_STATIC
+                subscribe(listening, self._key(topic), self._receiver(topic), kept=kept)
+            on_break(listening, self._key(keys.NAVIGATOR_ALIVE), self._note_break)
+        except zenoh.ZError:
+            _closed(listening)
+            raise
+        self._listening = listening
+        self._opened_at = time.monotonic()
+        self.openings += 1
+        self._fetch_latched()
+
+    def _note_break(self) -> None:
+        self.openings += 1
+        self._missed = True
+
+    def _fetch_latched(self) -> bool:
+        """Ask for the last message of what is published on change; False without an answer."""
+        answers = 0
+        for topic in LATCHED:
+            payload = self.query(topic, 1.0)
+            if payload is not None:
+                answers += 1
+                self._inbox.put(topic, payload)
+        return answers > 0
+
+    def _receiver(self, topic: str) -> Callable[[bytes], None]:
+        is_status = topic == keys.STATUS
+
+        def receive(payload: bytes) -> None:
+            self._inbox.put(topic, payload)
+            if is_status:
+                self._heard_at = time.monotonic()
+
+        return receive
+
+    def _close_sessions(self) -> None:
+        self._hands = None
+        self._listening = _closed(self._listening)
+        self._commanding = _closed(self._commanding)
+
+
+class _UndeliveredError(CommandError):
+    """The navigator gave no answer: unlike a refusal, another attempt may get one."""
+
+
+def _has_router(session: zenoh.Session) -> bool:
+    return bool(session.info.routers_zid())
+
+
+def _closed(session: zenoh.Session | None) -> None:
+    if session is not None:
+        session.close()  # pyright: ignore[reportUnknownMemberType]

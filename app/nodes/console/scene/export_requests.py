@@ -1,0 +1,38 @@
+"""Files to export, asked for by pages and written by the thread that owns the scene."""
+
+import asyncio
+import queue
+from concurrent.futures import Future
+from typing import Final
+
+from app.view.exports import FILES
+from app.view.model.scene_model import SceneModel
+
+PATIENCE_S: Final = 10.0
+
+
+class ExportDesk:
+    """Takes orders from the gateway; the owner of the scene fills one at a time."""
+
+    def __init__(self) -> None:
+        self._orders: queue.SimpleQueue[tuple[str, Future[bytes | None]]] = queue.SimpleQueue()
+        self._turn = asyncio.Lock()
+
+    async def order(self, name: str) -> bytes | None:
+        """Return a file by its name, None where there is nothing to write yet.
+
+        Raises:
+            TimeoutError: The scene's thread does not answer.
+        """
+        # One at a time: whoever asks for many waits behind himself, not the scene for him.
+        async with self._turn, asyncio.timeout(PATIENCE_S):
+            future: Future[bytes | None] = Future()
+            self._orders.put((name, future))
+            return await asyncio.wrap_future(future)
+
+    def fill(self, model: SceneModel) -> None:
+        """Write what was ordered. The thread that owns the model calls this."""
+        while not self._orders.empty():
+            name, future = self._orders.get()
+            if future.set_running_or_notify_cancel():
+                future.set_result(FILES[name][1](model))

@@ -1,0 +1,270 @@
+"""The thread that owns the scene: takes messages, draws, and tells the shells how things are."""
+
+import logging
+import queue
+import secrets
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from typing import Final, Literal
+
+import msgspec
+import viser
+
+from app.messages import keys
+from app.messages.control import InspectReply
+from app.messages.driving import DriveStatus
+from app.messages.lease import LeaseStatus
+from app.nodes.console.link.commands import CommandError
+from app.nodes.console.link.navigator_link import NavigatorLink
+from app.nodes.console.link.versions import difference, not_understood
+from app.nodes.console.panels.tabs import Tabs
+from app.nodes.console.scene.browser_views import Windows
+from app.nodes.console.scene.clicks import Clicks
+from app.nodes.console.scene.explainer import Explainer, Explanation, with_labels
+from app.nodes.console.scene.inbox import Inbox
+from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.vital_thread import OnFailure, vital_thread
+from app.nodes.console.web.browsers import acting
+from app.nodes.console.web.viser_server import ViserBackend
+from app.view.drawing.camera_follow import CameraFollow
+from app.view.model.scene_model import Part, SceneModel
+from app.view.model.scene_reader import SceneReader
+
+logger = logging.getLogger(__name__)
+
+DRAW_S: Final = 0.05
+"""Changes are gathered this long before they are drawn: at most 20 pictures a second."""
+PICTURE_S: Final = 0.7
+"""Between two pictures in the scene; the panel shows every one."""
+NOTICE_S: Final = 0.2
+LIVE_S: Final = 2.0
+FETCH_S: Final = 1.0
+"""Pause between two attempts to fetch what was published before we listened."""
+_WITH_THE_MAP: Final = (keys.MAP_KEYFRAME, keys.GLIMPSES, keys.PAINTED)
+"""What is told on change alone and forgotten with the map, when a clock or a navigator restarts."""
+
+EVERY: Final = (keys.MAP_VOXELS, keys.MAP_KEYFRAME, keys.EVENT, keys.TF, keys.TF_STATIC)
+"""Topics of which no message may be left out."""
+
+
+class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
+    """What the shell's bar and notices show."""
+
+    instance: str
+    """Changes when the console is started again."""
+    robot: str = ""
+    link: Literal["waiting", "live", "silent"]
+    link_text: str = ""
+    silent_s: float = 0.0
+    state: str | None = None
+    why: str = ""
+    object: str = ""
+    context: str = ""
+    elapsed_s: float = 0.0
+    frame_age_ms: float | None = None
+    best_ooi: float = 0.0
+    drive: DriveStatus = DriveStatus()
+    lease: LeaseStatus = LeaseStatus()
+    warning: str = ""
+    """What the operator should know of the console itself."""
+    has_map: bool = False
+    out_of_reach_m: float | None = None
+    """Of a find that no way leads close to."""
+    explanation: Explanation | None = None
+
+
+class Conductor:
+    """Feeds the model from the inbox and draws what changed."""
+
+    def __init__(
+        self,
+        backend: ViserBackend,
+        link: NavigatorLink,
+        inbox: Inbox,
+        bulletin: Bulletin,
+        on_failure: OnFailure,
+    ) -> None:
+        self.model = SceneModel()
+        self.reader = SceneReader(self.model)
+        self._link = link
+        self._inbox = inbox
+        self._bulletin = bulletin
+        self._instance = secrets.token_hex(8)
+        self.follow = CameraFollow()
+        self._tabs = Tabs(backend.server, link)
+        self._windows = Windows(backend.server, self._tabs.map, self.follow, inbox.wake)
+        self._clicks = Clicks(backend.server, self._tabs.drive, link)
+        self._explainer = Explainer(self.model, bulletin.show)
+        self._explanation: Explanation | None = None
+        self._answers: queue.SimpleQueue[tuple[int, InspectReply]] = queue.SimpleQueue()
+        self._asked = 0
+        self._changed: set[Part] = set()
+        self._fetching = False
+        self._fetched_at = -FETCH_S
+        self._seen_opening = self._seen_drops = 0
+        self._unread = ""
+        self._drawn_at = self._noticed_at = self._pictured_at = 0.0
+        self._told_rejects = 0
+        self._fetcher = ThreadPoolExecutor(max_workers=1, thread_name_prefix="keyframe")
+        self._stop = threading.Event()
+        self._thread = vital_thread("conductor", self._run, on_failure)
+        backend.server.on_client_connect(self._joined)
+        backend.server.on_client_disconnect(self._left)
+
+    def start(self) -> None:
+        """Begin."""
+        self._notice(time.monotonic())
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread."""
+        self._stop.set()
+        self._inbox.wake()
+        self._thread.join(timeout=5.0)
+        self._fetcher.shutdown(wait=False, cancel_futures=True)
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            for key, payload in self._inbox.drain(DRAW_S):
+                self._take(key, payload)
+            self._fetch_if_needed()
+            self._explain()
+            self._bulletin.exports.fill(self.model)
+            now = time.monotonic()
+            if now - self._drawn_at >= DRAW_S:
+                self._drawn_at = now
+                self._draw()
+            if now - self._noticed_at >= NOTICE_S:
+                self._notice(now)
+
+    def _take(self, key: str, payload: bytes) -> None:
+        if key == keys.MAP_KEYFRAME and not self.model.needs_keyframe:
+            return
+        is_read = self.reader.feed(key, payload)
+        if key == keys.STATUS:
+            self._unread = "" if is_read else not_understood(payload, self.reader.problem or "")
+        if not is_read:
+            total = self.reader.rejected.total()
+            if total >= 2 * self._told_rejects:
+                self._told_rejects = max(total, 1)
+                logger.warning("%d messages skipped, the last one %s", total, self.reader.problem)
+
+    def _fetch_if_needed(self) -> None:
+        if self._link.openings != self._seen_opening:
+            self._seen_opening = self._link.openings
+            self.model.needs_keyframe = True
+        if self._inbox.dropped != self._seen_drops:
+            logger.warning("%d messages came too fast: fetching the map anew", self._inbox.dropped)
+            self._seen_drops = self._inbox.dropped
+            self.model.needs_keyframe = True
+        now = time.monotonic()
+        if self._fetching or not self._link.is_open or now - self._fetched_at < FETCH_S:
+            return
+        missing = self._missing()
+        if missing:
+            self._fetching = True
+            self._fetched_at = now
+            self._fetcher.submit(self._fetch, missing)
+
+    def _missing(self) -> list[str]:
+        """Name the topics whose last message came before we listened."""
+        status, table = self.model.status, self.model.proximity
+        if status is None:
+            return []
+        goal = status.goal
+        wanted = goal is not None and (table is None or table.goal_id != goal.goal_id)
+        return [*_WITH_THE_MAP] * self.model.needs_keyframe + [keys.PROXIMITY] * wanted
+
+    def _fetch(self, topics: list[str]) -> None:
+        try:
+            for topic in topics:
+                payload = self._link.query(topic)
+                if payload is not None:
+                    self._inbox.put(topic, payload)
+        finally:
+            self._fetching = False
+
+    def _explain(self) -> None:
+        for origin, direction, client_id in self._clicks.questions():
+            self._explanation, highlight, voxel = self._explainer.explain(
+                origin, direction, self._windows.options_of(client_id).ceiling_m
+            )
+            self._windows.point_at(highlight)
+            self._asked += 1
+            if voxel is not None:
+                self._fetcher.submit(self._inspect, self._asked, voxel)
+        while not self._answers.empty():
+            number, reply = self._answers.get()
+            if number == self._asked and self._explanation is not None:
+                goal = self.model.status.goal if self.model.status is not None else None
+                wanted = goal.object.replace("_", " ") if goal is not None else ""
+                self._explanation = with_labels(self._explanation, reply, wanted)
+
+    def _inspect(self, number: int, voxel: tuple[float, float, float]) -> None:
+        try:
+            self._answers.put((number, self._link.inspect(voxel)))
+        except CommandError as error:
+            logger.info("a voxel could not be inspected: %s", error)
+
+    def _draw(self) -> None:
+        changed = self.model.take_changes() | self._changed
+        self._changed.clear()
+        if changed:
+            self._tabs.update(self.model, changed)
+        self._windows.draw(self.model, self._without_haste(changed))
+        self.follow.step(self._windows.bounds() if "voxels" in changed else None)
+
+    def _without_haste(self, changed: frozenset[Part]) -> frozenset[Part]:
+        """Leave the picture for later when the last one is fresh.
+
+        viser's client drops a texture that is not decoded before the next one comes: a slow
+        browser would never show any.
+        """
+        if "image" not in changed:
+            return changed
+        if self._drawn_at - self._pictured_at >= PICTURE_S:
+            self._pictured_at = self._drawn_at
+            return changed
+        self._changed.add("image")
+        return changed - {"image"}
+
+    def _notice(self, now: float) -> None:
+        self._noticed_at = now
+        self._bulletin.post(msgspec.json.encode(self._shell_state()))
+
+    def _shell_state(self) -> ShellState:
+        link, status = self._link, self.model.status
+        silence = link.silence_s()
+        if status is None or self._unread:
+            nobody = f"No navigator answers at {link.endpoint} for robot “{link.robot}”."
+            return ShellState(
+                instance=self._instance, link="waiting", link_text=self._unread or nobody
+            )
+        goal = status.goal
+        link.drive_status, link.lease_status = status.drive, link.lease_in(status)
+        return ShellState(
+            instance=self._instance,
+            robot=status.robot,
+            link="live" if silence < LIVE_S else "silent",
+            silent_s=round(silence) if silence >= LIVE_S else 0.0,
+            state=status.state,
+            why=status.why,
+            object=goal.object.replace("_", " ") if goal is not None else "",
+            context=goal.context if goal is not None else "",
+            elapsed_s=float(int(status.elapsed_s)),
+            frame_age_ms=round(status.timings.frame_age_ms),
+            best_ooi=round(status.best_ooi, 2),
+            has_map=self.model.voxels.count > 0,
+            out_of_reach_m=None if status.find is None else status.find.out_of_reach_m,
+            drive=status.drive,
+            lease=link.lease_status,
+            warning=difference(status.version),
+            explanation=self._explanation,
+        )
+
+    async def _joined(self, client: viser.ClientHandle) -> None:
+        self._windows.join(client, acting())
+
+    async def _left(self, client: viser.ClientHandle) -> None:
+        self._windows.leave(client)

@@ -1,0 +1,1 @@
+"""The public port: pages, logins, WebSockets and their limits."""

@@ -1,0 +1,134 @@
+"""Who is let in: everybody at this machine, or whoever logs in."""
+
+import secrets
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from http.cookies import CookieError, SimpleCookie
+from typing import Final, Protocol
+
+import msgspec
+from itsdangerous import BadData, URLSafeSerializer
+from starlette.datastructures import Headers
+
+from app.messages.lease import SessionText
+from app.nodes.console.web.browsers import Role, Visitor, Visitors, new_session
+
+LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "::1"})
+COOKIE: Final = "ippon"
+SECURE_COOKIE: Final = "__Host-ippon"
+LOGIN_S: Final = 12 * 3600.0
+
+Clock = Callable[[], float]
+
+
+class Access(Protocol):
+    """Decides who a request is from."""
+
+    has_login: bool
+
+    def visitor_of(self, headers: Headers) -> Visitor | None:
+        """Return the visitor whose cookie this is, None for nobody's."""
+        ...
+
+
+class OpenAccess:
+    """This machine's own browsers: no login, each a visitor of its own."""
+
+    has_login = False
+
+    def __init__(self, visitors: Visitors) -> None:
+        self._visitors = visitors
+
+    def visitor_of(self, headers: Headers) -> Visitor | None:
+        """Return the visitor of a browser that was here before; a page gives it a cookie."""
+        try:
+            session = msgspec.convert(cookie_of(headers, COOKIE), SessionText)
+        except msgspec.ValidationError:
+            return None
+        return self._visitors.welcome(session)
+
+    def newcomer(self) -> Visitor:
+        """Return a visitor for a browser without a cookie."""
+        return self._visitors.welcome(new_session())
+
+    def passer_by(self) -> Visitor:
+        """Return a visitor for a single request, which is not remembered."""
+        return Visitor(new_session(), "a program on this machine", "operator")
+
+
+class _Pass(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    session: str
+    name: str
+    role: Role
+    expires_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class IssuedPass:
+    """A login's cookie."""
+
+    cookie: str
+    value: str
+    max_age_s: int
+    is_secure: bool
+
+
+class LoginAccess:
+    """Passes that are signed, that expire, and that a logout revokes."""
+
+    has_login = True
+
+    def __init__(self, visitors: Visitors, *, is_secure: bool, clock: Clock = time.time) -> None:
+        self._visitors = visitors
+        self._clock = clock
+        self.is_secure = is_secure
+        """Whether the pages are served by TLS."""
+        # A key of this start: a console that is started again asks everyone to log in again.
+        self._signer = URLSafeSerializer(secrets.token_bytes(32), salt="ippon console login")
+        self._revoked: dict[str, float] = {}
+
+    @property
+    def cookie(self) -> str:
+        """Name of the cookie; over TLS one that no other host and no plain page can set."""
+        return SECURE_COOKIE if self.is_secure else COOKIE
+
+    def issue(self, name: str, role: Role) -> IssuedPass:
+        """Let a user in who has shown the password."""
+        granted = _Pass(new_session(), name, role, self._clock() + LOGIN_S)
+        value = self._signer.dumps(msgspec.to_builtins(granted))
+        assert isinstance(value, str)
+        return IssuedPass(self.cookie, value, round(LOGIN_S), self.is_secure)
+
+    def visitor_of(self, headers: Headers) -> Visitor | None:
+        """Return the visitor whose pass this is."""
+        granted = self._read(cookie_of(headers, self.cookie))
+        if granted is None:
+            return None
+        visitor = self._visitors.welcome(granted.session, granted.name, granted.role)
+        visitor.expires_s = granted.expires_s
+        return visitor
+
+    def revoke(self, visitor: Visitor) -> None:
+        """Let a visitor in no more, and end what serves it."""
+        now = self._clock()
+        self._revoked = {s: until for s, until in self._revoked.items() if until > now}
+        self._revoked[visitor.session] = visitor.expires_s or now + LOGIN_S
+        visitor.dismiss()
+
+    def _read(self, value: str) -> _Pass | None:
+        try:
+            granted = msgspec.convert(self._signer.loads(value), _Pass)
+        except (BadData, msgspec.ValidationError):
+            return None
+        valid = granted.expires_s > self._clock() and granted.session not in self._revoked
+        return granted if valid else None
+
+
+def cookie_of(headers: Headers, name: str) -> str:
+    """Return the value of a request's cookie, "" without one."""
+    try:
+        morsel = SimpleCookie(headers.get("cookie", "")[:4096]).get(name)
+    except CookieError:
+        return ""
+    return morsel.value if morsel is not None else ""

@@ -1,0 +1,74 @@
+"""The files of the page, each also compressed, with what browsers need to keep them."""
+
+import gzip
+from collections.abc import Mapping
+from importlib import resources
+from typing import Final
+
+from starlette.requests import Request
+from starlette.responses import Response
+
+from app.nodes.console.web.viser_server import client_page
+from app.view.drawing.viser_client import unpack_client
+
+PREFIX: Final = "/assets/"
+_NAMES: Final = (
+    "shell.css", "shell.js", "view.css", "icon.svg",
+    "answers.js", "drive.css", "drive.js", "explain.js", "fold.js", "help.js", "lease.css",
+    "lease.js", "login.css", "map_first.js",
+)  # fmt: skip
+_TYPES: Final = {
+    "css": "text/css",
+    "html": "text/html",
+    "js": "text/javascript",
+    "svg": "image/svg+xml",
+    "wasm": "application/wasm",
+}
+_WORTH_IT: Final = 1024
+"""Smaller files are not compressed."""
+_ASK_AGAIN: Final = "no-cache"
+_FOR_GOOD: Final = "private, max-age=31536000, immutable"
+
+
+class Asset:
+    """One file, ready to be sent."""
+
+    def __init__(self, name: str, content: bytes, caching: str) -> None:
+        self._type = _TYPES[name.rpartition(".")[2]]
+        self._plain = content
+        self._packed = gzip.compress(content, 3, mtime=0) if len(content) >= _WORTH_IT else None
+        self._caching = caching
+
+    def response(self, request: Request) -> Response:
+        """Answer, compressed where the browser takes it."""
+        headers = {"Cache-Control": self._caching, "Vary": "Accept-Encoding"}
+        if self._packed is None or "gzip" not in request.headers.get("accept-encoding", ""):
+            return Response(self._plain, media_type=self._type, headers=headers)
+        headers["Content-Encoding"] = "gzip"
+        return Response(self._packed, media_type=self._type, headers=headers)
+
+
+class Assets:
+    """The shell, the scene's page inside it, and what both load."""
+
+    def __init__(self) -> None:
+        root = resources.files("web_assets")
+        client = unpack_client(client_page().read_bytes(), PREFIX)
+        # The browser fetches and compiles the scene's program while it reads the shell.
+        shell = _with_head(root.joinpath("index.html").read_bytes(), client.links)
+        # Not deferred: the scene's program asks for it.
+        ours = (
+            f'<link rel="stylesheet" href="{PREFIX}view.css">'
+            f'<script src="{PREFIX}map_first.js"></script>'
+        ).encode()
+        self.shell = Asset("index.html", shell, "no-store")
+        self.view = Asset("view.html", _with_head(client.page, ours), _ASK_AGAIN)
+        self.files: Mapping[str, Asset] = {
+            name: Asset(name, (root / name).read_bytes(), _ASK_AGAIN) for name in _NAMES
+        } | {name: Asset(name, content, _FOR_GOOD) for name, content in client.files.items()}
+
+
+def _with_head(page: bytes, more: bytes) -> bytes:
+    head, mark, rest = page.partition(b"</head>")
+    assert mark, "a page has a head"
+    return head + more + mark + rest

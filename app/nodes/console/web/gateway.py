@@ -1,0 +1,193 @@
+"""The one public port: our page, viser's client behind it, and the shell's WebSocket."""
+
+import asyncio
+import logging
+import time
+from collections.abc import AsyncGenerator
+from contextlib import asynccontextmanager
+from typing import Final
+
+import msgspec
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.requests import Request
+from starlette.responses import JSONResponse, RedirectResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket
+
+from app.messages.control import ControlRequest
+from app.nodes.console.link.commands import CommandError, Controller
+from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.web.access import Access
+from app.nodes.console.web.assets import Assets
+from app.nodes.console.web.browsers import Visitor, act_as
+from app.nodes.console.web.guard import Guard, Hosts
+from app.nodes.console.web.login import LoginDesk
+from app.nodes.console.web.shell_socket import serve_shell
+from app.nodes.console.web.viser_proxy import pass_through
+from app.nodes.console.web.viser_server import ViserBackend
+from app.view.exports import FILES
+
+logger = logging.getLogger(__name__)
+
+MAX_SOCKETS: Final = 128
+"""Two for each page: more than watch one robot, and few enough to serve."""
+_TRY_LATER: Final = 1013
+_VIEW: Final = "/view/?darkMode"
+
+
+class Gateway:
+    """Builds the ASGI application of one console."""
+
+    def __init__(
+        self,
+        backend: ViserBackend,
+        bulletin: Bulletin,
+        controller: Controller,
+        access: Access,
+        hosts: Hosts,
+        login: LoginDesk | None = None,
+    ) -> None:
+        """Put the parts together.
+
+        Args:
+            backend: The scene's server.
+            bulletin: What the pages show.
+            controller: Takes what the pages ask for.
+            access: Says who a request is from.
+            hosts: Names that the console answers to.
+            login: Serves the login page, where there is one.
+        """
+        self._backend = backend
+        self._bulletin = bulletin
+        self._controller = controller
+        self._access = access
+        self._hosts = hosts
+        self._login = login
+        self._open_sockets = 0
+        self._assets = Assets()
+
+    def app(self) -> Starlette:
+        """Return the application."""
+        return Starlette(
+            routes=[
+                *(self._login.routes() if self._login is not None else ()),
+                Route("/", self._shell),
+                Route("/assets/{name}", self._asset),
+                Route("/view", self._view_page),
+                Route("/view/", self._view_page),
+                Route("/health", self._health),
+                Route("/api/pictures/{name}", self._picture),
+                Route("/api/export/{name}", self._export),
+                Route("/api/stop", self._stop, methods=["POST"]),
+                WebSocketRoute("/view", self._view_socket),
+                WebSocketRoute("/view/", self._view_socket),
+                WebSocketRoute("/api/ws", self._shell_socket),
+            ],
+            middleware=[Middleware(Guard, access=self._access, hosts=self._hosts)],
+        )
+
+    async def _shell(self, request: Request) -> Response:
+        return self._assets.shell.response(request)
+
+    async def _asset(self, request: Request) -> Response:
+        asset = self._assets.files.get(request.path_params["name"])
+        if asset is None:
+            return _text("no such file\n", 404)
+        return asset.response(request)
+
+    async def _view_page(self, request: Request) -> Response:
+        if "websocket" in request.query_params or request.url.path != "/view/":
+            # The client would take another server's address from the URL.
+            return RedirectResponse(_VIEW, status_code=303)
+        return self._assets.view.response(request)
+
+    async def _health(self, _: Request) -> Response:
+        notice = self._bulletin.notice
+        state = {} if notice is None else msgspec.json.decode(notice)
+        return JSONResponse(
+            {
+                "console": "stalled" if self._bulletin.is_stalled else "up",
+                "link": state.get("link"),
+                "state": state,
+            }
+        )
+
+    async def _picture(self, request: Request) -> Response:
+        jpeg = self._bulletin.picture(request.path_params["name"])
+        if jpeg is None:
+            return _text("no such picture\n", 404)
+        return Response(jpeg, media_type="image/jpeg", headers={"Cache-Control": "no-store"})
+
+    async def _export(self, request: Request) -> Response:
+        name = request.path_params["name"]
+        if name not in FILES:
+            return _text(f"no such file; there are {', '.join(FILES)}\n", 404)
+        try:
+            content = await self._bulletin.exports.order(name)
+        except TimeoutError:
+            return _text("the console hangs; start it again\n", 503)
+        if content is None:
+            return _text(f"there is nothing to write into {name} yet\n", 404)
+        headers = {
+            "Cache-Control": "no-store",
+            "Content-Disposition": f'attachment; filename="ippon-{name}"',
+        }
+        return Response(content, media_type=FILES[name][0], headers=headers)
+
+    async def _stop(self, request: Request) -> Response:
+        """Stop without a WebSocket: the shell's second way."""
+        act_as(request.scope["visitor"])
+        try:
+            state = await self._controller.control(
+                ControlRequest(action="stop", requester="console")
+            )
+        except CommandError as error:
+            return JSONResponse({"ok": False, "text": str(error)}, status_code=502)
+        return JSONResponse({"ok": True, "text": state})
+
+    async def _view_socket(self, socket: WebSocket) -> None:
+        if await self._is_full(socket):
+            return
+        async with self._place(socket) as visitor:
+            await pass_through(socket, self._backend, visitor, self._controller.may_touch)
+
+    async def _shell_socket(self, socket: WebSocket) -> None:
+        if await self._is_full(socket):
+            return
+        async with self._place(socket) as visitor:
+            await serve_shell(socket, self._bulletin, self._controller, visitor)
+
+    async def _is_full(self, socket: WebSocket) -> bool:
+        if self._open_sockets < MAX_SOCKETS:
+            return False
+        logger.warning("a page is turned away: %d sockets are open", self._open_sockets)
+        await socket.accept()
+        await socket.close(_TRY_LATER, "too many pages are open")
+        return True
+
+    @asynccontextmanager
+    async def _place(self, socket: WebSocket) -> AsyncGenerator[Visitor]:
+        self._open_sockets += 1
+        try:
+            async with _for_as_long_as_let_in(socket) as visitor:
+                yield visitor
+        finally:
+            self._open_sockets -= 1
+
+
+def _text(text: str, status: int) -> Response:
+    return Response(text, status_code=status, media_type="text/plain")
+
+
+@asynccontextmanager
+async def _for_as_long_as_let_in(socket: WebSocket) -> AsyncGenerator[Visitor]:
+    """End what is inside with the login: when it runs out, and at a logout."""
+    visitor: Visitor = socket.scope["visitor"]
+    left_s = None if visitor.expires_s is None else visitor.expires_s - time.time()
+    with visitor.present():
+        try:
+            async with asyncio.timeout(left_s):
+                yield visitor
+        except TimeoutError:
+            await socket.close(1008, "the login has run out")

@@ -1,0 +1,184 @@
+"""Headers and checks that every request to the console passes."""
+
+import ipaddress
+import socket
+from collections.abc import Iterable
+from typing import Final
+from urllib.parse import urlsplit
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import PlainTextResponse, RedirectResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from app.nodes.console.web.access import COOKIE, LOOPBACK, Access, OpenAccess
+from app.nodes.console.web.browsers import Visitor
+
+SHELL_POLICY: Final = (
+    "default-src 'self'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+    "connect-src 'self'; frame-src 'self'; frame-ancestors 'none'; base-uri 'none'; "
+    "form-action 'self'; object-src 'none'"
+)
+"""For our own pages: nothing inline, nothing from elsewhere."""
+
+VIEW_POLICY: Final = (
+    "default-src 'self'; script-src 'self' 'wasm-unsafe-eval' blob:; "
+    "worker-src 'self' blob:; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+    "connect-src 'self' data: blob:; font-src 'self' data:; frame-ancestors 'self'; "
+    "base-uri 'none'; form-action 'none'; object-src 'none'"
+)
+"""For viser's client: it may connect to this server only, so that `?websocket=` cannot lead it to
+another; it may not evaluate text as code, and runs no script that stands in HTML."""
+
+_COMMON: Final = {
+    "X-Content-Type-Options": "nosniff",
+    # Not "no-referrer": with it Chromium sends "Origin: null" with a form.
+    "Referrer-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
+}
+_YEAR_S: Final = 31_536_000
+PUBLIC: Final = frozenset({"/login", "/assets/login.css", "/assets/icon.svg"})
+"""Paths that are served before a login."""
+
+
+class Hosts:
+    """Names under which the console answers.
+
+    A page of another site may reach us through the operator's browser by a host name of its own
+    that resolves to our address; an address in digits cannot be such a name.
+    """
+
+    def __init__(self, host: str, names: Iterable[str] = ()) -> None:
+        self._loopback_only = host in LOOPBACK
+        own = socket.gethostname().lower()
+        self._names = LOOPBACK | {name.lower() for name in names}
+        if not self._loopback_only:
+            self._names |= {own, f"{own}.local", host.lower()}
+
+    def allow(self, host: str) -> bool:
+        """Tell whether a Host header names this console."""
+        name = host_name(host)
+        return name in self._names or (not self._loopback_only and _is_address(name))
+
+    def __str__(self) -> str:
+        """Return the names, for a refusal."""
+        if self._loopback_only:
+            return "127.0.0.1 and localhost"
+        return f"{', '.join(sorted(self._names))} and its addresses"
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
+def _authority(origin: str) -> str:
+    """Return the host and port of an Origin header; "" when it is not one."""
+    try:
+        return urlsplit(origin).netloc
+    except ValueError:
+        return ""
+
+
+def host_name(host: str) -> str:
+    """Return the name in a Host header, without the port; "" when it is not one."""
+    try:
+        return urlsplit(f"//{host}").hostname or ""
+    except ValueError:
+        return ""
+
+
+class Guard:
+    """Refuses foreign hosts and origins and whoever is not let in, and sends security headers.
+
+    A page of another site may reach a loopback port through the operator's browser, by a host
+    name that resolves to 127.0.0.1 or by a WebSocket; neither carries our Host and Origin.
+    """
+
+    def __init__(self, app: ASGIApp, access: Access, hosts: Hosts) -> None:
+        self._app = app
+        self._access = access
+        self._hosts = hosts
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request or WebSocket."""
+        if scope["type"] not in {"http", "websocket"}:
+            await self._app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        problem = self._problem(scope, headers)
+        if problem is not None:
+            await _refuse(problem, 403, scope, receive, send)
+            return
+        send = _with_headers(scope, send)
+        visitor = self._access.visitor_of(headers)
+        if visitor is None and isinstance(self._access, OpenAccess):
+            if scope["type"] == "websocket" or scope["path"] == "/":
+                visitor = self._access.newcomer()
+                send = _with_cookie(visitor, send)
+            else:
+                visitor = self._access.passer_by()
+        scope["visitor"] = visitor
+        if visitor is None and scope["path"] not in PUBLIC:
+            await _ask_to_log_in(scope, receive, send)
+            return
+        await self._app(scope, receive, send)
+
+    def _problem(self, scope: Scope, headers: Headers) -> str | None:
+        host = headers.get("host", "")
+        if not self._hosts.allow(host):
+            return f"this console answers to {self._hosts}, not to {host[:80]!r}"
+        origin = headers.get("origin")
+        needs_origin = scope["type"] == "websocket" or scope["method"] not in {"GET", "HEAD"}
+        if origin is None:
+            return "requests that change something must name their origin" if needs_origin else None
+        if _authority(origin) != host:
+            return f"requests from {origin[:80]!r} are refused"
+        return None
+
+
+def _with_headers(scope: Scope, send: Send) -> Send:
+    policy = VIEW_POLICY if scope["path"].rstrip("/") == "/view" else SHELL_POLICY
+    is_secure = scope.get("scheme") in {"https", "wss"}
+
+    async def send_with_headers(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(scope=message)
+            headers["Content-Security-Policy"] = policy
+            for name, value in _COMMON.items():
+                headers[name] = value
+            if is_secure:
+                headers["Strict-Transport-Security"] = f"max-age={_YEAR_S}"
+        await send(message)
+
+    return send_with_headers
+
+
+def _with_cookie(visitor: Visitor, send: Send) -> Send:
+    cookie = f"{COOKIE}={visitor.session}; HttpOnly; Path=/; SameSite=Strict"
+
+    async def send_with_cookie(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            MutableHeaders(scope=message).append("Set-Cookie", cookie)
+        await send(message)
+
+    return send_with_cookie
+
+
+async def _ask_to_log_in(scope: Scope, receive: Receive, send: Send) -> None:
+    if scope["type"] == "http" and scope["method"] == "GET" and scope["path"] == "/":
+        await RedirectResponse("/login", status_code=303)(scope, receive, send)
+        return
+    await _refuse("log in first", 401, scope, receive, send)
+
+
+async def _refuse(problem: str, status: int, scope: Scope, receive: Receive, send: Send) -> None:
+    if scope["type"] == "websocket":
+        await receive()
+        await send({"type": "websocket.close", "code": 1008, "reason": problem[:120]})
+        return
+    await PlainTextResponse(problem + "\n", status_code=status)(scope, receive, send)

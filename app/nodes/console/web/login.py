@@ -1,0 +1,134 @@
+"""The login page: a form, nothing else, and a logout."""
+
+import asyncio
+import hmac
+import html
+import logging
+import math
+import secrets
+import time
+from importlib import resources
+from typing import Final
+from urllib.parse import parse_qs
+
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response
+from starlette.routing import Route
+
+from app.nodes.console.web.access import LoginAccess, cookie_of
+from app.nodes.console.web.accounts import Accounts
+from app.nodes.console.web.browsers import Visitor
+from app.nodes.console.web.throttle import Throttle
+
+logger = logging.getLogger(__name__)
+
+MAX_FORM: Final = 8192
+FORM_S: Final = 5.0
+"""A form that is not here by then is not read."""
+GUESSES: Final = 2
+"""Passwords that are checked at the same time: each takes 32 MiB."""
+FORM_COOKIE: Final = "ippon-form"
+WRONG: Final = "Name or password is wrong."
+STALE: Final = "This form was open for too long. Try again."
+
+
+class LoginDesk:
+    """Serves the form, and lets in who knows a password."""
+
+    def __init__(self, access: LoginAccess, accounts: Accounts) -> None:
+        self._access = access
+        self._accounts = accounts
+        self._throttle = Throttle()
+        self._guesses = asyncio.Semaphore(GUESSES)
+        self._page = (resources.files("web_assets") / "login.html").read_text(encoding="utf-8")
+
+    def routes(self) -> list[Route]:
+        """Return what is served."""
+        return [
+            Route("/login", self._show),
+            Route("/login", self._log_in, methods=["POST"]),
+            Route("/logout", self._log_out, methods=["POST"]),
+        ]
+
+    async def _show(self, request: Request) -> Response:
+        if request.scope.get("visitor") is not None:
+            return RedirectResponse("/", status_code=303)
+        return self._form("", 200)
+
+    async def _log_in(self, request: Request) -> Response:
+        form = await _form_of(request)
+        if form is None:
+            return Response("a form of name and password was expected\n", status_code=400)
+        expected = cookie_of(request.headers, FORM_COOKIE)
+        if not expected or not hmac.compare_digest(expected.encode(), form["form"].encode()):
+            return self._form(STALE, 403)
+        address = request.client.host if request.client is not None else ""
+        name = form["name"].strip()[:40]
+        wait_s = self._throttle.wait_s(address, name, time.monotonic())
+        if wait_s > 0.0:
+            text = f"Too many wrong passwords. Try again in {math.ceil(wait_s)} s."
+            answer = self._form(text, 429)
+            answer.headers["Retry-After"] = str(math.ceil(wait_s))
+            return answer
+        # Counted before it is checked: many guesses sent at once are many.
+        self._throttle.failed(address, name, time.monotonic())
+        async with self._guesses:
+            role = await asyncio.to_thread(self._accounts.verify, name, form["password"])
+        if role is None:
+            logger.warning("wrong password for %r from %s", name, address)
+            return self._form(WRONG, 401)
+        self._throttle.succeeded(address, name)
+        logger.info("%s (%s) logged in from %s", name, role, address)
+        granted = self._access.issue(name, role)
+        answer = RedirectResponse("/", status_code=303)
+        answer.delete_cookie(FORM_COOKIE)
+        answer.set_cookie(
+            granted.cookie,
+            granted.value,
+            max_age=granted.max_age_s,
+            secure=granted.is_secure,
+            httponly=True,
+            samesite="strict",
+        )
+        return answer
+
+    async def _log_out(self, request: Request) -> Response:
+        visitor: Visitor | None = request.scope.get("visitor")
+        if visitor is not None:
+            logger.info("%s logged out", visitor.name)
+            self._access.revoke(visitor)
+        answer = RedirectResponse("/login", status_code=303)
+        answer.delete_cookie(self._access.cookie)
+        return answer
+
+    def _form(self, problem: str, status: int) -> Response:
+        token = secrets.token_urlsafe(24)
+        hidden = "" if problem else "hidden"
+        page = self._page.replace("{form}", token).replace("{problem}", html.escape(problem))
+        answer = Response(page.replace("{hidden}", hidden), status, media_type="text/html")
+        answer.headers["Cache-Control"] = "no-store"
+        answer.set_cookie(
+            FORM_COOKIE,
+            token,
+            max_age=3600,
+            secure=self._access.is_secure,
+            httponly=True,
+            samesite="strict",
+        )
+        return answer
+
+
+async def _form_of(request: Request) -> dict[str, str] | None:
+    """Read the three fields; None where they are not there, too long or too slow."""
+    body = b""
+    try:
+        async with asyncio.timeout(FORM_S):
+            async for part in request.stream():
+                body += part
+                if len(body) > MAX_FORM:
+                    return None
+        fields = parse_qs(body.decode(), max_num_fields=8, strict_parsing=True)
+    except (TimeoutError, ValueError):
+        return None
+    wanted = {name: fields.get(name, [""])[0] for name in ("form", "name", "password")}
+    return wanted if wanted["name"] and wanted["password"] else None

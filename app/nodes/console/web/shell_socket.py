@@ -1,0 +1,260 @@
+"""The shell's own line to the console: state out, commands in, and a clock for the latency."""
+
+import asyncio
+import logging
+import time
+from collections.abc import Awaitable, Callable
+from typing import Annotated, Final, Literal
+
+import msgspec
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from app.messages.control import ControlRequest
+from app.messages.driving import DriveModeName
+from app.nodes.console.link.commands import CommandError, Controller
+from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.web.browsers import Role, Standing, Visitor, act_as
+from ippon.control.drive import RESTING, Hand
+
+logger = logging.getLogger(__name__)
+
+MAX_MESSAGE: Final = 4096
+_BAD_MESSAGE: Final = 1007
+RENEW_S: Final = 0.5
+ASLEEP_S: Final = 5.0
+"""A page that is silent for so long is asleep, and keeps no lease: one that only renders slowly is
+heard sooner. A page that has closed is known at once."""
+
+Share = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
+
+
+class ShellPing(msgspec.Struct, tag="ping", forbid_unknown_fields=True):
+    """Asks for a `ShellPong` with the same number."""
+
+    t: float
+
+
+class ShellCommand(msgspec.Struct, tag="control", forbid_unknown_fields=True):
+    """A button of the shell."""
+
+    id: int
+    action: Literal["stop", "resume", "pause", "cancel"]
+
+
+class ShellDrive(msgspec.Struct, tag="drive", forbid_unknown_fields=True):
+    """Who drives from now on."""
+
+    id: int
+    mode: DriveModeName
+
+
+class ShellHand(msgspec.Struct, tag="hand", forbid_unknown_fields=True):
+    """What is held down on this page now, each part in -1 to 1."""
+
+    forward: Share = 0.0
+    turn: Share = 0.0
+    tilt: Share = 0.0
+
+
+class ShellAlive(msgspec.Struct, tag="alive", forbid_unknown_fields=True):
+    """Sent every second by a page that is not asleep: it keeps its lease, if it has one."""
+
+
+class ShellLease(msgspec.Struct, tag="lease", forbid_unknown_fields=True):
+    """A button about who holds control."""
+
+    id: int
+    action: Literal["request", "release", "grant", "deny", "take"]
+
+
+class ShellYou(msgspec.Struct, tag="you"):
+    """Who this page is, and how it stands."""
+
+    name: str
+    role: Role
+    standing: Standing
+    detail: str
+    has_login: bool
+
+
+class ShellPong(msgspec.Struct, tag="pong"):
+    """Answer to `ShellPing`."""
+
+    t: float
+
+
+class ShellReply(msgspec.Struct, tag="reply"):
+    """How a command ended: the state that the navigator is in now, or what went wrong."""
+
+    id: int
+    ok: bool
+    text: str
+
+
+_Message = ShellPing | ShellCommand | ShellDrive | ShellHand | ShellAlive | ShellLease
+_decoder = msgspec.json.Decoder(_Message)
+
+
+async def serve_shell(
+    socket: WebSocket, bulletin: Bulletin, controller: Controller, visitor: Visitor
+) -> None:
+    """Serve one shell until its browser leaves."""
+    act_as(visitor)
+    await socket.accept()
+    outbox: asyncio.Queue[bytes] = asyncio.Queue(maxsize=64)
+    standing = _Standing(outbox.put, controller, visitor)
+    tasks = [
+        asyncio.create_task(_listen(socket, outbox.put, controller, standing)),
+        asyncio.create_task(standing.keep()),
+        asyncio.create_task(_announce(bulletin, outbox.put)),
+        asyncio.create_task(_send(socket, outbox)),
+    ]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def _send(socket: WebSocket, outbox: asyncio.Queue[bytes]) -> None:
+    try:
+        while True:
+            await socket.send_text((await outbox.get()).decode())
+    except (WebSocketDisconnect, RuntimeError):
+        return
+
+
+async def _announce(bulletin: Bulletin, put: Callable[[bytes], Awaitable[None]]) -> None:
+    async for state in bulletin.follow():
+        await put(state)
+
+
+async def _listen(
+    socket: WebSocket,
+    put: Callable[[bytes], Awaitable[None]],
+    controller: Controller,
+    standing: "_Standing",
+) -> None:
+    commands: set[asyncio.Task[None]] = set()
+    held = RESTING
+    try:
+        while True:
+            received = await socket.receive()
+            if received["type"] == "websocket.disconnect":
+                break
+            message = _read(received.get("text"))
+            if message is None:
+                await socket.close(_BAD_MESSAGE, "not a message of the shell")
+                break
+            if isinstance(message, ShellPing):
+                await put(msgspec.json.encode(ShellPong(t=message.t)))
+                continue
+            if isinstance(message, ShellHand):
+                held = Hand(forward=message.forward, turn=message.turn, tilt=message.tilt)
+                controller.hand(held)
+                continue
+            if isinstance(message, ShellAlive):
+                standing.hear()
+                continue
+            if isinstance(message, ShellLease):
+                task = asyncio.create_task(standing.act(message))
+            else:
+                task = asyncio.create_task(_command(message, put, controller))
+            commands.add(task)
+            task.add_done_callback(commands.discard)
+    finally:
+        if held != RESTING:
+            # The browser has left with a key held down.
+            controller.hand(RESTING)
+        # A command that is under way ends even when the browser has left: it may be a stop.
+        if commands:
+            _, late = await asyncio.wait(commands, timeout=5.0)
+            for task in late:
+                task.cancel()
+
+
+def _read(text: str | None) -> _Message | None:
+    if text is None or len(text) > MAX_MESSAGE:
+        return None
+    try:
+        return _decoder.decode(text)
+    except msgspec.DecodeError as error:
+        logger.warning("a shell sent what is no message: %s", error)
+        return None
+
+
+class _Standing:
+    """What one page knows about its lease."""
+
+    def __init__(
+        self, put: Callable[[bytes], Awaitable[None]], controller: Controller, visitor: Visitor
+    ) -> None:
+        self._put = put
+        self._controller = controller
+        self._visitor = visitor
+        self._told: ShellYou | None = None
+        self._is_new = True
+        self._heard_s = time.monotonic()
+
+    def hear(self) -> None:
+        """Take note that the page is awake."""
+        self._heard_s = time.monotonic()
+
+    async def keep(self) -> None:
+        """Keep the lease or the request that there is; a new page looks whether there is one."""
+        while True:
+            is_awake = time.monotonic() - self._heard_s < ASLEEP_S
+            if is_awake and (self._visitor.in_play or self._is_new):
+                await self._renew()
+            await self.tell()
+            await asyncio.sleep(RENEW_S)
+
+    async def _renew(self) -> None:
+        try:
+            if self._visitor.may_command:
+                await self._controller.lease("renew")
+            self._is_new = False
+        except CommandError as error:
+            logger.debug("no renewal: %s", error)
+
+    async def act(self, message: ShellLease) -> None:
+        """Do what a button says."""
+        try:
+            answer = await self._controller.lease(message.action)
+            reply = ShellReply(id=message.id, ok=True, text=answer.detail)
+        except CommandError as error:
+            reply = ShellReply(id=message.id, ok=False, text=str(error))
+        await self._put(msgspec.json.encode(reply))
+        await self.tell()
+
+    async def tell(self) -> None:
+        """Tell the page, where something has changed."""
+        visitor = self._visitor
+        you = ShellYou(
+            name=visitor.name,
+            role=visitor.role,
+            standing=visitor.standing,
+            detail=visitor.detail,
+            has_login=visitor.expires_s is not None,
+        )
+        if you != self._told:
+            self._told = you
+            await self._put(msgspec.json.encode(you))
+
+
+async def _command(
+    command: ShellCommand | ShellDrive,
+    put: Callable[[bytes], Awaitable[None]],
+    controller: Controller,
+) -> None:
+    try:
+        if isinstance(command, ShellDrive):
+            text = await controller.drive(command.mode)
+        else:
+            request = ControlRequest(action=command.action, requester="console")
+            text = await controller.control(request)
+        reply = ShellReply(id=command.id, ok=True, text=text)
+    except CommandError as error:
+        reply = ShellReply(id=command.id, ok=False, text=str(error))
+    await put(msgspec.json.encode(reply))

@@ -1,0 +1,148 @@
+"""Passes a browser's WebSocket on to viser, and drops what no browser may ask for."""
+
+import asyncio
+import logging
+from collections.abc import Callable
+from collections.abc import Set as AbstractSet
+from typing import Any, Final
+
+import msgspec
+from starlette.websockets import WebSocket, WebSocketDisconnect
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
+from websockets.typing import Subprotocol
+
+from app.nodes.console.web.browsers import Visitor
+from app.nodes.console.web.viser_server import ViserBackend
+
+logger = logging.getLogger(__name__)
+
+WATCHING: Final = frozenset(
+    {"ViewerCameraMessage", "GetRenderResponseMessage", "LocalStorageGetItemResponseMessage"}
+)
+"""What the browser of a viewer may send, and of whoever watches while another holds control."""
+STEERING: Final = WATCHING | {
+    "CommandTriggerMessage",
+    "GuiButtonHoldMessage",
+    "GuiFormDirtyMessage",
+    "GuiFormSubmitMessage",
+    "GuiUpdateMessage",
+    "SceneNodeClickMessage",
+    "SceneNodeDragMessage",
+    "ScenePointerMessage",
+    "TransformControlsDragEndMessage",
+    "TransformControlsDragStartMessage",
+    "TransformControlsUpdateMessage",
+}
+"""What anyone else's may. Uploads and public tunnels are in neither list, nor what is new."""
+MAX_CLIENT_MESSAGE: Final = 8 * 2**20
+MAX_SERVER_MESSAGE: Final = 256 * 2**20
+
+_GOING_AWAY: Final = 1001
+_UNREADABLE: Final = 1007
+_TRY_LATER: Final = 1013
+
+
+class _Kind(msgspec.Struct):
+    type: str
+    uuid: str = ""
+
+
+_kind = msgspec.msgpack.Decoder(_Kind)
+
+
+async def pass_through(
+    browser: WebSocket,
+    backend: ViserBackend,
+    visitor: Visitor,
+    may_touch: Callable[[Visitor], bool],
+) -> None:
+    """Serve one browser until either side ends.
+
+    Args:
+        browser: A socket that is not accepted yet.
+        backend: The scene's server.
+        visitor: Whose browser it is.
+        may_touch: Whether this one may use the panels now.
+    """
+    wanted = [Subprotocol(p) for p in browser.scope.get("subprotocols", [])]
+    try:
+        upstream = await connect(
+            backend.url,
+            additional_headers=backend.headers_of(visitor),
+            subprotocols=wanted or None,
+            compression=None,
+            max_size=MAX_SERVER_MESSAGE,
+            open_timeout=5.0,
+        )
+    except (OSError, InvalidHandshake, TimeoutError) as error:
+        logger.warning("viser cannot be reached: %s", error)
+        await browser.accept()
+        await browser.close(_TRY_LATER, "the scene is not ready")
+        return
+    async with upstream:
+        await browser.accept(subprotocol=upstream.subprotocol)
+        await _race(
+            _to_viser(browser, upstream, visitor, lambda: may_touch(visitor)),
+            _to_browser(browser, upstream),
+        )
+
+
+async def _race(*directions: Any) -> None:
+    tasks = [asyncio.create_task(direction) for direction in directions]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        results = await asyncio.gather(*tasks, return_exceptions=True)
+    for result in results:
+        if isinstance(result, Exception):
+            raise result
+
+
+async def _to_viser(
+    browser: WebSocket,
+    upstream: ClientConnection,
+    visitor: Visitor,
+    may_touch: Callable[[], bool],
+) -> None:
+    try:
+        while True:
+            message = await browser.receive()
+            if message["type"] == "websocket.disconnect":
+                return
+            data = message.get("bytes")
+            if data is None or len(data) > MAX_CLIENT_MESSAGE:
+                await browser.close(_UNREADABLE, "not a message of the scene's client")
+                return
+            if _allowed(data, may_touch(), visitor.own_controls):
+                await upstream.send(data)
+    except (ConnectionClosed, WebSocketDisconnect):
+        return
+
+
+def _allowed(data: bytes, may_touch: bool, own_controls: AbstractSet[str]) -> bool:
+    try:
+        message = _kind.decode(data)
+    except msgspec.DecodeError:
+        logger.warning("a browser sent %d bytes that are no scene message", len(data))
+        return False
+    kind = message.type
+    if kind in STEERING:
+        is_own = kind == "GuiUpdateMessage" and message.uuid in own_controls
+        return may_touch or is_own or kind in WATCHING
+    logger.warning("a browser sent %.60r: refused", kind)
+    return False
+
+
+async def _to_browser(browser: WebSocket, upstream: ClientConnection) -> None:
+    try:
+        async for message in upstream:
+            if isinstance(message, bytes):
+                await browser.send_bytes(message)
+            else:
+                await browser.send_text(message)
+        await browser.close(_GOING_AWAY)
+    except (ConnectionClosed, WebSocketDisconnect, RuntimeError):
+        return

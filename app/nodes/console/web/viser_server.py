@@ -1,0 +1,76 @@
+"""viser behind the gateway: loopback, any free port, and a secret that only we know."""
+
+import contextlib
+import io
+import secrets
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import viser
+from websockets import Headers
+
+from app.nodes.console.web.browsers import Visitor, Visitors, act_as
+from app.view.drawing.camera_follow import FOV_RAD, START
+from app.view.drawing.viser_private import (
+    SECRET_HEADER,
+    carry_context,
+    demanding_secret,
+    forbid_sharing,
+)
+
+VISITOR_HEADER: Final = "X-Ippon-Visitor"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ViserBackend:
+    """A running viser server and how to reach it."""
+
+    server: viser.ViserServer
+    secret: str
+    """Value of the header without which the server refuses every request."""
+
+    @property
+    def url(self) -> str:
+        """Where its WebSocket listens."""
+        return f"ws://127.0.0.1:{self.server.get_port()}"
+
+    def headers_of(self, visitor: Visitor) -> dict[str, str]:
+        """What a request must carry, and whose it is."""
+        return {SECRET_HEADER: self.secret, VISITOR_HEADER: visitor.session}
+
+    def close(self) -> None:
+        """Stop the server."""
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.server.stop()
+
+
+def start_viser(visitors: Visitors) -> ViserBackend:
+    """Start viser on a free loopback port; it prints nothing and shares nothing.
+
+    Its callbacks answer in the name of the visitor whose browser they are for.
+    """
+    secret = secrets.token_urlsafe(32)
+
+    def admit(headers: Headers) -> None:
+        act_as(visitors.find(headers.get(VISITOR_HEADER, "")))
+
+    with demanding_secret(secret, admit), contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host="127.0.0.1", port=0, label="IPPON", verbose=False)
+    forbid_sharing(server)
+    carry_context(server)
+    server.initial_camera.fov = FOV_RAD
+    server.initial_camera.position = START.position
+    server.initial_camera.look_at = START.look_at
+    server.gui.configure_theme(
+        dark_mode=True,
+        show_logo=False,
+        show_share_button=False,
+        brand_color=(86, 180, 233),
+    )
+    return ViserBackend(server=server, secret=secret)
+
+
+def client_page() -> Path:
+    """Return viser's client, one HTML file that holds everything."""
+    return Path(viser.__file__).parent / "client" / "build" / "index.html"

@@ -1,0 +1,291 @@
+"""The helm: one command out of the planner's and the operator's, at the operator's pace.
+
+The mission answers frames, a few a second; a hand on the keys wants an answer at once. So the helm
+keeps what the last frame taught, where the robot stands and what is near it, and filters what the
+operator holds down against that, in its own thread and with every message that comes.
+"""
+
+import dataclasses
+import logging
+import math
+import threading
+import time
+from collections.abc import Callable
+from typing import Final
+
+import msgspec
+import zenoh
+
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.driving import DriveStatus, TeleopTag
+from app.messages.motion import StampedTwist, decode_twist
+from app.nodes.navigator.command.command_stream import Commander
+from ippon.command import Command
+from ippon.control.drive import RESTING, STILL, DriveMode, Hand, blend, follows_plan, limited
+from ippon.control.easing import within_acceleration
+from ippon.control.obstacles import near_obstacles
+from ippon.control.safety import GRACE_M, filter_among
+from ippon.frame import Frame
+from ippon.geometry import Float64Array, base_pose, yaw_of
+from ippon.mapping.arrays import MapArrays
+from ippon.robot import RobotProfile
+
+logger = logging.getLogger(__name__)
+
+TICK_S: Final = 0.05
+HAND_S: Final = 0.3
+"""A hand that is not heard of for so long has let go."""
+HORIZON_S: Final = 0.4
+"""How long a command may hold, the age of the last picture included."""
+REACH_M: Final = 2.5
+"""How far round the robot obstacles are kept for the filter: its braking way and more."""
+HAND_ROOM_M: Final = 0.03
+"""Room that a hand's command leaves beside the body, above half a voxel."""
+
+Refuse = Callable[[TeleopTag], str | None]
+
+
+class Helm:
+    """Blends, filters and hands on; safe from any thread."""
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        robot: str,
+        profile: RobotProfile,
+        commander: Commander,
+        stale_s: float,
+        *,
+        refuse: Refuse,
+        on_takeover: Callable[[], None],
+    ) -> None:
+        """Listen for the operator's hand.
+
+        Args:
+            session: An open session.
+            robot: Key prefix.
+            profile: The robot's limits and body.
+            commander: Where commands go.
+            stale_s: A picture older than this allows no driving.
+            refuse: Says why a hand's message must not count; None when it does.
+            on_takeover: Called when a hand drives while the robot is on its way to a point.
+        """
+        self._profile = profile
+        self._commander = commander
+        self._stale_s = stale_s
+        self._refuse = refuse
+        self._on_takeover = on_takeover
+        self._lock = threading.RLock()
+        self._mode = DriveMode.AUTO
+        self._limit = 1.0
+        self._hand = RESTING
+        self._hand_at = -math.inf
+        self._last_tag = TeleopTag(sender="", epoch=0, seq=-1)
+        self._planned = Command()
+        self._going: tuple[float, float] | None = None
+        self._pose: Float64Array | None = None
+        self._obstacles: Float64Array | None = None
+        self._voxel_m = 0.05
+        self._stamp_ns = 0
+        self._framed_at = -math.inf
+        self._by_hand = False
+        self._given = Command()
+        self._given_at = time.monotonic()
+        self._tilt_rad = 0.0
+        self._intervention = ""
+        self._driven = threading.Event()
+        self._closed = False
+        handler = zenoh.handlers.Callback(self._receive, indirect=False)
+        self._subscriber = session.declare_subscriber(f"{robot}/{keys.TELEOP}", handler)  # pyright: ignore[reportArgumentType, reportCallIssue]
+        self._thread = threading.Thread(target=self._run, name="helm", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._closed = True
+        self._driven.set()
+        self._thread.join(timeout=2.0)
+
+    def set_mode(self, mode: DriveMode, speed_limit: float) -> None:
+        """Say who drives from now on; whatever was held down is let go."""
+        with self._lock:
+            self._mode, self._limit = mode, speed_limit
+            self._hand = RESTING
+            self._intervention = ""
+            if mode is DriveMode.AUTO:
+                self._driven.clear()
+            else:
+                self._driven.set()
+                self._tick(time.monotonic())
+
+    def let_go(self) -> None:
+        """The operator is gone: nothing is held down any more."""
+        with self._lock:
+            self._hand = RESTING
+            if self._mode is not DriveMode.AUTO:
+                self._tick(time.monotonic())
+
+    def by_hand(self) -> Command | None:
+        """Return what the robot was told last, where that was the operator's own, not the plan."""
+        with self._lock:
+            return self._commander.sent if self._by_hand else None
+
+    def follow(
+        self, planned: Command, frame: Frame, arrays: MapArrays, going: tuple[float, float] | None
+    ) -> Command:
+        """Take over what a frame taught, and command.
+
+        Args:
+            planned: What the mission wants, filtered already.
+            frame: What it answers.
+            arrays: The map with that frame in it.
+            going: Where the operator sent the robot, None for nowhere.
+
+        Returns:
+            What was commanded.
+        """
+        # Nobody else may touch the map, so what is near is copied here, in the mission's thread.
+        obstacles = near_obstacles(arrays, self._profile, frame.T_world_base, REACH_M)
+        with self._lock:
+            self._planned, self._going = planned, going
+            self._pose, self._obstacles = frame.T_world_base, obstacles
+            self._voxel_m = arrays.voxel_size
+            self._stamp_ns = frame.stamp_ns
+            self._framed_at = time.monotonic()
+            if self._mode is DriveMode.AUTO:
+                self._tilt_rad = frame.tilt_rad
+            return self._tick(self._framed_at)
+
+    def status(self) -> DriveStatus:
+        """Return who drives, and what the filter did."""
+        with self._lock:
+            fresh = time.monotonic() - self._hand_at < HAND_S
+            return DriveStatus(
+                mode=self._mode.value,
+                speed_limit=self._limit,
+                by_hand=fresh and self._hand.drives,
+                intervention=self._intervention,
+                waypoint=self._going,
+                top_linear_m_s=self._profile.max_linear_m_s,
+                top_yaw_rate_rad_s=self._profile.max_yaw_rate_rad_s,
+                top_tilt_rate_rad_s=self._profile.max_tilt_rate_rad_s,
+            )
+
+    # -- the operator's hand -----------------------------------------------------------------
+
+    def _receive(self, sample: zenoh.Sample) -> None:
+        try:
+            tag = msgspec.json.decode(
+                sample.attachment.to_bytes() if sample.attachment is not None else b"",
+                type=TeleopTag,
+            )
+            hand = self._hand_of(decode_twist(sample.payload.to_bytes()))
+        except (MessageError, msgspec.DecodeError) as error:
+            logger.debug("a hand's message is skipped: %s", error)
+            return
+        with self._lock:
+            if self._mode is DriveMode.AUTO or not tag.follows(self._last_tag):
+                return
+            if (problem := self._refuse(tag)) is not None:
+                self._intervention = problem
+                return
+            self._last_tag = tag
+            self._hand, self._hand_at = hand, time.monotonic()
+            if hand.drives and self._going is not None:
+                self._going = None
+                self._on_takeover()
+            self._tick(self._hand_at)
+
+    def _hand_of(self, twist: StampedTwist) -> Hand:
+        robot = self._profile
+
+        def share(value: float, top: float) -> float:
+            return min(max(value / top, -1.0), 1.0)
+
+        return Hand(
+            forward=share(twist.linear_m_s, robot.max_linear_m_s),
+            turn=share(twist.yaw_rate_rad_s, robot.max_yaw_rate_rad_s),
+            tilt=share(twist.tilt_rate_rad_s, robot.max_tilt_rate_rad_s),
+        )
+
+    # -- the command -------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        while not self._closed:
+            self._driven.wait()
+            with self._lock:
+                if self._mode is not DriveMode.AUTO and not self._closed:
+                    self._tick(time.monotonic())
+            time.sleep(TICK_S)
+
+    def _tick(self, now: float) -> Command:
+        self._reckon(now)
+        if now - self._hand_at > HAND_S:
+            self._hand = RESTING
+        command = self._command(now)
+        self._given, self._given_at = command, now
+        if self._framed_at > -math.inf:
+            self._commander.give(command, self._stamp_ns)
+        return command
+
+    def _command(self, now: float) -> Command:
+        by_itself = self._going is not None and not self._hand.drives
+        if self._mode is DriveMode.AUTO or by_itself:
+            self._intervention = ""
+            self._by_hand = False
+            self._tilt_rad = self._planned.tilt_rad
+            return limited(self._planned, self._limit)
+        planned_tilt = follows_plan(self._mode, self._hand)
+        self._by_hand = not planned_tilt
+        wanted = self._eased(
+            limited(blend(self._mode, self._hand, self._planned, self._profile), self._limit), now
+        )
+        if not planned_tilt:
+            wanted = dataclasses.replace(wanted, tilt_rad=self._tilted(now))
+        self._tilt_rad = wanted.tilt_rad
+        if not self._hand.drives:
+            self._intervention = ""
+            return wanted
+        return self._filtered(wanted, now, as_planned=planned_tilt)
+
+    def _eased(self, wanted: Command, now: float) -> Command:
+        """Speed up as fast as the robot can; what slows down does so at once."""
+        dt_s = min(now - self._given_at, 2 * TICK_S)
+        return within_acceleration(
+            wanted, self._commander.sent, self._profile, dt_s, brakes_at_once=True
+        )
+
+    def _filtered(self, wanted: Command, now: float, *, as_planned: bool) -> Command:
+        still = dataclasses.replace(wanted, linear_m_s=0.0, yaw_rate_rad_s=0.0)
+        age_s = now - self._framed_at
+        if self._pose is None or self._obstacles is None or age_s > self._stale_s:
+            self._intervention = f"stopped: no picture for {age_s:.1f} s"
+            return still
+        margin = -GRACE_M if as_planned else 0.5 * self._voxel_m + HAND_ROOM_M
+        safe, reason = filter_among(
+            wanted, self._pose, self._profile, self._obstacles, HORIZON_S, margin, 1e-6
+        )
+        self._intervention = reason or ""
+        return safe
+
+    def _tilted(self, now: float) -> float:
+        rate = self._hand.tilt * self._profile.max_tilt_rate_rad_s * self._limit
+        return self._profile.within_tilt(
+            self._tilt_rad + rate * min(now - self._given_at, TICK_S * 2)
+        )
+
+    def _reckon(self, now: float) -> None:
+        """Move the pose on by what was commanded since it was measured."""
+        if self._pose is None or self._framed_at == now:
+            return
+        dt_s = min(now - max(self._given_at, self._framed_at), 2 * TICK_S)
+        v, w = self._given.linear_m_s, self._given.yaw_rate_rad_s
+        if dt_s <= 0.0 or (abs(v) < STILL and abs(w) < STILL):
+            return
+        yaw = yaw_of(self._pose)
+        middle = yaw + 0.5 * w * dt_s
+        x, y, z = self._pose[:3, 3].tolist()
+        self._pose = base_pose(
+            x + v * dt_s * math.cos(middle), y + v * dt_s * math.sin(middle), z, yaw + w * dt_s
+        )

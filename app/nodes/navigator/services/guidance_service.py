@@ -1,0 +1,356 @@
+"""Common sense for the goals: the embedded prior at once, a language model when it answers.
+
+Navigation never waits: a search starts on the prior. The model is asked in a thread of its own, its
+answer is taken by the mission's thread, and one that comes too late is dropped. What the operator
+sets wins over every answer for that goal.
+"""
+
+import dataclasses
+import logging
+import math
+import re
+import threading
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import TimeoutError as LateError
+from functools import partial
+from typing import Final
+
+import numpy as np
+import simplejpeg
+import zenoh
+from numpy.typing import NDArray
+
+from app.links.language_model.answers import RULES, Adviser, Answer, SentenceAnswer
+from app.links.network.requests import Permit, RequestRefusedError, anyone, serve
+from app.messages import keys
+from app.messages.control import (
+    Accepted,
+    GuidanceRequest,
+    LevelName,
+    SearchRequest,
+    SentenceReading,
+    SentenceRequest,
+    VocabularyRequest,
+)
+from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
+from ippon.guidance.language.naming import ResolvedObject, resolve_object
+from ippon.guidance.language.sentence import read_query
+from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.mapping.objects.object_layers import MAX_LABELS
+from ippon.mission.goal import Goal
+from ippon.mission.mission import Mission
+from ippon.vocabulary import canonical_label
+
+logger = logging.getLogger(__name__)
+
+SENTENCE_S: Final = 8.0
+"""A sentence that the model has not read by then is read by rules: somebody waits for it."""
+MAX_LEARNED: Final = 20
+"""Labels that the model may add by itself; each makes the map's rows longer."""
+_ASKERS: Final = 2
+"""Questions under way at the same time: one that hangs does not hold up the next goal."""
+_LABEL: Final = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+){0,3}")
+
+Put = Callable[[Callable[[Mission], None]], None]
+Say = Callable[[str, str], None]
+
+
+class Counsel:
+    """Answers requests in zenoh's threads, questions in its own; touches the mission in none."""
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        robot: str,
+        labels: tuple[str, ...],
+        goals: GoalBook,
+        *,
+        model: Adviser | None,
+        look_every_s: float = 0.0,
+        put: Put,
+        say: Say,
+        permit: Permit = anyone,
+    ) -> None:
+        self._goals = goals
+        self._model = model
+        self._look_every_s = look_every_s
+        self._looked_at = -math.inf
+        self._looking = False
+        self._learned = 0
+        self._put = put
+        self._say = say
+        self._prior = EmbeddedPrior()
+        self._lock = threading.Lock()
+        self._labels = labels
+        self._askers = ThreadPoolExecutor(_ASKERS, thread_name_prefix="counsel")
+        self._readers = ThreadPoolExecutor(1, thread_name_prefix="sentence")
+        self._lookers = ThreadPoolExecutor(1, thread_name_prefix="look")
+        self._queryables = [
+            serve(session, f"{robot}/{keys.GUIDANCE}", GuidanceRequest, self.set_level, permit),
+            serve(session, f"{robot}/{keys.SENTENCE}", SentenceRequest, self.read),
+            serve(session, f"{robot}/{keys.VOCABULARY}", VocabularyRequest, self.add_label, permit),
+        ]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The common objects, in the map's order."""
+        with self._lock:
+            return self._labels
+
+    def close(self) -> None:
+        """End the questions that are under way."""
+        if self._model is not None:
+            self._model.close()
+        for pool in (self._askers, self._readers, self._lookers):
+            pool.shutdown(wait=False, cancel_futures=True)
+
+    # -- a goal ------------------------------------------------------------------------------
+
+    def plan(self, request: SearchRequest, asked_at: float) -> PlannedSearch:
+        """Return the search that a request asks for, on the embedded prior.
+
+        Raises:
+            RequestRefusedError: The object holds no word.
+        """
+        resolved = self._resolve(request.object)
+        guidance = self._prior.levels(resolved, request.context, self.labels)
+        goal = Goal(
+            goal_id=0,
+            object=resolved.canonical,
+            display=resolved.display,
+            context=request.context,
+            category=resolved.category,
+        )
+        return PlannedSearch(
+            goal=goal,
+            resolved=resolved,
+            scenario=request.scenario,
+            guidance=guidance,
+            elapsed_ms=1e3 * (time.monotonic() - asked_at),
+            asked_at=asked_at,
+        )
+
+    def consult(self, goal_id: int) -> None:
+        """Ask the language model, where there is one, for the levels of a goal."""
+        if self._model is None:
+            return
+        name = self._model.name
+        search = self._goals.amend(
+            goal_id, lambda s: dataclasses.replace(s, asking=name, questions=s.questions + 1)
+        )
+        if search is not None:
+            self._askers.submit(self._ask, self._model, search)
+
+    def restore(self, goal_id: int, levels: Mapping[str, LevelName]) -> None:
+        """Set levels of a goal that does not count yet, as the operator had them before."""
+        for label, level in levels.items():
+            self._goals.amend(goal_id, partial(_edited, _edit_of(label, level)))
+
+    def fitted(self, search: PlannedSearch) -> PlannedSearch:
+        """Return a search whose levels are those of the present labels, the new ones rated."""
+        labels = self.labels
+        if tuple(row.label for row in search.guidance.rows) == labels:
+            return search
+        rated = self._prior.levels(search.resolved, search.goal.context, labels)
+        guidance = search.guidance.over(labels, rated.rows).changed(search.edits)
+        fitted = self._goals.amend(
+            search.goal.goal_id, lambda s: dataclasses.replace(s, guidance=guidance)
+        )
+        return fitted or search
+
+    def look(self, color: NDArray[np.uint8]) -> None:
+        """Have the model name things in an image, when it is time; more labels may come of it.
+
+        Args:
+            color: (H, W, 3) RGB.
+        """
+        now = time.monotonic()
+        due = self._look_every_s > 0.0 and now - self._looked_at >= self._look_every_s
+        if self._model is None or not due or self._looking or self._learned >= MAX_LEARNED:
+            return
+        self._looked_at, self._looking = now, True
+        self._lookers.submit(self._name_things, self._model, color)
+
+    def notes(self) -> tuple[str, ...]:
+        """Say who guides the present search, where that is not who was to."""
+        search = self._goals.active()
+        if search is None:
+            return ()
+        if search.asking:
+            return (f"asking {search.asking}; the {search.guidance.provider} guides until then",)
+        return (f"no answer of the language model: {search.failed}",) if search.failed else ()
+
+    # -- requests ----------------------------------------------------------------------------
+
+    def set_level(self, request: GuidanceRequest) -> Accepted:
+        """Change one level of the active goal."""
+        active = self._goals.active()
+        if active is None:
+            raise RequestRefusedError("levels belong to a goal, and there is none")
+        label, labels = canonical_label(request.label), self.labels
+        if label not in labels:
+            raise RequestRefusedError(
+                f"no common object {request.label!r}; there are {', '.join(labels)}"
+            )
+        edit = _edit_of(label, request.level)
+        self._put(partial(self._edit, active.goal.goal_id, edit))
+        return Accepted(detail=f"{label} is {request.level} now")
+
+    def read(self, request: SentenceRequest) -> SentenceReading:
+        """Read a sentence, by the model where there is one; nothing is searched for yet."""
+        started = time.monotonic()
+        answer = self._read(request.sentence)
+        return SentenceReading(
+            object=answer.query.object,
+            context=answer.query.context,
+            doubtful=answer.query.doubtful,
+            provider=answer.provider,
+            elapsed_ms=1e3 * (time.monotonic() - started),
+            note=answer.failed,
+        )
+
+    def add_label(self, request: VocabularyRequest) -> Accepted:
+        """Tell one more common object apart from now on."""
+        resolved = self._resolve(request.label)
+        label = resolved.canonical
+        self._check_new(request.label, label)
+        self._put(partial(self._extend, label))
+        return Accepted(detail=f"{resolved.display} is told apart from now on")
+
+    def _resolve(self, text: str) -> ResolvedObject:
+        try:
+            return resolve_object(text, self.labels)
+        except ValueError as error:
+            raise RequestRefusedError(str(error)) from error
+
+    def _check_new(self, asked: str, label: str) -> None:
+        if not (_LABEL.fullmatch(canonical_label(asked)) and _LABEL.fullmatch(label)):
+            raise RequestRefusedError(
+                f"a common object is one to four plain words, like floor lamp; got {asked!r}"
+            )
+        if label in self.labels:
+            same = "" if canonical_label(asked) == label else f", as {label}"
+            raise RequestRefusedError(f"{asked.strip()} is told apart already{same}")
+        if len(self.labels) >= MAX_LABELS:
+            raise RequestRefusedError(f"the map tells at most {MAX_LABELS} common objects apart")
+        active = self._goals.active()
+        if active is not None and active.goal.object == label:
+            raise RequestRefusedError(
+                f"{label} is what is searched for, and told apart by that; add it afterwards"
+            )
+
+    # -- in threads of the model's -----------------------------------------------------------
+
+    def _ask(self, model: Adviser, search: PlannedSearch) -> None:
+        goal_id, labels = search.goal.goal_id, self.labels
+        if self._goals.find(goal_id) is None:
+            return
+        answer = model.levels(
+            search.resolved, search.goal.context, labels, scenario=search.scenario
+        )
+        self._put(partial(self._take, goal_id, search.questions, answer))
+
+    def _name_things(self, model: Adviser, color: NDArray[np.uint8]) -> None:
+        try:
+            jpeg = simplejpeg.encode_jpeg(np.ascontiguousarray(color), 80, "RGB", "420")
+            sighting = model.name_things(jpeg, self.labels)
+            if sighting.failed:
+                logger.info("no things were named: %s", sighting.failed)
+            for label in sighting.labels[: MAX_LEARNED - self._learned]:
+                self._put(partial(self._learn, label))
+        finally:
+            self._looking = False
+
+    def _read(self, sentence: str) -> SentenceAnswer:
+        failed = ""
+        if self._model is not None:
+            reading = self._readers.submit(self._model.read_query, sentence)
+            try:
+                return reading.result(timeout=SENTENCE_S)
+            except LateError:
+                reading.cancel()
+                failed = f"no answer within {SENTENCE_S:g} s"
+        return SentenceAnswer(read_query(sentence), RULES, "", "", failed)
+
+    # -- in the mission's thread -------------------------------------------------------------
+
+    def _take(self, goal_id: int, question: int, answer: Answer, mission: Mission) -> None:
+        """Swap the model's levels in, unless the goal is gone or was asked about again."""
+        known = self._goals.find(goal_id)
+        if known is None or known.questions != question:
+            logger.info("an answer for goal %d came too late and is dropped", goal_id)
+            return
+        search = self.fitted(self._goals.amend(goal_id, partial(_answered, answer)) or known)
+        if self._is_active(search):
+            mission.set_guidance(search.guidance)
+            self._say("guidance", _told(answer))
+
+    def _edit(self, goal_id: int, edit: LabelLevel, mission: Mission) -> None:
+        active = self._goals.active()
+        if active is None or active.goal.goal_id != goal_id:
+            return
+        search = self._goals.amend(goal_id, partial(_edited, edit))
+        if search is not None:
+            mission.set_guidance(search.guidance)
+            self._say("level_changed", f"{edit.label} is {edit.level.name.lower()}: {edit.reason}")
+
+    def _extend(self, label: str, mission: Mission) -> None:
+        """Let the map tell a label apart, and rate it for the present goal."""
+        if label in mission.voxel_map.labels:
+            return
+        with self._lock:
+            self._labels = (*mission.voxel_map.labels, label)
+        active = self._goals.active()
+        guidance = self.fitted(active).guidance if active is not None else None
+        mission.voxel_map.add_label(label)
+        if guidance is not None:
+            mission.set_guidance(guidance)
+        self._say("vocabulary", f"{label.replace('_', ' ')} is told apart from now on")
+        if active is not None:
+            self.consult(active.goal.goal_id)
+
+    def _learn(self, label: str, mission: Mission) -> None:
+        """Add a label that the model saw, unless it would be refused to the operator."""
+        try:
+            self._check_new(label, label)
+        except RequestRefusedError as error:
+            logger.info("not told apart: %s", error)
+            return
+        self._learned += 1
+        self._extend(label, mission)
+
+    def _is_active(self, search: PlannedSearch) -> bool:
+        active = self._goals.active()
+        return active is not None and active.goal.goal_id == search.goal.goal_id
+
+
+def _answered(answer: Answer, search: PlannedSearch) -> PlannedSearch:
+    return dataclasses.replace(
+        search,
+        guidance=answer.guidance.changed(search.edits),
+        elapsed_ms=answer.elapsed_ms,
+        asking="",
+        failed=answer.failed,
+        from_cache=answer.from_cache,
+        prompt=answer.prompt,
+        reply=answer.reply,
+    )
+
+
+def _edit_of(label: str, level: LevelName) -> LabelLevel:
+    return LabelLevel(label=label, level=Level.parse(level), reason=BY_OPERATOR)
+
+
+def _edited(edit: LabelLevel, search: PlannedSearch) -> PlannedSearch:
+    edits = (*(kept for kept in search.edits if kept.label != edit.label), edit)
+    return dataclasses.replace(search, edits=edits, guidance=search.guidance.changed(edits))
+
+
+def _told(answer: Answer) -> str:
+    if answer.failed:
+        return answer.guidance.notes[0]
+    where = "from the cache" if answer.from_cache else f"after {answer.elapsed_ms:.0f} ms"
+    return f"levels of {answer.guidance.provider} {where}"

@@ -1,0 +1,1 @@
+"""What the navigator keeps: goals, the lease of control, the saved map."""

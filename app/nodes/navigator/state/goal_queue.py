@@ -1,0 +1,170 @@
+"""The goals: which is searched for, which wait, which are over."""
+
+import dataclasses
+import threading
+from collections.abc import Callable
+from typing import Literal
+
+from app.messages.control import GoalOutcome, GoalStatus
+from ippon.guidance.language.naming import ResolvedObject
+from ippon.guidance.levels import Guidance, LabelLevel
+from ippon.mission.goal import Goal
+
+Outcome = Literal["found", "out_of_reach", "exhausted", "cancelled"]
+HISTORY = 50
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedSearch:
+    """A goal, and the levels that count for it now."""
+
+    goal: Goal
+    resolved: ResolvedObject
+    scenario: str = ""
+    guidance: Guidance
+    elapsed_ms: float
+    """How long the levels took."""
+    edits: tuple[LabelLevel, ...] = ()
+    """Levels that the operator set: they win over every answer."""
+    questions: int = 0
+    """How often a language model was asked: an answer to an earlier question is too late."""
+    asking: str = ""
+    """Language model whose answer is still to come."""
+    failed: str = ""
+    """Why the language model gave no answer."""
+    from_cache: bool = False
+    prompt: str = ""
+    """The exact question to the language model."""
+    reply: str = ""
+    """Its exact answer."""
+    asked_at: float = 0.0
+    """Monotonic time of the request."""
+    waited: bool = False
+    """Other goals came first."""
+
+
+class GoalBook:
+    """Hands out goal numbers and keeps the order; safe from any thread."""
+
+    def __init__(self, max_queue: int) -> None:
+        self._lock = threading.Lock()
+        self._max_queue = max_queue
+        self._next_id = 1
+        self._active: PlannedSearch | None = None
+        self._active_is_over: Outcome | None = None
+        self._queue: list[PlannedSearch] = []
+        self._history: list[GoalStatus] = []
+
+    def add(self, search: PlannedSearch) -> tuple[int, int] | None:
+        """Queue a search; returns its number and its place, or None when too many wait."""
+        with self._lock:
+            if len(self._queue) >= self._max_queue:
+                return None
+            goal_id = self._next_id
+            self._next_id += 1
+            goal = dataclasses.replace(search.goal, goal_id=goal_id)
+            busy = self._active is not None and self._active_is_over is None
+            position = len(self._queue) + (1 if busy else 0)
+            self._queue.append(dataclasses.replace(search, goal=goal, waited=position > 0))
+            return goal_id, position
+
+    def next(self, *, hold: bool = False) -> PlannedSearch | None:
+        """Make the first waiting goal the active one, where none is active; returns it.
+
+        Args:
+            hold: A find is kept in view for now: goals that waited for it go on waiting.
+        """
+        with self._lock:
+            if not self._queue or (self._active is not None and self._active_is_over is None):
+                return None
+            has_find = self._active_is_over in {"found", "out_of_reach"}
+            if hold and has_find and self._queue[0].waited:
+                return None
+            self._archive()
+            self._active = self._queue.pop(0)
+            self._active_is_over = None
+            return self._active
+
+    def active(self) -> PlannedSearch | None:
+        """Return the goal that is searched for, or was last."""
+        with self._lock:
+            return self._active
+
+    def unfinished(self) -> list[PlannedSearch]:
+        """Return the goal that is searched for, unless it is over, and those that wait."""
+        with self._lock:
+            searched = self._active is not None and self._active_is_over is None
+            return [*([self._active] if searched and self._active else []), *self._queue]
+
+    def find(self, goal_id: int) -> PlannedSearch | None:
+        """Return a goal that is searched for, was last, or waits."""
+        with self._lock:
+            known = (*([self._active] if self._active else []), *self._queue)
+            return next((s for s in known if s.goal.goal_id == goal_id), None)
+
+    def amend(
+        self, goal_id: int, change: Callable[[PlannedSearch], PlannedSearch]
+    ) -> PlannedSearch | None:
+        """Replace what is known of a goal; returns it, None when it is over and out of view."""
+        with self._lock:
+            if self._active is not None and self._active.goal.goal_id == goal_id:
+                self._active = change(self._active)
+                return self._active
+            for place, search in enumerate(self._queue):
+                if search.goal.goal_id == goal_id:
+                    self._queue[place] = change(search)
+                    return self._queue[place]
+            return None
+
+    def move_first(self, goal_id: int) -> bool:
+        """Let a waiting goal come next; tells whether there was one of that number."""
+        with self._lock:
+            chosen = [s for s in self._queue if s.goal.goal_id == goal_id]
+            self._queue = chosen + [s for s in self._queue if s.goal.goal_id != goal_id]
+            return bool(chosen)
+
+    def remove(self, goal_id: int) -> bool:
+        """Cancel a waiting goal; tells whether there was one of that number."""
+        with self._lock:
+            chosen = [s for s in self._queue if s.goal.goal_id == goal_id]
+            self._queue = [s for s in self._queue if s.goal.goal_id != goal_id]
+            gone = [_status(s.goal, "cancelled") for s in chosen]
+            self._history = [*self._history, *gone][-HISTORY:]
+            return bool(chosen)
+
+    def conclude(self, outcome: Outcome) -> None:
+        """The active goal is over; it stays in view until the next one starts.
+
+        One that is cancelled leaves the view, with the outcome that it had before, if any.
+        """
+        with self._lock:
+            if outcome == "cancelled":
+                self._archive()
+                self._active, self._active_is_over = None, None
+            else:
+                self._active_is_over = outcome
+
+    def reopen(self) -> None:
+        """The active goal goes on after all: its find was rejected."""
+        with self._lock:
+            self._active_is_over = None
+
+    def statuses(self) -> tuple[GoalStatus | None, list[GoalStatus], list[GoalStatus]]:
+        """Return the active goal, those that wait, and those that are over."""
+        with self._lock:
+            active = None
+            if self._active is not None:
+                active = _status(self._active.goal, self._active_is_over or "active")
+            queue = [_status(search.goal, "queued") for search in self._queue]
+            return active, queue, list(self._history)
+
+    def _archive(self) -> None:
+        if self._active is not None:
+            status = _status(self._active.goal, self._active_is_over or "cancelled")
+            self._history = [*self._history, status][-HISTORY:]
+
+
+def _status(goal: Goal, outcome: GoalOutcome) -> GoalStatus:
+    return GoalStatus(
+        goal_id=goal.goal_id, object=goal.object, context=goal.context, outcome=outcome
+    )

@@ -1,0 +1,148 @@
+"""Yesterday's map, and the goals of a navigator that was killed, for its next start.
+
+The map is one file (see `ippon.mapping.map_file`), the goals lie beside it as JSON. Both are
+replaced whole, so that a crash leaves the ones before.
+"""
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from app.messages.control import LevelName, SearchRequest
+from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
+from ippon.atomic_file import replace_file
+from ippon.errors import MapFileError
+from ippon.mapping import map_file
+from ippon.mapping.config import MapConfig
+from ippon.mapping.voxel_map import VoxelMap
+
+logger = logging.getLogger(__name__)
+
+EVERY_S: Final = 10.0
+FIRST_AFTER_S: Final = 5.0
+
+
+class KeptGoal(SearchRequest, frozen=True, kw_only=True):
+    """A goal as it was asked for, and what the operator knew better."""
+
+    levels: dict[str, LevelName] = msgspec.field(default_factory=dict[str, LevelName])
+    """By label, those that the operator set."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kept:
+    """What a navigator left behind."""
+
+    voxel_map: VoxelMap | None
+    """None where it was killed before it had written one."""
+    requests: tuple[KeptGoal, ...]
+    """The goal that was searched for, and those that waited, in their order."""
+
+
+def read_kept(path: Path, config: MapConfig) -> Kept | None:
+    """Read what was kept in a file; None where nothing was.
+
+    Raises:
+        MapFileError: The file is damaged, no map, or of another voxel size; or the goals beside it
+            are none.
+        OSError: It cannot be read.
+    """
+    goals = _goals_path(path)
+    if not path.exists() and not goals.exists():
+        return None
+    voxel_map = None
+    if path.exists():
+        voxel_map = VoxelMap.load(path, config)
+        voxel_map.set_ooi(None)
+    requests: list[KeptGoal] = []
+    if goals.exists():
+        try:
+            requests = msgspec.json.decode(goals.read_bytes(), type=list[KeptGoal])
+        except msgspec.MsgspecError as error:
+            raise MapFileError(f"{goals.name} holds no goals: {error}; remove it") from error
+    return Kept(voxel_map=voxel_map, requests=tuple(requests))
+
+
+class Keeper:
+    """Writes the map now and then, in a thread of its own, and the goals with it."""
+
+    def __init__(
+        self, path: Path, say: Callable[[str, str], None], every_s: float = EVERY_S
+    ) -> None:
+        """Keep in a file; `say` tells the operator of an error, once until it works again."""
+        self._path = path
+        self._say = say
+        self._every_s = every_s
+        self._due_at = time.monotonic() + min(FIRST_AFTER_S, every_s)
+        self._revision = -1
+        self._goals: bytes | None = None
+        self._writer: threading.Thread | None = None
+        self._problem = ""
+        self._told = False
+
+    def keep(self, voxel_map: VoxelMap, goals: GoalBook) -> None:
+        """Write what changed, if it is time: called after every step, in the mission's thread."""
+        if self._problem and not self._told:
+            self._told = True
+            self._say("error", self._problem)
+        self._keep_goals(goals)
+        if time.monotonic() < self._due_at or (self._writer and self._writer.is_alive()):
+            return
+        self._due_at = time.monotonic() + self._every_s
+        if voxel_map.revision != self._revision:
+            self._revision = voxel_map.revision
+            # Copied here, where nothing changes it; packed and written beside the mission.
+            content = voxel_map.capture()
+            self._writer = threading.Thread(
+                target=self._write, args=content, name="map keeper", daemon=True
+            )
+            self._writer.start()
+
+    def close(self, voxel_map: VoxelMap, goals: GoalBook) -> None:
+        """Write everything once more, and wait for it."""
+        if self._writer is not None:
+            self._writer.join()
+        self._keep_goals(goals)
+        self._write(*voxel_map.capture())
+        if self._problem:
+            logger.error("%s", self._problem)
+
+    def _write(self, header: dict[str, object], arrays: map_file.Arrays) -> None:
+        try:
+            map_file.write(self._path, header, arrays)
+        except OSError as error:
+            self._problem = f"the map is not kept in {self._path.name}: {error.strerror or error}"
+            self._revision = -1
+        else:
+            self._problem, self._told = "", False
+
+    def _keep_goals(self, goals: GoalBook) -> None:
+        content = msgspec.json.encode([_request_of(search) for search in goals.unfinished()])
+        if content == self._goals:
+            return
+        path = _goals_path(self._path)
+        try:
+            replace_file(path, content)
+        except OSError as error:
+            self._problem = f"the goals are not kept in {path.name}: {error.strerror or error}"
+            return
+        self._goals = content
+
+
+def _goals_path(path: Path) -> Path:
+    return path.with_name(path.name + ".goals.json")
+
+
+def _request_of(search: PlannedSearch) -> KeptGoal:
+    return KeptGoal(
+        object=search.goal.display,
+        context=search.goal.context,
+        scenario=search.scenario,
+        levels={edit.label: edit.level.name.lower() for edit in search.edits},  # pyright: ignore[reportArgumentType]
+    )

@@ -1,0 +1,207 @@
+"""The status message: what the navigator says of itself, twice a second and after each step."""
+
+import time
+from collections import deque
+from typing import Final
+
+from app.messages.control import (
+    FindReport,
+    MissionState,
+    ProximityRow,
+    ProximityTable,
+    Status,
+    Timings,
+)
+from app.messages.driving import DriveStatus
+from app.messages.lease import LeaseStatus
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.intake import Intake, Stopwatch
+from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
+from ippon.command import Command
+from ippon.mapping.objects.surface_rows import N_FREE, N_USED
+from ippon.mission.goal import Goal
+from ippon.mission.mission import Mission
+from ippon.mission.snapshot import Find, Snapshot
+from ippon.planning.plan import Plan
+
+PLANNED: Final = 50
+"""Frames over which it is counted how often planning ran out of time: ten seconds at five a second;
+in half of them the operator is told."""
+STILL = 1e-3
+ENDS = ("found", "exhausted")
+GOES_ON = ("looking_around", "searching", "approaching", "manual")
+
+
+class StatusReport:
+    """Puts the status together, and times how soon a query moves the robot."""
+
+    def __init__(self, config: NavigatorConfig, version: str) -> None:
+        self._config = config
+        self._version = version
+        self._since = 0.0
+        self._first_command_at: float | None = None
+        self.first_motion_s: float | None = None
+        self._last_tilt: float | None = None
+        self._took_s: float | None = None
+        """How long the search took that ended, while its find waits to be judged."""
+        self._plan: Plan | None = None
+        self._cut_short: deque[bool] = deque(maxlen=PLANNED)
+
+    def goal_set(self, since: float) -> None:
+        """Another goal, asked for at a monotonic time: its first motion is still to come."""
+        self._since = since
+        self.first_motion_s = None
+
+    def command_given(self, command: Command) -> None:
+        """Take note of a command, for the time from query to first motion.
+
+        A robot that was not there yet when the query came is waited for off the clock.
+        """
+        now = time.monotonic()
+        self._first_command_at = self._first_command_at or now
+        turned = self._last_tilt is not None and abs(command.tilt_rad - self._last_tilt) > STILL
+        moves = abs(command.linear_m_s) > STILL or abs(command.yaw_rate_rad_s) > STILL or turned
+        self._last_tilt = command.tilt_rad
+        if moves and self.first_motion_s is None and self._since > 0.0:
+            self.first_motion_s = now - max(self._since, self._first_command_at)
+
+    def planned(self, plan: Plan | None) -> None:
+        """Take note of the latest plan, whether it is of the latest frame or an older one."""
+        if plan is not None and plan is not self._plan:
+            self._cut_short.append(plan.cut_short)
+        self._plan = plan
+
+    def status(
+        self,
+        snapshot: Snapshot | None,
+        mission: Mission,
+        *,
+        goals: GoalBook,
+        intake: Intake,
+        watch: Stopwatch,
+        lost: tuple[str, ...],
+        drive: DriveStatus,
+        lease: LeaseStatus,
+        notes: tuple[str, ...] = (),
+    ) -> Status:
+        """Return the navigator's state as it is now."""
+        active, queue, history = goals.statuses()
+        state, why = _state(snapshot, mission, lost, intake)
+        find = snapshot.find if snapshot is not None and mission.goal is not None else None
+        return Status(
+            robot=self._config.robot,
+            version=self._version,
+            stamp_ns=snapshot.stamp_ns if snapshot else 0,
+            wall_ns=time.time_ns(),
+            state=state,
+            why=why,
+            goal=active,
+            queue=queue,
+            history=history,
+            find=find_report(find, mission.goal) if find and mission.goal else None,
+            streams=[monitor.status() for monitor in intake.monitors.values()],
+            timings=Timings(
+                step_ms=watch.median_ms("step"),
+                map_ms=watch.median_ms("map"),
+                plan_ms=watch.median_ms("plan"),
+                publish_ms=watch.median_ms("publish"),
+                frame_age_ms=watch.median_ms("answer"),
+                first_motion_s=self.first_motion_s,
+            ),
+            frames=intake.frames,
+            elapsed_s=self._elapsed_s(state, snapshot),
+            path_length_m=snapshot.path_length_m if snapshot else 0.0,
+            best_ooi=snapshot.best_ooi if snapshot else 0.0,
+            explored_m2=snapshot.explored_m2 if snapshot else 0.0,
+            surface_voxels=_surface_voxels(mission),
+            voxel_size_m=mission.config.map.voxel_size_m,
+            map_revision=mission.voxel_map.revision,
+            notes=[*notes, *self._slowness()],
+            drive=drive,
+            lease=lease,
+        )
+
+    def _slowness(self) -> tuple[str, ...]:
+        budget_s, often = self._config.mission.planner.step_budget_s, sum(self._cut_short)
+        if budget_s is None or 2 * often < PLANNED:
+            return ()
+        text = (
+            f"planning ran out of its {1e3 * budget_s:g} ms in {often} of the last {PLANNED} "
+            "frames: this machine is slow or busy, and the robot chooses among fewer places"
+        )
+        return (text,)
+
+    def _elapsed_s(self, state: MissionState, snapshot: Snapshot | None) -> float:
+        """Return the time since the search began, or what it took if it ended."""
+        elapsed_s = snapshot.elapsed_s if snapshot else 0.0
+        if state in GOES_ON:
+            self._took_s = None
+        elif state in ENDS or self._took_s is not None:
+            # The lesser, because the next search may have ended before anything was said of it.
+            self._took_s = min(self._took_s or elapsed_s, elapsed_s)
+            return self._took_s
+        return elapsed_s
+
+
+def _state(
+    snapshot: Snapshot | None, mission: Mission, lost: tuple[str, ...], intake: Intake
+) -> tuple[MissionState, str]:
+    if mission.state.value == "stopped":
+        return "stopped", "stopped: press Resume to go on"
+    if lost:
+        ages = dict(intake.lost(0.0))
+        silent = ", ".join(f"{name} ({ages[name] or 0.0:.1f} s)" for name in lost if name in ages)
+        return "lost", f"waiting for {silent}"
+    if intake.refused:
+        return "lost", f"frames are refused: {intake.refused}"
+    if snapshot is None:
+        if intake.frames == 0:
+            missing = intake.assembler.missing()
+            return "starting", f"waiting for the robot's {missing or 'first frame'}"
+        return "starting", "waiting"
+    return mission.state.value, snapshot.why
+
+
+def _surface_voxels(mission: Mission) -> int:
+    tally = mission.voxel_map.surface.tally
+    return int(tally[N_USED] - 1 - tally[N_FREE])
+
+
+def find_report(find: Find, goal: Goal) -> FindReport:
+    """Return a find as the status tells it."""
+    return FindReport(
+        goal_id=goal.goal_id,
+        object=goal.object,
+        position_world=find.position_world,
+        size_m=find.size_m,
+        probability=find.probability,
+        voxels=find.voxels,
+        box_px=find.box_px,
+        out_of_reach_m=find.out_of_reach_m,
+    )
+
+
+def proximity_table(search: PlannedSearch, by_room: str = "") -> ProximityTable:
+    """Return the levels of a search, and how they came about.
+
+    Args:
+        search: What is searched for.
+        by_room: What types of room change, in words; empty for nothing.
+    """
+    guidance = search.guidance
+    return ProximityTable(
+        goal_id=search.goal.goal_id,
+        object=guidance.ooi,
+        context=guidance.context,
+        provider=guidance.provider,
+        elapsed_ms=search.elapsed_ms,
+        rows=[
+            ProximityRow(label=row.label, level=row.level.name.lower(), reason=row.reason)  # pyright: ignore[reportArgumentType]
+            for row in guidance.rows
+        ],
+        notes=[*guidance.notes, *([by_room] if by_room else [])],
+        asking=search.asking,
+        from_cache=search.from_cache,
+        prompt=search.prompt,
+        reply=search.reply,
+    )

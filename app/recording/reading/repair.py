@@ -1,0 +1,125 @@
+"""A recording whose recorder was killed, made whole: its messages in a file that has its index."""
+
+import os
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from mcap.writer import CompressionType, Writer
+
+from app.messages import keys
+from app.recording.channels import Topic, to_recorded, topic_of
+from app.recording.digest import ATTACHMENT, digest_of, pack_digest
+from app.recording.errors import RecordingError
+from app.recording.reading.recording import Recording
+from app.recording.writing.bag_metadata import write_bag_metadata
+from app.recording.writing.session import CONFIGURATION, SUMMARY, THUMBNAIL, summary_of, thumbnail
+from app.recording.writing.writer import PROFILE, register
+
+EXPECTED: Final = (keys.STATUS, keys.TF, keys.COLOR, keys.DEPTH, keys.MAP_VOXELS, keys.MAP_KEYFRAME)
+"""What a session of a robot and a navigator has."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Checkup:
+    """What was found in a recording."""
+
+    messages: int
+    duration_s: float
+    complete: bool
+    """The recorder ended it."""
+    repaired: bool
+    problems: tuple[str, ...]
+    missing: tuple[str, ...]
+    """Topics of a session that it does not have."""
+
+
+def check(path: Path, *, repair: bool) -> Checkup:
+    """Look through a recording, and write it anew where it was cut off.
+
+    The new file takes the place of the old one only once it is whole, so that another crash costs
+    nothing.
+
+    Args:
+        path: The file, or a session's folder.
+        repair: Whether to mend.
+
+    Raises:
+        RecordingError: It is none, holds nothing, is another program's and cut, or the mended one
+            cannot be written.
+    """
+    recording = Recording(path)
+    try:
+        count = sum(1 for _ in recording.all_messages())
+        problems = list(recording.index.problems)
+        problems += [f"{text} ({n} messages)" for text, n in recording.damaged.items()]
+        missing = tuple(key for key in EXPECTED if key not in recording.keys)
+        mend = repair and not recording.index.complete
+        if mend:
+            _rewrite(recording)
+        return Checkup(
+            messages=count,
+            duration_s=recording.duration_s,
+            complete=recording.index.complete,
+            repaired=mend,
+            problems=tuple(problems),
+            missing=missing,
+        )
+    finally:
+        recording.close()
+
+
+def _rewrite(recording: Recording) -> None:
+    path = recording.path
+    versions = recording.index.metadata.get("ippon/versions", {})
+    if "robot" not in versions:
+        raise RecordingError(
+            f"{path} was cut off and is not of ippon: `mcap recover` mends any MCAP file"
+        )
+    partial = path.with_name(path.name + ".partial")
+    try:
+        counts = _copy(recording, partial, versions)
+        partial.replace(path)
+        write_bag_metadata(path.parent, path.name, counts, recording.start_ns, recording.end_ns)
+    except OSError as error:
+        raise RecordingError(f"the mended {path} cannot be written: {error.strerror}") from error
+
+
+def _copy(recording: Recording, target: Path, versions: dict[str, str]) -> Counter[Topic]:
+    counts: Counter[Topic] = Counter()
+    channels: dict[str, tuple[int, Topic]] = {}
+    schemas: dict[str, int] = {}
+    with target.open("wb") as file:
+        mcap = Writer(file, compression=CompressionType.ZSTD)
+        mcap.start(profile=PROFILE, library="ippon")
+        for name, values in recording.index.metadata.items():
+            mcap.add_metadata(name, values)
+        for message in recording.all_messages():
+            if message.key not in channels:
+                topic = topic_of(versions["robot"], message.key)
+                channels[message.key] = (register(mcap, topic, schemas), topic)
+            channel, topic = channels[message.key]
+            data = to_recorded(topic, message.payload)
+            mcap.add_message(channel, message.time_ns, data, message.time_ns)
+            counts[topic] += 1
+        _attach(recording, mcap)
+        mcap.finish()
+        file.flush()
+        os.fsync(file.fileno())
+    return counts
+
+
+def _attach(recording: Recording, mcap: Writer) -> None:
+    digest, end_ns = digest_of(recording), recording.end_ns
+    picture = recording.latest(keys.COLOR, digest.found_ns or end_ns)
+    files = {
+        CONFIGURATION: ("application/json", recording.attachment(CONFIGURATION)),
+        ATTACHMENT: ("application/zstd", pack_digest(digest)),
+        THUMBNAIL: ("image/jpeg", thumbnail(picture.payload if picture is not None else None)),
+    }
+    for name, (kind, data) in files.items():
+        if data is not None:
+            mcap.add_attachment(end_ns, end_ns, name, kind, data)
+    if SUMMARY not in recording.index.metadata:
+        mcap.add_metadata(SUMMARY, summary_of(digest, recording.duration_s))

@@ -1,0 +1,1 @@
+"""Recordings written: the session, its MCAP file and its limits."""

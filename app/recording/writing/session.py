@@ -1,0 +1,198 @@
+"""One session being recorded: the file, its digest, its limits, and what it is called."""
+
+import io
+import itertools
+import json
+import math
+import platform
+import re
+import shutil
+import time
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Final
+
+import msgspec
+from PIL import Image
+
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.images import decode_color, decompress_color
+from app.messages.scene import decode_detections, decode_tree
+from app.recording.channels import MARKERS_KEY
+from app.recording.digest import ATTACHMENT, DIGEST_KEYS, Digest, pack_digest
+from app.recording.writing.limits import RecordingLimits, Verdict, judge
+from app.recording.writing.markers import encode_markers
+from app.recording.writing.thinning import Thinning
+from app.recording.writing.writer import SessionWriter
+
+THUMBNAIL: Final = "ippon/thumbnail.jpg"
+SUMMARY: Final = "ippon/summary"
+VERSIONS: Final = "ippon/versions"
+CONFIGURATION: Final = "ippon/configuration.json"
+MARKERS_EVERY_S: Final = 1.0
+_THUMBNAIL_PX: Final = 320
+_PACKAGES: Final = ("ippon", "numpy", "numba", "ompl", "eclipse-zenoh", "mcap")
+
+
+def session_name(robot: str, wall_s: float) -> str:
+    """Return the folder of a session that begins now: sorted by name is sorted by time."""
+    when = time.strftime("%Y-%m-%d_%H-%M-%S", time.localtime(wall_s))
+    return f"{when}_{re.sub(r'[^A-Za-z0-9.-]+', '_', robot)[:60]}"
+
+
+class Session:
+    """Takes every message of a robot; one thread owns it."""
+
+    def __init__(
+        self,
+        root: Path,
+        robot: str,
+        limits: RecordingLimits,
+        wall_ns: int,
+        sensor_hz: float = 0.0,
+    ) -> None:
+        """Begin a session in a new folder under `root`.
+
+        Args:
+            root: Folder of the sessions.
+            robot: Key prefix.
+            limits: How much may be written.
+            wall_ns: Now.
+            sensor_hz: See `Thinning`.
+
+        Raises:
+            OSError: It cannot be written there.
+        """
+        self.writer = SessionWriter(_unused(root / session_name(robot, wall_ns * 1e-9)), robot)
+        self.digest = Digest()
+        self.start_ns = wall_ns
+        self._limits = limits
+        self._thinning = Thinning(sensor_hz)
+        self._image: bytes | None = None
+        self._found_image: bytes | None = None
+        self._tree: bytes | None = None
+        self._finds: bytes | None = None
+        self._marked_at = -math.inf
+        self.writer.note_metadata(VERSIONS, {**_versions(robot), "sensor_hz": f"{sensor_hz:g}"})
+        self.writer.flush()
+
+    def add(self, key: str, payload: bytes, wall_ns: int, now_s: float) -> None:
+        """Write a message as it came.
+
+        Raises:
+            OSError: The disk refuses.
+        """
+        if not self._thinning.keeps(key, payload):
+            return
+        self.writer.add(key, payload, wall_ns, now_s)
+        if key in DIGEST_KEYS:
+            had = self.digest.found_ns
+            self.digest.take(key, payload, wall_ns)
+            if self.digest.found_ns != had:
+                self._found_image = self._image
+        elif key == keys.COLOR:
+            self._image = payload
+        elif key == keys.CONFIGURATION:
+            self.writer.attach(CONFIGURATION, "application/json", payload, wall_ns)
+        elif key == keys.PLAN_TREE:
+            self._tree = payload
+        elif key == keys.DETECTIONS:
+            self._finds = payload
+        if now_s - self._marked_at >= MARKERS_EVERY_S and self._tree is not None:
+            self._marked_at = now_s
+            self._add_markers(wall_ns, now_s)
+
+    def check(self) -> Verdict:
+        """Compare with the limits.
+
+        Raises:
+            OSError: The disk is gone.
+        """
+        free = shutil.disk_usage(self.writer.folder).free
+        return judge(self._limits, self.writer.written_bytes, free)
+
+    def close(self) -> None:
+        """End the session: digest, summary, picture, indexes."""
+        end_ns = time.time_ns()
+        writer = self.writer
+        writer.attach(ATTACHMENT, "application/zstd", pack_digest(self.digest), end_ns)
+        picture = thumbnail(self._found_image or self._image)
+        if picture is not None:
+            writer.attach(THUMBNAIL, "image/jpeg", picture, end_ns)
+        writer.note_metadata(SUMMARY, summary_of(self.digest, (end_ns - self.start_ns) * 1e-9))
+        writer.close()
+
+    def _add_markers(self, wall_ns: int, now_s: float) -> None:
+        try:
+            stamp_ns, tree = decode_tree(self._tree or b"")
+            finds = decode_detections(self._finds)[1] if self._finds is not None else ()
+        except MessageError:
+            # What cannot be read cannot be drawn; the bytes themselves are recorded.
+            return
+        self.writer.add(MARKERS_KEY, encode_markers(tree, finds, stamp_ns), wall_ns, now_s)
+
+
+def summary_of(digest: Digest, duration_s: float) -> dict[str, str]:
+    """Return what a list of sessions shows, as text by name."""
+    last = digest.last
+    summary = {"duration_s": f"{duration_s:.1f}"}
+    if last is None:
+        return summary
+    goals = [*last.history, *([last.goal] if last.goal is not None else [])]
+    summary |= {
+        "robot": last.robot,
+        "path_length_m": f"{_driven_m(digest):.2f}",
+        "explored_m2": f"{last.explored_m2:.1f}",
+        "goals": json.dumps([msgspec.to_builtins(goal) for goal in goals]),
+    }
+    if goals:
+        goal = goals[-1]
+        outcome = "unfinished" if goal.outcome in {"active", "queued"} else goal.outcome
+        summary |= {"object": goal.object, "context": goal.context, "outcome": outcome}
+    return summary
+
+
+def thumbnail(color: bytes | None) -> bytes | None:
+    """Return a colour image's payload as a small JPEG, None where there is none to be read."""
+    if color is None:
+        return None
+    try:
+        pixels = decompress_color(decode_color(color).encoded)
+    except MessageError:
+        return None
+    image = Image.fromarray(pixels)
+    image.thumbnail((_THUMBNAIL_PX, _THUMBNAIL_PX))
+    out = io.BytesIO()
+    image.save(out, "JPEG", quality=80)
+    return out.getvalue()
+
+
+def _driven_m(digest: Digest) -> float:
+    points = [(p.x, p.y) for p in digest.trail]
+    return sum(
+        ((bx - ax) ** 2 + (by - ay) ** 2) ** 0.5
+        for (ax, ay), (bx, by) in itertools.pairwise(points)
+    )
+
+
+def _unused(folder: Path) -> Path:
+    """Return the folder, with a number where another session began in the same second."""
+    candidate, number = folder, 2
+    while candidate.exists():
+        candidate = folder.with_name(f"{folder.name}_{number}")
+        number += 1
+    return candidate
+
+
+def _versions(robot: str) -> dict[str, str]:
+    found: Mapping[str, str] = {name: _version(name) for name in _PACKAGES}
+    return {"robot": robot, "python": platform.python_version(), **found}
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"

@@ -1,0 +1,1 @@
+"""The scene model drawn with viser."""

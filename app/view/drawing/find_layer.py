@@ -1,0 +1,139 @@
+"""Finds in the scene: a green frame and the name; what may be the object, a thin amber frame."""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from app.messages.control import FindReport
+from app.messages.scene import Detection
+from app.view.colors import FOUND, ORANGE, Rgb, linear
+from app.view.model.candidates import Candidate
+
+_MARGIN_M: Final = 0.08
+_LABEL_GAP_M: Final = 0.22
+_SHOWN: Final = 32
+_SAME_M: Final = 0.3
+_REJECTED_M: Final = 0.2
+"""So much farther than a rejected find reaches, the navigator rules out, too."""
+_PLACE_M: Final = 0.4
+_APART_M: Final = 1.0
+"""Nearer than this to a name, the name of another place would cover it."""
+_EDGES: Final = [(a, b) for a in range(8) for b in range(a + 1, 8) if (a ^ b) in {1, 2, 4}]
+_SIGNS: Final = np.array(
+    [[(n >> axis & 1) * 2 - 1 for axis in range(3)] for n in range(8)], dtype=np.float32
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mark:
+    """A box in the world and what is written above it."""
+
+    center_world: tuple[float, float, float]
+    size_m: tuple[float, float, float]
+    text: str
+    """Empty where it would cover another."""
+    found: bool
+    """The search ended here; else it is only likely."""
+
+
+class FindLayer:
+    """Marks objects; the names of its nodes are reused."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self._boxes: list[Any] = []
+        self._labels: list[Any] = []
+
+    def draw(self, marks: tuple[Mark, ...], visible: bool, named: bool = True) -> None:
+        """Mark these objects and no others."""
+        shown = marks[:_SHOWN] if visible else ()
+        for n, mark in enumerate(shown):
+            self._draw_mark(n, mark, named)
+        for handle in (*self._boxes[len(shown) :], *self._labels[len(shown) :]):
+            handle.visible = False
+
+    def _draw_mark(self, n: int, mark: Mark, named: bool) -> None:
+        center = np.array(mark.center_world, dtype=np.float32)
+        half = np.array(mark.size_m, dtype=np.float32) * 0.5 + _MARGIN_M
+        corners = center + _SIGNS * half
+        segments = np.array([[corners[a], corners[b]] for a, b in _EDGES])
+        top = (*center[:2].tolist(), float(center[2] + half[2]) + _LABEL_GAP_M)
+        color: Rgb = FOUND if mark.found else ORANGE
+        colors = np.tile(linear(np.array(color, dtype=np.uint8)), (len(_EDGES), 2, 1))
+        if n == len(self._boxes):
+            self._boxes.append(self._scene.add_line_segments(f"/finds/{n}/box", segments, colors))
+            self._labels.append(
+                self._scene.add_label(f"/finds/{n}/label", mark.text, anchor="bottom-center")
+            )
+        box, label = self._boxes[n], self._labels[n]
+        box.points, box.colors, box.visible = segments, colors, True
+        box.thickness = 0.04 if mark.found else 0.015
+        label.position, label.text, label.visible = top, mark.text, named and bool(mark.text)
+        label.font_screen_scale = 1.25 if mark.found else 0.9
+
+
+def marks_of(
+    report: FindReport | None,
+    detections: tuple[Detection, ...],
+    rejected: tuple[FindReport, ...] = (),
+) -> tuple[Mark, ...]:
+    """Mark the find and the likely places, the likeliest first.
+
+    Places in the find are left out, and what was rejected.
+    """
+    marks: list[Mark] = []
+    detections = tuple(d for d in detections if not any(_is_ruled_out(d, r) for r in rejected))
+    if report is not None:
+        marks.append(
+            Mark(
+                center_world=report.position_world,
+                size_m=report.size_m,
+                text=f"{report.object.replace('_', ' ')} {report.probability:.0%}",
+                found=True,
+            )
+        )
+        detections = tuple(d for d in detections if not _is_part_of(d, report))
+    for detection in sorted(detections, key=lambda d: -d.probability):
+        text = f"{detection.label.replace('_', ' ')}? {detection.probability:.0%}"
+        marks.append(
+            Mark(
+                center_world=detection.center_world,
+                size_m=detection.size_m,
+                text=text if _has_room(detection, marks) else "",
+                found=False,
+            )
+        )
+    return tuple(marks)
+
+
+def places_of(candidates: tuple[Candidate, ...]) -> tuple[Mark, ...]:
+    """Mark the places that a search without a find lists, under their numbers."""
+    return tuple(
+        Mark(
+            center_world=candidate.point_world,
+            size_m=(_PLACE_M, _PLACE_M, _PLACE_M),
+            text=f"{n}: {candidate.probability:.0%}",
+            found=False,
+        )
+        for n, candidate in enumerate(candidates, start=1)
+    )
+
+
+def _is_ruled_out(detection: Detection, rejected: FindReport) -> bool:
+    reach = 0.5 * float(np.linalg.norm(rejected.size_m)) + _REJECTED_M
+    offset = np.subtract(detection.center_world, rejected.position_world)
+    return float(np.linalg.norm(offset)) <= reach
+
+
+def _is_part_of(detection: Detection, report: FindReport) -> bool:
+    offset = np.abs(np.subtract(detection.center_world, report.position_world))
+    return bool((offset <= np.maximum(0.5 * np.array(report.size_m), _SAME_M)).all())
+
+
+def _has_room(detection: Detection, marks: list[Mark]) -> bool:
+    return all(
+        np.linalg.norm(np.subtract(detection.center_world, mark.center_world)) >= _APART_M
+        for mark in marks
+        if mark.text
+    )

@@ -1,0 +1,156 @@
+"""The scene model drawn with viser: what changed is drawn, under names that stay."""
+
+import math
+import time
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+
+from app.view.drawing.derived_layers import DerivedLayers
+from app.view.drawing.find_layer import FindLayer, Mark, marks_of, places_of
+from app.view.drawing.overlay_layer import OverlayLayer
+from app.view.drawing.robot_layer import RobotLayer
+from app.view.drawing.tree_layer import TreeLayer
+from app.view.drawing.voxel_layer import VoxelLayer
+from app.view.model.scene_model import Part, SceneModel
+from app.view.view_options import ViewOptions
+from ippon.geometry import Float64Array
+
+GAINS_S: Final = 2.0
+"""Between two recolourings of the map by gain."""
+ROOTS: Final = (
+    "/map", "/object_voxels", "/skin", "/clearance", "/tree", "/path", "/trail", "/camera",
+    "/robot", "/finds", "/painted", "/glimpsed", "/pointed",
+)  # fmt: skip
+"""Above every node of the drawing; not of the lights and the floor."""
+ALL_PARTS: Final[frozenset[Part]] = frozenset(
+    {
+        "voxels",
+        "tree",
+        "path",
+        "pose",
+        "camera",
+        "image",
+        "status",
+        "detections",
+        "painted",
+        "glimpsed",
+        "looked_over",
+    }
+)
+
+
+class ViserScene:
+    """Draws one `SceneModel` into one viser server, for all browsers, or into one client's scene.
+
+    Args:
+        server: The server, the client, or a `Subtree` of either.
+    """
+
+    def __init__(self, server: Any) -> None:
+        self._server = server
+        scene = server.scene
+        self.voxels = VoxelLayer(scene)
+        self._tree = TreeLayer(scene)
+        self._robot = RobotLayer(scene)
+        self._finds = FindLayer(scene)
+        self._derived = DerivedLayers(scene)
+        self.overlay = OverlayLayer(scene)
+        self._options: ViewOptions | None = None
+        self._gains_at = -math.inf
+        self._revision = 0
+        """Of the voxels that are drawn."""
+        # The default picture of surroundings keeps the whole scene dim until it is decoded.
+        scene.configure_environment_map(hdri=None)
+        scene.configure_default_lights(enabled=False)
+        scene.add_light_ambient("/lights/all_round", color=(255, 255, 255), intensity=1.6)
+        scene.add_light_directional(
+            "/lights/sun", color=(255, 250, 240), intensity=2.2, position=(-2.0, -3.0, 5.0)
+        )
+        scene.add_grid(
+            "/floor",
+            width=40.0,
+            height=40.0,
+            cell_size=0.5,
+            section_size=2.0,
+            cell_color=(56, 64, 76),
+            section_color=(72, 82, 98),
+            infinite_grid=True,
+            fade_distance=30.0,
+            position=(0.0, 0.0, -0.06),
+        )
+
+    def draw(self, model: SceneModel, changed: frozenset[Part], options: ViewOptions) -> None:
+        """Draw what changed since the last call, all of it at one moment."""
+        if options != self._options:
+            changed |= ALL_PARTS
+            self._options = options
+            self._gains_at = -math.inf
+            self._derived.restart()
+        changed |= self._recolored(model, changed, options)
+        layers = options.layers
+        with self._server.atomic():
+            if "voxels" in changed and model.voxel_size_m is not None:
+                dirty, self._revision = model.voxels.changed_since(self._revision)
+                # The skin lies on the voxels: both at once would flicker.
+                bare = replace(options, layers=layers - {"map"}) if "mesh" in layers else options
+                self.voxels.draw(model.voxels, model.voxel_size_m, dirty, bare)
+                self._derived.draw(
+                    model.voxels, model.voxel_size_m, options.ceiling_m, frozenset(layers)
+                )
+            if "tree" in changed:
+                self._tree.draw(model.tree, "tree" in layers)
+            if "path" in changed:
+                self._robot.draw_path(model.path_world, "path" in layers)
+            if changed & {"camera", "pose", "image"}:
+                self._draw_robot(model, changed, options)
+            if "painted" in changed:
+                self.overlay.draw_painted(model.painted, 0.0)
+            if "glimpsed" in changed:
+                places = model.glimpsed.cells if "glimpses" in layers else []
+                self.overlay.draw_glimpsed(places, model.glimpsed.cell_m)
+            if "looked_over" in changed:
+                runs = model.glimpsed.covered if "covered" in layers else []
+                self.overlay.draw_looked_over(runs, model.glimpsed.cell_m)
+            if changed & {"status", "detections"}:
+                self._finds.draw(_marks(model), "finds" in layers, "labels" in layers)
+
+    def _recolored(
+        self, model: SceneModel, changed: frozenset[Part], options: ViewOptions
+    ) -> frozenset[Part]:
+        """Take over the tree's gains for the map's colours, now and then: it changes all of it."""
+        now = time.monotonic()
+        if options.mode != "gain" or model.tree is None or now - self._gains_at < GAINS_S:
+            return frozenset()
+        if "tree" not in changed:
+            return frozenset()
+        self._gains_at = now
+        tree = model.tree
+        self.voxels.beads = np.column_stack([tree.positions_world[:, :2], tree.gains])
+        self._revision = 0
+        return frozenset({"voxels"})
+
+    def bounds(self) -> tuple[Float64Array, Float64Array] | None:
+        """Return the least and greatest (x, y) of the drawn map in metres; None without one."""
+        return self.voxels.bounds()
+
+    def _draw_robot(
+        self, model: SceneModel, changed: frozenset[Part], options: ViewOptions
+    ) -> None:
+        layers = options.layers
+        if "camera" in changed and model.camera is not None:
+            self._robot.draw_camera(model.camera, "camera" in layers)
+        if changed & {"camera", "pose"}:
+            self._robot.draw_pose(model.T_world_base, model.T_world_camera)
+        if "pose" in changed:
+            self._robot.draw_trail(model.trail_world, "trail" in layers)
+        if changed & {"camera", "image"} and model.image is not None and "camera" in layers:
+            self._robot.draw_image(model.image.encoded)
+
+
+def _marks(model: SceneModel) -> tuple[Mark, ...]:
+    status = model.status
+    if status is not None and status.state == "exhausted":
+        return places_of(model.candidates())
+    return marks_of(None if status is None else status.find, model.detections, model.rejected)

@@ -1,0 +1,237 @@
+"""The map in the scene: a point cloud per column of blocks, boxes where the object may be."""
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.view.colors import NOT_MAPPED, OOI_SCALE, linear, ooi_colors, voxel_colors
+from app.view.model.voxel_store import COLUMN, Column, ColumnVoxels, VoxelStore
+from app.view.view_options import ViewOptions
+
+POINT_SIZE: Final = 1.3
+"""In voxels: a square of this size hides the gaps to its neighbours from any side."""
+
+_DARKEST: Final = 164
+_DARKEST_DATA: Final = 176
+"""Of 255: what is left of a colour in the deepest shade; more where a colour is a figure."""
+
+MAX_BOXES: Final = 6000
+NEAR_M: Final = 0.8
+"""A surface this close to a viewpoint, seen from above, takes the colour of its gain."""
+DEFAULT_TOP_M: Final = 3.0
+"""End of the height ramp where no ceiling is cut."""
+
+_CUBE: Final = np.array(
+    [[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)], dtype=np.float32
+)
+_CUBE_FACES: Final = np.array(
+    [
+        [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
+    ],
+    dtype=np.uint32,
+)  # fmt: skip
+
+
+class VoxelLayer:
+    """Draws columns of a `VoxelStore` under names that stay."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self._options: ViewOptions | None = None
+        self._voxel_size_m = 0.0
+        self._clouds: dict[Column, Any] = {}
+        self._gathered: dict[Column, ColumnVoxels] = {}
+        """As they were drawn last: another colour needs no more than this."""
+        self._below: int | None = None
+        self._extents: dict[Column, tuple[NDArray[np.int16], NDArray[np.int16]]] = {}
+        """Least and greatest x and y of what each column shows, in voxels of it."""
+        self._likely: dict[Column, tuple[NDArray[np.float32], NDArray[np.uint8]]] = {}
+        self._boxes: Any = None
+        self.beads: NDArray[np.float32] = np.empty((0, 3), np.float32)
+        """(N, 3) x, y and gain of the viewpoints, for the mode that shows gains."""
+        self.shown = 0
+        """Columns that are drawn now."""
+
+    def draw(
+        self,
+        store: VoxelStore,
+        voxel_size_m: float,
+        dirty: Sequence[Column],
+        options: ViewOptions,
+    ) -> None:
+        """Draw the columns that changed; all of them when a choice changed."""
+        if voxel_size_m != self._voxel_size_m:
+            self._remove_all()
+            self._voxel_size_m = voxel_size_m
+        below = None
+        if options.ceiling_m is not None:
+            below = round(options.ceiling_m / voxel_size_m)
+        if below != self._below:
+            self._gathered.clear()
+            self._below = below
+        for column in dirty:
+            self._gathered.pop(column, None)
+        if options != self._options:
+            dirty = store.columns
+            self._options = options
+        boxes_changed = False
+        for column in dirty:
+            voxels = self._gathered.get(column)
+            if voxels is None:
+                voxels = self._gathered[column] = store.column(column, below)
+            boxes_changed |= self._draw_column(column, voxels, options)
+        if boxes_changed:
+            self._draw_boxes()
+        self.shown = len(self._extents)
+
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Return the least and greatest (x, y) of what is drawn in metres; None without any."""
+        shown = list(self._extents)
+        if not shown:
+            return None
+        corners = np.array(shown, dtype=np.float64) * COLUMN
+        low = np.array([self._extents[column][0] for column in shown])
+        high = np.array([self._extents[column][1] for column in shown])
+        size = self._voxel_size_m
+        return (corners + low).min(axis=0) * size, (corners + high + 1.0).max(axis=0) * size
+
+    def _draw_column(self, column: Column, voxels: ColumnVoxels, options: ViewOptions) -> bool:
+        """Draw one column; tell whether the boxes have changed."""
+        ooi = voxels.attributes[:, 3]
+        likely = (ooi != NOT_MAPPED) & (ooi >= options.object_threshold * OOI_SCALE)
+        if "object" not in options.layers:
+            likely[:] = False
+        self._draw_points(column, voxels, ~likely, options)
+        had = self._likely.pop(column, None) is not None
+        if not likely.any():
+            return had
+        corner = np.array([column[0] * COLUMN, column[1] * COLUMN, 0.0], dtype=np.float32)
+        centers = (voxels.local[likely] + corner + np.float32(0.5)) * np.float32(self._voxel_size_m)
+        self._likely[column] = (centers, ooi[likely])
+        return True
+
+    def _draw_points(
+        self,
+        column: Column,
+        voxels: ColumnVoxels,
+        kept: NDArray[np.bool_],
+        options: ViewOptions,
+    ) -> None:
+        cloud = self._clouds.get(column)
+        local, attributes = voxels.local[kept], voxels.attributes[kept]
+        if not len(local) or "map" not in options.layers:
+            self._extents.pop(column, None)
+            if cloud is not None:
+                cloud.visible = False
+            return
+        self._extents[column] = (local[:, :2].min(axis=0), local[:, :2].max(axis=0))
+        ooi = attributes[:, 3]
+        colors = voxel_colors(
+            options.mode,
+            rgb=attributes[:, :3],
+            ooi=ooi,
+            level=attributes[:, 5],
+            height_m=(local[:, 2] + np.float32(0.5)) * np.float32(self._voxel_size_m),
+            top_m=options.ceiling_m or DEFAULT_TOP_M,
+            thing=_thing(attributes, options.thing),
+            gain=self._gain_of(column, local) if options.mode == "gain" else ooi,
+        )
+        darkest = _DARKEST if options.mode == "camera" else _DARKEST_DATA
+        colors = _shade(colors, voxels.openness[kept], local, darkest)
+        # Half integers below 1024 are exact in float16: 6 bytes a point instead of 12.
+        points = (local + np.float16(0.5)).astype(np.float16)
+        if cloud is None:
+            size = self._voxel_size_m
+            self._clouds[column] = self._scene.add_point_cloud(
+                f"/map/{column[0]}_{column[1]}",
+                points,
+                colors,
+                point_size=POINT_SIZE,
+                point_shape="square",
+                point_shading="flat",
+                precision="float16",
+                scale=size,
+                position=(column[0] * COLUMN * size, column[1] * COLUMN * size, 0.0),
+            )
+            return
+        cloud.points = points
+        cloud.colors = colors
+        cloud.visible = True
+
+    def _gain_of(self, column: Column, local: NDArray[np.int16]) -> NDArray[np.uint8]:
+        """Return the share of the highest gain that the nearest viewpoint has, 255 for none."""
+        out = np.full(len(local), NOT_MAPPED, dtype=np.uint8)
+        beads = self.beads
+        if not len(beads) or beads[:, 2].max() <= 0.0:
+            return out
+        corner = np.array([column[0] * COLUMN, column[1] * COLUMN])
+        xy = (local[:, :2] + corner + 0.5) * self._voxel_size_m
+        apart = np.linalg.norm(xy[:, None] - beads[None, :, :2], axis=2)
+        nearest = apart.argmin(axis=1)
+        near = apart[np.arange(len(xy)), nearest] <= NEAR_M
+        share = beads[nearest, 2] / beads[:, 2].max()
+        out[near] = np.clip(share[near] * OOI_SCALE, 0.0, OOI_SCALE).astype(np.uint8)
+        return out
+
+    def _draw_boxes(self) -> None:
+        if not self._likely:
+            if self._boxes is not None:
+                self._boxes.visible = False
+            return
+        centers = np.concatenate([c for c, _ in self._likely.values()])
+        ooi = np.concatenate([o for _, o in self._likely.values()])
+        if len(ooi) > MAX_BOXES:
+            best = np.argpartition(ooi, len(ooi) - MAX_BOXES)[-MAX_BOXES:]
+            centers, ooi = centers[best], ooi[best]
+        wxyzs = np.tile(np.array([1.0, 0.0, 0.0, 0.0], dtype=np.float32), (len(ooi), 1))
+        colors = linear(ooi_colors(ooi))
+        if self._boxes is None:
+            self._boxes = self._scene.add_batched_meshes_simple(
+                "/object_voxels",
+                _CUBE * np.float32(self._voxel_size_m * 1.12),
+                _CUBE_FACES,
+                wxyzs,
+                centers,
+                batched_colors=colors,
+                flat_shading=True,
+                lod="off",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            return
+        self._boxes.batched_wxyzs = wxyzs
+        self._boxes.batched_positions = centers
+        self._boxes.batched_colors = colors
+        self._boxes.visible = True
+
+    def _remove_all(self) -> None:
+        for cloud in self._clouds.values():
+            cloud.remove()
+        if self._boxes is not None:
+            self._boxes.remove()
+        self._boxes = None
+        for known in (self._clouds, self._gathered, self._extents, self._likely):
+            known.clear()
+
+
+def _thing(attributes: NDArray[np.uint8], label: int | None) -> NDArray[np.uint8]:
+    """Return the confidence of voxels that are most probably one thing, 255 for all others."""
+    if label is None:
+        return np.full(len(attributes), NOT_MAPPED, dtype=np.uint8)
+    return np.where(attributes[:, 6] == label, np.minimum(attributes[:, 7], 254), NOT_MAPPED)
+
+
+def _shade(
+    colors: NDArray[np.uint8],
+    openness: NDArray[np.uint8],
+    local: NDArray[np.int16],
+    darkest: int,
+) -> NDArray[np.uint8]:
+    """Darken what lies under or beside something, and set each voxel off a little."""
+    i, j, k = local.T.astype(np.int64)
+    grain = (((i * 73_856_093) ^ (j * 19_349_663) ^ (k * 83_492_791)) >> 4) & 15
+    factor = darkest + (openness.astype(np.int64) * (240 - darkest)) // 255 + grain
+    return ((colors * factor[:, None]) >> 8).astype(np.uint8)

@@ -1,0 +1,1 @@
+"""The state of the view: messages in, scene out."""

@@ -1,0 +1,58 @@
+"""A rectangle that was dragged over the picture, as a region of the floor."""
+
+import math
+from typing import Any, Final
+
+import numpy as np
+
+from app.view.model.picking import floor_point
+from ippon.geometry import Float64Array, rotation_from_quaternion
+
+_DABS: Final = 360
+"""About so many; a request may hold 500."""
+_FINEST_M: Final = 0.15
+_OVERLAP: Final = 0.75
+"""Radius of a dab over the distance to the next: more than half a diagonal leaves no gap."""
+
+
+def floor_region(
+    camera: Any, low: tuple[float, float], high: tuple[float, float], floor_z_m: float
+) -> Float64Array:
+    """Return the (4, 2) corners on the floor of a rectangle in the picture, in order.
+
+    Args:
+        camera: Of the browser: `position`, `wxyz`, vertical `fov` in radians and `aspect`.
+        low: Upper left corner as shares of the picture, column and row.
+        high: Lower right corner.
+        floor_z_m: Height of the floor.
+
+    Raises:
+        ValueError: A corner does not lie on the floor.
+    """
+    half = math.tan(0.5 * float(camera.fov))
+    rotation = rotation_from_quaternion(np.array(camera.wxyz, dtype=np.float64))
+    eye = np.array(camera.position, dtype=np.float64)
+    corners = (low, (high[0], low[1]), high, (low[0], high[1]))
+    rays = [
+        rotation @ np.array([(2 * u - 1) * half * float(camera.aspect), (2 * v - 1) * half, 1.0])
+        for u, v in corners
+    ]
+    return np.array([floor_point(eye, ray, floor_z_m)[:2] for ray in rays])
+
+
+def dabs_over(corners: Float64Array) -> tuple[list[tuple[float, float]], float]:
+    """Cover a convex region with dabs of the brush: their centres, and their radius in metres."""
+    following = np.roll(corners, -1, axis=0)
+    sides = following - corners
+    (x0, y0), (x1, y1) = corners.T, following.T
+    area = 0.5 * float((x0 * y1 - x1 * y0).sum())
+    step = max(_FINEST_M, math.sqrt(abs(area) / _DABS))
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    x, y = (np.arange(a + 0.5 * step, b, step) for a, b in zip(low, high, strict=True))
+    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    offset = grid[:, None] - corners[None]
+    left = sides[:, 0] * offset[..., 1] - sides[:, 1] * offset[..., 0]
+    inside = grid[(left * math.copysign(1.0, area) >= 0.0).all(axis=1)]
+    if not len(inside):
+        inside = corners.mean(axis=0)[None]
+    return [(float(a), float(b)) for a, b in inside], _OVERLAP * step

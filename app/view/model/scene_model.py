@@ -1,0 +1,308 @@
+"""Everything that the operator's view shows, as state: messages in, scene out.
+
+Live view and review feed the same model; it knows neither sockets nor the browser. One thread
+owns it. Every message marks what it changed, so that drawing costs as much as what changed.
+"""
+
+import math
+from collections import deque
+from collections.abc import Iterable
+from typing import Final, Literal
+
+import numpy as np
+
+from app.messages.control import Event, FindReport, GlimpsedPlaces, ProximityTable, Status
+from app.messages.driving import PaintedRegions, PaintedStroke
+from app.messages.images import CompressedColor, StampedCamera
+from app.messages.motion import StampedPath, StampedTransform
+from app.messages.recording import RecordingStatus
+from app.messages.scene import Detection, VoxelCloud
+from app.view.model.candidates import Candidate, best_candidates
+from app.view.model.history import History
+from app.view.model.picture_album import PictureAlbum
+from app.view.model.restoration import Restoration
+from app.view.model.voxel_store import VoxelStore, VoxelUpdate
+from ippon.camera import PinholeCamera
+from ippon.geometry import Float64Array
+from ippon.planning.plan import TreeView
+
+Part = Literal[
+    "voxels",
+    "tree",
+    "path",
+    "pose",
+    "camera",
+    "image",
+    "status",
+    "proximity",
+    "events",
+    "detections",
+    "painted",
+    "glimpsed",
+    "looked_over",
+    "recording",
+]
+
+WORLD_FRAME: Final = "map"
+BASE_FRAME: Final = "base_link"
+
+NO_GLIMPSES: Final = GlimpsedPlaces(stamp_ns=0, cell_m=0.25, cells=[])
+
+_MAX_CELL_M: Final = 10.0
+_MAX_HELD: Final = 256
+_MAX_EVENTS: Final = 500
+_MAX_FRAMES: Final = 256
+_MAX_TRAIL: Final = 20_000
+_TRAIL_STEP_M: Final = 0.05
+_RESTART_NS: Final = 1_000_000_000
+
+
+class SceneModel:
+    """The scene as of the last message."""
+
+    def __init__(self) -> None:
+        self.voxels = VoxelStore()
+        self.voxel_size_m: float | None = None
+        """None before the first status: voxels that come earlier wait for it."""
+        self.tree: TreeView | None = None
+        self.path_world: Float64Array = np.empty((0, 3))
+        self.T_world_base: Float64Array | None = None
+        self.T_world_camera: Float64Array | None = None
+        self.camera: PinholeCamera | None = None
+        self.image: CompressedColor | None = None
+        self.trail_world: list[tuple[float, float, float]] = []
+        self.status: Status | None = None
+        self.proximity: ProximityTable | None = None
+        self.events: deque[Event] = deque(maxlen=_MAX_EVENTS)
+        self.detections: tuple[Detection, ...] = ()
+        self.rejected: tuple[FindReport, ...] = ()
+        """What the operator said is not the object of the present goal."""
+        self.history = History()
+        self.album = PictureAlbum()
+        """Pictures from where the robot was, for explanations."""
+        self.painted: tuple[PaintedStroke, ...] = ()
+        self.glimpsed = NO_GLIMPSES
+        """Where images from afar show what may be the object."""
+        self.recording: RecordingStatus | None = None
+        """None while nobody records."""
+        self.needs_keyframe = True
+        """The map may miss voxels: whoever feeds the model asks for a keyframe."""
+        self._changed: set[Part] = set()
+        self._held: deque[VoxelCloud] = deque(maxlen=_MAX_HELD)
+        self._transforms: dict[str, StampedTransform] = {}
+        self._camera_frame: str | None = None
+        self._last_find: FindReport | None = None
+        self._candidates: tuple[Candidate, ...] | None = None
+
+    def take_changes(self) -> frozenset[Part]:
+        """Return what changed since the last call."""
+        changed = frozenset(self._changed)
+        self._changed.clear()
+        return changed
+
+    def on_status(self, status: Status) -> None:
+        """Take over the state of the navigator; a restarted navigator means a new map."""
+        before = self.status
+        if before is not None and _restarted(before, status):
+            self._forget_session()
+        elif before is not None and _goal_of(before) != _goal_of(status):
+            self.rejected = ()
+        if before is None or before.state != status.state:
+            self._candidates = None
+        self._last_find = status.find or self._last_find
+        self.status = status
+        self.history.add(status)
+        self._changed.add("status")
+        if self.voxel_size_m is None and math.isfinite(status.voxel_size_m):
+            self.voxel_size_m = status.voxel_size_m if status.voxel_size_m > 1e-3 else None
+            for cloud in self._held:
+                self._store(cloud)
+
+    def on_voxels(self, cloud: VoxelCloud) -> None:
+        """Change voxels; their values are absolute."""
+        if self.needs_keyframe:
+            self._held.append(cloud)
+        self._store(cloud)
+
+    def on_keyframe(self, cloud: VoxelCloud) -> None:
+        """Replace the map by all its voxels, then repeat the changes that are newer."""
+        self.voxels.clear()
+        self._candidates = None
+        self._store(cloud)
+        for delta in self._held:
+            if delta.stamp_ns > cloud.stamp_ns:
+                self._store(delta)
+        if self.voxel_size_m is not None:
+            self._held.clear()
+            self.needs_keyframe = False
+        else:
+            self._held.appendleft(cloud)
+        self._changed.add("voxels")
+
+    def on_tree(self, tree: TreeView) -> None:
+        """Replace the viewpoint tree."""
+        self.tree = tree
+        self._changed.add("tree")
+
+    def on_path(self, path: StampedPath) -> None:
+        """Replace the path that the robot follows."""
+        self.path_world = path.points_world
+        self._changed.add("path")
+
+    def on_transforms(self, transforms: Iterable[StampedTransform]) -> None:
+        """Move frames; the poses of base and camera follow from the chain to the world."""
+        for transform in transforms:
+            known = self._transforms.get(transform.child)
+            if known is None and len(self._transforms) >= _MAX_FRAMES:
+                continue
+            if known is None or transform.stamp_ns >= known.stamp_ns - _RESTART_NS:
+                self._transforms[transform.child] = transform
+        self.T_world_base = self._chain(BASE_FRAME)
+        if self._camera_frame is not None:
+            self.T_world_camera = self._chain(self._camera_frame)
+        self._extend_trail()
+        self._changed.add("pose")
+
+    def on_camera(self, camera: StampedCamera) -> None:
+        """Take over the intrinsics of the colour camera."""
+        if camera.camera != self.camera or camera.frame_id != self._camera_frame:
+            self.camera = camera.camera
+            self._camera_frame = camera.frame_id
+            self.T_world_camera = self._chain(camera.frame_id)
+            self._changed.add("camera")
+
+    def on_image(self, image: CompressedColor) -> None:
+        """Show the latest picture of the camera, encoded as it came."""
+        self.image = image
+        if self.camera is not None and self.T_world_camera is not None:
+            self.album.add(image.stamp_ns, image.encoded, self.camera, self.T_world_camera)
+        self._changed.add("image")
+
+    def on_glimpses(self, glimpsed: GlimpsedPlaces) -> None:
+        """Replace where images show what may be the object, and what was looked over."""
+        before = self.glimpsed
+        if not 0.0 < glimpsed.cell_m < _MAX_CELL_M:
+            return
+        resized = glimpsed.cell_m != before.cell_m
+        if resized or glimpsed.cells != before.cells:
+            self.glimpsed = glimpsed
+            self._changed.add("glimpsed")
+        if resized or glimpsed.covered != before.covered:
+            self.glimpsed = glimpsed
+            self._changed.add("looked_over")
+
+    def on_painted(self, painted: PaintedRegions) -> None:
+        """Replace what the operator painted on the floor."""
+        self.painted = tuple(painted.regions)
+        self._changed.add("painted")
+
+    def candidates(self) -> tuple[Candidate, ...]:
+        """Return the places that look most like the object.
+
+        They are worked out when first asked for, and stay until the state changes: that goes over
+        the whole map.
+        """
+        if self.voxel_size_m is None:
+            return ()
+        if self._candidates is None:
+            self._candidates = best_candidates(self.voxels, self.voxel_size_m, self.album)
+        return self._candidates
+
+    def on_proximity(self, table: ProximityTable) -> None:
+        """Replace the proximity levels."""
+        self.proximity = table
+        self._changed.add("proximity")
+
+    def on_event(self, event: Event) -> None:
+        """Append to the log, and remember what was rejected."""
+        self.events.append(event)
+        if event.kind == "rejected" and self._last_find is not None:
+            self.rejected += (self._last_find,)
+            self._last_find = None
+            self._changed.add("detections")
+        self._changed.add("events")
+
+    def on_recording(self, status: RecordingStatus) -> None:
+        """Take over what the recorder does."""
+        self.recording = status
+        self._changed.add("recording")
+
+    def on_detections(self, detections: tuple[Detection, ...]) -> None:
+        """Replace the found objects."""
+        self.detections = detections
+        self._changed.add("detections")
+
+    def restore(self, past: Restoration) -> None:
+        """Forget everything but this past; the messages of the moment follow."""
+        self._forget_session()
+        self.status, self.proximity, self.image = None, None, None
+        self.T_world_base = self.T_world_camera = None
+        self.trail_world = list(past.trail)
+        self.events = deque(past.events, maxlen=_MAX_EVENTS)
+        for status in past.statuses:
+            self.history.add(status)
+        self._changed |= {"status", "events"}
+
+    def _forget_session(self) -> None:
+        self.voxels.clear()
+        self.voxel_size_m = None
+        self.needs_keyframe = True
+        self._held.clear()
+        self._transforms.clear()
+        self.trail_world.clear()
+        self.history.clear()
+        self.album.clear()
+        self.painted, self.rejected, self._last_find = (), (), None
+        self.glimpsed = NO_GLIMPSES
+        self._candidates = None
+        self.tree, self.path_world, self.detections = None, np.empty((0, 3)), ()
+        self._changed |= {"voxels", "tree", "path", "pose", "detections"}
+        self._changed |= {"painted", "glimpsed", "looked_over"}
+
+    def _store(self, cloud: VoxelCloud) -> None:
+        if self.voxel_size_m is None:
+            return
+        columns = (cloud.ooi, cloud.proximity, cloud.level, cloud.label, cloud.confidence)
+        self.voxels.apply(
+            VoxelUpdate(
+                indices=cloud.indices(self.voxel_size_m).astype(np.int64),
+                attributes=np.column_stack([cloud.color, *columns]),
+                surface=~cloud.removed,
+            )
+        )
+        self._changed.add("voxels")
+
+    def _chain(self, frame: str) -> Float64Array | None:
+        T_world_frame: Float64Array = np.eye(4)
+        for _ in range(16):
+            if frame == WORLD_FRAME:
+                return T_world_frame
+            link = self._transforms.get(frame)
+            if link is None:
+                return None
+            T_world_frame = link.T_parent_child @ T_world_frame
+            frame = link.parent
+        return None
+
+    def _extend_trail(self) -> None:
+        if self.T_world_base is None:
+            return
+        x, y, z = self.T_world_base[:3, 3].tolist()
+        if self.trail_world and math.dist(self.trail_world[-1], (x, y, z)) < _TRAIL_STEP_M:
+            return
+        self.trail_world.append((x, y, z))
+        if len(self.trail_world) > _MAX_TRAIL:
+            self.trail_world = self.trail_world[::2]
+
+
+def _goal_of(status: Status) -> int | None:
+    return None if status.goal is None else status.goal.goal_id
+
+
+def _restarted(before: Status, now: Status) -> bool:
+    return (
+        now.map_revision < before.map_revision
+        or now.voxel_size_m != before.voxel_size_m
+        or now.stamp_ns < before.stamp_ns - _RESTART_NS
+        or now.robot != before.robot
+    )

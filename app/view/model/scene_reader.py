@@ -1,0 +1,74 @@
+"""Payloads as they travelled, into the scene model; what cannot be read is counted and skipped."""
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Final
+
+import msgspec
+
+from app.messages import control, keys
+from app.messages.cdr import MessageError
+from app.messages.driving import PaintedRegions
+from app.messages.images import decode_camera, decode_color
+from app.messages.motion import decode_path, decode_transforms
+from app.messages.recording import RecordingStatus
+from app.messages.scene import decode_detections, decode_tree, decode_voxels
+from app.view.model.restoration import RESTORE, Restoration
+from app.view.model.scene_model import SceneModel
+
+_JSON_LIMIT: Final = 4 * 2**20
+
+
+class SceneReader:
+    """Feeds one `SceneModel`, from the network or from a recording."""
+
+    def __init__(self, model: SceneModel) -> None:
+        self.rejected: Counter[str] = Counter()
+        """Broken messages by key."""
+        self.problem: str | None = None
+        """What was wrong with the last broken message."""
+        self._handlers: dict[str, Callable[[bytes], None]] = {
+            keys.STATUS: lambda p: model.on_status(_json(p, control.Status)),
+            keys.PROXIMITY: lambda p: model.on_proximity(_json(p, control.ProximityTable)),
+            keys.PAINTED: lambda p: model.on_painted(_json(p, PaintedRegions)),
+            keys.EVENT: lambda p: model.on_event(_json(p, control.Event)),
+            keys.MAP_VOXELS: lambda p: model.on_voxels(decode_voxels(p)),
+            keys.MAP_KEYFRAME: lambda p: model.on_keyframe(decode_voxels(p)),
+            keys.PLAN_TREE: lambda p: model.on_tree(decode_tree(p)[1]),
+            keys.PLAN_PATH: lambda p: model.on_path(decode_path(p)),
+            keys.GLIMPSES: lambda p: model.on_glimpses(_json(p, control.GlimpsedPlaces)),
+            keys.DETECTIONS: lambda p: model.on_detections(decode_detections(p)[1]),
+            keys.TF: lambda p: model.on_transforms(decode_transforms(p)),
+            keys.TF_STATIC: lambda p: model.on_transforms(decode_transforms(p)),
+            keys.CAMERA_INFO: lambda p: model.on_camera(decode_camera(p)),
+            keys.COLOR: lambda p: model.on_image(decode_color(p)),
+            keys.RECORDING: lambda p: model.on_recording(_json(p, RecordingStatus)),
+            RESTORE: lambda p: model.restore(_json(p, Restoration)),
+        }
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Topics, without the robot's prefix, that the scene is made of.
+
+        A jump is not among them: nobody on the network makes one.
+        """
+        return tuple(key for key in self._handlers if key != RESTORE)
+
+    def feed(self, key: str, payload: bytes) -> bool:
+        """Take over one message; return whether it could be read."""
+        handler = self._handlers.get(key)
+        if handler is None:
+            return False
+        try:
+            handler(payload)
+        except (MessageError, msgspec.DecodeError) as error:
+            self.rejected[key] += 1
+            self.problem = f"{key}: {error}"
+            return False
+        return True
+
+
+def _json(payload: bytes, kind: type[control.M]) -> control.M:
+    if len(payload) > _JSON_LIMIT:
+        raise MessageError(f"{len(payload)} bytes of JSON came, at most {_JSON_LIMIT} are read")
+    return control.decode(payload, kind)

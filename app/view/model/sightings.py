@@ -1,0 +1,40 @@
+"""Which of the kept pictures show a voxel: in view, near enough, and nothing in between."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from app.view.model.picking import SurfaceLookup, first_voxel
+from app.view.model.picture_album import KeptPicture, PictureAlbum
+
+SEEN_M: Final = 5.0
+_TRIED: Final = 12
+"""Pictures whose line of sight is checked at most, the closest first."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sighting:
+    """A picture, and where in it the voxel is."""
+
+    picture: KeptPicture
+    u: int
+    v: int
+    depth_m: float
+
+
+def sightings(
+    album: PictureAlbum,
+    voxel: tuple[int, int, int],
+    voxel_size_m: float,
+    lookup: SurfaceLookup,
+) -> Iterator[Sighting]:
+    """Yield pictures that show a voxel of the surface, the closest first."""
+    center = (np.array(voxel) + 0.5) * voxel_size_m
+    for picture, u, v, depth in album.showing(center, SEEN_M)[:_TRIED]:
+        eye = picture.T_world_camera[:3, 3]
+        hit = first_voxel(eye, center - eye, voxel_size_m, lookup)
+        if hit is None or max(abs(a - b) for a, b in zip(hit[0], voxel, strict=True)) > 1:
+            continue
+        yield Sighting(picture=picture, u=u, v=v, depth_m=depth)

@@ -1,0 +1,1 @@
+"""The methods that are compared: ablations, baselines and the upper bound."""

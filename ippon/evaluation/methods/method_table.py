@@ -1,0 +1,286 @@
+"""The methods that are compared: the paper's, its ablations, baselines and an upper bound."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from ippon.evaluation.methods.baselines import (
+    BaselinePlanner,
+    GreedyNextBestView,
+    NearestFrontier,
+    Rule,
+    SemanticFrontier,
+)
+from ippon.evaluation.methods.oracle import OraclePlanner
+from ippon.evaluation.metrics import Judge
+from ippon.frame import Frame
+from ippon.guidance.levels import Guidance, LabelLevel, Level
+from ippon.mission.config import MissionConfig
+from ippon.planning.interface import Planner
+from ippon.planning.planner import ViewpointPlanner
+from ippon.robot import CollisionSphere, RobotProfile
+from ippon.simulation.scene import Scene
+
+HARD_MARGIN_M: Final = 0.1
+"""Room beside the body that "hard clearance" demands everywhere, instead of a cost."""
+_NO_CAP: Final = 1e6
+ORACLE_ROOM_M: Final = 0.06
+"""How much wider the body is that the oracle's ways are made for."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Situation:
+    """What a planner can be made from. Only the oracle looks at scene and judge."""
+
+    config: MissionConfig
+    robot: RobotProfile
+    guidance: Guidance
+    seed: int
+    scene: Scene
+    judge: Judge
+    goal: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Equipment:
+    """A planner, and what must see each frame before it."""
+
+    planner: Planner
+    observe: Callable[[Frame], None] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Method:
+    """One way to search."""
+
+    name: str
+    summary: str
+    configure: Callable[[MissionConfig], MissionConfig] = lambda config: config
+    guide: Callable[[Guidance], Guidance] = lambda guidance: guidance
+    equip: Callable[[Situation], Equipment]
+    goes_on: bool = True
+    """Can be given a second object; what the planner knows is not of the first alone."""
+
+
+def _viewpoint_planner(s: Situation) -> Equipment:
+    return Equipment(planner=ViewpointPlanner(s.config.planner, s.robot, s.seed))
+
+
+def _by_rule(make: Callable[[Situation], Rule]) -> Callable[[Situation], Equipment]:
+    def equip(s: Situation) -> Equipment:
+        planner = BaselinePlanner(s.config.planner, s.robot, s.seed, make(s))
+        return Equipment(planner=planner, observe=planner.observe)
+
+    return equip
+
+
+def _semantic(s: Situation) -> Rule:
+    probabilities = s.config.levels.as_array().astype(np.float64)
+    return SemanticFrontier(probabilities[s.guidance.levels()])
+
+
+def _oracle(s: Situation) -> Equipment:
+    wide = Judge(s.scene, widened(s.robot, ORACLE_ROOM_M), s.goal)
+    return Equipment(planner=OraclePlanner(s.scene, s.judge, wide))
+
+
+def widened(robot: RobotProfile, by_m: float) -> RobotProfile:
+    """Return a robot whose body is wider on every side."""
+    spheres = tuple(
+        CollisionSphere(x_m=s.x_m, y_m=s.y_m, z_m=s.z_m, radius_m=s.radius_m + by_m)
+        for s in robot.spheres
+    )
+    return replace(robot, spheres=spheres)
+
+
+def _all_average(guidance: Guidance) -> Guidance:
+    rows = tuple(
+        LabelLevel(label=row.label, level=Level.AVERAGE, reason="no guidance")
+        for row in guidance.rows
+    )
+    return dataclasses.replace(guidance, provider="none", rows=rows)
+
+
+def _max_fusion(config: MissionConfig) -> MissionConfig:
+    return replace(config, map=replace(config.map, fusion="max"))
+
+
+def _near_sighted(config: MissionConfig) -> MissionConfig:
+    return replace(config, glimpses=replace(config.glimpses, enabled=False))
+
+
+def _covered(config: MissionConfig) -> MissionConfig:
+    return replace(config, glimpses=replace(config.glimpses, covered_share=0.9))
+
+
+def _shallow(config: MissionConfig) -> MissionConfig:
+    planner = config.planner
+    view = replace(planner.view, unknown_depth_m=1.5)
+    return replace(config, planner=replace(planner, view=view))
+
+
+def _plain_ratio(config: MissionConfig) -> MissionConfig:
+    plain = {"cost_power": 1.0, "look_s": 1.0, "stay_power": 0.0}
+    selection = replace(config.planner.selection, **plain)
+    return replace(config, planner=replace(config.planner, selection=selection))
+
+
+def _papers_scores(config: MissionConfig) -> MissionConfig:
+    """Score viewpoints as the paper does: G(P_n) / C(P_n), the whole sum, and T(n) within reach."""
+    config = _near_sighted(_plain_ratio(config))
+    planner = config.planner
+    selection = replace(planner.selection, passing_weight=1.0, framing_cap=_NO_CAP)
+    view = replace(planner.view, termination_depth_m=0.0)
+    return replace(config, planner=replace(planner, selection=selection, view=view))
+
+
+def _by_room(config: MissionConfig) -> MissionConfig:
+    return replace(config, rooms=replace(config.rooms, enabled=True))
+
+
+def _straight_only(config: MissionConfig) -> MissionConfig:
+    planner = config.planner
+    local = replace(planner.local_planner, enabled=False)
+    return replace(config, planner=replace(planner, local_planner=local))
+
+
+def _hard_clearance(config: MissionConfig) -> MissionConfig:
+    """Forbid less than a margin instead of preferring more room."""
+    planner = config.planner
+    local = replace(planner.local_planner, clearance="hard", hard_margin_m=HARD_MARGIN_M)
+    floor = replace(planner.traversability, margin_m=HARD_MARGIN_M, slow_fraction=1.0)
+    return replace(config, planner=replace(planner, local_planner=local, traversability=floor))
+
+
+def _no_initial_yaw(config: MissionConfig) -> MissionConfig:
+    return replace(config, look_around=replace(config.look_around, turn=False))
+
+
+def _no_travel_pitch(config: MissionConfig) -> MissionConfig:
+    return replace(config, travel_pitch=replace(config.travel_pitch, sweep=False))
+
+
+_ALL: Final = (
+    Method(
+        name="ippon",
+        summary="the paper's method, and what images show beyond the map's range",
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="no_bayes",
+        summary="voxels keep the highest probability seen instead of the Bayes filter",
+        configure=_max_fusion,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="no_guidance",
+        summary="every common object is rated average",
+        guide=_all_average,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="no_glimpses",
+        summary="what images show beyond the map's range does not count, as in the paper",
+        configure=_near_sighted,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="covered",
+        summary="floor that was in view from nearby counts less",
+        configure=_covered,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="shallow",
+        summary="of unknown space only the first 1.5 m of a ray count",
+        configure=_shallow,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="plain_ratio",
+        summary="gain over cost, as in the paper, and no more firmness on a long way",
+        configure=_plain_ratio,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="paper",
+        summary="viewpoints are scored as in the paper, from the map alone",
+        configure=_papers_scores,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="rooms",
+        summary="common objects are rated by the type of room that they stand in",
+        configure=_by_room,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="no_local_planner",
+        summary="viewpoints connect by straight lines or not at all",
+        configure=_straight_only,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="hard_clearance",
+        summary="a fixed margin round the body instead of a cost that falls with room",
+        configure=_hard_clearance,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="no_initial_yaw",
+        summary="no turn on the spot at the start",
+        configure=_no_initial_yaw,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="no_travel_pitch",
+        summary="the camera keeps its tilt while driving",
+        configure=_no_travel_pitch,
+        equip=_viewpoint_planner,
+    ),
+    Method(
+        name="nearest_frontier",
+        summary="the frontier that takes the least time (Yamauchi 1997)",
+        equip=_by_rule(lambda _: NearestFrontier()),
+    ),
+    Method(
+        name="semantic_frontier",
+        summary="the frontier of highest value on a map of what images promise (VLFM)",
+        equip=_by_rule(_semantic),
+        goes_on=False,
+    ),
+    Method(
+        name="greedy_nbv",
+        summary="the viewpoint of highest discounted gain, without guidance (Bircher 2016)",
+        equip=_by_rule(lambda _: GreedyNextBestView()),
+    ),
+    Method(
+        name="oracle",
+        summary="the shortest way to the object, from ground truth",
+        equip=_oracle,
+        goes_on=False,
+    ),
+)
+METHODS: Final[Mapping[str, Method]] = {method.name: method for method in _ALL}
+"""Every method by name, the paper's first."""
+BASELINES: Final = ("nearest_frontier", "semantic_frontier", "greedy_nbv")
+ABLATIONS: Final = (
+    "no_bayes", "no_guidance", "no_local_planner", "hard_clearance", "no_initial_yaw",
+    "no_travel_pitch", "no_glimpses", "covered", "shallow", "plain_ratio",
+    "paper",
+)  # fmt: skip
+
+
+def method_named(name: str) -> Method:
+    """Return a method.
+
+    Raises:
+        ValueError: There is none of that name.
+    """
+    try:
+        return METHODS[name]
+    except KeyError:
+        raise ValueError(f"no method {name!r}; there are {', '.join(METHODS)}") from None

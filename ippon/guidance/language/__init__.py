@@ -1,0 +1,1 @@
+"""English sentences: words, names of objects, contexts."""

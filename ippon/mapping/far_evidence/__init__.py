@@ -1,0 +1,1 @@
+"""Evidence for the object from images beyond the range of the map."""

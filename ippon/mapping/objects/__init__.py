@@ -1,0 +1,1 @@
+"""Probabilities of labels and of the object of interest for surface voxels."""

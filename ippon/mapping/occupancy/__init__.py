@@ -1,0 +1,1 @@
+"""Signed distance, occupancy and the distance field."""

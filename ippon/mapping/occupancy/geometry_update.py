@@ -1,0 +1,343 @@
+"""One image into the geometry: signed distance, free space, occupied or free.
+
+Two readings of the image meet here. Each voxel looks up the pixel that its centre projects to
+(signed distance, free space); and each pixel names the voxel that its point falls in (a hit). The
+first alone loses what is thinner than a voxel, because the centre of a voxel with a chair leg in it
+mostly sees past the leg, and it breaks floors seen at a grazing angle; the second alone cannot
+carve. So a voxel that was hit is never carved by the same image.
+"""
+
+import numpy as np
+from numba import njit
+
+from ippon.mapping.arrays import FREE, INNER, INNER_OPTIONS, NOT_MAPPED, OCCUPIED
+from ippon.mapping.blocks import N_LAYER_FREE, NO_SLAB, give_slab_back
+from ippon.mapping.occupancy.free_space import (
+    OBSERVED,
+    OCCUPIED_CHANGED,
+    STATE_CHANGED,
+    SURFACE_LOST,
+    TSDF_ONE,
+    VECTORS,
+    update_clear_block,
+)
+from ippon.mapping.occupancy.hits import PIXEL_BITS
+from ippon.mapping.occupancy.visible_blocks import CLEAR
+
+
+@VECTORS
+def _find_pixels(corner, steps, lens, depths, width, height, per_cell, cells_u, z, index, cell):
+    """Find the pixel of each voxel's centre; 0, which has no depth, when it is out of range.
+
+    One loop that only writes, and few arrays: LLVM gives up on vectors when it has to check more
+    of them for overlaps, and numba counts references to each at each call.
+    """
+    near, far = depths
+    fx, fy, cx, cy = lens
+    ox, oy, oz = corner
+    (xi, xj, xk), (yi, yj, yk), (zi, zj, zk) = steps
+    zero, one = np.float32(0.0), np.float32(1.0)
+    u_last, v_last = np.float32(width), np.float32(height)
+    line = np.int32(width + 2)
+    for n in range(512):
+        i = np.float32(np.int32(np.int32(n) >> 6))
+        j = np.float32(np.int32(np.int32(np.int32(n) >> 3) & np.int32(7)))
+        k = np.float32(np.int32(np.int32(n) & np.int32(7)))
+        depth = oz + i * zi + j * zj + k * zk
+        inverse = one / max(depth, near)
+        # Coordinates of the padded image, clamped to its border, their fraction kept.
+        u = min(max((ox + i * xi + j * xj + k * xk) * inverse * fx + cx, zero), u_last + one)
+        v = min(max((oy + i * yi + j * yj + k * yk) * inverse * fy + cy, zero), v_last + one)
+        pixel = np.int32(np.int32(np.int32(v) * line) + np.int32(u))
+        index[n] = np.uint32(pixel if (depth > near) & (depth <= far) else np.int32(0))
+        # The border's slope is the nearest, and never used.
+        uc = np.int32(min(max(u - one, zero), u_last - one) * per_cell)
+        vc = np.int32(min(max(v - one, zero), v_last - one) * per_cell)
+        cell[n] = np.uint32(np.int32(np.int32(vc * cells_u) + uc))
+        z[n] = depth
+
+
+@VECTORS
+def _read(image, index, out):
+    """Write the image's values at the pixels; return how many are positive, a float."""
+    zero, one = np.float32(0.0), np.float32(1.0)
+    for k in range(512):
+        out[k] = image[index[k]]
+    positive = zero
+    for k in range(512):
+        positive += one if out[k] > zero else zero
+    return positive
+
+
+@VECTORS
+def _measure(slope, cell, read, z, signed, behind):
+    """Write each voxel's signed distance to the surface before it, -1e9 where there is none.
+
+    Returns:
+        How many are greater than `behind`, a float.
+    """
+    zero, one, none = np.float32(0.0), np.float32(1.0), np.float32(-1e9)
+    for k in range(512):
+        signed[k] = slope[cell[k]]
+    observed = zero
+    for k in range(512):
+        s = (read[k] - z[k]) * signed[k]
+        s = s if read[k] > zero else none
+        signed[k] = s
+        observed += one if s > behind else zero
+    return observed
+
+
+@VECTORS
+def _fuse_distance(tsdf, weight, signed, rules):
+    """Average the signed distances into the block's, cut off at the truncation distance."""
+    one, top = np.float32(1.0), np.float32(TSDF_ONE)
+    scale = np.float32(TSDF_ONE / rules.truncation)
+    behind = np.float32(-rules.behind)
+    w_max = np.float32(rules.weight_max)
+    for k in range(512):
+        s = signed[k]
+        w = np.float32(weight[k])
+        t = np.float32(tsdf[k])
+        mean = t + (min(s * scale, top) - t) / (w + one)
+        mean = mean + (np.float32(0.5) if mean > 0 else np.float32(-0.5))
+        valid = s > behind
+        tsdf[k] = np.int16(mean if valid else t)
+        weight[k] = np.uint8(min(w + one, w_max) if valid else w)
+
+
+@njit(**INNER_OPTIONS, fastmath={"nnan", "ninf", "nsz", "reassoc"})
+def _weigh_evidence(evidence, state, signed, z, number, need, rules):
+    """Add the image's evidence to the block's; return counts of what it changed.
+
+    Everything is float32, the whole numbers too, so that the loop fills whole vector registers.
+    """
+    zero, one = np.float32(0.0), np.float32(1.0)
+    hit, miss = np.float32(rules.hit), np.float32(rules.miss)
+    e_max, e_min = np.float32(rules.evidence_max), np.float32(rules.evidence_min)
+    clear, behind = np.float32(rules.clear), np.float32(-rules.behind)
+    free, occupied = np.float32(FREE), np.float32(OCCUPIED)
+    observed, changed, became, ceased = zero, zero, zero, zero
+    for k in range(512):
+        n = np.float32(number[k])
+        is_hit = one if n * z[k] * z[k] >= need else zero
+        is_miss = (one if signed[k] > clear else zero) * (one - is_hit)
+        e = np.float32(evidence[k]) + hit * is_hit - miss * is_miss
+        e = min(max(e, e_min), e_max)
+        old = np.float32(state[k])
+        new = occupied if e > zero else (free if e < zero else old)
+        evidence[k] = np.int8(e)
+        state[k] = np.uint8(new)
+        observed += (one if signed[k] > behind else zero) + is_hit
+        changed += one if new != old else zero
+        was = one if old == occupied else zero
+        now = one if new == occupied else zero
+        became += now * (one - was)
+        ceased += was * (one - now)
+    return observed, changed, became, ceased
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _mixed_block(tsdf, weight, evidence, state, rules, z, signed, number, need):
+    """Update signed distance, evidence and state of one block.
+
+    Its arrays come one by one: numba counts references to all arrays of a tuple at each call.
+    """
+    _fuse_distance(tsdf, weight, signed, rules)
+    observed, changed, became, ceased = _weigh_evidence(
+        evidence, state, signed, z, number, need, rules
+    )
+    flags = OBSERVED if observed > 0 else 0
+    if changed > 0:
+        flags |= STATE_CHANGED
+    if became + ceased > 0:
+        flags |= OCCUPIED_CHANGED
+    if ceased > 0:
+        flags |= SURFACE_LOST
+    return flags
+
+
+@njit(cache=True, nogil=True)
+def update_kernel(
+    depth_image,
+    strides,
+    view,
+    rules,
+    rows,
+    kinds,
+    n,
+    hits,
+    pools,
+    surface,
+    revision,
+    flags,
+    entries,
+):
+    """Update every listed block; list the surface voxels that were hit.
+
+    Args:
+        depth_image: Prepared depth.
+        strides: Pixels between the samples that hits were counted on, along u and v.
+        view: The image's geometry.
+        rules: Update rules.
+        rows: (n,) pool rows of the blocks.
+        kinds: (n,) `CLEAR` or `MIXED`.
+        n: Length of the list.
+        hits: Filled by `hit_kernel`.
+        pools: The map's pools, updated.
+        surface: Surface rows; those of voxels that ceased to be surface are given back.
+        revision: Map revision of this image.
+        flags: (n,) out: what happened to each block.
+        entries: (m, 3) int32 out: block row, voxel, sample of each occupied voxel that was hit.
+
+    Returns:
+        Number of entries; `entries` must have room for every sample of the image.
+    """
+    depth, slope = depth_image.depth.ravel(), depth_image.slope.ravel()
+    height, width = depth_image.depth.shape[0] - 2, depth_image.depth.shape[1] - 2
+    cells_u = depth_image.slope.shape[1]
+    v = rules.voxel_size
+    m = view.T_camera_world
+    z, read = np.empty(512, np.float32), np.empty(512, np.float32)
+    signed = np.empty(512, np.float32)
+    index, cell = np.empty(512, np.uint32), np.empty(512, np.uint32)
+    no_hits = np.zeros(512, np.int32)
+    per_cell = np.float32(1.0 / (1 << depth_image.slope_shift))
+    depths = np.float32(view.near_m), np.float32(view.far_m)
+    # One pixel of border, and half a one so that cutting off the fraction rounds.
+    centre = np.float32(view.cx + 1.5), np.float32(view.cy + 1.5)
+    lens = np.float32(view.fx), np.float32(view.fy), centre[0], centre[1]
+    steps = _steps(m, v)
+    # A voxel's face covers (f v / z)^2 pixels, one of `strides[0] * strides[1]` was sampled.
+    need = np.float32(
+        max(rules.hit_share * view.fx * view.fy * v * v / (strides[0] * strides[1]), 1e-6)
+    )
+    tsdf, weight, evidence, state = pools.tsdf, pools.weight, pools.evidence, pools.state
+    behind = np.float32(-rules.behind)
+    n_entries = np.int64(0)
+    for at in range(n):
+        row = rows[at]
+        pools.seen[row] = revision
+        if kinds[at] == CLEAR and pools.settled[row] == 1:
+            flags[at] = OBSERVED
+            continue
+        c = pools.coord[row]
+        _find_pixels(
+            _corner(m, v, c), steps, lens, depths, width, height, per_cell, np.int32(cells_u),
+            z, index, cell,
+        )  # fmt: skip
+        if _read(depth, index, read) == 0 and hits.any[at + 1] == 0:
+            flags[at] = 0
+            continue
+        if kinds[at] == CLEAR:
+            flag, settled = update_clear_block(
+                tsdf[row], weight[row], evidence[row], state[row], rules, read
+            )
+            pools.settled[row] = 1 if settled else 0
+        else:
+            observed = _measure(slope, cell, read, z, signed, behind)
+            if observed == 0 and hits.any[at + 1] == 0:
+                flags[at] = 0
+                continue
+            pools.settled[row] = 0
+            count = hits.number[at + 1] if hits.any[at + 1] == 1 else no_hits
+            flag = _mixed_block(
+                tsdf[row], weight[row], evidence[row], state[row], rules, z, signed, count, need
+            )
+            if hits.any[at + 1] == 1:
+                n_entries = _list_entries(
+                    state[row], row, count, hits.best[at + 1], entries, n_entries
+                )
+        if flag & STATE_CHANGED:
+            _note_change(pools, surface, row, flag, rules.layer, revision)
+        flags[at] = flag
+    return n_entries
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _note_change(pools, surface, row, flag, layer, revision):
+    """Bring what is kept of a block in line with its new states."""
+    if flag & OCCUPIED_CHANGED:
+        pools.occupied[row] = _count(pools.state[row], OCCUPIED)
+    if flag & SURFACE_LOST and pools.slab[row] != NO_SLAB:
+        _drop_surface(pools, surface, row)
+    layer -= 8 * pools.coord[row, 2]
+    if 0 <= layer < 8:
+        free = _count_layer(pools.state[row], layer)
+        pools.tally[N_LAYER_FREE] += free - pools.layer_free[row]
+        pools.layer_free[row] = free
+    pools.revision[row] = revision
+    pools.appearance[row] = revision
+
+
+@INNER
+def _steps(m, v):
+    """Return how far a step along i, j and k leads along each axis of the camera."""
+    return (
+        (np.float32(m[0, 0] * v), np.float32(m[0, 1] * v), np.float32(m[0, 2] * v)),
+        (np.float32(m[1, 0] * v), np.float32(m[1, 1] * v), np.float32(m[1, 2] * v)),
+        (np.float32(m[2, 0] * v), np.float32(m[2, 1] * v), np.float32(m[2, 2] * v)),
+    )
+
+
+@INNER
+def _corner(m, v, block):
+    """Return the centre of a block's first voxel in the camera frame."""
+    i, j, k = 8 * block[0] + 0.5, 8 * block[1] + 0.5, 8 * block[2] + 0.5
+    return (
+        np.float32(v * (m[0, 0] * i + m[0, 1] * j + m[0, 2] * k) + m[0, 3]),
+        np.float32(v * (m[1, 0] * i + m[1, 1] * j + m[1, 2] * k) + m[1, 3]),
+        np.float32(v * (m[2, 0] * i + m[2, 1] * j + m[2, 2] * k) + m[2, 3]),
+    )
+
+
+@INNER
+def _list_entries(state, row, count, best, entries, n):
+    for k in range(512):
+        if count[k] > 0 and state[k] == OCCUPIED:
+            entries[n, 0] = row
+            entries[n, 1] = k
+            entries[n, 2] = best[k] & np.int32((1 << PIXEL_BITS) - 1)
+            n += 1
+    return n
+
+
+@INNER
+def _count(state, wanted):
+    n = 0
+    for k in range(512):
+        n += np.int32(state[k] == wanted)
+    return n
+
+
+@INNER
+def _count_layer(state, layer):
+    n = 0
+    for c in range(64):
+        n += np.int32(state[c * 8 + layer] == FREE)
+    return n
+
+
+@INNER
+def _drop_surface(pools, surface, row):
+    """Drop what belongs to voxels that are surface no more."""
+    slab = pools.slab[row]
+    state, slot, ooi = pools.state[row], pools.slot[slab], pools.ooi[slab]
+    best, left = 0, 0
+    for k in range(512):
+        if slot[k] == 0:
+            continue
+        if state[k] == OCCUPIED:
+            left += 1
+            if ooi[k] != NOT_MAPPED:
+                best = max(best, ooi[k])
+            continue
+        surface.free[surface.tally[1]] = slot[k]
+        surface.tally[1] += 1
+        surface.voxel[slot[k]] = -1
+        slot[k] = 0
+        ooi[k] = NOT_MAPPED
+        pools.level[slab, k] = NOT_MAPPED
+    pools.best_ooi[row] = best
+    if left == 0:
+        give_slab_back(pools, row)

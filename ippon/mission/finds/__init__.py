@@ -1,0 +1,1 @@
+"""Candidates for the object, and the evidence for and against each."""

@@ -1,0 +1,14 @@
+"""Copies between arrays whose origins differ."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def paste(source: NDArray, offset: NDArray[np.int64], target: NDArray) -> None:
+    """Copy `source` into `target`, its first element at `offset`, as far as it overlaps."""
+    low = np.maximum(offset, 0)
+    high = np.minimum(offset + source.shape, target.shape)
+    if (high > low).all():
+        to = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
+        back = tuple(slice(a - o, b - o) for a, b, o in zip(low, high, offset, strict=True))
+        target[to] = source[back]

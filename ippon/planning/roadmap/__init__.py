@@ -1,0 +1,1 @@
+"""The graph of verified moves between viewpoints, and local planning."""

@@ -1,0 +1,158 @@
+"""Straight ways for a long body through what is too narrow for it to turn in.
+
+Viewpoints lie where the body can turn. Between two such regions a door may lead that the body fits
+through only along its axis, and samples drawn at random hardly ever line up with that. So pairs of
+places are looked for on either side of it, as by the bridge test for narrow passages (Hsu et al.
+2003), with free space in the place of obstacles.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any, Final
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from ippon.geometry import Float64Array
+from ippon.planning.roadmap.sampling import STANDABLE, cell_centres
+from ippon.planning.terrain.body_limits import BodyLimits
+from ippon.planning.terrain.clearance import FloorGrid, can_stand_at, site_cells, straight_move
+
+_HEADINGS: Final = 24
+"""Directions that a straight way is tried in, over half a turn."""
+_LONGEST_M: Final = 1.8
+"""From the narrow place to where the body can turn, on either side."""
+_MOST: Final = 12
+"""Narrow places that are looked at in one go."""
+_APART_M: Final = 0.4
+"""Those lie at least so far apart."""
+
+_label: Callable[..., Any] = ndimage.label
+_distance: Callable[..., Any] = ndimage.distance_transform_edt
+"""Untyped on purpose: scipy does not say what its functions return."""
+
+
+def find_gates(
+    grid: FloorGrid, limits: BodyLimits, reachable: NDArray[np.uint8], margin_m: float
+) -> list[Float64Array]:
+    """Find straight ways between regions in which the body can turn.
+
+    Args:
+        grid: The floor.
+        limits: The body.
+        reachable: (X, Y) from `reachable_cells`.
+        margin_m: Room beside the body that a move must leave.
+
+    Returns:
+        (2, 2) both ends of each way, metres; none for a round body.
+    """
+    if not len(limits.discs):
+        return []
+    room = site_cells(grid.obstacle)
+    may_turn = (reachable > 0) & (room >= (limits.radius + margin_m) / grid.voxel_size)
+    turns = (reachable == STANDABLE) | _ends_unseen(may_turn, reachable)
+    regions, count = _label(turns)
+    if count < 2:
+        return []
+    _, nearest = _distance(regions == 0, return_indices=True)
+    owner = np.where(reachable > 0, regions[tuple(nearest)], 0)
+    narrow = cell_centres(grid, _spread(np.argwhere(_borders(owner) & ~turns), room, grid))
+    ways = [way_through(grid, limits, x, y, margin_m) for x, y in narrow.tolist()]
+    return [way for way in ways if way is not None]
+
+
+def way_through(
+    grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin_m: float
+) -> Float64Array | None:
+    """Find the roomiest straight way near a point, from where the body can turn to where it can.
+
+    Args:
+        grid: The floor.
+        limits: The body.
+        x: Of the point, metres; likewise y.
+        y: See x.
+        margin_m: Room beside the body that a move must leave.
+
+    Returns:
+        (2, 2) both ends, metres; None where there is no such way.
+    """
+    ends = np.zeros((2, 2))
+    return ends if _gate_kernel(grid, limits, x, y, margin_m, ends) else None
+
+
+def _ends_unseen(may_turn: NDArray[np.bool_], reachable: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Return cells (X, Y) where the body can turn for all that is known, apart from viewpoints.
+
+    What is beyond a deep passage is seen well only from there; who cannot turn there backs out.
+    """
+    parts, count = _label(may_turn)
+    known = np.zeros(count + 1, dtype=np.bool_)
+    known[parts[reachable == STANDABLE]] = True
+    return may_turn & ~known[parts]
+
+
+def _borders(owner: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Tell which of (X, Y) cells lie beside one of another region; 0 in `owner` is no region."""
+    border = np.zeros(owner.shape, dtype=np.bool_)
+    for low, high in (
+        ((slice(0, -1), slice(None)), (slice(1, None), slice(None))),
+        ((slice(None), slice(0, -1)), (slice(None), slice(1, None))),
+    ):
+        border[low] |= (owner[low] != owner[high]) & (owner[low] > 0) & (owner[high] > 0)
+    return border
+
+
+def _spread(cells: NDArray[np.int64], worth: Float64Array, grid: FloorGrid) -> NDArray[np.int64]:
+    """Return up to `_MOST` of (M, 2) cells, those of most worth first, apart from each other.
+
+    Args:
+        cells: Their indices.
+        worth: (X, Y) of every cell of the grid.
+        grid: The floor.
+    """
+    kept: list[NDArray[np.int64]] = []
+    apart = _APART_M / grid.voxel_size
+    for cell in cells[np.argsort(-worth[cells[:, 0], cells[:, 1]], kind="stable")]:
+        if all(math.hypot(*(cell - other)) >= apart for other in kept):
+            kept.append(cell)
+            if len(kept) == _MOST:
+                break
+    return np.array(kept, dtype=np.int64).reshape(-1, 2)
+
+
+@njit(cache=True, nogil=True)
+def _end_kernel(grid, limits, x, y, c, s, margin):
+    """Return how far in a direction the body can turn first, -1 where it cannot."""
+    step = 0.5 * grid.voxel_size
+    for n in range(1, int(_LONGEST_M / step) + 1):
+        if can_stand_at(grid, limits, x + n * step * c, y + n * step * s, margin):
+            return n * step
+    return -1.0
+
+
+@njit(cache=True, nogil=True)
+def _gate_kernel(grid, limits, x, y, margin, ends):
+    """Write the ends of the roomiest straight way near a point; tell whether there is one."""
+    best, found = math.inf, False
+    v = grid.voxel_size
+    for h in range(_HEADINGS):
+        heading = h * math.pi / _HEADINGS
+        c, s = math.cos(heading), math.sin(heading)
+        for aside in range(-2, 3):
+            # The narrow place is known to a cell; beside its middle by less than that.
+            px, py = x - 0.5 * aside * v * s, y + 0.5 * aside * v * c
+            ahead = _end_kernel(grid, limits, px, py, c, s, margin)
+            if ahead < 0.0:
+                continue
+            behind = _end_kernel(grid, limits, px, py, -c, -s, margin)
+            if behind < 0.0:
+                continue
+            ax, ay = px - behind * c, py - behind * s
+            bx, by = px + ahead * c, py + ahead * s
+            free, _, crowding = straight_move(grid, limits, ax, ay, bx, by, margin, math.inf)
+            if free and crowding < best:
+                best, found = crowding, True
+                ends[0, 0], ends[0, 1], ends[1, 0], ends[1, 1] = ax, ay, bx, by
+    return found

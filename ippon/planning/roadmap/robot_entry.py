@@ -1,0 +1,169 @@
+"""The robot's own way into the roadmap, and over it to a point that is no node."""
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.geometry import Float64Array, yaw_of
+from ippon.planning.deadline import UNLIMITED, Deadline
+from ippon.planning.roadmap.connection import COMFORT_M, NEIGHBOURS, RADIUS_M
+from ippon.planning.roadmap.local_planner import SAME_PLACE_M
+from ippon.planning.roadmap.local_queries import LocalQueries
+from ippon.planning.roadmap.roadmap import Roadmap
+from ippon.planning.roadmap.robot_path import HERE_M, drive_time, shorten
+from ippon.planning.roadmap.shortest_tree import Seeds, ShortestTree
+from ippon.planning.terrain.clearance import move_between
+from ippon.planning.terrain.path_points import rejoined_path, remaining_path
+from ippon.planning.terrain.traversability import Traversability
+from ippon.robot import RobotProfile
+
+REJOIN_M: Final = 0.15
+"""A robot that is beside its path and cannot cut across comes back to it so far ahead."""
+_NEAREST: Final = 3
+"""Nodes that a way round is looked for to, where no straight move is free."""
+
+
+class RoadmapEntry:
+    """Finds the moves that lead the robot into the roadmap."""
+
+    def __init__(
+        self, road: Roadmap, floor: Traversability, queries: LocalQueries, robot: RobotProfile
+    ) -> None:
+        self._road = road
+        self._floor = floor
+        self._queries = queries
+        self._robot = robot
+        self._shut_in: tuple[int, tuple[float, float], tuple[int, ...], int] | None = None
+        """Changes of the floor by when no way led from the robot into the roadmap, place and nodes;
+        to how many of those nodes one was looked for."""
+
+    def seeds(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        target: int | None,
+        path: Float64Array | None,
+        deadline: Deadline = UNLIMITED,
+    ) -> Seeds:
+        """Find the moves from the robot into the roadmap.
+
+        Args:
+            x: Robot, metres.
+            y: Robot, metres.
+            yaw: Its heading, radians.
+            target: Node that the robot is on its way to, None for none.
+            path: (K, 2) points of that way.
+            deadline: Ends the looking for ways where no straight move is free.
+        """
+        found: list[tuple[int, float, Float64Array]] = []
+        if target is not None and path is not None:
+            rest = remaining_path(path, x, y)
+            time = self._drive_time(rest, self._floor.margin_m, yaw)
+            if time is None:
+                # Driving is not exact: of the room that the way was planned with, some is for that.
+                rest = rejoined_path(path, x, y, REJOIN_M)
+                time = self._drive_time(rest, min(self._floor.margin_m, 0.0), yaw)
+            if time is not None:
+                found.append((target, time, rest))
+        nodes = self._road.near(x, y, RADIUS_M, 2 * NEIGHBOURS)
+        for node in nodes:
+            move = self._straight(x, y, yaw, int(node))
+            if move is not None:
+                found.append(move)
+        if not found:
+            found = self._round(x, y, yaw, nodes[:_NEAREST], deadline)
+        return Seeds(
+            node=np.array([f[0] for f in found], dtype=np.int64),
+            time=np.array([f[1] for f in found], dtype=np.float64),
+            depart=np.array([_direction(f[2], 0, yaw) for f in found], dtype=np.float64),
+            arrive=np.array([_direction(f[2], -2, yaw) for f in found], dtype=np.float64),
+            paths=tuple(f[2] for f in found),
+        )
+
+    def way_to(
+        self, goal: Float64Array, T_world_base: Float64Array, seeds: Seeds, tree: ShortestTree
+    ) -> Float64Array | None:
+        """Find the way from the robot to a point that is no node.
+
+        Args:
+            goal: (2,) where the robot can stand, metres.
+            T_world_base: Where it stands.
+            seeds: Moves from the robot into the roadmap.
+            tree: Cheapest ways to the nodes.
+
+        Returns:
+            (K, 2) points from the robot to the goal, None when no way was found.
+        """
+        floor, road = self._floor, self._road
+        straight, yaw = np.stack([T_world_base[:2, 3], goal]), yaw_of(T_world_base)
+        if self._drive_time(straight, floor.margin_m, yaw) is not None:
+            return straight
+        nodes = road.near(float(goal[0]), float(goal[1]), RADIUS_M, 2 * NEIGHBOURS)
+        nodes = [int(n) for n in nodes if np.isfinite(tree.cost[n])]
+        best, path = math.inf, None
+        for node in nodes:
+            free, time, _ = move_between(
+                floor.grid, floor.limits, road.xy[node], goal, floor.margin_m
+            )
+            if free and tree.cost[node] + time < best:
+                best, path = tree.cost[node] + time, road.path_to(node, tree, seeds)
+        if path is not None:
+            return shorten(np.vstack([path, goal]), floor, yaw)
+        for node in nodes[:_NEAREST]:
+            way = self._queries.solve(road.xy[node], goal)
+            if way is not None:
+                path = np.vstack([road.path_to(node, tree, seeds), way[1:]])
+                return shorten(path, floor, yaw)
+        return None
+
+    def _straight(
+        self, x: float, y: float, yaw: float, node: int
+    ) -> tuple[int, float, Float64Array] | None:
+        """Return a node, seconds and path (2, 2) to it, None where that is not free."""
+        path = np.array([(x, y), self._road.xy[node]])
+        for margin in (self._floor.margin_m + COMFORT_M, self._floor.margin_m):
+            time = self._drive_time(path, margin, yaw)
+            if time is not None:
+                return node, time, path
+        return None
+
+    def _round(
+        self, x: float, y: float, yaw: float, nodes: NDArray[np.int64], deadline: Deadline
+    ) -> list[tuple[int, float, Float64Array]]:
+        """Return the first way round to any of some nodes, as `_straight` does; empty for none."""
+        near = tuple(nodes.tolist())
+        tried = self._tried_here(x, y, near)
+        if 0 < tried == len(near):
+            return []
+        for node in near[tried:]:
+            path = self._queries.solve(np.array([x, y]), self._road.xy[node], deadline)
+            time = None if path is None else self._drive_time(path, self._floor.margin_m, yaw)
+            if path is not None and time is not None:
+                return [(node, time, path)]
+            if self._queries.unfinished:
+                break
+            tried += 1
+        self._shut_in = self._queries.floor_changes, (x, y), near, tried
+        return []
+
+    def _tried_here(self, x: float, y: float, nodes: tuple[int, ...]) -> int:
+        """Return to how many of the nodes no way was found from here a moment ago."""
+        if self._shut_in is None:
+            return 0
+        floor_changes, place, near, tried = self._shut_in
+        same = near == nodes and math.dist(place, (x, y)) <= SAME_PLACE_M
+        return tried if same and not self._queries.may_retry(floor_changes) else 0
+
+    def _drive_time(self, path: Float64Array, margin: float, yaw: float) -> float | None:
+        return drive_time(path, self._floor, self._robot, margin, yaw)
+
+
+def _direction(path: Float64Array, at: int, yaw: float) -> float:
+    """Heading at the beginning (0) or end (-2) of a path; `yaw` for a robot that is there."""
+    if np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < HERE_M:
+        return yaw
+    step = path[at + 1] - path[at] if at >= 0 else path[-1] - path[-2]
+    return math.atan2(step[1], step[0])

@@ -1,0 +1,123 @@
+"""Paths that begin at the robot: whether its body can drive them, how long it takes, shortcuts.
+
+The body stands there with a heading. A long one may lack the room to turn to where a path leads.
+"""
+
+import math
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from ippon.geometry import Float64Array
+from ippon.planning.deadline import UNLIMITED, Deadline
+from ippon.planning.roadmap.connection import COMFORT_M
+from ippon.planning.roadmap.roadmap import turning_time
+from ippon.planning.terrain.clearance import move_between
+from ippon.planning.terrain.traversability import Traversability
+from ippon.robot import RobotProfile
+
+HERE_M: Final = 0.15
+"""A node this close is where the robot stands: no turning to get there, `PathFollower` neither."""
+SHORTCUT_M: Final = 10.0
+"""Corners are cut over at most this length of a path: across a hospital's floor the work would grow
+with its square."""
+
+
+def drive_time(
+    path: Float64Array, floor: Traversability, robot: RobotProfile, margin: float, yaw: float
+) -> float | None:
+    """Return the seconds that a path takes the robot, turns at its inner points included.
+
+    A long body that has no room to turn where it stands may drive its first piece backwards.
+
+    Args:
+        path: (K, 2) from the robot on, metres.
+        floor: What it leads over.
+        robot: Speed, turn rate, and whether it drives backwards.
+        margin: Room to leave beside the body, metres.
+        yaw: The robot's heading, radians.
+
+    Returns:
+        None where the body cannot drive it, or not turn from a heading to the next.
+    """
+    total = 0.0
+    can_back = robot.can_reverse and len(floor.limits.discs) > 0
+    leave = floor.room_facing(path[0, 0], path[0, 1], yaw)
+    for n, (a, b) in enumerate(pairwise(path)):
+        free, time, _ = move_between(floor.grid, floor.limits, a, b, margin, leave)
+        backs = n == 0 and can_back
+        if not free or not (
+            can_face(floor, a, yaw, b, leave, margin)
+            or (backs and can_face(floor, a, yaw + math.pi, b, leave, margin))
+        ):
+            return None
+        total += time
+        leave, yaw = math.inf, math.atan2(b[1] - a[1], b[0] - a[0])
+    return total + turning_time(path, robot.max_yaw_rate_rad_s)
+
+
+def can_face(
+    floor: Traversability,
+    here: Float64Array,
+    yaw: float,
+    there: Float64Array,
+    leave: float,
+    margin: float | None = None,
+) -> bool:
+    """Tell whether the body can turn towards a point; what is a hand's breadth away needs none.
+
+    Args:
+        floor: What it turns over.
+        here: (2,) where it stands, metres.
+        yaw: Its heading, radians.
+        there: (2,) metres.
+        leave: See `straight_move`.
+        margin: Room to leave beside the body, metres; as much as every move leaves, if not given.
+    """
+    step = there - here
+    if not len(floor.limits.discs) or math.hypot(step[0], step[1]) <= HERE_M:
+        return True
+    margin = floor.margin_m if margin is None else margin
+    return floor.can_turn(here, yaw, math.atan2(step[1], step[0]), margin, leave)
+
+
+def shorten(
+    path: Float64Array, floor: Traversability, yaw: float, deadline: Deadline = UNLIMITED
+) -> Float64Array:
+    """Cut corners of a path wherever that takes less time, from its beginning on.
+
+    Args:
+        path: (K, 2) from the robot on, metres.
+        floor: What it leads over.
+        yaw: The robot's heading, radians.
+        deadline: When it passes, the rest stays as it is.
+
+    Returns:
+        (L, 2) with the same ends, L at most K.
+    """
+    grid, limits, margin = floor.grid, floor.limits, floor.margin_m
+    out, at = [path[0]], 0
+    while at < len(path) - 1:
+        if 0 < at < len(path) - 2 and deadline.passed():
+            return np.vstack([*out, path[at + 1 :]])
+        best = at + 1
+        spent = length = 0.0
+        leave = floor.room_facing(path[0, 0], path[0, 1], yaw) if at == 0 else math.inf
+        for to in range(at + 1, len(path)):
+            free, time, _ = move_between(grid, limits, path[to - 1], path[to], margin, leave)
+            spent += time if free else math.inf
+            length += math.dist(path[to - 1], path[to])
+            if to == at + 1:
+                continue
+            if length > SHORTCUT_M:
+                break
+            free, time, _ = move_between(
+                grid, limits, path[at], path[to], margin + COMFORT_M, leave
+            )
+            if free and time <= spent and can_face(floor, path[at], yaw, path[to], leave):
+                best = to
+        out.append(path[best])
+        yaw = math.atan2(path[best][1] - path[at][1], path[best][0] - path[at][0])
+        at = best
+    return np.array(out)

@@ -1,0 +1,143 @@
+"""Adds viewpoints to the roadmap, step by step."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.geometry import Float64Array
+from ippon.planning.deadline import UNLIMITED, Deadline
+from ippon.planning.roadmap.connection import Connector
+from ippon.planning.roadmap.narrow_passages import find_gates
+from ippon.planning.roadmap.roadmap import Roadmap
+from ippon.planning.roadmap.sampling import (
+    STANDABLE,
+    SamplingConfig,
+    cell_centre,
+    cover,
+    draw_place,
+    open_places,
+    tight_places,
+)
+from ippon.planning.terrain.clearance import can_stand
+from ippon.planning.terrain.traversability import Traversability
+
+_GATE_STEPS: Final = 5
+_GATE_APART_M: Final = 0.45
+"""A narrow place that is joined from within this distance of both ends needs no other way."""
+
+
+class Sampler:
+    """Draws places round objects first, then round the robot, then everywhere."""
+
+    def __init__(
+        self,
+        config: SamplingConfig,
+        most: int,
+        road: Roadmap,
+        floor: Traversability,
+        connector: Connector,
+        seed: int,
+    ) -> None:
+        """Take what viewpoints are added to; `most` of them in a step."""
+        self._config = config
+        self._most = most
+        self._road = road
+        self._floor = floor
+        self._connector = connector
+        self._rng = np.random.default_rng(seed)
+        self._since_gates = _GATE_STEPS
+
+    def add(
+        self,
+        voxels: Float64Array,
+        reachable: NDArray[np.uint8],
+        x: float,
+        y: float,
+        deadline: Deadline = UNLIMITED,
+    ) -> bool:
+        """Add viewpoints where there is room; tell whether there was none left.
+
+        Args:
+            voxels: (M, 3) centres of OOI voxels, metres.
+            reachable: (X, Y) from `reachable_cells`.
+            x: Robot, metres.
+            y: Robot, metres.
+            deadline: Ends it after the first one.
+        """
+        config, grid = self._config, self._floor.grid
+        near = np.zeros_like(reachable)
+        cover(near, grid, np.array([[x, y]]), config.local_radius_m, 1)
+        objects = np.zeros_like(reachable)
+        cover(objects, grid, voxels[:, :2], config.object_reach_m, 1)
+        left = self._most
+        room = self._floor.limits.radius + self._floor.margin_m
+        tight = tight_places(objects, reachable, grid, config.object_spacing_m, room)
+        if tight.any():
+            reachable = np.where(tight, np.uint8(STANDABLE), reachable)
+        for mask, spacing, share in (
+            (objects, config.object_spacing_m, left // 2),
+            (near, config.local_spacing_m, left),
+            (np.ones_like(reachable), config.spacing_m, left),
+        ):
+            for _ in range(min(share, left)):
+                if mask is not objects and not self._road.room:
+                    break
+                xy = self._road.xy[self._road.nodes]
+                places = np.argwhere(open_places(reachable * mask, grid, xy, spacing))
+                if not len(places):
+                    break
+                if left < self._most and deadline.passed():
+                    return False
+                if not self._add_one(places):
+                    break
+                left -= 1
+        return left > 0
+
+    def add_at(self, place: Float64Array) -> None:
+        """Add a viewpoint at a place (2,) where the robot can stand, unless one is there."""
+        self.add_here(float(place[0]), float(place[1]), 0.05)
+
+    def add_here(self, x: float, y: float, apart_m: float) -> int | None:
+        """Add a viewpoint where the robot stands, unless one is there; None when none was added.
+
+        Nor where a long body does not have the room to turn.
+        """
+        floor, here = self._floor, np.array([x, y])
+        if len(floor.limits.discs) and not can_stand(
+            floor.grid, floor.limits, here, floor.margin_m
+        ):
+            return None
+        return None if len(self._road.near(x, y, apart_m, 1)) else self._add(x, y)
+
+    def add_gates(self, reachable: NDArray[np.uint8], deadline: Deadline = UNLIMITED) -> None:
+        """Now and then, lead a long body straight through what it cannot turn in.
+
+        Args:
+            reachable: (X, Y) from `reachable_cells`.
+            deadline: Once it has passed this waits for another step.
+        """
+        floor, road = self._floor, self._road
+        self._since_gates += 1
+        due = len(floor.limits.discs) > 0 and self._since_gates >= _GATE_STEPS
+        if not due or deadline.passed():
+            return
+        self._since_gates = 0
+        for ends in find_gates(floor.grid, floor.limits, reachable, floor.margin_m):
+            beside = [road.near(x, y, _GATE_APART_M, 20) for x, y in ends]
+            if any(road.has_edge(int(a), int(b)) for a in beside[0] for b in beside[1]):
+                continue
+            a, b = (self._add(float(x), float(y)) for x, y in ends)
+            if a is not None and b is not None:
+                self._connector.connect_pair(a, b)
+
+    def _add_one(self, places: NDArray[np.int64]) -> bool:
+        grid = self._floor.grid
+        i, j = draw_place(places, grid, self._rng, self._config.choices)
+        return self._add(*cell_centre(grid, i, j)) is not None
+
+    def _add(self, x: float, y: float) -> int | None:
+        node = self._road.add_node(x, y)
+        if node is not None:
+            self._connector.connect(node)
+        return node

@@ -1,0 +1,1 @@
+"""Which viewpoint the robot goes to."""

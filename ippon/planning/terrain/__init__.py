@@ -1,0 +1,1 @@
+"""Where the body can stand and drive."""

@@ -1,0 +1,161 @@
+"""What the robot would meet at each place of the floor, read from the columns of the map.
+
+A voxel is up to half its edge off the surface it stands for, so at 10 cm the lowest collision
+sphere of a robot that rolls over 6 cm would always touch the floor's own voxels in the 3-D distance
+field. The body is therefore checked against the columns above the floor band, in the plane, where
+the distance stays exact below a voxel.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN, MapArrays
+from ippon.planning.voxel_lookup import block_row
+from ippon.robot import RobotProfile
+
+COLUMN_UNSEEN: Final = 0
+COLUMN_CLEAR: Final = 1
+"""Nothing in the way of the body, and enough of it seen."""
+COLUMN_BLOCKED: Final = 2
+"""Something in the way of the body."""
+FLOOR_SEEN: Final = 4
+"""Bit: a surface at the height of the floor."""
+FLOOR_ABSENT: Final = 8
+"""Bit: seen to be empty where the floor should be: a drop, or a stair that leads down."""
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnBands:
+    """Voxel layers of the floor and of the body above it, both ends included."""
+
+    floor_low: int
+    floor_high: int
+    body_low: int
+    body_high: int
+
+    @classmethod
+    def of(cls, robot: RobotProfile, floor_z_m: float, voxel_size: float) -> "ColumnBands":
+        """Find the layers for a robot on a floor of this height."""
+        # A surface that is a step high shows in voxels up to almost half an edge above it.
+        above = floor_z_m + robot.max_step_m + 0.45 * voxel_size
+        # As far below, but no more: half an edge would let a stair two steps deep pass for floor.
+        below = floor_z_m - robot.max_step_m - 0.45 * voxel_size
+        top = floor_z_m + robot.height_m
+        floor_high = math.floor(above / voxel_size - 0.5)
+        return cls(
+            floor_low=min(floor_high, math.ceil(below / voxel_size - 0.5)),
+            floor_high=floor_high,
+            body_low=floor_high + 1,
+            body_high=max(floor_high + 1, math.ceil(top / voxel_size - 1e-6) - 1),
+        )
+
+
+def read_column_blocks(
+    arrays: MapArrays,
+    bands: ColumnBands,
+    blocks: NDArray[np.int64],
+    min_seen: float,
+    origin: NDArray[np.int64],
+    out: NDArray[np.uint8],
+) -> None:
+    """Classify the 8 x 8 columns of each of some block columns.
+
+    Args:
+        arrays: The map.
+        bands: Layers of floor and body.
+        blocks: (M, 2) block indices (x, y).
+        min_seen: Fraction of the body's layers that must be known free for a clear column.
+        origin: (2,) voxel index of `out[0, 0]`.
+        out: (X, Y) uint8, one of the `COLUMN_` values plus the `FLOOR_` bits, written in place.
+    """
+    layers = np.array(
+        [bands.floor_low, bands.floor_high, bands.body_low, bands.body_high], dtype=np.int64
+    )
+    _read_columns_kernel(arrays, blocks, layers, min_seen, origin[0], origin[1], out)
+
+
+@njit(cache=True, nogil=True)
+def _read_columns_kernel(arrays, blocks, bands, min_seen, origin_i, origin_j, out):
+    layers = bands[3] - bands[2] + 1
+    for n in range(blocks.shape[0]):
+        for a in range(8):
+            for b in range(8):
+                i, j = blocks[n, 0] * 8 + a, blocks[n, 1] * 8 + b
+                free, blocked = 0, False
+                row, at = -1, -(1 << 40)
+                for k in range(bands[2], bands[3] + 1):
+                    if (k >> 3) != at:
+                        at = k >> 3
+                        row = block_row(arrays, i, j, k)
+                    if row < 0:
+                        continue
+                    state = arrays.state[row, (a << 6) | (b << 3) | (k & 7)]
+                    if state == OCCUPIED:
+                        blocked = True
+                        break
+                    if state == FREE:
+                        free += 1
+                value = COLUMN_UNSEEN
+                if blocked:
+                    value = COLUMN_BLOCKED
+                elif free >= min_seen * layers:
+                    value = COLUMN_CLEAR
+                floor, empty = False, 0
+                for k in range(bands[0], bands[1] + 1):
+                    row = block_row(arrays, i, j, k)
+                    if row < 0:
+                        continue
+                    state = arrays.state[row, (a << 6) | (b << 3) | (k & 7)]
+                    if state == OCCUPIED:
+                        floor = True
+                    elif state == FREE:
+                        empty += 1
+                if floor:
+                    value |= FLOOR_SEEN
+                elif empty == bands[1] - bands[0] + 1:
+                    # Nothing is known of a floor whose edge the band's last layer just misses, so
+                    # the layer below must have been seen, too: as more space, or as a step down.
+                    row = block_row(arrays, i, j, bands[0] - 1)
+                    if row >= 0:
+                        c = (a << 6) | (b << 3) | ((bands[0] - 1) & 7)
+                        if arrays.state[row, c] != UNKNOWN:
+                            value |= FLOOR_ABSENT
+                out[i - origin_i, j - origin_j] = value
+
+
+def changed_block_columns(
+    arrays: MapArrays, bands: ColumnBands, since_revision: int
+) -> NDArray[np.int64]:
+    """List block columns in which a block of floor or body changed after a revision.
+
+    Returns:
+        (M, 2) int64 block indices (x, y).
+    """
+    low = (bands.floor_low - 1) >> 3
+    high = bands.body_high >> 3
+    out = np.empty((arrays.directory.shape[0] * arrays.directory.shape[1], 2), dtype=np.int64)
+    count = _changed_block_columns_kernel(arrays, low, high, since_revision, out)
+    return out[:count]
+
+
+@njit(cache=True, nogil=True)
+def _changed_block_columns_kernel(arrays, low, high, since_revision, out):
+    directory, origin = arrays.directory, arrays.origin_block
+    count = 0
+    first = max(0, low - origin[2])
+    last = min(directory.shape[2] - 1, high - origin[2])
+    for bx in range(directory.shape[0]):
+        for by in range(directory.shape[1]):
+            for bz in range(first, last + 1):
+                row = directory[bx, by, bz]
+                if row >= 0 and arrays.revision[row] > since_revision:
+                    out[count, 0] = bx + origin[0]
+                    out[count, 1] = by + origin[1]
+                    count += 1
+                    break
+    return count

@@ -1,0 +1,266 @@
+"""Where the robot can stand and drive: a grid of the floor that follows the map."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ippon.command import Command
+from ippon.geometry import Float64Array
+from ippon.mapping.arrays import MapArrays
+from ippon.planning.terrain.body_limits import limits_of
+from ippon.planning.terrain.clearance import (
+    NO_SITE,
+    OBSTACLE,
+    OPEN,
+    UNSEEN,
+    FloorGrid,
+    can_turn,
+    clearance_at,
+    room_facing,
+    update_sites,
+)
+from ippon.planning.terrain.obstacle_columns import (
+    COLUMN_BLOCKED,
+    COLUMN_CLEAR,
+    FLOOR_ABSENT,
+    FLOOR_SEEN,
+    ColumnBands,
+    changed_block_columns,
+    read_column_blocks,
+)
+from ippon.planning.terrain.traversal_record import CONTACT, DRIVEN, FloorMarks
+from ippon.robot import RobotProfile
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TraversabilityConfig:
+    """How careful the robot is about what it has not seen and what is close."""
+
+    margin_m: float = 0.02
+    """Room beside the body that every move must leave; more closes narrow doors, less squeezes
+    through gaps that the map shows a few centimetres too wide."""
+    squeeze_margin_m: float = -0.04
+    """The same, once nothing else is left to see: the map is up to half a voxel off, and a door
+    that it shows a little too narrow may be wide enough. Less squeezes more, and touches more."""
+    start_margin_m: float = 0.2
+    """The robot starts on floor that it cannot see; a disc this much wider than the body counts
+    as floor, and all that the camera cannot see however low it is tilted. More trusts more unseen
+    floor."""
+    min_seen: float = 0.5
+    """Fraction of the body's height that must be known free; more waits for better views."""
+    unseen_overlap_m: float = 0.15
+    """How far the body may reach over unseen floor; more passes more gaps in the map."""
+    clearance_max_m: float = 1.5
+    """Obstacles farther away than this do not matter to a path."""
+    slow_clearance_m: float = 0.25
+    """The robot slows down with less room beside it than this; more drives more carefully."""
+    slow_fraction: float = 0.4
+    """Fraction of the top speed that is left when something all but touches."""
+    contact_length_m: float = 0.25
+    """How far ahead of the body the triangle reaches that is closed after a contact."""
+    contact_half_angle_rad: float = 0.45
+    """Half the opening angle of that triangle; more closes a wider region."""
+
+    def __post_init__(self) -> None:
+        """Reject values that would close or open everything."""
+        if self.squeeze_margin_m > self.margin_m:
+            raise ValueError("squeeze_margin_m must not exceed margin_m")
+        if not (0.0 <= self.margin_m <= 0.5 and 0.0 < self.min_seen <= 1.0):
+            raise ValueError(
+                f"margin_m must lie in 0 to 0.5 and min_seen in 0 to 1; got {self.margin_m}, "
+                f"{self.min_seen}"
+            )
+        if not 0.0 < self.slow_fraction <= 1.0 or self.slow_clearance_m <= 0.0:
+            raise ValueError("slow_fraction must lie in (0, 1] and slow_clearance_m above 0")
+
+
+class Traversability:
+    """The floor as the planner sees it, kept up to date block by block."""
+
+    def __init__(self, config: TraversabilityConfig, robot: RobotProfile) -> None:
+        self.config = config
+        self._robot = robot
+        self.limits = limits_of(
+            robot,
+            unseen_overlap_m=config.unseen_overlap_m,
+            slow_clearance_m=config.slow_clearance_m,
+            slow_fraction=config.slow_fraction,
+        )
+        self.margin_m = config.margin_m
+        """Room beside the body that every move must leave now."""
+        self._revision = -1
+        self._bands: ColumnBands | None = None
+        self._columns: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
+        self._marks = FloorMarks(
+            robot,
+            start_margin_m=config.start_margin_m,
+            contact_length_m=config.contact_length_m,
+            contact_half_angle_rad=config.contact_half_angle_rad,
+        )
+        self._grid: FloorGrid | None = None
+        self._floor_z = 0.0
+        self._reread = False
+
+    @property
+    def grid(self) -> FloorGrid:
+        """The floor; raises before the first `update`."""
+        assert self._grid is not None, "update() comes first"
+        return self._grid
+
+    @property
+    def floor_z_m(self) -> float:
+        """Height of the floor that the robot stands on."""
+        return self._floor_z
+
+    def update(
+        self, arrays: MapArrays, T_world_base: Float64Array
+    ) -> tuple[int, int, int, int] | None:
+        """Take over what changed in the map.
+
+        Args:
+            arrays: The map.
+            T_world_base: Where the robot stands.
+
+        Returns:
+            Cells (i0, i1, j0, j1) whose distances may have changed, None when nothing did; all of
+            them after the grid has grown or the robot has changed floors.
+        """
+        everything = self._follow_map(arrays, float(T_world_base[2, 3]))
+        assert self._bands is not None
+        grid = self.grid
+        blocks = changed_block_columns(arrays, self._bands, self._revision)
+        if arrays.revision.size:
+            self._revision = max(self._revision, int(arrays.revision.max()))
+        read_column_blocks(
+            arrays, self._bands, blocks, self.config.min_seen, grid.origin, self._columns
+        )
+        self._marks.note_body(grid, T_world_base)
+        window = np.array([1 << 30, -1, 1 << 30, -1], dtype=np.int64)
+        box = (0, grid.kind.shape[0], 0, grid.kind.shape[1])
+        if not (everything or self._reread):
+            box = self._touched_box(blocks, T_world_base)
+        _combine_kernel(self._columns, self._marks.cells, np.array(box), grid.kind, window)
+        self._reread = False
+        if everything:
+            window[:] = box
+        return self._refresh(window)
+
+    def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
+        """Close the region that a robot ran into; see `FloorMarks`."""
+        if self._grid is not None:
+            self._marks.mark_contact(self._grid, T_world_base, motion)
+
+    def relax(self) -> bool:
+        """Open what contacts closed and squeeze through gaps; tell whether that is anything new."""
+        new = self._marks.forget_contacts() or self.margin_m > self.config.squeeze_margin_m
+        self.margin_m = self.config.squeeze_margin_m
+        self._reread = True
+        return new
+
+    def clearance(self, x: float, y: float) -> float:
+        """Return metres from a point of the floor to the nearest obstacle."""
+        return clearance_at(self.grid, float(x), float(y))
+
+    def room_facing(self, x: float, y: float, yaw: float) -> float:
+        """Return the room of the body with a heading, as `clearance` of a round one; metres."""
+        return room_facing(self.grid, self.limits, float(x), float(y), float(yaw))
+
+    def can_turn(
+        self, at: Float64Array, start: float, end: float, margin: float, leave: float
+    ) -> bool:
+        """Tell whether the body can turn at a (2,) point; see `clearance.can_turn`."""
+        x, y = float(at[0]), float(at[1])
+        return can_turn(self.grid, self.limits, x, y, start, end, margin, leave)
+
+    def _follow_map(self, arrays: MapArrays, z: float) -> bool:
+        """Match the extent of the map and the height of the floor; tell whether either is new."""
+        v = arrays.voxel_size
+        # A pose that trembles is no other floor.
+        apart = max(0.5 * self._robot.max_step_m, 0.25 * v)
+        new_floor = self._bands is None or abs(z - self._floor_z) > apart
+        if new_floor:
+            self._floor_z = z
+            self._bands = ColumnBands.of(self._robot, z, v)
+        origin = arrays.origin_block[:2] * 8
+        shape = (arrays.directory.shape[0] * 8, arrays.directory.shape[1] * 8)
+        old = self._grid
+        same = old is not None and old.kind.shape == shape and bool((old.origin == origin).all())
+        if not same:
+            self._marks.fit(shape, (origin if old is None else old.origin) - origin)
+            self._columns = np.zeros(shape, dtype=np.uint8)
+            self._grid = FloorGrid(
+                voxel_size=v,
+                origin=origin.copy(),
+                kind=np.zeros(shape, dtype=np.uint8),
+                obstacle=np.full((*shape, 2), NO_SITE, dtype=np.int16),
+                unseen=np.full((*shape, 2), NO_SITE, dtype=np.int16),
+                cutoff=max(2, math.ceil(self.config.clearance_max_m / v)),
+            )
+        if new_floor or not same:
+            self._revision = -1
+        return new_floor or not same
+
+    def _touched_box(
+        self, blocks: NDArray[np.int64], T_world_base: Float64Array
+    ) -> tuple[int, int, int, int]:
+        """Cells whose kind may have changed: those of the blocks, and the marks by the robot."""
+        grid = self.grid
+        reach = math.ceil((self._robot.radius_m + 1.0) / grid.voxel_size)
+        at = np.floor(T_world_base[:2, 3] / grid.voxel_size).astype(np.int64) - grid.origin
+        low, high = at - reach, at + reach + 1
+        if len(blocks):
+            low = np.minimum(low, blocks.min(axis=0) * 8 - grid.origin - 1)
+            high = np.maximum(high, blocks.max(axis=0) * 8 - grid.origin + 9)
+        nx, ny = grid.kind.shape
+        return (
+            min(nx, max(0, int(low[0]))),
+            max(0, min(nx, int(high[0]))),
+            min(ny, max(0, int(low[1]))),
+            max(0, min(ny, int(high[1]))),
+        )
+
+    def _refresh(self, window: NDArray[np.int64]) -> tuple[int, int, int, int] | None:
+        if window[1] < window[0]:
+            return None
+        grid = self.grid
+        reach = grid.cutoff
+        box = (
+            max(0, int(window[0]) - reach),
+            min(grid.kind.shape[0], int(window[1]) + reach),
+            max(0, int(window[2]) - reach),
+            min(grid.kind.shape[1], int(window[3]) + reach),
+        )
+        update_sites(grid.kind, OBSTACLE, box, reach, grid.obstacle)
+        update_sites(grid.kind, UNSEEN, box, reach, grid.unseen)
+        return box
+
+
+@njit(cache=True, nogil=True)
+def _combine_kernel(columns, marks, box, kind, window):
+    nx, ny = columns.shape
+    for i in range(box[0], box[1]):
+        for j in range(box[2], box[3]):
+            floor, absent = 0, 0
+            for a in range(max(0, i - 1), min(nx, i + 2)):
+                for b in range(max(0, j - 1), min(ny, j + 2)):
+                    floor += 1 if columns[a, b] & FLOOR_SEEN else 0
+                    absent += 1 if columns[a, b] & FLOOR_ABSENT else 0
+            value = columns[i, j] & 3
+            # A floor seen from afar has holes of single voxels, and a ray that slips through the
+            # floor's edge empties one: neighbours decide. Three make an edge, and the column before
+            # it counts as the drop: nobody squeezes past that by half a voxel.
+            if value == COLUMN_BLOCKED or absent >= 3 or marks[i, j] & CONTACT:
+                now = OBSTACLE
+            elif marks[i, j] & DRIVEN or (value == COLUMN_CLEAR and floor >= 3):
+                now = OPEN
+            else:
+                now = UNSEEN
+            if now != kind[i, j]:
+                kind[i, j] = now
+                window[0] = min(window[0], i)
+                window[1] = max(window[1], i + 1)
+                window[2] = min(window[2], j)
+                window[3] = max(window[3], j + 1)

@@ -1,0 +1,193 @@
+"""What the body has shown of the floor: where it stood, what it swept over, what it ran into."""
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.command import Command
+from ippon.geometry import Float64Array, yaw_of
+from ippon.planning.grid_window import paste
+from ippon.planning.terrain.clearance import OBSTACLE, FloorGrid
+from ippon.robot import RobotProfile
+
+DRIVEN: Final = 1
+"""Mark of cells that the robot has stood on."""
+CONTACT: Final = 2
+"""Mark of cells that count as blocked because the robot touched something there."""
+SWEPT: Final = 4
+"""Mark of cells that the body has covered with room to spare: a contact was not there."""
+_STANDS_M_S: Final = 0.02
+"""Who is commanded to drive no faster than this turns on the spot."""
+_BLIND_MAX_M: Final = 1.5
+"""A camera that sees no floor within this does not show where the robot can begin to drive."""
+
+
+class FloorMarks:
+    """Marks of the cells of a `FloorGrid`; they stay while the map changes and grows."""
+
+    def __init__(
+        self,
+        robot: RobotProfile,
+        *,
+        start_margin_m: float,
+        contact_length_m: float,
+        contact_half_angle_rad: float,
+    ) -> None:
+        """Begin with no cells; see `TraversabilityConfig` for what the numbers mean."""
+        self._robot = robot
+        self._start_margin_m = start_margin_m
+        self._contact_length_m = contact_length_m
+        self._half_angle_rad = contact_half_angle_rad
+        self._started = False
+        self.cells: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
+        """(X, Y) `DRIVEN`, `CONTACT` and `SWEPT`, added up; cells of the grid."""
+
+    def fit(self, shape: tuple[int, int], offset: NDArray[np.int64]) -> None:
+        """Follow the grid's extent.
+
+        Args:
+            shape: Cells along x and y from now on.
+            offset: (2,) cell that what was cell (0, 0) becomes.
+        """
+        cells = np.zeros(shape, dtype=np.uint8)
+        paste(self.cells, offset, cells)
+        self.cells = cells
+
+    def note_body(self, grid: FloorGrid, T_world_base: Float64Array) -> None:
+        """Mark the floor under the body, and at first as much round it as the robot trusts."""
+        x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
+        v = grid.voxel_size
+        if not self._started:
+            self._mark_disc(grid, (x, y), self._start_radius_m(v), DRIVEN)
+            self._started = True
+        c, s = math.cos(yaw), math.sin(yaw)
+        for dx, dy, radius in self._robot.outline:
+            centre = (x + c * dx - s * dy, y + s * dx + c * dy)
+            self._mark_disc(grid, centre, radius, DRIVEN)
+            self._mark_disc(grid, centre, radius - 0.75 * v, SWEPT)
+
+    def mark_contact(
+        self, grid: FloorGrid, T_world_base: Float64Array, motion: Command | None = None
+    ) -> None:
+        """Close the region that a robot ran into: a triangle ahead of it.
+
+        Where an obstacle of the map is so close before the robot that it explains the contact, only
+        the rim of the body towards it is closed: the map was a few centimetres off there, and a
+        triangle ahead would close the door that the robot brushed against. A robot that drove
+        backwards touched what is behind it; a long body that turned on the spot what its nose or
+        its tail came up against. Where the body has been nothing is closed, so that the way back
+        stays open.
+
+        Args:
+            grid: The floor.
+            T_world_base: Where the robot stands.
+            motion: What it was commanded last; None for straight ahead.
+        """
+        v = grid.voxel_size
+        x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
+        backwards = motion is not None and motion.linear_m_s < 0.0
+        nose = self._extent_m(math.pi if backwards else 0.0)
+        outer = nose + max(self._contact_length_m, v)
+        i, j, cx, cy = _cells_around(grid, x, y, outer / math.cos(self._half_angle_rad))
+        dx, dy = cx - x, cy - y
+        heading = yaw + math.pi if backwards else yaw
+        ahead = dx * math.cos(heading) + dy * math.sin(heading)
+        away = np.hypot(dx, dy)
+        beside, nx, ny = self._from_body(dx, dy, yaw)
+        turn = 0.0 if motion is None else self._turn_of(motion)
+        touched = np.where(grid.kind[i, j] == OBSTACLE, beside, np.inf)
+        if not turn:
+            touched[ahead < -0.2 * away] = np.inf
+        open_yet = (self.cells[i, j] & (CONTACT | SWEPT) == 0) & (grid.kind[i, j] != OBSTACLE)
+        closed = np.zeros_like(open_yet)
+        if touched.min(initial=np.inf) <= 0.75 * v:
+            at = np.unravel_index(int(np.argmin(touched)), touched.shape)
+            px, py = dx[at] - beside[at] * nx[at], dy[at] - beside[at] * ny[at]
+            closed = open_yet & (np.hypot(dx - px, dy - py) <= 1.2 * v) & (beside >= -0.3 * v)
+        if not closed.any() and turn:
+            # Where the outline comes closer while it turns.
+            comes = turn * (dx * ny - dy * nx) > 0.3 * away
+            closed = open_yet & comes & (away > self._robot.half_width_m)
+            closed &= (beside >= 0.0) & (beside <= v)
+        elif not closed.any():
+            aside = np.abs(dy * math.cos(heading) - dx * math.sin(heading))
+            closed = open_yet & (away >= nose + 0.25 * v) & (ahead > 0.0) & (ahead <= outer)
+            # At least one cell wide, however narrow the triangle is where it begins.
+            closed &= aside <= np.maximum(ahead * math.tan(self._half_angle_rad), 0.75 * v)
+        self.cells[i[closed], j[closed]] |= CONTACT
+
+    def forget_contacts(self) -> bool:
+        """Open what contacts closed; tell whether there was anything."""
+        closed = bool((self.cells & CONTACT).any())
+        self.cells &= 255 - CONTACT
+        return closed
+
+    def _turn_of(self, motion: Command) -> float:
+        """Return the sense in which a long body turns on the spot, 0 where it does not."""
+        if self._robot.is_round or abs(motion.linear_m_s) > _STANDS_M_S:
+            return 0.0
+        return float(np.sign(motion.yaw_rate_rad_s))
+
+    def _from_body(
+        self, dx: Float64Array, dy: Float64Array, yaw: float
+    ) -> tuple[Float64Array, Float64Array, Float64Array]:
+        """Return how far points lie outside the body, and the direction away from it.
+
+        Args:
+            dx: World x from the base's centre, metres; likewise dy.
+            dy: See dx.
+            yaw: Of the base.
+
+        Returns:
+            Metres, negative inside, and the unit vector's x and y, each of the shape of `dx`.
+        """
+        c, s = math.cos(yaw), math.sin(yaw)
+        beside = np.full(dx.shape, np.inf)
+        nx, ny = np.zeros(dx.shape), np.zeros(dx.shape)
+        for x, y, radius in self._robot.outline:
+            ex, ey = dx - (c * x - s * y), dy - (s * x + c * y)
+            away = np.hypot(ex, ey)
+            nearer = away - radius < beside
+            beside[nearer] = away[nearer] - radius
+            scale = np.maximum(away[nearer], 1e-9)
+            nx[nearer], ny[nearer] = ex[nearer] / scale, ey[nearer] / scale
+        return beside, nx, ny
+
+    def _start_radius_m(self, voxel_size: float) -> float:
+        """Return the radius of the disc of floor that the robot starts on unseen."""
+        radius = self._robot.radius_m + self._start_margin_m
+        blind = self._robot.floor_in_view_m + voxel_size
+        return max(radius, blind) if blind <= _BLIND_MAX_M else radius
+
+    def _mark_disc(
+        self, grid: FloorGrid, centre: tuple[float, float], radius_m: float, mark: int
+    ) -> None:
+        i, j, cx, cy = _cells_around(grid, centre[0], centre[1], radius_m)
+        inside = np.hypot(cx - centre[0], cy - centre[1]) <= radius_m
+        if mark == SWEPT:
+            self.cells[i[inside], j[inside]] &= 255 - CONTACT
+        self.cells[i[inside], j[inside]] |= mark
+
+    def _extent_m(self, bearing: float) -> float:
+        """Return how far the body reaches in a direction of the base frame, radians; metres."""
+        c, s = math.cos(bearing), math.sin(bearing)
+        return max(x * c + y * s + radius for x, y, radius in self._robot.outline)
+
+
+def _cells_around(
+    grid: FloorGrid, x: float, y: float, radius: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Float64Array, Float64Array]:
+    """Return the square of cells that a circle lies in, as far as the grid goes.
+
+    Returns:
+        Their i and j and the world x and y of their centres, metres, each (N, M).
+    """
+    v = grid.voxel_size
+    low = np.floor((np.array([x, y]) - radius) / v).astype(np.int64) - grid.origin
+    high = np.floor((np.array([x, y]) + radius) / v).astype(np.int64) - grid.origin + 1
+    low = np.clip(low, 0, grid.kind.shape)
+    high = np.clip(high, 0, grid.kind.shape)
+    i, j = np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1]), indexing="ij")
+    return i, j, (i + grid.origin[0] + 0.5) * v, (j + grid.origin[1] + 0.5) * v

@@ -1,0 +1,57 @@
+"""Whether a way round is one only because the floor straight ahead has not been looked at."""
+
+import math
+from typing import Final
+
+import numpy as np
+from numba import njit
+
+from ippon.geometry import Float64Array
+from ippon.planning.terrain.body_limits import BodyLimits, passing_radius
+from ippon.planning.terrain.clearance import UNSEEN, FloorGrid, clearance_at
+
+_STEPS_PER_CELL: Final = 2.0
+
+
+def unseen_straight_m(
+    grid: FloorGrid, limits: BodyLimits, margin_m: float, path: Float64Array
+) -> float:
+    """Return how much of the straight way to a path's end leads over floor that was never seen.
+
+    Args:
+        grid: The floor.
+        limits: Size of the body.
+        margin_m: Room beside the body that a move must leave.
+        path: (K, 2) world x and y from the robot to where it wants to be, metres.
+
+    Returns:
+        Metres; 0 without a path, where all was seen, or where an obstacle is known to be there.
+    """
+    if not len(path):
+        return 0.0
+    start, end = path[0], path[-1]
+    away = math.dist(start, end)
+    steps = max(1, math.ceil(_STEPS_PER_CELL * away / grid.voxel_size))
+    points = start + np.linspace(0.0, 1.0, steps + 1)[:, None] * (end - start)
+    unseen = _count_unseen_kernel(grid, points, passing_radius(limits) + margin_m)
+    return max(0, unseen) * away / steps
+
+
+@njit(cache=True, nogil=True)
+def _count_unseen_kernel(grid, points, room):
+    """Return the number of points on unseen floor, -1 where one is too near to an obstacle."""
+    unseen = 0
+    for n in range(points.shape[0]):
+        x, y = points[n, 0], points[n, 1]
+        i = int(np.floor(x / grid.voxel_size)) - grid.origin[0]
+        j = int(np.floor(y / grid.voxel_size)) - grid.origin[1]
+        # The clearance is read from the cells round a point: those at the border are not enough.
+        if i < 1 or j < 1 or i + 1 >= grid.kind.shape[0] or j + 1 >= grid.kind.shape[1]:
+            unseen += 1
+            continue
+        # Where the robot stands it may be closer to things than any move would take it.
+        begun = np.hypot(x - points[0, 0], y - points[0, 1]) > 0.5 * room
+        if begun and clearance_at(grid, x, y) < room:
+            return -1
+        unseen += grid.kind[i, j] == UNSEEN
+    return unseen

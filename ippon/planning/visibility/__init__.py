@@ -1,0 +1,1 @@
+"""What can be seen from a viewpoint, and its gain."""

@@ -1,0 +1,97 @@
+"""CLIPSeg: a light dense segmentation that judges every label by itself."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+from torch.nn import functional
+from transformers import CLIPSegForImageSegmentation
+
+from ippon.frame import Heatmap
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
+from ippon.segmentation.label_probabilities import normalised, probabilities_of, resized
+from ippon.segmentation.prompts import PLAIN_TEMPLATES, words_of
+from ippon.segmentation.segmenter import checked_channels, heatmap_of, heatmap_size
+from ippon.segmentation.transformers_models.pretrained import (
+    IMAGENET_MEAN,
+    IMAGENET_STD,
+    Pretrained,
+    tokens_of,
+)
+
+USUAL = "CIDAS/clipseg-rd64-refined"
+LABELS_AT_ONCE = 8
+"""The decoder runs once for each label; more at once take more memory."""
+
+
+class ClipSegSegmenter:
+    """Segments images with CLIPSeg (Lüddecke and Ecker, CVPR 2022); implements `Segmenter`."""
+
+    def __init__(self, config: SegmentationConfig, folder: Path) -> None:
+        """Load the model.
+
+        Raises:
+            CheckpointError: It is not on this machine, or not a CLIPSeg.
+        """
+        files = Pretrained(model=config.model or USUAL, folder=folder)
+        self.device = choose_device(config.device)
+        self.dtype = choose_dtype(config.precision, self.device)
+        self._config = config
+        self._tokenizer = files.tokenizer()
+        self._normalisation = files.normalisation(IMAGENET_MEAN, IMAGENET_STD)
+        model: Any = files.load(CLIPSegForImageSegmentation)
+        with memory_guard("moving CLIPSeg to its device"):
+            self._model = model.to(self.device, self.dtype)
+        self._decode = torch.compile(model.decoder) if config.compile else model.decoder
+        self._embeddings: dict[str, Tensor] = {}
+
+    def segment(self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None) -> Heatmap:
+        """Tell how probable each label is at each pixel; see `Segmenter.segment`."""
+        channels = checked_channels(color, labels, ooi)
+        height, width = color.shape[:2]
+        size = heatmap_size((height, width), self._config.longest_side_px)
+        with torch.inference_mode(), memory_guard(f"CLIPSeg on an image of {width}x{height}"):
+            conditions = self._conditions(channels)
+            logits = self._logits(self._prepare(color), conditions)
+            small = functional.interpolate(
+                logits[None].float(), size=size, mode="bilinear", align_corners=False
+            )[0]
+            probabilities = probabilities_of(small.sigmoid())
+            return heatmap_of(probabilities.cpu().numpy(), labels, ooi)
+
+    def _logits(self, image: Tensor, conditions: Tensor) -> Tensor:
+        """Return (C, h, w): the image is encoded once, decoded for each label."""
+        model = self._model
+        seen = model.clip.vision_model(
+            pixel_values=image, output_hidden_states=True, interpolate_pos_encoding=True
+        )
+        # Hidden states begin with the input of the first layer.
+        layers = [seen.hidden_states[k + 1] for k in model.extract_layers]
+        parts: list[Tensor] = []
+        for some in conditions.split(LABELS_AT_ONCE):
+            repeated = [layer.expand(len(some), -1, -1) for layer in layers]
+            logits = self._decode(repeated, some).logits
+            parts.append(logits.reshape(len(some), *logits.shape[-2:]))
+        return torch.cat(parts)
+
+    def _conditions(self, channels: tuple[str, ...]) -> Tensor:
+        new = [name for name in channels if name not in self._embeddings]
+        if new:
+            texts = [PLAIN_TEMPLATES[0].format(words_of(name)) for name in new]
+            length = self._model.config.text_config.max_position_embeddings
+            tokens = tokens_of(self._tokenizer, texts, length).to(self.device)
+            features = self._model.clip.get_text_features(tokens).pooler_output
+            self._embeddings.update(zip(new, features, strict=True))
+        return torch.stack([self._embeddings[name] for name in channels])
+
+    def _prepare(self, color: NDArray[np.uint8]) -> Tensor:
+        """Squeeze the image into the square that the model was trained with."""
+        side = self._model.config.vision_config.image_size
+        image = torch.from_numpy(np.ascontiguousarray(color)).to(self.device)
+        square = resized(image.permute(2, 0, 1)[None].float(), (side, side))
+        return normalised(square, *self._normalisation).to(self.dtype)

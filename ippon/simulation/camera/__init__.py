@@ -1,0 +1,1 @@
+"""The simulated camera: rendering and sensor noise."""

@@ -1,0 +1,1 @@
+"""Meshes of furniture and household objects."""

@@ -1,0 +1,1 @@
+"""Rooms, walls and openings of a home."""

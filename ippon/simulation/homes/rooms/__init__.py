@@ -1,0 +1,1 @@
+"""Furnishing rooms: which pieces stand where."""

@@ -1,0 +1,1 @@
+"""The simulated robot base: motion, contact, odometry."""

@@ -1,0 +1,1 @@
+"""The simulated segmentation and its errors."""

@@ -1,0 +1,150 @@
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from app.cli.options.evaluation import EvalReport
+from app.errors import UsageError
+from app.evaluation.report import run_report
+from app.evaluation.report_page import replay_command
+from app.evaluation.results_folder import SESSIONS, EvaluationFolder
+from ippon.evaluation.outcome import FAILURES
+
+_SETTINGS = {
+    "fixed": {"seed": 4, "robot": "zed", "image_width": 320, "voxel_size_m": 0.1},
+    "command": {"starts": "2"},
+}
+
+
+@pytest.fixture
+def results(tmp_path, make_row):
+    """Two methods, two homes, two episodes each."""
+    folder = EvaluationFolder(tmp_path / "out")
+    folder.open_for(_SETTINGS)
+    for method, figures in {"ippon": (0.6, 0.4), "oracle": (1.0, 0.0)}.items():
+        for home, spl in zip("12", figures, strict=True):
+            found = spl > 0.0
+            folder.write(
+                make_row(
+                    episode_id=f"{home}.bed.0.untold", home=home, method=method, spl=spl,
+                    soft_spl=spl / 2, success=found, hits=int(home), cpu_s=6.0, time_s=60.0,
+                    failure="none" if found else "stuck", ending="found" if found else "time",
+                )
+            )  # fmt: skip
+    return folder
+
+
+def test_the_json_table_by_hand(results, capsys):
+    assert run_report(EvalReport(folder=results.path, json=True)) == 0
+    ippon, oracle = json.loads(capsys.readouterr().out)
+    assert ippon == {
+        "method": "ippon",
+        "episodes": 2,
+        "success": 1.0,
+        "spl": 0.5,
+        "soft_spl": 0.25,
+        "spl_ci95": [0.4, 0.6],
+        "hits": 1.5,
+        "planner_ms_p95": 20.0,
+        "realtime_factor": 10.0,
+    }
+    assert (oracle["success"], oracle["spl_ci95"]) == (0.5, [0.0, 1.0])
+
+
+def test_the_table_fits_a_narrow_terminal(results, make_row, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    results.write(make_row(method="semantic_frontier", hits=10, planner_ms_p95=1234.0))
+    run_report(EvalReport(folder=results.path))
+    out = capsys.readouterr().out
+    assert "…" not in out
+    assert "0.40-0.60" in out
+    assert "means over episodes" in out
+    # The pairs differ by -0.4 and +0.4.
+    assert re.search(r"oracle\s+2\s+\+0\.000\s+-0\.40\.\.\+0\.40\s+1\.000", out)
+    assert max(len(line) for line in out.splitlines() if "report.html" not in line) <= 80
+
+
+def test_the_page_is_whole_and_needs_nothing_from_elsewhere(results, capsys):
+    run_report(EvalReport(folder=results.path))
+    page = (results.path / "report.html").read_text()
+    assert page.count("<svg") == page.count("</svg>") == 4
+    assert not re.search(r'(src|href)="', page)
+    assert "A small sample" in page
+    assert "0.500 [0.40, 0.60]" in page
+    assert "oracle, stuck: 1" in page
+    assert f"ippon eval replay {results.path} 2.bed.0.untold --method oracle" in page
+    everything = json.loads((results.path / "report.json").read_text())
+    assert everything["comparisons"][0]["spl"]["mean"] == 0.0
+    assert everything["settings"]["fixed"]["seed"] == 4
+
+
+def test_episodes_that_crashed_are_shown(results, capsys):
+    results.write_error("3.bed.0.untold.ippon", "Traceback")
+    run_report(EvalReport(folder=results.path))
+    assert "3.bed.0.untold.ippon could not be run" in capsys.readouterr().err
+    assert "1 episodes could not be run" in (results.path / "report.html").read_text()
+
+
+def test_names_from_a_home_cannot_break_the_page(results, make_row, capsys):
+    results.write(
+        make_row(home="<script>x</script>", episode_id="evil.bed.0.untold", success=False,
+                 failure="time", ending="time")
+    )  # fmt: skip
+    run_report(EvalReport(folder=results.path))
+    assert "<script>" not in (results.path / "report.html").read_text()
+
+
+def test_an_episode_can_be_watched(results, make_row, capsys):
+    row = make_row(episode_id="studio.hat.0.told", method="no_bayes")
+    command = "ippon eval replay 'a b' studio.hat.0.told --method no_bayes"
+    assert replay_command(Path("a b"), row) == command
+    results.write(row)
+    session = results.path / SESSIONS / "studio.hat.0.told.no_bayes" / "2026 #1"
+    session.mkdir(parents=True)
+    (session / "metadata.yaml").touch()
+    run_report(EvalReport(folder=results.path))
+    page = (results.path / "report.html").read_text()
+    assert f'href="{SESSIONS}/studio.hat.0.told.no_bayes/2026%20%231/"' in page
+    assert "ippon review" in page
+
+
+def test_nothing_to_report_is_a_clear_error(tmp_path):
+    with pytest.raises(UsageError, match="holds no results"):
+        run_report(EvalReport(folder=tmp_path))
+
+
+def test_a_method_of_another_version_stands_last(results, make_row, capsys):
+    results.write(make_row(method="tomorrow's", hits=3))
+    assert run_report(EvalReport(folder=results.path, json=True)) == 0
+    methods = [line["method"] for line in json.loads(capsys.readouterr().out)]
+    assert methods == ["ippon", "oracle", "tomorrow's"]
+    assert run_report(EvalReport(folder=results.path)) == 0
+    page = (results.path / "report.html").read_text()
+    assert "tomorrow&#x27;s: unknown to this version" in page
+
+
+def test_every_cause_of_a_failure_is_explained(results, capsys):
+    run_report(EvalReport(folder=results.path))
+    page = (results.path / "report.html").read_text()
+    for cause in FAILURES:
+        assert f"{cause.replace('_', ' ')}: " in page
+        assert f"{cause.replace('_', ' ')}</span>" in page
+
+
+def test_every_episode_says_how_to_watch_it(results, make_row, capsys):
+    start = "1.hat.0.untold.bed"
+    results.write(make_row(episode_id=f"{start}.second", kind="second", after="hat"))
+    results.write(make_row(episode_id=f"{start}.fresh", kind="fresh", after="hat"))
+    session = results.path / SESSIONS / "1.bed.0.untold.oracle" / "2026"
+    session.mkdir(parents=True)
+    (session / "metadata.yaml").touch()
+    run_report(EvalReport(folder=results.path))
+    page = (results.path / "report.html").read_text()
+    for row in results.rows():
+        assert (replay_command(results.path, row) in page) is (row.kind != "second")
+    (line,) = [ln for ln in page.split("<tr>") if "1.bed.0.untold --method oracle" in ln]
+    assert f'<a href="{SESSIONS}/1.bed.0.untold.oracle/2026/">recording</a>' in line
+    assert page.count(">recording</a>") == 1
+    assert "3 episodes that found the object" in page
+    assert "begins on the map of the search before it" in page

@@ -1,0 +1,91 @@
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from app.links.language_model.chat import ChatConfig, ChatEndpoint, ChatError
+
+KEY = "sk-very-secret-0123456789"
+QUESTION: list[dict[str, str]] = [{"role": "user", "content": "?"}]
+
+
+@pytest.fixture
+def endpoint(chat_server: Any) -> Iterator[ChatEndpoint]:
+    endpoint = ChatEndpoint(ChatConfig(base_url=chat_server.url + "/", model="tiny", timeout_s=5.0))
+    yield endpoint
+    endpoint.close()
+
+
+def ask(endpoint: ChatEndpoint) -> Any:
+    return endpoint.ask(lambda _: QUESTION, {"type": "object"})
+
+
+def test_sends_no_key_where_there_is_none(
+    chat_server: Any, speak: Any, endpoint: ChatEndpoint
+) -> None:
+    chat_server.script = speak("yes")
+    reply = ask(endpoint)
+    assert (reply.text, reply.complete, reply.form) == ("yes", True, "schema")
+    assert "Authorization" not in chat_server.headers[0]
+
+
+def test_tells_an_answer_that_was_cut(
+    chat_server: Any, reply_with: Any, endpoint: ChatEndpoint
+) -> None:
+    body = b'{"choices": [{"message": {"content": "ye"}, "finish_reason": "length"}]}'
+    chat_server.script = reply_with(200, body)
+    assert not ask(endpoint).complete
+
+
+@pytest.mark.parametrize(
+    ("status", "headers", "retry", "wait_s"),
+    [
+        (429, {"Retry_After": "3"}, True, 3.0),
+        (429, {"Retry_After": "Wed, 21 Oct 2026 07:28:00 GMT"}, True, 0.0),
+        (503, {}, True, 0.0),
+        (401, {}, False, 0.0),
+        (404, {}, False, 0.0),
+    ],
+)
+def test_says_whether_asking_again_helps(
+    chat_server: Any,
+    reply_with: Any,
+    endpoint: ChatEndpoint,
+    status: int,
+    headers: dict[str, str],
+    retry: bool,
+    wait_s: float,
+) -> None:
+    chat_server.script = reply_with(status, b"", **headers)
+    with pytest.raises(ChatError, match=f"HTTP {status}") as caught:
+        ask(endpoint)
+    assert (caught.value.retry, caught.value.wait_s) == (retry, wait_s)
+    assert len(chat_server.requests) == 1
+
+
+def test_an_endpoint_that_takes_nothing_is_an_error(
+    chat_server: Any, reply_with: Any, endpoint: ChatEndpoint
+) -> None:
+    chat_server.script = reply_with(400, b'{"error": "no"}')
+    with pytest.raises(ChatError, match="HTTP 400: no"):
+        ask(endpoint)
+    assert len(chat_server.requests) == 3
+
+
+@pytest.mark.parametrize(
+    ("config", "message"),
+    [
+        ({"base_url": "ftp://x"}, "base_url 'ftp://x' is no HTTP address; give one such as"),
+        ({"base_url": "http://me:secret@x/v1"}, "base_url must not hold a password"),
+        ({"model": " "}, "model is empty"),
+        ({"timeout_s": 0.0}, r"timeout_s must be in \(0, 600\], got 0.0"),
+    ],
+)
+def test_config_errors(config: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        ChatConfig(**({"base_url": "http://127.0.0.1/v1", "model": "tiny"} | config))
+
+
+def test_the_key_is_not_shown() -> None:
+    config = ChatConfig(base_url="http://127.0.0.1/v1", model="tiny", api_key=KEY)
+    assert KEY not in repr(config)

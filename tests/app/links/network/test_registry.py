@@ -1,0 +1,87 @@
+import os
+import subprocess
+import sys
+
+import pytest
+
+from app.links.network import registry
+from app.links.network.registry import RunningNavigator, register, running_navigators
+
+
+@pytest.fixture(autouse=True)
+def runtime(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert registry.registry_folder().is_relative_to(tmp_path)
+
+
+@pytest.fixture
+def no_folder(tmp_path, monkeypatch):
+    """A cache that cannot hold a folder, for root neither: it is a file."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+
+
+def navigator(pid, robot="ippon"):
+    return RunningNavigator(pid=pid, robot=robot, endpoint="tcp/127.0.0.1:7447")
+
+
+def noted(entry):
+    path = register(entry)
+    assert path is not None
+    return path
+
+
+def test_nothing_runs():
+    assert running_navigators() == []
+
+
+def test_a_running_navigator_is_found():
+    register(navigator(os.getpid()))
+    assert running_navigators() == [navigator(os.getpid())]
+
+
+def test_a_dead_navigator_is_forgotten():
+    child = subprocess.Popen([sys.executable, "-c", ""])
+    child.wait()
+    path = noted(navigator(child.pid))
+    assert running_navigators() == []
+    assert not path.exists()
+
+
+def test_oldest_first():
+    other = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    try:
+        first = noted(navigator(os.getpid(), "first"))
+        os.utime(first, (1.0, 1.0))
+        register(navigator(other.pid, "second"))
+        assert [n.robot for n in running_navigators()] == ["first", "second"]
+    finally:
+        other.communicate(b"\n")
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b'{"pid": 1}', b'{"pid": "x"}', bytes(100)])
+def test_a_damaged_file_is_skipped(content):
+    path = noted(navigator(os.getpid()))
+    path.with_name("7.json").write_bytes(content)
+    assert len(running_navigators()) == 1
+
+
+def test_others_cannot_read_the_folder():
+    register(navigator(os.getpid()))
+    assert registry.registry_folder().stat().st_mode & 0o077 == 0
+
+
+@pytest.mark.parametrize("folder", [None, "/nosuch/run/user/1000"])
+def test_another_terminal_finds_it_whatever_its_runtime_folder_is(folder, monkeypatch):
+    monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
+    register(navigator(os.getpid()))
+    if folder is not None:
+        monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
+    assert running_navigators() == [navigator(os.getpid())]
+
+
+@pytest.mark.usefixtures("no_folder")
+def test_a_navigator_runs_where_it_cannot_be_noted(caplog):
+    assert register(navigator(os.getpid(), "ippon/one")) is None
+    assert "--connect tcp/127.0.0.1:7447 --robot ippon/one" in caplog.text
+    assert running_navigators() == []

@@ -1,0 +1,38 @@
+import pytest
+
+from app.links.network.session import LinkError, open_client, open_router
+
+
+def test_a_client_hears_a_router(free_endpoint):
+    router = open_router(free_endpoint)
+    client = open_client(free_endpoint)
+    try:
+        queryable = router.declare_queryable("a/b", lambda q: q.reply("a/b", b"here"))
+        replies = [r.ok.payload.to_bytes() for r in client.get("a/b", timeout=5.0)]
+        assert replies == [b"here"]
+        queryable.undeclare()
+    finally:
+        client.close()
+        router.close()
+
+
+def test_nobody_at_the_endpoint(free_endpoint):
+    with pytest.raises(LinkError, match=f"no navigator answers at {free_endpoint} within 0.3 s"):
+        open_client(free_endpoint, timeout_s=0.3)
+
+
+def test_the_endpoint_is_taken(free_endpoint):
+    router = open_router(free_endpoint)
+    try:
+        with pytest.raises(LinkError, match=f"cannot listen on {free_endpoint}: another navigator"):
+            open_router(free_endpoint)
+    finally:
+        router.close()
+
+
+@pytest.mark.parametrize("endpoint", ["nonsense", "tcp/", "udp//:", "127.0.0.1:7447", ""])
+def test_malformed_endpoints_are_a_link_error(endpoint):
+    with pytest.raises(LinkError):
+        open_client(endpoint, timeout_s=0.3)
+    with pytest.raises(LinkError):
+        open_router(endpoint)

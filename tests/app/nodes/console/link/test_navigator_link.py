@@ -1,0 +1,136 @@
+"""The link to a navigator on real sockets."""
+
+import threading
+import time
+
+import pytest
+
+from app.messages import keys
+from app.messages.control import ControlRequest
+from app.nodes.console.link import navigator_link as link_module
+from app.nodes.console.link.commands import CommandError
+from app.nodes.console.link.navigator_link import NavigatorLink
+from app.nodes.console.scene.inbox import Inbox
+from tests.app.relay import Relay
+
+pytestmark = pytest.mark.process
+
+STOP = ControlRequest(action="stop", requester="test")
+
+
+def _wait(condition, timeout_s=20.0):
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+@pytest.fixture
+def start_home(stage, port):
+    """Starts navigators; all are closed at the end, whatever happens."""
+    homes = []
+
+    def start():
+        homes.append(stage.PublishedHome(port))
+        return homes[-1]
+
+    yield start
+    for home in homes:
+        home.close()
+
+
+@pytest.fixture
+def port(stage):
+    """A port for the navigator."""
+    return stage.free_port()
+
+
+@pytest.fixture
+def failures():
+    """What has failed."""
+    return []
+
+
+@pytest.fixture
+def connect(failures):
+    """Opens links to ports; all are closed at the end."""
+    links = []
+
+    def connect(port):
+        endpoint, topics = f"tcp/127.0.0.1:{port}", (keys.STATUS,)
+        links.append(NavigatorLink(endpoint, "ippon", topics, Inbox([]), failures.append))
+        links[-1].start()
+        return links[-1]
+
+    yield connect
+    for link in links:
+        link.close()
+
+
+@pytest.fixture
+def link(connect, port):
+    """A link that is being opened."""
+    return connect(port)
+
+
+@pytest.fixture
+def relay(port):
+    """A line to the navigator that can be cut."""
+    relay = Relay(port)
+    yield relay
+    relay.close()
+
+
+def test_a_stop_gets_through_to_a_navigator_that_comes_back(start_home, link):
+    home = start_home()
+    _wait(lambda: link.is_open)
+    home.close()
+    answers = []
+    asker = threading.Thread(target=lambda: answers.append(link._control(STOP)))
+    asker.start()
+    time.sleep(1.0)
+    again = start_home()
+    asker.join(15.0)
+    assert answers == ["stopped"]
+    assert [key for key, _ in again.requests] == [keys.CONTROL]
+
+
+def test_a_stop_without_a_navigator_is_given_up_with_a_reason(link, monkeypatch):
+    monkeypatch.setattr(link_module, "STOP_S", 0.3)
+    with pytest.raises(CommandError, match="no navigator at tcp/"):
+        link._control(STOP)
+
+
+def test_silence_does_not_close_the_line_for_commands(start_home, link, monkeypatch):
+    monkeypatch.setattr(link_module, "SILENT_S", 0.2)
+    home = start_home()
+    _wait(lambda: link.is_open)
+    commanding = link._commanding
+    home._stop.set()
+    before = link.openings
+    _wait(lambda: link.openings >= before + 3)
+    assert link._commanding is commanding
+    assert link.silence_s() > 0.6, "opening again is no word from the navigator"
+    assert link.pause() == "The robot waits."
+
+
+def test_a_break_that_zenoh_mends_by_itself_is_noticed(start_home, relay, connect):
+    start_home()
+    link = connect(relay.port)
+    _wait(lambda: link.openings == 1 and link.silence_s() < 0.5)
+    listening = link._listening
+    _wait(lambda: list(listening.liveliness().get(f"ippon/{keys.NAVIGATOR_ALIVE}")))
+    relay.cut()
+    cut_at = time.monotonic()
+    _wait(lambda: link.openings == 2)
+    _wait(lambda: link.silence_s() < time.monotonic() - cut_at)
+    assert link._listening is listening, "no word would have been missed otherwise"
+
+
+def test_what_nobody_expected_is_told(link, failures, monkeypatch):
+    def fail(*_):
+        raise KeyError("unexpected")
+
+    monkeypatch.setattr(link_module, "open_client", fail)
+    _wait(lambda: failures)
+    assert isinstance(failures[0], KeyError)

@@ -1,0 +1,25 @@
+"""What the operator reads of a navigator of another version."""
+
+import pytest
+
+from app.nodes.console.link.versions import OWN, difference, not_understood
+
+
+def test_the_same_version_is_no_news():
+    assert difference(OWN) == ""
+    assert difference("9.9") == f"The navigator is of version 9.9, this console of {OWN}."
+
+
+def test_a_status_of_another_version_says_which():
+    text = not_understood(b'{"version":"9.9","mood":"good"}', "status: unknown field")
+    assert text == (
+        f"The navigator is of version 9.9, this console of {OWN}, and they do not understand one "
+        "another. Install the same version on both."
+    )
+
+
+@pytest.mark.parametrize("status", [b"", b"\xff", b"[]", b'{"version":3}', b'{"mood":"good"}'])
+def test_what_is_no_status_says_what_is_wrong(status):
+    text = not_understood(status, "status: Expected `object`" + "!" * 1000)
+    assert text.startswith("The navigator is not understood (status: Expected `object`")
+    assert len(text) < 400

@@ -1,0 +1,193 @@
+"""Two browsers at one console, each with its own choice of what to see."""
+
+import contextlib
+import io
+import struct
+import threading
+
+import msgspec
+import numpy as np
+import pytest
+import viser
+import websockets.sync.client
+import zstandard
+
+from app.nodes.console.scene.browser_views import OWN, Windows
+from app.nodes.console.web.browsers import Visitor
+from app.view.drawing.camera_follow import CameraFollow
+from app.view.drawing.overlay_layer import NOTHING
+from app.view.model.scene_model import SceneModel
+from app.view.view_options import ViewOptions
+
+PATIENCE_S = 60.0
+CAMERA = {
+    "type": "ViewerCameraMessage",
+    "wxyz": (1.0, 0.0, 0.0, 0.0),
+    "position": (3.0, 3.0, 3.0),
+    "fov": 0.9,
+    "near": 0.01,
+    "far": 1000.0,
+    "image_height": 800,
+    "image_width": 1000,
+    "look_at": (0.0, 0.0, 0.0),
+    "up_direction": (0.0, 0.0, 1.0),
+}
+
+
+class Browser:
+    """Speaks as viser's client does, and keeps what it hears of the scene."""
+
+    def __init__(self, port):
+        self._socket = websockets.sync.client.connect(
+            f"ws://127.0.0.1:{port}",
+            subprotocols=[f"viser-v{viser.__version__}"],
+            max_size=None,
+            ping_interval=None,
+        )
+        self.send(CAMERA)
+        self._changed = threading.Condition()
+        self._heard = []
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def send(self, message):
+        self._socket.send(msgspec.msgpack.encode(message))
+
+    def close(self):
+        self._socket.close()
+
+    def wait(self, wanted):
+        """Return the first message that is wanted."""
+        with self._changed:
+            assert self._changed.wait_for(
+                lambda: any(wanted(m) for m in self._heard), PATIENCE_S
+            ), [(m["type"], m.get("name")) for m in self._heard][-12:]
+            return next(m for m in self._heard if wanted(m))
+
+    def names(self):
+        with self._changed:
+            return {m.get("name", "") for m in self._heard}
+
+    def _listen(self):
+        with contextlib.suppress(websockets.exceptions.ConnectionClosed):
+            for data in self._socket:
+                size, packed = struct.unpack_from("<QQ", data)
+                text = zstandard.ZstdDecompressor().decompress(data[16 : 16 + packed], size)
+                with self._changed:
+                    self._heard += msgspec.msgpack.decode(text)["messages"]
+                    self._changed.notify_all()
+
+
+class Console:
+    """The part of the conductor that draws, one step at a time."""
+
+    def __init__(self, server):
+        self.server = server
+        self.model = SceneModel()
+        tab = server.gui.add_tab_group().add_tab("Map")
+        self.changed = threading.Event()
+        self.windows = Windows(server, tab, CameraFollow(), self.changed.set)
+        self.visitors = []
+        self._came = threading.Semaphore(0)
+        self._left = threading.Semaphore(0)
+        server.on_client_connect(self._join)
+        server.on_client_disconnect(self._leave)
+
+    async def _join(self, client):
+        self.visitors.append(Visitor(str(client.client_id), "somebody", "operator"))
+        self.windows.join(client, self.visitors[-1])
+        self._came.release()
+
+    async def _leave(self, client):
+        self.windows.leave(client)
+        self._left.release()
+
+    def open(self):
+        browser = Browser(self.server.get_port())
+        assert self._came.acquire(timeout=PATIENCE_S)
+        self.draw()
+        return browser
+
+    def draw(self):
+        self.changed.clear()
+        self.windows.draw(self.model, self.model.take_changes())
+
+    def wait_for_goodbye(self):
+        assert self._left.acquire(timeout=PATIENCE_S)
+
+
+def _cloud(stage, *indices):
+    return stage.cloud_of(np.array(indices), np.zeros(len(indices), np.uint8), 1)
+
+
+@pytest.fixture
+def console(stage):
+    with contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        console = Console(server)
+        console.model.on_status(stage.status_of())
+        console.model.on_keyframe(_cloud(stage, (0, 0, 0), (20, 0, 0)))
+        yield console
+        server.stop()
+
+
+def _mode_buttons(message):
+    return message["type"] == "GuiButtonGroupMessage" and message["props"]["label"] == "Colour"
+
+
+def _hides(name):
+    return lambda m: (
+        m["type"] == "SetSceneNodeVisibilityMessage" and m["name"] == name and not m["visible"]
+    )
+
+
+def _choose(console, browser, word):
+    uuid = browser.wait(_mode_buttons)["uuid"]
+    browser.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": word}})
+    assert console.changed.wait(PATIENCE_S)
+    console.draw()
+    return uuid
+
+
+def test_a_choice_is_each_browsers_own(console):
+    first, second = console.open(), console.open()
+    second.wait(lambda m: m.get("name") == "/map/0_0")
+    uuid = _choose(console, first, "Object")
+    assert uuid in console.visitors[0].own_controls
+    assert uuid not in console.visitors[1].own_controls
+    first.wait(lambda m: m.get("name") == f"{OWN}/map/1_0")
+    first.wait(_hides("/map"))
+    first.wait(_hides("/finds"))
+    second_uuid = _choose(console, second, "Height")
+    second.wait(lambda m: m.get("name") == f"{OWN}/map/1_0")
+    assert second_uuid != uuid
+    modes = {console.windows.options_of(n).mode for n in (0, 1)}
+    assert modes == {"ooi", "height"}
+    first.close()
+    second.close()
+
+
+def test_whoever_sees_the_common_drawing_has_none_of_its_own(console, stage):
+    first, second = console.open(), console.open()
+    _choose(console, first, "Object")
+    console.model.on_voxels(_cloud(stage, (40, 0, 0)))
+    console.draw()
+    console.windows.point_at(NOTHING)
+    first.wait(lambda m: m.get("name") == f"{OWN}/map/2_0")
+    second.wait(lambda m: m.get("name") == "/map/2_0")
+    assert not [name for name in second.names() if name.startswith(OWN)]
+    first.close()
+    second.close()
+
+
+def test_a_browser_that_leaves_is_forgotten_and_may_be_drawn_for_meanwhile(console, stage):
+    browser = console.open()
+    _choose(console, browser, "Object")
+    (visitor,) = console.visitors
+    browser.close()
+    console.wait_for_goodbye()
+    console.model.on_voxels(_cloud(stage, (60, 0, 0)))
+    console.draw()
+    assert visitor.own_controls == set()
+    assert console.windows.options_of(0) == ViewOptions()
+    assert np.allclose(console.windows.bounds()[0], 0.0)
+    console.draw()

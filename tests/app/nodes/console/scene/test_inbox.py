@@ -1,0 +1,35 @@
+import threading
+import time
+
+from app.nodes.console.scene import inbox as inbox_module
+from app.nodes.console.scene.inbox import Inbox
+
+
+def test_keeps_every_message_of_some_topics_and_the_latest_of_others():
+    inbox = Inbox(["map"])
+    for n in range(3):
+        inbox.put("map", bytes([n]))
+        inbox.put("image", bytes([n]))
+    batch = inbox.drain(0.0)
+    assert [payload for key, payload in batch if key == "map"] == [b"\0", b"\1", b"\2"]
+    assert [payload for key, payload in batch if key == "image"] == [b"\2"]
+    assert inbox.drain(0.0) == []
+
+
+def test_a_flood_is_bounded_and_counted(monkeypatch):
+    monkeypatch.setattr(inbox_module, "_LIMIT", 5)
+    inbox = Inbox(["map"])
+    for _ in range(8):
+        inbox.put("map", b"")
+    assert len(inbox.drain(0.0)) == 5
+    assert inbox.dropped == 3
+
+
+def test_waits_for_a_message_and_can_be_woken():
+    inbox = Inbox([])
+    threading.Timer(0.05, inbox.put, ("status", b"s")).start()
+    assert inbox.drain(5.0) == [("status", b"s")]
+    started = time.monotonic()
+    threading.Timer(0.05, inbox.wake).start()
+    assert inbox.drain(5.0) == []
+    assert time.monotonic() - started < 4.0

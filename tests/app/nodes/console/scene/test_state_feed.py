@@ -1,0 +1,81 @@
+import asyncio
+import threading
+
+from app.nodes.console.scene import state_feed as bulletin_module
+from app.nodes.console.scene.state_feed import STALLED, Bulletin
+
+
+def test_a_reader_gets_the_current_notice_at_once_and_then_the_newest():
+    async def read():
+        bulletin = Bulletin()
+        bulletin.post(b"1")
+        notices = bulletin.follow()
+        first = await anext(notices)
+        for n in range(2, 50):
+            bulletin.post(str(n).encode())
+        newest = await anext(notices)
+        await notices.aclose()
+        return first, newest
+
+    assert asyncio.run(read()) == (b"1", b"49")
+
+
+def test_posts_from_another_thread_arrive():
+    async def read():
+        bulletin = Bulletin()
+        notices = bulletin.follow()
+        waiting = asyncio.ensure_future(anext(notices))
+        await asyncio.sleep(0)
+        thread = threading.Thread(target=bulletin.post, args=(b"hello",))
+        thread.start()
+        notice = await asyncio.wait_for(waiting, 5.0)
+        thread.join()
+        await notices.aclose()
+        return notice
+
+    assert asyncio.run(read()) == b"hello"
+
+
+def test_the_same_notice_wakes_nobody():
+    async def read():
+        bulletin = Bulletin()
+        bulletin.post(b"same")
+        notices = bulletin.follow()
+        await anext(notices)
+        bulletin.post(b"same")
+        waiting = asyncio.ensure_future(anext(notices))
+        done, _ = await asyncio.wait([waiting], timeout=0.05)
+        bulletin.post(b"other")
+        return bool(done), await asyncio.wait_for(waiting, 5.0)
+
+    assert asyncio.run(read()) == (False, b"other")
+
+
+def test_readers_that_leave_are_forgotten():
+    async def read():
+        bulletin = Bulletin()
+        bulletin.post(b"1")
+        notices = bulletin.follow()
+        await anext(notices)
+        await notices.aclose()
+        return len(bulletin._readers)
+
+    assert asyncio.run(read()) == 0
+
+
+def test_who_stops_posting_is_said_to_have_stalled_and_to_be_back(monkeypatch):
+    monkeypatch.setattr(bulletin_module, "STALLED_S", 0.1)
+    monkeypatch.setattr(bulletin_module, "_LOOK_S", 0.02)
+
+    async def read():
+        bulletin = Bulletin()
+        bulletin.post(b"1")
+        notices = bulletin.follow()
+        seen = [await anext(notices), await anext(notices)]
+        assert bulletin.is_stalled
+        bulletin.post(b"1")
+        seen.append(await anext(notices))
+        await notices.aclose()
+        return seen
+
+    assert asyncio.run(read()) == [b"1", STALLED, b"1"]

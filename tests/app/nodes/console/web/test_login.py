@@ -1,0 +1,291 @@
+"""The login as a hostile client meets it, on real sockets."""
+
+import re
+import resource
+import socket
+import time
+
+import httpx
+import msgspec
+import pytest
+from viser import __version__ as viser_version
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from app.messages.lease import LeaseStatus
+from app.nodes.console.link.navigator_link import NavigatorLink
+from app.nodes.console.scene.inbox import Inbox
+from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.web import connections
+from app.nodes.console.web.access import COOKIE, LoginAccess
+from app.nodes.console.web.accounts import add_account, load_accounts
+from app.nodes.console.web.gateway import Gateway
+from app.nodes.console.web.guard import Hosts
+from app.nodes.console.web.login import STALE, WRONG, LoginDesk
+from app.nodes.console.web.throttle import FREE
+
+PASSWORDS = {"anna": "correct horse", "vera": "battery staple", "sue": "trombone shop"}
+ROLES = {"anna": "operator", "vera": "viewer", "sue": "supervisor"}
+PROTOCOL = f"viser-v{viser_version}"
+
+
+@pytest.fixture(scope="module")
+def accounts(tmp_path_factory):
+    path = tmp_path_factory.mktemp("console") / "users"
+    for name, password in PASSWORDS.items():
+        add_account(path, name, password, ROLES[name])
+    return load_accounts(path)
+
+
+@pytest.fixture
+def link():
+    """A link whose navigator is not there."""
+    return NavigatorLink("tcp/127.0.0.1:1", "r", [], Inbox([]), print)
+
+
+@pytest.fixture
+def client(stage, backend, visitors, accounts, link):
+    """A stranger's requests."""
+    bulletin = Bulletin()
+    bulletin.post(b'{"type":"state","link":"live"}')
+    access = LoginAccess(visitors, is_secure=False)
+    login = LoginDesk(access, accounts)
+    gateway = Gateway(backend, bulletin, link, access, Hosts("127.0.0.1"), login)
+    served = stage.Served(gateway)
+    yield served
+    served.close()
+
+
+def form_of(client):
+    return re.search(r'name="form" value="([^"]+)"', client.get("/login").text)[1]
+
+
+def post(client, name, password, form=None):
+    data = {"form": form or form_of(client), "name": name, "password": password}
+    return client.post("/login", data=data)
+
+
+def log_in(client, name):
+    """Log in; return the cookie."""
+    answer = post(client, name, PASSWORDS[name])
+    assert (answer.status_code, answer.headers["location"]) == (303, "/")
+    return f"{COOKIE}={client.http.cookies[COOKIE]}"
+
+
+@pytest.mark.parametrize(
+    "path", ["/assets/shell.js", "/view/", "/view", "/health", "/nothing", "/login/x", "/Login"]
+)
+def test_a_stranger_sees_nothing_but_the_form(client, path):
+    assert client.get(path).status_code == 401
+    page = client.get("/")
+    assert (page.status_code, page.headers["location"]) == (303, "/login")
+    form = client.get("/login")
+    assert form.status_code == 200
+    assert "form-action 'self'" in form.headers["content-security-policy"]
+    assert "<script" not in form.text
+    assert client.get("/assets/login.css").status_code == 200
+
+
+@pytest.mark.parametrize("cookie", [None, f"{COOKIE}=forged", f"{COOKIE}=" + "a" * 3000])
+@pytest.mark.parametrize("path", ["/api/ws", "/view"])
+def test_a_websocket_without_a_pass_is_refused(client, path, cookie):
+    with pytest.raises(InvalidStatus) as refused:
+        client.socket(path, cookie=cookie)
+    assert refused.value.response.status_code == 403
+    assert client.post("/api/stop", headers={"Cookie": cookie or ""}).status_code == 401
+
+
+def test_the_password_opens_everything_and_the_cookie_is_hidden(client):
+    answer = post(client, "anna", PASSWORDS["anna"])
+    cookie = next(c for c in answer.headers.get_list("set-cookie") if c.startswith(f"{COOKIE}="))
+    for part in ("HttpOnly", "SameSite=strict", "Path=/", "Max-Age=43200"):
+        assert part in cookie
+    assert client.get("/").status_code == 200
+    assert client.get("/view/").status_code == 200
+    assert client.get("/login").status_code == 303
+    cookie = cookie.split(";")[0]
+    with client.socket("/api/ws", cookie=cookie) as shell:
+        you = msgspec.json.decode(next(m for m in shell if "you" in m))
+    assert (you["name"], you["role"], you["has_login"]) == ("anna", "operator", True)
+
+
+@pytest.mark.parametrize(
+    ("name", "password"),
+    [("anna", "wrong one"), ("nobody", "correct horse"), ("anna\n", "x"), ("<b>", "x" * 2000)],
+)
+def test_a_wrong_password_is_refused_and_says_nothing_more(client, name, password):
+    answer = post(client, name, password)
+    assert answer.status_code == 401
+    assert WRONG in answer.text
+    assert "<b>" not in answer.text
+    assert COOKIE not in client.http.cookies
+
+
+def test_guessing_is_slowed_down(client):
+    for _ in range(FREE):
+        assert post(client, "anna", "wrong one").status_code == 401
+    answer = post(client, "anna", PASSWORDS["anna"])
+    assert answer.status_code == 429
+    assert "Too many wrong passwords. Try again in" in answer.text
+    assert int(answer.headers["retry-after"]) >= 1
+    log_in(client, "vera")
+
+
+@pytest.mark.parametrize("form", ["", "guess", "é"])
+def test_a_form_that_we_did_not_serve_is_refused(client, form):
+    data = {"form": form, "name": "anna", "password": PASSWORDS["anna"]}
+    answer = client.post("/login", data=data)
+    assert answer.status_code == 403
+    assert STALE in answer.text
+    form_of(client)
+    assert client.post("/login", data=data).status_code == 403
+
+
+def test_a_form_of_another_site_is_refused(client):
+    form = form_of(client)
+    data = {"form": form, "name": "anna", "password": PASSWORDS["anna"]}
+    answer = client.post("/login", data=data, headers={"Origin": "http://evil.example"})
+    assert answer.status_code == 403
+    assert COOKIE not in client.http.cookies
+
+
+@pytest.mark.parametrize("body", [b"", b"\xff\xfe", b"x" * 10_000, b"name=anna", b"a=1&" * 20])
+def test_what_is_no_form_is_refused(client, body):
+    answer = client.post("/login", content=body)
+    assert (answer.status_code, answer.text) == (400, "a form of name and password was expected\n")
+
+
+def test_after_a_logout_the_pass_is_worth_nothing(client):
+    cookie = log_in(client, "anna")
+    other = httpx.Client(base_url=client.origin, headers={"Cookie": cookie})
+    assert other.get("/health").status_code == 200
+    with client.socket("/api/ws", cookie=cookie) as shell:
+        shell.recv(timeout=10)
+        scene = client.socket("/view", cookie=cookie, subprotocols=[PROTOCOL])
+        scene.recv(timeout=10)
+        answer = client.post("/logout")
+        assert (answer.status_code, answer.headers["location"]) == (303, "/login")
+        for open_one in (shell, scene):
+            with pytest.raises(ConnectionClosed):
+                drain(open_one)
+    assert other.get("/health").status_code == 401
+    with pytest.raises(InvalidStatus):
+        client.socket("/api/ws", cookie=cookie)
+    other.close()
+
+
+def drain(open_one):
+    while True:
+        open_one.recv(timeout=10)
+
+
+def test_another_site_cannot_log_anyone_out(client):
+    log_in(client, "anna")
+    assert client.post("/logout", headers={"Origin": "http://evil.example"}).status_code == 403
+    assert client.get("/health").status_code == 200
+
+
+def test_a_viewers_clicks_and_commands_do_nothing(client, backend, link):
+    cookie = log_in(client, "vera")
+    box = backend.server.gui.add_checkbox("box", initial_value=False)
+    click = msgspec.msgpack.encode(
+        {"type": "GuiUpdateMessage", "uuid": box._impl.uuid, "updates": {"value": True}}
+    )
+    with client.socket("/view", cookie=cookie, subprotocols=[PROTOCOL]) as scene:
+        scene.recv(timeout=10)
+        scene.send(click)
+        time.sleep(0.5)
+        assert box.value is False
+    with client.socket("/api/ws", cookie=cookie) as shell:
+        for number, message in enumerate(
+            ['"control","action":"pause"', '"drive","mode":"manual"', '"lease","action":"request"']
+        ):
+            shell.send(f'{{"type":{message},"id":{number}}}')
+            reply = msgspec.json.decode(next(m for m in shell if '"reply"' in m))
+            assert reply["text"] == "your login (viewer) may watch and stop, not command"
+    with client.socket("/view", cookie=log_in_again(client, "anna"), subprotocols=[PROTOCOL]) as s:
+        s.recv(timeout=10)
+        link.lease_status = LeaseStatus(state="held", holder="Bert", epoch=4)
+        s.send(click)
+        time.sleep(0.5)
+        assert box.value is False, "an operator while another holds control"
+        link.lease_status = LeaseStatus()
+        s.send(click)
+        deadline = time.monotonic() + 10.0
+        while not box.value:
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+    box.remove()
+
+
+def log_in_again(client, name):
+    client.post("/logout")
+    return log_in(client, name)
+
+
+def test_taking_over_is_for_supervisors(client):
+    for name, text in [
+        ("anna", "your login (operator) takes control from nobody: ask for it"),
+        ("sue", "no navigator at tcp/127.0.0.1:1"),
+    ]:
+        with client.socket("/api/ws", cookie=log_in_again(client, name)) as shell:
+            shell.send('{"type":"lease","id":1,"action":"take"}')
+            reply = msgspec.json.decode(next(m for m in shell if '"reply"' in m))
+            assert reply["text"] == text
+
+
+@pytest.fixture
+def many_files():
+    """Both ends of a thousand connections are files of this process."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = 4096 if hard == resource.RLIM_INFINITY else min(4096, hard)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, wanted), hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+def raw(client):
+    return socket.create_connection(("127.0.0.1", client.port), timeout=10.0)
+
+
+def test_a_thousand_connections_keep_nobody_out(client, many_files):
+    with client.socket("/api/ws", cookie=log_in(client, "anna")) as shell:
+        shell.recv(timeout=10)
+        flood = [raw(client) for _ in range(1000)]
+        try:
+            assert httpx.get(f"{client.origin}/login", timeout=10.0).status_code == 200
+            assert client.get("/health").status_code == 200
+            shell.send('{"type":"ping","t":1}')
+            assert any('"pong"' in message for message in shell)
+            dropped = 0
+            for one in flood:
+                one.settimeout(0.0)
+                try:
+                    dropped += one.recv(1) == b""
+                except ConnectionError:
+                    dropped += 1
+                except BlockingIOError:
+                    pass
+            assert dropped >= 1000 - connections.MAX_IDLE
+        finally:
+            for one in flood:
+                one.close()
+
+
+def test_a_request_that_never_ends_is_dropped(client, monkeypatch):
+    monkeypatch.setattr(connections, "REQUEST_S", 0.3)
+    with raw(client) as one:
+        one.sendall(b"GET / HTTP/1.1\r\nHost: ")
+        assert one.recv(1) == b""
+
+
+def fill(one):
+    for _ in range(10_000):
+        one.sendall(b"X-Filler: " + b"x" * 1000 + b"\r\n")
+
+
+def test_an_endless_head_is_refused(client):
+    with raw(client) as one:
+        one.sendall(b"GET / HTTP/1.1\r\n")
+        with pytest.raises(ConnectionError):
+            fill(one)
+    assert client.get("/login").status_code == 200

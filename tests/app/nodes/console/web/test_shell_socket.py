@@ -1,0 +1,103 @@
+"""The shell's line: state out, commands in, and the lease of a page."""
+
+import time
+
+import pytest
+
+from app.nodes.console.web import shell_socket
+from tests.app.nodes.console.served import closing_code, hear
+
+
+def test_the_shell_hears_the_state_and_its_echo(client, bulletin):
+    with client.socket("/api/ws") as shell:
+        assert hear(shell) == {"type": "state", "link": "live"}
+        shell.send('{"type":"ping","t":12.5}')
+        assert hear(shell) == {"type": "pong", "t": 12.5}
+        bulletin.post(b'{"type":"state","link":"silent"}')
+        assert hear(shell)["link"] == "silent"
+
+
+def test_the_shell_gets_an_answer_to_every_command(client, navigator):
+    with client.socket("/api/ws") as shell:
+        hear(shell)
+        shell.send('{"type":"control","id":7,"action":"stop"}')
+        assert hear(shell) == {"type": "reply", "id": 7, "ok": True, "text": "stopped"}
+        navigator.problem = "the navigator gave no answer within 2 s"
+        shell.send('{"type":"control","id":8,"action":"resume"}')
+        reply = hear(shell)
+        assert (reply["id"], reply["ok"], reply["text"]) == (8, False, navigator.problem)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "no json", "[]", '{"type":"shoot"}', '{"type":"control","id":1,"action":"explode"}',
+     '{"type":"ping","t":1,"more":2}', '{"type":"ping","t":1}' + " " * 5000, b"\x00\xff"],
+)  # fmt: skip
+def test_what_is_no_message_ends_the_shell_and_commands_nothing(client, navigator, text):
+    with client.socket("/api/ws") as shell:
+        hear(shell)
+        shell.send(text)
+        assert closing_code(shell) == 1007
+    assert navigator.actions == []
+
+
+def test_a_page_is_told_who_it_is_and_a_browser_stays_the_same(client):
+    assert "HttpOnly; Path=/; SameSite=Strict" in client.get("/").headers["set-cookie"]
+    cookie = f"ippon={client.http.cookies['ippon']}"
+    with client.socket("/api/ws", cookie=cookie) as shell:
+        you = hear(shell, "you")
+    assert you["name"].startswith("browser ")
+    assert (you["role"], you["standing"], you["has_login"]) == ("supervisor", "watches", False)
+    assert "set-cookie" not in client.get("/").headers
+    with client.socket("/api/ws", cookie=cookie) as again:
+        assert hear(again, "you") == you
+    with client.socket("/api/ws") as other:
+        assert hear(other, "you")["name"] != you["name"]
+
+
+def test_what_a_page_asks_is_asked_in_its_name(client, navigator):
+    with client.socket("/api/ws") as shell:
+        name = hear(shell, "you")["name"]
+        shell.send('{"type":"control","id":7,"action":"pause"}')
+        hear(shell, "reply")
+    assert navigator.who.name == name
+
+
+def test_control_is_taken_renewed_and_lost_as_the_page_is_told(client, navigator):
+    navigator.counts_renewals = True
+    with client.socket("/api/ws") as shell:
+        assert hear(shell, "you")["standing"] == "watches"
+        shell.send('{"type":"lease","id":1,"action":"request"}')
+        assert hear(shell, "reply") == {
+            "type": "reply", "id": 1, "ok": True, "text": "You hold control.",
+        }  # fmt: skip
+        assert hear(shell, "you")["standing"] == "holds"
+        deadline = time.monotonic() + 10.0
+        while navigator.actions.count("renew") < 3:
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        shell.send('{"type":"lease","id":2,"action":"release"}')
+        hear(shell, "reply")
+    assert {"request", "renew", "release"} == set(navigator.actions)
+    navigator.problem = "Anna holds control"
+    with client.socket("/api/ws") as shell:
+        shell.send('{"type":"lease","id":3,"action":"take"}')
+        assert hear(shell, "reply")["text"] == "Anna holds control"
+
+
+def test_a_page_that_sleeps_keeps_no_lease(client, navigator, monkeypatch):
+    navigator.counts_renewals = True
+    monkeypatch.setattr(shell_socket, "ASLEEP_S", 0.2)
+    monkeypatch.setattr(shell_socket, "RENEW_S", 0.05)
+    with client.socket("/api/ws") as shell:
+        shell.send('{"type":"lease","id":1,"action":"request"}')
+        hear(shell, "reply")
+        time.sleep(0.5)
+        renewals = navigator.actions.count("renew")
+        time.sleep(0.3)
+        assert navigator.actions.count("renew") == renewals
+        shell.send('{"type":"alive"}')
+        deadline = time.monotonic() + 10.0
+        while navigator.actions.count("renew") == renewals:
+            assert time.monotonic() < deadline
+            time.sleep(0.02)

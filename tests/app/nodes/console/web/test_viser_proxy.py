@@ -1,0 +1,124 @@
+"""What a browser may say to the scene, and what comes back."""
+
+import threading
+
+import httpx
+import msgspec
+import pytest
+import websockets.sync.client
+from viser._messages import ShareUrlRequest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from app.nodes.console.web import viser_proxy
+from app.nodes.console.web.browsers import Visitor, acting
+from tests.app.nodes.console.served import CAMERA, PROTOCOL, closing_code, drain, hear
+
+
+def test_panels_of_who_watches_do_nothing(client, backend, navigator):
+    box = backend.server.gui.add_checkbox("box", initial_value=False)
+    changed = threading.Event()
+    box.on_update(lambda _: changed.set())
+    click = msgspec.msgpack.encode(
+        {"type": "GuiUpdateMessage", "uuid": box._impl.uuid, "updates": {"value": True}}
+    )
+    with client.socket("/view", subprotocols=[PROTOCOL]) as scene:
+        scene.recv(timeout=10)
+        navigator.is_free = False
+        scene.send(CAMERA)
+        scene.send(click)
+        assert not changed.wait(0.5)
+        navigator.is_free = True
+        scene.send(click)
+        assert changed.wait(10.0)
+    box.remove()
+
+
+def test_who_watches_may_change_what_this_browser_sees_and_no_more():
+    def allowed(kind, uuid="", may_touch=False):
+        message = msgspec.msgpack.encode({"type": kind, "uuid": uuid, "updates": {}})
+        return viser_proxy._allowed(message, may_touch, {"own"})
+
+    assert allowed("GuiUpdateMessage", "own")
+    assert not allowed("GuiUpdateMessage", "another")
+    assert not allowed("SceneNodeClickMessage", "own")
+    assert allowed("ViewerCameraMessage")
+    assert allowed("GuiUpdateMessage", "another", may_touch=True)
+    assert not allowed("ShareUrlRequest", "own", may_touch=True)
+
+
+def test_a_panels_click_is_answered_in_the_name_of_its_browser(client, backend):
+    client.get("/")
+    cookie = f"ippon={client.http.cookies['ippon']}"
+    with client.socket("/api/ws", cookie=cookie) as shell:
+        name = hear(shell, "you")["name"]
+    button = backend.server.gui.add_button("press")
+    pressed = threading.Event()
+    seen = []
+    button.on_click(lambda _: (seen.append(acting()), pressed.set()))
+    click = msgspec.msgpack.encode(
+        {"type": "GuiUpdateMessage", "uuid": button._impl.uuid, "updates": {"value": True}}
+    )
+    with client.socket("/view", subprotocols=[PROTOCOL], cookie=cookie) as scene:
+        scene.recv(timeout=10)
+        scene.send(CAMERA)
+        scene.send(click)
+        assert pressed.wait(10.0)
+    assert [visitor.name for visitor in seen] == [name]
+    button.remove()
+
+
+def test_the_scene_comes_through_with_its_subprotocol(client):
+    with client.socket("/view", subprotocols=[PROTOCOL]) as scene:
+        assert scene.subprotocol == PROTOCOL
+        assert len(scene.recv(timeout=10)) > 100
+
+
+def test_nobody_can_ask_for_a_public_tunnel(client, backend, monkeypatch):
+    asked = []
+    monkeypatch.setattr(backend.server, "request_share_url", lambda *_, **__: asked.append(1))
+    request = msgspec.msgpack.encode({"type": "ShareUrlRequest"})
+    with client.socket("/view", subprotocols=[PROTOCOL]) as scene:
+        scene.recv(timeout=10)
+        scene.send(request)
+        scene.send(b"\xc1 no msgpack")
+        scene.send(b"")
+    headers = backend.headers_of(Visitor("x" * 20, "Anna", "operator"))
+    # Past the proxy too: viser itself has no handler left.
+    with websockets.sync.client.connect(
+        backend.url, additional_headers=headers, subprotocols=[PROTOCOL], max_size=None
+    ) as direct:
+        direct.recv(timeout=10)
+        direct.send(request)
+    assert ShareUrlRequest not in backend.server._websock_server._incoming_handlers
+    assert asked == []
+
+
+@pytest.mark.parametrize("headers", [{}, {"X-Ippon-Backend": "guess"}])
+def test_viser_refuses_whoever_lacks_the_secret(backend, headers):
+    with pytest.raises(InvalidStatus) as refused:
+        websockets.sync.client.connect(
+            backend.url, additional_headers=headers, subprotocols=[PROTOCOL]
+        )
+    assert refused.value.response.status_code == 403
+    plain = httpx.get(backend.url.replace("ws:", "http:"), headers=headers)
+    assert plain.status_code == 403
+
+
+def test_text_is_no_scene_message_and_ends_the_scene(client):
+    with client.socket("/view", subprotocols=[PROTOCOL]) as scene:
+        scene.recv(timeout=10)
+        scene.send("hello")
+        assert closing_code(scene) == 1007
+
+
+def test_an_oversized_message_ends_the_scene(client):
+    scene = client.socket("/view", subprotocols=[PROTOCOL])
+    scene.recv(timeout=10)
+    with pytest.raises(ConnectionClosed):
+        _send_and_drain(scene, b"x" * (8 * 2**20 + 1))
+    assert client.get("/health").status_code == 200
+
+
+def _send_and_drain(socket, message):
+    socket.send(message)
+    drain(socket)

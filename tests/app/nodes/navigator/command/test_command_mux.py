@@ -1,0 +1,285 @@
+"""The operator's hand becomes a command within a moment, and nothing when it lets go."""
+
+import contextlib
+import queue
+import time
+
+import msgspec
+import numpy as np
+import pytest
+
+from app.links.network.subscription import subscribe
+from app.messages import keys
+from app.messages.driving import TeleopTag
+from app.messages.motion import StampedTwist, decode_twist, encode_twist
+from app.nodes.navigator.command.command_mux import TICK_S, Helm
+from app.nodes.navigator.command.command_stream import Commander
+from ippon.camera import PinholeCamera
+from ippon.command import Command
+from ippon.control.drive import DriveMode
+from ippon.frame import Frame
+from ippon.geometry import base_pose
+from ippon.mapping.voxel_map import MapConfig, VoxelMap
+from ippon.robot import ZED
+
+ROBOT = "ippon"
+STALE_S = 1.0
+PLANNED = Command(linear_m_s=0.4, yaw_rate_rad_s=0.2, tilt_rad=-0.3)
+CAMERA = PinholeCamera(width=64, height=40, fx=40.0, fy=40.0, cx=32.0, cy=20.0)
+
+
+class Bench:
+    """A helm, the operator's end of the line, and the robot's."""
+
+    def __init__(self, router, client) -> None:
+        self.commands: queue.Queue[StampedTwist] = queue.Queue()
+        self.refusal: str | None = None
+        self.takeovers = 0
+        subscribe(client, f"{ROBOT}/{keys.CMD_VEL}", lambda p: self.commands.put(decode_twist(p)))
+        self.commander = Commander(router, ROBOT, 20.0, STALE_S)
+        self.helm = Helm(
+            router,
+            ROBOT,
+            ZED,
+            self.commander,
+            STALE_S,
+            refuse=lambda _: self.refusal,
+            on_takeover=self._took_over,
+        )
+        self._publisher = client.declare_publisher(f"{ROBOT}/{keys.TELEOP}", express=True)
+        self._seq = 0
+        self.arrays = VoxelMap(MapConfig(), ["wall", "floor"]).arrays()
+
+    def _took_over(self) -> None:
+        self.takeovers += 1
+
+    def frame(self, going=None) -> Command:
+        """Let the mission answer a frame."""
+        frame = Frame(
+            stamp_ns=time.monotonic_ns(),
+            color=np.zeros((40, 64, 3), np.uint8),
+            depth=np.zeros((40, 64), np.float32),
+            camera=CAMERA,
+            T_world_camera=np.eye(4),
+            T_world_base=base_pose(0.0, 0.0, 0.0, 0.0),
+            tilt_rad=0.1,
+        )
+        return self.helm.follow(PLANNED, frame, self.arrays, going)
+
+    def hold(self, linear=0.0, yaw=0.0, tilt=0.0, seq=None, epoch=1) -> None:
+        """Send one message of the hand."""
+        self._seq = self._seq + 1 if seq is None else seq
+        twist = StampedTwist(
+            stamp_ns=0, linear_m_s=linear, yaw_rate_rad_s=yaw, tilt_rate_rad_s=tilt
+        )
+        tag = TeleopTag(sender="a", epoch=epoch, seq=self._seq)
+        self._publisher.put(encode_twist(twist), attachment=msgspec.json.encode(tag))
+
+    def until(self, wanted, timeout_s=3.0) -> float:
+        """Wait for a command that is as wanted; returns the seconds that took."""
+        began = time.monotonic()
+        while True:
+            left = timeout_s - (time.monotonic() - began)
+            if wanted(self.commands.get(timeout=max(left, 1e-3))):
+                return time.monotonic() - began
+
+    def hold_until(self, wanted, timeout_s=10.0, **hand) -> StampedTwist:
+        """Hold keys down, as a page does, while frames come; returns the command as wanted."""
+        began = time.monotonic()
+        while (now := time.monotonic()) - began < timeout_s:
+            self.frame()
+            self.hold(**hand)
+            with contextlib.suppress(queue.Empty):
+                while (left := now + 0.05 - time.monotonic()) > 0.0:
+                    if wanted(twist := self.commands.get(timeout=left)):
+                        return twist
+        raise AssertionError(f"never: {hand}")
+
+    def close(self) -> None:
+        self.helm.close()
+        self.commander.close()
+
+
+@pytest.fixture
+def bench(sessions):
+    bench = Bench(*sessions)
+    yield bench
+    bench.close()
+
+
+def stands(twist: StampedTwist) -> bool:
+    return twist.linear_m_s == 0.0 and twist.yaw_rate_rad_s == 0.0
+
+
+def test_a_held_key_drives_and_a_silent_hand_stops(bench):
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.8), linear=0.8)
+    assert bench.helm.status().by_hand
+    # No message of letting go: the browser is gone.
+    assert bench.until(stands) < 0.9 * STALE_S
+    assert not bench.helm.status().by_hand
+
+
+def test_the_speed_limit_slows_hand_and_planner_alike(bench):
+    bench.helm.set_mode(DriveMode.MANUAL, 0.5)
+    bench.frame()
+    bench.hold_until(
+        lambda t: (t.linear_m_s, t.yaw_rate_rad_s) == pytest.approx((0.4, -0.6)),
+        linear=0.8,
+        yaw=-1.2,
+    )
+    bench.helm.set_mode(DriveMode.AUTO, 0.5)
+    assert bench.frame() == Command(linear_m_s=0.2, yaw_rate_rad_s=0.1, tilt_rad=-0.3)
+
+
+def test_in_auto_the_hand_has_no_part(bench):
+    bench.frame()
+    bench.hold(linear=-0.5)
+    time.sleep(0.2)
+    assert bench.frame() == PLANNED
+
+
+def test_a_message_that_is_older_than_the_last_does_not_count(bench):
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.3), linear=0.3)
+    bench.hold(linear=0.7, seq=1)
+    bench.hold(linear=0.2, seq=1001)
+    bench.until(lambda t: t.linear_m_s == pytest.approx(0.2))
+    seen = []
+    while not bench.commands.empty():
+        seen.append(bench.commands.get().linear_m_s)
+    assert all(speed <= 0.2 for speed in seen)
+
+
+def test_a_hand_without_the_right_to_drive_is_told_why(bench):
+    bench.refusal = "Anna holds control"
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    bench.hold(linear=0.8)
+    deadline = time.monotonic() + 20.0
+    while bench.helm.status().intervention != "Anna holds control":
+        assert time.monotonic() < deadline
+        # What is held is let go 0.3 s after its last message.
+        bench.hold(linear=0.8)
+        time.sleep(0.01)
+    assert stands(bench.commands.get(timeout=1.0))
+
+
+def test_without_pictures_there_is_no_driving(bench):
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    began = time.monotonic()
+    while time.monotonic() - began < 1.5 * STALE_S:
+        bench.hold(linear=0.5)
+        time.sleep(0.05)
+    status = bench.helm.status()
+    assert status.intervention.startswith("stopped: no picture for 1.")
+    told = []
+    while not bench.commands.empty():
+        told.append(bench.commands.get())
+    assert stands(told[-1])
+
+
+def test_the_camera_tilts_by_rate_and_stays_where_it_is_let_go(bench):
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    for _ in range(4):
+        bench.hold(tilt=1.2)
+        time.sleep(0.05)
+    tilted = bench.frame().tilt_rad
+    assert tilted > 0.1
+    bench.hold()
+    time.sleep(0.1)
+    held = bench.frame().tilt_rad
+    time.sleep(0.1)
+    assert bench.frame().tilt_rad == held
+
+
+def test_a_hand_takes_over_on_the_way_to_a_point(bench):
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    assert bench.frame(going=(1.0, 0.0)) == PLANNED, "the robot goes there by itself"
+    bench.hold(yaw=1.0)
+    bench.until(lambda t: t.linear_m_s == 0.0 and t.yaw_rate_rad_s > 0.0)
+    bench.hold_until(lambda t: t.yaw_rate_rad_s == pytest.approx(1.0), yaw=1.0)
+    assert bench.takeovers == 1
+
+
+def test_hostile_messages_are_skipped(bench, sessions):
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    key = f"{ROBOT}/{keys.TELEOP}"
+    sessions[1].put(key, b"\x00" * 40)
+    sessions[1].put(key, encode_twist(StampedTwist(stamp_ns=0, linear_m_s=1, yaw_rate_rad_s=0)))
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.25), linear=0.25)
+
+
+def test_a_hand_speeds_up_as_fast_as_the_robot_can(bench):
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    bench.until(stands)
+    began, told = time.monotonic(), []
+
+    def note(twist):
+        told.append((time.monotonic() - began, twist.linear_m_s, twist.yaw_rate_rad_s))
+        return twist.linear_m_s == pytest.approx(0.7)
+
+    bench.hold_until(note, linear=0.7, yaw=1.1)
+    for after_s, speed, turn in told:
+        # A tick that comes late makes up for less than two.
+        assert speed <= ZED.max_linear_acceleration_m_s2 * (after_s + 2 * TICK_S) + 1e-9
+        assert turn <= ZED.max_yaw_acceleration_rad_s2 * (after_s + 2 * TICK_S) + 1e-9
+    speeds = np.array([speed for _, speed, _ in told])
+    assert np.diff(speeds).max() <= ZED.max_linear_acceleration_m_s2 * 2 * TICK_S + 1e-9
+    assert np.diff(speeds).min() >= 0.0
+    assert len(np.unique(speeds)) >= 0.7 / (ZED.max_linear_acceleration_m_s2 * 2 * TICK_S)
+
+
+@pytest.mark.parametrize("back", [0.0, -0.4])
+def test_what_is_let_go_or_turned_round_stops_at_once(bench, back):
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.5), linear=0.5)
+    slow = ZED.max_linear_acceleration_m_s2 * 2 * TICK_S
+    bench.hold(linear=back)
+    told = []
+    bench.until(lambda t: told.append(t.linear_m_s) or t.linear_m_s <= 0.0)
+    assert set(told[:-1]) <= {0.5}, "nothing between"
+    assert -slow <= told[-1] <= 0.0
+    if back:
+        bench.hold_until(lambda t: t.linear_m_s == pytest.approx(back), linear=back)
+
+
+def test_after_a_stop_the_hand_starts_from_rest(bench):
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.5), linear=0.5)
+    bench.commander.halt()
+    bench.hold_until(stands, linear=0.5)
+    assert bench.commander.release(bench.commander.halts)
+    # Held all the while.
+    first = bench.hold_until(lambda t: t.linear_m_s > 0.0, linear=0.5)
+    assert first.linear_m_s <= ZED.max_linear_acceleration_m_s2 * 2 * TICK_S + 1e-9
+
+
+def test_the_planner_learns_what_the_hand_commanded_last(bench):
+    assert bench.helm.by_hand() is None
+    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.3), linear=0.3)
+    bench.hold(linear=0.3)
+    bench.helm.set_mode(DriveMode.AUTO, 1.0)
+    assert bench.helm.by_hand().linear_m_s == pytest.approx(0.3)
+    assert bench.frame() == PLANNED
+    assert bench.helm.by_hand() is None, "the planner drives"
+
+
+def test_along_the_plan_the_planner_goes_on_by_itself(bench):
+    bench.helm.set_mode(DriveMode.ASSISTED, 1.0)
+    bench.frame()
+    assert bench.helm.by_hand().linear_m_s == 0.0, "nothing is held"
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.4), linear=0.8)
+    bench.hold(linear=0.8)
+    bench.frame()
+    assert bench.helm.by_hand() is None

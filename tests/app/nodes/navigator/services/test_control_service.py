@@ -1,0 +1,144 @@
+"""The lease over real zenoh sessions."""
+
+from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
+
+import pytest
+
+from app.links.network.requests import RequestRefusedError, ask, serve
+from app.messages import keys
+from app.messages.control import Accepted, ControlReply, ControlRequest, FeedbackRequest
+from app.messages.driving import TeleopTag
+from app.messages.lease import Credential, LeaseReply, LeaseRequest, TakeRequest
+from app.nodes.navigator.services.control_service import LeaseDesk
+
+ANNA = Credential(session="a" * 20, name="Anna")
+BERT = Credential(session="b" * 20, name="Bert")
+
+
+@pytest.fixture
+def office(sessions):
+    router, client = sessions
+    clock = SimpleNamespace(now=100.0)
+    desk = LeaseDesk(router, "r", lambda: clock.now)
+    handled = []
+
+    def handle(reply):
+        def take(message):
+            handled.append(message)
+            return reply
+
+        return take
+
+    queryables = [
+        serve(router, "r/feedback", FeedbackRequest, handle(Accepted()), desk.permit),
+        serve(
+            router, "r/control", ControlRequest, handle(ControlReply(state="stopped")), desk.permit
+        ),
+    ]
+
+    def request(action, who):
+        return ask(client, "r/lease", LeaseRequest(action=action), LeaseReply, 2.0, who)
+
+    def command(who, message=FeedbackRequest(verdict="confirm"), kind=Accepted):  # noqa: B008
+        key = "r/control" if isinstance(message, ControlRequest) else "r/feedback"
+        return ask(client, key, message, kind, 2.0, who)
+
+    yield SimpleNamespace(
+        desk=desk, clock=clock, client=client, request=request, command=command, handled=handled
+    )
+    del queryables
+
+
+def holding(office, who):
+    reply = office.request("request", who)
+    assert reply.standing == "holds"
+    return Credential(session=who.session, name=who.name, epoch=reply.epoch)
+
+
+def test_a_command_counts_for_everyone_while_nobody_holds_control(office):
+    office.command(None)
+    office.command(ANNA)
+    assert len(office.handled) == 2
+
+
+def test_a_command_without_the_lease_is_refused_with_the_reason(office):
+    anna = holding(office, ANNA)
+    for who in (None, BERT):
+        with pytest.raises(RequestRefusedError, match="Anna holds control: ask for it"):
+            office.command(who)
+    assert office.handled == []
+    office.command(anna)
+    assert len(office.handled) == 1
+
+
+def test_stop_is_everyones_and_resume_is_not(office):
+    holding(office, ANNA)
+    assert office.command(None, ControlRequest(action="stop"), ControlReply).state == "stopped"
+    assert office.command(BERT, ControlRequest(action="stop"), ControlReply).state == "stopped"
+    with pytest.raises(RequestRefusedError, match="Anna holds control"):
+        office.command(BERT, ControlRequest(action="resume"), ControlReply)
+
+
+def test_control_is_asked_for_and_granted(office):
+    anna = holding(office, ANNA)
+    assert office.request("request", BERT).standing == "waits"
+    assert office.desk.status().requester == "Bert"
+    office.request("grant", anna)
+    bert = holding(office, BERT)
+    office.command(bert)
+
+
+def test_a_supervisor_takes_control_by_a_key_of_its_own(office):
+    holding(office, ANNA)
+    key = f"r/{keys.LEASE_TAKE}"
+    assert ask(office.client, key, TakeRequest(), LeaseReply, 2.0, BERT).standing == "holds"
+    assert office.desk.status().holder == "Bert"
+
+
+@pytest.mark.parametrize("who", [None, Credential(session="short", name="x")])
+def test_whoever_asks_must_say_who_they_are(office, who):
+    with pytest.raises(RequestRefusedError, match=r"credential|Credential"):
+        office.request("request", who)
+
+
+@pytest.mark.parametrize("name", ["", "x" * 41, "two\nlines", "bell\a"])
+def test_a_name_is_one_short_line(office, name):
+    with pytest.raises(RequestRefusedError, match="not a Credential"):
+        office.request("request", Credential(session="a" * 20, name=name))
+
+
+def test_an_attachment_that_is_no_credential_is_refused(office):
+    replies = office.client.get("r/feedback", payload=b'{"verdict":"confirm"}', attachment=b"{")
+    (reply,) = list(replies)
+    assert b"the attachment is not a Credential" in reply.ok.payload.to_bytes()
+    assert office.handled == []
+
+
+def test_what_changes_is_told_once(office):
+    assert office.desk.watch() == ((), False, False)
+    anna = holding(office, ANNA)
+    assert office.desk.watch() == (("Anna took control",), True, False)
+    assert office.desk.watch() == ((), False, False)
+    office.clock.now += 1.5
+    assert office.desk.watch() == ((), True, False), "stale"
+    office.clock.now += 1.0
+    assert office.desk.watch() == (("Anna is gone: control ran out",), True, True)
+    assert office.desk.refuse_hand(TeleopTag(sender=anna.session, epoch=anna.epoch, seq=1))
+
+
+def test_a_handover_takes_the_hand_off_the_wheels(office):
+    holding(office, ANNA)
+    office.desk.watch()
+    assert office.desk.refuse_hand(TeleopTag(sender=ANNA.session, epoch=1, seq=1)) is None
+    office.desk.take(TakeRequest(), BERT)
+    assert office.desk.watch() == (("Bert took control from Anna",), True, True)
+    assert office.desk.refuse_hand(TeleopTag(sender=ANNA.session, epoch=1, seq=2))
+
+
+def test_of_many_who_press_at_once_one_holds_and_one_waits(office):
+    people = [Credential(session=f"{n:020d}", name=f"number {n}") for n in range(8)]
+    with ThreadPoolExecutor(8) as pool:
+        replies = list(pool.map(lambda who: office.request("request", who), people))
+    standings = sorted(reply.standing for reply in replies)
+    assert standings == ["holds", "waits", *["watches"] * 6]

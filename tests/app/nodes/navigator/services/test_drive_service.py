@@ -1,0 +1,135 @@
+"""Wishes of the operator over the network: paint, go there, what if; each refusal says why."""
+
+import threading
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from app.links.network.requests import RequestRefusedError, ask, last_message
+from app.links.network.sender import Sender
+from app.messages import keys
+from app.messages.control import (
+    Accepted,
+    InspectReply,
+    InspectRequest,
+    PreviewReply,
+    PreviewRequest,
+    QueueRequest,
+    decode,
+)
+from app.messages.driving import DriveRequest, GotoRequest, PaintedRegions, PaintRequest
+from app.nodes.navigator.services.drive_service import Steering
+from app.nodes.navigator.services.preview_service import WhatIf
+from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
+from ippon.control.drive import DriveMode
+from ippon.guidance.language.naming import resolve_object
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.guidance.room_levels import RoomConfig, RoomLevels
+from ippon.mapping.voxel_map import MapConfig, VoxelMap
+from ippon.mission.goal import Goal
+
+ROBOT = "ippon"
+
+
+class Missionary:
+    """Stands in for the mission: notes what reaches it, knows one way."""
+
+    def __init__(self) -> None:
+        self.modes: list[DriveMode] = []
+        self.regions: list[object] = []
+        self.voxel_map = VoxelMap(MapConfig(), ["wall"])
+        self.rooms = RoomLevels(RoomConfig())
+
+    def drive(self, mode) -> None:
+        self.modes.append(mode)
+
+    def go_to(self, xy):
+        return 2.5 if xy[0] < 10.0 else None
+
+    def cancel_go_to(self) -> None:
+        self.modes.append(DriveMode.AUTO)
+
+    def set_regions(self, regions) -> bool:
+        self.regions.append(regions)
+        return True
+
+
+@pytest.fixture
+def desk(sessions):
+    router, client = sessions
+    mission, sender = Missionary(), Sender()
+
+    def put(operation) -> None:
+        threading.Thread(target=operation, args=(mission,)).start()
+
+    helm: Any = SimpleNamespace(set_mode=lambda mode, _: mission.modes.append(mode))
+    goals = GoalBook(3)
+    steering = Steering(router, ROBOT, helm, put, sender, goals)
+    what_if = WhatIf(router, ROBOT, goals, put)
+
+    def request(key, message, kind=Accepted):
+        return ask(client, f"{ROBOT}/{key}", message, kind, 3.0)
+
+    yield SimpleNamespace(
+        mission=mission, goals=goals, request=request, client=client, parts=(steering, what_if)
+    )
+    sender.close()
+
+
+def test_the_mode_reaches_helm_and_mission(desk):
+    reply = desk.request(keys.DRIVE, DriveRequest(mode="manual", speed_limit=0.5))
+    assert reply.detail == "manual, at most 50% of the speed"
+    assert DriveMode.MANUAL in desk.mission.modes
+
+
+def test_goes_where_there_is_a_way_and_says_so_where_there_is_none(desk):
+    assert desk.request(keys.GOTO, GotoRequest(x_m=1.0, y_m=2.0)).detail == "going there, 2.5 m"
+    with pytest.raises(RequestRefusedError, match=r"no way is known to \(50.0, 2.0\); choose a"):
+        desk.request(keys.GOTO, GotoRequest(x_m=50.0, y_m=2.0))
+    with pytest.raises(RequestRefusedError, match="not a GotoRequest"):
+        desk.request(keys.GOTO, GotoRequest(x_m=1e9))
+
+
+def test_what_is_painted_counts_is_kept_for_late_joiners_and_can_be_undone(desk):
+    dab = PaintRequest(action="look_here", strokes=[(1.0, 2.0)], radius_m=0.5)
+    assert desk.request(keys.PAINT, dab).detail == "looking there first"
+    kept = last_message(desk.client, f"{ROBOT}/{keys.PAINTED}", 2.0)
+    assert kept is not None
+    regions = decode(kept, PaintedRegions).regions
+    assert [(r.kind, r.strokes, r.radius_m) for r in regions] == [("look_here", [(1.0, 2.0)], 0.5)]
+    assert desk.request(keys.PAINT, PaintRequest(action="undo")).detail == "undone; 0 left"
+    with pytest.raises(RequestRefusedError, match="nothing is painted that could be undone"):
+        desk.request(keys.PAINT, PaintRequest(action="undo"))
+    with pytest.raises(RequestRefusedError, match="a stroke needs at least one point"):
+        desk.request(keys.PAINT, PaintRequest(action="not_here"))
+
+
+def test_questions_without_an_answer_say_why(desk):
+    with pytest.raises(RequestRefusedError, match="levels belong to a goal, and there is none"):
+        desk.request(keys.PREVIEW, PreviewRequest(context="on the sofa"), PreviewReply)
+    with pytest.raises(RequestRefusedError, match="the map has no surface there"):
+        desk.request(keys.INSPECT, InspectRequest(point_world=(0.0, 0.0, 0.0)), InspectReply)
+
+
+def test_a_waiting_goal_comes_first_or_goes(desk):
+    resolved = resolve_object("hat", ("wall",))
+    guidance = EmbeddedPrior().levels(resolved, "", ("wall",))
+    for name in ("hat", "bed", "tv"):
+        goal = Goal(goal_id=0, object=name, display=name, context="", category=None)
+        desk.goals.add(
+            PlannedSearch(goal=goal, resolved=resolved, guidance=guidance, elapsed_ms=0.0)
+        )
+
+    def waiting():
+        return [goal.object for goal in desk.goals.statuses()[1]]
+
+    assert desk.request(keys.QUEUE, QueueRequest(goal_id=3, action="first")).detail == (
+        "it comes next"
+    )
+    assert waiting() == ["tv", "hat", "bed"]
+    desk.request(keys.QUEUE, QueueRequest(goal_id=1, action="remove"))
+    assert waiting() == ["tv", "bed"]
+    assert [(g.object, g.outcome) for g in desk.goals.statuses()[2]] == [("hat", "cancelled")]
+    with pytest.raises(RequestRefusedError, match="no goal 1 waits any more"):
+        desk.request(keys.QUEUE, QueueRequest(goal_id=1, action="first"))

@@ -1,0 +1,200 @@
+"""The lease, with time as an argument."""
+
+import itertools
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.messages.lease import Credential
+from app.nodes.navigator.state.lease import EXPIRY_S, STALE_S, Lease
+
+ANNA = Credential(session="anna" * 5, name="Anna")
+BERT = Credential(session="bert" * 5, name="Bert")
+CARL = Credential(session="carl" * 5, name="Carl")
+
+
+def of_epoch(who: Credential, epoch: int) -> Credential:
+    return Credential(session=who.session, name=who.name, epoch=epoch)
+
+
+@pytest.fixture
+def lease() -> Lease:
+    return Lease()
+
+
+@pytest.fixture
+def held(lease: Lease) -> Lease:
+    """Anna holds, with epoch 1, since 0."""
+    assert lease.request(ANNA, 0.0).standing == "holds"
+    lease.take_news()
+    return lease
+
+
+ANNA_1 = of_epoch(ANNA, 1)
+
+
+def test_what_is_free_is_taken(lease: Lease) -> None:
+    assert lease.status(0.0).state == "free"
+    reply = lease.request(ANNA, 0.0)
+    assert (reply.standing, reply.epoch, reply.detail) == ("holds", 1, "You hold control.")
+    status = lease.status(0.0)
+    assert (status.state, status.holder, status.epoch) == ("held", "Anna", 1)
+    assert lease.take_news() == ("Anna took control",)
+    assert lease.take_news() == ()
+
+
+def test_while_it_is_free_every_command_counts(lease: Lease) -> None:
+    assert lease.refusal(None, 0.0) is None
+    assert lease.refusal(ANNA, 0.0) is None
+    assert lease.refusal_of_hand(ANNA.session, 0, 0.0) == "nobody holds control: take it to drive"
+
+
+def test_the_holders_commands_count_and_nobody_elses(held: Lease) -> None:
+    assert held.refusal(ANNA_1, 0.1) is None
+    assert held.refusal_of_hand(ANNA.session, 1, 0.1) is None
+    refused = (
+        "Anna holds control: ask for it, wait until it is released, or take it over "
+        "(ippon ask --take)"
+    )
+    assert held.refusal(None, 0.1) == refused
+    assert held.refusal(of_epoch(BERT, 1), 0.1) == refused
+    assert held.refusal_of_hand(BERT.session, 1, 0.1) == "Anna holds control"
+
+
+def test_an_old_epoch_counts_no_more(held: Lease) -> None:
+    held.release(ANNA_1, 0.1)
+    assert held.request(ANNA, 0.2).epoch == 2
+    assert "ended" in str(held.refusal(ANNA_1, 0.3))
+    assert held.refusal_of_hand(ANNA.session, 1, 0.3) == "this control has ended"
+    assert held.refusal_of_hand(ANNA.session, 2, 0.3) is None
+
+
+def test_renewals_keep_it_and_silence_ends_it(held: Lease) -> None:
+    for tick in range(1, 21):
+        assert held.renew(ANNA_1, 0.5 * tick).standing == "holds"
+    last = 10.0
+    assert held.status(last + STALE_S).state == "held"
+    assert held.status(last + STALE_S + 0.01).state == "stale"
+    assert held.refusal(ANNA_1, last + EXPIRY_S) is None
+    assert held.status(last + EXPIRY_S + 0.01).state == "free"
+    assert held.take_news() == ("Anna is gone: control ran out",)
+    assert held.renew(ANNA_1, last + 3.0).standing == "watches"
+    assert held.refusal_of_hand(ANNA.session, 1, last + 3.0) is not None
+
+
+def test_asking_shows_and_the_holder_grants(held: Lease) -> None:
+    reply = held.request(BERT, 0.1)
+    assert (reply.standing, reply.detail) == ("waits", "You have asked Anna for control.")
+    assert held.status(0.1).requester == "Bert"
+    assert held.take_news() == ("Bert asks Anna for control",)
+    assert held.grant(ANNA_1, 0.2).standing == "watches"
+    reply = held.renew(BERT, 0.3)
+    assert (reply.standing, reply.epoch) == ("holds", 2)
+    assert held.refusal(of_epoch(BERT, 2), 0.3) is None
+    assert held.refusal(ANNA_1, 0.3) is not None
+    assert held.take_news() == ("Bert was given control by Anna",)
+
+
+def test_the_holder_denies_and_may_be_asked_again(held: Lease) -> None:
+    held.request(BERT, 0.1)
+    assert held.deny(ANNA_1, 0.2).standing == "holds"
+    reply = held.renew(BERT, 0.3)
+    assert (reply.standing, reply.detail) == ("denied", "Anna keeps control.")
+    assert held.status(0.3).requester == ""
+    assert held.request(BERT, 0.4).standing == "waits"
+
+
+def test_one_asks_at_a_time(held: Lease) -> None:
+    held.request(BERT, 0.1)
+    reply = held.request(CARL, 0.2)
+    assert reply.standing == "watches"
+    assert reply.detail == "Anna holds control, and Bert asks for it already."
+
+
+def test_whoever_asks_in_vain_and_leaves_is_forgotten(held: Lease) -> None:
+    held.request(BERT, 0.1)
+    for tick in range(1, 11):
+        held.renew(ANNA_1, float(tick))
+    assert held.status(10.0).requester == "Bert"
+    assert held.status(10.2).requester == ""
+    assert held.request(CARL, 10.3).standing == "waits"
+
+
+def test_who_withdraws_waits_no_more(held: Lease) -> None:
+    held.request(BERT, 0.1)
+    assert held.release(BERT, 0.2).standing == "watches"
+    assert held.status(0.2).requester == ""
+
+
+@pytest.mark.parametrize("how", ["release", "silence"])
+def test_who_waits_follows_on_the_holder(held: Lease, how: str) -> None:
+    held.request(BERT, 1.5)
+    if how == "release":
+        held.release(ANNA_1, 1.6)
+    reply = held.renew(BERT, 2.5)
+    assert (reply.standing, reply.epoch) == ("holds", 2)
+
+
+def test_nobody_follows_who_has_left_too(held: Lease) -> None:
+    held.request(BERT, 0.1)
+    assert held.status(11.0).state == "free"
+
+
+def test_a_supervisor_takes_it(held: Lease) -> None:
+    held.request(BERT, 0.1)
+    assert held.take(CARL, 0.2).epoch == 2
+    assert str(held.refusal(ANNA_1, 0.2)).startswith("Carl holds control: ask for it")
+    assert held.status(0.2).requester == "Bert"
+    assert held.take_news()[-1] == "Carl took control from Anna"
+    assert held.take(of_epoch(CARL, 2), 0.3).epoch == 2, "taking one's own changes nothing"
+
+
+@pytest.mark.parametrize("action", ["release", "grant", "deny", "renew"])
+def test_others_change_nothing(held: Lease, action: str) -> None:
+    held.request(CARL, 0.1)
+    getattr(held, action)(of_epoch(BERT, 1), 0.2)
+    status = held.status(0.2)
+    assert (status.holder, status.requester, status.epoch) == ("Anna", "Carl", 1)
+
+
+def test_a_reply_that_was_lost_is_asked_for_again(held: Lease) -> None:
+    assert held.request(ANNA, 0.5).epoch == 1
+    assert held.renew(ANNA, 0.6) == held.request(ANNA, 0.6)
+
+
+ACTIONS = ("request", "renew", "release", "grant", "deny", "take")
+PEOPLE = (ANNA, BERT, CARL)
+
+
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(ACTIONS), st.integers(0, 2), st.floats(0.0, 3.0), st.booleans()),
+        max_size=40,
+    )
+)
+def test_whatever_happens_one_at_most_commands(steps: list[tuple[str, int, float, bool]]) -> None:
+    lease = Lease()
+    epochs: dict[str, int] = {}
+    now, last_epoch = 0.0, 0
+    for action, person, wait, remembers in steps:
+        now += wait
+        who = PEOPLE[person]
+        epoch = epochs.get(who.name, 0) if remembers else 0
+        reply: Any = getattr(lease, action)(of_epoch(who, epoch), now)
+        status = lease.status(now)
+        if reply.standing == "holds":
+            epochs[who.name] = reply.epoch
+            assert status.holder == who.name
+        assert status.epoch >= last_epoch
+        last_epoch = status.epoch
+        if status.state != "free":
+            allowed = [
+                (p.name, e)
+                for p, e in itertools.product(PEOPLE, range(status.epoch + 1))
+                if lease.refusal(of_epoch(p, e), now) is None
+            ]
+            assert allowed == [(status.holder, status.epoch)]
+            driving = [p for p in PEOPLE if not lease.refusal_of_hand(p.session, last_epoch, now)]
+            assert [p.name for p in driving] == [status.holder]

@@ -1,0 +1,171 @@
+"""What a navigator leaves behind, and what the next one makes of it."""
+
+import queue
+import threading
+
+import msgspec
+import numpy as np
+import pytest
+
+from app.links.network.subscription import is_alive, subscribe
+from app.messages import keys
+from app.messages.control import GuidanceRequest, ProximityTable, SearchRequest, decode
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.node import Navigator
+from app.nodes.navigator.state.persistence import Keeper, read_kept
+from ippon.camera import PinholeCamera
+from ippon.errors import MapFileError
+from ippon.frame import Frame
+from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
+from ippon.guidance.levels import BY_OPERATOR, Level
+from ippon.mapping.voxel_map import MapConfig, VoxelMap
+from ippon.mission.snapshot import MissionState
+from ippon.vocabulary import MATTERPORT_40
+from tests.app.nodes.navigator.conftest import run_next, search
+
+CONFIG = MapConfig(voxel_size_m=0.2, memory_limit_mb=128.0)
+
+
+@pytest.fixture
+def voxel_map():
+    """A wall two metres ahead."""
+    voxel_map = VoxelMap(CONFIG, (*MATTERPORT_40, "bookcase"))
+    voxel_map.set_ooi("keys")
+    voxel_map.integrate(
+        Frame(
+            stamp_ns=0,
+            color=np.zeros((24, 32, 3), np.uint8),
+            depth=np.full((24, 32), 2.0, np.float32),
+            camera=PinholeCamera.from_horizontal_fov(32, 24, 1.2),
+            T_world_camera=make_transform(R_BASE_CAMERA_LEVEL, (0.0, 0.0, 1.0)),
+            T_world_base=make_transform(np.eye(3), (0.0, 0.0, 0.0)),
+            tilt_rad=0.0,
+            heatmap=None,
+        )
+    )
+    return voxel_map
+
+
+def test_nothing_is_read_where_nothing_was_kept(tmp_path):
+    assert read_kept(tmp_path / "home.map", CONFIG) is None
+
+
+def test_map_and_goals_are_there_for_the_next_start(open_office, voxel_map, tmp_path, sessions):
+    office = open_office()
+    search(office, "hat", "on the sofa")
+    search(office, "mug", "", start=False)
+    path = tmp_path / "home.map"
+    keeper = Keeper(path, lambda *_: None, every_s=0.0)
+    keeper.keep(voxel_map, office.goals)
+    keeper.close(voxel_map, office.goals)
+    kept = read_kept(path, CONFIG)
+    assert [(r.object, r.context) for r in kept.requests] == [("hat", "on the sofa"), ("mug", "")]
+    assert kept.voxel_map.labels == (*MATTERPORT_40, "bookcase")
+    assert kept.voxel_map.ooi is None
+    wall = np.array([[2.1, 0.0, 1.0]])
+    assert kept.voxel_map.state_at(wall) == voxel_map.state_at(wall)
+    config = NavigatorConfig(robot="r", labels=kept.voxel_map.labels)
+    navigator = Navigator(config, sessions[0], kept=kept)
+    try:
+        stop = threading.Event()
+        thread = threading.Thread(target=navigator.run, args=(stop,))
+        thread.start()
+        while navigator._goals.active() is None:
+            stop.wait(0.02)
+        stop.set()
+        thread.join()
+        assert navigator._mission.goal.object == "hat"
+        assert navigator._mission.state is MissionState.STOPPED
+        assert [s.goal.object for s in navigator._goals.unfinished()] == ["hat", "mug"]
+    finally:
+        navigator.close()
+
+
+def test_levels_that_the_operator_set_are_there_for_the_next_start(
+    open_office, voxel_map, tmp_path, sessions
+):
+    router, client = sessions
+    office = open_office()
+    search(office, "hat", "on the sofa")
+    for label, level in (("sofa", "far"), ("toilet", "near"), ("sofa", "average")):
+        office.counsel.set_level(GuidanceRequest(label=label, level=level))
+        run_next(office)
+    search(office, "mug", "", start=False)
+    path = tmp_path / "home.map"
+    Keeper(path, lambda *_: None).keep(voxel_map, office.goals)
+    kept = read_kept(path, CONFIG)
+    assert [r.levels for r in kept.requests] == [{"toilet": "near", "sofa": "average"}, {}]
+    navigator, stop = Navigator(NavigatorConfig(robot="s"), router, kept=kept), threading.Event()
+    tables = queue.SimpleQueue()
+    subscribe(client, f"s/{keys.PROXIMITY}", lambda p: tables.put(decode(p, ProximityTable)))
+    assert is_alive(client, f"s/{keys.NAVIGATOR_ALIVE}", 60.0), (
+        "and so the router knows who listens"
+    )
+    thread = threading.Thread(target=navigator.run, args=(stop,))
+    thread.start()
+    try:
+        table = tables.get(timeout=120.0)
+        rows = {row.label: (row.level, row.reason) for row in table.rows}
+        assert rows["toilet"] == ("near", BY_OPERATOR)
+        assert rows["sofa"] == ("average", BY_OPERATOR)
+        assert [name for name, (_, why) in rows.items() if why == BY_OPERATOR] == ["sofa", "toilet"]
+        levels = dict(zip(MATTERPORT_40, navigator._mission._search.guidance.levels(), strict=True))
+        assert levels["toilet"] == Level.NEAR
+        # They go on to be kept.
+        assert [g.edits for g in navigator._goals.unfinished()] == [
+            g.edits for g in office.goals.unfinished()
+        ]
+    finally:
+        stop.set()
+        thread.join()
+        navigator.close()
+
+
+def test_goals_that_were_kept_without_levels_are_taken_up(tmp_path):
+    path = tmp_path / "home.map"
+    goals = [SearchRequest(object="hat", context="on the sofa", requester="x")]
+    path.with_name("home.map.goals.json").write_bytes(msgspec.json.encode(goals))
+    (goal,) = read_kept(path, CONFIG).requests
+    assert (goal.object, goal.context, goal.levels) == ("hat", "on the sofa", {})
+
+
+def test_a_goal_that_is_over_is_not_taken_up(open_office, voxel_map, tmp_path):
+    office = open_office()
+    search(office)
+    office.goals.conclude("found")
+    keeper = Keeper(tmp_path / "home.map", lambda *_: None)
+    keeper.keep(voxel_map, office.goals)
+    kept = read_kept(tmp_path / "home.map", CONFIG)
+    assert kept.requests == ()
+    assert kept.voxel_map is None, "it is too early for the map"
+
+
+def test_a_disk_that_is_full_is_told_once(open_office, voxel_map, tmp_path):
+    told = []
+    goals = open_office().goals
+    keeper = Keeper(
+        tmp_path / "missing" / "home.map", lambda *event: told.append(event), every_s=0.0
+    )
+    for _ in range(4):
+        keeper.keep(voxel_map, goals)
+        if keeper._writer is not None:
+            keeper._writer.join()
+    assert [kind for kind, _ in told] == ["error"]
+    assert "kept in home.map" in told[0][1]
+    assert "No such file" in told[0][1]
+
+
+def test_what_is_no_map_is_refused_with_a_reason(voxel_map, tmp_path):
+    path = tmp_path / "home.map"
+    path.write_bytes(b"hello")
+    with pytest.raises(MapFileError, match="not a map file"):
+        read_kept(path, CONFIG)
+    voxel_map.save(path)
+    with pytest.raises(MapFileError, match=r"voxel_size_m 0\.2; asked for 0\.1"):
+        read_kept(path, MapConfig())
+    (tmp_path / "home.map.goals.json").write_text('[{"object": 3}]')
+    with pytest.raises(MapFileError, match="holds no goals"):
+        read_kept(path, CONFIG)
+    (tmp_path / "home.map.goals.json").write_text('[{"object": "hat", "levels": {"bed": "high"}}]')
+    with pytest.raises(MapFileError, match="holds no goals: Invalid enum value 'high'"):
+        read_kept(path, CONFIG)

@@ -1,0 +1,148 @@
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from app.messages.driving import DriveStatus
+from app.messages.lease import LeaseStatus
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.intake import Stopwatch
+from app.nodes.navigator.state.goal_queue import GoalBook
+from app.nodes.navigator.status_report import PLANNED, StatusReport
+from ippon.command import Command
+from ippon.mission.config import MissionConfig
+from ippon.mission.mission import Mission
+from ippon.planning.config import PlannerConfig
+from ippon.robot import ZED
+from ippon.vocabulary import MATTERPORT_40
+
+
+def state_of(report, mission, *, lost=(), notes=(), frames=0, refused=""):
+    intake = SimpleNamespace(
+        frames=frames,
+        refused=refused,
+        monitors={},
+        lost=lambda _: [("depth", 2.0)],
+        assembler=SimpleNamespace(missing=lambda: "camera info"),
+    )
+    return report.status(
+        None,
+        mission,
+        goals=GoalBook(1),
+        intake=intake,
+        watch=Stopwatch(),
+        lost=lost,
+        drive=DriveStatus(),
+        lease=LeaseStatus(),
+        notes=notes,
+    )
+
+
+@pytest.fixture(scope="module")
+def mission():
+    return Mission(MissionConfig(), ZED, MATTERPORT_40, seed=0)
+
+
+def test_stopped_is_shown_before_the_first_frame_too(report, mission):
+    assert state_of(report, mission).state == "starting"
+    assert state_of(report, mission).why == "waiting for the robot's camera info"
+    mission.stop()
+    assert state_of(report, mission, lost=("depth",), refused="depth").state == "stopped"
+    mission.resume()
+    assert state_of(report, mission).state == "starting"
+
+
+def test_refused_frames_are_shown_with_the_reason(report, mission):
+    status = state_of(report, mission, frames=3, refused="the camera jumped 3 m", notes=("n",))
+    assert (status.state, status.notes) == ("lost", ["n"])
+    assert status.why == "frames are refused: the camera jumped 3 m"
+
+
+def test_planning_that_runs_out_of_time_often_is_told(mission):
+    planner = PlannerConfig(step_budget_s=0.04)
+    report = StatusReport(NavigatorConfig(mission=MissionConfig(planner=planner)), "test")
+
+    def notes_after(*cut_short):
+        for cut in cut_short:
+            report.planned(SimpleNamespace(cut_short=cut))
+        return state_of(report, mission, notes=("n",)).notes
+
+    assert notes_after(*[True] * (PLANNED // 2 - 1)) == ["n"]
+    same = SimpleNamespace(cut_short=True)
+    for _ in range(PLANNED):
+        report.planned(same)  # A robot that is held does not plan.
+    note = "planning ran out of its 40 ms in 25 of the last 50 frames"
+    first, second = notes_after()
+    assert (first, second.split(":")[0]) == ("n", note)
+    assert notes_after(*[False] * PLANNED) == ["n"]
+
+
+STILL = Command(tilt_rad=-0.2)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    return now
+
+
+@pytest.fixture
+def report():
+    return StatusReport(NavigatorConfig(), "test")
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        Command(linear_m_s=0.1, tilt_rad=-0.2),
+        Command(yaw_rate_rad_s=-0.1, tilt_rad=-0.2),
+        Command(tilt_rad=-0.3),
+    ],
+)
+def test_first_motion_counts_from_the_query(report, clock, motion):
+    report.command_given(STILL)
+    clock[0] = 110.0
+    report.goal_set(since=109.0)
+    report.command_given(STILL)
+    assert report.first_motion_s is None
+    clock[0] = 110.5
+    report.command_given(motion)
+    assert report.first_motion_s == pytest.approx(1.5)
+    clock[0] = 120.0
+    report.command_given(motion)
+    assert report.first_motion_s == pytest.approx(1.5)
+
+
+def test_a_robot_that_comes_later_is_waited_for_off_the_clock(report, clock):
+    report.goal_set(since=50.0)
+    report.command_given(STILL)
+    clock[0] += 0.4
+    report.command_given(Command(linear_m_s=0.1))
+    assert report.first_motion_s == pytest.approx(0.4)
+
+
+def test_each_goal_has_its_own(report, clock):
+    report.command_given(STILL)
+    report.goal_set(since=100.0)
+    clock[0] += 1.0
+    report.command_given(Command(linear_m_s=0.1))
+    report.goal_set(since=clock[0])
+    assert report.first_motion_s is None
+
+
+def test_the_clock_of_a_search_stands_while_its_find_is_judged(report):
+    told = [
+        report._elapsed_s(state, SimpleNamespace(elapsed_s=elapsed_s))
+        for state, elapsed_s in (
+            ("searching", 8.0),
+            ("found", 9.0),
+            ("found", 60.0),
+            ("stopped", 70.0),
+            ("found", 80.0),
+            ("searching", 90.0),
+            ("found", 95.0),
+            ("found", 3.0),
+        )
+    ]
+    assert told == [8.0, 9.0, 9.0, 9.0, 9.0, 90.0, 95.0, 3.0]

@@ -1,0 +1,37 @@
+import os
+import signal
+import threading
+import time
+
+import pytest
+
+from app.process.stopping import SignalledStop
+
+
+@pytest.fixture
+def stop():
+    before = {n: signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)}
+    yield SignalledStop()
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def test_a_signal_ends_the_wait_at_once(stop: SignalledStop) -> None:
+    threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGTERM)).start()
+    began = time.monotonic()
+    assert stop.wait(20.0)
+    assert time.monotonic() - began < 10.0
+    assert stop.is_set()
+
+
+def test_a_storm_of_signals_does_not_block(stop: SignalledStop) -> None:
+    for _ in range(2000):
+        os.kill(os.getpid(), signal.SIGTERM)
+        os.kill(os.getpid(), signal.SIGINT)
+        stop.wait(0.0)
+    assert stop.is_set()
+
+
+def test_without_a_signal_the_wait_runs_out(stop: SignalledStop) -> None:
+    assert not stop.wait(0.01)
+    assert not stop.is_set()

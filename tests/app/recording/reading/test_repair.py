@@ -1,0 +1,70 @@
+"""Cut recordings are mended, and others left as they are."""
+
+import pytest
+from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
+
+from app.messages import keys
+from app.recording.digest import ATTACHMENT
+from app.recording.errors import RecordingError
+from app.recording.reading.recording import Recording
+from app.recording.reading.repair import check
+from app.recording.writing.writer import SessionWriter
+
+
+def _contents(folder):
+    recording = Recording(folder)
+    messages = list(recording.all_messages())
+    attachments = set(recording.index.attachments)
+    recording.close()
+    return messages, attachments
+
+
+def test_a_cut_session_is_mended_and_other_programs_open_it_again(tmp_path, made_up):
+    session = made_up.write_session(tmp_path, end=False)
+    session.writer.flush()
+    session.writer.abandon()
+    folder = session.writer.folder
+    with session.writer.path.open("ab") as file:
+        file.write(b"\x06\xff\xff\xff\0\0\0\0\0half a chunk")
+    before, _ = _contents(folder)
+    checkup = check(folder, repair=True)
+    assert checkup.repaired
+    assert not checkup.complete
+    assert "not ended" in checkup.problems[0]
+    assert checkup.missing == ()
+    after, attachments = _contents(folder)
+    assert after == before
+    assert ATTACHMENT in attachments
+    with session.writer.path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        assert sum(1 for _ in reader.iter_messages()) == len(before)
+    with AnyReader([folder]) as reader:
+        assert reader.message_count == len(before)
+    again = check(folder, repair=True)
+    assert again.complete
+    assert not again.repaired
+    assert list(folder.glob("*.partial")) == []
+
+
+def test_a_whole_one_is_left_as_it_is_and_what_it_lacks_is_named(tmp_path, made_up):
+    session = made_up.write_session(tmp_path / "a", end=False)
+    session.close()
+    content = session.writer.path.read_bytes()
+    assert check(session.writer.folder, repair=True).complete
+    assert session.writer.path.read_bytes() == content
+
+    writer = SessionWriter(tmp_path / "b", "r")
+    writer.add(keys.STATUS, b"{}", 1, 0.0)
+    writer.close()
+    assert keys.DEPTH in check(tmp_path / "b", repair=False).missing
+
+
+def test_a_cut_file_of_another_program_is_not_rewritten(session_folder, tmp_path):
+    whole = (session_folder / "session_0.mcap").read_bytes()
+    path = tmp_path / "other.mcap"
+    path.write_bytes(whole.replace(b"ippon/versions", b"other/versions")[:-2000])
+    size = path.stat().st_size
+    with pytest.raises(RecordingError, match="mcap recover"):
+        check(path, repair=True)
+    assert path.stat().st_size == size

@@ -1,0 +1,155 @@
+"""Limits, thinning, notes, markers, and a recorder that is killed."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from app.messages import keys
+from app.messages.cdr import decode
+from app.messages.scene import Detection
+from app.recording.errors import RecordingError
+from app.recording.notes import Note, add_note, notes_path, read_notes
+from app.recording.reading.recording import Recording
+from app.recording.writing.limits import RecordingLimits, judge
+from app.recording.writing.markers import encode_markers
+from app.recording.writing.session import Session, session_name
+from app.recording.writing.thinning import Thinning
+from tests.locations import ROOT
+
+GB = 10**9
+
+
+@pytest.mark.parametrize(
+    ("written", "free", "stop", "text"),
+    [
+        (1 * GB, 100 * GB, False, ""),
+        (7.5 * GB, 100 * GB, False, r"7.5 of 8 GB"),
+        (8 * GB, 100 * GB, True, r"limit of 8 GB; the robot goes on"),
+        (1 * GB, 2.1 * GB, False, r"2.1 GB are free"),
+        (1 * GB, 1.9 * GB, True, r"1.9 GB are free on the disk and 2 GB must stay"),
+    ],
+)
+def test_limits_warn_first_and_stop_then(written, free, stop, text):
+    verdict = judge(RecordingLimits(), int(written), int(free))
+    assert verdict.stop is stop
+    assert text in verdict.text
+    assert bool(verdict.text) is bool(text)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"max_gb": 0.0}, {"min_free_gb": -1.0}, {"max_gb": float("nan")}]
+)
+def test_limits_that_are_none_are_refused(wrong):
+    with pytest.raises(ValueError, match="GB"):
+        RecordingLimits(**wrong)
+
+
+def test_depth_and_heatmaps_are_thinned_together_and_nothing_else(made_up, tmp_path):
+    session = Session(tmp_path, "home/3", RecordingLimits(min_free_gb=0.0), 1, sensor_hz=2.0)
+    for time_ns, key, payload in made_up.all_messages(6.0):
+        session.add(key, payload, time_ns, 0.0)
+    session.close()
+    recording = Recording(session.writer.folder)
+    stamps = {}
+    for key, kind in [
+        (keys.DEPTH, "sensor_msgs/msg/CompressedImage"),
+        (keys.HEATMAP, "ippon_msgs/msg/Heatmap"),
+    ]:
+        heads = [decode(m.payload, kind).header.stamp for m in recording.all_messages([key])]
+        stamps[key] = [(h.sec, h.nanosec) for h in heads]
+    assert stamps[keys.DEPTH] == stamps[keys.HEATMAP]
+    assert len(stamps[keys.DEPTH]) == 12
+    assert len(recording.times_ns(keys.COLOR)) == 30
+    recording.close()
+
+
+def test_without_thinning_and_without_a_stamp_everything_is_kept():
+    assert Thinning(0.0).keeps(keys.DEPTH, b"")
+    assert Thinning(2.0).keeps(keys.DEPTH, b"short")
+
+
+def test_notes_lie_beside_the_recording_which_stays_as_it_is(session_folder):
+    path = session_folder / "session_0.mcap"
+    before = path.read_bytes()
+    add_note(path, Note(time_ns=9, kind="note", text="here it is", author="Anna"))
+    add_note(path, Note(time_ns=3, kind="mark", text=""))
+    assert [note.time_ns for note in read_notes(path)] == [3, 9]
+    assert path.read_bytes() == before
+    notes_path(path).write_text("nonsense")
+    with pytest.raises(RecordingError, match="cannot be read"):
+        add_note(path, Note(time_ns=4, kind="mark", text=""))
+    assert notes_path(path).read_text() == "nonsense"
+
+
+def test_markers_have_an_edge_for_every_node_but_the_root(made_up):
+    find = Detection(label="hat", probability=1.0, center_world=(1.0, 2.0, 0.0), size_m=(1, 1, 1))
+    markers = decode(
+        encode_markers(made_up.tree_of(7), (find,), 5), "visualization_msgs/msg/MarkerArray"
+    ).markers
+    assert [marker.ns for marker in markers] == ["tree", "finds"]
+    assert len(markers[0].points) == 12
+    assert decode(encode_markers(None, (), 5), "visualization_msgs/msg/MarkerArray").markers == []
+
+
+def test_sessions_of_one_second_get_folders_of_their_own(tmp_path):
+    limits = RecordingLimits(min_free_gb=0.0)
+    sessions = [Session(tmp_path, "r", limits, 1) for _ in range(3)]
+    assert len({session.writer.folder for session in sessions}) == 3
+    for session in sessions:
+        session.close()
+    assert session_name("ippon/home 3", 0.0).endswith("_ippon_home_3")
+
+
+KILL = """
+import mmap, os, random, signal, struct, sys, time
+from pathlib import Path
+sys.path.insert(0, sys.argv[2])
+from app.recording.writing.limits import RecordingLimits
+from app.recording.writing.session import Session
+RATE = 20.0  # a second of the session lasts 50 ms
+
+def write(folder, last):
+    session = Session(folder, "r", RecordingLimits(min_free_gb=0.0), 0)
+    start, n = time.monotonic(), 0
+    while True:
+        now = RATE * (time.monotonic() - start)
+        while n / 100.0 <= now:
+            session.add("count", b"%d" % n, n * 10_000_000, n / 100.0)
+            n += 1
+        last[:8] = struct.pack("q", n - 1)
+        session.writer.flush_if_due(now)
+        time.sleep(0.002)
+
+random.seed(7)
+for k in range(50):
+    last = mmap.mmap(-1, 8)
+    folder = Path(sys.argv[1]) / str(k)
+    child = os.fork()
+    if child == 0:
+        write(folder, last)
+    moment = random.randrange(100, 400)
+    while struct.unpack("q", last[:8])[0] < moment:
+        time.sleep(random.uniform(0.0, 0.001))
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    print(folder, struct.unpack("q", last[:8])[0], flush=True)
+"""
+
+
+@pytest.mark.process
+def test_killed_at_any_of_fifty_moments_all_but_the_last_second_is_there(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", KILL, str(tmp_path), str(ROOT)],
+        capture_output=True, text=True, timeout=120, check=True,
+    )  # fmt: skip
+    lines = [line.rsplit(" ", 1) for line in done.stdout.splitlines()]
+    assert len(lines) == 50
+    for folder, last in lines:
+        (session,) = Path(folder).iterdir()
+        recording = Recording(session)
+        numbers = [int(m.payload) for m in recording.all_messages()]
+        recording.close()
+        assert numbers == list(range(len(numbers)))
+        assert (int(last) - numbers[-1]) / 100.0 < 1.0

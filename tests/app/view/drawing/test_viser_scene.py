@@ -1,0 +1,288 @@
+"""The layers, drawn into a real viser server; what it would send is what is checked."""
+
+import contextlib
+import io
+
+import numpy as np
+import pytest
+import viser
+
+from app.messages.control import GlimpsedPlaces
+from app.messages.images import CompressedColor, StampedCamera
+from app.messages.motion import StampedPath, StampedTransform
+from app.messages.scene import Detection
+from app.view.drawing.find_layer import marks_of
+from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
+from app.view.model.scene_model import SceneModel
+from app.view.view_options import LAYERS, ViewOptions
+from ippon.camera import PinholeCamera
+from ippon.geometry import base_pose
+from ippon.planning.plan import TreeView
+from ippon.robot import ZED
+
+
+@pytest.fixture
+def server():
+    """A viser server that nobody watches."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        yield server
+        server.stop()
+
+
+@pytest.fixture
+def model(make):
+    """A floor of 4 m by 4 m, with a spot where the object may be."""
+    model = SceneModel()
+    model.on_status(make.status())
+    floor = [(i, j, 0) for i in range(40) for j in range(40)]
+    model.on_voxels(make.cloud(floor))
+    model.on_voxels(make.cloud([(20, 20, 3), (20, 21, 3)], 2, ooi=200))
+    return model
+
+
+def _node(server, name):
+    return server.scene.get_handle_by_name(name)
+
+
+def _sent(server):
+    return server._websock_server._broadcast_buffer.message_counter
+
+
+def _draw(server, model, **options):
+    scene = ViserScene(server)
+    scene.draw(model, ALL_PARTS, ViewOptions(**options))
+    return scene
+
+
+def test_the_map_is_one_cloud_a_column_and_boxes_where_the_object_may_be(server, model):
+    scene = _draw(server, model)
+    assert scene.voxels.shown == 9
+    cloud = _node(server, "/map/1_1")
+    assert cloud.points.shape == (256, 3)
+    assert cloud.points.dtype == np.float16
+    boxes = _node(server, "/object_voxels")
+    np.testing.assert_allclose(boxes.batched_positions, [[2.05, 2.05, 0.35], [2.05, 2.15, 0.35]])
+
+
+def test_world_positions_survive_the_half_precision(server, model, make):
+    model.on_voxels(make.cloud([(-1003, 2005, 29)]))
+    _draw(server, model, ceiling_m=None)
+    cloud = _node(server, f"/map/{-1003 // 16}_{2005 // 16}")
+    world = np.asarray(cloud.position) + cloud.points.astype(float) * cloud.scale
+    np.testing.assert_allclose(world, [[-100.25, 200.55, 2.95]], atol=1e-6)
+
+
+def test_a_change_sends_what_changed_only(server, model, make):
+    scene = _draw(server, model)
+    model.take_changes()
+    before = _sent(server)
+    model.on_voxels(make.cloud([(3, 3, 1)], 5))
+    scene.draw(model, model.take_changes(), ViewOptions())
+    assert 1 <= _sent(server) - before <= 3
+    before = _sent(server)
+    scene.draw(model, model.take_changes(), ViewOptions())
+    assert _sent(server) == before
+
+
+def test_a_colour_mode_changes_colours_and_no_points(server, model):
+    scene = _draw(server, model)
+    before = _node(server, "/map/0_0").colors.copy()
+    scene.draw(model, frozenset(), ViewOptions(mode="proximity"))
+    after = _node(server, "/map/0_0").colors
+    assert before.shape == after.shape
+    assert (before != after).any()
+
+
+def test_another_colour_mode_gathers_no_voxels(server, model, make, monkeypatch):
+    scene = _draw(server, model)
+    gathered = []
+    column = model.voxels.column
+    monkeypatch.setattr(
+        model.voxels, "column", lambda which, below: gathered.append(which) or column(which, below)
+    )
+    scene.draw(model, frozenset(), ViewOptions(mode="height"))
+    assert gathered == []
+    model.on_voxels(make.cloud([(3, 3, 1)], 5))
+    scene.draw(model, model.take_changes() | {"voxels"}, ViewOptions(mode="height"))
+    assert gathered == [(0, 0)]
+    scene.draw(model, frozenset(), ViewOptions(mode="height", ceiling_m=None))
+    assert len(gathered) == 1 + 9, "another cut is another map"
+
+
+def test_the_map_reaches_as_far_as_its_voxels(server, model, make):
+    scene = _draw(server, model)
+    low, high = scene.bounds()
+    np.testing.assert_allclose([low, high], [[0.0, 0.0], [4.0, 4.0]])
+    model.on_voxels(make.cloud([(-3, 50, 0)], 5))
+    scene.draw(model, model.take_changes(), ViewOptions())
+    low, high = scene.bounds()
+    np.testing.assert_allclose([low, high], [[-0.3, 0.0], [4.0, 5.1]])
+
+
+def test_the_ceiling_is_cut(server, model, make):
+    model.on_voxels(make.cloud([(0, 0, k) for k in range(30)]))
+    scene = _draw(server, model, ceiling_m=1.0)
+    assert _node(server, "/map/0_0").points[:, 2].max() < 10
+    scene.draw(model, frozenset(), ViewOptions(ceiling_m=None))
+    assert _node(server, "/map/0_0").points[:, 2].max() == 29.5
+
+
+def test_boxes_follow_the_threshold(server, model, make):
+    scene = _draw(server, model, object_threshold=0.5)
+    assert len(_node(server, "/object_voxels").batched_positions) == 2
+    scene.draw(model, frozenset(), ViewOptions(object_threshold=0.9))
+    assert not _node(server, "/object_voxels").visible
+    model.on_voxels(make.cloud([(20, 22, 3)], 9, ooi=254))
+    scene.draw(model, model.take_changes(), ViewOptions(object_threshold=0.9))
+    assert _node(server, "/object_voxels").visible
+    assert len(_node(server, "/object_voxels").batched_positions) == 1
+
+
+def test_a_new_map_replaces_the_old_one(server, model, make):
+    scene = _draw(server, model)
+    model.on_status(make.status(map_revision=0, voxel_size_m=0.1))
+    model.on_keyframe(make.cloud([(0, 0, 0)], 1))
+    scene.draw(model, model.take_changes(), ViewOptions())
+    assert scene.voxels.shown == 1
+    assert not _node(server, "/object_voxels").visible
+
+
+def test_what_was_seen_from_afar_lies_on_the_floor_in_two_strengths(server, model):
+    cells = [(3.0, 1.0, 1.0), (3.25, 1.0, 3.0), (3.5, 1.0, 3.5)]
+    model.on_glimpses(GlimpsedPlaces(stamp_ns=1, cell_m=0.25, cells=cells))
+    scene = _draw(server, model)
+    strong = _node(server, "/glimpsed/strong")
+    assert strong.vertices.shape == (8, 3)
+    np.testing.assert_allclose(strong.vertices[:, :2].min(axis=0), [3.125, 0.875])
+    np.testing.assert_allclose(strong.vertices[:, :2].max(axis=0), [3.625, 1.125])
+    assert _node(server, "/glimpsed/faint").opacity < strong.opacity
+    model.on_glimpses(GlimpsedPlaces(stamp_ns=2, cell_m=0.25, cells=cells[:1]))
+    scene.draw(model, frozenset({"glimpsed"}), ViewOptions())
+    assert _node(server, "/glimpsed/strong") is None
+    scene.draw(model, frozenset(), ViewOptions(layers=frozenset(LAYERS) - {"glimpses"}))
+    assert _node(server, "/glimpsed/faint") is None
+
+
+def test_what_was_looked_over_lies_on_the_floor_where_one_wants_to_see_it(server, model):
+    runs = [(-4, 0, 8), (-3, 2, 1), (9, 9, 0), (9, 9, 10**9)]
+    model.on_glimpses(GlimpsedPlaces(stamp_ns=1, cell_m=0.25, cells=[], covered=runs))
+    scene = _draw(server, model)
+    assert _node(server, "/glimpsed/looked_over") is None, "not unless it is asked for"
+    scene.draw(model, frozenset(), ViewOptions(layers=frozenset(LAYERS)))
+    sheet = _node(server, "/glimpsed/looked_over")
+    assert sheet.vertices.shape == (8, 3), "runs that cannot be are left out"
+    np.testing.assert_allclose(sheet.vertices[:, :2].min(axis=0), [-1.0, 0.0])
+    np.testing.assert_allclose(sheet.vertices[:, :2].max(axis=0), [-0.5, 2.0])
+
+
+def test_every_layer_can_be_hidden(server, model, make):
+    scene = _draw_everything(server, model, make)
+    assert all(_node(server, name).visible for name in NODES.values())
+    for layer, name in NODES.items():
+        scene.draw(model, frozenset(), ViewOptions(layers=frozenset(LAYERS) - {layer}))
+        assert not _node(server, name).visible, layer
+
+
+NODES = {
+    "map": "/map/0_0",
+    "object": "/object_voxels",
+    "tree": "/tree/nodes",
+    "path": "/path/line",
+    "camera": "/camera",
+    "trail": "/trail",
+    "finds": "/finds/0/label",
+}
+
+
+def _draw_everything(server, model, make):
+    camera = PinholeCamera.from_horizontal_fov(64, 40, 1.2)
+    model.on_camera(StampedCamera(stamp_ns=1, frame_id="optical", camera=camera))
+    for n in range(60):
+        moves = [
+            ("map", "base_link", base_pose(0.05 * n, 1.0, 0.0, 0.0)),
+            ("base_link", "optical", ZED.T_base_camera(-0.3)),
+        ]
+        model.on_transforms(
+            StampedTransform(stamp_ns=n, parent=a, child=b, T_parent_child=T) for a, b, T in moves
+        )
+    model.on_image(CompressedColor(stamp_ns=1, frame_id="optical", encoded=b"\xff\xd8picture"))
+    model.on_path(StampedPath(stamp_ns=1, points_world=np.array([[0.0, 0, 0], [1, 1, 0]])))
+    model.on_tree(_tree(5))
+    model.on_status(make.status(find=make.find()))
+    return _draw(server, model)
+
+
+def test_the_picture_travels_as_it_came(server, model, make):
+    _draw_everything(server, model, make)
+    frustum = _node(server, "/camera")
+    assert frustum._image_data == b"\xff\xd8picture"
+    assert frustum._format == "jpeg"
+
+
+def test_likely_places_are_amber_and_the_find_is_green(make):
+    report = make.find(position_world=(2.0, 2.0, 0.3))
+    places = (
+        Detection(label="hat", probability=0.9, center_world=(2.0, 2.1, 0.3), size_m=(1, 1, 1)),
+        Detection(label="hat", probability=0.4, center_world=(5.0, 2.0, 0.3), size_m=(1, 1, 1)),
+    )
+    marks = marks_of(report, places)
+    assert [(mark.text, mark.found) for mark in marks] == [("hat 90%", True), ("hat? 40%", False)]
+    assert [mark.found for mark in marks_of(None, places)] == [False, False]
+
+
+def test_a_rejected_find_leaves_no_box(make):
+    rejected = make.find(position_world=(2.0, 2.0, 0.3), size_m=(1.0, 2.0, 0.6))
+    places = tuple(
+        Detection(label="bed", probability=1.0, center_world=(x, 2.0, 0.3), size_m=(1, 1, 1))
+        for x in (2.0, 2.9, 4.0)
+    )
+    marks = marks_of(None, places, (rejected,))
+    assert [mark.center_world[0] for mark in marks] == [4.0]
+
+
+def test_a_search_without_a_find_numbers_its_places(server, model, make):
+    scene = _draw_everything(server, model, make)
+    model.on_voxels(make.cloud([(30, 30, 2)], 9, ooi=254))
+    model.on_status(make.status(state="exhausted"))
+    scene.draw(model, model.take_changes(), ViewOptions())
+    assert _node(server, "/finds/0/label").text == "1: 100%"
+    np.testing.assert_allclose(
+        _node(server, "/finds/0/label").position[:2], (3.05, 3.05), atol=1e-5
+    )
+
+
+def test_names_of_likely_places_leave_the_find_and_each_other_readable(make):
+    report = make.find(position_world=(2.0, 2.0, 0.3), size_m=(2.0, 1.0, 0.5))
+    places = tuple(
+        Detection(label="hat", probability=p, center_world=(x, 2.0, 0.3), size_m=(1, 1, 1))
+        for p, x in ((0.7, 2.9), (0.5, 5.4), (0.8, 5.0), (0.6, 6.5))
+    )
+    marks = marks_of(report, places)
+    assert [mark.text for mark in marks] == ["hat 90%", "hat? 80%", "hat? 60%", ""]
+
+
+def test_a_shrinking_tree_keeps_its_names(server, model, make):
+    scene = _draw_everything(server, model, make)
+    model.on_tree(_tree(2))
+    scene.draw(model, model.take_changes(), ViewOptions())
+    assert len(_node(server, "/tree/nodes").batched_positions) == 2
+    assert len(_node(server, "/tree/edges").points) == 1
+    model.on_tree(_tree(0))
+    scene.draw(model, model.take_changes(), ViewOptions())
+    assert not _node(server, "/tree/nodes").visible
+
+
+def _tree(n):
+    zeros = np.zeros(n, np.float32)
+    return TreeView(
+        positions_world=np.arange(3 * n, dtype=np.float32).reshape(n, 3),
+        parents=np.arange(-1, n - 1, dtype=np.int32),
+        yaws_rad=zeros,
+        tilts_rad=zeros,
+        gains=np.arange(n, dtype=np.float32),
+        terminations=zeros,
+        path_costs_s=zeros,
+        levels=np.zeros(n, np.uint8),
+        kinds=np.zeros(n, np.uint8),
+    )

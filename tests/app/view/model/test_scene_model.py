@@ -1,0 +1,179 @@
+import math
+
+import numpy as np
+import pytest
+
+from app.messages.control import Event, GlimpsedPlaces, GoalStatus
+from app.messages.images import StampedCamera
+from app.messages.motion import StampedTransform
+from app.view.model.scene_model import SceneModel
+from ippon.camera import PinholeCamera
+from ippon.geometry import base_pose, make_transform
+
+
+@pytest.fixture
+def model(make):
+    """A model that knows the voxel size."""
+    model = SceneModel()
+    model.on_status(make.status())
+    model.take_changes()
+    return model
+
+
+def _voxels(model):
+    return {tuple(i) for i in model.voxels.all_voxels()[0].tolist()}
+
+
+def _move(model, x, stamp_ns=1):
+    T = base_pose(x, 0.0, 0.0, 0.0)
+    model.on_transforms(
+        [StampedTransform(stamp_ns=stamp_ns, parent="map", child="base_link", T_parent_child=T)]
+    )
+
+
+def test_changes_are_told_once(model, make):
+    model.on_voxels(make.cloud([(0, 0, 0)]))
+    assert model.take_changes() == {"voxels"}
+    assert model.take_changes() == frozenset()
+
+
+def test_voxels_come_and_go(model, make):
+    model.on_voxels(make.cloud([(0, 0, 0), (5, -3, 2)]))
+    model.on_voxels(make.cloud([(0, 0, 0)], removed=True))
+    assert _voxels(model) == {(5, -3, 2)}
+
+
+def test_voxels_before_the_first_status_are_kept(make):
+    model = SceneModel()
+    model.on_voxels(make.cloud([(1, 1, 1)]))
+    assert model.voxels.count == 0
+    model.on_status(make.status())
+    assert _voxels(model) == {(1, 1, 1)}
+
+
+def test_a_late_joiner_ends_with_the_same_map(make):
+    deltas = [
+        make.cloud([(0, 0, 0), (1, 0, 0)], 10),
+        make.cloud([(2, 0, 0)], 20),
+        make.cloud([(0, 0, 0)], 30, removed=True),
+        make.cloud([(3, 0, 0)], 40),
+    ]
+    early, late = SceneModel(), SceneModel()
+    for model in (early, late):
+        model.on_status(make.status())
+    early.on_keyframe(make.cloud(np.empty((0, 3)), 0))
+    for delta in deltas:
+        early.on_voxels(delta)
+    # Joins before the second change; the keyframe that it gets already holds the third.
+    for delta in deltas[1:]:
+        late.on_voxels(delta)
+    late.on_keyframe(make.cloud([(1, 0, 0), (2, 0, 0)], 30))
+    assert _voxels(late) == _voxels(early) == {(1, 0, 0), (2, 0, 0), (3, 0, 0)}
+    assert not late.needs_keyframe
+
+
+def test_the_newest_change_wins_over_an_older_keyframe(model, make):
+    model.on_voxels(make.cloud([(0, 0, 0)], 50, removed=True))
+    model.on_keyframe(make.cloud([(0, 0, 0), (1, 0, 0)], 40))
+    assert _voxels(model) == {(1, 0, 0)}
+
+
+@pytest.mark.parametrize("change", [{"map_revision": 0}, {"voxel_size_m": 0.2}, {"robot": "other"}])
+def test_a_restarted_navigator_means_a_new_map(model, make, change):
+    model.on_keyframe(make.cloud([(0, 0, 0)]))
+    _move(model, 1.0)
+    model.on_status(make.status(**change))
+    assert model.voxels.count == 0
+    assert model.needs_keyframe
+    assert model.trail_world == []
+    assert {"voxels", "pose", "tree", "path"} <= model.take_changes()
+
+
+def test_the_camera_is_found_through_the_chain_of_frames(model):
+    camera = PinholeCamera.from_horizontal_fov(64, 40, 1.2)
+    model.on_camera(StampedCamera(stamp_ns=1, frame_id="optical", camera=camera))
+    assert model.T_world_camera is None
+    T_base_camera = make_transform(np.eye(3), (0.1, 0.0, 1.2))
+    T_world_base = base_pose(2.0, 1.0, 0.0, math.pi / 2)
+    model.on_transforms(
+        [
+            StampedTransform(
+                stamp_ns=1, parent="base_link", child="optical", T_parent_child=T_base_camera
+            ),
+            StampedTransform(
+                stamp_ns=1, parent="map", child="base_link", T_parent_child=T_world_base
+            ),
+        ]
+    )
+    assert model.T_world_camera is not None
+    np.testing.assert_allclose(model.T_world_camera[:3, 3], (2.0, 1.1, 1.2), atol=1e-12)
+
+
+def test_frames_in_a_circle_lead_nowhere(model):
+    eye = np.eye(4)
+    model.on_transforms(
+        [
+            StampedTransform(stamp_ns=1, parent="b", child="base_link", T_parent_child=eye),
+            StampedTransform(stamp_ns=1, parent="base_link", child="b", T_parent_child=eye),
+        ]
+    )
+    assert model.T_world_base is None
+
+
+def test_the_trail_grows_with_the_way_not_with_the_messages(model):
+    for n in range(100):
+        _move(model, 0.01 * n, n)
+    assert 18 <= len(model.trail_world) <= 21
+
+
+def test_the_history_keeps_its_size(model, make):
+    for n in range(10_000):
+        model.on_status(make.status(stamp_ns=n * 600_000_000, best_ooi=n / 10_000))
+    columns = model.history.columns()
+    assert columns.shape[0] == 6
+    assert 300 < columns.shape[1] < 1300
+    assert (np.diff(columns[0]) > 0).all()
+    assert columns[1, -1] > 0.99
+
+
+def test_what_was_rejected_stays_rejected_until_another_goal(model, make):
+    find = make.find()
+    model.on_status(make.status(state="found", find=find))
+    model.on_status(make.status())
+    assert model.rejected == ()
+    model.on_event(Event(stamp_ns=1, kind="rejected", text="not the hat: searching on"))
+    assert "detections" in model.take_changes()
+    model.on_status(make.status())
+    assert model.rejected == (find,)
+    model.on_event(Event(stamp_ns=2, kind="rejected", text="nothing to point at"))
+    assert model.rejected == (find,), "the same find is not rejected twice"
+    model.on_status(make.status(goal=GoalStatus(goal_id=2, object="plant")))
+    assert model.rejected == ()
+
+
+def test_places_are_worked_out_once_for_a_state(model, make):
+    model.on_keyframe(make.cloud([(0, 0, 0)], ooi=100))
+    model.on_status(make.status(state="exhausted"))
+    first = model.candidates()
+    assert [place.probability for place in first] == [pytest.approx(100 / 254)]
+    model.on_voxels(make.cloud([(0, 0, 0)], 2, ooi=200))
+    model.on_status(make.status(state="exhausted"))
+    assert model.candidates() is first
+    model.on_status(make.status(state="searching"))
+    assert model.candidates()[0].probability == pytest.approx(200 / 254)
+
+
+def test_glimpses_are_drawn_anew_only_when_they_differ(model, make):
+    places = GlimpsedPlaces(stamp_ns=1, cell_m=0.25, cells=[(4.0, 1.0, 2.5)])
+    model.on_glimpses(places)
+    assert model.take_changes() == {"glimpsed"}
+    model.on_glimpses(GlimpsedPlaces(stamp_ns=2, cell_m=0.25, cells=places.cells))
+    assert model.take_changes() == frozenset()
+    over = GlimpsedPlaces(stamp_ns=2, cell_m=0.25, cells=places.cells, covered=[(1, 2, 3)])
+    model.on_glimpses(over)
+    assert model.take_changes() == {"looked_over"}
+    for edge in (0.0, -1.0, 1e9):
+        model.on_glimpses(GlimpsedPlaces(stamp_ns=3, cell_m=edge, cells=[]))
+    assert model.glimpsed is over, "cells without a size are no cells"
+    model.on_status(make.status(robot="other"))
+    assert model.glimpsed.cells == []

@@ -1,0 +1,209 @@
+import dataclasses
+import itertools
+import time
+
+import pytest
+
+from ippon.command import Command
+from ippon.evaluation.catalogue import CatalogueConfig, goals_of, list_episodes
+from ippon.evaluation.episode import EpisodeLimits, run_episode
+from ippon.evaluation.methods.method_table import METHODS
+from ippon.evaluation.row import TIMING_COLUMNS, row_from
+from ippon.evaluation.search import Clocks
+from ippon.evaluation.trial import Trial, TrialConfig, config_hash, habitat_trial
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission.config import MissionConfig
+from ippon.mission.mission import Mission
+from ippon.mission.snapshot import MissionState
+from ippon.simulation.world import SimulatedWorld, WorldConfig
+from ippon.vocabulary import MATTERPORT_40
+
+_CLOCKS = Clocks(wall=time.perf_counter, cpu=time.process_time)
+
+
+@pytest.fixture
+def config(robot):
+    return TrialConfig(
+        robot=robot,
+        image_width=96,
+        limits=EpisodeLimits(time_step_s=0.2, max_time_s=60.0),
+        world=WorldConfig.perfect(),
+    )
+
+
+@pytest.fixture
+def scene(make_scene, flat_boxes):
+    return make_scene(flat_boxes)
+
+
+def _episode(scene, config, goal):
+    (spec, *_), _ = list_episodes(scene, "7", config.robot, CatalogueConfig(goals=(goal,)))
+    return spec
+
+
+def _plain(row):
+    """A row without what differs from run to run."""
+    values = dataclasses.asdict(row)
+    return {k: v for k, v in values.items() if k not in TIMING_COLUMNS}
+
+
+def _trial(config, scene, clocks=_CLOCKS, witness=None):
+    return Trial(config, scene, "test", clocks, EmbeddedPrior(), witness)
+
+
+@pytest.mark.parametrize("goal", ["hat", "chair"])
+def test_the_same_seed_gives_the_same_row(config, scene, goal):
+    limits = EpisodeLimits(time_step_s=0.2, max_time_s=12.0)
+    config = dataclasses.replace(config, world=WorldConfig(), limits=limits)
+    spec = _episode(scene, config, goal)
+    one = _trial(config, scene).run(spec, METHODS["ippon"])
+    used = _trial(config, scene)
+    used.run(spec, METHODS["nearest_frontier"])
+    # Neither a new process nor what ran before in this one makes a difference.
+    assert _plain(one) == _plain(used.run(spec, METHODS["ippon"]))
+    other = dataclasses.replace(spec, seed=spec.seed + 1)
+    assert _plain(used.run(other, METHODS["ippon"])) != _plain(one)
+
+
+@pytest.mark.parametrize("method", list(METHODS))
+def test_every_method_finds_a_chair_in_one_room(config, scene, method):
+    spec = _episode(scene, config, "chair")
+    row = _trial(config, scene).run(spec, METHODS[method])
+    assert row.method == method
+    assert row.success, row
+    assert (row.ending, row.failure) == ("found", "none")
+    assert 0.0 < row.spl <= 1.0
+    assert row.shortest_path_m == spec.shortest_path_m
+    assert row.path_length_m >= row.shortest_path_m - 0.2
+    assert row.first_seen_s >= 0.0
+    assert row.distance_to_goal_m < 0.1
+    assert (row.path_x_m[0], row.path_y_m[0]) == (1.0, 1.0)
+
+
+def test_the_oracle_is_close_to_the_shortest_path(config, scene):
+    row = _trial(config, scene).run(_episode(scene, config, "hat"), METHODS["oracle"])
+    assert row.success
+    assert row.spl > 0.93
+
+
+def test_time_runs_out(config, scene):
+    config = dataclasses.replace(config, limits=EpisodeLimits(max_time_s=2.0))
+    row = _trial(config, scene).run(_episode(scene, config, "hat"), METHODS["ippon"])
+    assert (row.success, row.spl, row.ending, row.failure) == (False, 0.0, "time", "never_seen")
+    assert row.time_s == 2.0
+    assert row.frames == 10
+
+
+@pytest.mark.parametrize(("speed", "cause"), [(0.5, "collision"), (0.0, "stuck")])
+def test_a_robot_that_stands_against_a_wall_has_collided(config, scene, monkeypatch, speed, cause):
+    def step(self, frame):
+        return dataclasses.replace(Mission.step(self, frame), command=Command(linear_m_s=speed))
+
+    monkeypatch.setattr("ippon.evaluation.trial.Mission", type("Ram", (Mission,), {"step": step}))
+    config = dataclasses.replace(config, limits=EpisodeLimits(max_time_s=75.0))
+    row = _trial(config, scene).run(_episode(scene, config, "hat"), METHODS["ippon"])
+    assert (row.ending, row.failure, row.hits) == ("time", cause, int(speed > 0.0))
+
+
+def test_times_come_from_the_clocks_that_were_given(config, scene):
+    config = dataclasses.replace(config, limits=EpisodeLimits(max_time_s=1.0))
+    ticks = itertools.count()
+    clocks = Clocks(wall=lambda: 100.0, cpu=lambda: 0.25 * next(ticks))
+    spec = _episode(scene, config, "hat")
+    row = _trial(config, scene, clocks).run(spec, METHODS["ippon"])
+    assert row.planner_ms_p50 == row.planner_ms_p95 == 250.0
+    assert row.wall_s == 0.0
+    # From hand-over to answer the planner asks twice, then the trial.
+    assert row.step_ms_p50 == 750.0
+    assert row.realtime_factor == pytest.approx(1.0 / row.cpu_s)
+
+
+def test_a_row_survives_plain_values(make_row):
+    row = make_row(path_x_m=(1.0, 2.0))
+    values = dataclasses.asdict(row) | {"path_x_m": [1.0, 2.0]}
+    assert row_from(values) == row
+    with pytest.raises(ValueError, match="it lacks or adds spl"):
+        row_from({k: v for k, v in values.items() if k != "spl"})
+
+
+def test_the_hash_tells_set_ups_apart(config):
+    hashes = {config_hash(config, m) for m in METHODS.values()}
+    assert len(hashes) == len(METHODS)
+    assert config_hash(config, METHODS["ippon"]) == config_hash(config, METHODS["ippon"])
+    wider = dataclasses.replace(config, image_width=128)
+    assert config_hash(wider, METHODS["ippon"]) not in hashes
+    planner = dataclasses.replace(config.mission.planner, step_budget_s=0.04)
+    timed = dataclasses.replace(
+        config, mission=dataclasses.replace(config.mission, planner=planner)
+    )
+    assert config_hash(timed, METHODS["ippon"]) not in hashes
+
+
+def test_the_habitat_set_up_is_the_challenge_s():
+    trial = habitat_trial()
+    assert (trial.camera.width, trial.camera.height) == (240, 320)
+    assert trial.limits.time_step_s == 0.1
+    assert trial.limits.max_time_s == 500.0
+    assert not trial.world.base.sliding
+    assert trial.robot.radius_m == pytest.approx(0.17)
+    assert trial.robot.max_linear_m_s == 0.3
+
+
+def test_a_command_lasts_several_steps(config, scene):
+    world = SimulatedWorld(scene, config.robot, config.camera, scene.start_poses[0])
+    mission = Mission(MissionConfig(), config.robot, MATTERPORT_40, 0)
+    with pytest.raises(ValueError, match="needs a goal"):
+        next(run_episode(world, mission, EpisodeLimits()))
+    spec = _episode(scene, config, "hat")
+    config = dataclasses.replace(
+        config, limits=EpisodeLimits(time_step_s=0.1, steps_per_frame=2, max_time_s=2.0)
+    )
+    row = _trial(config, scene).run(spec, METHODS["ippon"])
+    assert (row.frames, row.time_s) == (10, 2.0)
+
+
+def test_an_episode_takes_time():
+    with pytest.raises(ValueError, match="steps_per_frame at least 1"):
+        EpisodeLimits(steps_per_frame=0)
+
+
+def test_a_couch_answers_the_search_for_a_sofa(config, make_scene, flat_boxes):
+    couch = ("sofa", "couch", (0.3, 4.6, 0.0), (2.0, 5.4, 0.8))
+    scene = make_scene([*(b for b in flat_boxes if b[0] != "chair"), couch])
+    (goal,) = goals_of(["settee"])
+    row = _trial(config, scene).run(_episode(scene, config, goal), METHODS["ippon"])
+    assert (row.goal, row.success) == ("sofa", True)
+
+
+def test_a_second_object_is_searched_for_on_the_map_of_the_first(config, scene):
+    catalogue = CatalogueConfig(goals=("chair", "hat"), second_object=True)
+    episodes, _ = list_episodes(scene, "7", config.robot, catalogue)
+    spec = next(e for e in episodes if e.goal == "chair")
+    assert spec.then == "hat"
+    states = []
+    told = _trial(config, scene, witness=lambda _, result, __: states.append(result.snapshot.state))
+    first, second, fresh = told.run_all(spec, METHODS["ippon"])
+    alone = _trial(config, scene).run(spec, METHODS["ippon"])
+    assert _plain(first) == _plain(alone)
+    assert tuple(r.episode_id for r in (first, second, fresh)) == spec.row_ids
+    assert [r.kind for r in (first, second, fresh)] == ["single", "second", "fresh"]
+    assert (second.goal, second.after, fresh.goal) == ("hat", "chair", "hat")
+    # Both begin where the first ended, at the same distance from the hat.
+    end = (first.path_x_m[-1], first.path_y_m[-1])
+    for row in (second, fresh):
+        assert (row.start_x_m, row.start_y_m) == pytest.approx(end, abs=0.006)
+        assert (row.path_x_m[0], row.path_y_m[0]) == pytest.approx(end, abs=0.006)
+        assert row.success, row
+    assert second.shortest_path_m == fresh.shortest_path_m
+    # Each counts its own time and way, and looks around first: no image was asked for a hat.
+    assert len(states) == first.frames + second.frames + fresh.frames
+    rest = states[first.frames :]
+    assert MissionState.LOOKING_AROUND in rest[: second.frames], rest[:5]
+    assert rest[second.frames] is MissionState.LOOKING_AROUND
+    assert second.frames == pytest.approx(second.time_s / 0.2, abs=1.01)
+
+
+def test_a_method_that_cannot_go_on_says_so(config, scene):
+    spec = dataclasses.replace(_episode(scene, config, "hat"), then="chair")
+    with pytest.raises(ValueError, match="oracle searches for one object only"):
+        _trial(config, scene).run_all(spec, METHODS["oracle"])

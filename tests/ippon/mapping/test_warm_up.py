@@ -1,0 +1,91 @@
+"""Compiling ahead uses every kernel."""
+
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+
+from ippon.compiling import compile_beside
+from ippon.mapping.warm_up import warm_up
+
+STEPS = ["geometry", "object probabilities", "object layers", "queries", "surface"]
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_every_step_is_named(beside):
+    assert list(warm_up(beside=beside)) == STEPS
+
+
+def _printed_by(code):
+    """Return what a process of its own prints: what is compiled here stays compiled."""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120
+    )
+    return done.stdout
+
+
+def test_the_process_beside_compiles_what_a_map_uses():
+    # In a process of its own: what is compiled stays compiled in this one.
+    code = (
+        "from ippon.mapping.warm_up import warm_up, warm_up_objects\n"
+        "from ippon.mapping.objects.surface_fusion import fuse_kernel\n"
+        "warm_up_objects()\n"
+        "before = set(fuse_kernel.overloads)\n"
+        "list(warm_up())\n"
+        "print(len(before), set(fuse_kernel.overloads) == before)\n"
+    )
+    assert _printed_by(code).split() == ["1", "True"]
+
+
+def test_a_first_glimpse_finds_its_kernels_compiled():
+    # The planner's arrays, in a process of its own.
+    code = (
+        "import numpy as np\n"
+        "from ippon.mapping import glimpses as g\n"
+        "from ippon.mapping.warm_up import _frame, warm_up_glimpses\n"
+        "kernels = [g._columns_kernel, g._mark_kernel, g._widen_kernel, g._ahead_kernel]\n"
+        "warm_up_glimpses()\n"
+        "before = [len(k.overloads) for k in kernels]\n"
+        "glimpses = g.Glimpses(g.GlimpseConfig(), 'hat', 1.0, 20.0)\n"
+        "glimpses.look(_frame('hat'))\n"
+        "reach = np.ones((9, 80), np.float32)[[1, 2]][:, ::2] * np.float32(0.1)\n"
+        "glimpses.ahead(np.ones((9, 2))[[1, 2]], np.linspace(0.0, 6.0, 40), reach)\n"
+        "print(glimpses.revision, before, [len(k.overloads) for k in kernels])\n"
+    )
+    assert _printed_by(code).strip() == "1 [1, 1, 1, 1] [1, 1, 1, 1]"
+
+
+def test_the_block_waits_for_the_process_beside():
+    start = time.monotonic()
+    with compile_beside("tests.ippon.mapping.test_warm_up", "take_a_second"):
+        pass
+    assert time.monotonic() - start > 1.0
+
+
+def test_an_error_in_the_block_does_not_wait():
+    start = time.monotonic()
+    with (
+        pytest.raises(KeyError),
+        compile_beside("tests.ippon.mapping.test_warm_up", "take_a_minute"),
+    ):
+        raise KeyError
+    assert time.monotonic() - start < 20.0
+
+
+def test_a_process_beside_that_fails_is_no_error():
+    with compile_beside("tests.ippon.mapping.test_warm_up", "fail"):
+        pass
+
+
+def take_a_second() -> None:
+    time.sleep(1.0)
+
+
+def take_a_minute() -> None:
+    time.sleep(60.0)
+
+
+def fail() -> None:
+    os._exit(3)

@@ -1,0 +1,84 @@
+import math
+
+import numpy as np
+import pytest
+
+from ippon.mission.behaviors.look_around import LookAround, LookAroundConfig
+from ippon.robot import HABITAT, ZED, RobotProfile
+
+
+def run(look: LookAround, robot: RobotProfile, dt: float = 0.2) -> tuple[list[float], list[float]]:
+    yaw, tilt = 3.0, 0.0
+    yaws, tilts = [yaw], [tilt]
+    for _ in range(600):
+        command = look.step(math.remainder(yaw, 2 * math.pi), tilt)
+        if look.done:
+            return yaws, tilts
+        yaw += command.yaw_rate_rad_s * dt
+        step = robot.max_tilt_rate_rad_s * dt
+        tilt += float(np.clip(command.tilt_rad - tilt, -step, step))
+        yaws.append(yaw)
+        tilts.append(tilt)
+    raise AssertionError("the look-around never ended")
+
+
+@pytest.mark.parametrize("robot", [ZED, HABITAT])
+def test_looks_down_before_it_turns_and_sees_the_whole_circle(robot: RobotProfile) -> None:
+    look = LookAround(LookAroundConfig(), robot)
+    yaws, tilts = run(look, robot)
+    first_turn = next(i for i, yaw in enumerate(yaws) if yaw != yaws[0])
+    assert min(tilts[: first_turn + 1]) == pytest.approx(-0.9, abs=0.06)
+    assert max(yaws) - yaws[0] + robot.horizontal_fov_rad >= 2 * math.pi
+    assert look.progress == 1.0
+
+
+@pytest.mark.parametrize("robot", [ZED, HABITAT])
+def test_turns_back_over_the_floor_close_by(robot: RobotProfile) -> None:
+    yaws, tilts = run(LookAround(LookAroundConfig(), robot), robot)
+    turned = int(np.argmax(yaws))
+    low = [y for y, t in zip(yaws[turned:], tilts[turned:], strict=True) if abs(t + 0.75) < 0.06]
+    assert max(low) - min(low) + robot.horizontal_fov_rad >= 2 * math.pi
+    assert yaws[-1] < max(yaws)
+
+
+def test_need_not_turn_back() -> None:
+    yaws, _ = run(LookAround(LookAroundConfig(floor_tilt_rad=None), ZED), ZED)
+    assert yaws[-1] == max(yaws)
+    assert yaws[-1] - yaws[0] + ZED.horizontal_fov_rad >= 2 * math.pi
+
+
+def test_without_initial_yaw_it_only_looks_down() -> None:
+    yaws, tilts = run(LookAround(LookAroundConfig(turn=False), ZED), ZED)
+    assert set(yaws) == {3.0}
+    assert min(tilts) < -0.8
+
+
+def test_skip_ends_it() -> None:
+    look = LookAround(LookAroundConfig(), ZED)
+    look.skip()
+    assert look.done
+
+
+def test_what_was_interrupted_at_the_start_is_made_up_for() -> None:
+    look = LookAround(LookAroundConfig(), ZED)
+    assert look.step(0.0, -0.9).yaw_rate_rad_s > 0.0
+    look.step(0.3, -0.25)
+    begun = look.progress
+    assert begun > 0.0
+    look.interrupt(gone_m=0.2)
+    look.step(2.0, -0.25)
+    assert look.progress == begun, "a turn towards something else is none of it"
+    look.step(2.3, -0.25)
+    assert look.progress == pytest.approx(2 * begun)
+    look.interrupt(gone_m=0.8)
+    assert look.done
+
+
+def test_what_interrupted_it_is_waited_for_some_steps() -> None:
+    look = LookAround(LookAroundConfig(), ZED)
+    assert not look.waits(), "nothing has interrupted it"
+    look.interrupt(gone_m=0.0)
+    assert [look.waits() for _ in range(6)] == [True] * 4 + [False] * 2
+    look.interrupt(gone_m=0.0)
+    look.interrupt(gone_m=0.0)
+    assert look.waits()

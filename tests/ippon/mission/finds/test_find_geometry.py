@@ -1,0 +1,89 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ippon.camera import PinholeCamera
+from ippon.frame import Frame
+from ippon.geometry import base_pose
+from ippon.mission.finds.find_geometry import (
+    FIND_WITHIN_M,
+    distance_m,
+    exhausted_text,
+    find_from,
+    looked_at,
+    nearest_find,
+    reached_find,
+)
+from ippon.mission.snapshot import Find
+from ippon.robot import ZED
+
+CAMERA = PinholeCamera.from_horizontal_fov(30, 18, 1.2)
+HERE = base_pose(1.0, 2.0, 0.0, 0.0)
+
+
+def find(x, voxels, box_px=None, size_m=(0.2, 0.2, 0.2)):
+    return Find(
+        position_world=(x, 2.0, 0.5),
+        size_m=size_m,
+        probability=0.9,
+        voxels=voxels,
+        box_px=box_px,
+    )
+
+
+@pytest.mark.parametrize(("away_m", "told"), [(0.95, None), (1.4, 1.4), (4.0, 4.0)])
+def test_what_no_way_leads_within_a_metre_of_is_out_of_reach(away_m, told):
+    found = find_from([find(away_m, 5, (0, 0, 3, 3))], HERE, away_m)
+    assert found.out_of_reach_m == told
+    assert find_from([find(9.0, 50)], HERE, 1.4) is None
+
+
+def test_the_largest_in_view_of_those_near():
+    seen, hidden, far = find(2.0, 5, (0, 0, 3, 3)), find(1.5, 50), find(9.0, 500, (0, 0, 3, 3))
+    assert distance_m(HERE, far) == pytest.approx(8.0)
+    assert nearest_find([hidden, seen, far], HERE) is seen
+    assert nearest_find([hidden, far], HERE) is hidden
+    assert nearest_find([far], HERE) is None
+
+
+def test_what_is_in_reach_goes_before_what_is_larger_behind_it():
+    stool, chair = find(2.0, 20, (0, 0, 3, 3)), find(2.7, 30, (0, 0, 3, 3))
+    assert reached_find([chair, stool], HERE) is stool
+    assert nearest_find([chair, stool], HERE) is chair
+    long = find(2.7, 30, (0, 0, 3, 3), size_m=(1.4, 0.4, 0.5))
+    assert reached_find([long, stool], HERE) is long, "its end is in reach"
+    counter = find(4.0, 90, (0, 0, 3, 3), size_m=(4.2, 0.6, 0.9))
+    assert nearest_find([counter], HERE) is None
+    assert reached_find([counter, stool], HERE) is counter, "however far its middle is"
+    unseen = find(2.0, 20)
+    assert reached_find([chair, unseen], HERE) is None
+
+
+@pytest.mark.parametrize(
+    ("depth", "away"), [(1.5, 1.5), (9.0, FIND_WITHIN_M), (0.0, 0.5 * FIND_WITHIN_M)]
+)
+def test_what_is_looked_at_is_in_the_middle_of_the_image(depth, away):
+    T_world_camera = HERE @ ZED.T_base_camera(0.0)
+    frame = Frame(
+        stamp_ns=0,
+        color=np.zeros((18, 30, 3), np.uint8),
+        depth=np.full((18, 30), depth, np.float32),
+        camera=CAMERA,
+        T_world_camera=T_world_camera,
+        T_world_base=HERE,
+        tilt_rad=0.0,
+        heatmap=None,
+        contact=False,
+    )
+    centre = T_world_camera[:3, 3]
+    assert looked_at(frame) == pytest.approx(centre + np.array([away, 0.0, 0.0]))
+    frame = dataclasses.replace(frame, depth=np.full((18, 30), np.nan, np.float32))
+    assert looked_at(frame) == pytest.approx(centre + np.array([0.5 * FIND_WITHIN_M, 0.0, 0.0]))
+
+
+def test_a_search_that_found_nothing_says_what_it_could_not_get_to():
+    plain = "hat not found: everything reachable was seen"
+    assert exhausted_text("hat", ()) == plain
+    text = exhausted_text("hat", (find(3.0, 9), find(1.0, 2)))
+    assert text == f"{plain}; no way leads close to what looks most like it, at (3.0, 2.0) m"

@@ -1,0 +1,258 @@
+"""Before a search ends the images are asked whether they show the object, too."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from ippon.camera import PinholeCamera
+from ippon.frame import Frame, Heatmap
+from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
+from ippon.mission.config import MissionConfig
+from ippon.mission.finds.image_check import SecondLook, SecondLookConfig, votes
+from ippon.mission.snapshot import Find, MissionState
+
+CAMERA = PinholeCamera.from_horizontal_fov(64, 48, 1.2)
+LABELS = ("wall", "chair")
+CONFIG = SecondLookConfig()
+AT = (2.0, 0.0, 1.0)
+"""Right ahead of the camera."""
+
+
+def frame(share: float, *, ooi: str = "hat", depth: float = 2.0, heatmap: bool = True) -> Frame:
+    """An image whose upper part, a share of its rows, is taken for the object."""
+    probabilities = np.zeros((48, 64, 3), np.uint8)
+    probabilities[..., 0] = 255
+    probabilities[: round(48 * share)] = (55, 0, 200)
+    return Frame(
+        stamp_ns=0,
+        color=np.zeros((48, 64, 3), np.uint8),
+        depth=np.full((48, 64), depth, np.float32),
+        camera=CAMERA,
+        T_world_camera=make_transform(R_BASE_CAMERA_LEVEL, (0.0, 0.0, 1.0)),
+        T_world_base=make_transform(np.eye(3), (0.0, 0.0, 0.0)),
+        tilt_rad=0.0,
+        heatmap=Heatmap(labels=LABELS, ooi=ooi, probabilities=probabilities) if heatmap else None,
+    )
+
+
+def voxels() -> np.ndarray:
+    """A wall of voxels round `AT` that the whole height of the image shows."""
+    y, z = np.meshgrid(np.arange(-0.3, 0.31, 0.1), np.arange(0.1, 1.91, 0.1))
+    return np.stack([np.full(y.size, 2.0), y.ravel(), z.ravel()], axis=1)
+
+
+def find_of(centres: np.ndarray) -> Find:
+    low, high = centres.min(axis=0) - 0.05, centres.max(axis=0) + 0.05
+    return Find(
+        position_world=tuple(centres.mean(axis=0).tolist()),
+        size_m=tuple((high - low).tolist()),
+        probability=1.0,
+        voxels=len(centres),
+        box_px=None,
+    )
+
+
+def after(shares, *, small=False, config=CONFIG, **options) -> tuple[SecondLook, Find]:
+    look, centres = SecondLook(config, "hat", outline_voxels=math.inf if small else 0.0), voxels()
+    find = find_of(centres)
+    for share in shares:
+        look.note(frame(share, **options), centres, [find])
+    return look, find
+
+
+def test_what_the_image_shows_votes_and_what_it_hides_does_not():
+    centres = np.array([AT, (2.0, 0.0, 1.6), (3.0, 0.0, 1.0), (-1.0, 0.0, 1.0), (2.0, 5.0, 1.0)])
+    seen, wins = votes(frame(0.4), centres)
+    assert seen.tolist() == [True, True, False, False, False], "behind, at the back, beside"
+    assert wins.tolist() == [False, True, False, False, False]
+
+
+@pytest.mark.parametrize(
+    ("share", "small", "against"),
+    [(0.9, False, False), (0.6, False, False), (0.3, False, True), (0.4, True, False),
+     (0.2, True, True)],
+)  # fmt: skip
+def test_the_images_decide_by_their_average(share, small, against):
+    look, find = after([share] * 10, small=small)
+    assert look.share(find) == pytest.approx(share, abs=0.08)
+    assert look.contradicts(find) is against
+
+
+@pytest.mark.parametrize(
+    ("share", "probability", "small", "against"),
+    [(0.5, 0.97, False, True), (0.5, 0.995, False, False), (0.8, 0.97, False, False),
+     (0.5, 0.97, True, False)],
+)  # fmt: skip
+def test_a_find_that_the_map_is_not_sure_of_must_look_like_it_more_often(
+    share, probability, small, against
+):
+    look, find = after([share] * 10, small=small, config=SecondLookConfig(unsure_share=0.6))
+    unsure = dataclasses.replace(find, probability=probability)
+    assert look.contradicts(unsure) is against
+
+
+def test_few_images_say_nothing():
+    look, find = after([0.0] * 7)
+    assert look.share(find) is None
+    assert not look.contradicts(find)
+
+
+def test_the_last_images_count():
+    look, find = after([0.0] * 40 + [1.0] * 40)
+    assert look.share(find) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("options", [{"ooi": "cap"}, {"heatmap": False}, {"depth": 1.0}])
+def test_an_image_of_something_else_or_of_nothing_says_nothing(options):
+    look, find = after([0.0] * 20, **options)
+    assert look.share(find) is None
+
+
+def test_a_heatmap_that_comes_late_is_asked_too(searcher, room):
+    bed = ("bed", "bed", (3.6, 1.2, 0.0), (5.4, 3.0, 0.55))
+    robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0)
+    robot.ask("bed")
+    asked = []
+    robot.search(30.0, until=lambda result: bool(result.snapshot.candidates))
+    robot.mission._search.second_look.note = lambda frame, *_: asked.append(frame.heatmap)
+    frame = robot.world.observe()
+    robot.mission.observe(dataclasses.replace(frame, heatmap=None))
+    robot.mission.learn(frame)
+    assert asked == [None, frame.heatmap]
+
+
+def test_another_find_starts_anew():
+    look, find = after([0.0] * 20)
+    elsewhere = dataclasses.replace(find, position_world=(5.0, 3.0, 1.0))
+    assert look.contradicts(find)
+    assert not look.contradicts(elsewhere)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"least_share": 1.1},
+        {"least_share_small": -0.1},
+        {"elsewhere_share": 1.1},
+        {"unsure_share": 1.5},
+        {"sure": -1.0},
+        {"reconsidered_share": 1.01},
+        {"enough_images": 0},
+        {"images": 5},
+    ],
+)
+def test_a_config_without_meaning_is_refused(wrong):
+    with pytest.raises(ValueError, match="must lie in"):
+        SecondLookConfig(**wrong)
+
+
+@pytest.mark.parametrize("wrong", [{"idle_gain": -0.1}, {"idle_steps": 0}])
+def test_an_end_of_exploring_without_meaning_is_refused(wrong):
+    with pytest.raises(ValueError, match="idle_gain must not be negative"):
+        SecondLookConfig(**wrong)
+
+
+@pytest.fixture
+def doubter(searcher, room):
+    """Ask for a bed that never looks enough like one; returns robot, results and events."""
+    bed = ("bed", "bed", (3.6, 1.2, 0.0), (5.4, 3.0, 0.55))
+
+    def search(seconds, **doubts):
+        # At outlines pixels mix: no find looks like itself in all of its voxels.
+        doubt = SecondLookConfig(least_share=1.0, enough_images=1, **doubts)
+        robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=MissionConfig(second_look=doubt))
+        robot.ask("bed")
+        results = robot.search(seconds)
+        return robot, results, [event for r in results for event in r.snapshot.events]
+
+    return search
+
+
+def test_a_search_goes_on_from_what_the_images_deny(doubter):
+    robot, results, events = doubter(60.0, reconsidered_share=1.0)
+    doubted = [event for event in events if event.kind == "doubted"]
+    assert doubted
+    assert "hardly looks like it" in doubted[0].text
+    assert MissionState.FOUND not in [r.snapshot.state for r in results]
+    assert robot.last.candidates == (), "it is ruled out"
+
+
+@pytest.mark.parametrize("idle_gain", [0.0, 0.15])
+def test_what_the_images_deny_is_gone_back_to_when_nothing_better_is_left(doubter, idle_gain):
+    robot, _, events = doubter(200.0, idle_gain=idle_gain)
+    kinds = [event.kind for event in events]
+    assert kinds.count("doubted") == kinds.count("reconsidered") == 1
+    assert kinds.index("doubted") < kinds.index("reconsidered") < kinds.index("found")
+    assert "perhaps: nothing looks more like it" in robot.last.why
+    assert "exhausted" not in kinds
+
+
+def test_a_second_doubt_is_final(doubter):
+    robot, _, events = doubter(200.0, reconsidered_share=1.0)
+    kinds = [event.kind for event in events]
+    assert (kinds.count("doubted"), kinds.count("reconsidered")) == (2, 1)
+    assert kinds[-1] == "exhausted"
+    assert robot.last.candidates == ()
+
+
+@pytest.mark.parametrize(("enough", "waits"), [(1, False), (40, True)])
+def test_a_find_that_few_images_have_shown_is_looked_at_first(searcher, room, enough, waits):
+    bed = ("bed", "bed", (2.4, 1.2, 0.0), (4.2, 3.0, 0.55))
+    config = MissionConfig(second_look=SecondLookConfig(enough_images=enough))
+    robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=config)
+    robot.ask("bed")
+    results = robot.search(60.0)
+    looking = [r for r in results if r.snapshot.why == "looking whether that is bed"]
+    assert bool(looking) is waits
+    assert len(looking) <= enough
+    assert robot.last.state is MissionState.FOUND
+
+
+@pytest.mark.parametrize(("outline_voxels", "against"), [(133, False), (132, True)])
+def test_a_small_thing_that_fills_many_voxels_is_no_mere_outline(outline_voxels, against):
+    look = SecondLook(CONFIG, "hat", outline_voxels=outline_voxels)
+    find = find_of(voxels())
+    assert find.voxels == 133
+    for _ in range(10):
+        look.note(frame(0.4), voxels(), [find])
+    assert look.contradicts(find) is against
+
+
+@pytest.mark.parametrize(("speck_share", "state"), [(0.5, "found"), (2.0, "exhausted")])
+def test_a_small_thing_that_fills_one_voxel_is_found_in_front_of_the_robot(
+    searcher, room, speck_share, state
+):
+    table = ("table", "table", (3.0, 1.5, 0.0), (3.6, 2.3, 0.7))
+    mug = ("mug", "objects", (3.02, 1.92, 0.7), (3.08, 1.98, 0.76))
+    config = MissionConfig(second_look=SecondLookConfig(speck_share=speck_share))
+    robot = searcher([*room(5.0, 4.0), table, mug], 1.0, 2.0, config=config)
+    robot.ask("mug")
+    robot.search(150.0)
+    assert robot.last.state.value == state
+    assert [c.voxels for c in robot.last.candidates] == [1]
+    if state == "found":
+        assert np.hypot(*(robot.at - np.array(robot.last.find.position_world[:2]))) < 1.0
+        assert robot.mission.reject_find()
+        planner, search = robot.mission._planner, robot.mission._search
+        assert planner._termination_min == search.termination_min == 1.0, "as before"
+
+
+@pytest.mark.parametrize(("near", "against"), [(0.9, False), (0.3, True)])
+def test_what_looks_like_the_object_from_nearby_is_not_denied_for_how_it_looked_from_afar(
+    near, against
+):
+    look, find = after([0.2] * 30 + [near] * CONFIG.enough_images)
+    assert look.share(find) < CONFIG.least_share
+    assert look.contradicts(find) is against
+    look, find = after([0.2] * 30 + [near] * (CONFIG.enough_images // 2))
+    assert look.contradicts(find), "half as many are too few"
+
+
+def test_the_last_images_alone_do_not_save_a_find():
+    last = CONFIG.enough_images
+    look, find = after([0.2] * 40 + [0.5] * last)
+    assert look.contradicts(find), "0.26 in all, 0.5 in the last"
+    look, find = after([0.6] * 40 + [0.1] * last)
+    assert not look.contradicts(find), "nor do they speak against one"

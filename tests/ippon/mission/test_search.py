@@ -1,0 +1,167 @@
+"""What a search makes of what may be the object."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ippon.geometry import base_pose
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.mapping.config import MapConfig
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.mission.config import MissionConfig
+from ippon.mission.finds.find_geometry import ball_round
+from ippon.mission.finds.rejection import doubt, reconsider
+from ippon.mission.goal import Goal
+from ippon.mission.search import Search
+from ippon.mission.snapshot import Find
+from ippon.vocabulary import MATTERPORT_40
+
+
+def speck(x=1.0, voxels=1, probability=1.0):
+    return Find(
+        position_world=(x, 0.0, 0.5),
+        size_m=(0.1, 0.1, 0.1),
+        probability=probability,
+        voxels=voxels,
+        box_px=None,
+    )
+
+
+@pytest.fixture
+def searching(monkeypatch):
+    """Search for something of which the images say a given share."""
+
+    def make(share, goal="mug", category=None, voxel_m=0.1):
+        config = MissionConfig()
+        config = replace(config, map=replace(config.map, voxel_size_m=voxel_m))
+        guidance = EmbeddedPrior().levels(goal, "", MATTERPORT_40)
+        search = Search(
+            Goal(goal_id=1, object=goal, display=goal, context="", category=category),
+            guidance,
+            config,
+        )
+        monkeypatch.setattr(search.second_look, "share", lambda _: share)
+        return search
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ("share", "find", "shows"),
+    [
+        (0.6, speck(), True),
+        (0.4, speck(), False),
+        (None, speck(), False),
+        (0.6, speck(probability=0.9), False),
+        (0.6, speck(x=2.5), False),
+        (0.6, speck(voxels=2), False),
+    ],
+    ids=["sure", "unlike it", "few images", "unsure map", "far away", "enough of it"],
+)
+def test_a_speck_counts_where_map_and_images_are_sure_of_it(searching, share, find, shows):
+    search = searching(share)
+    search.candidates = (find,)
+    assert search.shows_speck(base_pose(0.0, 0.0, 0.0, 0.0)) is shows
+
+
+def test_a_large_thing_is_never_found_in_a_speck(searching):
+    search = searching(0.9, goal="bed", category="bed")
+    search.candidates = (speck(),)
+    assert not search.shows_speck(base_pose(0.0, 0.0, 0.0, 0.0))
+
+
+def test_half_of_t_min_is_enough_from_then_on(searching):
+    search = searching(0.6)
+    assert search.termination_min == 1.0
+    search.speck_will_do = True
+    assert search.termination_min == 0.5
+
+
+@pytest.mark.parametrize(
+    ("share", "probability", "doubt"),
+    [
+        (0.6, 1.0, None),
+        (0.4, 1.0, "shows too little to be sure"),
+        (0.9, 0.9, "shows too little to be sure"),
+        (None, 1.0, "shows too little to be sure"),
+    ],
+)
+def test_so_little_must_surely_be_it(searching, share, probability, doubt):
+    search, find = searching(share), speck(probability=probability)
+    assert search.doubt(find, elsewhere=False) is None, "two such voxels ended the search"
+    search.speck_will_do = True
+    assert search.doubt(find, elsewhere=False) == doubt
+    search.reconsidered.append(ball_round(find))
+    assert search.doubt(find, elsewhere=False) is None, "nothing better is left"
+
+
+def test_the_reason_of_a_doubt_is_the_one_that_decides(searching):
+    find = speck(voxels=5)
+    assert searching(0.1).doubt(find, elsewhere=False) == "hardly looks like it"
+    assert searching(0.4).doubt(find, elsewhere=False) is None
+    assert searching(0.4).doubt(find, elsewhere=True) == "is not where you said"
+    assert searching(0.6).doubt(find, elsewhere=True) is None
+
+
+@pytest.mark.parametrize(("voxel_m", "against"), [(0.1, True), (0.05, False)])
+def test_what_is_mere_outline_depends_on_the_voxels_size(searching, voxel_m, against):
+    search = searching(0.3, voxel_m=voxel_m)
+    doubt = search.doubt(speck(voxels=20), elsewhere=False)
+    assert (doubt is not None) is against
+    assert np.isfinite(search.termination_min)
+
+
+@pytest.mark.parametrize(
+    ("goal", "size_m", "voxels", "doubt"),
+    [
+        ("mug", (0.6, 0.6, 0.8), 54, "is too large"),
+        ("mug", (0.3, 0.2, 0.2), 6, None),
+        ("book", (1.8, 0.3, 0.3), 60, None),
+        ("toilet", (0.1, 0.1, 0.3), 3, "shows too little to be sure"),
+        ("toilet", (0.3, 0.2, 0.2), 4, "shows too little to be sure"),
+        ("toilet", (0.4, 0.5, 0.4), 20, None),
+    ],
+    ids=["a bin for a mug", "a mug", "a row of books", "a strip of wall", "a part", "a toilet"],
+)
+def test_a_find_has_the_size_of_the_object(searching, goal, size_m, voxels, doubt):
+    search = searching(0.9, goal=goal)
+    find = replace(speck(voxels=voxels), size_m=size_m)
+    assert search.doubt(find, elsewhere=False) == doubt
+    search.reconsidered.append(ball_round(find))
+    later = doubt if doubt == "is too large" else None
+    assert search.doubt(find, elsewhere=False) == later, "with nothing better left"
+
+
+@pytest.mark.parametrize(
+    ("voxels", "probability", "enough"),
+    [(6, 1.0, False), (7, 1.0, True), (15, 0.98, False), (16, 0.98, True)],
+    ids=["T_min", "more", "unsure", "unsure of much"],
+)
+def test_a_large_thing_shows_the_more_the_less_the_map_is_sure(
+    searching, voxels, probability, enough
+):
+    search = searching(0.9, goal="toilet", category="toilet")
+    assert search.termination_min == 6.0
+    find = replace(speck(voxels=voxels, probability=probability), size_m=(0.3, 0.3, 0.3))
+    assert (search.doubt(find, elsewhere=False) is None) is enough
+    search.reconsidered.append(ball_round(find))
+    assert search.doubt(find, elsewhere=False) is None, "with nothing better left"
+
+
+def test_what_is_too_large_is_gone_back_to_last(searching):
+    search = searching(0.9)
+    voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), MATTERPORT_40)
+    bin_ = replace(speck(x=4.0, voxels=54), size_m=(0.6, 0.6, 0.8))
+    doubt(search, voxel_map, bin_)
+    search.second_look.share = lambda _: 0.2
+    doubt(search, voxel_map, speck(x=0.0))
+    assert [one.too_large for one in search.doubted] == [True, False]
+    assert reconsider(search, voxel_map)
+    assert search.is_reconsidered(speck(x=0.0))
+    assert not search.is_reconsidered(bin_)
+    assert reconsider(search, voxel_map)
+    assert search.doubt(bin_, elsewhere=False) == "is too large", "it is what it was"
+    doubt(search, voxel_map, bin_)
+    assert not reconsider(search, voxel_map)
+    assert len(search.rejected) == 1

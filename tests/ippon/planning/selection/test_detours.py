@@ -1,0 +1,65 @@
+"""Ways over unseen floor to what no viewpoint comes close to; the searches are in tests/mission."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from ippon.planning.roadmap.sampling import cover, reachable_cells
+from ippon.planning.selection import out_of_reach as out_of_reach_module
+from ippon.planning.selection.detours import Surroundings, flood_unseen, spread
+from ippon.planning.selection.out_of_reach import OutOfReach, OutOfReachConfig
+from ippon.planning.terrain.body_limits import BodyLimits
+from tests.ippon.planning.terrain.test_clearance import make_grid, random_kind
+from tests.reference import planning_floor as reference
+
+LIMITS = BodyLimits(
+    radius=0.2, unseen_radius=0.12, slow_clearance=0.25, slow_fraction=0.4, speed=0.8
+)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_flood_over_unseen_floor_agrees_with_a_plain_search(seed):
+    grid = make_grid(random_kind(seed, share=0.015), origin=(4, -9))
+    rng = np.random.default_rng(seed)
+    x, y = (grid.origin + rng.random(2) * grid.kind.shape) * 0.1
+    sure = reachable_cells(grid, LIMITS, x, y, 0.02, 0.05)
+    blocked = np.zeros_like(sure)
+    cover(blocked, grid, np.array([[x + 1.0, y]]), 0.35, 1)
+    nothing: dict = {"arrays": None, "views": None}
+    around = Surroundings(grid=grid, limits=LIMITS, margin_m=0.02, reachable=sure, **nothing)
+    steps, parent = flood_unseen(around, blocked, (x, y))
+    plain = reference.steps_over_unseen_floor(grid, LIMITS, sure, blocked, x, y, 0.02)
+    np.testing.assert_array_equal(steps, plain)
+    on_the_way = np.argwhere(parent >= 0)
+    before = np.divmod(parent[parent >= 0], grid.kind.shape[1])
+    assert (np.abs(on_the_way.T - np.array(before)).sum(axis=0) == 1).all()
+    np.testing.assert_array_equal(steps[before] + 1, steps[parent >= 0])
+
+
+def test_sights_are_spread_over_a_cluster():
+    row = np.column_stack([np.arange(11) * 0.1, np.zeros(11), np.zeros(11)])
+    assert sorted(spread(row, 3)[:, 0]) == pytest.approx([0.0, 0.5, 1.0])
+    assert len(spread(row[:2], 6)) == 2
+
+
+def test_steps_without_time_for_all_ways_make_nothing_surer(monkeypatch):
+    place, voxel = np.array([1.0, 1.0]), np.array([2.0, 1.0, 0.5])
+    monkeypatch.setattr(out_of_reach_module, "way_round", lambda *_: None)
+    monkeypatch.setattr(out_of_reach_module, "nearest_stand", lambda *_: (place, voxel))
+    around = SimpleNamespace(eye_z_m=1.0)
+    tree = SimpleNamespace(order=np.array([0]))
+    given = (voxel[None], around, tree, place[None], np.eye(4))
+    planned = OutOfReach(OutOfReachConfig(), 0.5)
+    for _ in range(50):
+        assert planned.choose(*given, enough=4.0, cut_short=True) is None
+    looks = [planned.choose(*given, enough=4.0) for _ in range(OutOfReachConfig().sure_steps)]
+    assert looks[:-1] == [None] * (len(looks) - 1)
+    assert looks[-1].away_m == 1.0
+
+
+def test_counts_without_meaning_are_refused():
+    with pytest.raises(ValueError, match="must be at least 1; got 300, 0, 10, 250"):
+        OutOfReachConfig(patience_steps=0)
+    with pytest.raises(ValueError, match="reach_m must be above 0"):
+        OutOfReachConfig(reach_m=0.0)

@@ -1,0 +1,141 @@
+"""The floor follows the map: holes, drops, unseen start, contacts, growth."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ippon.geometry import base_pose
+from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN
+from ippon.planning.terrain.clearance import (
+    NO_SITE,
+    OBSTACLE,
+    OPEN,
+    UNSEEN,
+    can_stand,
+    update_sites,
+)
+from ippon.planning.terrain.traversability import Traversability, TraversabilityConfig
+from ippon.robot import ZED
+
+POSE = base_pose(2.8, 2.8, 0.0, 0.0)
+
+
+def kind_at(floor: Traversability, x: float, y: float) -> int:
+    i, j = np.floor(np.array([x, y]) / 0.1).astype(int) - floor.grid.origin
+    return int(floor.grid.kind[i, j])
+
+
+def open_floor(dense_map):
+    return dense_map().room((0.8, 0.8), (5.6, 5.6))
+
+
+def test_a_room_is_open_up_to_its_walls(dense_map):
+    floor = Traversability(TraversabilityConfig(), ZED)
+    floor.update(open_floor(dense_map).arrays(), POSE)
+    assert kind_at(floor, 1.05, 2.05) == OPEN
+    assert kind_at(floor, 0.75, 2.05) == OBSTACLE
+    assert kind_at(floor, 0.35, 2.05) == UNSEEN
+    assert floor.clearance(2.85, 1.3) == pytest.approx(0.55)
+    assert can_stand(floor.grid, floor.limits, np.array([1.1, 2.8]), 0.0)
+    assert not can_stand(floor.grid, floor.limits, np.array([0.95, 2.8]), 0.0)
+
+
+def test_single_missing_floor_voxels_do_not_matter_but_a_hole_does(dense_map):
+    volume = open_floor(dense_map)
+    rng = np.random.default_rng(1)
+    holes = rng.random(volume.state.shape[:2]) < 0.1
+    layer = -1 - volume.origin[2] * 8
+    volume.state[:, :, layer][holes] = UNKNOWN
+    volume.fill((4.0, 4.0, -0.1), (4.8, 4.8, 0.0), UNKNOWN)
+    floor = Traversability(TraversabilityConfig(), ZED)
+    floor.update(volume.arrays(), POSE)
+    inside = floor.grid.kind[10:38, 10:38]
+    assert (inside == OPEN).mean() > 0.98
+    assert kind_at(floor, 4.45, 4.45) == UNSEEN
+
+
+def test_a_drop_is_an_obstacle(dense_map):
+    volume = open_floor(dense_map)
+    volume.fill((4.0, 0.8, -0.8), (5.6, 5.6, 0.0), FREE)
+    floor = Traversability(TraversabilityConfig(), ZED)
+    floor.update(volume.arrays(), POSE)
+    assert kind_at(floor, 4.6, 3.0) == OBSTACLE
+    assert not can_stand(floor.grid, floor.limits, np.array([3.9, 3.0]), 0.0)
+
+
+def test_a_stair_is_no_floor(dense_map):
+    volume = open_floor(dense_map)
+    for n in range(4):
+        rise = 0.2 * (n + 1)
+        volume.fill((3.6 + 0.3 * n, 0.8, 0.0), (3.9 + 0.3 * n, 5.6, rise), OCCUPIED)
+    floor = Traversability(TraversabilityConfig(), ZED)
+    floor.update(volume.arrays(), POSE)
+    assert [kind_at(floor, 3.75 + 0.3 * n, 3.0) for n in range(4)] == [OBSTACLE] * 4
+
+
+def test_the_robot_starts_on_floor_that_it_cannot_see(dense_map):
+    volume = open_floor(dense_map)
+    volume.fill((2.2, 2.2, -0.1), (3.4, 3.4, 2.0), UNKNOWN)
+    floor = Traversability(TraversabilityConfig(), ZED)
+    floor.update(volume.arrays(), POSE)
+    assert kind_at(floor, 2.85, 2.85) == OPEN
+    assert kind_at(floor, 2.35, 2.35) == UNSEEN
+    assert can_stand(floor.grid, floor.limits, POSE[:2, 3], 0.0)
+
+
+def test_only_the_changed_window_is_worked_on_and_equals_starting_afresh(dense_map):
+    volume = open_floor(dense_map)
+    floor = Traversability(TraversabilityConfig(), ZED)
+    floor.update(volume.arrays(), POSE)
+    assert floor.update(volume.arrays(), POSE) is None
+    volume.fill((4.0, 4.0, 0.0), (4.3, 4.2, 0.8), OCCUPIED)
+    box = floor.update(volume.arrays(), POSE)
+    assert box is not None
+    assert box[1] - box[0] < 45
+    fresh = np.full_like(floor.grid.obstacle, NO_SITE)
+    whole = (0, fresh.shape[0], 0, fresh.shape[1])
+    update_sites(floor.grid.kind, OBSTACLE, whole, floor.grid.cutoff, fresh)
+    np.testing.assert_allclose(
+        *(np.hypot(*s.astype(float).transpose(2, 0, 1)) for s in (fresh, floor.grid.obstacle))
+    )
+    assert floor.clearance(3.5, 4.1) == pytest.approx(math.hypot(0.55, 0.05), abs=1e-6)
+
+
+def test_a_growing_map_keeps_marks(dense_map):
+    floor = Traversability(TraversabilityConfig(), ZED)
+    floor.update(open_floor(dense_map).arrays(), POSE)
+    floor.mark_contact(POSE)
+    floor.update(open_floor(dense_map).arrays(), POSE)
+    assert kind_at(floor, 3.15, 2.85) == OBSTACLE
+    bigger = dense_map((9.6, 8.0, 2.4), origin=(-3, -2, -1)).room((0.8, 0.8), (5.6, 5.6))
+    floor.update(bigger.arrays(), POSE)
+    assert kind_at(floor, 3.15, 2.85) == OBSTACLE
+    assert kind_at(floor, 1.05, 2.05) == OPEN
+
+
+def test_relaxing_opens_contacts_and_narrows_the_margin_once(dense_map):
+    volume = open_floor(dense_map)
+    floor = Traversability(TraversabilityConfig(), ZED)
+    floor.update(volume.arrays(), POSE)
+    floor.mark_contact(POSE)
+    floor.update(volume.arrays(), POSE)
+    assert floor.relax()
+    assert floor.margin_m == TraversabilityConfig().squeeze_margin_m
+    assert floor.update(volume.arrays(), POSE) is not None
+    assert kind_at(floor, 3.15, 2.85) == OPEN
+    assert not floor.relax(), "there is nothing left to relax"
+
+
+@pytest.mark.parametrize(
+    ("values", "text"),
+    [
+        ({"margin_m": 0.9}, "margin_m"),
+        ({"min_seen": 0.0}, "min_seen"),
+        ({"slow_fraction": 0.0}, "slow_fraction"),
+        ({"margin_m": 0.0, "squeeze_margin_m": 0.1}, "squeeze_margin_m"),
+    ],
+)
+def test_values_that_close_or_open_everything_are_refused(values, text):
+    with pytest.raises(ValueError, match=text):
+        TraversabilityConfig(**values)

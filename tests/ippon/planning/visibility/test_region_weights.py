@@ -1,0 +1,88 @@
+"""What is painted weighs what a viewpoint looks at, and turns it there."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from ippon.planning.visibility.orientation import ViewChoice, ViewSums, choose_view
+from ippon.planning.visibility.region_weights import WEIGHTS, RegionWeights, Stroke
+
+AHEAD = Stroke(wish="look_here", points=((2.0, 0.0),), radius_m=0.7)
+HEADINGS = np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False)
+FAR = np.full(8, 5.0)
+
+
+def test_nothing_painted_weighs_nothing():
+    weights = RegionWeights(())
+    assert (weights.at(np.random.default_rng(0).normal(size=(50, 2)) * 20.0) == 1.0).all()
+
+
+def test_a_later_stroke_lies_over_an_earlier_one():
+    over = Stroke(wish="not_here", points=((2.0, 0.0),), radius_m=0.3)
+    weights = RegionWeights((AHEAD, over))
+    at = weights.at(np.array([[2.0, 0.0], [2.5, 0.0], [9.0, 9.0]]))
+    assert at.tolist() == [WEIGHTS["not_here"], WEIGHTS["look_here"], 1.0]
+
+
+def test_only_the_direction_of_the_region_is_weighed():
+    ahead = RegionWeights((AHEAD,)).ahead(np.zeros(2), HEADINGS, FAR)
+    assert ahead[0] > 2.0
+    assert (ahead[2:7] == 1.0).all()
+
+
+def test_the_floor_behind_a_wall_does_not_count():
+    near = np.full(8, 1.0)
+    assert (RegionWeights((AHEAD,)).ahead(np.zeros(2), HEADINGS, near) == 1.0).all()
+
+
+def test_not_here_is_worth_less_than_any_threshold():
+    everywhere = Stroke(wish="not_here", points=((0.0, 0.0),), radius_m=6.0)
+    ahead = RegionWeights((everywhere,)).ahead(np.zeros(2), HEADINGS, FAR)
+    assert ahead == pytest.approx(WEIGHTS["not_here"])
+
+
+def test_a_viewpoint_turns_to_what_is_painted_and_its_gain_is_that_of_there():
+    gains = np.array([3.0, 5.0, 2.0], np.float32)
+    sums = ViewSums(
+        known=np.stack([gains, gains - 1.0], axis=1),
+        unknown=np.zeros((3, 2), np.float32),
+        ooi=np.zeros((3, 2), np.float32),
+        levels=np.zeros((3, 4), np.int32),
+    )
+    there = _choose(sums, weights=np.array([1.0, 1.0, 6.0], np.float32))
+    assert (there.heading, there.gain, there.tilt, there.potential) == (2, 12.0, 0, 12.0)
+    assert there.by_heading.tolist() == [3.0, 5.0, 12.0]
+
+
+def test_a_painted_heading_counts_by_its_own_level_and_what_images_show_there():
+    near = np.zeros((2, 4), np.int32)
+    near[0, 3] = 50
+    sums = ViewSums(
+        known=np.array([[0.0, 0.0], [30.0, 0.0]], np.float32),
+        unknown=np.array([[100.0, 0.0], [0.0, 100.0]], np.float32),
+        ooi=np.zeros((2, 2), np.float32),
+        levels=near,
+    )
+    weights = np.array([0.02, 1.0], np.float32)
+    # Near something certain, but not wanted: the other heading is no likelier by that.
+    there = _choose(sums, weights=weights)
+    assert (there.heading, there.tilt, there.level) == (1, 0, 1)
+    assert there.gain == pytest.approx(30.0)
+    glimpsed = np.array([0.0, 3.0], np.float32)
+    there = _choose(sums, weights=weights, glimpsed=glimpsed)
+    assert (there.heading, there.tilt) == (1, 1), "turned to where images showed it"
+    assert there.gain > 60.0
+
+
+def _choose(
+    sums: ViewSums,
+    *,
+    weights: NDArray[np.float32],
+    glimpsed: NDArray[np.float32] | None = None,
+) -> ViewChoice:
+    probabilities = np.array([0.02, 0.1, 0.25, 0.6], np.float32)
+    nothing = np.zeros(len(weights), np.float32)
+    said = nothing if glimpsed is None else glimpsed
+    return choose_view(sums, probabilities, 10, said, nothing > 0.0, weights)

@@ -1,0 +1,122 @@
+"""What the camera has looked at, and what changed."""
+
+import numpy as np
+import pytest
+
+from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN
+from ippon.planning.grid_window import paste
+from ippon.planning.visibility.view_memory import ViewMemory
+from tests.ippon.planning.visibility.test_panorama import RULES, make_table
+
+LAYERS = (0, 19)
+
+
+def followed(volume) -> ViewMemory:
+    memory = ViewMemory(30.0)
+    memory.follow(volume.arrays(), LAYERS, RULES)
+    return memory
+
+
+def test_the_field_holds_the_maps_states_where_they_belong(speckled):
+    volume = speckled(2)
+    memory = followed(volume)
+    field = memory.field
+    for index in np.random.default_rng(0).integers(0, volume.state.shape, size=(300, 3)):
+        voxel = index + volume.origin * 8
+        if not LAYERS[0] <= voxel[2] <= LAYERS[1]:
+            continue
+        missing = volume.missing[tuple(index // 8)]
+        expected = UNKNOWN if missing else volume.state[tuple(index)]
+        assert field.state[tuple(voxel - field.origin)] == expected
+
+
+def test_of_the_floors_layers_only_object_voxels_count(dense_map):
+    volume = dense_map().room((0.8, 0.8), (5.6, 5.6), ooi=0.5)
+    volume.fill((4.0, 4.0, -0.1), (4.1, 4.1, 0.0), OCCUPIED, ooi=0.9)
+    volume.fill((2.0, 2.0, 0.0), (2.1, 2.1, 0.1), OCCUPIED, ooi=0.9)
+    memory = ViewMemory(30.0)
+    memory.follow(volume.arrays(), (-1, 19), RULES._replace(floor_layers=2))
+    floor = memory.field.state[:, :, :2]
+    found = np.argwhere(floor != FREE) + memory.field.origin
+    assert found.tolist() == [[20, 20, 0], [40, 40, -1]]
+    assert (memory.field.state[:, :, 2] == OCCUPIED).any(), "walls above it count as ever"
+
+
+def test_only_changes_that_matter_are_noted(dense_map):
+    volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
+    memory = followed(volume)
+    assert (memory.changed == 1).any()
+    volume.fill((2.0, 2.0, 0.5), (2.1, 2.1, 0.6), UNKNOWN)
+    memory.follow(volume.arrays(), LAYERS, RULES)
+    assert (memory.changed != 2).all(), "one voxel is nothing"
+    volume.fill((2.0, 2.0, 0.5), (2.5, 2.3, 0.9), UNKNOWN)
+    memory.follow(volume.arrays(), LAYERS, RULES)
+    changed = np.argwhere(memory.changed == 3) * 8 + memory.field.origin[:2]
+    assert changed.tolist() == [[16, 16]], "the next block lost a dozen voxels only"
+    volume.fill((4.0, 4.0, 0.5), (4.1, 4.1, 0.6), OCCUPIED, ooi=0.9)
+    memory.follow(volume.arrays(), LAYERS, RULES)
+    assert (memory.changed == 4).sum() == 1, "one object voxel matters"
+
+
+def test_looks_count_what_an_image_left_unsettled(dense_map):
+    volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
+    volume.fill((4.0, 2.0, 0.5), (4.4, 4.0, 1.5), UNKNOWN)
+    memory = followed(volume)
+    table = make_table(range_voxels=30.0)
+    rules = RULES._replace(surface_range=30.0)
+    shown = np.zeros(len(table.rays), dtype=bool)
+    shown[table.rays[:, 0] > 0.9] = True
+    for _ in range(3):
+        memory.record(volume.arrays(), table, rules, (32, 30, 10), shown)
+    looks = memory.field.unknown_looks
+    assert looks.max() == 3
+    seen = np.argwhere(looks == 3) + memory.field.origin
+    assert (seen[:, 0] >= 40).all(), "only ahead"
+    assert (volume.state[seen[:, 0], seen[:, 1], seen[:, 2] + 8] == UNKNOWN).all()
+    surface = memory.field.surface_looks
+    assert surface.max() == 3
+    memory.forget_surfaces()
+    assert surface.max() == 0
+    assert looks.max() == 3, "unknown stays unknown, whatever is searched for"
+
+
+def test_a_growing_map_keeps_looks(dense_map):
+    memory = followed(dense_map().room((0.8, 0.8), (5.6, 5.6)))
+    at = np.array([30, 40, 5])
+    memory.field.unknown_looks[tuple(at - memory.field.origin)] = 7
+    bigger = dense_map((9.6, 9.6, 2.4), origin=(-2, -1, -1)).room((0.8, 0.8), (5.6, 5.6))
+    memory.follow(bigger.arrays(), LAYERS, RULES)
+    assert memory.field.unknown_looks[tuple(at - memory.field.origin)] == 7
+    assert memory.field.unknown_looks.sum() == 7
+
+
+def test_another_floor_starts_afresh(dense_map):
+    volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
+    memory = followed(volume)
+    memory.field.unknown_looks[:] = 5
+    memory.follow(volume.arrays(), (-4, 10), RULES)
+    assert memory.field.unknown_looks.max() == 0
+    assert (memory.field.state == FREE).any(), "states are read again"
+
+
+def test_a_robot_off_the_map_settles_nothing(dense_map):
+    volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
+    memory = followed(volume)
+    table = make_table()
+    everything = np.ones(len(table.rays), dtype=bool)
+    memory.record(volume.arrays(), table, RULES, (900, 900, 10), everything)
+    assert memory.field.unknown_looks.max() == 0
+
+
+@pytest.mark.parametrize("offset", [(-2, 1), (3, 3), (9, 0), (0, -9)])
+def test_pasting_copies_what_overlaps(offset):
+    source = np.arange(1, 17).reshape(4, 4)
+    target = np.zeros((5, 5), dtype=int)
+    paste(source, np.array(offset), target)
+    expected = np.zeros((5, 5), dtype=int)
+    for i in range(4):
+        for j in range(4):
+            a, b = i + offset[0], j + offset[1]
+            if 0 <= a < 5 and 0 <= b < 5:
+                expected[a, b] = source[i, j]
+    np.testing.assert_array_equal(target, expected)

@@ -1,0 +1,217 @@
+"""The `transformers` backends, on tiny random models saved to a folder and loaded from it."""
+
+import json
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
+transformers = pytest.importorskip(
+    "transformers", reason="the extra ippon[segmentation] is not installed"
+)
+
+from ippon.segmentation.config import SegmentationConfig  # noqa: E402
+from ippon.segmentation.errors import CheckpointError, MissingPackageError  # noqa: E402
+from ippon.segmentation.loading import load_segmenter  # noqa: E402
+from ippon.segmentation.san.tokenizer import _byte_symbols  # noqa: E402
+from ippon.segmentation.transformers_models.clipseg import ClipSegSegmenter  # noqa: E402
+from ippon.segmentation.transformers_models.owlv2 import MOST_BOXES, Owlv2Segmenter, distinct_boxes  # noqa: E402
+
+LABELS = ("wall", "chest_of_drawers", "others")
+TEXT = {
+    "hidden_size": 16,
+    "intermediate_size": 32,
+    "num_hidden_layers": 2,
+    "num_attention_heads": 2,
+    "vocab_size": 514,
+    "max_position_embeddings": 40,
+    "bos_token_id": 512,
+    "eos_token_id": 513,
+    "pad_token_id": 0,
+}
+VISION = {
+    "hidden_size": 16,
+    "intermediate_size": 32,
+    "num_hidden_layers": 3,
+    "num_attention_heads": 2,
+    "image_size": 32,
+    "patch_size": 8,
+}
+
+
+def save_tokenizer(folder):
+    symbols = list(_byte_symbols().values())
+    tokens = [*symbols, *(s + "</w>" for s in symbols), "<|startoftext|>", "<|endoftext|>"]
+    numbers = {token: k for k, token in enumerate(tokens)}
+    transformers.CLIPTokenizer(vocab=numbers, merges=[]).save_pretrained(folder)
+
+
+def save_clipseg(folder):
+    """Save a CLIPSeg that has learnt nothing."""
+    shape = transformers.CLIPSegConfig(
+        text_config=TEXT,
+        vision_config=VISION,
+        projection_dim=12,
+        extract_layers=[0, 1],
+        reduce_dim=8,
+        decoder_num_attention_heads=2,
+        decoder_intermediate_size=16,
+        initializer_factor=20.0,
+    )
+    transformers.CLIPSegForImageSegmentation(shape).save_pretrained(folder)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    root = tmp_path_factory.mktemp("models")
+    torch.manual_seed(0)
+    save_clipseg(root / "clipseg-tiny")
+    owlv2 = transformers.Owlv2Config(text_config=TEXT, vision_config=VISION, projection_dim=16)
+    transformers.Owlv2ForObjectDetection(owlv2).save_pretrained(root / "owlv2-tiny")
+    sam = transformers.SamConfig(
+        vision_config={
+            "hidden_size": 16,
+            "output_channels": 16,
+            "num_hidden_layers": 2,
+            "num_attention_heads": 2,
+            "image_size": 64,
+            "patch_size": 8,
+            "window_size": 4,
+            "global_attn_indexes": [1],
+            "mlp_dim": 32,
+            "num_pos_feats": 8,
+        },
+        prompt_encoder_config={
+            "hidden_size": 16,
+            "image_size": 64,
+            "patch_size": 8,
+            "image_embedding_size": 8,
+        },
+        mask_decoder_config={
+            "hidden_size": 16,
+            "mlp_dim": 32,
+            "num_attention_heads": 2,
+            "iou_head_hidden_dim": 16,
+        },
+    )
+    transformers.SamModel(sam).save_pretrained(root / "sam-tiny")
+    for name in ("clipseg-tiny", "owlv2-tiny"):
+        save_tokenizer(root / name)
+    return root
+
+
+def config(backend, **fields):
+    names = {"clipseg": "some-hub/clipseg-tiny", "owlv2": "some-hub/owlv2-tiny"}
+    return SegmentationConfig(
+        backend=backend,
+        model=names[backend],
+        masks_model="some-hub/sam-tiny",
+        longest_side_px=32,
+        device="cpu",
+        **fields,
+    )
+
+
+@pytest.mark.parametrize("backend", ["clipseg", "owlv2"])
+def test_images_of_any_size_give_probabilities(folder, image_by_formula, backend):
+    segmenter = load_segmenter(config(backend), folder)
+    for size in ((48, 64), (70, 50), (9, 200)):
+        heatmap = segmenter.segment(image_by_formula(*size), LABELS, "hat")
+        assert heatmap.ooi_channel == 3
+        assert max(heatmap.probabilities.shape[:2]) == 32
+        assert (heatmap.probabilities.sum(axis=2, dtype=int) == 255).all()
+    other = segmenter.segment(image_by_formula(48, 64), ("wall", "tv"), None)
+    assert other.probabilities.shape[2] == 2
+
+
+def test_clipseg_gives_what_the_library_gives(folder, image_by_formula):
+    """Encoding the image once for all labels changes nothing."""
+    segmenter = ClipSegSegmenter(config("clipseg"), folder)
+    image = segmenter._prepare(image_by_formula(32, 32))
+    with torch.inference_mode():
+        ours = segmenter._logits(image, segmenter._conditions(LABELS))
+        tokens = segmenter._tokenizer(["a photo of a chest of drawers."], return_tensors="pt")
+        theirs = segmenter._model(**tokens, pixel_values=image).logits
+    assert ours.std() > 1e-3
+    torch.testing.assert_close(ours[1], theirs.reshape(ours.shape[1:]), atol=1e-5, rtol=1e-4)
+
+
+def test_owlv2_gives_what_the_library_gives(folder, image_by_formula):
+    segmenter = Owlv2Segmenter(config("owlv2"), folder)
+    image = torch.from_numpy(image_by_formula(32, 32)).permute(2, 0, 1)[None].float()
+    mean, std = (torch.tensor(v).view(3, 1, 1) for v in segmenter._finder_norm)
+    with torch.inference_mode():
+        boxes, scores = segmenter.find(image, LABELS)
+        texts = [
+            "a photo of a wall.",
+            "a photo of a chest of drawers.",
+            "a photo of a other thing.",
+        ]
+        tokens = segmenter._tokenizer(texts, return_tensors="pt", padding=True)
+        theirs = segmenter._finder(
+            input_ids=tokens["input_ids"],
+            attention_mask=tokens["attention_mask"],
+            pixel_values=(image / 255.0 - mean) / std,
+        )
+    best = theirs.logits[0].sigmoid()
+    row = best.amax(dim=-1).argmax()
+    torch.testing.assert_close(scores[0], best[row], atol=1e-4, rtol=1e-3)
+    middle, extent = theirs.pred_boxes[0, row].split(2)
+    expected = (torch.cat([middle - extent / 2, middle + extent / 2]) * 32).clamp(0, 32)
+    torch.testing.assert_close(boxes[0], expected, atol=1e-3, rtol=1e-3)
+
+
+def test_a_box_that_a_better_one_covers_is_left_out():
+    boxes = torch.tensor([[0, 0, 10, 10], [0, 0, 10, 9], [20, 20, 30, 30], [5, 5, 15, 15.0]])
+    scores = torch.tensor([0.5, 0.9, 0.05, 0.3])
+    assert distinct_boxes(boxes, scores).tolist() == [1, 3]
+    many = torch.arange(400.0).reshape(100, 4)
+    many[:, 2:] = many[:, :2] + 1
+    assert len(distinct_boxes(many, torch.ones(100))) == MOST_BOXES
+
+
+@pytest.mark.parametrize("backend", ["clipseg", "owlv2"])
+def test_a_missing_model_says_what_to_fetch_and_where_to_put_it(tmp_path, backend):
+    with pytest.raises(CheckpointError) as caught:
+        load_segmenter(config(backend), tmp_path)
+    name = config(backend).model
+    assert f"https://huggingface.co/{name}" in str(caught.value)
+    assert f'"hf download {name} --local-dir {tmp_path}' in str(caught.value)
+    assert "Without it `ippon demo`" in str(caught.value)
+
+
+def test_a_folder_of_another_model_is_refused(folder):
+    wrong = SegmentationConfig(backend="clipseg", model=str(folder / "owlv2-tiny"), device="cpu")
+    with pytest.raises(CheckpointError, match=r"is (another model|no folder of such a model)"):
+        load_segmenter(wrong, folder)
+
+
+def test_a_damaged_folder_is_refused(folder, tmp_path):
+    (tmp_path / "clipseg-tiny").mkdir()
+    (tmp_path / "clipseg-tiny" / "config.json").write_text(json.dumps({"model_type": "clipseg"}))
+    with pytest.raises(CheckpointError, match="clipseg-tiny is no folder of such a model"):
+        load_segmenter(config("clipseg"), tmp_path)
+
+
+def test_second_passes_go_round_any_network(folder, image_by_formula):
+    segmenter = load_segmenter(config("clipseg", small_objects=True, distractors=True), folder)
+    heatmap = segmenter.segment(image_by_formula(48, 64), LABELS, "hat")
+    assert heatmap.labels == LABELS
+    assert (np.abs(heatmap.probabilities.sum(axis=2, dtype=int) - 255) == 0).all()
+
+
+def test_without_torch_the_extra_is_named(tmp_path, monkeypatch):
+    import importlib
+
+    real = importlib.import_module
+
+    def absent(name, *rest):
+        if name == "torch":
+            raise ModuleNotFoundError("No module named 'torch'", name="torch")
+        return real(name, *rest)
+
+    monkeypatch.setattr(importlib, "import_module", absent)
+    with pytest.raises(MissingPackageError) as caught:
+        load_segmenter(SegmentationConfig(), tmp_path)
+    assert 'networks need torch: pip install "ippon[segmentation]"' in str(caught.value)
+    assert "https://download.pytorch.org/whl/cpu" in str(caught.value)

@@ -1,0 +1,135 @@
+"""The whole product as a newcomer meets it: one command, one page, one search."""
+
+import os
+import re
+import socket
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from playwright.sync_api import Page, expect
+
+from app.recording.notes import read_notes
+from tests.chromium import PATIENCE_MS, new_page, open_browser
+
+pytestmark = [pytest.mark.browser, pytest.mark.process, pytest.mark.slow]
+
+SEARCH_MS = 240_000
+KEEP_PICTURES = "IPPON_KEEP_PICTURES"
+"""Set it to a folder to keep the pictures; README.md and docs/console.md show three of them."""
+
+
+@pytest.fixture
+def port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return listener.getsockname()[1]
+
+
+@pytest.fixture
+def pictures(tmp_path: Path) -> Path:
+    folder = Path(os.environ.get(KEEP_PICTURES, tmp_path))
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+@pytest.fixture
+def page(launch: Callable[..., Any], port: int):
+    """The page of a running demo that waits for a query."""
+    demo = launch("demo", "--home", "4", "--port", str(port), "--speed", "2", "--no-search")
+    demo.wait_for_log("simulated robot in home-4", timeout_s=300.0)
+    assert httpx.get(f"http://127.0.0.1:{port}/health").is_success
+    with open_browser() as browser:
+        page = new_page(browser)
+        page.goto(f"http://127.0.0.1:{port}")
+        yield page
+
+
+def field(page: Page, label: str):
+    """The text field beside a label; viser does not tie the two together."""
+    return page.frame_locator("#view").locator(
+        f"xpath=//label[text()='{label}']/ancestor::div[.//input][1]//input"
+    )
+
+
+def ask(page: Page, sentence: str) -> None:
+    field(page, "Find").fill(sentence)
+    page.frame_locator("#view").get_by_role("button", name="Search").click()
+
+
+def expect_state(page: Page, text: str, timeout_ms: int = PATIENCE_MS) -> None:
+    expect(page.locator("#state")).to_have_text(text, timeout=timeout_ms)
+
+
+def take_figures(page: Page, pictures: Path) -> None:
+    """Take the paper's first two figures: the trail to the find; proximity and viewpoints."""
+    view = page.frame_locator("#view")
+    view.get_by_role("tab", name="Map").click()
+    expect(view.locator("[data-mode='camera']")).to_be_visible()
+    page.screenshot(path=pictures / "fig1.png")
+    view.get_by_role("button", name="Proximity", exact=True).click()
+    expect(view.locator("[data-mode='proximity']")).to_be_visible()
+    page.wait_for_timeout(3_000)
+    page.screenshot(path=pictures / "fig2.png")
+    view.get_by_role("button", name="Camera", exact=True).click()
+    view.get_by_role("tab", name="Search").click()
+
+
+def keep_a_record(page: Page, sessions: Path, pictures: Path) -> None:
+    """Press what the Session tab has for the recording, and find it beside the file."""
+    view = page.frame_locator("#view")
+    view.get_by_role("tab", name="Session").click()
+    line = view.locator(".ip-recording")
+    expect(line).to_contain_text("Recording: ")
+    (first,) = sessions.iterdir()
+    view.get_by_role("button", name="Mark", exact=True).click()
+    expect(view.get_by_text("Written beside the recording.")).to_be_visible()
+    field(page, "Note").fill("the lamp is new")
+    view.get_by_role("button", name="Write the note").click()
+    deadline = time.monotonic() + PATIENCE_MS / 1e3
+    while len(notes := read_notes(first / "session_0.mcap")) < 2:
+        assert time.monotonic() < deadline, notes
+        page.wait_for_timeout(500)
+    assert [(n.kind, n.text) for n in notes] == [("mark", ""), ("note", "the lamp is new")]
+    view.get_by_role("button", name="Off", exact=True).click()
+    expect(line).to_contain_text("not recording: ended by")
+    page.screenshot(path=pictures / "record.png")
+    view.get_by_role("button", name="On", exact=True).click()
+    expect(line).to_contain_text("Recording: ")
+    assert len(list(sessions.iterdir())) == 2
+    view.get_by_role("tab", name="Search").click()
+
+
+def test_a_typed_query_finds_the_plant_and_the_next_one_starts_at_once(
+    page: Page, pictures: Path, tmp_path: Path
+) -> None:
+    expect_state(page, "Starting")
+    page.screenshot(path=pictures / "waiting.png")
+
+    ask(page, "find the plant, I think it is near the sofa")
+    expect(page.locator("#goal")).to_have_text("plant")
+    expect_state(page, "Looking around")
+    expect_state(page, "Searching")
+    view = page.frame_locator("#view")
+    expect(view.get_by_text("embedded prior", exact=False)).to_be_visible()
+    page.wait_for_timeout(4_000)
+    page.screenshot(path=pictures / "searching.png")
+
+    expect_state(page, "Found", timeout_ms=SEARCH_MS)
+    expect(view.get_by_role("button", name="Confirm")).to_be_visible()
+    page.wait_for_timeout(3_000)
+    page.screenshot(path=pictures / "console.png")
+    take_figures(page, pictures)
+    keep_a_record(page, tmp_path / "ippon" / "sessions", pictures)
+
+    ask(page, "toilet")
+    expect(page.locator("#goal")).to_have_text("toilet")
+    # Without looking around again: the map is there already.
+    expect(page.locator("#state")).to_have_text(re.compile("Searching|Approaching|Found"))
+
+    page.locator("#stop").click()
+    expect_state(page, "Stopped")
+    page.screenshot(path=pictures / "stopped.png")
