@@ -167,7 +167,7 @@ class RobotProfile:
         return self.half_width_m > _ROUND_SHARE * self.radius_m
 
     @property
-    def passing_radius_m(self) -> float:
+    def inscribed_radius_m(self) -> float:
         """Radius of the circle that fits wherever the body can drive straight ahead."""
         return self.radius_m if self.is_round else self.half_width_m
 

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, transform_points, yaw_of
 from ippon.mapping.arrays import OCCUPIED, MapArrays
-from ippon.planning.terrain.obstacle_columns import ColumnBands
+from ippon.planning.terrain.obstacle_columns import HeightBands
 from ippon.planning.voxel_lookup import block_row
 from ippon.robot import RobotProfile
 
-GRACE_M = 0.02
+OVERLAP_TOLERANCE_M = 0.02
 """A voxel is up to half its edge off the surface: this much overlap is not yet a collision."""
 _MOST_PIXELS = 6000
 """Pixels of a depth image that are looked at, on an even raster."""
@@ -21,7 +21,7 @@ _FEWEST_POINTS = 4
 """Points in a column that make it an obstacle: fewer may be errors of the camera."""
 
 
-def near_obstacles(
+def mapped_obstacles(
     arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array, radius_m: float
 ) -> Float64Array:
     """List what stands at the height of the robot's body.
@@ -36,10 +36,10 @@ def near_obstacles(
         (M, 2) float64 world x and y of the centres of occupied voxel columns, metres.
     """
     v = arrays.voxel_size
-    bands = ColumnBands.of(robot, float(T_world_base[2, 3]), v)
+    bands = HeightBands.of(robot, float(T_world_base[2, 3]), v)
     cells = 2 * math.ceil(radius_m / v) + 2
     out = np.empty((cells * cells, 2), dtype=np.float64)
-    count = _near_obstacles_kernel(
+    count = _mapped_obstacles_kernel(
         arrays,
         float(T_world_base[0, 3]),
         float(T_world_base[1, 3]),
@@ -52,7 +52,7 @@ def near_obstacles(
 
 
 @njit(cache=True, nogil=True)
-def _near_obstacles_kernel(arrays, x, y, radius, low, high, out):
+def _mapped_obstacles_kernel(arrays, x, y, radius, low, high, out):
     v = arrays.voxel_size
     count = 0
     for i in range(math.ceil((x - radius) / v - 0.5), math.floor((x + radius) / v - 0.5) + 1):
@@ -72,7 +72,7 @@ def _near_obstacles_kernel(arrays, x, y, radius, low, high, out):
     return count
 
 
-def seen_obstacles(
+def observed_obstacles(
     frame: Frame, robot: RobotProfile, voxel_size: float, radius_m: float
 ) -> Float64Array:
     """List what the newest depth image shows at the height of the robot's body.
@@ -91,7 +91,7 @@ def seen_obstacles(
         inside the body is the robot itself and left out.
     """
     floor_z_m = float(frame.T_world_base[2, 3])
-    bands = ColumnBands.of(robot, floor_z_m, voxel_size)
+    bands = HeightBands.of(robot, floor_z_m, voxel_size)
     rows, columns = frame.depth.shape
     step = max(1, math.ceil(math.sqrt(rows * columns / _MOST_PIXELS)))
     depth = frame.depth[::step, ::step]
@@ -134,7 +134,7 @@ def _middles(points: Float64Array, cell_m: float) -> Float64Array:
     return sums[enough] / count[enough, None]
 
 
-def room_at(points: Float64Array, obstacles: Float64Array) -> Float64Array:
+def nearest_distance(points: Float64Array, obstacles: Float64Array) -> Float64Array:
     """Return the distance of each of (N, 2) points to the nearest of (M, 2) obstacles.
 
     Infinite where there is no obstacle at all.
@@ -144,7 +144,9 @@ def room_at(points: Float64Array, obstacles: Float64Array) -> Float64Array:
     return np.sqrt(((points[:, None] - obstacles[None]) ** 2).sum(axis=2).min(axis=1))
 
 
-def body_room(robot: RobotProfile, poses: Float64Array, obstacles: Float64Array) -> Float64Array:
+def body_clearance(
+    robot: RobotProfile, poses: Float64Array, obstacles: Float64Array
+) -> Float64Array:
     """Return the room between the body and the nearest obstacle at each pose.
 
     Args:
@@ -158,13 +160,15 @@ def body_room(robot: RobotProfile, poses: Float64Array, obstacles: Float64Array)
     discs = {(s.x_m, s.y_m): 0.0 for s in robot.spheres}
     for s in robot.spheres:
         discs[s.x_m, s.y_m] = max(discs[s.x_m, s.y_m], s.radius_m)
-    return disc_room(tuple((x, y, radius) for (x, y), radius in discs.items()), poses, obstacles)
+    return disc_clearance(
+        tuple((x, y, radius) for (x, y), radius in discs.items()), poses, obstacles
+    )
 
 
-def disc_room(
+def disc_clearance(
     discs: tuple[tuple[float, float, float], ...], poses: Float64Array, obstacles: Float64Array
 ) -> Float64Array:
-    """Return the room that discs leave at each pose; see `body_room`.
+    """Return the room that discs leave at each pose; see `body_clearance`.
 
     Args:
         discs: x and y in the base frame, and radius, metres, as in `RobotProfile.outline`.
@@ -175,5 +179,5 @@ def disc_room(
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     for x, y, radius in discs:
         centres = np.column_stack([poses[:, 0] + x * c - y * s, poses[:, 1] + x * s + y * c])
-        room = np.minimum(room, room_at(centres, obstacles) - radius)
+        room = np.minimum(room, nearest_distance(centres, obstacles) - radius)
     return room

@@ -1,7 +1,7 @@
 """The last word on a mission's command: nothing that was seen is driven into."""
 
 from ippon.command import Command
-from ippon.control.safety import filter_command
+from ippon.control.safety_filter import filter_command
 from ippon.frame import Frame
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.robot import RobotProfile

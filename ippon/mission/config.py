@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
-from ippon.control.follower import FollowerConfig
+from ippon.control.path_follower import FollowerConfig
 from ippon.guidance.levels import LevelProbabilities
 from ippon.guidance.rooms import RoomConfig
 from ippon.mapping.far_evidence.far_evidence import GlimpseConfig

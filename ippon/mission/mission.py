@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from ippon.command import Command
-from ippon.control.drive import DriveMode
-from ippon.control.easing import within_acceleration
-from ippon.control.follower import PathFollower
+from ippon.control.acceleration_limits import limit_acceleration
+from ippon.control.drive_mode import DriveMode
+from ippon.control.path_follower import PathFollower
 from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array, yaw_of
 from ippon.guidance.knowledge import load_knowledge
@@ -283,8 +283,8 @@ class Mission:
         dt_s = self._travelled(frame)
         if self._search is not None:
             look_for_candidates(self._search, self.voxel_map, frame)
-        self._follower.go_on_from(self._commanded)
-        wanted = within_acceleration(
+        self._follower.resume_from(self._commanded)
+        wanted = limit_acceleration(
             self._act(frame, dt_s),
             self._commanded,
             self.robot,
@@ -307,7 +307,7 @@ class Mission:
         """Take note that the robot was kept from driving as commanded: it starts from rest."""
         self._commanded = Command()
 
-    def go_on_from(self, command: Command) -> None:
+    def resume_from(self, command: Command) -> None:
         """Take note of what the operator's hand commanded until the next `decide`.
 
         The robot speeds up from there; what the mission does not want of it, it stops at once.

@@ -23,17 +23,17 @@ from ippon.planning.config import PlannerConfig
 from ippon.planning.deadline import UNLIMITED, Clock, Deadline
 from ippon.planning.plan import Plan, Viewpoint
 from ippon.planning.roadmap.roadmap import Roadmap
-from ippon.planning.roadmap.robot_path import shorten
-from ippon.planning.roadmap.shortest_tree import Seeds, ShortestTree
+from ippon.planning.roadmap.roadmap_builder import RoadmapBuilder
+from ippon.planning.roadmap.robot_path import shorten_path
+from ippon.planning.roadmap.shortest_tree import RootEdges, ShortestTree
 from ippon.planning.selection.approach import CloserLooks
 from ippon.planning.selection.detours import Surroundings
 from ippon.planning.selection.look_target import Look
 from ippon.planning.selection.node_selection import Scores, held, promised_per_s, select
 from ippon.planning.selection.target_choice import TargetChoice
 from ippon.planning.terrain.traversability import Traversability
-from ippon.planning.terrain.unseen_floor import unseen_straight_m
-from ippon.planning.terrain.unseen_gaps import GapWatch
-from ippon.planning.tree_growth import TreeGrowth
+from ippon.planning.terrain.unseen_gaps import UnseenGapDetector
+from ippon.planning.terrain.unseen_shortcut import unseen_straight_m
 from ippon.planning.tree_view import TreePicture
 from ippon.planning.visibility.evaluation_schedule import Evaluations
 from ippon.planning.visibility.region_weights import RegionWeights
@@ -76,7 +76,7 @@ class ViewpointPlanner:
         self._choice = TargetChoice(
             config.selection, self._road, self._views, robot.max_yaw_rate_rad_s
         )
-        self._growth = TreeGrowth(
+        self._growth = RoadmapBuilder(
             config,
             robot,
             seed,
@@ -86,7 +86,7 @@ class ViewpointPlanner:
             choice=self._choice,
         )
         self._closer = CloserLooks(config.closer_look, robot.max_linear_m_s)
-        self._gaps = GapWatch()
+        self._gaps = UnseenGapDetector()
         self._objects = OoiVoxels(config.ooi_threshold)
         self._termination_min = math.inf
         self._levels_changed = False
@@ -165,7 +165,7 @@ class ViewpointPlanner:
         objects = self._objects.update(map_arrays)[0][:_MOST_OBJECT_VOXELS]
         saturated = self._growth.lay_out(objects, reachable, x, y, layout)
         self._add_root(objects, map_arrays, x, y)
-        seeds, tree = self._growth.grow(reachable, x, y, yaw, layout)
+        root_edges, tree = self._growth.grow(reachable, x, y, yaw, layout)
         evaluated = self._evaluations.step(
             map_arrays, tree, objects, deadline, target=self._choice.node, standing=standing
         )
@@ -175,7 +175,7 @@ class ViewpointPlanner:
             chosen, scores, objects, around, tree, T_world_base, cut_short=layout.cut_short
         )
         self._choice.settle(chosen, scores, look, (x, y))
-        path = self._way_to_target(tree, seeds, yaw, deadline)
+        path = self._way_to_target(tree, root_edges, yaw, deadline)
         laid_out = saturated and not layout.cut_short
         done = laid_out and self._choice.node is None and not self._promising_left(map_arrays, tree)
         exhausted = done and not self._try_harder()
@@ -197,9 +197,9 @@ class ViewpointPlanner:
             full=self._road.room == 0,
         )
 
-    def way_to(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
-        """See `TreeGrowth.way_to`; the roadmap is that of the last `step`."""
-        return self._growth.way_to(T_world_base, xy, self._deadline())
+    def path_to_point(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
+        """See `RoadmapBuilder.path_to_point`; the roadmap is that of the last `step`."""
+        return self._growth.path_to_point(T_world_base, xy, self._deadline())
 
     def _deadline(self) -> Deadline:
         budget_s = self.config.step_budget_s
@@ -289,15 +289,15 @@ class ViewpointPlanner:
         return self._evaluations.promising_left(arrays, tree, 0.5 * self.config.selection.min_gain)
 
     def _way_to_target(
-        self, tree: ShortestTree, seeds: Seeds, yaw: float, deadline: Deadline
+        self, tree: ShortestTree, root_edges: RootEdges, yaw: float, deadline: Deadline
     ) -> Float64Array:
         """Return the (K, 2) points of the way to the target, K = 0 without one; remember it."""
         choice = self._choice
         if choice.node is None:
             choice.path = None
             return np.zeros((0, 2))
-        way = self._road.path_to(choice.node, tree, seeds)
-        choice.path = shorten(way, self._floor, yaw, deadline)
+        way = self._road.path_to(choice.node, tree, root_edges)
+        choice.path = shorten_path(way, self._floor, yaw, deadline)
         return choice.path
 
     def _picture(self, views: Viewpoints, tree: ShortestTree, scores: Scores) -> TreePicture:

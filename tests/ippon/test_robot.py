@@ -82,7 +82,7 @@ def test_where_the_floor_comes_into_view() -> None:
 def test_a_round_body_is_one_circle_from_above() -> None:
     for robot in (ZED, HABITAT):
         assert robot.outline == ((0.0, 0.0, robot.radius_m),)
-        assert robot.passing_radius_m == robot.radius_m
+        assert robot.inscribed_radius_m == robot.radius_m
     flat = dataclasses.replace(ZED, spheres=upright_body(0.4, 0.3, 0.05))
     assert flat.is_round
     assert flat.outline == ((0.0, 0.0, flat.radius_m),)
@@ -92,4 +92,4 @@ def test_a_long_body_is_the_discs_that_no_other_holds() -> None:
     assert not LONG.is_round
     assert LONG.outline == ((-0.2, 0.0, 0.27), (0.0, 0.0, 0.27), (0.2, 0.0, 0.27))
     assert LONG.radius_m == pytest.approx(0.47)
-    assert LONG.half_width_m == LONG.passing_radius_m == pytest.approx(0.27)
+    assert LONG.half_width_m == LONG.inscribed_radius_m == pytest.approx(0.27)

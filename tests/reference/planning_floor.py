@@ -7,25 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN, MapArrays
-from ippon.planning.roadmap.sampling import SLACK_CELLS
 from ippon.planning.terrain.body_limits import BodyLimits
-from ippon.planning.terrain.clearance import (
-    NO_SITE,
-    OBSTACLE,
-    OPEN,
-    UNSEEN,
-    FloorGrid,
-    clearance_at,
-    move_between,
-)
+from ippon.planning.terrain.clearance import clearance_at
+from ippon.planning.terrain.floor_grid import BEYOND_CUTOFF, OBSTACLE, OPEN, UNSEEN, FloorGrid
+from ippon.planning.terrain.motion_check import move_between
 from ippon.planning.terrain.obstacle_columns import (
     COLUMN_BLOCKED,
     COLUMN_CLEAR,
     COLUMN_UNSEEN,
     FLOOR_ABSENT,
     FLOOR_SEEN,
-    ColumnBands,
+    HeightBands,
 )
+from ippon.planning.terrain.reachability import SLACK_CELLS
 
 
 def state_of(arrays: MapArrays, i: int, j: int, k: int) -> int:
@@ -36,7 +30,7 @@ def state_of(arrays: MapArrays, i: int, j: int, k: int) -> int:
     return UNKNOWN if row < 0 else int(arrays.state[row, (i % 8) * 64 + (j % 8) * 8 + k % 8])
 
 
-def column(arrays: MapArrays, bands: ColumnBands, i: int, j: int, min_seen: float) -> int:
+def column(arrays: MapArrays, bands: HeightBands, i: int, j: int, min_seen: float) -> int:
     body = [state_of(arrays, i, j, k) for k in range(bands.body_low, bands.body_high + 1)]
     floor = [state_of(arrays, i, j, k) for k in range(bands.floor_low, bands.floor_high + 1)]
     below = state_of(arrays, i, j, bands.floor_low - 1)
@@ -78,7 +72,9 @@ def reachable(
     nx, ny = grid.kind.shape
 
     def far_enough(site: NDArray[np.int16], need_m: float) -> bool:
-        return site[0] == NO_SITE or math.hypot(*site.astype(float)) >= need_m / grid.voxel_size
+        return (
+            site[0] == BEYOND_CUTOFF or math.hypot(*site.astype(float)) >= need_m / grid.voxel_size
+        )
 
     def passable_at(i: int, j: int) -> int:
         if grid.kind[i, j] != OPEN or not far_enough(grid.unseen[i, j], limits.unseen_radius):
@@ -121,7 +117,7 @@ def steps_over_unseen_floor(
         if sure[i, j]:
             return True
         site = grid.obstacle[i, j]
-        roomy = site[0] == NO_SITE or math.hypot(*site.astype(float)) >= need
+        roomy = site[0] == BEYOND_CUTOFF or math.hypot(*site.astype(float)) >= need
         return grid.kind[i, j] != OBSTACLE and not blocked[i, j] and roomy
 
     out = np.full((nx, ny), -1, dtype=np.int32)
@@ -147,7 +143,7 @@ def unseen_straight_m(
     start: NDArray[np.float64],
     end: NDArray[np.float64],
 ) -> float:
-    """See `ippon.planning.terrain.unseen_floor`: points every half cell, one after the other."""
+    """See `ippon.planning.terrain.unseen_shortcut`: points every half cell, one after the other."""
     away = math.dist(start, end)
     steps = max(1, math.ceil(2.0 * away / grid.voxel_size))
     unseen = 0
@@ -165,7 +161,7 @@ def unseen_straight_m(
     return unseen * away / steps
 
 
-def gate(grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float):
+def narrow_passage(grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float):
     """Crowding and ends of the roomiest straight way near a point, None for none."""
     ways = []
     for heading in np.arange(24) * math.pi / 24:
@@ -194,5 +190,7 @@ def stands(grid: FloorGrid, limits: BodyLimits, point: NDArray[np.float64], marg
     if clearance_at(grid, *point) < limits.radius + margin:
         return False
     site = grid.unseen[tuple(np.floor(point / grid.voxel_size).astype(int) - grid.origin)]
-    seen_m = math.inf if site[0] == NO_SITE else grid.voxel_size * math.hypot(*site.astype(float))
+    seen_m = (
+        math.inf if site[0] == BEYOND_CUTOFF else grid.voxel_size * math.hypot(*site.astype(float))
+    )
     return seen_m >= (limits.unseen_half_width if len(limits.discs) else limits.unseen_radius)

@@ -10,7 +10,7 @@ def turn(a: float, b: float, rate: float) -> float:
 def cheapest(
     count: int,
     edges: list[tuple[int, int, float, float, float]],
-    seeds: list[tuple[int, float, float, float]],
+    root_edges: list[tuple[int, float, float, float]],
     yaw: float,
     rate: float,
 ) -> list[float]:
@@ -19,13 +19,13 @@ def cheapest(
     Args:
         count: Number of nodes.
         edges: (a, b, time, heading at a, heading at b) of undirected straight moves.
-        seeds: (node, time, departing heading, arriving heading) from the robot.
+        root_edges: (node, time, departing heading, arriving heading) from the robot.
         yaw: The robot's heading.
         rate: Turn rate.
     """
     cost = [math.inf] * count
     heading = [0.0] * count
-    for node, time, depart, arrive in seeds:
+    for node, time, depart, arrive in root_edges:
         through = time + turn(yaw, depart, rate)
         if through < cost[node]:
             cost[node], heading[node] = through, arrive

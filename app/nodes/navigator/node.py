@@ -194,7 +194,7 @@ class Navigator:
         self._counsel.look(frame.color)
         by_hand = self._helm.by_hand()
         if by_hand is not None:
-            self._mission.go_on_from(by_hand)
+            self._mission.resume_from(by_hand)
         fused = self._watch.lap("map", started)
         result = self._mission.decide(frame)
         self._watch.lap("plan", fused)

@@ -19,7 +19,7 @@ from ippon.mapping.far_evidence.far_evidence import Glimpses
 from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind, Plan, Viewpoint
 from ippon.planning.planner import ViewpointPlanner
-from ippon.planning.roadmap.sampling import cell_centre
+from ippon.planning.terrain.floor_grid import cell_centre
 from ippon.planning.terrain.traversability import Traversability
 from ippon.robot import RobotProfile
 

@@ -9,15 +9,16 @@ from scipy import ndimage
 from skimage import graph
 
 from ippon.geometry import Float64Array
-from ippon.planning.roadmap.sampling import SLACK_CELLS, cell_centre
-from ippon.planning.terrain.clearance import (
+from ippon.planning.terrain.floor_grid import (
     OBSTACLE,
     OPEN,
     UNSEEN,
     FloorGrid,
-    move_between,
-    site_cells,
+    cell_centre,
+    offset_distance_cells,
 )
+from ippon.planning.terrain.motion_check import move_between
+from ippon.planning.terrain.reachability import SLACK_CELLS
 from ippon.planning.terrain.traversability import Traversability
 
 _ndimage: Any = ndimage
@@ -80,8 +81,8 @@ class FloorRoutes:
         cell may miss the room by 0.4 of its edge, as the paper's planner allows.
         """
         grid, limits = self.grid, self._floor.limits
-        room = site_cells(grid.obstacle)
-        seen = site_cells(grid.unseen) * grid.voxel_size >= limits.unseen_radius
+        room = offset_distance_cells(grid.obstacle)
+        seen = offset_distance_cells(grid.unseen) * grid.voxel_size >= limits.unseen_radius
         needed = (limits.radius + self._floor.margin_m) / grid.voxel_size - SLACK_CELLS
         numbers, _ = _ndimage.label((grid.kind == OPEN) & seen & (room >= needed))
         cells = np.argwhere(numbers > 0)
@@ -91,7 +92,7 @@ class FloorRoutes:
 
     def _search(self, slow_clearance: float, slow_fraction: float, speed: float) -> None:
         grid = self.grid
-        room = site_cells(grid.obstacle) * grid.voxel_size
+        room = offset_distance_cells(grid.obstacle) * grid.voxel_size
         beside = np.clip((room - self._floor.limits.radius) / slow_clearance, 0.0, 1.0)
         speeds = speed * (slow_fraction + (1.0 - slow_fraction) * beside)
         costs = np.where(self.reachable, grid.voxel_size / speeds, -1.0)

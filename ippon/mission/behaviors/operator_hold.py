@@ -3,8 +3,8 @@
 import numpy as np
 
 from ippon.command import Command
-from ippon.control.drive import DriveMode
-from ippon.control.follower import PathFollower
+from ippon.control.drive_mode import DriveMode
+from ippon.control.path_follower import PathFollower
 from ippon.frame import Frame
 from ippon.geometry import Float64Array
 from ippon.mapping.voxel_map import VoxelMap
@@ -144,4 +144,4 @@ class Steering:
     def _way_to(self, xy: tuple[float, float], frame: Frame) -> Float64Array | None:
         if not isinstance(self._planner, Steerable):
             return None
-        return self._planner.way_to(frame.T_world_base, np.array(xy))
+        return self._planner.path_to_point(frame.T_world_base, np.array(xy))

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from ippon.command import Command
-from ippon.control.follower import PathFollower
+from ippon.control.path_follower import PathFollower
 from ippon.frame import Frame
 from ippon.geometry import wrap_angle, yaw_of
 from ippon.guidance.room_levels import RoomLevels

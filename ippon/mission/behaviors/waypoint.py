@@ -17,7 +17,7 @@ from ippon.planning.visibility.region_weights import RegionWeights
 class Steerable(Protocol):
     """A planner that takes an operator's wishes: places to go to, and to look at or not."""
 
-    def way_to(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
+    def path_to_point(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
         """Return (K, 2) points from the robot to as near `xy` (2,) as it can stand, or None."""
         ...
 

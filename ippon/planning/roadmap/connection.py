@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.planning.deadline import UNLIMITED, Deadline
-from ippon.planning.roadmap.local_queries import LocalQueries
+from ippon.planning.roadmap.local_planner import LocalPlanner
 from ippon.planning.roadmap.roadmap import Roadmap, path_time, turning_time
 from ippon.planning.roadmap.shortest_tree import ShortestTree
-from ippon.planning.terrain.clearance import move_between
+from ippon.planning.terrain.motion_check import move_between
 from ippon.planning.terrain.traversability import Traversability
 from ippon.robot import RobotProfile
 
@@ -27,7 +27,7 @@ class Connector:
     """Adds edges to the roadmap, and follows the floor with those that there are."""
 
     def __init__(
-        self, road: Roadmap, floor: Traversability, queries: LocalQueries, robot: RobotProfile
+        self, road: Roadmap, floor: Traversability, queries: LocalPlanner, robot: RobotProfile
     ) -> None:
         self._road = road
         self._floor = floor

@@ -1,4 +1,8 @@
-"""A way between two viewpoints where the straight line is blocked (Sec. Node Connection)."""
+"""The local planner: a path between two points where the straight line is blocked.
+
+See Sec. Node Connection. One query runs at a time; `LocalPlanner` resumes a query that ran out of
+time and counts the changes of the floor after which a failed one may be repeated.
+"""
 
 import math
 from dataclasses import dataclass
@@ -6,23 +10,16 @@ from typing import Any, Final, Literal
 
 import numpy as np
 from ompl import base as ob
-from ompl import geometric as og
-from ompl import util as ou
 
 from ippon.geometry import Float64Array
 from ippon.planning.deadline import UNLIMITED, Deadline
+from ippon.planning.roadmap.rrt_star import FloorSpace, rrt_star
 from ippon.planning.terrain.body_limits import BodyLimits
-from ippon.planning.terrain.clearance import FloorGrid, can_stand, straight_move
+from ippon.planning.terrain.floor_grid import FloorGrid
+from ippon.planning.terrain.traversability import Traversability
 
-LEAST_ITERATIONS: Final = 25
-"""However late it is, a query goes on by so many in a step: 3 ms."""
 SAME_PLACE_M: Final = 0.05
-"""A robot that is this near to where it stood stands there still."""
-
-_RANGE_M: Final = 0.8
-"""Longest move that RRT* adds at once."""
-_LONG_RANGE_M: Final = 2.0
-"""The same for a body that turns only at the ends of a move, and passes what is narrow between."""
+"""Two positions of the robot that are no farther apart than this count as one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,76 +31,44 @@ class LocalPlannerConfig:
     clearance: Literal["soft", "hard"] = "soft"
     """`soft` penalises length by inverse clearance; `hard` forbids less than `hard_margin_m`."""
     clearance_weight: float = 0.15
-    """Weight of inverse clearance; more makes longer ways through the middle of rooms."""
+    """Weight of the inverse clearance; more makes longer paths through the middle of rooms."""
     hard_margin_m: float = 0.15
-    """Room beside the body that `hard` demands."""
+    """Free space beside the body that `hard` demands."""
     iterations: int = 400
-    """Iterations of RRT* a query; more finds narrower ways and takes longer."""
+    """Iterations of RRT* per query; more finds narrower paths and takes longer."""
+    min_iterations_per_step: int = 25
+    """Iterations that a query runs in a step after the deadline has passed; more finishes sooner
+    and delays the step."""
     reach_m: float = 1.5
-    """Samples lie in the box of the two ends, this much wider on each side."""
+    """Samples lie in the bounding box of the two ends, grown by this on each side; more finds
+    longer detours and samples more sparsely."""
+    range_m: float = 0.8
+    """Longest move that RRT* adds at once; more crosses open space in fewer iterations."""
+    long_body_range_m: float = 2.0
+    """The same for a long body, which turns only at the ends of a move and needs long straight
+    moves through narrow passages."""
+    retry_after_changes: int = 10
+    """Changes of the floor after which a failed query may be repeated; more repeats less often."""
 
     def __post_init__(self) -> None:
-        """Reject a budget that finds nothing."""
+        """Reject budgets that find nothing."""
         if self.iterations < 10:
             raise ValueError(f"iterations must be at least 10; got {self.iterations}")
-
-
-class _Motion(ob.MotionValidator):
-    """Checks a straight piece on the floor grid. Only the two-argument form is ever called."""
-
-    def __init__(self, space_information: Any, query: Any) -> None:
-        super().__init__(space_information)
-        self._query = query
-
-    def checkMotion(self, a: Any, b: Any, *_last: Any) -> bool:  # noqa: N802
-        return self._query(a[0], a[1], b[0], b[1])[0]
-
-
-class _LengthAndCrowding(ob.OptimizationObjective):
-    """Length, penalised by the inverse of the clearance along the way."""
-
-    def __init__(self, space_information: Any, query: Any, weight: float) -> None:
-        super().__init__(space_information)
-        self._query = query
-        self._weight = weight
-
-    def stateCost(self, state: Any) -> Any:  # noqa: ARG002, N802
-        return ob.Cost(0.0)
-
-    def motionCost(self, s1: Any, s2: Any) -> Any:  # noqa: N802
-        free, _, crowding = self._query(s1[0], s1[1], s2[0], s2[1])
-        length = math.hypot(s1[0] - s2[0], s1[1] - s2[1])
-        return ob.Cost(length + self._weight * crowding if free else math.inf)
-
-    def motionCostHeuristic(self, s1: Any, s2: Any) -> Any:  # noqa: N802
-        return ob.Cost(math.hypot(s1[0] - s2[0], s1[1] - s2[1]))
-
-    def isSymmetric(self) -> bool:  # noqa: N802
-        return True
-
-
-class _Floor:
-    """What a query goes over. Apart from it: OMPL holds on to what asks, and would to the query."""
-
-    def __init__(self, grid: FloorGrid, limits: BodyLimits, margin: float) -> None:
-        self.grid = grid
-        self.range_m = _LONG_RANGE_M if len(limits.discs) else _RANGE_M
-        self._limits = limits
-        self._margin = margin
-
-    def move(self, ax: float, ay: float, bx: float, by: float) -> tuple[bool, float, float]:
-        return straight_move(self.grid, self._limits, ax, ay, bx, by, self._margin, math.inf)
-
-    def stands(self, x: float, y: float) -> bool:
-        return can_stand(self.grid, self._limits, np.array([x, y]), self._margin)
+        if self.min_iterations_per_step < 1 or self.retry_after_changes < 1:
+            raise ValueError(
+                "min_iterations_per_step and retry_after_changes must be at least 1; got "
+                f"{self.min_iterations_per_step} and {self.retry_after_changes}"
+            )
+        if min(self.range_m, self.long_body_range_m) <= 0.0:
+            raise ValueError("range_m and long_body_range_m must be above 0")
 
 
 class LocalQuery:
-    """Looks for a way round what blocks the straight line, at once or bit by bit.
+    """The search for a path between two points, solved at once or in pieces.
 
-    OMPL holds the GIL while it solves and would burn its whole budget on an invalid goal, so ends
-    are checked first, and the budget is a count of iterations: without a deadline the same query
-    gives the same way on any machine.
+    OMPL holds the GIL while it solves and spends its whole budget on an invalid goal, so both ends
+    are checked first. The budget is a number of iterations: without a deadline the same query gives
+    the same path on any machine.
     """
 
     def __init__(
@@ -117,7 +82,7 @@ class LocalQuery:
         margin: float,
         seed: int,
     ) -> None:
-        """Prepare.
+        """Prepare the query.
 
         Args:
             config: Budget and objective.
@@ -125,17 +90,26 @@ class LocalQuery:
             limits: The body.
             start: (2,) metres.
             goal: (2,) metres.
-            margin: Room that every move must leave beside the body, metres.
-            seed: Above 0; the same seed gives the same way.
+            margin: Free space beside the body that every move must leave, metres.
+            seed: Above 0; the same seed gives the same path.
         """
         if config.clearance == "hard":
             margin = max(margin, config.hard_margin_m)
+        self._config = config
         self._start, self._goal = start.copy(), goal.copy()
-        self._iterations = config.iterations
         self._calls = 0
-        self._floor = _Floor(grid, limits, margin)
-        ends_stand = self._floor.stands(*start) and self._floor.stands(*goal)
-        self._setup = _set_up(config, self._floor, start, goal, seed) if ends_stand else None
+        self._space = FloorSpace(grid, limits, margin)
+        self._setup: Any = None
+        if self._space.stands(*start) and self._space.stands(*goal):
+            self._setup = rrt_star(
+                self._space,
+                start,
+                goal,
+                clearance_weight=config.clearance_weight if config.clearance == "soft" else 0.0,
+                reach_m=config.reach_m,
+                range_m=config.long_body_range_m if len(limits.discs) else config.range_m,
+                seed=seed,
+            )
 
     def joins(self, start: Float64Array, goal: Float64Array) -> bool:
         """Tell whether this is the query between two points (2,)."""
@@ -143,31 +117,32 @@ class LocalQuery:
         return same_start and math.dist(self._goal, goal) == 0.0
 
     def solve(self, grid: FloorGrid, deadline: Deadline = UNLIMITED) -> bool:
-        """Look for a way, or look on.
+        """Start or resume the search.
 
         Args:
-            grid: The floor as it is now; what was looked at before is not looked at again.
-            deadline: Ends the looking for this time, after `LEAST_ITERATIONS`.
+            grid: The floor as it is now; moves that RRT* has checked already are not rechecked.
+            deadline: Ends this call, after `min_iterations_per_step`.
 
         Returns:
-            Whether the answer is there: a way, or that the iterations found none.
+            Whether the query is finished: with a path, or with all iterations used.
         """
         if self._setup is None:
             return True
-        self._floor.grid = grid
-        least = self._calls + LEAST_ITERATIONS
+        config = self._config
+        self._space.grid = grid
+        least = self._calls + config.min_iterations_per_step
 
         def spent() -> bool:
             self._calls += 1
-            if self._calls > self._iterations:
+            if self._calls > config.iterations:
                 return True
             return self._calls > least and deadline.passed()
 
         self._setup.solve(ob.PlannerTerminationCondition(spent))
-        return self._calls > self._iterations or self._setup.haveExactSolutionPath()
+        return self._calls > config.iterations or self._setup.haveExactSolutionPath()
 
     def path(self) -> Float64Array | None:
-        """Return the (K, 2) points from start to goal; None where no way was found."""
+        """Return the (K, 2) points from start to goal, metres; None if no path was found."""
         if self._setup is None or not self._setup.haveExactSolutionPath():
             return None
         states: Any = self._setup.getSolutionPath()
@@ -177,34 +152,62 @@ class LocalQuery:
         return np.array(points, dtype=np.float64)
 
 
-def _set_up(
-    config: LocalPlannerConfig, floor: _Floor, start: Float64Array, goal: Float64Array, seed: int
-) -> Any:
-    """Return OMPL's RRT* between two points (2,)."""
-    ou.noOutputHandler()
-    ou.RNG.setSeed(seed)
-    space = ob.RealVectorStateSpace(2)
-    bounds = ob.RealVectorBounds(2)
-    for axis in range(2):
-        bounds.setLow(axis, min(start[axis], goal[axis]) - config.reach_m)
-        bounds.setHigh(axis, max(start[axis], goal[axis]) + config.reach_m)
-    space.setBounds(bounds)
-    setup = og.SimpleSetup(space)
-    information = setup.getSpaceInformation()
+class LocalPlanner:
+    """Solves one query after another, and resumes a query that ran out of time."""
 
-    def valid(state: Any) -> bool:
-        return floor.stands(state[0], state[1])
+    def __init__(self, config: LocalPlannerConfig, floor: Traversability, seed: int) -> None:
+        self._config = config
+        self._floor = floor
+        self._seed = seed
+        self._query: LocalQuery | None = None
+        self.begun = 0
+        """Number of queries that were begun; each has its own seed."""
+        self.floor_changes = 0
+        """Number of changes of the floor so far."""
 
-    setup.setStateValidityChecker(valid)
-    information.setMotionValidator(_Motion(information, floor.move))
-    weight = config.clearance_weight if config.clearance == "soft" else 0.0
-    setup.setOptimizationObjective(_LengthAndCrowding(information, floor.move, weight))
-    begin: Any = space.allocState()
-    end: Any = space.allocState()
-    begin[0], begin[1] = float(start[0]), float(start[1])
-    end[0], end[1] = float(goal[0]), float(goal[1])
-    setup.setStartAndGoalStates(begin, end, 0.5 * floor.grid.voxel_size)
-    planner = og.RRTstar(information)
-    planner.setRange(floor.range_m)
-    setup.setPlanner(planner)
-    return setup
+    @property
+    def unfinished(self) -> bool:
+        """The last query ran out of time and continues with the next step."""
+        return self._query is not None
+
+    def note_floor_change(self) -> None:
+        """Count a change of the floor."""
+        self.floor_changes += 1
+
+    def may_retry(self, floor_changes: int) -> bool:
+        """Tell whether a query that failed at this count of floor changes may be repeated."""
+        return self.floor_changes - floor_changes >= self._config.retry_after_changes
+
+    def solve(
+        self, start: Float64Array, goal: Float64Array, deadline: Deadline = UNLIMITED
+    ) -> Float64Array | None:
+        """Find a path between two points.
+
+        Args:
+            start: (2,) metres.
+            goal: (2,) metres.
+            deadline: Ends this call.
+
+        Returns:
+            (K, 2) points from start to goal, metres. None if there is no path, if the local
+            planner is switched off, or if the query ran out of time: see `unfinished`.
+        """
+        if not self._config.enabled:
+            return None
+        grid, query = self._floor.grid, self._query
+        if query is None or not query.joins(start, goal):
+            self.begun += 1
+            query = LocalQuery(
+                self._config,
+                grid,
+                self._floor.limits,
+                start,
+                goal,
+                margin=self._floor.margin_m,
+                seed=1 + (self._seed * 7919 + self.begun) % 2_000_000_000,
+            )
+        self._query = None if query.solve(grid, deadline) else query
+        path = query.path()
+        if path is not None:
+            path[0] = start
+        return path

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from ippon.geometry import Float64Array
-from ippon.planning.roadmap.sampling import STANDABLE, cell_centres
 from ippon.planning.terrain.body_limits import BodyLimits
-from ippon.planning.terrain.clearance import FloorGrid, can_stand_at, site_cells, straight_move
+from ippon.planning.terrain.floor_grid import FloorGrid, cell_centres, offset_distance_cells
+from ippon.planning.terrain.motion_check import can_stand_at, straight_move
+from ippon.planning.terrain.reachability import STANDABLE
 
 _HEADINGS: Final = 24
 """Directions that a straight way is tried in, over half a turn."""
@@ -34,7 +35,7 @@ _distance: Callable[..., Any] = ndimage.distance_transform_edt
 """Untyped on purpose: scipy does not say what its functions return."""
 
 
-def find_gates(
+def find_narrow_passages(
     grid: FloorGrid, limits: BodyLimits, reachable: NDArray[np.uint8], margin_m: float
 ) -> list[Float64Array]:
     """Find straight ways between regions in which the body can turn.
@@ -50,7 +51,7 @@ def find_gates(
     """
     if not len(limits.discs):
         return []
-    room = site_cells(grid.obstacle)
+    room = offset_distance_cells(grid.obstacle)
     may_turn = (reachable > 0) & (room >= (limits.radius + margin_m) / grid.voxel_size)
     turns = (reachable == STANDABLE) | _ends_unseen(may_turn, reachable)
     regions, count = _label(turns)
@@ -59,11 +60,11 @@ def find_gates(
     _, nearest = _distance(regions == 0, return_indices=True)
     owner = np.where(reachable > 0, regions[tuple(nearest)], 0)
     narrow = cell_centres(grid, _spread(np.argwhere(_borders(owner) & ~turns), room, grid))
-    ways = [way_through(grid, limits, x, y, margin_m) for x, y in narrow.tolist()]
+    ways = [straight_passage(grid, limits, x, y, margin_m) for x, y in narrow.tolist()]
     return [way for way in ways if way is not None]
 
 
-def way_through(
+def straight_passage(
     grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin_m: float
 ) -> Float64Array | None:
     """Find the roomiest straight way near a point, from where the body can turn to where it can.
@@ -79,7 +80,7 @@ def way_through(
         (2, 2) both ends, metres; None where there is no such way.
     """
     ends = np.zeros((2, 2))
-    return ends if _gate_kernel(grid, limits, x, y, margin_m, ends) else None
+    return ends if _passage_kernel(grid, limits, x, y, margin_m, ends) else None
 
 
 def _ends_unseen(may_turn: NDArray[np.bool_], reachable: NDArray[np.uint8]) -> NDArray[np.bool_]:
@@ -123,7 +124,7 @@ def _spread(cells: NDArray[np.int64], worth: Float64Array, grid: FloorGrid) -> N
 
 
 @njit(cache=True, nogil=True)
-def _end_kernel(grid, limits, x, y, c, s, margin):
+def _turning_place_kernel(grid, limits, x, y, c, s, margin):
     """Return how far in a direction the body can turn first, -1 where it cannot."""
     step = 0.5 * grid.voxel_size
     for n in range(1, int(_LONGEST_M / step) + 1):
@@ -133,7 +134,7 @@ def _end_kernel(grid, limits, x, y, c, s, margin):
 
 
 @njit(cache=True, nogil=True)
-def _gate_kernel(grid, limits, x, y, margin, ends):
+def _passage_kernel(grid, limits, x, y, margin, ends):
     """Write the ends of the roomiest straight way near a point; tell whether there is one."""
     best, found = math.inf, False
     v = grid.voxel_size
@@ -143,10 +144,10 @@ def _gate_kernel(grid, limits, x, y, margin, ends):
         for aside in range(-2, 3):
             # The narrow place is known to a cell; beside its middle by less than that.
             px, py = x - 0.5 * aside * v * s, y + 0.5 * aside * v * c
-            ahead = _end_kernel(grid, limits, px, py, c, s, margin)
+            ahead = _turning_place_kernel(grid, limits, px, py, c, s, margin)
             if ahead < 0.0:
                 continue
-            behind = _end_kernel(grid, limits, px, py, -c, -s, margin)
+            behind = _turning_place_kernel(grid, limits, px, py, -c, -s, margin)
             if behind < 0.0:
                 continue
             ax, ay = px - behind * c, py - behind * s

@@ -16,9 +16,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
-from ippon.planning.roadmap.shortest_tree import Seeds, ShortestTree, solve_tree
+from ippon.planning.roadmap.shortest_tree import RootEdges, ShortestTree, solve_tree
 from ippon.planning.terrain.body_limits import BodyLimits
-from ippon.planning.terrain.clearance import FloorGrid, can_stand, move_between, straight_move
+from ippon.planning.terrain.floor_grid import FloorGrid
+from ippon.planning.terrain.motion_check import can_stand, move_between, straight_move
 
 _RESERVE: Final = 64
 """Nodes for viewpoints round an object, and for where the robot stands."""
@@ -215,11 +216,11 @@ class Roadmap:
             self._remove_edge(int(edge))
         return len(dropped)
 
-    def shortest_tree(self, seeds: Seeds, yaw: float, turn_rate: float) -> ShortestTree:
+    def shortest_tree(self, root_edges: RootEdges, yaw: float, turn_rate: float) -> ShortestTree:
         """Find the cheapest way to every node, turning included.
 
         Args:
-            seeds: Moves from the robot.
+            root_edges: Moves from the robot.
             yaw: The robot's heading.
             turn_rate: How fast it turns, radians a second.
         """
@@ -229,18 +230,18 @@ class Roadmap:
             self._ends[:m],
             self._time[:m],
             self._headings[:m],
-            seeds,
+            root_edges,
             yaw,
             turn_rate,
         )
 
-    def path_to(self, node: int, tree: ShortestTree, seeds: Seeds) -> Float64Array:
+    def path_to(self, node: int, tree: ShortestTree, root_edges: RootEdges) -> Float64Array:
         """Return the (K, 2) points from the robot to a node that the tree reaches."""
         pieces: list[Float64Array] = []
         while True:
             via = int(tree.via[node])
             if via < 0:
-                pieces.append(seeds.paths[-1 - via])
+                pieces.append(root_edges.paths[-1 - via])
                 break
             parent = int(tree.parent[node])
             pieces.append(self.edge_path(via, parent)[1:])

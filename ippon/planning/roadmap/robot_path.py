@@ -13,11 +13,11 @@ from ippon.geometry import Float64Array
 from ippon.planning.deadline import UNLIMITED, Deadline
 from ippon.planning.roadmap.connection import COMFORT_M
 from ippon.planning.roadmap.roadmap import turning_time
-from ippon.planning.terrain.clearance import move_between
+from ippon.planning.terrain.motion_check import move_between
 from ippon.planning.terrain.traversability import Traversability
 from ippon.robot import RobotProfile
 
-HERE_M: Final = 0.15
+AT_NODE_M: Final = 0.15
 """A node this close is where the robot stands: no turning to get there, `PathFollower` neither."""
 SHORTCUT_M: Final = 10.0
 """Corners are cut over at most this length of a path: across a hospital's floor the work would grow
@@ -43,7 +43,7 @@ def drive_time(
     """
     total = 0.0
     can_back = robot.can_reverse and len(floor.limits.discs) > 0
-    leave = floor.room_facing(path[0, 0], path[0, 1], yaw)
+    leave = floor.clearance_at_pose(path[0, 0], path[0, 1], yaw)
     for n, (a, b) in enumerate(pairwise(path)):
         free, time, _ = move_between(floor.grid, floor.limits, a, b, margin, leave)
         backs = n == 0 and can_back
@@ -76,13 +76,13 @@ def can_face(
         margin: Room to leave beside the body, metres; as much as every move leaves, if not given.
     """
     step = there - here
-    if not len(floor.limits.discs) or math.hypot(step[0], step[1]) <= HERE_M:
+    if not len(floor.limits.discs) or math.hypot(step[0], step[1]) <= AT_NODE_M:
         return True
     margin = floor.margin_m if margin is None else margin
     return floor.can_turn(here, yaw, math.atan2(step[1], step[0]), margin, leave)
 
 
-def shorten(
+def shorten_path(
     path: Float64Array, floor: Traversability, yaw: float, deadline: Deadline = UNLIMITED
 ) -> Float64Array:
     """Cut corners of a path wherever that takes less time, from its beginning on.
@@ -103,7 +103,7 @@ def shorten(
             return np.vstack([*out, path[at + 1 :]])
         best = at + 1
         spent = length = 0.0
-        leave = floor.room_facing(path[0, 0], path[0, 1], yaw) if at == 0 else math.inf
+        leave = floor.clearance_at_pose(path[0, 0], path[0, 1], yaw) if at == 0 else math.inf
         for to in range(at + 1, len(path)):
             free, time, _ = move_between(grid, limits, path[to - 1], path[to], margin, leave)
             spent += time if free else math.inf

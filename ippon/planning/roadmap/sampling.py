@@ -2,19 +2,20 @@
 
 import math
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
-from ippon.planning.terrain.body_limits import BodyLimits, passing_radius, passing_unseen_radius
-from ippon.planning.terrain.clearance import OPEN, FloorGrid, clearance_at, site_cells
-
-PASSED: Final = 1
-STANDABLE: Final = 2
-SLACK_CELLS: Final = 0.4
+from ippon.planning.terrain.clearance import clearance_at
+from ippon.planning.terrain.floor_grid import (
+    FloorGrid,
+    cell_centre,
+    cell_centres,
+    obstacle_distance_m,
+)
+from ippon.planning.terrain.reachability import PASSED, STANDABLE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,75 +45,7 @@ class SamplingConfig:
             )
 
 
-def reachable_cells(
-    grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float, comfort: float
-) -> NDArray[np.uint8]:
-    """Flood the floor from the robot.
-
-    A gap may have room for the body between the centres of cells but on none of them, so the flood
-    runs over cells that miss the margin by up to `SLACK_CELLS`; whether the gap can be passed is
-    for the moves to say, which are exact below a cell. It begins on such cells within 0.5 m of the
-    robot, so that one that stands too close to something is not cut off.
-
-    Returns:
-        (X, Y) uint8: `STANDABLE` where the robot could stand, and turn, with `margin` and `comfort`
-        metres beside the body, `PASSED` where the flood merely went through, 0 elsewhere.
-    """
-    out = np.zeros(grid.kind.shape, dtype=np.uint8)
-    queue = np.empty((grid.kind.size, 2), dtype=np.int32)
-    _flood_kernel(grid, limits, x, y, margin, comfort, queue, out)
-    return out
-
-
-@njit(cache=True, nogil=True)
-def _passable(grid, limits, i, j, margin, comfort):
-    if grid.kind[i, j] != OPEN:
-        return 0
-    need = passing_unseen_radius(limits) / grid.voxel_size
-    di, dj = int(grid.unseen[i, j, 0]), int(grid.unseen[i, j, 1])
-    seen = di * di + dj * dj
-    if seen < need * need:
-        return 0
-    di, dj = int(grid.obstacle[i, j, 0]), int(grid.obstacle[i, j, 1])
-    room = di * di + dj * dj
-    if room >= ((limits.radius + margin + comfort) / grid.voxel_size) ** 2 and (
-        seen >= (limits.unseen_radius / grid.voxel_size) ** 2
-    ):
-        return STANDABLE
-    need = (passing_radius(limits) + margin) / grid.voxel_size
-    return PASSED if room >= (need - SLACK_CELLS) ** 2 else 0
-
-
-@njit(cache=True, nogil=True)
-def _flood_kernel(grid, limits, x, y, margin, comfort, queue, out):
-    nx, ny = out.shape
-    fx = x / grid.voxel_size - grid.origin[0] - 0.5
-    fy = y / grid.voxel_size - grid.origin[1] - 0.5
-    reach = 0.5 / grid.voxel_size
-    head, tail = 0, 0
-    for i in range(max(0, int(fx - reach)), min(nx, int(fx + reach) + 2)):
-        for j in range(max(0, int(fy - reach)), min(ny, int(fy + reach) + 2)):
-            if (i - fx) ** 2 + (j - fy) ** 2 > reach * reach:
-                continue
-            out[i, j] = _passable(grid, limits, i, j, margin, comfort)
-            if out[i, j]:
-                queue[tail, 0], queue[tail, 1] = i, j
-                tail += 1
-    while head < tail:
-        i, j = queue[head, 0], queue[head, 1]
-        head += 1
-        for n in range(4):
-            a = i + (1 if n == 0 else -1 if n == 1 else 0)
-            b = j + (1 if n == 2 else -1 if n == 3 else 0)
-            if a < 0 or b < 0 or a >= nx or b >= ny or out[a, b]:
-                continue
-            out[a, b] = _passable(grid, limits, a, b, margin, comfort)
-            if out[a, b]:
-                queue[tail, 0], queue[tail, 1] = a, b
-                tail += 1
-
-
-def cover(
+def mark_discs(
     mask: NDArray[np.uint8],
     grid: FloorGrid,
     points: Float64Array,
@@ -121,11 +54,11 @@ def cover(
 ) -> None:
     """Write `value` into the cells of (X, Y) `mask` within a radius of any of (N, 2) points."""
     if len(points):
-        _cover_kernel(mask, grid, np.ascontiguousarray(points), radius_m, value)
+        _mark_discs_kernel(mask, grid, np.ascontiguousarray(points), radius_m, value)
 
 
 @njit(cache=True, nogil=True)
-def _cover_kernel(mask, grid, points, radius_m, value):
+def _mark_discs_kernel(mask, grid, points, radius_m, value):
     nx, ny = mask.shape
     reach = radius_m / grid.voxel_size
     for n in range(points.shape[0]):
@@ -138,16 +71,16 @@ def _cover_kernel(mask, grid, points, radius_m, value):
                     mask[i, j] = value
 
 
-def open_places(
+def open_cells(
     reachable: NDArray[np.uint8], grid: FloorGrid, nodes: Float64Array, spacing_m: float
 ) -> NDArray[np.uint8]:
     """Return (X, Y) uint8, 1 where a viewpoint could go without crowding another."""
     places = (reachable == STANDABLE).astype(np.uint8)
-    cover(places, grid, nodes, spacing_m, 0)
+    mark_discs(places, grid, nodes, spacing_m, 0)
     return places
 
 
-def tight_places(
+def tight_cells(
     objects: NDArray[np.uint8],
     reachable: NDArray[np.uint8],
     grid: FloorGrid,
@@ -171,16 +104,16 @@ def tight_places(
     """
     tight = np.zeros(reachable.shape, dtype=np.bool_)
     cells = np.argwhere((objects == 1) & (reachable == PASSED))
-    cells = cells[room_m(grid, cells) >= least_room_m]
+    cells = cells[obstacle_distance_m(grid, cells) >= least_room_m]
     if len(cells):
         roomy = np.argwhere((objects == 1) & (reachable == STANDABLE))
         covered = np.zeros_like(reachable)
-        cover(covered, grid, cell_centres(grid, roomy), spacing_m, 1)
+        mark_discs(covered, grid, cell_centres(grid, roomy), spacing_m, 1)
         tight[tuple(cells.T)] = covered[tuple(cells.T)] == 0
     return tight
 
 
-def draw_place(
+def draw_cell(
     places: NDArray[np.int64], grid: FloorGrid, rng: np.random.Generator, choices: int
 ) -> tuple[int, int]:
     """Draw a cell; of a few drawn at random the one with the most room wins.
@@ -196,19 +129,3 @@ def draw_place(
     # Beyond half a metre more room is no better.
     best = int(np.argmax(np.minimum(room, 0.5)))
     return int(drawn[best, 0]), int(drawn[best, 1])
-
-
-def cell_centre(grid: FloorGrid, i: int, j: int) -> tuple[float, float]:
-    """Return the world x and y of a cell's centre."""
-    v = grid.voxel_size
-    return (i + grid.origin[0] + 0.5) * v, (j + grid.origin[1] + 0.5) * v
-
-
-def cell_centres(grid: FloorGrid, cells: NDArray[np.int64]) -> Float64Array:
-    """Return the (N, 2) world x and y of the centres of (N, 2) cells, metres."""
-    return np.asarray((cells + grid.origin + 0.5) * grid.voxel_size, dtype=np.float64)
-
-
-def room_m(grid: FloorGrid, cells: NDArray[np.int64]) -> Float64Array:
-    """Return the (N,) distances from (N, 2) cells to the nearest obstacle, metres."""
-    return site_cells(grid.obstacle[cells[:, 0], cells[:, 1]]) * grid.voxel_size

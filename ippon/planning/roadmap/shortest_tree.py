@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 
 
-class Seeds(NamedTuple):
+class RootEdges(NamedTuple):
     """Moves from the robot to nodes near it."""
 
     node: NDArray[np.int64]
@@ -44,7 +44,7 @@ def solve_tree(
     ends: NDArray[np.int64],
     times: Float64Array,
     headings: Float64Array,
-    seeds: Seeds,
+    root_edges: RootEdges,
     yaw: float,
     turn_rate: float,
 ) -> ShortestTree:
@@ -58,7 +58,7 @@ def solve_tree(
         ends: (M, 2) nodes of each edge.
         times: (M,) seconds to drive it.
         headings: (M, 2) heading on departure from the first node, and on arrival at the second.
-        seeds: Moves from the robot.
+        root_edges: Moves from the robot.
         yaw: The robot's heading.
         turn_rate: How fast it turns, radians a second.
     """
@@ -85,10 +85,10 @@ def solve_tree(
         depart[order],
         arrive[order],
         order % m if m else order,
-        seeds.node,
-        seeds.time,
-        seeds.depart,
-        seeds.arrive,
+        root_edges.node,
+        root_edges.time,
+        root_edges.depart,
+        root_edges.arrive,
         yaw,
         turn_rate,
         tree,

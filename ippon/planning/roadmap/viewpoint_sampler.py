@@ -8,18 +8,18 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.planning.deadline import UNLIMITED, Deadline
 from ippon.planning.roadmap.connection import Connector
-from ippon.planning.roadmap.narrow_passages import find_gates
+from ippon.planning.roadmap.narrow_passages import find_narrow_passages
 from ippon.planning.roadmap.roadmap import Roadmap
 from ippon.planning.roadmap.sampling import (
-    STANDABLE,
     SamplingConfig,
-    cell_centre,
-    cover,
-    draw_place,
-    open_places,
-    tight_places,
+    draw_cell,
+    mark_discs,
+    open_cells,
+    tight_cells,
 )
-from ippon.planning.terrain.clearance import can_stand
+from ippon.planning.terrain.floor_grid import cell_centre
+from ippon.planning.terrain.motion_check import can_stand
+from ippon.planning.terrain.reachability import STANDABLE
 from ippon.planning.terrain.traversability import Traversability
 
 _GATE_STEPS: Final = 5
@@ -27,7 +27,7 @@ _GATE_APART_M: Final = 0.45
 """A narrow place that is joined from within this distance of both ends needs no other way."""
 
 
-class Sampler:
+class ViewpointSampler:
     """Draws places round objects first, then round the robot, then everywhere."""
 
     def __init__(
@@ -67,12 +67,12 @@ class Sampler:
         """
         config, grid = self._config, self._floor.grid
         near = np.zeros_like(reachable)
-        cover(near, grid, np.array([[x, y]]), config.local_radius_m, 1)
+        mark_discs(near, grid, np.array([[x, y]]), config.local_radius_m, 1)
         objects = np.zeros_like(reachable)
-        cover(objects, grid, voxels[:, :2], config.object_reach_m, 1)
+        mark_discs(objects, grid, voxels[:, :2], config.object_reach_m, 1)
         left = self._most
         room = self._floor.limits.radius + self._floor.margin_m
-        tight = tight_places(objects, reachable, grid, config.object_spacing_m, room)
+        tight = tight_cells(objects, reachable, grid, config.object_spacing_m, room)
         if tight.any():
             reachable = np.where(tight, np.uint8(STANDABLE), reachable)
         for mask, spacing, share in (
@@ -84,7 +84,7 @@ class Sampler:
                 if mask is not objects and not self._road.room:
                     break
                 xy = self._road.xy[self._road.nodes]
-                places = np.argwhere(open_places(reachable * mask, grid, xy, spacing))
+                places = np.argwhere(open_cells(reachable * mask, grid, xy, spacing))
                 if not len(places):
                     break
                 if left < self._most and deadline.passed():
@@ -110,7 +110,9 @@ class Sampler:
             return None
         return None if len(self._road.near(x, y, apart_m, 1)) else self._add(x, y)
 
-    def add_gates(self, reachable: NDArray[np.uint8], deadline: Deadline = UNLIMITED) -> None:
+    def add_narrow_passages(
+        self, reachable: NDArray[np.uint8], deadline: Deadline = UNLIMITED
+    ) -> None:
         """Now and then, lead a long body straight through what it cannot turn in.
 
         Args:
@@ -123,7 +125,7 @@ class Sampler:
         if not due or deadline.passed():
             return
         self._since_gates = 0
-        for ends in find_gates(floor.grid, floor.limits, reachable, floor.margin_m):
+        for ends in find_narrow_passages(floor.grid, floor.limits, reachable, floor.margin_m):
             beside = [road.near(x, y, _GATE_APART_M, 20) for x, y in ends]
             if any(road.has_edge(int(a), int(b)) for a in beside[0] for b in beside[1]):
                 continue
@@ -133,7 +135,7 @@ class Sampler:
 
     def _add_one(self, places: NDArray[np.int64]) -> bool:
         grid = self._floor.grid
-        i, j = draw_place(places, grid, self._rng, self._config.choices)
+        i, j = draw_cell(places, grid, self._rng, self._config.choices)
         return self._add(*cell_centre(grid, i, j)) is not None
 
     def _add(self, x: float, y: float) -> int | None:

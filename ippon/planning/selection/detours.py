@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
-from ippon.planning.roadmap.sampling import (
-    SLACK_CELLS,
-    STANDABLE,
+from ippon.planning.roadmap.sampling import mark_discs
+from ippon.planning.terrain.body_limits import BodyLimits, inscribed_radius
+from ippon.planning.terrain.floor_grid import (
+    OBSTACLE,
+    FloorGrid,
     cell_centre,
     cell_centres,
-    cover,
-    room_m,
+    obstacle_distance_m,
 )
-from ippon.planning.terrain.body_limits import BodyLimits, passing_radius
-from ippon.planning.terrain.clearance import OBSTACLE, FloorGrid
+from ippon.planning.terrain.reachability import SLACK_CELLS, STANDABLE
 from ippon.planning.visibility.viewpoints import Viewpoints
 
 SIGHTS: Final = 6
@@ -89,10 +89,10 @@ def way_round(
     """
     grid = around.grid
     blocked = np.zeros(grid.kind.shape, dtype=np.uint8)
-    cover(blocked, grid, np.array(closed, dtype=np.float64).reshape(-1, 2), _CLOSED_M, 1)
+    mark_discs(blocked, grid, np.array(closed, dtype=np.float64).reshape(-1, 2), _CLOSED_M, 1)
     steps, parent = flood_unseen(around, blocked, robot_xy)
     close = np.zeros(grid.kind.shape, dtype=np.uint8)
-    cover(close, grid, np.ascontiguousarray(cluster[:, :2]), reach_m, 1)
+    mark_discs(close, grid, np.ascontiguousarray(cluster[:, :2]), reach_m, 1)
     cells = np.argwhere((steps >= 0) & (close == 1) & (around.reachable == 0))
     order = np.argsort(steps[cells[:, 0], cells[:, 1]], kind="stable")
     sights = spread(cluster, SIGHTS)
@@ -120,7 +120,7 @@ def flood_unseen(
     steps = np.full(grid.kind.shape, -1, dtype=np.int32)
     parent = np.full(grid.kind.shape, -1, dtype=np.int32)
     queue = np.empty(grid.kind.size, dtype=np.int32)
-    need = (passing_radius(around.limits) + around.margin_m) / grid.voxel_size - SLACK_CELLS
+    need = (inscribed_radius(around.limits) + around.margin_m) / grid.voxel_size - SLACK_CELLS
     x, y = robot_xy
     _flood_kernel(grid, need * need, around.reachable, blocked, x, y, queue, steps, parent)
     return steps, parent
@@ -155,7 +155,7 @@ def nearest_stand(
     """
     grid = around.grid
     cells = np.argwhere(around.reachable == STANDABLE)
-    cells = cells[room_m(grid, cells) >= around.limits.radius + _STAND_ROOM_M]
+    cells = cells[obstacle_distance_m(grid, cells) >= around.limits.radius + _STAND_ROOM_M]
     if not len(cells):
         return None
     places = cell_centres(grid, cells)

@@ -8,7 +8,7 @@ from numba import njit
 from ippon.geometry import Float64Array
 from ippon.robot import RobotProfile
 
-ROUND: Final[Float64Array] = np.zeros((0, 4))
+NO_DISCS: Final[Float64Array] = np.zeros((0, 4))
 """Discs of a body that is a circle, or so nearly one that its heading does not matter."""
 
 
@@ -34,12 +34,12 @@ class BodyLimits(NamedTuple):
     """Half of what a long body needs to either side, metres; of a round one `radius` says it."""
     unseen_half_width: float = 0.0
     """Of a long body, what `unseen_radius` is of the circle."""
-    discs: Float64Array = ROUND
+    discs: Float64Array = NO_DISCS
     """(K, 4) a long body from above, driven either way: x and y before and beside the base's
     centre, radius, and how far from there unseen floor must be, metres."""
 
 
-def limits_of(
+def body_limits_of(
     robot: RobotProfile, *, unseen_overlap_m: float, slow_clearance_m: float, slow_fraction: float
 ) -> BodyLimits:
     """Return how close a robot's body may come to things.
@@ -74,13 +74,13 @@ def limits_of(
 
 
 @njit(cache=True, nogil=True)
-def passing_radius(limits: BodyLimits) -> float:
+def inscribed_radius(limits: BodyLimits) -> float:
     """Return the radius of the circle that fits wherever the body can drive straight ahead."""
     return limits.radius if limits.discs.shape[0] == 0 else limits.half_width
 
 
 @njit(cache=True, nogil=True)
-def passing_unseen_radius(limits: BodyLimits) -> float:
+def inscribed_unseen_radius(limits: BodyLimits) -> float:
     """Return how far from the centre of that circle unseen floor must be."""
     return limits.unseen_radius if limits.discs.shape[0] == 0 else limits.unseen_half_width
 

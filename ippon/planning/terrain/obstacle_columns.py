@@ -30,7 +30,7 @@ FLOOR_ABSENT: Final = 8
 
 
 @dataclass(frozen=True, slots=True)
-class ColumnBands:
+class HeightBands:
     """Voxel layers of the floor and of the body above it, both ends included."""
 
     floor_low: int
@@ -39,7 +39,7 @@ class ColumnBands:
     body_high: int
 
     @classmethod
-    def of(cls, robot: RobotProfile, floor_z_m: float, voxel_size: float) -> "ColumnBands":
+    def of(cls, robot: RobotProfile, floor_z_m: float, voxel_size: float) -> "HeightBands":
         """Find the layers for a robot on a floor of this height."""
         # A surface that is a step high shows in voxels up to almost half an edge above it.
         above = floor_z_m + robot.max_step_m + 0.45 * voxel_size
@@ -55,9 +55,9 @@ class ColumnBands:
         )
 
 
-def read_column_blocks(
+def classify_columns(
     arrays: MapArrays,
-    bands: ColumnBands,
+    bands: HeightBands,
     blocks: NDArray[np.int64],
     min_seen: float,
     origin: NDArray[np.int64],
@@ -129,7 +129,7 @@ def _read_columns_kernel(arrays, blocks, bands, min_seen, origin_i, origin_j, ou
 
 
 def changed_block_columns(
-    arrays: MapArrays, bands: ColumnBands, since_revision: int
+    arrays: MapArrays, bands: HeightBands, since_revision: int
 ) -> NDArray[np.int64]:
     """List block columns in which a block of floor or body changed after a revision.
 

@@ -10,28 +10,27 @@ from numpy.typing import NDArray
 from ippon.command import Command
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
-from ippon.planning.terrain.body_limits import limits_of
-from ippon.planning.terrain.clearance import (
-    NO_SITE,
+from ippon.planning.terrain.body_limits import body_limits_of
+from ippon.planning.terrain.clearance import clearance_at, clearance_at_pose
+from ippon.planning.terrain.floor_grid import (
+    BEYOND_CUTOFF,
     OBSTACLE,
     OPEN,
     UNSEEN,
     FloorGrid,
-    can_turn,
-    clearance_at,
-    room_facing,
-    update_sites,
+    update_nearest_offsets,
 )
+from ippon.planning.terrain.motion_check import can_turn
 from ippon.planning.terrain.obstacle_columns import (
     COLUMN_BLOCKED,
     COLUMN_CLEAR,
     FLOOR_ABSENT,
     FLOOR_SEEN,
-    ColumnBands,
+    HeightBands,
     changed_block_columns,
-    read_column_blocks,
+    classify_columns,
 )
-from ippon.planning.terrain.traversal_record import CONTACT, DRIVEN, FloorMarks
+from ippon.planning.terrain.traversal_record import CONTACT, DRIVEN, TraversalRecord
 from ippon.robot import RobotProfile
 
 
@@ -83,7 +82,7 @@ class Traversability:
     def __init__(self, config: TraversabilityConfig, robot: RobotProfile) -> None:
         self.config = config
         self._robot = robot
-        self.limits = limits_of(
+        self.limits = body_limits_of(
             robot,
             unseen_overlap_m=config.unseen_overlap_m,
             slow_clearance_m=config.slow_clearance_m,
@@ -92,9 +91,9 @@ class Traversability:
         self.margin_m = config.margin_m
         """Room beside the body that every move must leave now."""
         self._revision = -1
-        self._bands: ColumnBands | None = None
+        self._bands: HeightBands | None = None
         self._columns: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
-        self._marks = FloorMarks(
+        self._marks = TraversalRecord(
             robot,
             start_margin_m=config.start_margin_m,
             contact_length_m=config.contact_length_m,
@@ -134,10 +133,10 @@ class Traversability:
         blocks = changed_block_columns(arrays, self._bands, self._revision)
         if arrays.revision.size:
             self._revision = max(self._revision, int(arrays.revision.max()))
-        read_column_blocks(
+        classify_columns(
             arrays, self._bands, blocks, self.config.min_seen, grid.origin, self._columns
         )
-        self._marks.note_body(grid, T_world_base)
+        self._marks.record_pose(grid, T_world_base)
         window = np.array([1 << 30, -1, 1 << 30, -1], dtype=np.int64)
         box = (0, grid.kind.shape[0], 0, grid.kind.shape[1])
         if not (everything or self._reread):
@@ -149,7 +148,7 @@ class Traversability:
         return self._refresh(window)
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
-        """Close the region that a robot ran into; see `FloorMarks`."""
+        """Close the region that a robot ran into; see `TraversalRecord`."""
         if self._grid is not None:
             self._marks.mark_contact(self._grid, T_world_base, motion)
 
@@ -164,9 +163,9 @@ class Traversability:
         """Return metres from a point of the floor to the nearest obstacle."""
         return clearance_at(self.grid, float(x), float(y))
 
-    def room_facing(self, x: float, y: float, yaw: float) -> float:
+    def clearance_at_pose(self, x: float, y: float, yaw: float) -> float:
         """Return the room of the body with a heading, as `clearance` of a round one; metres."""
-        return room_facing(self.grid, self.limits, float(x), float(y), float(yaw))
+        return clearance_at_pose(self.grid, self.limits, float(x), float(y), float(yaw))
 
     def can_turn(
         self, at: Float64Array, start: float, end: float, margin: float, leave: float
@@ -183,7 +182,7 @@ class Traversability:
         new_floor = self._bands is None or abs(z - self._floor_z) > apart
         if new_floor:
             self._floor_z = z
-            self._bands = ColumnBands.of(self._robot, z, v)
+            self._bands = HeightBands.of(self._robot, z, v)
         origin = arrays.origin_block[:2] * 8
         shape = (arrays.directory.shape[0] * 8, arrays.directory.shape[1] * 8)
         old = self._grid
@@ -195,8 +194,8 @@ class Traversability:
                 voxel_size=v,
                 origin=origin.copy(),
                 kind=np.zeros(shape, dtype=np.uint8),
-                obstacle=np.full((*shape, 2), NO_SITE, dtype=np.int16),
-                unseen=np.full((*shape, 2), NO_SITE, dtype=np.int16),
+                obstacle=np.full((*shape, 2), BEYOND_CUTOFF, dtype=np.int16),
+                unseen=np.full((*shape, 2), BEYOND_CUTOFF, dtype=np.int16),
                 cutoff=max(2, math.ceil(self.config.clearance_max_m / v)),
             )
         if new_floor or not same:
@@ -233,8 +232,8 @@ class Traversability:
             max(0, int(window[2]) - reach),
             min(grid.kind.shape[1], int(window[3]) + reach),
         )
-        update_sites(grid.kind, OBSTACLE, box, reach, grid.obstacle)
-        update_sites(grid.kind, UNSEEN, box, reach, grid.unseen)
+        update_nearest_offsets(grid.kind, OBSTACLE, box, reach, grid.obstacle)
+        update_nearest_offsets(grid.kind, UNSEEN, box, reach, grid.unseen)
         return box
 
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from ippon.command import Command
 from ippon.geometry import Float64Array, yaw_of
-from ippon.planning.grid_window import paste
-from ippon.planning.terrain.clearance import OBSTACLE, FloorGrid
+from ippon.planning.array_overlap import copy_overlap
+from ippon.planning.terrain.floor_grid import OBSTACLE, FloorGrid
 from ippon.robot import RobotProfile
 
 DRIVEN: Final = 1
@@ -24,7 +24,7 @@ _BLIND_MAX_M: Final = 1.5
 """A camera that sees no floor within this does not show where the robot can begin to drive."""
 
 
-class FloorMarks:
+class TraversalRecord:
     """Marks of the cells of a `FloorGrid`; they stay while the map changes and grows."""
 
     def __init__(
@@ -52,10 +52,10 @@ class FloorMarks:
             offset: (2,) cell that what was cell (0, 0) becomes.
         """
         cells = np.zeros(shape, dtype=np.uint8)
-        paste(self.cells, offset, cells)
+        copy_overlap(self.cells, offset, cells)
         self.cells = cells
 
-    def note_body(self, grid: FloorGrid, T_world_base: Float64Array) -> None:
+    def record_pose(self, grid: FloorGrid, T_world_base: Float64Array) -> None:
         """Mark the floor under the body, and at first as much round it as the robot trusts."""
         x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
         v = grid.voxel_size

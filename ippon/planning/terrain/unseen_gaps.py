@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from ippon.planning.deadline import Deadline
-from ippon.planning.terrain.body_limits import BodyLimits, passing_radius, passing_unseen_radius
-from ippon.planning.terrain.clearance import OBSTACLE, OPEN, UNSEEN, FloorGrid
+from ippon.planning.terrain.body_limits import BodyLimits, inscribed_radius, inscribed_unseen_radius
+from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN, UNSEEN, FloorGrid
 from ippon.planning.terrain.traversability import Traversability
 
 GAP_M: Final = 0.8
@@ -37,7 +37,7 @@ _label: Callable[..., Any] = ndimage.label
 """Untyped on purpose: scipy does not say what its functions return."""
 
 
-class GapWatch:
+class UnseenGapDetector:
     """Looks for such a strip now and then, and says so while it stays: most close by driving."""
 
     def __init__(self) -> None:
@@ -66,13 +66,15 @@ class GapWatch:
             return None
         self._since = 0
         before = self._gap
-        self._gap = unseen_gap(floor.grid, floor.limits, floor.margin_m, reachable, xy, _WITHIN_M)
+        self._gap = find_unseen_gap(
+            floor.grid, floor.limits, floor.margin_m, reachable, xy, _WITHIN_M
+        )
         if before is None or self._gap is None or math.dist(before, self._gap) > GAP_M:
             return None
         return self._gap
 
 
-def unseen_gap(
+def find_unseen_gap(
     grid: FloorGrid,
     limits: BodyLimits,
     margin_m: float,
@@ -105,9 +107,9 @@ def unseen_gap(
     bridge = _closed(seen, max(1, round(0.5 * GAP_M / v))) & (kind == UNSEEN)
     if not bridge.any():
         return None
-    need_m = passing_radius(limits) + margin_m
+    need_m = inscribed_radius(limits) + margin_m
     passable = (seen | bridge) & (_distance(kind != OBSTACLE) * v >= need_m)
-    passable &= _distance((kind != UNSEEN) | bridge) * v >= passing_unseen_radius(limits)
+    passable &= _distance((kind != UNSEEN) | bridge) * v >= inscribed_unseen_radius(limits)
     parts, _ = _label(passable | reached)
     mine = np.isin(parts, np.unique(parts[reached]))
     beyond = _large(mine & seen & ~reached, math.ceil(LEAST_BEHIND_M2 / v**2))

@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, UNKNOWN, MapArrays
-from ippon.planning.grid_window import paste
+from ippon.planning.array_overlap import copy_overlap
 from ippon.planning.visibility.panorama import ViewField, ViewRules, within_field
 from ippon.planning.visibility.rays import cast_rays
 from ippon.planning.visibility.view_table import ViewTable
@@ -119,10 +119,10 @@ class ViewMemory:
         changed = np.zeros((shape[0] // 8, shape[1] // 8), dtype=np.int64)
         if old.origin[2] == origin[2] and old.state.shape[2] == shape[2]:
             offset = old.origin - origin
-            paste(old.state, offset, field.state)
-            paste(old.unknown_looks, offset, field.unknown_looks)
-            paste(old.surface_looks, offset, field.surface_looks)
-            paste(self._changed, offset[:2] >> 3, changed)
+            copy_overlap(old.state, offset, field.state)
+            copy_overlap(old.unknown_looks, offset, field.unknown_looks)
+            copy_overlap(old.surface_looks, offset, field.surface_looks)
+            copy_overlap(self._changed, offset[:2] >> 3, changed)
         else:
             changed[:] = self.step
             self._revision = -1

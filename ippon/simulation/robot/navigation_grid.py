@@ -191,7 +191,7 @@ def robot_grid(scene: Scene, robot: RobotProfile) -> NavigationGrid:
     """
     return navigation_grid(
         scene,
-        radius_m=robot.passing_radius_m,
+        radius_m=robot.inscribed_radius_m,
         height_m=robot.height_m,
         max_step_m=robot.max_step_m,
         floor_z_m=scene.start_poses[0].z if scene.start_poses else 0.0,

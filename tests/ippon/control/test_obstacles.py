@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 
 from ippon.camera import PinholeCamera
-from ippon.control.obstacles import body_room, near_obstacles, room_at, seen_obstacles
+from ippon.control.obstacles import (
+    body_clearance,
+    mapped_obstacles,
+    nearest_distance,
+    observed_obstacles,
+)
 from ippon.frame import Frame
 from ippon.geometry import base_pose
 from ippon.mapping.arrays import OCCUPIED
-from ippon.planning.terrain.obstacle_columns import ColumnBands
+from ippon.planning.terrain.obstacle_columns import HeightBands
 from ippon.planning.voxel_lookup import voxel_state
 from ippon.robot import ZED, CollisionSphere, RobotProfile
 from tests.long_robot import LONG
@@ -19,11 +24,11 @@ HERE = base_pose(0.0, 0.0, 0.0, 0.0)
 
 
 def test_the_floor_is_no_obstacle_and_a_box_is(floor_with):
-    assert len(near_obstacles(floor_with(), ZED, HERE, 2.0)) == 0
-    found = near_obstacles(floor_with((1.0, -0.2, 0.0, 1.2, 0.2, 0.5)), ZED, HERE, 2.0)
+    assert len(mapped_obstacles(floor_with(), ZED, HERE, 2.0)) == 0
+    found = mapped_obstacles(floor_with((1.0, -0.2, 0.0, 1.2, 0.2, 0.5)), ZED, HERE, 2.0)
     assert found.shape == (8, 2)
     assert found[:, 0].min() == pytest.approx(1.05)
-    assert len(near_obstacles(floor_with((1.0, -0.2, 1.3, 1.2, 0.2, 1.5)), ZED, HERE, 2.0)) == 0
+    assert len(mapped_obstacles(floor_with((1.0, -0.2, 1.3, 1.2, 0.2, 1.5)), ZED, HERE, 2.0)) == 0
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -35,7 +40,7 @@ def test_agrees_with_looking_at_every_column(floor_with, seed):
         boxes.append((*low, *(low + 0.1 + rng.random(3) * 0.5)))
     arrays = floor_with(*boxes)
     x, y = rng.random(2) - 0.5
-    bands = ColumnBands.of(ZED, 0.0, 0.1)
+    bands = HeightBands.of(ZED, 0.0, 0.1)
     expected = set()
     for i in range(-25, 25):
         for j in range(-25, 25):
@@ -45,13 +50,13 @@ def test_agrees_with_looking_at_every_column(floor_with, seed):
                 voxel_state(arrays, i, j, k) == OCCUPIED for k in layers
             ):
                 expected.add((round(cx, 3), round(cy, 3)))
-    found = near_obstacles(arrays, ZED, base_pose(x, y, 0.0, 1.0), 1.6)
+    found = mapped_obstacles(arrays, ZED, base_pose(x, y, 0.0, 1.0), 1.6)
     assert {tuple(p) for p in found.round(3).tolist()} == expected
 
 
 def test_room_is_infinite_without_obstacles():
-    assert np.isinf(room_at(np.zeros((3, 2)), np.zeros((0, 2)))).all()
-    room = room_at(np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[3.0, 4.0], [1.0, 1.0]]))
+    assert np.isinf(nearest_distance(np.zeros((3, 2)), np.zeros((0, 2)))).all()
+    room = nearest_distance(np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[3.0, 4.0], [1.0, 1.0]]))
     np.testing.assert_allclose(room, [np.sqrt(2.0), 1.0])
 
 
@@ -68,8 +73,8 @@ def test_a_long_robot_has_less_room_sideways_when_it_turns():
     )
     post = np.array([[0.0, 0.6]])
     along, across = np.array([[0.0, 0.0, 0.0]]), np.array([[0.0, 0.0, np.pi / 2]])
-    assert body_room(robot, along, post)[0] == pytest.approx(0.4)
-    assert body_room(robot, across, post)[0] == pytest.approx(0.1)
+    assert body_clearance(robot, along, post)[0] == pytest.approx(0.4)
+    assert body_clearance(robot, across, post)[0] == pytest.approx(0.1)
 
 
 def looking_at(distance_m, rows=slice(None), columns=slice(None)):
@@ -89,7 +94,7 @@ def looking_at(distance_m, rows=slice(None), columns=slice(None)):
 
 
 def test_what_one_image_shows_is_where_it_is():
-    found = seen_obstacles(looking_at(0.9, columns=slice(70, 90)), ZED, 0.1, 2.0)
+    found = observed_obstacles(looking_at(0.9, columns=slice(70, 90)), ZED, 0.1, 2.0)
     np.testing.assert_allclose(found[:, 0], 0.9, atol=1e-6)
     half = 0.9 * np.tan(0.5 * ZED.horizontal_fov_rad) * 10.5 / 80
     assert -half <= found[:, 1].min() < -0.03
@@ -99,26 +104,26 @@ def test_what_one_image_shows_is_where_it_is():
 def test_depth_nearer_than_the_camera_measures_is_no_obstacle():
     far_sighted = dataclasses.replace(ZED, min_depth_m=1.0)
     near = looking_at(0.9, columns=slice(70, 90))
-    assert len(seen_obstacles(near, ZED, 0.1, 2.0)) > 0
-    assert len(seen_obstacles(near, far_sighted, 0.1, 2.0)) == 0
+    assert len(observed_obstacles(near, ZED, 0.1, 2.0)) > 0
+    assert len(observed_obstacles(near, far_sighted, 0.1, 2.0)) == 0
 
 
 def test_one_image_shows_no_obstacle_above_below_beyond_or_inside_the_body():
     above, below = slice(0, 40), slice(95, 100)
-    assert len(seen_obstacles(looking_at(1.5, rows=above), ZED, 0.1, 2.0)) == 0
-    assert len(seen_obstacles(looking_at(2.7, rows=below), ZED, 0.1, 3.0)) == 0, "the floor"
-    assert len(seen_obstacles(looking_at(2.1), ZED, 0.1, 2.0)) == 0
-    assert len(seen_obstacles(looking_at(0.15), ZED, 0.1, 2.0)) == 0, "the robot itself"
-    assert len(seen_obstacles(looking_at(0.9, slice(60, 61), slice(80, 83)), ZED, 0.1, 2.0)) == 0, (
-        "three pixels may be errors"
-    )
+    assert len(observed_obstacles(looking_at(1.5, rows=above), ZED, 0.1, 2.0)) == 0
+    assert len(observed_obstacles(looking_at(2.7, rows=below), ZED, 0.1, 3.0)) == 0, "the floor"
+    assert len(observed_obstacles(looking_at(2.1), ZED, 0.1, 2.0)) == 0
+    assert len(observed_obstacles(looking_at(0.15), ZED, 0.1, 2.0)) == 0, "the robot itself"
+    assert (
+        len(observed_obstacles(looking_at(0.9, slice(60, 61), slice(80, 83)), ZED, 0.1, 2.0)) == 0
+    ), "three pixels may be errors"
 
 
 def test_what_stands_beside_a_long_robot_is_not_the_robot_itself():
     frame = looking_at(0.4, columns=slice(60, 100))
-    assert len(seen_obstacles(frame, LONG, 0.1, 2.0)) == 0, "within its nose"
+    assert len(observed_obstacles(frame, LONG, 0.1, 2.0)) == 0, "within its nose"
     aside = base_pose(0.0, 0.0, 0.0, np.pi / 2)
     turned = dataclasses.replace(
         frame, T_world_base=aside, T_world_camera=HERE @ ZED.T_base_camera(0.0)
     )
-    assert len(seen_obstacles(turned, LONG, 0.1, 2.0)) > 0, "beside its flank"
+    assert len(observed_obstacles(turned, LONG, 0.1, 2.0)) > 0, "beside its flank"

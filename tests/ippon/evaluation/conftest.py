@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from ippon.planning.terrain.body_limits import BodyLimits
-from ippon.planning.terrain.clearance import (
-    NO_SITE,
+from ippon.planning.terrain.clearance import clearance_at
+from ippon.planning.terrain.floor_grid import (
+    BEYOND_CUTOFF,
     OBSTACLE,
     OPEN,
     UNSEEN,
     FloorGrid,
-    clearance_at,
-    update_sites,
+    update_nearest_offsets,
 )
 from ippon.robot import CollisionSphere, RobotProfile
 from tests.boxes import boxes_scene
@@ -72,9 +72,9 @@ def floor_of():
         names = {".": OPEN, "#": OBSTACLE, " ": UNSEEN}
         kind = np.array([[names[c] for c in row] for row in rows], dtype=np.uint8)
         box, cutoff = (0, kind.shape[0], 0, kind.shape[1]), 15
-        sites = [np.full((*kind.shape, 2), NO_SITE, dtype=np.int16) for _ in range(2)]
+        sites = [np.full((*kind.shape, 2), BEYOND_CUTOFF, dtype=np.int16) for _ in range(2)]
         for value, site in zip((OBSTACLE, UNSEEN), sites, strict=True):
-            update_sites(kind, value, box, cutoff, site)
+            update_nearest_offsets(kind, value, box, cutoff, site)
         grid = FloorGrid(
             voxel_size=voxel_size, origin=np.zeros(2, np.int64), kind=kind,
             obstacle=sites[0], unseen=sites[1], cutoff=cutoff,

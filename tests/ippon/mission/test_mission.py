@@ -8,7 +8,7 @@ import pytest
 
 from ippon.camera import PinholeCamera
 from ippon.command import Command
-from ippon.control.obstacles import body_room, near_obstacles
+from ippon.control.obstacles import body_clearance, mapped_obstacles
 from ippon.errors import FrameRejectedError
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.evaluation.metrics import Judge
@@ -266,7 +266,7 @@ def test_backing_off_stops_at_a_wall_that_the_map_knows(scene) -> None:
     for _ in run_episode(world, mission, EpisodeLimits(max_time_s=10.0)):
         pass
     frame = world.observe()
-    obstacles = near_obstacles(mission.voxel_map.arrays(), ZED, frame.T_world_base, 4.0)
+    obstacles = mapped_obstacles(mission.voxel_map.arrays(), ZED, frame.T_world_base, 4.0)
     x, y = obstacles[np.hypot(*(obstacles - frame.T_world_base[:2, 3]).T).argmin()]
     heading = math.atan2(y - frame.T_world_base[1, 3], x - frame.T_world_base[0, 3])
     # The robot stands with its back to the wall, all but touching it, when something touches it.
@@ -278,7 +278,7 @@ def test_backing_off_stops_at_a_wall_that_the_map_knows(scene) -> None:
         frame, stamp_ns=frame.stamp_ns + 200_000_000, T_world_base=pose, contact=True
     )
     result = mission.decide(frame)
-    room = body_room(ZED, path_of(result.command, pose), obstacles)
+    room = body_clearance(ZED, path_of(result.command, pose), obstacles)
     assert room.min() > -0.025
     assert "; s" in result.snapshot.why, "the operator reads why the robot holds back"
     assert "obstacle" in result.snapshot.why

@@ -308,11 +308,11 @@ def test_the_planner_goes_on_from_what_the_hand_commanded(searcher, room):
     robot.search(40.0, lambda r: r.command.linear_m_s > 0.5)
     before = robot.results[-1].command
     robot.mission.not_followed()
-    robot.mission.go_on_from(before)
+    robot.mission.resume_from(before)
     robot.world.step(before, 0.2)
     command = robot.mission.step(robot.world.observe()).command
     assert command.linear_m_s == pytest.approx(before.linear_m_s, abs=0.2 * 0.8 + 1e-9)
-    robot.mission.go_on_from(before)
+    robot.mission.resume_from(before)
     robot.mission.pause()
     assert robot.mission.step(robot.world.observe()).command.linear_m_s == 0.0
 
@@ -325,7 +325,7 @@ def test_what_the_planner_does_not_want_of_a_hands_command_stops_at_once(searche
     assert robot.last.state is MissionState.EXHAUSTED
     backwards = Command(linear_m_s=-0.5, yaw_rate_rad_s=1.0)
     if by_hand:
-        robot.mission.go_on_from(backwards)
+        robot.mission.resume_from(backwards)
     command = robot.mission.step(robot.world.observe()).command
     assert (command.linear_m_s, command.yaw_rate_rad_s) == (0.0, 0.0)
 

@@ -3,10 +3,9 @@
 from ippon.geometry import base_pose
 from ippon.planning.deadline import Deadline
 from ippon.planning.roadmap.connection import Connector
-from ippon.planning.roadmap.local_planner import LocalPlannerConfig
-from ippon.planning.roadmap.local_queries import LocalQueries
+from ippon.planning.roadmap.local_planner import LocalPlanner, LocalPlannerConfig
 from ippon.planning.roadmap.roadmap import Roadmap
-from ippon.planning.roadmap.robot_entry import RoadmapEntry
+from ippon.planning.roadmap.root_connection import RootConnector
 from ippon.planning.terrain.traversability import Traversability, TraversabilityConfig
 from ippon.robot import ZED
 from tests.ippon.planning.test_deadline import Clock
@@ -26,9 +25,9 @@ class Joined:
         self.floor = Traversability(TraversabilityConfig(), robot)
         self.floor.update(volume.arrays(), self.pose)
         self.road = Roadmap(30)
-        self.queries = LocalQueries(LocalPlannerConfig(**local), self.floor, 5)
+        self.queries = LocalPlanner(LocalPlannerConfig(**local), self.floor, 5)
         self.connector = Connector(self.road, self.floor, self.queries, robot)
-        self.entry = RoadmapEntry(self.road, self.floor, self.queries, robot)
+        self.entry = RootConnector(self.road, self.floor, self.queries, robot)
 
     def add(self, x, y):
         node = self.road.add_node(x, y)
@@ -37,5 +36,5 @@ class Joined:
 
     def tree(self, yaw=0.0, target=None, path=None):
         x, y = self.pose[0, 3], self.pose[1, 3]
-        seeds = self.entry.seeds(x, y, yaw, target, path)
-        return seeds, self.road.shortest_tree(seeds, yaw, ZED.max_yaw_rate_rad_s)
+        root_edges = self.entry.root_edges(x, y, yaw, target, path)
+        return root_edges, self.road.shortest_tree(root_edges, yaw, ZED.max_yaw_rate_rad_s)

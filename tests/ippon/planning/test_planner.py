@@ -16,7 +16,7 @@ from ippon.planning.planner import ViewpointPlanner
 from ippon.planning.roadmap.sampling import SamplingConfig
 from ippon.planning.selection import target_choice as target_choice_module
 from ippon.planning.selection.node_selection import select
-from ippon.planning.terrain.clearance import move_between
+from ippon.planning.terrain.motion_check import move_between
 from ippon.planning.visibility import viewpoints as viewpoints_module
 from ippon.robot import HABITAT, ZED
 from tests.ippon.planning.test_deadline import Clock

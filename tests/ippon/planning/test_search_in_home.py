@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ippon.command import Command
-from ippon.control.follower import FollowerConfig, PathFollower
+from ippon.control.path_follower import FollowerConfig, PathFollower
 from ippon.guidance.levels import Level, LevelProbabilities
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
 from ippon.planning.config import PlannerConfig

@@ -7,7 +7,7 @@ from app.messages.control import ControlRequest, LevelName, PreviewReply, Senten
 from app.messages.driving import DriveModeName
 from app.messages.lease import LeaseReply
 from app.nodes.console.web.browsers import Visitor
-from ippon.control.drive import Hand
+from ippon.control.drive_mode import TeleopInput
 
 LeaseAction = Literal["request", "renew", "release", "grant", "deny", "take"]
 PaintAction = Literal["look_here", "not_here", "undo", "clear"]
@@ -51,7 +51,7 @@ class Controller(Protocol):
         """Tell whether a visitor may use the panels: nobody else holds control."""
         ...
 
-    def hand(self, hand: Hand) -> None:
+    def hand(self, hand: TeleopInput) -> None:
         """Pass on what an operator holds down; at once, and without an answer."""
         ...
 

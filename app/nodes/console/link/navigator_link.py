@@ -24,7 +24,7 @@ from app.nodes.console.link.panel_requests import REQUESTER, Wishes
 from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.vital_thread import OnFailure, vital_thread
 from app.nodes.console.web.browsers import Visitor, acting
-from ippon.control.drive import Hand
+from ippon.control.drive_mode import TeleopInput
 
 logger = logging.getLogger(__name__)
 
@@ -144,7 +144,7 @@ class NavigatorLink(Wishes):
         holds = visitor.standing == "holds" and lease.epoch <= visitor.epoch
         return visitor.may_command and (lease.state == "free" or holds)
 
-    def hand(self, hand: Hand) -> None:
+    def hand(self, hand: TeleopInput) -> None:
         """Pass on what an operator holds down; what cannot be sent is as good as let go."""
         tops, hands, visitor = self.drive_status, self._hands, acting()
         if hands is None or visitor is None or not visitor.may_command:

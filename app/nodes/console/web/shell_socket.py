@@ -14,7 +14,7 @@ from app.messages.driving import DriveModeName
 from app.nodes.console.link.commands import CommandError, Controller
 from app.nodes.console.scene.state_feed import Bulletin
 from app.nodes.console.web.browsers import Role, Standing, Visitor, act_as
-from ippon.control.drive import RESTING, Hand
+from ippon.control.drive_mode import NO_INPUT, TeleopInput
 
 logger = logging.getLogger(__name__)
 
@@ -137,7 +137,7 @@ async def _listen(
     standing: "_Standing",
 ) -> None:
     commands: set[asyncio.Task[None]] = set()
-    held = RESTING
+    held = NO_INPUT
     try:
         while True:
             received = await socket.receive()
@@ -151,7 +151,7 @@ async def _listen(
                 await put(msgspec.json.encode(ShellPong(t=message.t)))
                 continue
             if isinstance(message, ShellHand):
-                held = Hand(forward=message.forward, turn=message.turn, tilt=message.tilt)
+                held = TeleopInput(forward=message.forward, turn=message.turn, tilt=message.tilt)
                 controller.hand(held)
                 continue
             if isinstance(message, ShellAlive):
@@ -164,9 +164,9 @@ async def _listen(
             commands.add(task)
             task.add_done_callback(commands.discard)
     finally:
-        if held != RESTING:
+        if held != NO_INPUT:
             # The browser has left with a key held down.
-            controller.hand(RESTING)
+            controller.hand(NO_INPUT)
         # A command that is under way ends even when the browser has left: it may be a stop.
         if commands:
             _, late = await asyncio.wait(commands, timeout=5.0)

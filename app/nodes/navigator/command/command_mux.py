@@ -22,10 +22,18 @@ from app.messages.driving import DriveStatus, TeleopTag
 from app.messages.motion import StampedTwist, decode_twist
 from app.nodes.navigator.command.command_stream import Commander
 from ippon.command import Command
-from ippon.control.drive import RESTING, STILL, DriveMode, Hand, blend, follows_plan, limited
-from ippon.control.easing import within_acceleration
-from ippon.control.obstacles import near_obstacles
-from ippon.control.safety import GRACE_M, filter_among
+from ippon.control.acceleration_limits import limit_acceleration
+from ippon.control.drive_mode import (
+    NO_INPUT,
+    STILL,
+    DriveMode,
+    TeleopInput,
+    blend_commands,
+    follows_plan,
+    scale_command,
+)
+from ippon.control.obstacles import mapped_obstacles
+from ippon.control.safety_filter import OVERLAP_TOLERANCE_M, filter_among_obstacles
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, base_pose, yaw_of
 from ippon.mapping.arrays import MapArrays
@@ -79,7 +87,7 @@ class Helm:
         self._lock = threading.RLock()
         self._mode = DriveMode.AUTO
         self._limit = 1.0
-        self._hand = RESTING
+        self._hand = NO_INPUT
         self._hand_at = -math.inf
         self._last_tag = TeleopTag(sender="", epoch=0, seq=-1)
         self._planned = Command()
@@ -111,7 +119,7 @@ class Helm:
         """Say who drives from now on; whatever was held down is let go."""
         with self._lock:
             self._mode, self._limit = mode, speed_limit
-            self._hand = RESTING
+            self._hand = NO_INPUT
             self._intervention = ""
             if mode is DriveMode.AUTO:
                 self._driven.clear()
@@ -122,7 +130,7 @@ class Helm:
     def let_go(self) -> None:
         """The operator is gone: nothing is held down any more."""
         with self._lock:
-            self._hand = RESTING
+            self._hand = NO_INPUT
             if self._mode is not DriveMode.AUTO:
                 self._tick(time.monotonic())
 
@@ -146,7 +154,7 @@ class Helm:
             What was commanded.
         """
         # Nobody else may touch the map, so what is near is copied here, in the mission's thread.
-        obstacles = near_obstacles(arrays, self._profile, frame.T_world_base, REACH_M)
+        obstacles = mapped_obstacles(arrays, self._profile, frame.T_world_base, REACH_M)
         with self._lock:
             self._planned, self._going = planned, going
             self._pose, self._obstacles = frame.T_world_base, obstacles
@@ -197,13 +205,13 @@ class Helm:
                 self._on_takeover()
             self._tick(self._hand_at)
 
-    def _hand_of(self, twist: StampedTwist) -> Hand:
+    def _hand_of(self, twist: StampedTwist) -> TeleopInput:
         robot = self._profile
 
         def share(value: float, top: float) -> float:
             return min(max(value / top, -1.0), 1.0)
 
-        return Hand(
+        return TeleopInput(
             forward=share(twist.linear_m_s, robot.max_linear_m_s),
             turn=share(twist.yaw_rate_rad_s, robot.max_yaw_rate_rad_s),
             tilt=share(twist.tilt_rate_rad_s, robot.max_tilt_rate_rad_s),
@@ -222,7 +230,7 @@ class Helm:
     def _tick(self, now: float) -> Command:
         self._reckon(now)
         if now - self._hand_at > HAND_S:
-            self._hand = RESTING
+            self._hand = NO_INPUT
         command = self._command(now)
         self._given, self._given_at = command, now
         if self._framed_at > -math.inf:
@@ -235,11 +243,14 @@ class Helm:
             self._intervention = ""
             self._by_hand = False
             self._tilt_rad = self._planned.tilt_rad
-            return limited(self._planned, self._limit)
+            return scale_command(self._planned, self._limit)
         planned_tilt = follows_plan(self._mode, self._hand)
         self._by_hand = not planned_tilt
         wanted = self._eased(
-            limited(blend(self._mode, self._hand, self._planned, self._profile), self._limit), now
+            scale_command(
+                blend_commands(self._mode, self._hand, self._planned, self._profile), self._limit
+            ),
+            now,
         )
         if not planned_tilt:
             wanted = dataclasses.replace(wanted, tilt_rad=self._tilted(now))
@@ -252,7 +263,7 @@ class Helm:
     def _eased(self, wanted: Command, now: float) -> Command:
         """Speed up as fast as the robot can; what slows down does so at once."""
         dt_s = min(now - self._given_at, 2 * TICK_S)
-        return within_acceleration(
+        return limit_acceleration(
             wanted, self._commander.sent, self._profile, dt_s, brakes_at_once=True
         )
 
@@ -262,8 +273,8 @@ class Helm:
         if self._pose is None or self._obstacles is None or age_s > self._stale_s:
             self._intervention = f"stopped: no picture for {age_s:.1f} s"
             return still
-        margin = -GRACE_M if as_planned else 0.5 * self._voxel_m + HAND_ROOM_M
-        safe, reason = filter_among(
+        margin = -OVERLAP_TOLERANCE_M if as_planned else 0.5 * self._voxel_m + HAND_ROOM_M
+        safe, reason = filter_among_obstacles(
             wanted, self._pose, self._profile, self._obstacles, HORIZON_S, margin, 1e-6
         )
         self._intervention = reason or ""

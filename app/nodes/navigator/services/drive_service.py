@@ -19,7 +19,7 @@ from app.messages.driving import (
 from app.nodes.navigator.command.command_mux import Helm
 from app.nodes.navigator.services.mission_queries import Put, Questions
 from app.nodes.navigator.state.goal_queue import GoalBook
-from ippon.control.drive import DriveMode
+from ippon.control.drive_mode import DriveMode
 from ippon.mission.mission import Mission
 from ippon.planning.visibility.region_weights import RegionWeights, Stroke
 

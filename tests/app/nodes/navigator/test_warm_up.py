@@ -19,8 +19,8 @@ from tests.long_robot import LONG
 
 ROBOTS = {"round": ZED, "long": LONG}
 OF_LONG_BODIES = {
-    "ippon.planning.terrain.clearance.can_turn",
-    "ippon.planning.roadmap.narrow_passages._gate_kernel",
+    "ippon.planning.terrain.motion_check.can_turn",
+    "ippon.planning.roadmap.narrow_passages._passage_kernel",
 }
 TOILET = ("toilet", "toilet", (5.4, 1.8, 0.0), (5.9, 2.3, 0.8))
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ippon.control.follower import PathFollower
+from ippon.control.path_follower import PathFollower
 from ippon.frame import Frame
 from ippon.geometry import wrap_angle, yaw_of
 from ippon.guidance.room_levels import RoomLevels

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ippon.camera import PinholeCamera
-from ippon.control.drive import DriveMode
+from ippon.control.drive_mode import DriveMode
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.arrays import NOT_MAPPED

@@ -6,28 +6,28 @@ import numpy as np
 
 from ippon.geometry import base_pose
 from ippon.mapping.arrays import FREE, OCCUPIED
-from ippon.planning.roadmap.local_queries import LocalQueries
-from ippon.planning.roadmap.sampling import reachable_cells
+from ippon.planning.roadmap.local_planner import LocalPlanner
+from ippon.planning.terrain.reachability import reachable_cells
 from ippon.robot import ZED
 from tests.ippon.planning.joined import Joined, late
 
 
 def bridged(joined, tries=5):
-    seeds, tree = joined.tree()
+    root_edges, tree = joined.tree()
     cells = reachable_cells(joined.floor.grid, joined.floor.limits, 1.3, 1.3, 0.02, 0.05)
     for _ in range(tries):
         if joined.connector.bridge(tree, cells):
-            seeds, tree = joined.tree()
-    return seeds, tree
+            root_edges, tree = joined.tree()
+    return root_edges, tree
 
 
 def test_the_local_planner_joins_what_no_straight_line_does(corner):
     joined = Joined(corner)
     near, far = joined.add(3.45, 1.35), joined.add(4.75, 3.35)
     assert joined.road.edge_count == 0
-    seeds, tree = bridged(joined)
+    root_edges, tree = bridged(joined)
     assert math.isfinite(tree.cost[far])
-    path = joined.road.path_to(far, tree, seeds)
+    path = joined.road.path_to(far, tree, root_edges)
     np.testing.assert_allclose(path[0], [1.3, 1.3])
     np.testing.assert_allclose(path[-1], joined.road.xy[far])
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
@@ -84,8 +84,8 @@ def test_a_pair_that_failed_is_not_solved_twice_while_nothing_changes(two_rooms,
     cells = np.full(joined.floor.grid.kind.shape, 2, dtype=np.uint8)
     _, tree = joined.tree()
     solved = []
-    solve = LocalQueries.solve
-    monkeypatch.setattr(LocalQueries, "solve", lambda *a: solved.append(1) or solve(*a))
+    solve = LocalPlanner.solve
+    monkeypatch.setattr(LocalPlanner, "solve", lambda *a: solved.append(1) or solve(*a))
     for _ in range(4):
         assert not joined.connector.bridge(tree, cells)
     assert len(solved) == 1

@@ -9,11 +9,16 @@ import numpy as np
 import pytest
 
 from ippon.planning.deadline import Deadline
-from ippon.planning.roadmap.local_planner import LEAST_ITERATIONS, LocalPlannerConfig, LocalQuery
-from ippon.planning.terrain.clearance import OBSTACLE, OPEN, clearance_at, move_between
+from ippon.planning.roadmap import local_planner as local_planner_module
+from ippon.planning.roadmap.local_planner import LocalPlanner, LocalPlannerConfig, LocalQuery
+from ippon.planning.terrain.clearance import clearance_at
+from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN
+from ippon.planning.terrain.motion_check import move_between
+from tests.ippon.planning.joined import Joined, late
 from tests.ippon.planning.terrain.test_clearance import LIMITS, make_grid
 from tests.ippon.planning.test_deadline import Clock
 
+CORNER_NEAR, CORNER_FAR = np.array([3.45, 1.35]), np.array([4.75, 3.35])
 START, GOAL = np.array([0.65, 3.05]), np.array([3.05, 0.65])
 
 
@@ -124,7 +129,9 @@ def test_no_way_is_no_way_after_as_many_iterations_as_without_a_clock():
     asked = query(grid, **ends)
     pieces = solved_in_pieces(asked, grid)
     assert asked.path() is None
-    assert pieces == math.ceil(LocalPlannerConfig().iterations / (LEAST_ITERATIONS + 1))
+    assert pieces == math.ceil(
+        LocalPlannerConfig().iterations / (LocalPlannerConfig().min_iterations_per_step + 1)
+    )
 
 
 def test_a_query_that_has_time_gives_the_way_that_it_gives_without_a_clock():
@@ -138,7 +145,7 @@ def test_what_was_not_finished_leaves_nothing_behind():
     grid = l_corridor()
     asked = query(grid)
     asked.solve(grid, Deadline(1.0, Clock(jump_s=10.0)))
-    floor = weakref.ref(asked._floor)
+    floor = weakref.ref(asked._space)
     del asked
     gc.collect()
     assert floor() is None
@@ -148,3 +155,54 @@ def test_a_budget_that_finds_nothing_is_refused():
     with pytest.raises(ValueError, match="iterations must be at least 10"):
         LocalPlannerConfig(iterations=3)
     assert math.isfinite(LocalPlannerConfig().clearance_weight)
+
+
+def test_a_path_leads_from_one_point_to_the_other(corner):
+    queries = Joined(corner).queries
+    way = queries.solve(CORNER_NEAR, CORNER_FAR)
+    assert way is not None
+    np.testing.assert_array_equal(way[[0, -1]], [CORNER_NEAR, CORNER_FAR])
+    assert not queries.unfinished
+
+
+def test_there_is_no_path_where_the_local_planner_is_off(corner):
+    queries = Joined(corner, enabled=False).queries
+    assert queries.solve(CORNER_NEAR, CORNER_FAR) is None
+    assert (queries.begun, queries.unfinished) == (0, False)
+
+
+def test_what_was_cut_short_goes_on_unless_another_way_is_asked_for(corner):
+    queries = Joined(corner).queries
+    assert queries.solve(CORNER_NEAR, CORNER_FAR, late()) is None
+    assert queries.unfinished
+    queries.solve(CORNER_NEAR, CORNER_FAR, late())
+    assert queries.begun == 1
+    queries.solve(CORNER_FAR, CORNER_NEAR, late())
+    assert queries.begun == 2
+
+
+def test_each_query_has_a_seed_of_its_own(corner, monkeypatch):
+    seeds = []
+
+    class Noted(LocalQuery):
+        def __init__(self, *args, seed, **rest):
+            seeds.append(seed)
+            super().__init__(*args, seed=seed, **rest)
+
+    monkeypatch.setattr(local_planner_module, "LocalQuery", Noted)
+    queries = Joined(corner).queries
+    for _ in range(3):
+        queries.solve(CORNER_NEAR, CORNER_FAR)
+    assert seeds == [seeds[0], seeds[0] + 1, seeds[0] + 2]
+    assert seeds[0] > 0
+
+
+@pytest.mark.parametrize("changes", [0, 4])
+def test_what_failed_may_be_tried_again_after_the_floor_has_changed(corner, changes):
+    queries = LocalPlanner(LocalPlannerConfig(), Joined(corner).floor, 1)
+    for _ in range(changes):
+        queries.note_floor_change()
+    for _ in range(LocalPlannerConfig().retry_after_changes):
+        assert not queries.may_retry(changes)
+        queries.note_floor_change()
+    assert queries.may_retry(changes)

@@ -10,9 +10,10 @@ from ippon.geometry import base_pose
 from ippon.mapping.arrays import FREE, OCCUPIED
 from ippon.planning.config import PlannerConfig
 from ippon.planning.planner import ViewpointPlanner
-from ippon.planning.roadmap.narrow_passages import _gate_kernel, _spread, find_gates
-from ippon.planning.roadmap.sampling import PASSED, STANDABLE, cell_centres, reachable_cells
-from ippon.planning.terrain.clearance import OBSTACLE, OPEN, can_stand, move_between, straight_move
+from ippon.planning.roadmap.narrow_passages import _passage_kernel, _spread, find_narrow_passages
+from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN, cell_centres
+from ippon.planning.terrain.motion_check import can_stand, move_between, straight_move
+from ippon.planning.terrain.reachability import PASSED, STANDABLE, reachable_cells
 from ippon.planning.terrain.traversability import Traversability, TraversabilityConfig
 from ippon.robot import ZED
 from tests.ippon.planning.terrain.test_body_limits import limits as limits_of_robot
@@ -34,9 +35,9 @@ def floor_of(volume, robot=LONG, at=(1.8, 2.8)):
 @pytest.mark.parametrize("door_m", [0.65, 0.7, 0.8])
 def test_a_door_narrower_than_the_body_is_long_is_passed_straight(two_rooms, door_m):
     floor, reachable = floor_of(two_rooms(door_m))
-    gates = find_gates(floor.grid, floor.limits, reachable, MARGIN_M)
-    assert gates
-    for ends in gates:
+    passages = find_narrow_passages(floor.grid, floor.limits, reachable, MARGIN_M)
+    assert passages
+    for ends in passages:
         left, right = sorted(ends.tolist())
         assert left[0] < 3.9 < right[0], "from one room to the other"
         for end in ends:
@@ -48,16 +49,16 @@ def test_a_door_narrower_than_the_body_is_long_is_passed_straight(two_rooms, doo
 def test_what_is_narrower_than_the_body_is_no_gate(two_rooms):
     floor, reachable = floor_of(two_rooms(0.4))
     assert (reachable[40:] == 0).all(), "the flood does not get through either"
-    assert find_gates(floor.grid, floor.limits, reachable, MARGIN_M) == []
+    assert find_narrow_passages(floor.grid, floor.limits, reachable, MARGIN_M) == []
 
 
 def test_a_door_between_rooms_one_behind_the_other_is_one_too(dense_map):
     volume = dense_map((5.6, 8.0, 2.4)).room((0.8, 0.8), (4.8, 3.8)).room((0.8, 3.9), (4.8, 6.9))
     volume.fill((2.5, 3.8, 0.0), (3.2, 3.9, 2.0), FREE)
     floor, reachable = floor_of(volume, at=(2.8, 1.8))
-    gates = find_gates(floor.grid, floor.limits, reachable, MARGIN_M)
-    assert gates
-    for ends in gates:
+    passages = find_narrow_passages(floor.grid, floor.limits, reachable, MARGIN_M)
+    assert passages
+    for ends in passages:
         near, far = sorted(ends[:, 1].tolist())
         assert near < 3.9 < far
 
@@ -68,7 +69,7 @@ def test_a_passage_longer_than_a_way_is_none(dense_map):
     volume.fill((3.7, 2.45, 0.0), (8.1, 3.15, 2.0), FREE)
     floor, reachable = floor_of(volume)
     assert (reachable[90:] == STANDABLE).any(), "the flood leads through"
-    assert find_gates(floor.grid, floor.limits, reachable, MARGIN_M) == []
+    assert find_narrow_passages(floor.grid, floor.limits, reachable, MARGIN_M) == []
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -82,8 +83,8 @@ def test_the_roomiest_way_is_found_as_by_trying_all(seed):
     grid = make_grid(kind, origin=(-7, 5))
     for x, y in cell_centres(grid, np.array([(30, middle), (31, middle - 1), (20, 10)])):
         ends = np.zeros((2, 2))
-        found = _gate_kernel(grid, LIMITS, x, y, MARGIN_M, ends)
-        expected = reference.gate(grid, LIMITS, x, y, MARGIN_M)
+        found = _passage_kernel(grid, LIMITS, x, y, MARGIN_M, ends)
+        expected = reference.narrow_passage(grid, LIMITS, x, y, MARGIN_M)
         assert found == (expected is not None)
         if expected is not None:
             # Of two that are as roomy either may be the one.
@@ -106,14 +107,14 @@ def test_a_few_narrow_places_stand_for_all():
 
 def test_a_round_body_needs_none(two_rooms):
     floor, reachable = floor_of(two_rooms(0.8), ZED)
-    assert find_gates(floor.grid, floor.limits, reachable, MARGIN_M) == []
+    assert find_narrow_passages(floor.grid, floor.limits, reachable, MARGIN_M) == []
 
 
 def test_one_region_has_no_gates(dense_map):
     floor, reachable = floor_of(dense_map().room((0.8, 0.8), (5.6, 5.6)))
     assert (reachable == STANDABLE).any()
     assert (reachable == PASSED).any()
-    assert find_gates(floor.grid, floor.limits, reachable, MARGIN_M) == []
+    assert find_narrow_passages(floor.grid, floor.limits, reachable, MARGIN_M) == []
 
 
 def test_the_planner_leads_a_long_body_through_a_door(two_rooms):
@@ -125,7 +126,7 @@ def test_the_planner_leads_a_long_body_through_a_door(two_rooms):
     pose = base_pose(1.8, 2.8, 0.0, 0.3)
     for _ in range(12):
         plan = planner.step(volume.arrays(), pose, 0.0)
-    way = planner.way_to(pose, np.array([5.0, 2.8]))
+    way = planner.path_to_point(pose, np.array([5.0, 2.8]))
     assert way is not None
     assert plan.tree.positions_world[:, 0].max() > 4.2, "viewpoints in the other room"
     floor = Traversability(TraversabilityConfig(), LONG)

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from ippon.planning.roadmap.roadmap import Roadmap, path_time, turning_time
-from ippon.planning.roadmap.shortest_tree import Seeds
-from ippon.planning.terrain.clearance import OBSTACLE, OPEN
+from ippon.planning.roadmap.shortest_tree import RootEdges
+from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN
 from tests.ippon.planning.terrain.test_clearance import LIMITS, make_grid, random_kind
 from tests.reference import planning_tree as reference
 
 
-def seeds_from(x: float, y: float, road: Roadmap, nodes: list[int]) -> Seeds:
+def seeds_from(x: float, y: float, road: Roadmap, nodes: list[int]) -> RootEdges:
     paths = [np.array([[x, y], road.xy[n]]) for n in nodes]
     headings = [math.atan2(*(p[1] - p[0])[::-1]) for p in paths]
-    return Seeds(
+    return RootEdges(
         node=np.array(nodes, dtype=np.int64),
         time=np.array([np.linalg.norm(p[1] - p[0]) / LIMITS.speed for p in paths]),
         depart=np.array(headings),
@@ -38,21 +38,21 @@ def test_the_tree_is_the_cheapest(seed):
     grid = make_grid(random_kind(seed, (60, 50), 0.004))
     road = grown(grid, seed)
     start = road.near(2.0, 2.0, 3.0, 3).tolist()
-    seeds = seeds_from(2.0, 2.0, road, start)
+    root_edges = seeds_from(2.0, 2.0, road, start)
     # Without turning the order of relaxing cannot matter: both ways must agree exactly.
-    tree = road.shortest_tree(seeds, 0.3, math.inf)
+    tree = road.shortest_tree(root_edges, 0.3, math.inf)
     edges = []
     for a, b in sorted(road._index):
         edge = road._index[a, b]
         path = road.edge_path(edge, a)
         heading = math.atan2(*(path[1] - path[0])[::-1])
         edges.append((a, b, road._time[edge], heading, heading))
-    given = list(zip(start, seeds.time, seeds.depart, seeds.arrive, strict=True))
+    given = list(zip(start, root_edges.time, root_edges.depart, root_edges.arrive, strict=True))
     expected = reference.cheapest(road.count, edges, given, 0.3, math.inf)
     np.testing.assert_allclose(tree.cost, expected)
     assert np.isfinite(tree.cost).sum() > 20
     # With turning the tree is a tree, and every cost is its parent's plus the edge's.
-    tree = road.shortest_tree(seeds, 0.3, 1.2)
+    tree = road.shortest_tree(root_edges, 0.3, 1.2)
     for node in tree.order[len(start) :]:
         parent, via = int(tree.parent[node]), int(tree.via[node])
         if parent < 0:
@@ -68,8 +68,8 @@ def test_turning_counts(dense_map):
     road = Roadmap(4)
     ahead = road.add_node(2.0, 1.0)
     behind = road.add_node(0.0, 1.0)
-    seeds = seeds_from(1.0, 1.0, road, [ahead, behind])
-    tree = road.shortest_tree(seeds, 0.0, 1.2)
+    root_edges = seeds_from(1.0, 1.0, road, [ahead, behind])
+    tree = road.shortest_tree(root_edges, 0.0, 1.2)
     assert tree.cost[ahead] == pytest.approx(1.0 / 0.8)
     assert tree.cost[behind] == pytest.approx(1.0 / 0.8 + math.pi / 1.2)
 
@@ -77,10 +77,10 @@ def test_turning_counts(dense_map):
 def test_a_path_leads_from_the_robot_to_the_node():
     grid = make_grid(np.full((60, 50), OPEN))
     road = grown(grid, 1)
-    seeds = seeds_from(2.0, 2.0, road, road.near(2.0, 2.0, 1.5, 2).tolist())
-    tree = road.shortest_tree(seeds, 0.0, 1.2)
+    root_edges = seeds_from(2.0, 2.0, road, road.near(2.0, 2.0, 1.5, 2).tolist())
+    tree = road.shortest_tree(root_edges, 0.0, 1.2)
     node = int(tree.order[-1])
-    path = road.path_to(node, tree, seeds)
+    path = road.path_to(node, tree, root_edges)
     np.testing.assert_allclose(path[0], [2.0, 2.0])
     np.testing.assert_allclose(path[-1], road.xy[node])
     assert (np.linalg.norm(np.diff(path, axis=0), axis=1) > 0.0).all()

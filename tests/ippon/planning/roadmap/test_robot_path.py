@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from ippon.geometry import base_pose
-from ippon.planning.roadmap.robot_path import HERE_M, SHORTCUT_M, can_face, drive_time, shorten
+from ippon.planning.roadmap.robot_path import (
+    AT_NODE_M,
+    SHORTCUT_M,
+    can_face,
+    drive_time,
+    shorten_path,
+)
 from ippon.planning.terrain.traversability import Traversability, TraversabilityConfig
 from ippon.robot import ZED
 from tests.ippon.planning.joined import Joined, late
@@ -49,8 +55,8 @@ def test_what_is_a_hands_breadth_away_needs_no_turning(dense_map):
     floor = floor_of(dense_map((9.6, 3.2, 2.4)).room(*CORRIDOR), LONG)
     here, aside = np.array([4.0, 1.6]), np.array([0.0, 1.0])
     ahead = here + np.array([1.0, 0.05])
-    assert can_face(floor, here, 0.0, here + (HERE_M - 0.01) * aside, math.inf)
-    assert not can_face(floor, here, 0.0, here + (HERE_M + 0.01) * aside, math.inf)
+    assert can_face(floor, here, 0.0, here + (AT_NODE_M - 0.01) * aside, math.inf)
+    assert not can_face(floor, here, 0.0, here + (AT_NODE_M + 0.01) * aside, math.inf)
     assert can_face(floor, here, 0.0, ahead, math.inf)
     assert not can_face(floor, here, 0.0, ahead, math.inf, 0.3), "with room to spare"
 
@@ -61,7 +67,7 @@ def test_no_corner_is_cut_where_a_long_body_would_have_to_turn(dense_map):
     back = np.array([(4.0, 1.6), (3.0, 1.63), (2.0, 1.6)])
     for robot, way, corners in ((LONG, ahead, 2), (LONG, back, 3), (ZED, back, 2)):
         floor = floor_of(volume, robot)
-        short = shorten(way, floor, 0.0)
+        short = shorten_path(way, floor, 0.0)
         assert len(short) == corners
         assert drive_time(short, floor, robot, 0.02, 0.0) is not None
 
@@ -71,7 +77,7 @@ def test_shortening_keeps_ends_and_clearance_and_never_lengthens(corner):
     zigzag = np.array(
         [(1.3, 1.3), (1.6, 1.45), (2.2, 1.15), (3.0, 1.45), (4.65, 1.35), (4.75, 2.0), (4.7, 4.0)]
     )
-    short = shorten(zigzag, joined.floor, 0.0)
+    short = shorten_path(zigzag, joined.floor, 0.0)
     np.testing.assert_allclose(short[[0, -1]], zigzag[[0, -1]])
     assert len(short) < len(zigzag)
 
@@ -87,7 +93,7 @@ def test_a_way_that_there_is_no_time_to_shorten_stays_what_it_was(dense_map):
     x = np.arange(1.5, 26.6, 0.5)
     way = np.column_stack([x, 1.6 + 0.1 * (np.arange(len(x)) % 2)])
     deadline = late()
-    short = shorten(way, joined.floor, 0.0, deadline)
+    short = shorten_path(way, joined.floor, 0.0, deadline)
     assert deadline.cut_short
     assert 2 < len(short) < len(way), "its beginning is shortened: that is driven next"
     np.testing.assert_array_equal(short[0], way[0])
@@ -99,7 +105,7 @@ def test_a_long_way_is_shortened_piece_by_piece(dense_map):
     joined = Joined(dense_map((28.0, 3.2, 2.4)).room((0.8, 0.8), (27.2, 2.4)))
     x = np.arange(1.5, 26.6, 0.5)
     way = np.column_stack([x, 1.6 + 0.1 * (np.arange(len(x)) % 2)])
-    short = shorten(way, joined.floor, 0.0)
+    short = shorten_path(way, joined.floor, 0.0)
     pieces = np.linalg.norm(np.diff(short, axis=0), axis=1)
     assert pieces.max() <= SHORTCUT_M
     assert len(pieces) == 3

@@ -4,18 +4,15 @@ import numpy as np
 import pytest
 
 from ippon.planning.roadmap.sampling import (
-    PASSED,
-    STANDABLE,
     SamplingConfig,
-    cell_centre,
-    cover,
-    draw_place,
-    open_places,
-    reachable_cells,
-    tight_places,
+    draw_cell,
+    mark_discs,
+    open_cells,
+    tight_cells,
 )
 from ippon.planning.terrain.body_limits import BodyLimits
-from ippon.planning.terrain.clearance import OBSTACLE, OPEN
+from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN, cell_centre
+from ippon.planning.terrain.reachability import PASSED, STANDABLE, reachable_cells
 from tests.ippon.planning.terrain.test_clearance import make_grid, random_kind
 from tests.reference import planning_floor as reference
 
@@ -55,14 +52,14 @@ def test_filling_every_open_place_leaves_none_and_crowds_nobody(seed):
     rng = np.random.default_rng(seed)
     nodes = np.zeros((0, 2))
     for _ in range(500):
-        places = np.argwhere(open_places(reachable, grid, nodes, 0.5))
+        places = np.argwhere(open_cells(reachable, grid, nodes, 0.5))
         if not len(places):
             break
-        nodes = np.vstack([nodes, cell_centre(grid, *draw_place(places, grid, rng, 4))])
+        nodes = np.vstack([nodes, cell_centre(grid, *draw_cell(places, grid, rng, 4))])
     apart = np.linalg.norm(nodes[:, None] - nodes[None], axis=2) + 10.0 * np.eye(len(nodes))
     assert apart.min() >= 0.5 - 1e-9
     covered = np.zeros_like(reachable)
-    cover(covered, grid, nodes, 0.5, 1)
+    mark_discs(covered, grid, nodes, 0.5, 1)
     assert not ((reachable == STANDABLE) & (covered == 0)).any()
 
 
@@ -72,7 +69,7 @@ def test_roomy_places_are_preferred():
     grid = make_grid(kind)
     places = np.array([[20, 2], [20, 10]])
     rng = np.random.default_rng(0)
-    drawn = [draw_place(places, grid, rng, 6)[1] for _ in range(60)]
+    drawn = [draw_cell(places, grid, rng, 6)[1] for _ in range(60)]
     assert drawn.count(10) > 50
 
 
@@ -82,13 +79,13 @@ def test_a_tight_place_beside_an_object_serves_where_no_roomier_one_is_near():
     reachable[:10] = STANDABLE
     objects = np.ones_like(reachable)
     objects[25:] = 0
-    tight = tight_places(objects, reachable, grid, 0.3, 0.22)
+    tight = tight_cells(objects, reachable, grid, 0.3, 0.22)
     assert not tight[:12].any(), "roomy, or beside it"
     assert tight[13:25].all()
     assert not tight[25:].any(), "far from the object"
     kind = np.full((30, 10), OPEN)
     kind[:, 0] = OBSTACLE
-    tight = tight_places(objects, reachable, make_grid(kind), 0.3, 0.22)
+    tight = tight_cells(objects, reachable, make_grid(kind), 0.3, 0.22)
     assert not tight[:, :3].any(), "the body would touch"
     assert tight[13:25, 3:].all()
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from ippon.geometry import base_pose
-from ippon.planning.roadmap.sampling import SamplingConfig, reachable_cells
-from ippon.planning.roadmap.viewpoint_sampler import Sampler
+from ippon.planning.roadmap.sampling import SamplingConfig
+from ippon.planning.roadmap.viewpoint_sampler import ViewpointSampler
+from ippon.planning.terrain.reachability import reachable_cells
 from ippon.robot import ZED
 from tests.ippon.planning.joined import Joined, late
 from tests.long_robot import LONG
@@ -13,16 +14,16 @@ from tests.long_robot import LONG
 
 def sampled(volume, robot=LONG, at=(1.8, 2.8)):
     joined = Joined(volume, base_pose(*at, 0.0, 0.0), robot)
-    sampler = Sampler(SamplingConfig(), 10, joined.road, joined.floor, joined.connector, 0)
+    sampler = ViewpointSampler(SamplingConfig(), 10, joined.road, joined.floor, joined.connector, 0)
     reachable = reachable_cells(joined.floor.grid, joined.floor.limits, *at, 0.02, 0.05)
     return joined, sampler, reachable
 
 
 def test_a_door_is_led_through_once_and_looked_at_now_and_then(two_rooms):
     joined, sampler, reachable = sampled(two_rooms(0.75))
-    sampler.add_gates(reachable, late())
+    sampler.add_narrow_passages(reachable, late())
     assert len(joined.road.nodes) == 0, "that has to wait"
-    sampler.add_gates(reachable)
+    sampler.add_narrow_passages(reachable)
     nodes = joined.road.nodes
     assert len(nodes) >= 2
     x = joined.road.xy[nodes, 0]
@@ -30,19 +31,19 @@ def test_a_door_is_led_through_once_and_looked_at_now_and_then(two_rooms):
     for node in nodes:
         joined.road.remove_node(int(node))
     for _ in range(4):
-        sampler.add_gates(reachable)
+        sampler.add_narrow_passages(reachable)
         assert len(joined.road.nodes) == 0
-    sampler.add_gates(reachable)
+    sampler.add_narrow_passages(reachable)
     before = len(joined.road.nodes)
     assert before >= 2
     for _ in range(10):
-        sampler.add_gates(reachable)
+        sampler.add_narrow_passages(reachable)
     assert len(joined.road.nodes) == before, "it is joined there already"
 
 
 def test_a_round_body_needs_no_gates(two_rooms):
     joined, sampler, reachable = sampled(two_rooms(0.75), ZED)
-    sampler.add_gates(reachable)
+    sampler.add_narrow_passages(reachable)
     assert len(joined.road.nodes) == 0
 
 

@@ -5,11 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ippon.planning.roadmap.sampling import cover, reachable_cells
+from ippon.planning.roadmap.sampling import mark_discs
 from ippon.planning.selection import out_of_reach as out_of_reach_module
 from ippon.planning.selection.detours import Surroundings, flood_unseen, spread
 from ippon.planning.selection.out_of_reach import OutOfReach, OutOfReachConfig
 from ippon.planning.terrain.body_limits import BodyLimits
+from ippon.planning.terrain.reachability import reachable_cells
 from tests.ippon.planning.terrain.test_clearance import make_grid, random_kind
 from tests.reference import planning_floor as reference
 
@@ -25,7 +26,7 @@ def test_the_flood_over_unseen_floor_agrees_with_a_plain_search(seed):
     x, y = (grid.origin + rng.random(2) * grid.kind.shape) * 0.1
     sure = reachable_cells(grid, LIMITS, x, y, 0.02, 0.05)
     blocked = np.zeros_like(sure)
-    cover(blocked, grid, np.array([[x + 1.0, y]]), 0.35, 1)
+    mark_discs(blocked, grid, np.array([[x + 1.0, y]]), 0.35, 1)
     nothing: dict = {"arrays": None, "views": None}
     around = Surroundings(grid=grid, limits=LIMITS, margin_m=0.02, reachable=sure, **nothing)
     steps, parent = flood_unseen(around, blocked, (x, y))

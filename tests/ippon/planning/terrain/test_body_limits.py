@@ -8,9 +8,9 @@ import pytest
 
 from ippon.planning.terrain.body_limits import (
     BodyLimits,
-    limits_of,
-    passing_radius,
-    passing_unseen_radius,
+    body_limits_of,
+    inscribed_radius,
+    inscribed_unseen_radius,
     speed_at,
 )
 from ippon.robot import ZED, CollisionSphere, RobotProfile
@@ -19,14 +19,16 @@ from tests.long_robot import LONG
 
 
 def limits(robot: RobotProfile, overlap_m: float = 0.15) -> BodyLimits:
-    return limits_of(robot, unseen_overlap_m=overlap_m, slow_clearance_m=0.25, slow_fraction=0.4)
+    return body_limits_of(
+        robot, unseen_overlap_m=overlap_m, slow_clearance_m=0.25, slow_fraction=0.4
+    )
 
 
 def test_a_round_body_is_one_circle():
     found = limits(ZED)
     assert len(found.discs) == 0
-    assert found.radius == passing_radius(found) == ZED.radius_m
-    assert found.unseen_radius == passing_unseen_radius(found) == pytest.approx(0.1 * 1.25)
+    assert found.radius == inscribed_radius(found) == ZED.radius_m
+    assert found.unseen_radius == inscribed_unseen_radius(found) == pytest.approx(0.1 * 1.25)
     assert limits(ZED, 0.05).unseen_radius == pytest.approx(ZED.radius_m - 0.05)
     assert found.speed == ZED.max_linear_m_s
 
@@ -34,9 +36,9 @@ def test_a_round_body_is_one_circle():
 def test_a_long_body_passes_with_its_width_and_turns_with_its_length():
     found = limits(LONG)
     assert found.radius == pytest.approx(0.47)
-    assert passing_radius(found) == pytest.approx(0.27)
+    assert inscribed_radius(found) == pytest.approx(0.27)
     assert found.unseen_radius == pytest.approx(0.32)
-    assert passing_unseen_radius(found) == pytest.approx(0.135), "at least half of it"
+    assert inscribed_unseen_radius(found) == pytest.approx(0.135), "at least half of it"
     np.testing.assert_allclose(
         found.discs, [(x, 0.0, 0.27, 0.135) for x in (-0.2, 0.0, 0.2)], atol=1e-12
     )

@@ -9,21 +9,20 @@ from hypothesis import strategies as st
 
 from ippon.planning.terrain.body_limits import BodyLimits
 from ippon.planning.terrain.clearance import (
-    NO_SITE,
+    clearance_at,
+    clearance_at_pose,
+    seen_around,
+    seen_at_pose,
+)
+from ippon.planning.terrain.floor_grid import (
+    BEYOND_CUTOFF,
     OBSTACLE,
     OPEN,
     UNSEEN,
     FloorGrid,
-    can_stand,
-    can_turn,
-    clearance_at,
-    move_between,
-    room_facing,
-    seen_at,
-    seen_facing,
-    straight_move,
-    update_sites,
+    update_nearest_offsets,
 )
+from ippon.planning.terrain.motion_check import can_stand, can_turn, move_between, straight_move
 from tests.reference import planning_floor as reference
 
 LIMITS = BodyLimits(
@@ -36,13 +35,13 @@ def make_grid(kind: np.ndarray, cutoff: int = 15, origin=(0, 0)) -> FloorGrid:
         voxel_size=0.1,
         origin=np.array(origin, dtype=np.int64),
         kind=kind.astype(np.uint8),
-        obstacle=np.full((*kind.shape, 2), NO_SITE, dtype=np.int16),
-        unseen=np.full((*kind.shape, 2), NO_SITE, dtype=np.int16),
+        obstacle=np.full((*kind.shape, 2), BEYOND_CUTOFF, dtype=np.int16),
+        unseen=np.full((*kind.shape, 2), BEYOND_CUTOFF, dtype=np.int16),
         cutoff=cutoff,
     )
     everything = (0, kind.shape[0], 0, kind.shape[1])
-    update_sites(grid.kind, OBSTACLE, everything, cutoff, grid.obstacle)
-    update_sites(grid.kind, UNSEEN, everything, cutoff, grid.unseen)
+    update_nearest_offsets(grid.kind, OBSTACLE, everything, cutoff, grid.obstacle)
+    update_nearest_offsets(grid.kind, UNSEEN, everything, cutoff, grid.unseen)
     return grid
 
 
@@ -64,7 +63,7 @@ def test_every_cell_knows_its_nearest_obstacle(seed, share):
             expected = reference.nearest_distance(kind, OBSTACLE, i, j, 7)
             di, dj = grid.obstacle[i, j]
             if math.isinf(expected):
-                assert di == NO_SITE
+                assert di == BEYOND_CUTOFF
             else:
                 assert math.hypot(di, dj) == pytest.approx(expected)
                 assert kind[i + di, j + dj] == OBSTACLE
@@ -84,7 +83,7 @@ def test_a_window_round_a_change_is_as_good_as_everything(seed):
             max(0, j - 15),
             min(kind.shape[1], j + 16),
         )
-        update_sites(grid.kind, OBSTACLE, window, 15, grid.obstacle)
+        update_nearest_offsets(grid.kind, OBSTACLE, window, 15, grid.obstacle)
     fresh = make_grid(grid.kind)
     lengths = [np.hypot(*g.obstacle.astype(float).transpose(2, 0, 1)) for g in (grid, fresh)]
     np.testing.assert_allclose(*lengths)
@@ -105,7 +104,7 @@ def test_clearance_is_exact_below_a_cell(seed):
 def test_outside_the_grid_nothing_is_free_or_seen():
     grid = make_grid(np.full((10, 10), OPEN))
     assert clearance_at(grid, -0.2, 0.5) == 0.0
-    assert not seen_at(grid, 0.5, 1.2, 0.1)
+    assert not seen_around(grid, 0.5, 1.2, 0.1)
     assert not can_stand(grid, LIMITS, np.array([5.0, 5.0]), 0.0)
 
 
@@ -169,10 +168,10 @@ def test_a_long_body_has_the_room_of_its_tightest_disc(seed):
     for x, y, yaw in rng.random((60, 3)) * (*(0.1 * (size - 12.0)), 6.3) + (0.6, 0.6, 0.0):
         ends = [(x + d * math.cos(yaw), y + d * math.sin(yaw)) for d in (-0.2, 0.0, 0.2)]
         rooms = [clearance_at(grid, *end) - 0.27 for end in ends]
-        assert room_facing(grid, LONG, x, y, yaw) == pytest.approx(min(rooms) + 0.47)
-        seen = all(seen_at(grid, *end, 0.15) for end in ends)
-        assert seen_facing(grid, LONG, x, y, yaw) is seen
-        assert room_facing(grid, LIMITS, x, y, yaw) == clearance_at(grid, x, y)
+        assert clearance_at_pose(grid, LONG, x, y, yaw) == pytest.approx(min(rooms) + 0.47)
+        seen = all(seen_around(grid, *end, 0.15) for end in ends)
+        assert seen_at_pose(grid, LONG, x, y, yaw) is seen
+        assert clearance_at_pose(grid, LIMITS, x, y, yaw) == clearance_at(grid, x, y)
 
 
 def test_a_long_body_fits_along_a_corridor_and_not_across():
@@ -193,7 +192,7 @@ def test_a_long_body_that_stands_too_close_may_turn_away():
     kind[:, 20] = OBSTACLE
     grid = make_grid(kind)
     x, y, askew = 3.0, 1.75, 0.3
-    room = room_facing(grid, LONG, x, y, askew)
+    room = clearance_at_pose(grid, LONG, x, y, askew)
     assert room < LONG.radius
     assert not can_turn(grid, LONG, x, y, askew, 0.0, 0.02, math.inf)
     assert can_turn(grid, LONG, x, y, askew, 0.0, 0.02, room)

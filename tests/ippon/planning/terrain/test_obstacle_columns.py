@@ -10,9 +10,9 @@ from ippon.planning.terrain.obstacle_columns import (
     COLUMN_UNSEEN,
     FLOOR_ABSENT,
     FLOOR_SEEN,
-    ColumnBands,
+    HeightBands,
     changed_block_columns,
-    read_column_blocks,
+    classify_columns,
 )
 from ippon.robot import HABITAT, ZED
 from tests.reference import planning_floor as reference
@@ -20,10 +20,10 @@ from tests.reference import planning_floor as reference
 
 def _read(volume, robot=ZED):
     arrays = volume.arrays()
-    bands = ColumnBands.of(robot, 0.0, volume.voxel_size)
+    bands = HeightBands.of(robot, 0.0, volume.voxel_size)
     blocks = changed_block_columns(arrays, bands, -1)
     out = np.zeros(volume.state.shape[:2], dtype=np.uint8)
-    read_column_blocks(arrays, bands, blocks, 0.5, volume.origin[:2] * 8, out)
+    classify_columns(arrays, bands, blocks, 0.5, volume.origin[:2] * 8, out)
     return out, arrays, bands
 
 
@@ -31,7 +31,7 @@ def _read(volume, robot=ZED):
 @pytest.mark.parametrize("voxel_size", [0.05, 0.1])
 @pytest.mark.parametrize("floor_z", [0.0, 0.03, -0.04, 1.27])
 def test_a_floor_is_no_obstacle_and_a_high_step_is_one(robot, voxel_size, floor_z):
-    bands = ColumnBands.of(robot, floor_z, voxel_size)
+    bands = HeightBands.of(robot, floor_z, voxel_size)
     # A surface shows in the voxels whose centre lies within half a voxel of it.
     for error in (-0.4, 0.0, 0.4):
         floor = np.floor(floor_z / voxel_size + error)
@@ -90,7 +90,7 @@ def test_agrees_with_the_slow_way(speckled, seed):
 def test_only_blocks_of_the_robots_height_that_changed_are_read_again(dense_map):
     volume = dense_map((3.2, 3.2, 4.8))
     arrays = volume.arrays()
-    bands = ColumnBands.of(ZED, 0.0, 0.1)
+    bands = HeightBands.of(ZED, 0.0, 0.1)
     assert len(changed_block_columns(arrays, bands, -1)) == 16
     assert len(changed_block_columns(arrays, bands, volume.revision)) == 0
     seen = volume.revision

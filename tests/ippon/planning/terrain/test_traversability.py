@@ -7,14 +7,14 @@ import pytest
 
 from ippon.geometry import base_pose
 from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN
-from ippon.planning.terrain.clearance import (
-    NO_SITE,
+from ippon.planning.terrain.floor_grid import (
+    BEYOND_CUTOFF,
     OBSTACLE,
     OPEN,
     UNSEEN,
-    can_stand,
-    update_sites,
+    update_nearest_offsets,
 )
+from ippon.planning.terrain.motion_check import can_stand
 from ippon.planning.terrain.traversability import Traversability, TraversabilityConfig
 from ippon.robot import ZED
 
@@ -93,9 +93,9 @@ def test_only_the_changed_window_is_worked_on_and_equals_starting_afresh(dense_m
     box = floor.update(volume.arrays(), POSE)
     assert box is not None
     assert box[1] - box[0] < 45
-    fresh = np.full_like(floor.grid.obstacle, NO_SITE)
+    fresh = np.full_like(floor.grid.obstacle, BEYOND_CUTOFF)
     whole = (0, fresh.shape[0], 0, fresh.shape[1])
-    update_sites(floor.grid.kind, OBSTACLE, whole, floor.grid.cutoff, fresh)
+    update_nearest_offsets(floor.grid.kind, OBSTACLE, whole, floor.grid.cutoff, fresh)
     np.testing.assert_allclose(
         *(np.hypot(*s.astype(float).transpose(2, 0, 1)) for s in (fresh, floor.grid.obstacle))
     )

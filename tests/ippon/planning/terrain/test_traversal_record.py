@@ -8,18 +8,19 @@ import pytest
 from ippon.command import Command
 from ippon.geometry import base_pose
 from ippon.mapping.arrays import OCCUPIED, UNKNOWN
-from ippon.planning.terrain.clearance import OBSTACLE, OPEN, UNSEEN, can_stand
+from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN, UNSEEN
+from ippon.planning.terrain.motion_check import can_stand
 from ippon.planning.terrain.traversability import Traversability, TraversabilityConfig
-from ippon.planning.terrain.traversal_record import CONTACT, DRIVEN, SWEPT, FloorMarks
+from ippon.planning.terrain.traversal_record import CONTACT, DRIVEN, SWEPT, TraversalRecord
 from ippon.robot import ZED
 from tests.ippon.planning.terrain.test_clearance import make_grid
 from tests.ippon.planning.terrain.test_traversability import POSE, kind_at, open_floor
 from tests.long_robot import LONG
 
 
-def marks_of(robot=ZED) -> FloorMarks:
+def marks_of(robot=ZED) -> TraversalRecord:
     """Marks over open floor of 6 by 6 m, the robot's pose in its middle not noted yet."""
-    marks = FloorMarks(
+    marks = TraversalRecord(
         robot, start_margin_m=0.0, contact_length_m=0.25, contact_half_angle_rad=0.45
     )
     marks.fit((60, 60), np.zeros(2, dtype=np.int64))
@@ -41,8 +42,8 @@ def open_grid():
 
 def test_the_floor_under_the_body_is_driven_and_its_middle_swept():
     marks, grid = marks_of(), open_grid()
-    marks.note_body(grid, POSE)
-    marks.note_body(grid, base_pose(4.0, 2.8, 0.0, 0.0))
+    marks.record_pose(grid, POSE)
+    marks.record_pose(grid, base_pose(4.0, 2.8, 0.0, 0.0))
     i, j = np.indices((60, 60))
     away = np.hypot(0.1 * i + 0.05 - 4.0, 0.1 * j + 0.05 - 2.8)
     np.testing.assert_array_equal((marks.cells & DRIVEN > 0)[34:], (away <= ZED.radius_m)[34:])
@@ -52,7 +53,7 @@ def test_the_floor_under_the_body_is_driven_and_its_middle_swept():
 
 def test_marks_move_with_the_grid():
     marks = marks_of()
-    marks.note_body(open_grid(), POSE)
+    marks.record_pose(open_grid(), POSE)
     before = marks.cells
     marks.fit((70, 62), np.array([8, 0]))
     np.testing.assert_array_equal(marks.cells[8:68, :60], before)
@@ -63,7 +64,7 @@ def test_marks_move_with_the_grid():
 
 def test_contacts_are_forgotten_and_no_other_mark():
     marks, grid = marks_of(), open_grid()
-    marks.note_body(grid, POSE)
+    marks.record_pose(grid, POSE)
     before = marks.cells.copy()
     assert not marks.forget_contacts()
     marks.mark_contact(grid, POSE)
@@ -76,7 +77,7 @@ def test_what_the_body_sweeps_over_was_no_contact():
     marks, grid = marks_of(), open_grid()
     marks.mark_contact(grid, POSE)
     closed = np.argwhere(marks.cells & CONTACT)[0]
-    marks.note_body(grid, base_pose(*(0.1 * closed + 0.05), 0.0, 0.0))
+    marks.record_pose(grid, base_pose(*(0.1 * closed + 0.05), 0.0, 0.0))
     assert marks.cells[tuple(closed)] == DRIVEN | SWEPT
 
 
@@ -143,14 +144,14 @@ def test_a_long_body_that_touched_something_as_it_turned_does_not_turn_on(dense_
     floor = Traversability(TraversabilityConfig(), LONG)
     floor.update(volume.arrays(), POSE)
     here = POSE[:2, 3]
-    assert floor.can_turn(here, 0.0, 1.5, 0.0, floor.room_facing(*here, 0.0))
+    assert floor.can_turn(here, 0.0, 1.5, 0.0, floor.clearance_at_pose(*here, 0.0))
     floor.mark_contact(POSE, TURNS_LEFT)
     floor.update(volume.arrays(), POSE)
     assert kind_at(floor, 3.05, 3.15) == OBSTACLE, "left of its nose"
     assert kind_at(floor, 2.55, 2.45) == OBSTACLE, "right of its tail"
     assert kind_at(floor, 3.05, 2.45) == kind_at(floor, 2.55, 3.15) == OPEN
     assert kind_at(floor, 3.35, 2.85) == OPEN, "not ahead"
-    leave = floor.room_facing(*here, 0.0)
+    leave = floor.clearance_at_pose(*here, 0.0)
     assert not floor.can_turn(here, 0.0, 1.5, 0.0, leave)
     assert floor.can_turn(here, 0.0, -0.5, 0.0, leave), "it may turn back"
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from ippon.planning.deadline import UNLIMITED
-from ippon.planning.roadmap.sampling import reachable_cells
 from ippon.planning.terrain import unseen_gaps as floor_gap_module
 from ippon.planning.terrain.body_limits import BodyLimits
-from ippon.planning.terrain.clearance import OBSTACLE, OPEN, UNSEEN, FloorGrid
-from ippon.planning.terrain.unseen_gaps import GapWatch, unseen_gap
+from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN, UNSEEN, FloorGrid
+from ippon.planning.terrain.reachability import reachable_cells
+from ippon.planning.terrain.unseen_gaps import UnseenGapDetector, find_unseen_gap
 from tests.ippon.planning.joined import late
 from tests.ippon.planning.terrain.test_clearance import make_grid
 
@@ -35,7 +35,7 @@ def two_rooms(gap_m: float = 0.5, door_m: float = 0.9, behind_m: float = 2.0) ->
 def gap(grid: FloorGrid, xy: tuple[float, float] = HERE, within_m: float = 1.6):
     reachable = reachable_cells(grid, LIMITS, *xy, MARGIN_M, 0.05)
     assert reachable.any()
-    return unseen_gap(grid, LIMITS, MARGIN_M, reachable, xy, within_m)
+    return find_unseen_gap(grid, LIMITS, MARGIN_M, reachable, xy, within_m)
 
 
 @pytest.mark.parametrize("origin", [(0, 0), (-17, 33)])
@@ -87,12 +87,12 @@ def test_what_stands_in_the_gap_closes_it():
 def test_a_grid_without_a_reachable_cell_has_none():
     grid = two_rooms()
     nothing = np.zeros(grid.kind.shape, np.uint8)
-    assert unseen_gap(grid, LIMITS, MARGIN_M, nothing, HERE, 1.6) is None
+    assert find_unseen_gap(grid, LIMITS, MARGIN_M, nothing, HERE, 1.6) is None
 
 
 def watched(grids, deadline=lambda: UNLIMITED):
     """What is said in each step while the floor is one grid after another."""
-    watch, said = GapWatch(), []
+    watch, said = UnseenGapDetector(), []
     for grid in grids:
         floor = SimpleNamespace(grid=grid, limits=LIMITS, margin_m=MARGIN_M)
         reachable = reachable_cells(grid, LIMITS, *HERE, MARGIN_M, 0.05)
@@ -109,7 +109,7 @@ def test_a_gap_is_looked_for_in_every_fifth_step_and_must_stay():
 def test_another_gap_than_the_last_time_is_not_told_yet(monkeypatch):
     places = [(1.0, 1.0), (1.0, 1.7), (3.0, 1.7), (3.0, 1.7), None, (3.0, 1.7)]
     found = iter(places)
-    monkeypatch.setattr(floor_gap_module, "unseen_gap", lambda *_: next(found))
+    monkeypatch.setattr(floor_gap_module, "find_unseen_gap", lambda *_: next(found))
     assert watched([two_rooms()] * 30) == [10, 20]
 
 

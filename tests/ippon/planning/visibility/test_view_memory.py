@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN
-from ippon.planning.grid_window import paste
+from ippon.planning.array_overlap import copy_overlap
 from ippon.planning.visibility.view_memory import ViewMemory
 from tests.ippon.planning.visibility.test_panorama import RULES, make_table
 
@@ -112,7 +112,7 @@ def test_a_robot_off_the_map_settles_nothing(dense_map):
 def test_pasting_copies_what_overlaps(offset):
     source = np.arange(1, 17).reshape(4, 4)
     target = np.zeros((5, 5), dtype=int)
-    paste(source, np.array(offset), target)
+    copy_overlap(source, np.array(offset), target)
     expected = np.zeros((5, 5), dtype=int)
     for i in range(4):
         for j in range(4):

@@ -16,7 +16,7 @@ from app.nodes.navigator.command.command_mux import TICK_S, Helm
 from app.nodes.navigator.command.command_stream import Commander
 from ippon.camera import PinholeCamera
 from ippon.command import Command
-from ippon.control.drive import DriveMode
+from ippon.control.drive_mode import DriveMode
 from ippon.frame import Frame
 from ippon.geometry import base_pose
 from ippon.mapping.voxel_map import MapConfig, VoxelMap

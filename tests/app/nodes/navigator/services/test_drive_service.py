@@ -22,7 +22,7 @@ from app.messages.driving import DriveRequest, GotoRequest, PaintedRegions, Pain
 from app.nodes.navigator.services.drive_service import Steering
 from app.nodes.navigator.services.preview_service import WhatIf
 from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
-from ippon.control.drive import DriveMode
+from ippon.control.drive_mode import DriveMode
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.guidance.room_levels import RoomConfig, RoomLevels

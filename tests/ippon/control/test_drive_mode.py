@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 
 from ippon.command import Command
-from ippon.control.drive import RESTING, DriveMode, Hand, blend, follows_plan, limited
-from ippon.control.obstacles import near_obstacles
-from ippon.control.safety import filter_among
+from ippon.control.drive_mode import (
+    NO_INPUT,
+    DriveMode,
+    TeleopInput,
+    blend_commands,
+    follows_plan,
+    scale_command,
+)
+from ippon.control.obstacles import mapped_obstacles
+from ippon.control.safety_filter import filter_among_obstacles
 from ippon.robot import HABITAT, ZED
 from ippon.simulation.robot.mobile_base import SimulatedBase
 from ippon.simulation.scene import Instance, Scene, StartPose
@@ -20,41 +27,43 @@ TICK_S = 0.05
 
 
 def test_auto_is_the_planner_whatever_is_held():
-    assert blend(DriveMode.AUTO, Hand(forward=-1.0), PLANNED, ZED) == PLANNED
+    assert blend_commands(DriveMode.AUTO, TeleopInput(forward=-1.0), PLANNED, ZED) == PLANNED
 
 
 @pytest.mark.parametrize("mode", [DriveMode.ASSISTED, DriveMode.MANUAL])
 def test_letting_go_stands(mode):
-    command = blend(mode, RESTING, PLANNED, ZED)
+    command = blend_commands(mode, NO_INPUT, PLANNED, ZED)
     assert (command.linear_m_s, command.yaw_rate_rad_s) == (0.0, 0.0)
 
 
 def test_assisted_forward_goes_the_planners_way_at_the_operators_pace():
-    hand = Hand(forward=0.5)
+    hand = TeleopInput(forward=0.5)
     assert follows_plan(DriveMode.ASSISTED, hand)
-    assert blend(DriveMode.ASSISTED, hand, PLANNED, ZED) == limited(PLANNED, 0.5)
+    assert blend_commands(DriveMode.ASSISTED, hand, PLANNED, ZED) == scale_command(PLANNED, 0.5)
 
 
-@pytest.mark.parametrize("hand", [Hand(turn=1.0), Hand(forward=1.0, turn=-0.5), Hand(forward=-1.0)])
+@pytest.mark.parametrize(
+    "hand", [TeleopInput(turn=1.0), TeleopInput(forward=1.0, turn=-0.5), TeleopInput(forward=-1.0)]
+)
 def test_assisted_turning_and_backing_are_the_operators_own(hand):
     assert not follows_plan(DriveMode.ASSISTED, hand)
-    command = blend(DriveMode.ASSISTED, hand, PLANNED, ZED)
-    assert command == blend(DriveMode.MANUAL, hand, PLANNED, ZED)
+    command = blend_commands(DriveMode.ASSISTED, hand, PLANNED, ZED)
+    assert command == blend_commands(DriveMode.MANUAL, hand, PLANNED, ZED)
     assert command.linear_m_s == hand.forward * ZED.max_linear_m_s
     assert command.yaw_rate_rad_s == hand.turn * ZED.max_yaw_rate_rad_s
 
 
 def test_a_robot_that_cannot_reverse_does_not():
     assert not HABITAT.can_reverse
-    command = blend(DriveMode.MANUAL, Hand(forward=-1.0), PLANNED, HABITAT)
+    command = blend_commands(DriveMode.MANUAL, TeleopInput(forward=-1.0), PLANNED, HABITAT)
     assert command.linear_m_s == 0.0
 
 
 def test_more_than_the_robot_can_do_is_refused():
-    with pytest.raises(ValueError, match="lies in -1 to 1; got Hand"):
-        Hand(forward=1.5)
+    with pytest.raises(ValueError, match="lies in -1 to 1; got TeleopInput"):
+        TeleopInput(forward=1.5)
     with pytest.raises(ValueError, match="lies in -1 to 1"):
-        Hand(turn=math.nan)
+        TeleopInput(turn=math.nan)
 
 
 def _room_scene(boxes) -> Scene:
@@ -103,13 +112,16 @@ def test_a_thousand_random_commands_at_walls_touch_nothing(floor_with, robot):
             rng.choice([-1.0, 0.0, 0.4, 1.0, 1.0]),
             rng.choice([-1.0, -0.3, 0, 0, 0.3, 1]),
         )
-        wanted = blend(
-            DriveMode.MANUAL, Hand(forward=float(forward), turn=float(turn)), Command(), robot
+        wanted = blend_commands(
+            DriveMode.MANUAL,
+            TeleopInput(forward=float(forward), turn=float(turn)),
+            Command(),
+            robot,
         )
         for _ in range(round(HELD_S / TICK_S)):
             here = base.T_world_base
-            obstacles = near_obstacles(arrays, robot, here, 2.5)
-            safe, reason = filter_among(wanted, here, robot, obstacles, 0.3, margin, 1e-6)
+            obstacles = mapped_obstacles(arrays, robot, here, 2.5)
+            safe, reason = filter_among_obstacles(wanted, here, robot, obstacles, 0.3, margin, 1e-6)
             stopped += reason is not None
             before = (base.x_m, base.y_m)
             base.step(safe, TICK_S)

@@ -3,7 +3,7 @@
 import pytest
 
 from ippon.command import Command
-from ippon.control.easing import within_acceleration
+from ippon.control.acceleration_limits import limit_acceleration
 from ippon.robot import ZED
 
 UP = ZED.max_linear_acceleration_m_s2 * 0.1
@@ -26,7 +26,7 @@ TURN = ZED.max_yaw_acceleration_rad_s2 * 0.1
     ],
 )
 def test_speeds_up_and_slows_down_within_limits(wanted, last, at_once, speed):
-    command = within_acceleration(
+    command = limit_acceleration(
         Command(linear_m_s=wanted, yaw_rate_rad_s=9.0, tilt_rad=-0.3),
         Command(linear_m_s=last, tilt_rad=0.2),
         ZED,

@@ -7,7 +7,7 @@ import numpy as np
 
 from ippon.planning.roadmap.roadmap import Roadmap
 from ippon.planning.roadmap.sampling import SamplingConfig
-from ippon.planning.thinning import Thinning, crowded_rows
+from ippon.planning.roadmap.thinning import Thinning, crowded_rows
 
 NOTHING = np.zeros((0, 3))
 

@@ -7,8 +7,9 @@ import numpy as np
 from numba import njit
 
 from ippon.geometry import Float64Array
-from ippon.planning.terrain.body_limits import BodyLimits, passing_radius
-from ippon.planning.terrain.clearance import UNSEEN, FloorGrid, clearance_at
+from ippon.planning.terrain.body_limits import BodyLimits, inscribed_radius
+from ippon.planning.terrain.clearance import clearance_at
+from ippon.planning.terrain.floor_grid import UNSEEN, FloorGrid
 
 _STEPS_PER_CELL: Final = 2.0
 
@@ -33,7 +34,7 @@ def unseen_straight_m(
     away = math.dist(start, end)
     steps = max(1, math.ceil(_STEPS_PER_CELL * away / grid.voxel_size))
     points = start + np.linspace(0.0, 1.0, steps + 1)[:, None] * (end - start)
-    unseen = _count_unseen_kernel(grid, points, passing_radius(limits) + margin_m)
+    unseen = _count_unseen_kernel(grid, points, inscribed_radius(limits) + margin_m)
     return max(0, unseen) * away / steps
 
 

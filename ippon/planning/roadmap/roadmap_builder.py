@@ -9,15 +9,16 @@ from ippon.geometry import Float64Array, yaw_of
 from ippon.planning.config import PlannerConfig
 from ippon.planning.deadline import Deadline
 from ippon.planning.roadmap.connection import COMFORT_M, Connector
-from ippon.planning.roadmap.local_queries import LocalQueries
+from ippon.planning.roadmap.local_planner import LocalPlanner
 from ippon.planning.roadmap.roadmap import Roadmap
-from ippon.planning.roadmap.robot_entry import RoadmapEntry
-from ippon.planning.roadmap.sampling import STANDABLE, cell_centres, reachable_cells
-from ippon.planning.roadmap.shortest_tree import Seeds, ShortestTree
-from ippon.planning.roadmap.viewpoint_sampler import Sampler
+from ippon.planning.roadmap.root_connection import RootConnector
+from ippon.planning.roadmap.shortest_tree import RootEdges, ShortestTree
+from ippon.planning.roadmap.thinning import Thinning
+from ippon.planning.roadmap.viewpoint_sampler import ViewpointSampler
 from ippon.planning.selection.target_choice import TargetChoice
+from ippon.planning.terrain.floor_grid import cell_centres
+from ippon.planning.terrain.reachability import STANDABLE, reachable_cells
 from ippon.planning.terrain.traversability import Traversability
-from ippon.planning.thinning import Thinning
 from ippon.planning.visibility.viewpoints import Viewpoints
 from ippon.robot import RobotProfile
 
@@ -25,7 +26,7 @@ WAYPOINT_REACH_M: Final = 0.75
 """A point that an operator chose may lie this far from where the robot can stand: on a table."""
 
 
-class TreeGrowth:
+class RoadmapBuilder:
     """Keeps the roadmap in shape, and the cheapest tree over it from where the robot is."""
 
     def __init__(
@@ -55,10 +56,10 @@ class TreeGrowth:
         self._road = road
         self._views = views
         self._choice = choice
-        queries = LocalQueries(config.local_planner, floor, seed)
+        queries = LocalPlanner(config.local_planner, floor, seed)
         self._connector = Connector(road, floor, queries, robot)
-        self._entry = RoadmapEntry(road, floor, queries, robot)
-        self._sampler = Sampler(
+        self._entry = RootConnector(road, floor, queries, robot)
+        self._sampler = ViewpointSampler(
             config.sampling, config.samples_per_step, road, floor, self._connector, seed
         )
         self._thinning = Thinning(config.sampling, config.samples_per_step, road, views)
@@ -101,20 +102,20 @@ class TreeGrowth:
             self._connector.thin_out(crowded)
             self._forget(crowded)
         saturated = self._sampler.add(voxels, reachable, x, y, deadline)
-        self._sampler.add_gates(reachable, deadline)
+        self._sampler.add_narrow_passages(reachable, deadline)
         return saturated
 
     def add_here(self, x: float, y: float, apart_m: float) -> int | None:
-        """See `Sampler.add_here`."""
+        """See `ViewpointSampler.add_here`."""
         return self._sampler.add_here(x, y, apart_m)
 
     def add_at(self, place: Float64Array) -> None:
-        """See `Sampler.add_at`."""
+        """See `ViewpointSampler.add_at`."""
         self._sampler.add_at(place)
 
     def grow(
         self, reachable: NDArray[np.uint8], x: float, y: float, yaw: float, deadline: Deadline
-    ) -> tuple[Seeds, ShortestTree]:
+    ) -> tuple[RootEdges, ShortestTree]:
         """Find the cheapest ways from the robot, and join one node that none led to.
 
         Args:
@@ -127,13 +128,15 @@ class TreeGrowth:
         Returns:
             The moves into the roadmap that the tree begins with, and the tree.
         """
-        seeds = self._entry.seeds(x, y, yaw, self._choice.node, self._choice.path, deadline)
-        tree = self._road.shortest_tree(seeds, yaw, self._turn_rate)
+        root_edges = self._entry.root_edges(
+            x, y, yaw, self._choice.node, self._choice.path, deadline
+        )
+        tree = self._road.shortest_tree(root_edges, yaw, self._turn_rate)
         if self._connector.bridge(tree, reachable, deadline=deadline):
-            tree = self._road.shortest_tree(seeds, yaw, self._turn_rate)
-        return seeds, tree
+            tree = self._road.shortest_tree(root_edges, yaw, self._turn_rate)
+        return root_edges, tree
 
-    def way_to(
+    def path_to_point(
         self, T_world_base: Float64Array, xy: Float64Array, deadline: Deadline
     ) -> Float64Array | None:
         """Find the way to a point that the operator chose, over the roadmap that there is.
@@ -156,8 +159,10 @@ class TreeGrowth:
         apart = np.hypot(*(places - xy).T)
         if apart.min() > WAYPOINT_REACH_M:
             return None
-        seeds, tree = self.grow(reachable, x, y, yaw_of(T_world_base), deadline)
-        return self._entry.way_to(places[int(np.argmin(apart))], T_world_base, seeds, tree)
+        root_edges, tree = self.grow(reachable, x, y, yaw_of(T_world_base), deadline)
+        return self._entry.path_to_point(
+            places[int(np.argmin(apart))], T_world_base, root_edges, tree
+        )
 
     def _forget(self, nodes: list[int]) -> None:
         """Drop what is known of removed nodes: others will have their numbers."""

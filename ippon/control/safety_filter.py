@@ -6,7 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from ippon.command import Command
-from ippon.control.obstacles import GRACE_M, body_room, near_obstacles, seen_obstacles
+from ippon.control.obstacles import (
+    OVERLAP_TOLERANCE_M,
+    body_clearance,
+    mapped_obstacles,
+    observed_obstacles,
+)
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
@@ -44,20 +49,20 @@ def filter_command(
     """
     speed = abs(command.linear_m_s)
     reach = robot.radius_m + speed * (horizon_s + speed / robot.max_linear_acceleration_m_s2) + 0.3
-    obstacles = near_obstacles(map_arrays, robot, T_world_base, reach)
+    obstacles = mapped_obstacles(map_arrays, robot, T_world_base, reach)
     if frame is not None:
-        seen = seen_obstacles(frame, robot, map_arrays.voxel_size, reach)
+        seen = observed_obstacles(frame, robot, map_arrays.voxel_size, reach)
         obstacles = np.concatenate([obstacles, seen])
-    return filter_among(command, T_world_base, robot, obstacles, horizon_s)
+    return filter_among_obstacles(command, T_world_base, robot, obstacles, horizon_s)
 
 
-def filter_among(
+def filter_among_obstacles(
     command: Command,
     T_world_base: Float64Array,
     robot: RobotProfile,
     obstacles: Float64Array,
     horizon_s: float,
-    margin_m: float = -GRACE_M,
+    margin_m: float = -OVERLAP_TOLERANCE_M,
     slack_m: float = 0.002,
 ) -> tuple[Command, str | None]:
     """Scale a command down as `filter_command` does, among obstacles that are known already.
@@ -104,7 +109,7 @@ def _least_room(
 ) -> float:
     """Room that every pose must keep; less for a robot that stands closer than that already."""
     pose = np.array([[T_world_base[0, 3], T_world_base[1, 3], yaw_of(T_world_base)]])
-    now = float(body_room(robot, pose, obstacles)[0])
+    now = float(body_clearance(robot, pose, obstacles)[0])
     return min(margin_m, now - slack_m)
 
 
@@ -132,7 +137,7 @@ def _room_along(
             yaw,
         ]
     )
-    return float(body_room(robot, poses, obstacles).min())
+    return float(body_clearance(robot, poses, obstacles).min())
 
 
 def _where(command: Command, T_world_base: Float64Array, obstacles: Float64Array) -> str:

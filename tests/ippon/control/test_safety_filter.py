@@ -8,8 +8,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ippon.command import Command
-from ippon.control.obstacles import body_room, near_obstacles
-from ippon.control.safety import GRACE_M, filter_command
+from ippon.control.obstacles import body_clearance, mapped_obstacles
+from ippon.control.safety_filter import OVERLAP_TOLERANCE_M, filter_command
 from ippon.geometry import base_pose
 from ippon.robot import HABITAT, ZED
 
@@ -91,8 +91,8 @@ def test_carrying_out_the_filtered_command_never_meets_an_obstacle(
         boxes.append((x, y, 0.0, x + 0.2, y + 0.2, 1.0))
     arrays = floor_with(*boxes)
     pose = base_pose(0.0, 0.0, 0.0, yaw)
-    obstacles = near_obstacles(arrays, robot, pose, 3.0)
-    start = body_room(robot, np.array([[0.0, 0.0, yaw]]), obstacles)[0]
+    obstacles = mapped_obstacles(arrays, robot, pose, 3.0)
+    start = body_clearance(robot, np.array([[0.0, 0.0, yaw]]), obstacles)[0]
     command = Command(linear_m_s=linear, yaw_rate_rad_s=rate)
     safe, _ = filter_command(command, pose, robot, arrays, 0.4)
     x = y = 0.0
@@ -100,5 +100,5 @@ def test_carrying_out_the_filtered_command_never_meets_an_obstacle(
         x += safe.linear_m_s * 0.01 * math.cos(yaw)
         y += safe.linear_m_s * 0.01 * math.sin(yaw)
         yaw += safe.yaw_rate_rad_s * 0.01
-        room = body_room(robot, np.array([[x, y, yaw]]), obstacles)[0]
-        assert room >= min(-GRACE_M, start - 0.002) - 0.015
+        room = body_clearance(robot, np.array([[x, y, yaw]]), obstacles)[0]
+        assert room >= min(-OVERLAP_TOLERANCE_M, start - 0.002) - 0.015

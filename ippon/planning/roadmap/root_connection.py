@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array, yaw_of
 from ippon.planning.deadline import UNLIMITED, Deadline
 from ippon.planning.roadmap.connection import COMFORT_M, NEIGHBOURS, RADIUS_M
-from ippon.planning.roadmap.local_planner import SAME_PLACE_M
-from ippon.planning.roadmap.local_queries import LocalQueries
+from ippon.planning.roadmap.local_planner import SAME_PLACE_M, LocalPlanner
 from ippon.planning.roadmap.roadmap import Roadmap
-from ippon.planning.roadmap.robot_path import HERE_M, drive_time, shorten
-from ippon.planning.roadmap.shortest_tree import Seeds, ShortestTree
-from ippon.planning.terrain.clearance import move_between
-from ippon.planning.terrain.path_points import rejoined_path, remaining_path
+from ippon.planning.roadmap.robot_path import AT_NODE_M, drive_time, shorten_path
+from ippon.planning.roadmap.shortest_tree import RootEdges, ShortestTree
+from ippon.planning.terrain.motion_check import move_between
+from ippon.planning.terrain.path_geometry import rejoined_path, remaining_path
 from ippon.planning.terrain.traversability import Traversability
 from ippon.robot import RobotProfile
 
@@ -25,11 +24,11 @@ _NEAREST: Final = 3
 """Nodes that a way round is looked for to, where no straight move is free."""
 
 
-class RoadmapEntry:
+class RootConnector:
     """Finds the moves that lead the robot into the roadmap."""
 
     def __init__(
-        self, road: Roadmap, floor: Traversability, queries: LocalQueries, robot: RobotProfile
+        self, road: Roadmap, floor: Traversability, queries: LocalPlanner, robot: RobotProfile
     ) -> None:
         self._road = road
         self._floor = floor
@@ -39,7 +38,7 @@ class RoadmapEntry:
         """Changes of the floor by when no way led from the robot into the roadmap, place and nodes;
         to how many of those nodes one was looked for."""
 
-    def seeds(
+    def root_edges(
         self,
         x: float,
         y: float,
@@ -47,7 +46,7 @@ class RoadmapEntry:
         target: int | None,
         path: Float64Array | None,
         deadline: Deadline = UNLIMITED,
-    ) -> Seeds:
+    ) -> RootEdges:
         """Find the moves from the robot into the roadmap.
 
         Args:
@@ -75,7 +74,7 @@ class RoadmapEntry:
                 found.append(move)
         if not found:
             found = self._round(x, y, yaw, nodes[:_NEAREST], deadline)
-        return Seeds(
+        return RootEdges(
             node=np.array([f[0] for f in found], dtype=np.int64),
             time=np.array([f[1] for f in found], dtype=np.float64),
             depart=np.array([_direction(f[2], 0, yaw) for f in found], dtype=np.float64),
@@ -83,15 +82,19 @@ class RoadmapEntry:
             paths=tuple(f[2] for f in found),
         )
 
-    def way_to(
-        self, goal: Float64Array, T_world_base: Float64Array, seeds: Seeds, tree: ShortestTree
+    def path_to_point(
+        self,
+        goal: Float64Array,
+        T_world_base: Float64Array,
+        root_edges: RootEdges,
+        tree: ShortestTree,
     ) -> Float64Array | None:
         """Find the way from the robot to a point that is no node.
 
         Args:
             goal: (2,) where the robot can stand, metres.
             T_world_base: Where it stands.
-            seeds: Moves from the robot into the roadmap.
+            root_edges: Moves from the robot into the roadmap.
             tree: Cheapest ways to the nodes.
 
         Returns:
@@ -109,14 +112,14 @@ class RoadmapEntry:
                 floor.grid, floor.limits, road.xy[node], goal, floor.margin_m
             )
             if free and tree.cost[node] + time < best:
-                best, path = tree.cost[node] + time, road.path_to(node, tree, seeds)
+                best, path = tree.cost[node] + time, road.path_to(node, tree, root_edges)
         if path is not None:
-            return shorten(np.vstack([path, goal]), floor, yaw)
+            return shorten_path(np.vstack([path, goal]), floor, yaw)
         for node in nodes[:_NEAREST]:
             way = self._queries.solve(road.xy[node], goal)
             if way is not None:
-                path = np.vstack([road.path_to(node, tree, seeds), way[1:]])
-                return shorten(path, floor, yaw)
+                path = np.vstack([road.path_to(node, tree, root_edges), way[1:]])
+                return shorten_path(path, floor, yaw)
         return None
 
     def _straight(
@@ -163,7 +166,7 @@ class RoadmapEntry:
 
 def _direction(path: Float64Array, at: int, yaw: float) -> float:
     """Heading at the beginning (0) or end (-2) of a path; `yaw` for a robot that is there."""
-    if np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < HERE_M:
+    if np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < AT_NODE_M:
         return yaw
     step = path[at + 1] - path[at] if at >= 0 else path[-1] - path[-2]
     return math.atan2(step[1], step[0])

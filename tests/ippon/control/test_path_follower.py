@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from ippon.control.follower import FollowerConfig, PathFollower
-from ippon.control.obstacles import body_room, near_obstacles
+from ippon.control.obstacles import body_clearance, mapped_obstacles
+from ippon.control.path_follower import FollowerConfig, PathFollower
 from ippon.geometry import base_pose, wrap_angle
 from ippon.guidance.levels import Level
 from ippon.planning.plan import NodeKind, Plan, TreeView, Viewpoint
-from ippon.planning.terrain.path_points import point_along, remaining_path
+from ippon.planning.terrain.path_geometry import point_along, remaining_path
 from ippon.robot import HABITAT, ZED
 from tests.long_robot import LONG
 
@@ -173,20 +173,20 @@ def test_a_box_that_appeared_on_the_path_is_not_touched(floor_with):
         ride.step(plan)
     assert ride.commands[-1].linear_m_s < 0.02
     assert ride.follower.blocked
-    obstacles = near_obstacles(ride.arrays, ZED, base_pose(ride.x, ride.y, 0, ride.yaw), 3.0)
-    assert body_room(ZED, np.array(ride.track), obstacles).min() > -0.05
+    obstacles = mapped_obstacles(ride.arrays, ZED, base_pose(ride.x, ride.y, 0, ride.yaw), 3.0)
+    assert body_clearance(ZED, np.array(ride.track), obstacles).min() > -0.05
 
 
 def test_corners_are_passed_with_room(floor_with):
     # The path cuts it fine round the corner of a wall; steering leaves more room than that.
     arrays = floor_with((0.4, 0.3, 0.0, 1.2, 2.5, 1.0))
     plan = make_plan([(0.0, 0.0), (1.5, 0.0), (1.5, 2.0)])
-    obstacles = near_obstacles(arrays, ZED, base_pose(1.0, 1.0, 0.0, 0.0), 4.0)
+    obstacles = mapped_obstacles(arrays, ZED, base_pose(1.0, 1.0, 0.0, 0.0), 4.0)
     room = {}
     for weight in (0.0, 8.0):
         ride = Ride(arrays, config=FollowerConfig(side_weight=weight))
         assert ride.run(plan, 60.0)
-        room[weight] = body_room(ZED, np.array(ride.track), obstacles).min()
+        room[weight] = body_clearance(ZED, np.array(ride.track), obstacles).min()
     assert room[8.0] >= room[0.0]
     assert room[8.0] > -0.02
 
@@ -243,8 +243,8 @@ def test_a_long_robot_backs_out_of_where_it_cannot_turn(floor_with):
     assert max(c.linear_m_s for c, _ in inside) <= 0.0, "backwards only"
     assert max(abs(yaw) for _, (_, _, yaw) in inside) < 0.2, "it does not turn in there"
     poses = np.array(ride.track)
-    obstacles = near_obstacles(arrays, LONG, base_pose(0.0, 0.0, 0.0, 0.0), 4.0)
-    assert body_room(LONG, poses, obstacles).min() > -0.02
+    obstacles = mapped_obstacles(arrays, LONG, base_pose(0.0, 0.0, 0.0, 0.0), 4.0)
+    assert body_clearance(LONG, poses, obstacles).min() > -0.02
 
 
 def test_a_round_robot_turns_in_the_same_corridor(floor_with):
@@ -260,8 +260,8 @@ def test_a_long_robot_follows_a_path_through_a_narrow_door(floor_with):
     ride = Ride(arrays, LONG, (-1.0, -1.0, 1.0))
     plan = make_plan([(-1.0, -1.0), (0.2, 0.0), (2.0, 0.0), (2.0, 1.0)], yaw=0.0)
     assert ride.run(plan, 40.0)
-    obstacles = near_obstacles(arrays, LONG, base_pose(1.0, 0.0, 0.0, 0.0), 4.0)
-    assert body_room(LONG, np.array(ride.track), obstacles).min() > -0.03
+    obstacles = mapped_obstacles(arrays, LONG, base_pose(1.0, 0.0, 0.0, 0.0), 4.0)
+    assert body_clearance(LONG, np.array(ride.track), obstacles).min() > -0.03
 
 
 def test_a_long_robot_turns_round_where_it_has_the_room(floor_with):

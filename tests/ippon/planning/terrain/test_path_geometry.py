@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ippon.planning.terrain.path_points import rejoined_path, remaining_path
+from ippon.planning.terrain.path_geometry import rejoined_path, remaining_path
 
 
 def test_what_is_left_of_a_path_begins_at_the_robot():

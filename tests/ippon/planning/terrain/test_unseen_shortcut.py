@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ippon.planning.terrain.body_limits import BodyLimits
-from ippon.planning.terrain.clearance import OBSTACLE, OPEN, UNSEEN
-from ippon.planning.terrain.unseen_floor import unseen_straight_m
+from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN, UNSEEN
+from ippon.planning.terrain.unseen_shortcut import unseen_straight_m
 from tests.ippon.planning.terrain.test_clearance import make_grid, random_kind
 from tests.reference import planning_floor as reference
 

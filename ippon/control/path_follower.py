@@ -7,13 +7,13 @@ from typing import Final
 import numpy as np
 
 from ippon.command import Command
-from ippon.control.easing import within_acceleration
-from ippon.control.obstacles import GRACE_M, disc_room, near_obstacles
+from ippon.control.acceleration_limits import limit_acceleration
+from ippon.control.obstacles import OVERLAP_TOLERANCE_M, disc_clearance, mapped_obstacles
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.plan import Plan, Viewpoint
-from ippon.planning.roadmap.robot_path import HERE_M
-from ippon.planning.terrain.path_points import point_along, poses_along, remaining_path
+from ippon.planning.roadmap.robot_path import AT_NODE_M
+from ippon.planning.terrain.path_geometry import point_along, poses_along, remaining_path
 from ippon.robot import RobotProfile
 
 _TURN_STEP_RAD: Final = 0.1
@@ -74,7 +74,7 @@ class PathFollower:
         self._reached = False
         self._blocked = False
 
-    def go_on_from(self, command: Command) -> None:
+    def resume_from(self, command: Command) -> None:
         """Take what was commanded last in place of its own last command: others command, too."""
         self._last = command
 
@@ -129,8 +129,8 @@ class PathFollower:
         off = abs(wrap_angle(math.atan2(dy, dx) - yaw_of(T_world_base)))
         tolerance = self.config.position_tolerance_m
         if self._settling:
-            return away <= max(HERE_M, 1.5 * tolerance)
-        return away <= tolerance or (off > self.config.turn_in_place_rad and away <= HERE_M)
+            return away <= max(AT_NODE_M, 1.5 * tolerance)
+        return away <= tolerance or (off > self.config.turn_in_place_rad and away <= AT_NODE_M)
 
     def _settle(
         self, target: Viewpoint, T_world_base: Float64Array, tilt_rad: float, dt_s: float
@@ -172,7 +172,7 @@ class PathFollower:
         braking = config.braking_share * robot.max_linear_acceleration_m_s2
         remaining = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
         reach = 0.5 * robot.max_linear_m_s**2 / braking + 0.4
-        obstacles = near_obstacles(map_arrays, robot, T_world_base, reach + robot.radius_m)
+        obstacles = mapped_obstacles(map_arrays, robot, T_world_base, reach + robot.radius_m)
         room, free = self._look_ahead(path, obstacles, reach, backwards=backwards)
         speed = robot.max_linear_m_s * self._caution(room) * max(0.2, math.cos(1.5 * off))
         self._blocked = free < 0.02
@@ -188,12 +188,14 @@ class PathFollower:
         robot = self._robot
         if robot.is_round or not robot.can_reverse or abs(off) < 0.5 * math.pi:
             return False
-        obstacles = near_obstacles(map_arrays, robot, T_world_base, robot.radius_m + GRACE_M)
+        obstacles = mapped_obstacles(
+            map_arrays, robot, T_world_base, robot.radius_m + OVERLAP_TOLERANCE_M
+        )
         turn = np.linspace(0.0, off, math.ceil(abs(off) / _TURN_STEP_RAD) + 1)
         here = np.tile(T_world_base[:2, 3], (len(turn), 1))
         poses = np.column_stack([here, yaw_of(T_world_base) + turn])
-        room = disc_room(robot.outline, poses, obstacles)
-        return bool(room.min() < min(-GRACE_M, float(room[0]) - 0.01))
+        room = disc_clearance(robot.outline, poses, obstacles)
+        return bool(room.min() < min(-OVERLAP_TOLERANCE_M, float(room[0]) - 0.01))
 
     def _look_ahead(
         self, path: Float64Array, obstacles: Float64Array, reach: float, *, backwards: bool
@@ -205,7 +207,7 @@ class PathFollower:
         poses = poses_along(path, steps)
         if backwards:
             poses[:, 2] += math.pi
-        room = disc_room(self._robot.outline, poses, obstacles)
+        room = disc_clearance(self._robot.outline, poses, obstacles)
         # A voxel is up to half its edge off the surface, and standing too close already is no
         # reason to stay: it must only not get closer.
         needed = np.minimum(-self.config.overlap_m, room[0] - 0.01)
@@ -241,7 +243,7 @@ class PathFollower:
             ],
             axis=2,
         )
-        room = disc_room(self._robot.outline, poses.reshape(-1, 3), obstacles)
+        room = disc_clearance(self._robot.outline, poses.reshape(-1, 3), obstacles)
         room = room.reshape(len(rates), -1).min(axis=1)
         short = np.maximum(0.0, self.config.side_margin_m - room)
         cost = np.abs(rates - rate) / limit + self.config.side_weight * short
@@ -260,5 +262,5 @@ class PathFollower:
 
     def _ease(self, linear: float, yaw_rate: float, tilt: float, dt_s: float) -> Command:
         wanted = Command(linear_m_s=linear, yaw_rate_rad_s=yaw_rate, tilt_rad=tilt)
-        self._last = within_acceleration(wanted, self._last, self._robot, dt_s)
+        self._last = limit_acceleration(wanted, self._last, self._robot, dt_s)
         return self._last

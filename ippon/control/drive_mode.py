@@ -23,7 +23,7 @@ class DriveMode(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Hand:
+class TeleopInput:
     """What the operator holds down; each part in -1 to 1 of what the robot can do."""
 
     forward: float = 0.0
@@ -35,7 +35,7 @@ class Hand:
     def __post_init__(self) -> None:
         """Reject more than the robot can do."""
         if not all(-1.0 <= value <= 1.0 for value in (self.forward, self.turn, self.tilt)):
-            raise ValueError(f"each part of a hand's command lies in -1 to 1; got {self}")
+            raise ValueError(f"each part of a teleop input lies in -1 to 1; got {self}")
 
     @property
     def drives(self) -> bool:
@@ -43,10 +43,12 @@ class Hand:
         return self.forward != 0.0 or self.turn != 0.0
 
 
-RESTING = Hand()
+NO_INPUT = TeleopInput()
 
 
-def blend(mode: DriveMode, hand: Hand, planned: Command, robot: RobotProfile) -> Command:
+def blend_commands(
+    mode: DriveMode, hand: TeleopInput, planned: Command, robot: RobotProfile
+) -> Command:
     """Make one command of what the operator holds down and what the planner wants.
 
     In Assisted nothing moves unless something is held. Forward alone goes the planner's way at the
@@ -83,14 +85,14 @@ def blend(mode: DriveMode, hand: Hand, planned: Command, robot: RobotProfile) ->
     )
 
 
-def follows_plan(mode: DriveMode, hand: Hand) -> bool:
+def follows_plan(mode: DriveMode, hand: TeleopInput) -> bool:
     """Tell whether the planner steers now."""
     if mode is DriveMode.AUTO:
         return True
     return mode is DriveMode.ASSISTED and hand.forward > 0.0 and hand.turn == 0.0
 
 
-def limited(command: Command, share: float) -> Command:
+def scale_command(command: Command, share: float) -> Command:
     """Slow a command down to a share of itself; the arc stays the arc."""
     return dataclasses.replace(
         command,

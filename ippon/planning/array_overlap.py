@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def paste(source: NDArray, offset: NDArray[np.int64], target: NDArray) -> None:
+def copy_overlap(source: NDArray, offset: NDArray[np.int64], target: NDArray) -> None:
     """Copy `source` into `target`, its first element at `offset`, as far as it overlaps."""
     low = np.maximum(offset, 0)
     high = np.minimum(offset + source.shape, target.shape)

@@ -7,7 +7,7 @@ from ippon.command import Command
 from ippon.robot import RobotProfile
 
 
-def within_acceleration(
+def limit_acceleration(
     wanted: Command,
     last: Command,
     robot: RobotProfile,
