@@ -3,11 +3,13 @@
 import math
 from dataclasses import dataclass, field
 
+from ippon.planning.roadmap.connection import ConnectionConfig
 from ippon.planning.roadmap.local_planner import LocalPlannerConfig
 from ippon.planning.roadmap.sampling import SamplingConfig
 from ippon.planning.selection.approach import CloserLookConfig
 from ippon.planning.selection.node_selection import SelectionConfig
 from ippon.planning.terrain.traversability import TraversabilityConfig
+from ippon.planning.terrain.unseen_gaps import UnseenGapConfig
 from ippon.planning.visibility.viewpoints import ViewConfig
 
 
@@ -20,6 +22,8 @@ class PlannerConfig:
     view: ViewConfig = field(default_factory=ViewConfig)
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     traversability: TraversabilityConfig = field(default_factory=TraversabilityConfig)
+    unseen_gap: UnseenGapConfig = field(default_factory=UnseenGapConfig)
+    connection: ConnectionConfig = field(default_factory=ConnectionConfig)
     local_planner: LocalPlannerConfig = field(default_factory=LocalPlannerConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
     closer_look: CloserLookConfig = field(default_factory=CloserLookConfig)

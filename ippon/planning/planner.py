@@ -33,7 +33,7 @@ from ippon.planning.selection.node_selection import Scores, held, promised_per_s
 from ippon.planning.selection.target_choice import TargetChoice
 from ippon.planning.terrain.traversability import Traversability
 from ippon.planning.terrain.unseen_gaps import UnseenGapDetector
-from ippon.planning.terrain.unseen_shortcut import unseen_straight_m
+from ippon.planning.terrain.unseen_shortcut import unseen_shortcut_m
 from ippon.planning.tree_view import TreePicture
 from ippon.planning.visibility.evaluation_schedule import Evaluations
 from ippon.planning.visibility.region_weights import RegionWeights
@@ -77,16 +77,17 @@ class ViewpointPlanner:
             config.selection, self._road, self._views, robot.max_yaw_rate_rad_s
         )
         self._growth = RoadmapBuilder(
-            config,
+            config.sampling,
+            config.connection,
+            config.local_planner,
             robot,
             seed,
+            samples_per_step=config.samples_per_step,
             floor=self._floor,
             road=self._road,
-            views=self._views,
-            choice=self._choice,
         )
         self._closer = CloserLooks(config.closer_look, robot.max_linear_m_s)
-        self._gaps = UnseenGapDetector()
+        self._gaps = UnseenGapDetector(config.unseen_gap)
         self._objects = OoiVoxels(config.ooi_threshold)
         self._termination_min = math.inf
         self._levels_changed = False
@@ -163,9 +164,13 @@ class ViewpointPlanner:
         standing = self._follow(map_arrays, T_world_base, tilt_rad)
         reachable = self._growth.reachable(x, y)
         objects = self._objects.update(map_arrays)[0][:_MOST_OBJECT_VOXELS]
-        saturated = self._growth.lay_out(objects, reachable, x, y, layout)
+        worth, choice = self._views.potential, self._choice
+        self._forget(self._growth.thin_out(objects, worth, choice.node, x, y))
+        saturated = self._growth.sample(objects, reachable, x, y, layout)
         self._add_root(objects, map_arrays, x, y)
-        root_edges, tree = self._growth.grow(reachable, x, y, yaw, layout)
+        root_edges, tree = self._growth.shortest_tree(
+            reachable, x, y, yaw, layout, target=choice.node, path=choice.path
+        )
         evaluated = self._evaluations.step(
             map_arrays, tree, objects, deadline, target=self._choice.node, standing=standing
         )
@@ -190,7 +195,7 @@ class ViewpointPlanner:
             evaluated=evaluated,
             closer_look=look is not None,
             out_of_reach_m=None if look is None else look.away_m,
-            unseen_straight_m=unseen_straight_m(around.grid, around.limits, around.margin_m, path),
+            unseen_straight_m=unseen_shortcut_m(around.grid, around.limits, around.margin_m, path),
             floor_gap=floor_gap,
             cut_short=deadline.cut_short,
             promised_per_s=promised_per_s(self.config.selection, scores),
@@ -199,7 +204,10 @@ class ViewpointPlanner:
 
     def path_to_point(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
         """See `RoadmapBuilder.path_to_point`; the roadmap is that of the last `step`."""
-        return self._growth.path_to_point(T_world_base, xy, self._deadline())
+        choice = self._choice
+        return self._growth.path_to_point(
+            T_world_base, xy, self._deadline(), target=choice.node, path=choice.path
+        )
 
     def _deadline(self) -> Deadline:
         budget_s = self.config.step_budget_s
@@ -215,8 +223,14 @@ class ViewpointPlanner:
             self._views.recount(arrays)
             self._levels_changed = False
         if box is not None:
-            self._growth.follow(box)
+            self._forget(self._growth.update_floor(box))
         return standing_at is not None
+
+    def _forget(self, nodes: list[int]) -> None:
+        """Forget the values of removed nodes: new nodes may take their numbers."""
+        for node in nodes:
+            self._views.forget(node)
+            self._choice.forget(node)
 
     def _add_root(self, voxels: Float64Array, arrays: MapArrays, x: float, y: float) -> None:
         """Evaluate where the robot stands, too, once the object is within reach from there.

@@ -136,7 +136,7 @@ def steps_over_unseen_floor(
     return out
 
 
-def unseen_straight_m(
+def unseen_shortcut_m(
     grid: FloorGrid,
     limits: BodyLimits,
     margin_m: float,

@@ -1,7 +1,7 @@
-"""Connecting viewpoints: straight where that is free, by OMPL where it is not."""
+"""Connecting viewpoints: by straight moves where they are free, else by the local planner."""
 
 from collections.abc import Collection
-from typing import Final
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,60 +15,87 @@ from ippon.planning.terrain.motion_check import move_between
 from ippon.planning.terrain.traversability import Traversability
 from ippon.robot import RobotProfile
 
-RADIUS_M: Final = 2.5
-"""Neighbours farther away than this are not connected directly."""
-NEIGHBOURS: Final = 10
-COMFORT_M: Final = 0.05
-"""Room beside the body, above the margin, that viewpoints and straight edges leave: a voxel is up
-to half its edge off the surface. Tighter places are for OMPL, which keeps to their middle."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConnectionConfig:
+    """Which nodes are connected, and how the robot joins the roadmap."""
+
+    radius_m: float = 2.5
+    """Longest straight edge; more gives straighter paths and checks more moves."""
+    neighbours: int = 10
+    """Nearest nodes that a node is connected to at most; more gives shorter paths and checks more
+    moves."""
+    rejoin_m: float = 0.15
+    """A robot beside its path that cannot cut across rejoins it this far ahead; more returns at a
+    flatter angle."""
+    waypoint_reach_m: float = 0.75
+    """How far a point that the operator chose may be from where the robot can stand, for example on
+    a table; more accepts more points and stops farther from them."""
+
+    def __post_init__(self) -> None:
+        """Reject values that connect nothing."""
+        if self.radius_m <= 0.0 or self.neighbours < 1:
+            raise ValueError(
+                "radius_m must be above 0 and neighbours at least 1; got "
+                f"{self.radius_m} and {self.neighbours}"
+            )
+        if self.rejoin_m < 0.0 or self.waypoint_reach_m < 0.0:
+            raise ValueError("rejoin_m and waypoint_reach_m must not be negative")
 
 
 class Connector:
-    """Adds edges to the roadmap, and follows the floor with those that there are."""
+    """Adds edges to the roadmap and keeps them consistent with the floor."""
 
     def __init__(
-        self, road: Roadmap, floor: Traversability, queries: LocalPlanner, robot: RobotProfile
+        self,
+        config: ConnectionConfig,
+        road: Roadmap,
+        floor: Traversability,
+        local_planner: LocalPlanner,
+        robot: RobotProfile,
     ) -> None:
+        self._config = config
         self._road = road
         self._floor = floor
-        self._queries = queries
+        self._local_planner = local_planner
         self._turn_rate = robot.max_yaw_rate_rad_s
         self._next = 0
         self._failed: dict[tuple[int, int], int] = {}
-        """Pairs of nodes that no way was found between; changes of the floor by then."""
+        """Pairs of nodes without a path between them; count of floor changes at that time."""
 
     @property
     def _margin(self) -> float:
         return self._floor.margin_m
 
-    def follow(self, box: tuple[int, int, int, int]) -> list[int]:
-        """Recheck the roadmap where the floor changed.
+    def update_floor(self, box: tuple[int, int, int, int]) -> list[int]:
+        """Recheck nodes and edges where the floor changed.
 
         Args:
             box: Cells (i0, i1, j0, j1) that changed.
 
         Returns:
-            Nodes that were dropped.
+            Nodes that were removed.
         """
-        self._queries.note_floor_change()
+        self._local_planner.note_floor_change()
         grid = self._floor.grid
         gone, _ = self._road.recheck(grid, self._floor.limits, box, self._margin)
         self._failed = {
             pair: floor_changes
             for pair, floor_changes in self._failed.items()
             if not (
-                self._queries.may_retry(floor_changes) and self._in_box(self._middle(pair), box)
+                self._local_planner.may_retry(floor_changes)
+                and self._in_box(self._middle(pair), box)
             )
         }
         self._forget(gone)
-        self._rejoin(box)
+        self._reconnect(box)
         return gone
 
     def thin_out(self, crowded: Collection[int]) -> None:
-        """Remove nodes, and join what they joined.
+        """Remove nodes, and reconnect their neighbours.
 
         Args:
-            crowded: Nodes that have others nearby.
+            crowded: Nodes that other nodes can stand in for.
         """
         orphans = self._road.neighbours(crowded)
         for node in crowded:
@@ -78,18 +105,18 @@ class Connector:
             self.connect(node)
 
     def connect(self, node: int) -> int:
-        """Add the straight edges of a new node; returns their number."""
+        """Add the free straight edges of a node; return their number."""
         return self._road.connect(
             node,
             self._floor.grid,
             self._floor.limits,
-            radius=RADIUS_M,
-            most=NEIGHBOURS,
-            margin=self._margin + COMFORT_M,
+            radius=self._config.radius_m,
+            most=self._config.neighbours,
+            margin=self._margin + self._floor.config.comfort_m,
         )
 
     def connect_pair(self, a: int, b: int) -> bool:
-        """Add the straight edge of two nodes, tight as it may be; tell whether it is free."""
+        """Add the straight edge between two nodes, however tight; tell whether it is free."""
         xy, margin = self._road.xy, self._margin
         free, time, _ = move_between(self._floor.grid, self._floor.limits, xy[a], xy[b], margin)
         if free:
@@ -103,13 +130,13 @@ class Connector:
         solves: int = 1,
         deadline: Deadline = UNLIMITED,
     ) -> bool:
-        """Join nodes to the tree that the floor reaches but no straight edge does.
+        """Connect nodes to the tree that the floor reaches but no straight edge does.
 
         Args:
-            tree: Cheapest ways to the nodes.
+            tree: Best paths to the nodes.
             reachable: (X, Y) from `reachable_cells`.
-            solves: Pairs that are tried at most, the nearest ones first.
-            deadline: What it ends goes on with the next call.
+            solves: Pairs tried at most, nearest first.
+            deadline: Ends a query, which continues in the next call.
 
         Returns:
             Whether an edge was added.
@@ -127,31 +154,31 @@ class Connector:
             if solves == 0:
                 break
             row, column = np.unravel_index(int(flat), apart.shape)
-            if apart[row, column] > 2.0 * RADIUS_M:
+            if apart[row, column] > 2.0 * self._config.radius_m:
                 break
             a, b = int(lost[row]), int(reached[column])
             if (a, b) in self._failed or self._road.has_edge(a, b):
                 continue
             if self._join(a, b, deadline):
                 added = True
-            elif not self._queries.unfinished:
-                self._failed[a, b] = self._queries.floor_changes
+            elif not self._local_planner.unfinished:
+                self._failed[a, b] = self._local_planner.floor_changes
             solves -= 1
         return added
 
     def _join(self, a: int, b: int, deadline: Deadline) -> bool:
-        """Join two nodes by OMPL, or straight through a tight place; tell whether it worked."""
+        """Connect two nodes by the local planner, or else by a tight straight edge."""
         grid, limits, xy = self._floor.grid, self._floor.limits, self._road.xy
-        path = self._queries.solve(xy[a], xy[b], deadline)
+        path = self._local_planner.solve(xy[a], xy[b], deadline)
         if path is not None:
             time = path_time(grid, limits, path, self._margin)
             if time is not None:
                 self._road.add_edge(a, b, time, path, turning_time(path, self._turn_rate))
                 return True
-        return not self._queries.unfinished and self.connect_pair(a, b)
+        return not self._local_planner.unfinished and self.connect_pair(a, b)
 
-    def _rejoin(self, box: tuple[int, int, int, int], count: int = 6) -> None:
-        """Try a few nodes again for straight edges that the change may have opened."""
+    def _reconnect(self, box: tuple[int, int, int, int], count: int = 6) -> None:
+        """Connect a few nodes in the box again: the change may have freed straight edges."""
         nodes = [int(n) for n in self._road.nodes if self._in_box(self._road.xy[n], box)]
         if not nodes:
             return
@@ -160,7 +187,7 @@ class Connector:
             self.connect(nodes[self._next % len(nodes)])
 
     def _forget(self, gone: Collection[int]) -> None:
-        """Drop what is known of removed nodes: others will have their numbers."""
+        """Forget failed pairs with removed nodes: new nodes may take their numbers."""
         if gone:
             numbers = set(gone)
             self._failed = {

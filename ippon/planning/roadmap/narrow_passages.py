@@ -1,9 +1,9 @@
-"""Straight ways for a long body through what is too narrow for it to turn in.
+"""Straight edges for a long body through passages that are too narrow for it to turn in.
 
-Viewpoints lie where the body can turn. Between two such regions a door may lead that the body fits
-through only along its axis, and samples drawn at random hardly ever line up with that. So pairs of
-places are looked for on either side of it, as by the bridge test for narrow passages (Hsu et al.
-2003), with free space in the place of obstacles.
+Viewpoints lie where the body can turn. Two such regions may be connected by a door that the body
+passes only along its axis, and random samples rarely line up with that axis. Therefore pairs of
+points are searched on either side of it, as in the bridge test for narrow passages (Hsu et al.
+2003), with free space in place of obstacles.
 """
 
 import math
@@ -22,32 +22,32 @@ from ippon.planning.terrain.motion_check import can_stand_at, straight_move
 from ippon.planning.terrain.reachability import STANDABLE
 
 _HEADINGS: Final = 24
-"""Directions that a straight way is tried in, over half a turn."""
+"""Directions that are tried, over half a turn."""
 _LONGEST_M: Final = 1.8
-"""From the narrow place to where the body can turn, on either side."""
+"""Longest distance from the narrow place to where the body can turn, on either side."""
 _MOST: Final = 12
-"""Narrow places that are looked at in one go."""
+"""Narrow places checked per search."""
 _APART_M: Final = 0.4
-"""Those lie at least so far apart."""
+"""Least distance between these places."""
 
 _label: Callable[..., Any] = ndimage.label
 _distance: Callable[..., Any] = ndimage.distance_transform_edt
-"""Untyped on purpose: scipy does not say what its functions return."""
+"""Untyped: scipy has no annotations for what these functions return."""
 
 
 def find_narrow_passages(
     grid: FloorGrid, limits: BodyLimits, reachable: NDArray[np.uint8], margin_m: float
 ) -> list[Float64Array]:
-    """Find straight ways between regions in which the body can turn.
+    """Find straight passages between regions in which the body can turn.
 
     Args:
         grid: The floor.
         limits: The body.
         reachable: (X, Y) from `reachable_cells`.
-        margin_m: Room beside the body that a move must leave.
+        margin_m: Free space beside the body that a move must leave.
 
     Returns:
-        (2, 2) both ends of each way, metres; none for a round body.
+        (2, 2) both ends of each passage, metres; none for a round body.
     """
     if not len(limits.discs):
         return []
@@ -60,33 +60,36 @@ def find_narrow_passages(
     _, nearest = _distance(regions == 0, return_indices=True)
     owner = np.where(reachable > 0, regions[tuple(nearest)], 0)
     narrow = cell_centres(grid, _spread(np.argwhere(_borders(owner) & ~turns), room, grid))
-    ways = [straight_passage(grid, limits, x, y, margin_m) for x, y in narrow.tolist()]
-    return [way for way in ways if way is not None]
+    passages = [straight_passage(grid, limits, x, y, margin_m) for x, y in narrow.tolist()]
+    return [passage for passage in passages if passage is not None]
 
 
 def straight_passage(
     grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin_m: float
 ) -> Float64Array | None:
-    """Find the roomiest straight way near a point, from where the body can turn to where it can.
+    """Find the straight passage with the most clearance near a point.
+
+    The body can turn at both ends.
 
     Args:
         grid: The floor.
         limits: The body.
         x: Of the point, metres; likewise y.
         y: See x.
-        margin_m: Room beside the body that a move must leave.
+        margin_m: Free space beside the body that a move must leave.
 
     Returns:
-        (2, 2) both ends, metres; None where there is no such way.
+        (2, 2) both ends, metres; None if there is no passage.
     """
     ends = np.zeros((2, 2))
     return ends if _passage_kernel(grid, limits, x, y, margin_m, ends) else None
 
 
 def _ends_unseen(may_turn: NDArray[np.bool_], reachable: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Return cells (X, Y) where the body can turn for all that is known, apart from viewpoints.
+    """Return (X, Y) cells where no known obstacle prevents turning, in regions without a viewpoint.
 
-    What is beyond a deep passage is seen well only from there; who cannot turn there backs out.
+    The floor beyond a deep passage is seen well only from its end; a robot that turns out to be
+    unable to turn there backs out.
     """
     parts, count = _label(may_turn)
     known = np.zeros(count + 1, dtype=np.bool_)
@@ -95,7 +98,7 @@ def _ends_unseen(may_turn: NDArray[np.bool_], reachable: NDArray[np.uint8]) -> N
 
 
 def _borders(owner: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Tell which of (X, Y) cells lie beside one of another region; 0 in `owner` is no region."""
+    """Return (X, Y) cells that touch another region; 0 in `owner` is no region."""
     border = np.zeros(owner.shape, dtype=np.bool_)
     for low, high in (
         ((slice(0, -1), slice(None)), (slice(1, None), slice(None))),
@@ -106,7 +109,7 @@ def _borders(owner: NDArray[np.int32]) -> NDArray[np.bool_]:
 
 
 def _spread(cells: NDArray[np.int64], worth: Float64Array, grid: FloorGrid) -> NDArray[np.int64]:
-    """Return up to `_MOST` of (M, 2) cells, those of most worth first, apart from each other.
+    """Return up to `_MOST` of (M, 2) cells, highest worth first, at least `_APART_M` apart.
 
     Args:
         cells: Their indices.
@@ -125,7 +128,7 @@ def _spread(cells: NDArray[np.int64], worth: Float64Array, grid: FloorGrid) -> N
 
 @njit(cache=True, nogil=True)
 def _turning_place_kernel(grid, limits, x, y, c, s, margin):
-    """Return how far in a direction the body can turn first, -1 where it cannot."""
+    """Return the distance to the first place in a direction where the body can turn; -1 if none."""
     step = 0.5 * grid.voxel_size
     for n in range(1, int(_LONGEST_M / step) + 1):
         if can_stand_at(grid, limits, x + n * step * c, y + n * step * s, margin):
@@ -135,14 +138,14 @@ def _turning_place_kernel(grid, limits, x, y, c, s, margin):
 
 @njit(cache=True, nogil=True)
 def _passage_kernel(grid, limits, x, y, margin, ends):
-    """Write the ends of the roomiest straight way near a point; tell whether there is one."""
+    """Write the ends of the passage with the most clearance; tell whether there is one."""
     best, found = math.inf, False
     v = grid.voxel_size
     for h in range(_HEADINGS):
         heading = h * math.pi / _HEADINGS
         c, s = math.cos(heading), math.sin(heading)
         for aside in range(-2, 3):
-            # The narrow place is known to a cell; beside its middle by less than that.
+            # The narrow place is known to one cell; its axis may pass between cell centres.
             px, py = x - 0.5 * aside * v * s, y + 0.5 * aside * v * c
             ahead = _turning_place_kernel(grid, limits, px, py, c, s, margin)
             if ahead < 0.0:

@@ -1,9 +1,9 @@
-"""The graph of verified moves between viewpoints, and the cheapest tree over it.
+"""The roadmap: a graph of verified moves between viewpoints.
 
-RRT* keeps one parent a node and rewires where a new node makes a way cheaper. Here every verified
+RRT* keeps one parent per node and rewires where a new node shortens a path. Here every verified
 edge is kept (the rapidly exploring random graph of Karaman and Frazzoli), and the tree is the
-shortest-path tree over it from wherever the robot is: RRT*'s rewiring carried out in full, after
-each move of the root and each change of the map, and nothing is lost when the root moves.
+shortest-path tree over the graph from the robot. That equals complete rewiring after each motion of
+the root and each change of the map, and no edge is lost when the root moves.
 """
 
 import math
@@ -22,11 +22,11 @@ from ippon.planning.terrain.floor_grid import FloorGrid
 from ippon.planning.terrain.motion_check import can_stand, move_between, straight_move
 
 _RESERVE: Final = 64
-"""Nodes for viewpoints round an object, and for where the robot stands."""
+"""Nodes kept free for viewpoints near an object and at the robot."""
 
 
 class Roadmap:
-    """Nodes on cell centres and undirected edges with travel times."""
+    """Nodes at cell centres and undirected edges with travel times."""
 
     def __init__(self, capacity: int) -> None:
         self.capacity = capacity
@@ -45,7 +45,7 @@ class Roadmap:
 
     @property
     def nodes(self) -> NDArray[np.int64]:
-        """Indices of the nodes that exist."""
+        """Indices of the existing nodes."""
         return np.flatnonzero(self.alive[: self.count])
 
     @property
@@ -54,7 +54,7 @@ class Roadmap:
         return self._edges
 
     def add_node(self, x: float, y: float) -> int | None:
-        """Add a node; None when the roadmap is full."""
+        """Add a node and return it; None if the roadmap is full."""
         if self._free:
             node = self._free.pop()
         elif self.count < self.capacity:
@@ -67,7 +67,7 @@ class Roadmap:
         return node
 
     def remove_node(self, node: int) -> None:
-        """Drop a node and its edges."""
+        """Remove a node and its edges; a new node may take its number."""
         ends = self._ends[: self._edges]
         for edge in np.flatnonzero((ends == node).any(axis=1))[::-1]:
             self._remove_edge(int(edge))
@@ -76,18 +76,18 @@ class Roadmap:
 
     @property
     def room(self) -> int:
-        """Nodes that can still be added to cover the floor; a few more are for what is found."""
+        """Nodes that can still be added to cover the floor, without the reserve for objects."""
         left = len(self._free) + self.capacity - self.count
         return max(0, left - min(_RESERVE, self.capacity // 8))
 
     def neighbours(self, nodes: Collection[int]) -> set[int]:
-        """Return the other nodes that any of some nodes has an edge to."""
+        """Return the nodes that share an edge with any of `nodes`, without `nodes` themselves."""
         ends = self._ends[: self._edges]
         touching = np.isin(ends, list(nodes)).any(axis=1)
         return set(ends[touching].ravel().tolist()).difference(nodes)
 
     def has_edge(self, a: int, b: int) -> bool:
-        """Tell whether a move between two nodes is known."""
+        """Tell whether an edge joins two nodes."""
         return (min(a, b), max(a, b)) in self._index
 
     def add_edge(
@@ -104,7 +104,7 @@ class Roadmap:
             a: Node.
             b: Other node.
             time: Seconds to drive it.
-            curve: (K, 2) points from a to b when it is not straight.
+            curve: (K, 2) points from a to b; None if it is straight.
             turning: Seconds to turn at the curve's inner points.
         """
         key = (min(a, b), max(a, b))
@@ -146,7 +146,7 @@ class Roadmap:
         most: int,
         margin: float,
     ) -> int:
-        """Add every straight edge from a node to its neighbours that is free.
+        """Add every free straight edge from a node to its neighbours.
 
         Returns:
             Number of edges added.
@@ -165,16 +165,16 @@ class Roadmap:
     def recheck(
         self, grid: FloorGrid, limits: BodyLimits, box: tuple[int, int, int, int], margin: float
     ) -> tuple[list[int], int]:
-        """Drop nodes and edges that a change of the floor made impassable.
+        """Remove nodes and edges that a change of the floor has blocked.
 
         Args:
             grid: The floor.
             limits: The body.
             box: Cells (i0, i1, j0, j1) that changed.
-            margin: Room to leave beside the body, metres.
+            margin: Free space to leave beside the body, metres.
 
         Returns:
-            Nodes and number of edges that were dropped.
+            The removed nodes, and the number of removed edges.
         """
         v = grid.voxel_size
         low: Float64Array = (np.array([box[0], box[2]], dtype=np.float64) + grid.origin) * v
@@ -217,12 +217,12 @@ class Roadmap:
         return len(dropped)
 
     def shortest_tree(self, root_edges: RootEdges, yaw: float, turn_rate: float) -> ShortestTree:
-        """Find the cheapest way to every node, turning included.
+        """Find the best path to every node, turning included; see `solve_tree`.
 
         Args:
-            root_edges: Moves from the robot.
-            yaw: The robot's heading.
-            turn_rate: How fast it turns, radians a second.
+            root_edges: Edges from the robot.
+            yaw: The robot's heading, radians.
+            turn_rate: How fast it turns, radians per second.
         """
         m = self._edges
         return solve_tree(
@@ -249,7 +249,7 @@ class Roadmap:
         return np.concatenate(pieces[::-1])
 
     def _remove_edge(self, edge: int) -> None:
-        """Drop an edge; the last one takes its number."""
+        """Remove an edge; the last edge takes its number."""
         a, b = self._ends[edge]
         del self._index[(min(int(a), int(b)), max(int(a), int(b)))]
         self._curves.pop(edge, None)
@@ -273,7 +273,7 @@ def _heading(a: Float64Array, b: Float64Array) -> float:
 def path_time(
     grid: FloorGrid, limits: BodyLimits, points: Float64Array, margin: float
 ) -> float | None:
-    """Return the driving time of a (K, 2) polyline without its turns; None when it is blocked."""
+    """Return the driving time of a (K, 2) polyline without turns; None if it is blocked."""
     total = 0.0
     for a, b in pairwise(points):
         free, time, _ = move_between(grid, limits, a, b, margin)

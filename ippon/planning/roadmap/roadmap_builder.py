@@ -1,83 +1,106 @@
-"""Growing the tree of viewpoints over the floor: added, joined, thinned out, entered."""
-
-from typing import Final
+"""The roadmap in each step: sample, connect, thin out, recheck, and find the best paths."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array, yaw_of
-from ippon.planning.config import PlannerConfig
 from ippon.planning.deadline import Deadline
-from ippon.planning.roadmap.connection import COMFORT_M, Connector
-from ippon.planning.roadmap.local_planner import LocalPlanner
+from ippon.planning.roadmap.connection import ConnectionConfig, Connector
+from ippon.planning.roadmap.local_planner import LocalPlanner, LocalPlannerConfig
 from ippon.planning.roadmap.roadmap import Roadmap
 from ippon.planning.roadmap.root_connection import RootConnector
+from ippon.planning.roadmap.sampling import SamplingConfig
 from ippon.planning.roadmap.shortest_tree import RootEdges, ShortestTree
 from ippon.planning.roadmap.thinning import Thinning
 from ippon.planning.roadmap.viewpoint_sampler import ViewpointSampler
-from ippon.planning.selection.target_choice import TargetChoice
 from ippon.planning.terrain.floor_grid import cell_centres
 from ippon.planning.terrain.reachability import STANDABLE, reachable_cells
 from ippon.planning.terrain.traversability import Traversability
-from ippon.planning.visibility.viewpoints import Viewpoints
 from ippon.robot import RobotProfile
-
-WAYPOINT_REACH_M: Final = 0.75
-"""A point that an operator chose may lie this far from where the robot can stand: on a table."""
 
 
 class RoadmapBuilder:
-    """Keeps the roadmap in shape, and the cheapest tree over it from where the robot is."""
+    """Maintains the roadmap, and finds the shortest-path tree over it from the robot."""
 
     def __init__(
         self,
-        config: PlannerConfig,
+        sampling: SamplingConfig,
+        connection: ConnectionConfig,
+        local_planner: LocalPlannerConfig,
         robot: RobotProfile,
         seed: int,
         *,
+        samples_per_step: int,
         floor: Traversability,
         road: Roadmap,
-        views: Viewpoints,
-        choice: TargetChoice,
     ) -> None:
-        """Take what is kept in shape.
+        """Begin with an empty roadmap.
 
         Args:
-            config: How the tree is grown.
+            sampling: Density of the viewpoints.
+            connection: Which nodes are connected.
+            local_planner: How nodes are connected that no straight move joins.
             robot: Body and speed.
-            seed: Of the samples.
+            seed: Of the samples and of the local planner.
+            samples_per_step: Viewpoints added in a step at most.
             floor: Where the robot can drive.
-            road: The roadmap; empty.
-            views: What its nodes show; told of those that are removed, as `choice` is.
-            choice: The node that the robot is on its way to.
+            road: The roadmap to maintain; empty.
         """
+        self._config = connection
         self._turn_rate = robot.max_yaw_rate_rad_s
         self._floor = floor
         self._road = road
-        self._views = views
-        self._choice = choice
-        queries = LocalPlanner(config.local_planner, floor, seed)
-        self._connector = Connector(road, floor, queries, robot)
-        self._entry = RootConnector(road, floor, queries, robot)
+        local = LocalPlanner(local_planner, floor, seed)
+        self._connector = Connector(connection, road, floor, local, robot)
+        self._root = RootConnector(connection, road, floor, local, robot)
         self._sampler = ViewpointSampler(
-            config.sampling, config.samples_per_step, road, floor, self._connector, seed
+            sampling, samples_per_step, road, floor, self._connector, seed
         )
-        self._thinning = Thinning(config.sampling, config.samples_per_step, road, views)
+        self._thinning = Thinning(sampling, samples_per_step, road)
 
-    def follow(self, box: tuple[int, int, int, int]) -> None:
-        """Drop nodes and edges that the floor no longer allows where it changed.
+    def update_floor(self, box: tuple[int, int, int, int]) -> list[int]:
+        """Recheck nodes and edges where the floor changed.
 
         Args:
             box: Cells (i0, i1, j0, j1) that changed.
+
+        Returns:
+            Nodes that were removed; new nodes may take their numbers.
         """
-        self._forget(self._connector.follow(box))
+        return self._connector.update_floor(box)
 
     def reachable(self, x: float, y: float) -> NDArray[np.uint8]:
         """Return (X, Y) from `reachable_cells` for a robot at (x, y) metres."""
         floor = self._floor
-        return reachable_cells(floor.grid, floor.limits, x, y, floor.margin_m, COMFORT_M)
+        comfort_m = floor.config.comfort_m
+        return reachable_cells(floor.grid, floor.limits, x, y, floor.margin_m, comfort_m)
 
-    def lay_out(
+    def thin_out(
+        self,
+        voxels: Float64Array,
+        worth: NDArray[np.float32],
+        target: int | None,
+        x: float,
+        y: float,
+    ) -> list[int]:
+        """Remove viewpoints of a full roadmap that others can stand in for; see `Thinning`.
+
+        Args:
+            voxels: (M, 3) centres of OOI voxels, metres.
+            worth: (capacity,) what each viewpoint might show; the one with more stays.
+            target: Node that the robot is on its way to, None for none.
+            x: Robot, metres.
+            y: Robot, metres.
+
+        Returns:
+            Nodes that were removed; new nodes may take their numbers.
+        """
+        crowded = self._thinning.crowded(voxels, worth, target, x, y)
+        if crowded:
+            self._connector.thin_out(crowded)
+        return crowded
+
+    def sample(
         self,
         voxels: Float64Array,
         reachable: NDArray[np.uint8],
@@ -85,22 +108,18 @@ class RoadmapBuilder:
         y: float,
         deadline: Deadline,
     ) -> bool:
-        """Add viewpoints, and remove some where they are too many.
+        """Add viewpoints and narrow passages.
 
         Args:
             voxels: (M, 3) centres of OOI voxels, metres.
             reachable: See `reachable`.
             x: Robot, metres.
             y: Robot, metres.
-            deadline: Ends the adding after the first one.
+            deadline: Ends the sampling after the first viewpoint.
 
         Returns:
-            Whether there was no place left for another one.
+            Whether the floor is saturated: there is no place left for another viewpoint.
         """
-        crowded = self._thinning.crowded(voxels, self._choice.node, x, y)
-        if crowded:
-            self._connector.thin_out(crowded)
-            self._forget(crowded)
         saturated = self._sampler.add(voxels, reachable, x, y, deadline)
         self._sampler.add_narrow_passages(reachable, deadline)
         return saturated
@@ -113,42 +132,58 @@ class RoadmapBuilder:
         """See `ViewpointSampler.add_at`."""
         self._sampler.add_at(place)
 
-    def grow(
-        self, reachable: NDArray[np.uint8], x: float, y: float, yaw: float, deadline: Deadline
+    def shortest_tree(
+        self,
+        reachable: NDArray[np.uint8],
+        x: float,
+        y: float,
+        yaw: float,
+        deadline: Deadline,
+        *,
+        target: int | None,
+        path: Float64Array | None,
     ) -> tuple[RootEdges, ShortestTree]:
-        """Find the cheapest ways from the robot, and join one node that none led to.
+        """Find the best paths from the robot, and connect one node that none of them reaches.
 
         Args:
             reachable: See `reachable`.
             x: Robot, metres.
             y: Robot, metres.
             yaw: Its heading, radians.
-            deadline: Ends the looking for ways where no straight move is free.
+            deadline: Ends the local planner's queries.
+            target: Node that the robot is on its way to, None for none.
+            path: (K, 2) path to it, None for none.
 
         Returns:
-            The moves into the roadmap that the tree begins with, and the tree.
+            The edges from the robot into the roadmap, and the tree that begins with them.
         """
-        root_edges = self._entry.root_edges(
-            x, y, yaw, self._choice.node, self._choice.path, deadline
-        )
+        root_edges = self._root.edges(x, y, yaw, target, path, deadline)
         tree = self._road.shortest_tree(root_edges, yaw, self._turn_rate)
         if self._connector.bridge(tree, reachable, deadline=deadline):
             tree = self._road.shortest_tree(root_edges, yaw, self._turn_rate)
         return root_edges, tree
 
     def path_to_point(
-        self, T_world_base: Float64Array, xy: Float64Array, deadline: Deadline
+        self,
+        T_world_base: Float64Array,
+        xy: Float64Array,
+        deadline: Deadline,
+        *,
+        target: int | None,
+        path: Float64Array | None,
     ) -> Float64Array | None:
-        """Find the way to a point that the operator chose, over the roadmap that there is.
+        """Find a path to a point that the operator chose, over the roadmap as it is.
 
         Args:
             T_world_base: Where the robot stands.
             xy: (2,) world x and y, metres.
-            deadline: See `grow`.
+            deadline: See `shortest_tree`.
+            target: See `shortest_tree`.
+            path: See `shortest_tree`.
 
         Returns:
-            (K, 2) points from the robot to where it can stand nearest to `xy`; None when that is
-            farther than `WAYPOINT_REACH_M` away, or nothing leads there.
+            (K, 2) points from the robot to the place nearest to `xy` where it can stand; None if
+            that is farther away than `ConnectionConfig.waypoint_reach_m`, or cannot be reached.
         """
         x, y = float(T_world_base[0, 3]), float(T_world_base[1, 3])
         reachable = self.reachable(x, y)
@@ -157,15 +192,10 @@ class RoadmapBuilder:
             return None
         places = cell_centres(self._floor.grid, cells)
         apart = np.hypot(*(places - xy).T)
-        if apart.min() > WAYPOINT_REACH_M:
+        if apart.min() > self._config.waypoint_reach_m:
             return None
-        root_edges, tree = self.grow(reachable, x, y, yaw_of(T_world_base), deadline)
-        return self._entry.path_to_point(
-            places[int(np.argmin(apart))], T_world_base, root_edges, tree
+        root_edges, tree = self.shortest_tree(
+            reachable, x, y, yaw_of(T_world_base), deadline, target=target, path=path
         )
-
-    def _forget(self, nodes: list[int]) -> None:
-        """Drop what is known of removed nodes: others will have their numbers."""
-        for node in nodes:
-            self._views.forget(node)
-            self._choice.forget(node)
+        goal = places[int(np.argmin(apart))]
+        return self._root.path_to_point(goal, T_world_base, root_edges, tree)

@@ -1,4 +1,4 @@
-"""The robot's own way into the roadmap, and over it to a point that is no node."""
+"""Connecting the robot, the root of the tree, to the roadmap, and points that are no nodes."""
 
 import math
 from typing import Final
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array, yaw_of
 from ippon.planning.deadline import UNLIMITED, Deadline
-from ippon.planning.roadmap.connection import COMFORT_M, NEIGHBOURS, RADIUS_M
+from ippon.planning.roadmap.connection import ConnectionConfig
 from ippon.planning.roadmap.local_planner import SAME_PLACE_M, LocalPlanner
 from ippon.planning.roadmap.roadmap import Roadmap
 from ippon.planning.roadmap.robot_path import AT_NODE_M, drive_time, shorten_path
@@ -18,27 +18,31 @@ from ippon.planning.terrain.path_geometry import rejoined_path, remaining_path
 from ippon.planning.terrain.traversability import Traversability
 from ippon.robot import RobotProfile
 
-REJOIN_M: Final = 0.15
-"""A robot that is beside its path and cannot cut across comes back to it so far ahead."""
 _NEAREST: Final = 3
-"""Nodes that a way round is looked for to, where no straight move is free."""
+"""Nodes that the local planner is asked for, nearest first, where no straight move is free."""
 
 
 class RootConnector:
-    """Finds the moves that lead the robot into the roadmap."""
+    """Finds the edges from the robot to nodes near it."""
 
     def __init__(
-        self, road: Roadmap, floor: Traversability, queries: LocalPlanner, robot: RobotProfile
+        self,
+        config: ConnectionConfig,
+        road: Roadmap,
+        floor: Traversability,
+        local_planner: LocalPlanner,
+        robot: RobotProfile,
     ) -> None:
+        self._config = config
         self._road = road
         self._floor = floor
-        self._queries = queries
+        self._local_planner = local_planner
         self._robot = robot
         self._shut_in: tuple[int, tuple[float, float], tuple[int, ...], int] | None = None
-        """Changes of the floor by when no way led from the robot into the roadmap, place and nodes;
-        to how many of those nodes one was looked for."""
+        """The last place without a path into the roadmap: count of floor changes at that time, the
+        place, the nodes near it, and how many of them the local planner has tried."""
 
-    def root_edges(
+    def edges(
         self,
         x: float,
         y: float,
@@ -47,33 +51,33 @@ class RootConnector:
         path: Float64Array | None,
         deadline: Deadline = UNLIMITED,
     ) -> RootEdges:
-        """Find the moves from the robot into the roadmap.
+        """Find the edges from the robot into the roadmap.
 
         Args:
             x: Robot, metres.
             y: Robot, metres.
             yaw: Its heading, radians.
             target: Node that the robot is on its way to, None for none.
-            path: (K, 2) points of that way.
-            deadline: Ends the looking for ways where no straight move is free.
+            path: (K, 2) path to it, None for none.
+            deadline: Ends the local planner's queries, which run if no straight move is free.
         """
         found: list[tuple[int, float, Float64Array]] = []
         if target is not None and path is not None:
             rest = remaining_path(path, x, y)
             time = self._drive_time(rest, self._floor.margin_m, yaw)
             if time is None:
-                # Driving is not exact: of the room that the way was planned with, some is for that.
-                rest = rejoined_path(path, x, y, REJOIN_M)
+                # Path tracking is inexact; the margin of the path allows for that.
+                rest = rejoined_path(path, x, y, self._config.rejoin_m)
                 time = self._drive_time(rest, min(self._floor.margin_m, 0.0), yaw)
             if time is not None:
                 found.append((target, time, rest))
-        nodes = self._road.near(x, y, RADIUS_M, 2 * NEIGHBOURS)
+        nodes = self._road.near(x, y, self._config.radius_m, 2 * self._config.neighbours)
         for node in nodes:
             move = self._straight(x, y, yaw, int(node))
             if move is not None:
                 found.append(move)
         if not found:
-            found = self._round(x, y, yaw, nodes[:_NEAREST], deadline)
+            found = self._detours(x, y, yaw, nodes[:_NEAREST], deadline)
         return RootEdges(
             node=np.array([f[0] for f in found], dtype=np.int64),
             time=np.array([f[1] for f in found], dtype=np.float64),
@@ -89,22 +93,24 @@ class RootConnector:
         root_edges: RootEdges,
         tree: ShortestTree,
     ) -> Float64Array | None:
-        """Find the way from the robot to a point that is no node.
+        """Find a path from the robot to a point that is no node.
 
         Args:
             goal: (2,) where the robot can stand, metres.
             T_world_base: Where it stands.
-            root_edges: Moves from the robot into the roadmap.
-            tree: Cheapest ways to the nodes.
+            root_edges: Edges from the robot into the roadmap.
+            tree: Best paths to the nodes.
 
         Returns:
-            (K, 2) points from the robot to the goal, None when no way was found.
+            (K, 2) points from the robot to the goal, metres; None if no path was found.
         """
         floor, road = self._floor, self._road
         straight, yaw = np.stack([T_world_base[:2, 3], goal]), yaw_of(T_world_base)
         if self._drive_time(straight, floor.margin_m, yaw) is not None:
             return straight
-        nodes = road.near(float(goal[0]), float(goal[1]), RADIUS_M, 2 * NEIGHBOURS)
+        nodes = road.near(
+            float(goal[0]), float(goal[1]), self._config.radius_m, 2 * self._config.neighbours
+        )
         nodes = [int(n) for n in nodes if np.isfinite(tree.cost[n])]
         best, path = math.inf, None
         for node in nodes:
@@ -116,56 +122,56 @@ class RootConnector:
         if path is not None:
             return shorten_path(np.vstack([path, goal]), floor, yaw)
         for node in nodes[:_NEAREST]:
-            way = self._queries.solve(road.xy[node], goal)
-            if way is not None:
-                path = np.vstack([road.path_to(node, tree, root_edges), way[1:]])
+            detour = self._local_planner.solve(road.xy[node], goal)
+            if detour is not None:
+                path = np.vstack([road.path_to(node, tree, root_edges), detour[1:]])
                 return shorten_path(path, floor, yaw)
         return None
 
     def _straight(
         self, x: float, y: float, yaw: float, node: int
     ) -> tuple[int, float, Float64Array] | None:
-        """Return a node, seconds and path (2, 2) to it, None where that is not free."""
+        """Return node, seconds and (2, 2) path of a straight move; None if it is blocked."""
         path = np.array([(x, y), self._road.xy[node]])
-        for margin in (self._floor.margin_m + COMFORT_M, self._floor.margin_m):
+        for margin in (self._floor.margin_m + self._floor.config.comfort_m, self._floor.margin_m):
             time = self._drive_time(path, margin, yaw)
             if time is not None:
                 return node, time, path
         return None
 
-    def _round(
+    def _detours(
         self, x: float, y: float, yaw: float, nodes: NDArray[np.int64], deadline: Deadline
     ) -> list[tuple[int, float, Float64Array]]:
-        """Return the first way round to any of some nodes, as `_straight` does; empty for none."""
+        """Return the first detour to any of some nodes, as `_straight` does; empty for none."""
         near = tuple(nodes.tolist())
         tried = self._tried_here(x, y, near)
         if 0 < tried == len(near):
             return []
         for node in near[tried:]:
-            path = self._queries.solve(np.array([x, y]), self._road.xy[node], deadline)
+            path = self._local_planner.solve(np.array([x, y]), self._road.xy[node], deadline)
             time = None if path is None else self._drive_time(path, self._floor.margin_m, yaw)
             if path is not None and time is not None:
                 return [(node, time, path)]
-            if self._queries.unfinished:
+            if self._local_planner.unfinished:
                 break
             tried += 1
-        self._shut_in = self._queries.floor_changes, (x, y), near, tried
+        self._shut_in = self._local_planner.floor_changes, (x, y), near, tried
         return []
 
     def _tried_here(self, x: float, y: float, nodes: tuple[int, ...]) -> int:
-        """Return to how many of the nodes no way was found from here a moment ago."""
+        """Return how many of the nodes the local planner has tried from here without success."""
         if self._shut_in is None:
             return 0
         floor_changes, place, near, tried = self._shut_in
         same = near == nodes and math.dist(place, (x, y)) <= SAME_PLACE_M
-        return tried if same and not self._queries.may_retry(floor_changes) else 0
+        return tried if same and not self._local_planner.may_retry(floor_changes) else 0
 
     def _drive_time(self, path: Float64Array, margin: float, yaw: float) -> float | None:
         return drive_time(path, self._floor, self._robot, margin, yaw)
 
 
 def _direction(path: Float64Array, at: int, yaw: float) -> float:
-    """Heading at the beginning (0) or end (-2) of a path; `yaw` for a robot that is there."""
+    """Return the heading at the start (0) or end (-2) of a path; `yaw` if the path is a point."""
     if np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < AT_NODE_M:
         return yaw
     step = path[at + 1] - path[at] if at >= 0 else path[-1] - path[-2]

@@ -1,4 +1,4 @@
-"""Where the next viewpoints go: dense near the robot first, then the remaining free space."""
+"""Cells for new viewpoints: near objects, near the robot, and in the remaining free space."""
 
 import math
 from dataclasses import dataclass
@@ -27,14 +27,15 @@ class SamplingConfig:
     local_spacing_m: float = 0.6
     """Least distance between viewpoints near the robot."""
     spacing_m: float = 1.0
-    """Least distance elsewhere; gains of viewpoints farther apart count as independent."""
+    """Least distance elsewhere; more covers the floor with fewer viewpoints."""
     object_spacing_m: float = 0.3
-    """Least distance of viewpoints round a recognised object."""
+    """Least distance between viewpoints near a recognised object."""
     object_reach_m: float = 0.95
-    """Viewpoints round an object lie within this of one of its voxels: less than the metre of the
-    task, so that the robot need not stop exactly on them."""
+    """Viewpoints near an object lie within this distance of one of its voxels: less than the metre
+    of the task, so that the robot need not stop exactly on them."""
     choices: int = 4
-    """Places drawn for each sample; the one with the most room wins."""
+    """Cells drawn per sample, of which the one with the largest clearance is used; more moves
+    viewpoints away from walls."""
 
     def __post_init__(self) -> None:
         """Reject densities that contradict each other."""
@@ -74,7 +75,7 @@ def _mark_discs_kernel(mask, grid, points, radius_m, value):
 def open_cells(
     reachable: NDArray[np.uint8], grid: FloorGrid, nodes: Float64Array, spacing_m: float
 ) -> NDArray[np.uint8]:
-    """Return (X, Y) uint8, 1 where a viewpoint could go without crowding another."""
+    """Return (X, Y) uint8, 1 where a viewpoint may go, at least `spacing_m` from all others."""
     places = (reachable == STANDABLE).astype(np.uint8)
     mark_discs(places, grid, nodes, spacing_m, 0)
     return places
@@ -87,20 +88,20 @@ def tight_cells(
     spacing_m: float,
     least_room_m: float,
 ) -> NDArray[np.bool_]:
-    """Find places beside objects that are tight, and no roomier one within a distance of them.
+    """Find tight cells near objects that have no standable cell near them.
 
-    A mug on a sideboard may be within reach from a gap beside it only.
+    A mug on a sideboard may be within reach only from a gap beside it.
 
     Args:
         objects: (X, Y) 1 within reach of an object.
         reachable: (X, Y) from `reachable_cells`.
         grid: The floor.
-        spacing_m: That distance.
-        least_room_m: Distance to the nearest obstacle that a tight place must have: the body, and
-            the margin that every move leaves.
+        spacing_m: Distance within which a standable cell replaces a tight one.
+        least_room_m: Least distance from a tight cell to an obstacle: the radius of the body and
+            the margin of every move.
 
     Returns:
-        (X, Y) True where the flood merely went through, and a viewpoint may go all the same.
+        (X, Y) True for cells that are only passable but may hold a viewpoint.
     """
     tight = np.zeros(reachable.shape, dtype=np.bool_)
     cells = np.argwhere((objects == 1) & (reachable == PASSED))
@@ -116,7 +117,7 @@ def tight_cells(
 def draw_cell(
     places: NDArray[np.int64], grid: FloorGrid, rng: np.random.Generator, choices: int
 ) -> tuple[int, int]:
-    """Draw a cell; of a few drawn at random the one with the most room wins.
+    """Draw a few cells at random and return the one with the largest clearance.
 
     Args:
         places: (M, 2) cells, M > 0.
@@ -126,6 +127,6 @@ def draw_cell(
     """
     drawn = places[rng.integers(0, len(places), size=choices)]
     room = [clearance_at(grid, *cell_centre(grid, int(i), int(j))) for i, j in drawn]
-    # Beyond half a metre more room is no better.
+    # More than half a metre of clearance is no better.
     best = int(np.argmax(np.minimum(room, 0.5)))
     return int(drawn[best, 0]), int(drawn[best, 1])

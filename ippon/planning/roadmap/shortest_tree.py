@@ -1,4 +1,4 @@
-"""The cheapest way from the robot to every node of a roadmap, turning included."""
+"""The shortest-path tree from the robot over a roadmap, turning included."""
 
 import heapq
 import math
@@ -12,29 +12,30 @@ from ippon.geometry import Float64Array
 
 
 class RootEdges(NamedTuple):
-    """Moves from the robot to nodes near it."""
+    """Edges from the robot, the root of the tree, to nodes near it."""
 
     node: NDArray[np.int64]
     time: NDArray[np.float64]
+    """Seconds to drive them."""
     depart: NDArray[np.float64]
-    """Heading in which the move begins, radians."""
+    """Heading at the start of each, radians."""
     arrive: NDArray[np.float64]
-    """Heading in which it ends."""
+    """Heading at the end of each, radians."""
     paths: tuple[Float64Array, ...]
-    """(K, 2) points, the robot first, the node last."""
+    """(K, 2) points of each, the robot first, the node last, metres."""
 
 
 class ShortestTree(NamedTuple):
-    """Cheapest way from the robot to every node."""
+    """The best path from the robot to every node."""
 
     cost: NDArray[np.float64]
-    """(N,) seconds, infinite where no way is known."""
+    """(N,) seconds, infinite where no path is known."""
     parent: NDArray[np.int64]
-    """(N,) node before, -1 when reached from the robot directly or not at all."""
+    """(N,) previous node; -1 if the robot reaches the node directly or not at all."""
     via: NDArray[np.int64]
-    """(N,) edge that leads here, or `-1 - s` for seed s."""
+    """(N,) edge that leads here, or `-1 - s` for root edge s."""
     heading: NDArray[np.float64]
-    """(N,) heading on arrival."""
+    """(N,) heading on arrival, radians."""
     order: NDArray[np.int64]
     """Reached nodes, cheapest first."""
 
@@ -48,22 +49,22 @@ def solve_tree(
     yaw: float,
     turn_rate: float,
 ) -> ShortestTree:
-    """Find the cheapest tree over undirected edges.
+    """Find the shortest-path tree over undirected edges by Dijkstra's algorithm.
 
-    A node keeps the heading of its cheapest arrival, so a dearer arrival that would save a turn
-    later is not considered: as in RRT*, which keeps one parent a node too.
+    A node keeps the heading of its cheapest arrival: a slower arrival that would save a later turn
+    is not considered. RRT*, with one parent per node, makes the same approximation.
 
     Args:
         nodes: Number of nodes.
         ends: (M, 2) nodes of each edge.
         times: (M,) seconds to drive it.
         headings: (M, 2) heading on departure from the first node, and on arrival at the second.
-        root_edges: Moves from the robot.
-        yaw: The robot's heading.
-        turn_rate: How fast it turns, radians a second.
+        root_edges: Edges from the robot.
+        yaw: The robot's heading, radians.
+        turn_rate: How fast it turns, radians per second.
     """
     m = len(ends)
-    # Both directions of each edge; backwards it departs and arrives turned about.
+    # Both directions of each edge; the reverse direction has both headings turned by pi.
     source = np.concatenate([ends[:, 0], ends[:, 1]])
     target = np.concatenate([ends[:, 1], ends[:, 0]])
     depart = np.concatenate([headings[:, 0], headings[:, 1] + math.pi])

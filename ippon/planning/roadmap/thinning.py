@@ -1,55 +1,60 @@
-"""Thinning out a full roadmap where the robot no longer is: it was sampled densely there."""
+"""Thinning out a full roadmap: it was sampled densely where the robot has been."""
 
 import math
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.planning.roadmap.roadmap import Roadmap
 from ippon.planning.roadmap.sampling import SamplingConfig
-from ippon.planning.visibility.viewpoints import Viewpoints
 
-_STEPS: Final = 5
-"""A roadmap that is full all the same is looked through no more often than this."""
+_INTERVAL_STEPS: Final = 5
+"""Steps between two searches for crowded viewpoints: each compares all pairs of nodes."""
 
 
 class Thinning:
-    """Says now and then which viewpoints of a full roadmap others can stand in for."""
+    """Finds, every few steps, the viewpoints of a full roadmap that others can stand in for."""
 
-    def __init__(
-        self, config: SamplingConfig, least_room: int, road: Roadmap, views: Viewpoints
-    ) -> None:
-        """Take what is thinned out; the roadmap is full with room for no more than `least_room`."""
+    def __init__(self, config: SamplingConfig, min_room: int, road: Roadmap) -> None:
+        """Begin; the roadmap counts as full with room for no more than `min_room` nodes."""
         self._config = config
-        self._least_room = least_room
+        self._min_room = min_room
         self._road = road
-        self._views = views
         self._since = 0
 
-    def crowded(self, voxels: Float64Array, target: int | None, x: float, y: float) -> list[int]:
+    def crowded(
+        self,
+        voxels: Float64Array,
+        worth: NDArray[np.float32],
+        target: int | None,
+        x: float,
+        y: float,
+    ) -> list[int]:
         """Return the nodes to remove in this step.
 
         Args:
             voxels: (M, 3) centres of OOI voxels, metres; viewpoints beside them stay.
+            worth: (capacity,) what each viewpoint might show; the one with more stays.
             target: Node that the robot is on its way to, None for none; it stays.
             x: Robot, metres; viewpoints near it stay.
             y: See x.
         """
         config, road = self._config, self._road
         self._since += 1
-        if road.room > self._least_room or self._since < _STEPS:
+        if road.room > self._min_room or self._since < _INTERVAL_STEPS:
             return []
         self._since = 0
         nodes = road.nodes
         xy = road.xy[nodes]
-        worth: Float64Array = self._views.potential[nodes].astype(np.float64)
-        worth[np.hypot(xy[:, 0] - x, xy[:, 1] - y) <= config.local_radius_m] = math.inf
-        worth[nodes == target] = math.inf
+        rank: Float64Array = worth[nodes].astype(np.float64)
+        rank[np.hypot(xy[:, 0] - x, xy[:, 1] - y) <= config.local_radius_m] = math.inf
+        rank[nodes == target] = math.inf
         if len(voxels):
             away = np.linalg.norm(xy[:, None] - voxels[None, :, :2], axis=2).min(axis=1)
-            worth[away <= config.object_reach_m] = math.inf
-        return [int(nodes[row]) for row in crowded_rows(xy, worth, config.spacing_m)]
+            rank[away <= config.object_reach_m] = math.inf
+        return [int(nodes[row]) for row in crowded_rows(xy, rank, config.spacing_m)]
 
 
 def crowded_rows(xy: Float64Array, worth: Float64Array, apart_m: float) -> list[int]:
@@ -57,9 +62,9 @@ def crowded_rows(xy: Float64Array, worth: Float64Array, apart_m: float) -> list[
 
     Args:
         xy: (N, 2) places, metres.
-        worth: (N,) of two that are close the one with more stays, the first of equals; infinite
-            for what stays in any case.
-        apart_m: Those that stay are at least so far from each other.
+        worth: (N,) of two close places the one with more stays, the first of equals; infinite for
+            a place that must stay.
+        apart_m: Least distance between the places that remain.
 
     Returns:
         Rows of `xy` to remove.

@@ -1,4 +1,4 @@
-"""Adds viewpoints to the roadmap, step by step."""
+"""Adding viewpoints to the roadmap, step by step."""
 
 from typing import Final
 
@@ -22,13 +22,14 @@ from ippon.planning.terrain.motion_check import can_stand
 from ippon.planning.terrain.reachability import STANDABLE
 from ippon.planning.terrain.traversability import Traversability
 
-_GATE_STEPS: Final = 5
-_GATE_APART_M: Final = 0.45
-"""A narrow place that is joined from within this distance of both ends needs no other way."""
+_PASSAGE_INTERVAL_STEPS: Final = 5
+"""Steps between two searches for narrow passages."""
+_PASSAGE_JOINED_M: Final = 0.45
+"""A passage needs no new edge if an edge joins nodes within this distance of its two ends."""
 
 
 class ViewpointSampler:
-    """Draws places round objects first, then round the robot, then everywhere."""
+    """Samples viewpoints near objects first, then near the robot, then everywhere."""
 
     def __init__(
         self,
@@ -39,14 +40,14 @@ class ViewpointSampler:
         connector: Connector,
         seed: int,
     ) -> None:
-        """Take what viewpoints are added to; `most` of them in a step."""
+        """Begin; at most `most` viewpoints are added in a step."""
         self._config = config
         self._most = most
         self._road = road
         self._floor = floor
         self._connector = connector
         self._rng = np.random.default_rng(seed)
-        self._since_gates = _GATE_STEPS
+        self._since_passages = _PASSAGE_INTERVAL_STEPS
 
     def add(
         self,
@@ -56,14 +57,14 @@ class ViewpointSampler:
         y: float,
         deadline: Deadline = UNLIMITED,
     ) -> bool:
-        """Add viewpoints where there is room; tell whether there was none left.
+        """Add viewpoints; tell whether the floor is saturated, with no place left for another one.
 
         Args:
             voxels: (M, 3) centres of OOI voxels, metres.
             reachable: (X, Y) from `reachable_cells`.
             x: Robot, metres.
             y: Robot, metres.
-            deadline: Ends it after the first one.
+            deadline: Ends the sampling after the first viewpoint.
         """
         config, grid = self._config, self._floor.grid
         near = np.zeros_like(reachable)
@@ -99,9 +100,11 @@ class ViewpointSampler:
         self.add_here(float(place[0]), float(place[1]), 0.05)
 
     def add_here(self, x: float, y: float, apart_m: float) -> int | None:
-        """Add a viewpoint where the robot stands, unless one is there; None when none was added.
+        """Add a viewpoint where the robot stands, unless one is there; return it.
 
-        Nor where a long body does not have the room to turn.
+        Returns:
+            None if none was added: one is there, the roadmap is full, or a long body has no space
+            to turn.
         """
         floor, here = self._floor, np.array([x, y])
         if len(floor.limits.discs) and not can_stand(
@@ -113,20 +116,20 @@ class ViewpointSampler:
     def add_narrow_passages(
         self, reachable: NDArray[np.uint8], deadline: Deadline = UNLIMITED
     ) -> None:
-        """Now and then, lead a long body straight through what it cannot turn in.
+        """Every few steps, add straight edges for a long body through narrow passages.
 
         Args:
             reachable: (X, Y) from `reachable_cells`.
-            deadline: Once it has passed this waits for another step.
+            deadline: Once it has passed, the search waits for another step.
         """
         floor, road = self._floor, self._road
-        self._since_gates += 1
-        due = len(floor.limits.discs) > 0 and self._since_gates >= _GATE_STEPS
+        self._since_passages += 1
+        due = len(floor.limits.discs) > 0 and self._since_passages >= _PASSAGE_INTERVAL_STEPS
         if not due or deadline.passed():
             return
-        self._since_gates = 0
+        self._since_passages = 0
         for ends in find_narrow_passages(floor.grid, floor.limits, reachable, floor.margin_m):
-            beside = [road.near(x, y, _GATE_APART_M, 20) for x, y in ends]
+            beside = [road.near(x, y, _PASSAGE_JOINED_M, 20) for x, y in ends]
             if any(road.has_edge(int(a), int(b)) for a in beside[0] for b in beside[1]):
                 continue
             a, b = (self._add(float(x), float(y)) for x, y in ends)

@@ -41,6 +41,10 @@ class TraversabilityConfig:
     margin_m: float = 0.02
     """Room beside the body that every move must leave; more closes narrow doors, less squeezes
     through gaps that the map shows a few centimetres too wide."""
+    comfort_m: float = 0.05
+    """Free space beside the body, above the margin, that viewpoints and straight edges leave, since
+    a voxel is up to half its edge off the surface. More leaves tighter places to the local planner,
+    which keeps to their middle."""
     squeeze_margin_m: float = -0.04
     """The same, once nothing else is left to see: the map is up to half a voxel off, and a door
     that it shows a little too narrow may be wide enough. Less squeezes more, and touches more."""

@@ -1,4 +1,4 @@
-"""Whether a way round is one only because the floor straight ahead has not been looked at."""
+"""Unseen floor on the straight line to a target: a detour may exist only because of it."""
 
 import math
 from typing import Final
@@ -14,19 +14,19 @@ from ippon.planning.terrain.floor_grid import UNSEEN, FloorGrid
 _STEPS_PER_CELL: Final = 2.0
 
 
-def unseen_straight_m(
+def unseen_shortcut_m(
     grid: FloorGrid, limits: BodyLimits, margin_m: float, path: Float64Array
 ) -> float:
-    """Return how much of the straight way to a path's end leads over floor that was never seen.
+    """Return the length of unseen floor on the straight line to a path's end.
 
     Args:
         grid: The floor.
         limits: Size of the body.
-        margin_m: Room beside the body that a move must leave.
-        path: (K, 2) world x and y from the robot to where it wants to be, metres.
+        margin_m: Free space beside the body that a move must leave.
+        path: (K, 2) world x and y from the robot to its target, metres.
 
     Returns:
-        Metres; 0 without a path, where all was seen, or where an obstacle is known to be there.
+        Metres; 0 without a path, if all floor was seen, or if an obstacle blocks the line.
     """
     if not len(path):
         return 0.0
@@ -40,17 +40,17 @@ def unseen_straight_m(
 
 @njit(cache=True, nogil=True)
 def _count_unseen_kernel(grid, points, room):
-    """Return the number of points on unseen floor, -1 where one is too near to an obstacle."""
+    """Return the number of points on unseen floor; -1 if one is too close to an obstacle."""
     unseen = 0
     for n in range(points.shape[0]):
         x, y = points[n, 0], points[n, 1]
         i = int(np.floor(x / grid.voxel_size)) - grid.origin[0]
         j = int(np.floor(y / grid.voxel_size)) - grid.origin[1]
-        # The clearance is read from the cells round a point: those at the border are not enough.
+        # The clearance is interpolated from four cells, which border cells do not have.
         if i < 1 or j < 1 or i + 1 >= grid.kind.shape[0] or j + 1 >= grid.kind.shape[1]:
             unseen += 1
             continue
-        # Where the robot stands it may be closer to things than any move would take it.
+        # At its start the robot may be closer to obstacles than any move may come.
         begun = np.hypot(x - points[0, 0], y - points[0, 1]) > 0.5 * room
         if begun and clearance_at(grid, x, y) < room:
             return -1

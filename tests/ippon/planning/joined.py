@@ -2,7 +2,7 @@
 
 from ippon.geometry import base_pose
 from ippon.planning.deadline import Deadline
-from ippon.planning.roadmap.connection import Connector
+from ippon.planning.roadmap.connection import ConnectionConfig, Connector
 from ippon.planning.roadmap.local_planner import LocalPlanner, LocalPlannerConfig
 from ippon.planning.roadmap.roadmap import Roadmap
 from ippon.planning.roadmap.root_connection import RootConnector
@@ -25,9 +25,13 @@ class Joined:
         self.floor = Traversability(TraversabilityConfig(), robot)
         self.floor.update(volume.arrays(), self.pose)
         self.road = Roadmap(30)
-        self.queries = LocalPlanner(LocalPlannerConfig(**local), self.floor, 5)
-        self.connector = Connector(self.road, self.floor, self.queries, robot)
-        self.entry = RootConnector(self.road, self.floor, self.queries, robot)
+        self.local_planner = LocalPlanner(LocalPlannerConfig(**local), self.floor, 5)
+        self.connector = Connector(
+            ConnectionConfig(), self.road, self.floor, self.local_planner, robot
+        )
+        self.root = RootConnector(
+            ConnectionConfig(), self.road, self.floor, self.local_planner, robot
+        )
 
     def add(self, x, y):
         node = self.road.add_node(x, y)
@@ -36,5 +40,5 @@ class Joined:
 
     def tree(self, yaw=0.0, target=None, path=None):
         x, y = self.pose[0, 3], self.pose[1, 3]
-        root_edges = self.entry.root_edges(x, y, yaw, target, path)
+        root_edges = self.root.edges(x, y, yaw, target, path)
         return root_edges, self.road.shortest_tree(root_edges, yaw, ZED.max_yaw_rate_rad_s)

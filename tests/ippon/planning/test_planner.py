@@ -416,7 +416,7 @@ def test_a_narrow_corner_is_passed_by_a_local_way_found_in_pieces(dense_map):
     planner = make_hurried(Clock(jump_s=10.0))
     for _ in range(200):
         plan = planner.step(volume.arrays(), pose, -0.2)
-        assert not plan.exhausted or not planner._growth._connector._queries.unfinished
+        assert not plan.exhausted or not planner._growth._connector._local_planner.unfinished
         if (plan.tree.positions_world[:, 1] > 3.5).any():
             break
     assert (plan.tree.positions_world[:, 1] > 3.5).any()

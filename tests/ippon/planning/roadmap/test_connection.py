@@ -50,7 +50,7 @@ def test_joining_that_ran_out_of_time_goes_on_and_is_no_failure(corner):
         assert not joined.connector._failed
         calls += 1
         assert calls < 20
-    assert joined.queries.begun == 1, "one query, looked at in pieces"
+    assert joined.local_planner.begun == 1, "one query, looked at in pieces"
     assert math.isfinite(joined.tree()[1].cost[far])
 
 
@@ -123,5 +123,5 @@ def test_a_door_that_opens_joins_old_neighbours(two_rooms):
     volume.fill((3.8, 2.2, 0.0), (3.9, 3.4, 2.0), FREE)
     box = joined.floor.update(volume.arrays(), joined.pose)
     assert box is not None
-    assert joined.connector.follow(box) == []
+    assert joined.connector.update_floor(box) == []
     assert joined.road.has_edge(a, b)

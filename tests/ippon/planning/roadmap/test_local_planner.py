@@ -158,7 +158,7 @@ def test_a_budget_that_finds_nothing_is_refused():
 
 
 def test_a_path_leads_from_one_point_to_the_other(corner):
-    queries = Joined(corner).queries
+    queries = Joined(corner).local_planner
     way = queries.solve(CORNER_NEAR, CORNER_FAR)
     assert way is not None
     np.testing.assert_array_equal(way[[0, -1]], [CORNER_NEAR, CORNER_FAR])
@@ -166,13 +166,13 @@ def test_a_path_leads_from_one_point_to_the_other(corner):
 
 
 def test_there_is_no_path_where_the_local_planner_is_off(corner):
-    queries = Joined(corner, enabled=False).queries
+    queries = Joined(corner, enabled=False).local_planner
     assert queries.solve(CORNER_NEAR, CORNER_FAR) is None
     assert (queries.begun, queries.unfinished) == (0, False)
 
 
 def test_what_was_cut_short_goes_on_unless_another_way_is_asked_for(corner):
-    queries = Joined(corner).queries
+    queries = Joined(corner).local_planner
     assert queries.solve(CORNER_NEAR, CORNER_FAR, late()) is None
     assert queries.unfinished
     queries.solve(CORNER_NEAR, CORNER_FAR, late())
@@ -190,7 +190,7 @@ def test_each_query_has_a_seed_of_its_own(corner, monkeypatch):
             super().__init__(*args, seed=seed, **rest)
 
     monkeypatch.setattr(local_planner_module, "LocalQuery", Noted)
-    queries = Joined(corner).queries
+    queries = Joined(corner).local_planner
     for _ in range(3):
         queries.solve(CORNER_NEAR, CORNER_FAR)
     assert seeds == [seeds[0], seeds[0] + 1, seeds[0] + 2]

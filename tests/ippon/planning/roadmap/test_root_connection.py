@@ -22,14 +22,14 @@ def test_a_robot_that_is_shut_in_does_not_plan_the_same_again(two_rooms, monkeyp
     monkeypatch.setattr(LocalPlanner, "solve", lambda *_: solved.append(1))
     box = (0, 10_000, 0, 10_000)
     for step in range(30):
-        assert len(joined.entry.root_edges(3.4, 2.85, 0.0, None, None).node) == 0
+        assert len(joined.root.edges(3.4, 2.85, 0.0, None, None).node) == 0
         if step >= 10:
-            joined.connector.follow(box)
+            joined.connector.update_floor(box)
     assert 1 <= len(solved) <= 3, "again only after the floor has changed"
-    joined.entry.root_edges(3.0, 2.85, 0.0, None, None)
+    joined.root.edges(3.0, 2.85, 0.0, None, None)
     assert len(solved) <= 4
     before = len(solved)
-    joined.entry.root_edges(3.4, 2.85, 0.0, None, None)
+    joined.root.edges(3.4, 2.85, 0.0, None, None)
     assert len(solved) == before + 1, "and from elsewhere"
 
 
@@ -50,7 +50,7 @@ def test_a_robot_that_is_shut_in_tries_each_way_out_in_pieces(two_rooms, monkeyp
         # A robot that stands is never at the very same place.
         deadline = late()
         x = 3.4 + 0.001 * (step % 2)
-        assert len(joined.entry.root_edges(x, 2.85, 0.0, None, None, deadline).node) == 0
+        assert len(joined.root.edges(x, 2.85, 0.0, None, None, deadline).node) == 0
         cut_short.append(deadline.cut_short)
     assert sorted(begun) == [2.45, 2.85, 3.25], "each once, to its end"
     assert cut_short[0]
@@ -95,27 +95,27 @@ def test_a_robot_beside_its_path_in_a_tight_passage_goes_on(dense_map, beside):
 def test_a_point_is_reached_straight_over_the_roadmap_or_by_a_local_way(corner):
     joined = Joined(corner)
     root_edges, tree = joined.tree()
-    near = joined.entry.path_to_point(np.array([3.0, 1.35]), joined.pose, root_edges, tree)
+    near = joined.root.path_to_point(np.array([3.0, 1.35]), joined.pose, root_edges, tree)
     np.testing.assert_allclose(near, [(1.3, 1.3), (3.0, 1.35)])
     far = np.array([4.75, 2.9])
-    assert joined.entry.path_to_point(far, joined.pose, root_edges, tree) is None, (
+    assert joined.root.path_to_point(far, joined.pose, root_edges, tree) is None, (
         "there is no roadmap yet"
     )
     joined.add(3.0, 1.35)
     node = joined.add(4.7, 1.35)
-    way = joined.entry.path_to_point(far, joined.pose, *joined.tree())
+    way = joined.root.path_to_point(far, joined.pose, *joined.tree())
     np.testing.assert_allclose(way, [(1.3, 1.3), joined.road.xy[node], far])
     joined.connector.thin_out([node])
-    way = joined.entry.path_to_point(far, joined.pose, *joined.tree())
+    way = joined.root.path_to_point(far, joined.pose, *joined.tree())
     np.testing.assert_allclose(way[[0, -1]], [(1.3, 1.3), far])
-    assert joined.queries.begun == 1
+    assert joined.local_planner.begun == 1
     assert drive_time(way, joined.floor, ZED, 0.0, 0.0) is not None
 
 
 def test_a_point_that_only_a_local_way_leads_to_is_out_of_reach_without_one(corner):
     joined = Joined(corner, enabled=False)
     joined.add(3.45, 1.35)
-    assert joined.entry.path_to_point(np.array([4.75, 2.9]), joined.pose, *joined.tree()) is None
+    assert joined.root.path_to_point(np.array([4.75, 2.9]), joined.pose, *joined.tree()) is None
 
 
 def test_a_long_robot_enters_the_roadmap_backwards_where_it_cannot_turn(dense_map):

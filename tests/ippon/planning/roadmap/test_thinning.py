@@ -1,7 +1,6 @@
 """Thinning out a roadmap that is full."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 
@@ -25,7 +24,7 @@ def row_of_nodes(count=12, capacity=12):
     road = Roadmap(capacity)
     for k in range(count):
         road.add_node(0.4 * k, 0.0)
-    return road, SimpleNamespace(potential=np.arange(float(capacity)))
+    return road, np.arange(capacity, dtype=np.float32)
 
 
 def steps(thinning, *args, count=5):
@@ -33,26 +32,26 @@ def steps(thinning, *args, count=5):
 
 
 def test_only_a_full_roadmap_is_thinned_out_and_not_in_every_step():
-    road, views = row_of_nodes()
-    found = steps(Thinning(SamplingConfig(), 3, road, views), NOTHING, None, 0.0, 9.0, count=10)
+    road, worth = row_of_nodes()
+    found = steps(Thinning(SamplingConfig(), 3, road), NOTHING, worth, None, 0.0, 9.0, count=10)
     assert [bool(nodes) for nodes in found] == ([False] * 4 + [True]) * 2
     # Every third one stays, the one with most to see first: they are 1.2 m apart.
     assert found[4] == [0, 1, 3, 4, 6, 7, 9, 10]
-    road, views = row_of_nodes(capacity=40)
-    assert not any(steps(Thinning(SamplingConfig(), 3, road, views), NOTHING, None, 0.0, 9.0))
+    road, worth = row_of_nodes(capacity=40)
+    assert not any(steps(Thinning(SamplingConfig(), 3, road), NOTHING, worth, None, 0.0, 9.0))
 
 
 def test_what_is_near_the_robot_or_an_object_and_the_target_stay():
-    road, views = row_of_nodes()
-    thinning = Thinning(SamplingConfig(local_radius_m=1.0), 3, road, views)
+    road, worth = row_of_nodes()
+    thinning = Thinning(SamplingConfig(local_radius_m=1.0), 3, road)
     object_voxel = np.array([[4.4, 0.5, 0.5]])
-    *_, found = steps(thinning, object_voxel, 5, 0.0, 0.0)
+    *_, found = steps(thinning, object_voxel, worth, 5, 0.0, 0.0)
     assert found == [3, 4, 6, 7, 8]
 
 
 def test_a_node_that_is_gone_is_not_removed_again():
-    road, views = row_of_nodes()
+    road, worth = row_of_nodes()
     road.remove_node(3)
-    *_, found = steps(Thinning(SamplingConfig(), 3, road, views), NOTHING, None, 0.0, 9.0)
+    *_, found = steps(Thinning(SamplingConfig(), 3, road), NOTHING, worth, None, 0.0, 9.0)
     assert 3 not in found
     assert set(found) < set(road.nodes.tolist())

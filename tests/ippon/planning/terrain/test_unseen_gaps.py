@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from ippon.planning.deadline import UNLIMITED
-from ippon.planning.terrain import unseen_gaps as floor_gap_module
+from ippon.planning.terrain import unseen_gaps as unseen_gaps_module
 from ippon.planning.terrain.body_limits import BodyLimits
 from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN, UNSEEN, FloorGrid
 from ippon.planning.terrain.reachability import reachable_cells
-from ippon.planning.terrain.unseen_gaps import UnseenGapDetector, find_unseen_gap
+from ippon.planning.terrain.unseen_gaps import UnseenGapConfig, UnseenGapDetector, find_unseen_gap
 from tests.ippon.planning.joined import late
 from tests.ippon.planning.terrain.test_clearance import make_grid
 
@@ -35,7 +35,8 @@ def two_rooms(gap_m: float = 0.5, door_m: float = 0.9, behind_m: float = 2.0) ->
 def gap(grid: FloorGrid, xy: tuple[float, float] = HERE, within_m: float = 1.6):
     reachable = reachable_cells(grid, LIMITS, *xy, MARGIN_M, 0.05)
     assert reachable.any()
-    return find_unseen_gap(grid, LIMITS, MARGIN_M, reachable, xy, within_m)
+    config = UnseenGapConfig(max_distance_m=within_m)
+    return find_unseen_gap(config, grid, LIMITS, MARGIN_M, reachable, xy)
 
 
 @pytest.mark.parametrize("origin", [(0, 0), (-17, 33)])
@@ -87,17 +88,17 @@ def test_what_stands_in_the_gap_closes_it():
 def test_a_grid_without_a_reachable_cell_has_none():
     grid = two_rooms()
     nothing = np.zeros(grid.kind.shape, np.uint8)
-    assert find_unseen_gap(grid, LIMITS, MARGIN_M, nothing, HERE, 1.6) is None
+    assert find_unseen_gap(UnseenGapConfig(), grid, LIMITS, MARGIN_M, nothing, HERE) is None
 
 
 def watched(grids, deadline=lambda: UNLIMITED):
-    """What is said in each step while the floor is one grid after another."""
-    watch, said = UnseenGapDetector(), []
+    """The steps in which a gap is reported while the floor changes from grid to grid."""
+    detector, reported = UnseenGapDetector(UnseenGapConfig()), []
     for grid in grids:
         floor = SimpleNamespace(grid=grid, limits=LIMITS, margin_m=MARGIN_M)
         reachable = reachable_cells(grid, LIMITS, *HERE, MARGIN_M, 0.05)
-        said.append(watch.step(floor, reachable, HERE, deadline()))
-    return [n + 1 for n, place in enumerate(said) if place is not None]
+        reported.append(detector.step(floor, reachable, HERE, deadline()))
+    return [n + 1 for n, place in enumerate(reported) if place is not None]
 
 
 def test_a_gap_is_looked_for_in_every_fifth_step_and_must_stay():
@@ -109,9 +110,17 @@ def test_a_gap_is_looked_for_in_every_fifth_step_and_must_stay():
 def test_another_gap_than_the_last_time_is_not_told_yet(monkeypatch):
     places = [(1.0, 1.0), (1.0, 1.7), (3.0, 1.7), (3.0, 1.7), None, (3.0, 1.7)]
     found = iter(places)
-    monkeypatch.setattr(floor_gap_module, "find_unseen_gap", lambda *_: next(found))
+    monkeypatch.setattr(unseen_gaps_module, "find_unseen_gap", lambda *_: next(found))
     assert watched([two_rooms()] * 30) == [10, 20]
 
 
 def test_a_gap_waits_for_another_step_where_time_is_up_but_not_for_ever():
     assert watched([two_rooms()] * 40, late) == [20, 30, 40]
+
+
+@pytest.mark.parametrize(
+    "fields", [{"interval_steps": 0}, {"patience_steps": 4}, {"max_gap_m": 0.0}]
+)
+def test_intervals_and_gaps_that_find_nothing_are_refused(fields):
+    with pytest.raises(ValueError, match="must"):
+        UnseenGapConfig(**fields)

@@ -5,7 +5,7 @@ import pytest
 
 from ippon.planning.terrain.body_limits import BodyLimits
 from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN, UNSEEN
-from ippon.planning.terrain.unseen_shortcut import unseen_straight_m
+from ippon.planning.terrain.unseen_shortcut import unseen_shortcut_m
 from tests.ippon.planning.terrain.test_clearance import make_grid, random_kind
 from tests.reference import planning_floor as reference
 
@@ -17,7 +17,7 @@ LIMITS = BodyLimits(
 def across(kind: np.ndarray) -> float:
     grid = make_grid(kind, origin=(0, 0))
     path = np.array([[0.55, 2.05], [2.0, 3.0], [3.55, 2.05]])
-    return unseen_straight_m(grid, LIMITS, 0.02, path)
+    return unseen_shortcut_m(grid, LIMITS, 0.02, path)
 
 
 def test_only_what_was_never_seen_counts():
@@ -35,7 +35,7 @@ def test_a_known_obstacle_in_the_way_ends_the_hope():
 
 def test_no_path_no_way():
     grid = make_grid(np.full((41, 41), UNSEEN, np.uint8), origin=(0, 0))
-    assert unseen_straight_m(grid, LIMITS, 0.02, np.zeros((0, 2))) == 0.0
+    assert unseen_shortcut_m(grid, LIMITS, 0.02, np.zeros((0, 2))) == 0.0
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -44,5 +44,5 @@ def test_agrees_with_the_plain_twin(seed):
     rng = np.random.default_rng(seed)
     for _ in range(20):
         ends = (grid.origin + rng.random((2, 2)) * grid.kind.shape) * 0.1
-        plain = reference.unseen_straight_m(grid, LIMITS, 0.02, *ends)
-        assert unseen_straight_m(grid, LIMITS, 0.02, ends) == pytest.approx(plain)
+        plain = reference.unseen_shortcut_m(grid, LIMITS, 0.02, *ends)
+        assert unseen_shortcut_m(grid, LIMITS, 0.02, ends) == pytest.approx(plain)
