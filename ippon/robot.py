@@ -43,6 +43,25 @@ def _holds(outer: tuple[float, float, float], inner: tuple[float, float, float])
     return math.dist(outer[:2], inner[:2]) + inner[2] <= outer[2]
 
 
+def disc_centres(
+    discs: tuple[tuple[float, float, float], ...], poses: Float64Array
+) -> Float64Array:
+    """Return the world positions of discs of the body.
+
+    Args:
+        discs: (x, y, radius) in the base frame, metres, as in `RobotProfile.outline`.
+        poses: (N, 3) world x, y and yaw of the base.
+
+    Returns:
+        (N, K, 2) world x and y of each disc's centre at each pose, metres.
+    """
+    dx, dy, _ = np.array(discs, dtype=np.float64).T
+    c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
+    x = poses[:, :1] + c * dx - s * dy
+    y = poses[:, 1:2] + s * dx + c * dy
+    return np.stack([x, y], axis=2)
+
+
 def upright_body(
     radius_m: float, height_m: float, clearance_m: float
 ) -> tuple[CollisionSphere, ...]:

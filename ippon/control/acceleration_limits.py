@@ -1,4 +1,4 @@
-"""Commands that a body can follow: from one to the next no faster than it accelerates."""
+"""Acceleration limits between one command and the next."""
 
 import math
 from dataclasses import replace
@@ -15,14 +15,14 @@ def limit_acceleration(
     *,
     brakes_at_once: bool = False,
 ) -> Command:
-    """Approach the wanted velocities as fast as the acceleration limits let the robot.
+    """Return the command nearest to the wanted one within the acceleration limits.
 
     Args:
-        wanted: Where to get.
-        last: What was commanded before.
+        wanted: Wanted velocities.
+        last: The previous command.
         robot: Its limits.
-        dt_s: Seconds since then.
-        brakes_at_once: Slowing down has no limit: after a contact, and when the operator says stop.
+        dt_s: Seconds since the previous command.
+        brakes_at_once: Deceleration is unlimited: after a contact, and on a stop of the operator.
     """
     return replace(
         wanted,

@@ -1,4 +1,4 @@
-"""Who drives: the planner, the operator, or the operator along the planner's way."""
+"""Drive modes: autonomous, manual, and assisted (shared control of operator and planner)."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -8,38 +8,38 @@ from ippon.command import Command
 from ippon.robot import RobotProfile
 
 STILL = 1e-3
-"""Commands below this, in m/s or rad/s, move nothing."""
+"""Commands below this, in m/s or rad/s, count as standing still."""
 
 
 class DriveMode(StrEnum):
-    """How the operator's hand and the planner share the wheels."""
+    """Who controls the base: planner, operator, or both."""
 
     AUTO = "auto"
-    """The planner drives; the operator's hand has no part in it."""
+    """The planner drives; the operator's input is ignored."""
     ASSISTED = "assisted"
-    """The robot moves only while a key is held, and forward alone follows the planner's way."""
+    """The robot moves only while a key is held; forward alone follows the planner's path."""
     MANUAL = "manual"
-    """The operator drives; the map goes on growing."""
+    """The operator drives; mapping continues."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TeleopInput:
-    """What the operator holds down; each part in -1 to 1 of what the robot can do."""
+    """The operator's input; each component is a fraction, -1 to 1, of the robot's top speed."""
 
     forward: float = 0.0
     turn: float = 0.0
     """Counter-clockwise from above."""
     tilt: float = 0.0
-    """Camera up."""
+    """Positive tilts the camera up."""
 
     def __post_init__(self) -> None:
-        """Reject more than the robot can do."""
+        """Reject components outside -1 to 1."""
         if not all(-1.0 <= value <= 1.0 for value in (self.forward, self.turn, self.tilt)):
             raise ValueError(f"each part of a teleop input lies in -1 to 1; got {self}")
 
     @property
     def drives(self) -> bool:
-        """Whether the base is to move."""
+        """Whether the input moves the base."""
         return self.forward != 0.0 or self.turn != 0.0
 
 
@@ -47,53 +47,52 @@ NO_INPUT = TeleopInput()
 
 
 def blend_commands(
-    mode: DriveMode, hand: TeleopInput, planned: Command, robot: RobotProfile
+    mode: DriveMode, teleop: TeleopInput, planned: Command, robot: RobotProfile
 ) -> Command:
-    """Make one command of what the operator holds down and what the planner wants.
+    """Combine the operator's input and the planner's command.
 
-    In Assisted nothing moves unless something is held. Forward alone goes the planner's way at the
-    operator's pace: speed and turn of the plan, both scaled by how far the hand is pushed, so that
-    the arc stays the arc. Turning or backing up is the operator's own; where both forward and turn
-    are held, the planner has no part in it either.
+    In Assisted the robot moves only with an input. Forward alone follows the planner's path: linear
+    and yaw rate of the plan, both scaled by the input, so that the arc is unchanged. With any turn
+    or backward input the operator steers alone.
 
     Args:
-        mode: Who drives.
-        hand: What the operator holds down.
-        planned: What the planner wants now.
+        mode: Drive mode.
+        teleop: The operator's input.
+        planned: The planner's command.
         robot: Its limits.
 
     Returns:
-        The command, before the safety filter. Its tilt is the planner's in Auto and where the
-        planner steers; elsewhere it means nothing, since the hand moves the camera by rate.
+        The command, before the safety filter. Its tilt is the planner's if the planner steers;
+        otherwise it is meaningless, since the operator controls the tilt by its rate.
     """
     if mode is DriveMode.AUTO:
         return planned
-    if not hand.drives:
+    if not teleop.drives:
         return dataclasses.replace(planned, linear_m_s=0.0, yaw_rate_rad_s=0.0)
-    if follows_plan(mode, hand):
+    if follows_plan(mode, teleop):
         return dataclasses.replace(
             planned,
-            linear_m_s=hand.forward * planned.linear_m_s,
-            yaw_rate_rad_s=hand.forward * planned.yaw_rate_rad_s,
+            linear_m_s=teleop.forward * planned.linear_m_s,
+            yaw_rate_rad_s=teleop.forward * planned.yaw_rate_rad_s,
         )
     backwards = robot.max_linear_m_s if robot.can_reverse else 0.0
-    fastest = robot.max_linear_m_s if hand.forward > 0.0 else backwards
+    fastest = robot.max_linear_m_s if teleop.forward > 0.0 else backwards
     return dataclasses.replace(
         planned,
-        linear_m_s=hand.forward * fastest,
-        yaw_rate_rad_s=hand.turn * robot.max_yaw_rate_rad_s,
+        linear_m_s=teleop.forward * fastest,
+        yaw_rate_rad_s=teleop.turn * robot.max_yaw_rate_rad_s,
     )
 
 
-def follows_plan(mode: DriveMode, hand: TeleopInput) -> bool:
-    """Tell whether the planner steers now."""
+def follows_plan(mode: DriveMode, teleop: TeleopInput) -> bool:
+    """Tell whether the planner steers."""
     if mode is DriveMode.AUTO:
         return True
-    return mode is DriveMode.ASSISTED and hand.forward > 0.0 and hand.turn == 0.0
+    return mode is DriveMode.ASSISTED and teleop.forward > 0.0 and teleop.turn == 0.0
 
 
 def scale_command(command: Command, share: float) -> Command:
-    """Slow a command down to a share of itself; the arc stays the arc."""
+    """Return a command with both velocities scaled, so that its arc is unchanged."""
     return dataclasses.replace(
         command,
         linear_m_s=share * command.linear_m_s,

@@ -1,4 +1,4 @@
-"""Obstacles near the robot, from the map and the newest image, for the moment before a command."""
+"""Obstacles near the robot, from the map and the newest image, and the body's clearance."""
 
 import math
 
@@ -11,26 +11,27 @@ from ippon.geometry import Float64Array, transform_points, yaw_of
 from ippon.mapping.arrays import OCCUPIED, MapArrays
 from ippon.planning.terrain.obstacle_columns import HeightBands
 from ippon.planning.voxel_lookup import block_row
-from ippon.robot import RobotProfile
+from ippon.robot import RobotProfile, disc_centres
 
 OVERLAP_TOLERANCE_M = 0.02
-"""A voxel is up to half its edge off the surface: this much overlap is not yet a collision."""
+"""Overlap of body and obstacle that does not count as a collision: a voxel is up to half its edge
+off the surface."""
 _MOST_PIXELS = 6000
-"""Pixels of a depth image that are looked at, on an even raster."""
+"""Pixels of a depth image that are used at most, on a regular raster."""
 _FEWEST_POINTS = 4
-"""Points in a column that make it an obstacle: fewer may be errors of the camera."""
+"""Least number of points in a column that count as an obstacle: fewer may be depth noise."""
 
 
 def mapped_obstacles(
     arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array, radius_m: float
 ) -> Float64Array:
-    """List what stands at the height of the robot's body.
+    """List the mapped obstacles at the height of the robot's body.
 
     Args:
         arrays: The map.
         robot: Its body and step height.
         T_world_base: Where it stands.
-        radius_m: How far round it to look.
+        radius_m: Radius of the search around it.
 
     Returns:
         (M, 2) float64 world x and y of the centres of occupied voxel columns, metres.
@@ -75,20 +76,20 @@ def _mapped_obstacles_kernel(arrays, x, y, radius, low, high, out):
 def observed_obstacles(
     frame: Frame, robot: RobotProfile, voxel_size: float, radius_m: float
 ) -> Float64Array:
-    """List what the newest depth image shows at the height of the robot's body.
+    """List the obstacles in the newest depth image at the height of the robot's body.
 
-    The map wants more than one image before it takes free space for occupied; what steps in front
-    of the robot cannot wait for that.
+    The map needs more than one image to turn free space into occupied space, which is too late for
+    a person who steps in front of the robot.
 
     Args:
         frame: Depth image and poses.
         robot: Its body and step height.
-        voxel_size: Edge of the columns that points are gathered in, metres.
-        radius_m: How far round the robot to look.
+        voxel_size: Edge of the columns in which points are counted, metres.
+        radius_m: Radius of the search around the robot.
 
     Returns:
-        (M, 2) float64 world x and y, metres: the middle of the points in each column. What lies
-        inside the body is the robot itself and left out.
+        (M, 2) float64 world x and y, metres: the mean of the points in each column. Points inside
+        the body belong to the robot itself and are left out.
     """
     floor_z_m = float(frame.T_world_base[2, 3])
     bands = HeightBands.of(robot, floor_z_m, voxel_size)
@@ -114,19 +115,18 @@ def observed_obstacles(
 def _outside_body(
     robot: RobotProfile, offset: Float64Array, yaw: float, within_m: float
 ) -> NDArray[np.bool_]:
-    """Tell which (N, 2) points, seen from the base, lie no more than so far inside the body."""
-    c, s = math.cos(yaw), math.sin(yaw)
+    """Return (N,) whether points relative to the base lie at most `within_m` inside the body."""
+    centres = disc_centres(robot.outline, np.array([[0.0, 0.0, yaw]]))[0]
     outside = np.ones(len(offset), dtype=np.bool_)
-    for x, y, radius in robot.outline:
-        away = np.hypot(offset[:, 0] - (c * x - s * y), offset[:, 1] - (s * x + c * y))
-        outside &= away > radius - within_m
+    for (x, y), (_, _, radius) in zip(centres, robot.outline, strict=True):
+        outside &= np.hypot(offset[:, 0] - x, offset[:, 1] - y) > radius - within_m
     return outside
 
 
 def _middles(points: Float64Array, cell_m: float) -> Float64Array:
-    """Return the mean (M, 2) of the points (N, 2) in each square that holds enough of them."""
+    """Return the (M, 2) mean of the (N, 2) points in each square with enough of them."""
     cells = np.floor(points / cell_m).astype(np.int64)
-    # One number for each square: rows are compared far more slowly.
+    # One integer per square: comparing rows is far slower.
     names = (cells[:, 0] << 32) + cells[:, 1]
     _, member_of, count = np.unique(names, return_inverse=True, return_counts=True)
     sums = np.stack([np.bincount(member_of, points[:, k], len(count)) for k in range(2)], axis=1)
@@ -137,7 +137,7 @@ def _middles(points: Float64Array, cell_m: float) -> Float64Array:
 def nearest_distance(points: Float64Array, obstacles: Float64Array) -> Float64Array:
     """Return the distance of each of (N, 2) points to the nearest of (M, 2) obstacles.
 
-    Infinite where there is no obstacle at all.
+    Infinite without obstacles.
     """
     if len(obstacles) == 0:
         return np.full(len(points), np.inf)
@@ -147,7 +147,7 @@ def nearest_distance(points: Float64Array, obstacles: Float64Array) -> Float64Ar
 def body_clearance(
     robot: RobotProfile, poses: Float64Array, obstacles: Float64Array
 ) -> Float64Array:
-    """Return the room between the body and the nearest obstacle at each pose.
+    """Return the free space between the body and the nearest obstacle at each pose.
 
     Args:
         robot: Its collision spheres, seen from above.
@@ -155,7 +155,7 @@ def body_clearance(
         obstacles: (M, 2) points.
 
     Returns:
-        (N,) metres, negative where a sphere covers an obstacle; infinite without obstacles.
+        (N,) metres, negative if a sphere covers an obstacle; infinite without obstacles.
     """
     discs = {(s.x_m, s.y_m): 0.0 for s in robot.spheres}
     for s in robot.spheres:
@@ -168,16 +168,15 @@ def body_clearance(
 def disc_clearance(
     discs: tuple[tuple[float, float, float], ...], poses: Float64Array, obstacles: Float64Array
 ) -> Float64Array:
-    """Return the room that discs leave at each pose; see `body_clearance`.
+    """Return the free space between discs and the nearest obstacle; see `body_clearance`.
 
     Args:
         discs: x and y in the base frame, and radius, metres, as in `RobotProfile.outline`.
         poses: (N, 3) x, y and yaw.
         obstacles: (M, 2) points.
     """
-    room = np.full(len(poses), np.inf)
-    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    for x, y, radius in discs:
-        centres = np.column_stack([poses[:, 0] + x * c - y * s, poses[:, 1] + x * s + y * c])
-        room = np.minimum(room, nearest_distance(centres, obstacles) - radius)
-    return room
+    clearance = np.full(len(poses), np.inf)
+    centres = disc_centres(discs, poses)
+    for k, (_, _, radius) in enumerate(discs):
+        clearance = np.minimum(clearance, nearest_distance(centres[:, k], obstacles) - radius)
+    return clearance

@@ -1,4 +1,4 @@
-"""Driving along a path: smooth, inside the robot's limits, never through what appeared on it."""
+"""Path tracking within the robot's limits, with a stop before obstacles that appear on the path."""
 
 import math
 from dataclasses import dataclass
@@ -17,37 +17,38 @@ from ippon.planning.terrain.path_geometry import point_along, poses_along, remai
 from ippon.robot import RobotProfile
 
 _TURN_STEP_RAD: Final = 0.1
-"""Headings of a turn whose room is looked at lie so far apart."""
+"""Step between the headings of a turn that are checked for collisions."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FollowerConfig:
-    """How the robot drives along its path."""
+    """Path tracking: lookahead, tolerances, and speed near obstacles."""
 
     lookahead_m: float = 0.35
-    """Distance along the path of the point steered for; more is smoother and cuts corners."""
+    """Distance along the path to the steering point; more is smoother and cuts corners."""
     turn_in_place_rad: float = 0.6
-    """With the path farther off the heading than this the robot stops and turns."""
+    """Heading error above which the robot stops and turns in place; more turns while driving."""
     go_on_rad: float = 0.25
-    """It drives on once the path is closer to the heading than this."""
+    """Heading error below which it drives on after a turn in place; more drives on earlier."""
     position_tolerance_m: float = 0.08
-    """The target counts as reached within this; less takes longer to settle."""
+    """Distance at which the target counts as reached; less takes longer to settle."""
     angle_tolerance_rad: float = 0.08
-    """Tolerance of the final yaw and tilt."""
+    """Tolerance of the final yaw and tilt; less takes longer to settle."""
     slow_clearance_m: float = 0.25
-    """With less room beside the body than this the robot slows down."""
+    """Free space beside the body below which the robot slows down; more drives more slowly."""
     slow_fraction: float = 0.4
-    """Fraction of the top speed left when something all but touches."""
+    """Fraction of the top speed that remains when an obstacle almost touches the body."""
     braking_share: float = 0.6
-    """Share of the possible deceleration that is planned with; less brakes earlier."""
+    """Share of the maximum deceleration that is used for planning; less brakes earlier."""
     overlap_m: float = 0.05
-    """The path counts as blocked where an obstacle voxel's centre lies this far inside the body."""
+    """The path counts as blocked where an obstacle voxel's centre lies this far inside the body;
+    more tolerates errors of the map."""
     stop_margin_m: float = 0.05
-    """Distance kept from an obstacle on the path."""
+    """Distance kept from an obstacle on the path; more stops earlier."""
     side_margin_m: float = 0.1
-    """Room beside the body that steering aims for; more swings wider round corners."""
+    """Free space beside the body that steering aims for; more takes corners wider."""
     side_weight: float = 8.0
-    """How much steering gives up of the path for that room; more avoids more and weaves more."""
+    """Weight of missing free space against deviation from the path; more avoids and weaves more."""
 
     def __post_init__(self) -> None:
         """Reject tolerances that never settle."""
@@ -63,7 +64,7 @@ class FollowerConfig:
 
 
 class PathFollower:
-    """Remembers what it commanded last, to stay inside the acceleration limits."""
+    """Computes velocity commands along a path, within the acceleration limits."""
 
     def __init__(self, config: FollowerConfig, robot: RobotProfile) -> None:
         self.config = config
@@ -75,17 +76,17 @@ class PathFollower:
         self._blocked = False
 
     def resume_from(self, command: Command) -> None:
-        """Take what was commanded last in place of its own last command: others command, too."""
+        """Replace the last command by the executed one, for the acceleration limits."""
         self._last = command
 
     @property
     def reached(self) -> bool:
-        """The robot stands at the target of the last step and looks the way it should."""
+        """Whether the robot has reached position, yaw and tilt of the last step's target."""
         return self._reached
 
     @property
     def blocked(self) -> bool:
-        """Something on the path keeps the robot from driving on."""
+        """Whether an obstacle on the path stops the robot."""
         return self._blocked
 
     def step(
@@ -96,19 +97,19 @@ class PathFollower:
         map_arrays: MapArrays,
         dt_s: float,
     ) -> Command:
-        """Return the command for the next moment.
+        """Return the next command.
 
         Args:
             plan: Target and path.
             T_world_base: Where the robot stands.
             tilt_rad: Its camera's tilt.
-            map_arrays: The map, to look for obstacles that the plan does not know.
+            map_arrays: The map, whose obstacles may be newer than the plan.
             dt_s: Seconds since the last step.
         """
         self._reached = self._blocked = False
         if plan.target is None or len(plan.path_world) == 0:
             self._settling = False
-            return self._ease(0.0, 0.0, tilt_rad, dt_s)
+            return self._limit(0.0, 0.0, tilt_rad, dt_s)
         target = plan.target
         here = T_world_base[:2, 3]
         self._settling = self._has_arrived(target, T_world_base)
@@ -118,11 +119,11 @@ class PathFollower:
         return self._drive(path, target, T_world_base, map_arrays, dt_s)
 
     def _has_arrived(self, target: Viewpoint, T_world_base: Float64Array) -> bool:
-        """Tell whether all that is left is to turn.
+        """Tell whether the robot only has to turn to the target's yaw.
 
-        Nobody turns round for a hand's breadth: the planner counts on that, and a robot that did
-        would make its target dearer by going to it, until another one is chosen, and so on for
-        ever. Nor does a little drift send it back.
+        It does not turn towards a target within `AT_NODE_M`: the planner assumes the same, and a
+        turn would raise the cost of the target until the planner chose another one, and so on
+        without end. A small drift while it turns does not send it back either.
         """
         dx, dy = (target.position_world[k] - T_world_base[k, 3] for k in range(2))
         away = math.hypot(dx, dy)
@@ -144,7 +145,7 @@ class PathFollower:
             and abs(self._last.linear_m_s) < 0.05
         )
         self._turning = False
-        return self._ease(0.0, self._turn_rate(yaw_error, dt_s), tilt, dt_s)
+        return self._limit(0.0, self._turn_rate(yaw_error, dt_s), tilt, dt_s)
 
     def _drive(
         self,
@@ -160,7 +161,7 @@ class PathFollower:
         off = wrap_angle(
             math.atan2(aim[1] - path[0, 1], aim[0] - path[0, 0]) - yaw_of(T_world_base)
         )
-        backwards = self._must_back(off, T_world_base, map_arrays)
+        backwards = self._must_reverse(off, T_world_base, map_arrays)
         if backwards:
             path, off = path[:2], wrap_angle(off - math.pi)
         threshold = config.go_on_rad if self._turning else config.turn_in_place_rad
@@ -168,23 +169,23 @@ class PathFollower:
         rate = self._turn_rate(off, dt_s)
         tilt = self._robot.within_tilt(target.tilt_rad)
         if self._turning:
-            return self._ease(0.0, rate, tilt, dt_s)
+            return self._limit(0.0, rate, tilt, dt_s)
         braking = config.braking_share * robot.max_linear_acceleration_m_s2
         remaining = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
         reach = 0.5 * robot.max_linear_m_s**2 / braking + 0.4
         obstacles = mapped_obstacles(map_arrays, robot, T_world_base, reach + robot.radius_m)
-        room, free = self._look_ahead(path, obstacles, reach, backwards=backwards)
-        speed = robot.max_linear_m_s * self._caution(room) * max(0.2, math.cos(1.5 * off))
+        room, free = self._free_ahead(path, obstacles, reach, backwards=backwards)
+        speed = robot.max_linear_m_s * self._speed_fraction(room) * max(0.2, math.cos(1.5 * off))
         self._blocked = free < 0.02
         if not backwards:
             rate = self._steer_clear(T_world_base, max(speed, 0.2), rate, obstacles)
         for distance in (remaining, free):
-            # At a coarse rate the robot still drives for a whole step after the command.
+            # With a long control period the robot drives for a whole step after the command.
             speed = min(speed, math.sqrt(2.0 * braking * distance), distance / (1.5 * dt_s))
-        return self._ease(-speed if backwards else speed, rate, tilt, dt_s)
+        return self._limit(-speed if backwards else speed, rate, tilt, dt_s)
 
-    def _must_back(self, off: float, T_world_base: Float64Array, map_arrays: MapArrays) -> bool:
-        """Tell whether a long body lacks the room to turn to a path that leads back."""
+    def _must_reverse(self, off: float, T_world_base: Float64Array, map_arrays: MapArrays) -> bool:
+        """Tell whether a long body has to reverse, because it cannot turn to a path behind it."""
         robot = self._robot
         if robot.is_round or not robot.can_reverse or abs(off) < 0.5 * math.pi:
             return False
@@ -197,10 +198,10 @@ class PathFollower:
         room = disc_clearance(robot.outline, poses, obstacles)
         return bool(room.min() < min(-OVERLAP_TOLERANCE_M, float(room[0]) - 0.01))
 
-    def _look_ahead(
+    def _free_ahead(
         self, path: Float64Array, obstacles: Float64Array, reach: float, *, backwards: bool
     ) -> tuple[float, float]:
-        """Return the room beside the body soon, and how far along the path it is free."""
+        """Return the least free space on the first third of the reach, and the free path length."""
         if len(obstacles) == 0:
             return math.inf, math.inf
         steps = np.arange(0.0, reach, 0.04)
@@ -208,8 +209,8 @@ class PathFollower:
         if backwards:
             poses[:, 2] += math.pi
         room = disc_clearance(self._robot.outline, poses, obstacles)
-        # A voxel is up to half its edge off the surface, and standing too close already is no
-        # reason to stay: it must only not get closer.
+        # A voxel is up to half its edge off the surface. A robot that is too close already may
+        # move, as long as it does not get closer.
         needed = np.minimum(-self.config.overlap_m, room[0] - 0.01)
         hit = np.flatnonzero(room < needed)
         free = math.inf
@@ -220,16 +221,16 @@ class PathFollower:
     def _steer_clear(
         self, T_world_base: Float64Array, speed: float, rate: float, obstacles: Float64Array
     ) -> float:
-        """Return a turn rate near `rate` whose arc leaves room beside the body.
+        """Return a turn rate near `rate` whose arc keeps free space beside the body.
 
-        Steering for a point ahead cuts corners; a few arcs beside the wanted one are weighed by
-        how far they leave it and how close they pass.
+        Steering for a point ahead cuts corners. A few neighbouring arcs are rated by their
+        deviation from the wanted one and by their clearance.
         """
         if len(obstacles) == 0:
             return rate
         limit = self._robot.max_yaw_rate_rad_s
         rates = np.clip(rate + limit * np.linspace(-0.6, 0.6, 9), -limit, limit)
-        # The wanted rate first: on a tie it stays.
+        # The wanted rate comes first, so that it wins ties.
         rates = np.concatenate([[rate], rates])
         t = np.linspace(0.15, 0.8, 6)
         half = 0.5 * rates[:, None] * t
@@ -249,18 +250,18 @@ class PathFollower:
         cost = np.abs(rates - rate) / limit + self.config.side_weight * short
         return float(rates[int(np.argmin(cost))])
 
-    def _caution(self, room: float) -> float:
+    def _speed_fraction(self, room: float) -> float:
         share = min(1.0, max(0.0, room / self.config.slow_clearance_m))
         return self.config.slow_fraction + (1.0 - self.config.slow_fraction) * share
 
     def _turn_rate(self, error: float, dt_s: float) -> float:
-        """Turn rate that closes an error of heading without overshooting it."""
+        """Return the turn rate that removes a heading error without overshoot."""
         limit = self._robot.max_yaw_rate_rad_s
         braking = self.config.braking_share * self._robot.max_yaw_acceleration_rad_s2
         rate = min(limit, math.sqrt(2.0 * braking * abs(error)), abs(error) / max(2.0 * dt_s, 0.2))
         return math.copysign(rate, error)
 
-    def _ease(self, linear: float, yaw_rate: float, tilt: float, dt_s: float) -> Command:
+    def _limit(self, linear: float, yaw_rate: float, tilt: float, dt_s: float) -> Command:
         wanted = Command(linear_m_s=linear, yaw_rate_rad_s=yaw_rate, tilt_rad=tilt)
         self._last = limit_acceleration(wanted, self._last, self._robot, dt_s)
         return self._last

@@ -1,4 +1,4 @@
-"""The last word before a command: no sphere of the robot meets an obstacle."""
+"""The safety filter: slows or stops commands that would drive the body into an obstacle."""
 
 import math
 from dataclasses import replace
@@ -28,24 +28,23 @@ def filter_command(
     horizon_s: float,
     frame: Frame | None = None,
 ) -> tuple[Command, str | None]:
-    """Scale a command down until the robot could carry it out and still stop in time.
+    """Scale a command down until the robot can execute it and still stop in time.
 
-    The robot is taken along the command's arc for the horizon and its braking way. One that stands
-    too close to something already may do whatever does not bring it closer. Driving and turning are
-    scaled together, so that the arc stays the arc; when no part of it is free, turning on the spot
-    is tried alone.
+    The body is checked along the command's arc for the horizon plus its braking distance. A robot
+    that is too close to an obstacle already may move as long as it does not get closer. Linear and
+    yaw rate are scaled together, so that the arc is unchanged; if no part of it is free, turning in
+    place is tried.
 
     Args:
-        command: What was asked for.
+        command: The requested command.
         T_world_base: Where the robot stands.
         robot: Its body and limits.
         map_arrays: The map; unknown space is no obstacle here.
-        horizon_s: How long the command may hold before the next one.
-        frame: The newest image; what it shows is an obstacle before the map says so. None where
-            there is none.
+        horizon_s: Longest time until the next command, seconds.
+        frame: The newest image, whose obstacles may not be in the map yet; None if there is none.
 
     Returns:
-        The command that is safe, and why it differs; None when it does not.
+        The safe command, and the reason if it differs from the requested one, else None.
     """
     speed = abs(command.linear_m_s)
     reach = robot.radius_m + speed * (horizon_s + speed / robot.max_linear_acceleration_m_s2) + 0.3
@@ -65,20 +64,20 @@ def filter_among_obstacles(
     margin_m: float = -OVERLAP_TOLERANCE_M,
     slack_m: float = 0.002,
 ) -> tuple[Command, str | None]:
-    """Scale a command down as `filter_command` does, among obstacles that are known already.
+    """Do what `filter_command` does for a given list of obstacles.
 
     Args:
-        command: What was asked for.
+        command: The requested command.
         T_world_base: Where the robot stands.
         robot: Its body and limits.
         obstacles: (M, 2) world x and y of occupied voxel columns within reach, metres.
-        horizon_s: How long the command may hold before the next one.
-        margin_m: Room that the body keeps; a hand that drives at walls needs more than a planner
-            that keeps to the middle of things.
-        slack_m: How much closer one that stands too close already may come in one command.
+        horizon_s: Longest time until the next command, seconds.
+        margin_m: Least free space beside the body; manual driving needs more than a planner that
+            keeps away from obstacles itself.
+        slack_m: How much closer a robot that is too close already may get in one command.
 
     Returns:
-        The command that is safe, and why it differs; None when it does not.
+        The safe command, and the reason if it differs from the requested one, else None.
     """
     if len(obstacles) == 0:
         return command, None
@@ -107,7 +106,7 @@ def _least_room(
     margin_m: float,
     slack_m: float,
 ) -> float:
-    """Room that every pose must keep; less for a robot that stands closer than that already."""
+    """Return the least free space allowed; less for a robot that is closer than that already."""
     pose = np.array([[T_world_base[0, 3], T_world_base[1, 3], yaw_of(T_world_base)]])
     now = float(body_clearance(robot, pose, obstacles)[0])
     return min(margin_m, now - slack_m)

@@ -1,11 +1,11 @@
-"""Copies between arrays whose origins differ."""
+"""Copying between arrays with different origins."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 
 def copy_overlap(source: NDArray, offset: NDArray[np.int64], target: NDArray) -> None:
-    """Copy `source` into `target`, its first element at `offset`, as far as it overlaps."""
+    """Copy the part of `source` that overlaps `target`; its first element goes to `offset`."""
     low = np.maximum(offset, 0)
     high = np.minimum(offset + source.shape, target.shape)
     if (high > low).all():

@@ -1,25 +1,25 @@
-"""How long a step may go on where a robot waits for it.
+"""The deadline of a planning step.
 
-Without a budget in seconds the work of a step is counted alone, and two runs of one seed are the
-same run. A budget bounds the seconds as well; whoever gives one brings the clock.
+Without a budget in seconds only the counts of work bound a step, and two runs with one seed are
+identical. A budget bounds the seconds as well and needs a clock.
 """
 
 import math
 from collections.abc import Callable
 
 Clock = Callable[[], float]
-"""Returns seconds that only grow, as `time.monotonic` does."""
+"""Returns monotonic seconds, like `time.monotonic`."""
 
 
 class Deadline:
-    """When a step has to come to its end, and whether it had to leave work undone."""
+    """The end of a step, and whether work was postponed because of it."""
 
     def __init__(self, budget_s: float = math.inf, clock: Clock | None = None) -> None:
-        """Begin.
+        """Start the clock.
 
         Args:
-            budget_s: Seconds from now on; infinite for as long as it takes.
-            clock: Read where the budget is finite.
+            budget_s: Seconds from now; infinite for no limit.
+            clock: Read if the budget is finite.
 
         Raises:
             ValueError: There is a budget and no clock.
@@ -34,19 +34,19 @@ class Deadline:
         self._began_s = 0.0 if self._clock is None else self._clock()
         self._whole: Deadline | None = None
         self.cut_short = False
-        """Something had to wait for another step."""
+        """Whether work was postponed to another step."""
 
     def share(self, share: float) -> "Deadline":
-        """Return the deadline of what may take a share of the time, counted from the same begin."""
+        """Return a deadline after a share of the budget, counted from the same start."""
         part = Deadline()
         part._budget_s, part._clock = share * self._budget_s, self._clock
         part._began_s, part._whole = self._began_s, self
         return part
 
     def passed(self) -> bool:
-        """Tell whether a piece of work that is there to be done has to wait for another step.
+        """Tell whether the deadline has passed, so that pending work must wait for another step.
 
-        Ask only with such a piece at hand: a deadline that passed has cut it short.
+        Call this only with work pending: a passed deadline sets `cut_short`.
         """
         if self._clock is None or self._clock() - self._began_s < self._budget_s:
             return False
@@ -57,4 +57,4 @@ class Deadline:
 
 
 UNLIMITED = Deadline()
-"""Never passes."""
+"""The deadline that never passes."""

@@ -1,11 +1,11 @@
-"""Counts of surface voxels, from the voxel size that they are stated for to a map's own."""
+"""Scaling of surface voxel counts from the reference voxel size to the map's."""
 
 from typing import Final
 
 REFERENCE_VOXEL_M: Final = 0.1
-"""Counts of voxels in code and settings are of voxels of this size."""
+"""Voxel size for which voxel counts in code and configuration are stated, metres."""
 
 
 def surface_scale(voxel_size_m: float) -> float:
-    """Return how many voxels of this size cover the surface of one of `REFERENCE_VOXEL_M`."""
+    """Return how many voxels of this size cover the surface of one reference voxel."""
     return (REFERENCE_VOXEL_M / voxel_size_m) ** 2

@@ -1,4 +1,4 @@
-"""Looking up single voxels of the map from compiled code."""
+"""Lookup of single voxels of the map, for compiled code."""
 
 from numba import njit
 
@@ -7,7 +7,7 @@ from ippon.mapping.arrays import UNKNOWN, MapArrays
 
 @njit(cache=True, nogil=True)
 def block_row(arrays: MapArrays, i: int, j: int, k: int) -> int:
-    """Return the pool row of the block that holds voxel (i, j, k), -1 where none is."""
+    """Return the pool row of the block that holds voxel (i, j, k), -1 if there is none."""
     bx = (i >> 3) - arrays.origin_block[0]
     by = (j >> 3) - arrays.origin_block[1]
     bz = (k >> 3) - arrays.origin_block[2]
@@ -32,7 +32,7 @@ def voxel_column(i: int, j: int, k: int) -> int:
 
 @njit(cache=True, nogil=True)
 def voxel_state(arrays: MapArrays, i: int, j: int, k: int) -> int:
-    """Return the state of voxel (i, j, k); `UNKNOWN` where no block is."""
+    """Return the state of voxel (i, j, k); `UNKNOWN` outside all blocks."""
     row = block_row(arrays, i, j, k)
     if row < 0:
         return UNKNOWN

@@ -1,4 +1,4 @@
-"""Compiles the planner's kernels that a search may need for the first time long after its start."""
+"""Compilation of the planner's kernels that a search may first need long after its start."""
 
 import numpy as np
 
@@ -14,11 +14,11 @@ from ippon.robot import RobotProfile
 
 
 def warm_up(arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array) -> None:
-    """Look for ways to what is out of reach, and those of a long body.
+    """Run the kernels for unreachable objects, and those for a long body.
 
     Args:
-        arrays: A map in which a robot has driven already.
-        robot: Only a long one has kernels of its own.
+        arrays: A map in which the robot has driven.
+        robot: A long body needs additional kernels.
         T_world_base: Where it stands.
     """
     floor = Traversability(TraversabilityConfig(), robot)

@@ -1,4 +1,4 @@
-"""Exact distances in the plane of the floor, and what they say about a straight move."""
+"""Clearance of points and of the body on the floor grid, exact below a cell."""
 
 import math
 
@@ -12,8 +12,8 @@ from ippon.planning.terrain.floor_grid import BEYOND_CUTOFF, FloorGrid
 def clearance_at(grid: FloorGrid, x: float, y: float) -> float:
     """Return the distance from a point to the centre of the nearest obstacle cell.
 
-    The nearest sites of the four cells round the point are measured from the point itself, so the
-    answer is exact below a cell. Metres; at most the cut-off; 0 outside the grid.
+    The distance is measured from the point itself to the nearest obstacles of the four cells around
+    it, so it is exact below a cell. Metres; at most the cut-off; 0 outside the grid.
     """
     fx = x / grid.voxel_size - grid.origin[0] - 0.5
     fy = y / grid.voxel_size - grid.origin[1] - 0.5
@@ -47,11 +47,11 @@ def seen_around(grid: FloorGrid, x: float, y: float, radius: float) -> bool:
 
 @njit(cache=True, nogil=True)
 def clearance_at_pose(grid: FloorGrid, limits: BodyLimits, x: float, y: float, yaw: float) -> float:
-    """Return the room of a body that stands at a point with a heading.
+    """Return the clearance of the body at a pose, stated as that of a round body.
 
     Returns:
-        Metres, as the distance to an obstacle from the centre of a round body of
-        `limits.radius` that has as much room beside it.
+        Metres: the distance to an obstacle from the centre of a round body of `limits.radius` with
+        the same free space beside it.
     """
     if limits.discs.shape[0] == 0:
         return clearance_at(grid, x, y)
@@ -65,7 +65,7 @@ def clearance_at_pose(grid: FloorGrid, limits: BodyLimits, x: float, y: float, y
 
 @njit(cache=True, nogil=True)
 def seen_at_pose(grid: FloorGrid, limits: BodyLimits, x: float, y: float, yaw: float) -> bool:
-    """Tell whether no unseen floor lies under a body at a point with a heading."""
+    """Tell whether the body at a pose covers no unseen floor, apart from the allowed overlap."""
     if limits.discs.shape[0] == 0:
         return seen_around(grid, x, y, limits.unseen_radius)
     c, s = math.cos(yaw), math.sin(yaw)

@@ -12,11 +12,11 @@ UNSEEN: Final = 0
 OPEN: Final = 1
 OBSTACLE: Final = 2
 BEYOND_CUTOFF: Final = 32767
-"""Offset where no site lies within the cut-off."""
+"""Offset of a cell without a nearest cell within the cut-off."""
 
 
 class FloorGrid(NamedTuple):
-    """The floor in cells of one voxel; cell (i, j) is the voxel column origin + (i, j)."""
+    """The floor in cells of one voxel edge; cell (i, j) is the voxel column origin + (i, j)."""
 
     voxel_size: float
     origin: NDArray[np.int64]
@@ -28,7 +28,7 @@ class FloorGrid(NamedTuple):
     unseen: NDArray[np.int16]
     """(X, Y, 2) offset in cells to the nearest unseen cell, or `BEYOND_CUTOFF`."""
     cutoff: int
-    """Cells beyond which sites are not looked for."""
+    """Largest distance of a nearest cell, in cells."""
 
 
 def update_nearest_offsets(
@@ -38,12 +38,12 @@ def update_nearest_offsets(
     cutoff: int,
     site: NDArray[np.int16],
 ) -> None:
-    """Recompute, inside a window, the offset from every cell to the nearest cell of one kind.
+    """Recompute the offsets to the nearest cell of one kind inside a window.
 
     Args:
         kind: (X, Y) kinds of the whole grid.
-        value: The kind that counts as a site.
-        window: Cells (i0, i1, j0, j1) to write, upper ends excluded; sites outside it count.
+        value: The kind to find.
+        window: Cells (i0, i1, j0, j1) to write, upper ends excluded; cells outside it count too.
         cutoff: Offsets longer than this, in cells, become `BEYOND_CUTOFF`.
         site: (X, Y, 2) int16, written inside the window.
     """
@@ -96,7 +96,7 @@ def _update_nearest_offsets_kernel(kind, value, i0, i1, j0, j1, cutoff, along, s
 
 
 def offset_distance_cells(offsets: NDArray[np.int16]) -> Float64Array:
-    """Return (…) cells to the nearest site from offsets (…, 2); very far where none is known."""
+    """Return (…) distances in cells from offsets (…, 2); very large for `BEYOND_CUTOFF`."""
     return np.hypot(offsets[..., 0].astype(np.float64), offsets[..., 1].astype(np.float64))
 
 

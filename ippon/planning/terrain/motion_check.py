@@ -16,7 +16,7 @@ from ippon.planning.terrain.clearance import (
 from ippon.planning.terrain.floor_grid import FloorGrid
 
 _TURN_STEP_RAD: Final = 0.1
-"""Headings of a turn that are checked lie so far apart: 5 cm at the end of a metre."""
+"""Step between the headings of a turn that are checked: 5 cm at half a metre from the centre."""
 
 
 @njit(cache=True, nogil=True)
@@ -28,25 +28,25 @@ def can_turn(
     start: float,
     end: float,
     margin: float,
-    leave_from: float,
+    start_clearance: float,
 ) -> bool:
     """Tell whether the body can turn on the spot.
 
-    Where it stands now the floor that it turns over must have been seen; elsewhere it will have
-    been, by the time that the robot is there.
+    At the robot's present position the floor below the turn must have been seen; elsewhere it will
+    have been seen by the time the robot gets there.
 
     Args:
         grid: The floor.
         limits: The body.
-        x: Where it stands, metres; likewise y.
+        x: Position, metres; likewise y.
         y: See x.
-        start: Heading at first, radians.
-        end: Heading in the end; it turns the shorter way.
-        margin: Room to leave beside the body, metres.
-        leave_from: See `straight_move`.
+        start: First heading, radians.
+        end: Last heading, radians; the body turns through the smaller angle.
+        margin: Free space to leave beside the body, metres.
+        start_clearance: See `straight_move`.
     """
     needed = limits.radius + margin
-    here = leave_from < 1e6
+    here = start_clearance < 1e6
     if limits.discs.shape[0] == 0 or (
         clearance_at(grid, x, y) >= needed
         and (not here or seen_around(grid, x, y, limits.unseen_radius))
@@ -56,7 +56,7 @@ def can_turn(
     count = max(1, math.ceil(abs(turn) / _TURN_STEP_RAD))
     for n in range(1, count + 1):
         yaw = start + n / count * turn
-        if clearance_at_pose(grid, limits, x, y, yaw) < min(needed, leave_from - 0.01):
+        if clearance_at_pose(grid, limits, x, y, yaw) < min(needed, start_clearance - 0.01):
             return False
         if here and not seen_at_pose(grid, limits, x, y, yaw):
             return False
@@ -66,15 +66,15 @@ def can_turn(
 def can_stand(grid: FloorGrid, limits: BodyLimits, point: Float64Array, margin: float) -> bool:
     """Tell whether the body fits at a (2,) point and can turn, with `margin` metres to spare.
 
-    Of a long one that means that nothing is known to be in the way: of the floor that it turns over
-    only the middle must have been seen.
+    For a long body no known obstacle may be in the way of the turn, but only the middle of the
+    floor below the turn must have been seen.
     """
     return can_stand_at(grid, limits, float(point[0]), float(point[1]), margin)
 
 
 @njit(cache=True, nogil=True)
 def can_stand_at(grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float) -> bool:
-    """Tell what `can_stand` does."""
+    """Do what `can_stand` does, for coordinates."""
     return clearance_at(grid, x, y) >= limits.radius + margin and seen_around(
         grid, x, y, inscribed_unseen_radius(limits)
     )
@@ -86,7 +86,7 @@ def move_between(
     start: Float64Array,
     end: Float64Array,
     margin: float,
-    leave_from: float = math.inf,
+    start_clearance: float = math.inf,
 ) -> tuple[bool, float, float]:
     """Check and measure a straight move between two (2,) points; see `straight_move`."""
     return straight_move(
@@ -97,7 +97,7 @@ def move_between(
         float(end[0]),
         float(end[1]),
         margin,
-        leave_from,
+        start_clearance,
     )
 
 
@@ -110,9 +110,9 @@ def straight_move(
     x1: float,
     y1: float,
     margin: float,
-    leave_from: float,
+    start_clearance: float,
 ) -> tuple[bool, float, float]:
-    """Check a straight move and measure it; turns at its ends are for `can_turn`.
+    """Check and measure a straight move; `can_turn` checks the turns at its ends.
 
     Args:
         grid: The floor.
@@ -121,13 +121,13 @@ def straight_move(
         y0: See x0.
         x1: See x0.
         y1: See x0.
-        margin: Room to leave beside the body, metres.
-        leave_from: Clearance at the start when the robot stands there now: a robot that stands
-            too close to something may leave if it gets farther away. Infinite elsewhere.
+        margin: Free space to leave beside the body, metres.
+        start_clearance: Clearance at the start if the robot stands there now: a robot that is too
+            close to an obstacle may move away from it. Infinite elsewhere.
 
     Returns:
-        Whether it is free; its travel time in seconds; its integral of one over the room beside
-        the body.
+        Whether it is free; its travel time in seconds; the integral of the inverse free space
+        beside the body.
     """
     length = math.hypot(x1 - x0, y1 - y0)
     count = max(1, math.ceil(length / (0.5 * grid.voxel_size)))
@@ -138,11 +138,11 @@ def straight_move(
         t = n / count
         x, y = x0 + t * (x1 - x0), y0 + t * (y1 - y0)
         room = clearance_at_pose(grid, limits, x, y, heading)
-        # 1 cm of grace: rounding must not pin a robot that stands exactly at the limit.
-        if room < min(needed, leave_from - 0.01 + 0.5 * t * length):
+        # 1 cm of tolerance: rounding must not block a robot that stands exactly at the limit.
+        if room < min(needed, start_clearance - 0.01 + 0.5 * t * length):
             return False, 0.0, 0.0
         if not seen_at_pose(grid, limits, x, y, heading) and (
-            leave_from > 1e6 or t * length > 0.5 * limits.radius
+            start_clearance > 1e6 or t * length > 0.5 * limits.radius
         ):
             return False, 0.0, 0.0
         weight = (0.5 if n in (0, count) else 1.0) * length / count

@@ -1,9 +1,8 @@
-"""What the robot would meet at each place of the floor, read from the columns of the map.
+"""Obstacles and floor in each voxel column of the map, for a body on that floor.
 
-A voxel is up to half its edge off the surface it stands for, so at 10 cm the lowest collision
+A voxel is up to half its edge off the surface that it represents. At 10 cm the lowest collision
 sphere of a robot that rolls over 6 cm would always touch the floor's own voxels in the 3-D distance
-field. The body is therefore checked against the columns above the floor band, in the plane, where
-the distance stays exact below a voxel.
+field. The body is therefore checked in the plane, against the columns above the floor band.
 """
 
 import math
@@ -20,13 +19,13 @@ from ippon.robot import RobotProfile
 
 COLUMN_UNSEEN: Final = 0
 COLUMN_CLEAR: Final = 1
-"""Nothing in the way of the body, and enough of it seen."""
+"""No obstacle at the height of the body, and enough of the column was seen."""
 COLUMN_BLOCKED: Final = 2
-"""Something in the way of the body."""
+"""An obstacle at the height of the body."""
 FLOOR_SEEN: Final = 4
 """Bit: a surface at the height of the floor."""
 FLOOR_ABSENT: Final = 8
-"""Bit: seen to be empty where the floor should be: a drop, or a stair that leads down."""
+"""Bit: free space at the height of the floor: a drop, or a stair that leads down."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,10 +39,10 @@ class HeightBands:
 
     @classmethod
     def of(cls, robot: RobotProfile, floor_z_m: float, voxel_size: float) -> "HeightBands":
-        """Find the layers for a robot on a floor of this height."""
-        # A surface that is a step high shows in voxels up to almost half an edge above it.
+        """Return the layers for a robot on a floor of this height."""
+        # A surface at step height occupies voxels up to almost half an edge above it.
         above = floor_z_m + robot.max_step_m + 0.45 * voxel_size
-        # As far below, but no more: half an edge would let a stair two steps deep pass for floor.
+        # The same below: a full half edge would accept a stair two steps deep as floor.
         below = floor_z_m - robot.max_step_m - 0.45 * voxel_size
         top = floor_z_m + robot.height_m
         floor_high = math.floor(above / voxel_size - 0.5)
@@ -63,7 +62,7 @@ def classify_columns(
     origin: NDArray[np.int64],
     out: NDArray[np.uint8],
 ) -> None:
-    """Classify the 8 x 8 columns of each of some block columns.
+    """Classify the 8 x 8 voxel columns of block columns.
 
     Args:
         arrays: The map.
@@ -118,8 +117,8 @@ def _read_columns_kernel(arrays, blocks, bands, min_seen, origin_i, origin_j, ou
                 if floor:
                     value |= FLOOR_SEEN
                 elif empty == bands[1] - bands[0] + 1:
-                    # Nothing is known of a floor whose edge the band's last layer just misses, so
-                    # the layer below must have been seen, too: as more space, or as a step down.
+                    # The last layer of the band may just miss a floor, so the layer below must
+                    # have been seen too: as more free space, or as a lower surface.
                     row = block_row(arrays, i, j, bands[0] - 1)
                     if row >= 0:
                         c = (a << 6) | (b << 3) | ((bands[0] - 1) & 7)
@@ -131,7 +130,7 @@ def _read_columns_kernel(arrays, blocks, bands, min_seen, origin_i, origin_j, ou
 def changed_block_columns(
     arrays: MapArrays, bands: HeightBands, since_revision: int
 ) -> NDArray[np.int64]:
-    """List block columns in which a block of floor or body changed after a revision.
+    """List block columns whose floor or body layers changed after a revision.
 
     Returns:
         (M, 2) int64 block indices (x, y).

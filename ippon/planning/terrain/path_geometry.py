@@ -1,4 +1,4 @@
-"""Paths as points, for a robot that is somewhere beside one."""
+"""Points and poses along a path, and the rest of a path for a robot near it."""
 
 import math
 from itertools import pairwise
@@ -19,7 +19,7 @@ def point_along(path: Float64Array, distance: float) -> Float64Array:
 
 
 def poses_along(path: Float64Array, distances: Float64Array) -> Float64Array:
-    """Return (N, 3) x, y and yaw of a body that drives along a (K, 2) path, at distances on it."""
+    """Return the (N, 3) x, y and yaw at (N,) distances along a (K, 2) path."""
     points = np.array([point_along(path, distance) for distance in distances])
     steps = np.diff(path, axis=0)
     length = np.hypot(steps[:, 0], steps[:, 1])
@@ -31,16 +31,16 @@ def poses_along(path: Float64Array, distances: Float64Array) -> Float64Array:
 
 
 def remaining_path(path: Float64Array, x: float, y: float) -> Float64Array:
-    """Return what is left of a (K, 2) path for a robot at (x, y) near it, the robot first."""
+    """Return the rest of a (K, 2) path for a robot at (x, y) near it, the robot first."""
     at, _ = _beside(path, x, y)
     return np.vstack([(x, y), path[at + 1 :]])
 
 
 def rejoined_path(path: Float64Array, x: float, y: float, ahead_m: float) -> Float64Array:
-    """Return what is left of a (K, 2) path for a robot that comes back to it `ahead_m` farther on.
+    """Return the rest of a (K, 2) path for a robot that rejoins it `ahead_m` farther on.
 
-    In a tight passage the way from beside the path straight to its next corner may touch what the
-    path itself keeps clear of.
+    In a narrow passage the straight line from beside the path to its next corner may collide where
+    the path itself is free.
     """
     at, beside = _beside(path, x, y)
     rest = np.vstack([beside, path[at + 1 :]])
@@ -54,7 +54,7 @@ def rejoined_path(path: Float64Array, x: float, y: float, ahead_m: float) -> Flo
 
 
 def _beside(path: Float64Array, x: float, y: float) -> tuple[int, Float64Array]:
-    """Return the piece of a path that a robot is on, and the point of it next to the robot."""
+    """Return the segment of a path nearest to the robot, and the nearest point on it."""
     here = np.array([x, y])
     best, at, point = math.inf, len(path) - 2, path[-1]
     for n in range(len(path) - 1):
@@ -62,7 +62,7 @@ def _beside(path: Float64Array, x: float, y: float) -> tuple[int, Float64Array]:
         length2 = float(step @ step)
         t = 0.0 if length2 == 0.0 else float(np.clip((here - path[n]) @ step / length2, 0.0, 1.0))
         distance = float(np.linalg.norm(path[n] + t * step - here))
-        # On a tie the later piece: the robot has passed the corner.
+        # On a tie the later segment: the robot has passed the corner.
         if distance <= best + 1e-9:
             best, at, point = distance, n, path[n] + t * step
     return at, point

@@ -10,8 +10,12 @@ from ippon.planning.terrain.body_limits import BodyLimits, inscribed_radius, ins
 from ippon.planning.terrain.floor_grid import OPEN, FloorGrid
 
 PASSED: Final = 1
+"""The flood went through, but the body can neither stand nor turn with the full margin."""
 STANDABLE: Final = 2
+"""The body can stand and turn with the full margin."""
 SLACK_CELLS: Final = 0.4
+"""How far the clearance at a cell centre may miss the margin, in cells: a gap may be wide enough
+between two cell centres."""
 
 
 def reachable_cells(
@@ -19,14 +23,13 @@ def reachable_cells(
 ) -> NDArray[np.uint8]:
     """Flood the floor from the robot.
 
-    A gap may have room for the body between the centres of cells but on none of them, so the flood
-    runs over cells that miss the margin by up to `SLACK_CELLS`; whether the gap can be passed is
-    for the moves to say, which are exact below a cell. It begins on such cells within 0.5 m of the
-    robot, so that one that stands too close to something is not cut off.
+    The flood runs over cells whose clearance misses the margin by up to `SLACK_CELLS`; motion
+    checks, which are exact below a cell, decide whether a gap can be passed. It begins at all such
+    cells within 0.5 m of the robot, so that a robot close to an obstacle is not cut off.
 
     Returns:
-        (X, Y) uint8: `STANDABLE` where the robot could stand, and turn, with `margin` and `comfort`
-        metres beside the body, `PASSED` where the flood merely went through, 0 elsewhere.
+        (X, Y) uint8: `STANDABLE` where the robot can stand and turn with `margin` plus `comfort`
+        metres beside the body, `PASSED` where the flood only went through, 0 elsewhere.
     """
     out = np.zeros(grid.kind.shape, dtype=np.uint8)
     queue = np.empty((grid.kind.size, 2), dtype=np.int32)

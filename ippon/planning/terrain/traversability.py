@@ -1,4 +1,4 @@
-"""Where the robot can stand and drive: a grid of the floor that follows the map."""
+"""Traversability of the floor: a grid that is updated from the map, contacts and driven poses."""
 
 import math
 from dataclasses import dataclass
@@ -36,34 +36,33 @@ from ippon.robot import RobotProfile
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TraversabilityConfig:
-    """How careful the robot is about what it has not seen and what is close."""
+    """Margins to obstacles and to unseen floor."""
 
     margin_m: float = 0.02
-    """Room beside the body that every move must leave; more closes narrow doors, less squeezes
+    """Free space beside the body that every move must leave; more closes narrow doors, less drives
     through gaps that the map shows a few centimetres too wide."""
     comfort_m: float = 0.05
     """Free space beside the body, above the margin, that viewpoints and straight edges leave, since
     a voxel is up to half its edge off the surface. More leaves tighter places to the local planner,
     which keeps to their middle."""
     squeeze_margin_m: float = -0.04
-    """The same, once nothing else is left to see: the map is up to half a voxel off, and a door
-    that it shows a little too narrow may be wide enough. Less squeezes more, and touches more."""
+    """The same once nothing else is left to see: the map is up to half a voxel off, and a door that
+    it shows too narrow may be wide enough. Less tries narrower gaps and touches more."""
     start_margin_m: float = 0.2
-    """The robot starts on floor that it cannot see; a disc this much wider than the body counts
-    as floor, and all that the camera cannot see however low it is tilted. More trusts more unseen
-    floor."""
+    """The robot starts on floor that it cannot see: a disc this much wider than the body counts as
+    floor, and so does all floor below the camera's lowest view. More trusts more unseen floor."""
     min_seen: float = 0.5
-    """Fraction of the body's height that must be known free; more waits for better views."""
+    """Fraction of the body's height that must be known free; more needs better views."""
     unseen_overlap_m: float = 0.15
     """How far the body may reach over unseen floor; more passes more gaps in the map."""
     clearance_max_m: float = 1.5
-    """Obstacles farther away than this do not matter to a path."""
+    """Distances to obstacles are computed up to this; more costs time."""
     slow_clearance_m: float = 0.25
-    """The robot slows down with less room beside it than this; more drives more carefully."""
+    """The robot slows down with less free space beside it than this; more drives more slowly."""
     slow_fraction: float = 0.4
-    """Fraction of the top speed that is left when something all but touches."""
+    """Fraction of the top speed that remains when an obstacle almost touches the body."""
     contact_length_m: float = 0.25
-    """How far ahead of the body the triangle reaches that is closed after a contact."""
+    """Length of the triangle ahead of the body that is closed after a contact; more closes more."""
     contact_half_angle_rad: float = 0.45
     """Half the opening angle of that triangle; more closes a wider region."""
 
@@ -81,7 +80,7 @@ class TraversabilityConfig:
 
 
 class Traversability:
-    """The floor as the planner sees it, kept up to date block by block."""
+    """The floor grid, updated block by block, with the body's limits and the current margin."""
 
     def __init__(self, config: TraversabilityConfig, robot: RobotProfile) -> None:
         self.config = config
@@ -93,24 +92,23 @@ class Traversability:
             slow_fraction=config.slow_fraction,
         )
         self.margin_m = config.margin_m
-        """Room beside the body that every move must leave now."""
+        """Free space beside the body that every move must leave now, metres."""
         self._revision = -1
         self._bands: HeightBands | None = None
         self._columns: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
-        self._marks = TraversalRecord(
+        self._record = TraversalRecord(
             robot,
             start_margin_m=config.start_margin_m,
             contact_length_m=config.contact_length_m,
             contact_half_angle_rad=config.contact_half_angle_rad,
         )
-        self._grid: FloorGrid | None = None
+        self._grid = _empty_grid()
         self._floor_z = 0.0
         self._reread = False
 
     @property
     def grid(self) -> FloorGrid:
-        """The floor; raises before the first `update`."""
-        assert self._grid is not None, "update() comes first"
+        """The floor; it has no cells before the first `update`."""
         return self._grid
 
     @property
@@ -121,7 +119,7 @@ class Traversability:
     def update(
         self, arrays: MapArrays, T_world_base: Float64Array
     ) -> tuple[int, int, int, int] | None:
-        """Take over what changed in the map.
+        """Update the grid where the map has changed.
 
         Args:
             arrays: The map.
@@ -131,68 +129,65 @@ class Traversability:
             Cells (i0, i1, j0, j1) whose distances may have changed, None when nothing did; all of
             them after the grid has grown or the robot has changed floors.
         """
-        everything = self._follow_map(arrays, float(T_world_base[2, 3]))
-        assert self._bands is not None
+        bands, everything = self._follow_map(arrays, float(T_world_base[2, 3]))
         grid = self.grid
-        blocks = changed_block_columns(arrays, self._bands, self._revision)
+        blocks = changed_block_columns(arrays, bands, self._revision)
         if arrays.revision.size:
             self._revision = max(self._revision, int(arrays.revision.max()))
-        classify_columns(
-            arrays, self._bands, blocks, self.config.min_seen, grid.origin, self._columns
-        )
-        self._marks.record_pose(grid, T_world_base)
+        classify_columns(arrays, bands, blocks, self.config.min_seen, grid.origin, self._columns)
+        self._record.record_pose(grid, T_world_base)
         window = np.array([1 << 30, -1, 1 << 30, -1], dtype=np.int64)
         box = (0, grid.kind.shape[0], 0, grid.kind.shape[1])
         if not (everything or self._reread):
             box = self._touched_box(blocks, T_world_base)
-        _combine_kernel(self._columns, self._marks.cells, np.array(box), grid.kind, window)
+        _combine_kernel(self._columns, self._record.cells, np.array(box), grid.kind, window)
         self._reread = False
         if everything:
             window[:] = box
         return self._refresh(window)
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
-        """Close the region that a robot ran into; see `TraversalRecord`."""
-        if self._grid is not None:
-            self._marks.mark_contact(self._grid, T_world_base, motion)
+        """Close the region of a contact; see `TraversalRecord.mark_contact`."""
+        self._record.mark_contact(self._grid, T_world_base, motion)
 
     def relax(self) -> bool:
-        """Open what contacts closed and squeeze through gaps; tell whether that is anything new."""
-        new = self._marks.forget_contacts() or self.margin_m > self.config.squeeze_margin_m
+        """Reopen cells closed by contacts and reduce the margin; tell whether anything changes."""
+        new = self._record.forget_contacts() or self.margin_m > self.config.squeeze_margin_m
         self.margin_m = self.config.squeeze_margin_m
         self._reread = True
         return new
 
     def clearance(self, x: float, y: float) -> float:
-        """Return metres from a point of the floor to the nearest obstacle."""
+        """Return the distance from a point to the nearest obstacle, metres."""
         return clearance_at(self.grid, float(x), float(y))
 
     def clearance_at_pose(self, x: float, y: float, yaw: float) -> float:
-        """Return the room of the body with a heading, as `clearance` of a round one; metres."""
+        """Return the clearance of the body at a pose, metres; see `clearance.clearance_at_pose`."""
         return clearance_at_pose(self.grid, self.limits, float(x), float(y), float(yaw))
 
     def can_turn(
         self, at: Float64Array, start: float, end: float, margin: float, leave: float
     ) -> bool:
-        """Tell whether the body can turn at a (2,) point; see `clearance.can_turn`."""
+        """Tell whether the body can turn at a (2,) point; see `motion_check.can_turn`."""
         x, y = float(at[0]), float(at[1])
         return can_turn(self.grid, self.limits, x, y, start, end, margin, leave)
 
-    def _follow_map(self, arrays: MapArrays, z: float) -> bool:
-        """Match the extent of the map and the height of the floor; tell whether either is new."""
+    def _follow_map(self, arrays: MapArrays, z: float) -> tuple[HeightBands, bool]:
+        """Match extent and floor height; return the bands, and whether any changed."""
         v = arrays.voxel_size
-        # A pose that trembles is no other floor.
+        # Small changes of the pose's height do not mean another floor.
         apart = max(0.5 * self._robot.max_step_m, 0.25 * v)
-        new_floor = self._bands is None or abs(z - self._floor_z) > apart
-        if new_floor:
+        bands = self._bands
+        new_floor = bands is None or abs(z - self._floor_z) > apart
+        if bands is None or new_floor:
             self._floor_z = z
-            self._bands = HeightBands.of(self._robot, z, v)
+            self._bands = bands = HeightBands.of(self._robot, z, v)
         origin = arrays.origin_block[:2] * 8
         shape = (arrays.directory.shape[0] * 8, arrays.directory.shape[1] * 8)
         old = self._grid
-        same = old is not None and old.kind.shape == shape and bool((old.origin == origin).all())
+        same = old.cutoff > 0 and old.kind.shape == shape and bool((old.origin == origin).all())
         if not same:
-            self._marks.fit(shape, (origin if old is None else old.origin) - origin)
+            self._record.resize(shape, old.origin - origin)
             self._columns = np.zeros(shape, dtype=np.uint8)
             self._grid = FloorGrid(
                 voxel_size=v,
@@ -204,12 +199,12 @@ class Traversability:
             )
         if new_floor or not same:
             self._revision = -1
-        return new_floor or not same
+        return bands, new_floor or not same
 
     def _touched_box(
         self, blocks: NDArray[np.int64], T_world_base: Float64Array
     ) -> tuple[int, int, int, int]:
-        """Cells whose kind may have changed: those of the blocks, and the marks by the robot."""
+        """Return the cells whose kind may have changed: in the blocks, and near the robot."""
         grid = self.grid
         reach = math.ceil((self._robot.radius_m + 1.0) / grid.voxel_size)
         at = np.floor(T_world_base[:2, 3] / grid.voxel_size).astype(np.int64) - grid.origin
@@ -241,6 +236,18 @@ class Traversability:
         return box
 
 
+def _empty_grid() -> FloorGrid:
+    """Return a grid without cells: nothing is known of the floor."""
+    return FloorGrid(
+        voxel_size=1.0,
+        origin=np.zeros(2, dtype=np.int64),
+        kind=np.zeros((0, 0), dtype=np.uint8),
+        obstacle=np.zeros((0, 0, 2), dtype=np.int16),
+        unseen=np.zeros((0, 0, 2), dtype=np.int16),
+        cutoff=0,
+    )
+
+
 @njit(cache=True, nogil=True)
 def _combine_kernel(columns, marks, box, kind, window):
     nx, ny = columns.shape
@@ -252,9 +259,9 @@ def _combine_kernel(columns, marks, box, kind, window):
                     floor += 1 if columns[a, b] & FLOOR_SEEN else 0
                     absent += 1 if columns[a, b] & FLOOR_ABSENT else 0
             value = columns[i, j] & 3
-            # A floor seen from afar has holes of single voxels, and a ray that slips through the
-            # floor's edge empties one: neighbours decide. Three make an edge, and the column before
-            # it counts as the drop: nobody squeezes past that by half a voxel.
+            # Distant floor has holes of single voxels, and rays through the edge of the floor free
+            # single voxels, so neighbours decide. Three of them make a drop, and the column before
+            # the edge counts as part of it.
             if value == COLUMN_BLOCKED or absent >= 3 or marks[i, j] & CONTACT:
                 now = OBSTACLE
             elif marks[i, j] & DRIVEN or (value == COLUMN_CLEAR and floor >= 3):

@@ -1,4 +1,4 @@
-"""What the body has shown of the floor: where it stood, what it swept over, what it ran into."""
+"""The floor cells that the body has covered, and those closed after a contact."""
 
 import math
 from typing import Final
@@ -10,22 +10,22 @@ from ippon.command import Command
 from ippon.geometry import Float64Array, yaw_of
 from ippon.planning.array_overlap import copy_overlap
 from ippon.planning.terrain.floor_grid import OBSTACLE, FloorGrid
-from ippon.robot import RobotProfile
+from ippon.robot import RobotProfile, disc_centres
 
 DRIVEN: Final = 1
-"""Mark of cells that the robot has stood on."""
+"""Mark of cells that the body has covered."""
 CONTACT: Final = 2
-"""Mark of cells that count as blocked because the robot touched something there."""
+"""Mark of cells that are closed after a contact."""
 SWEPT: Final = 4
-"""Mark of cells that the body has covered with room to spare: a contact was not there."""
+"""Mark of cells well inside an earlier footprint, where no contact can have been."""
 _STANDS_M_S: Final = 0.02
-"""Who is commanded to drive no faster than this turns on the spot."""
+"""A robot commanded to drive no faster than this turns on the spot."""
 _BLIND_MAX_M: Final = 1.5
-"""A camera that sees no floor within this does not show where the robot can begin to drive."""
+"""Farthest nearest visible floor for which the blind floor before the robot counts as free."""
 
 
 class TraversalRecord:
-    """Marks of the cells of a `FloorGrid`; they stay while the map changes and grows."""
+    """Marks of the cells of a `FloorGrid` that persist while the map changes and grows."""
 
     def __init__(
         self,
@@ -35,55 +35,56 @@ class TraversalRecord:
         contact_length_m: float,
         contact_half_angle_rad: float,
     ) -> None:
-        """Begin with no cells; see `TraversabilityConfig` for what the numbers mean."""
+        """Begin with no cells; see `TraversabilityConfig` for the parameters."""
         self._robot = robot
         self._start_margin_m = start_margin_m
         self._contact_length_m = contact_length_m
         self._half_angle_rad = contact_half_angle_rad
         self._started = False
         self.cells: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
-        """(X, Y) `DRIVEN`, `CONTACT` and `SWEPT`, added up; cells of the grid."""
+        """(X, Y) bits `DRIVEN`, `CONTACT` and `SWEPT` of the grid's cells."""
 
-    def fit(self, shape: tuple[int, int], offset: NDArray[np.int64]) -> None:
-        """Follow the grid's extent.
+    def resize(self, shape: tuple[int, int], offset: NDArray[np.int64]) -> None:
+        """Adopt the extent of the grid.
 
         Args:
-            shape: Cells along x and y from now on.
-            offset: (2,) cell that what was cell (0, 0) becomes.
+            shape: New number of cells along x and y.
+            offset: (2,) new index of the old cell (0, 0).
         """
         cells = np.zeros(shape, dtype=np.uint8)
         copy_overlap(self.cells, offset, cells)
         self.cells = cells
 
     def record_pose(self, grid: FloorGrid, T_world_base: Float64Array) -> None:
-        """Mark the floor under the body, and at first as much round it as the robot trusts."""
+        """Mark the floor under the body, and on the first call a margin around it."""
         x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
         v = grid.voxel_size
         if not self._started:
             self._mark_disc(grid, (x, y), self._start_radius_m(v), DRIVEN)
             self._started = True
-        c, s = math.cos(yaw), math.sin(yaw)
-        for dx, dy, radius in self._robot.outline:
-            centre = (x + c * dx - s * dy, y + s * dx + c * dy)
+        outline = self._robot.outline
+        for (cx, cy), (_, _, radius) in zip(
+            disc_centres(outline, np.array([[x, y, yaw]]))[0].tolist(), outline, strict=True
+        ):
+            centre = (cx, cy)
             self._mark_disc(grid, centre, radius, DRIVEN)
             self._mark_disc(grid, centre, radius - 0.75 * v, SWEPT)
 
     def mark_contact(
         self, grid: FloorGrid, T_world_base: Float64Array, motion: Command | None = None
     ) -> None:
-        """Close the region that a robot ran into: a triangle ahead of it.
+        """Close the region of a contact: a triangle ahead of the robot (Sec. Traversability).
 
-        Where an obstacle of the map is so close before the robot that it explains the contact, only
-        the rim of the body towards it is closed: the map was a few centimetres off there, and a
-        triangle ahead would close the door that the robot brushed against. A robot that drove
-        backwards touched what is behind it; a long body that turned on the spot what its nose or
-        its tail came up against. Where the body has been nothing is closed, so that the way back
-        stays open.
+        If a mapped obstacle is close enough to explain the contact, only the rim of the body
+        towards it is closed: the map is a few centimetres off there, and a triangle would close the
+        door that the robot brushed against. If the robot drove backwards, the triangle lies behind
+        it; if a long body turned on the spot, the cells that its outline approached are closed.
+        Cells that the body has covered stay open, so that the robot can return.
 
         Args:
             grid: The floor.
             T_world_base: Where the robot stands.
-            motion: What it was commanded last; None for straight ahead.
+            motion: The last command; None for straight ahead.
         """
         v = grid.voxel_size
         x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
@@ -107,25 +108,25 @@ class TraversalRecord:
             px, py = dx[at] - beside[at] * nx[at], dy[at] - beside[at] * ny[at]
             closed = open_yet & (np.hypot(dx - px, dy - py) <= 1.2 * v) & (beside >= -0.3 * v)
         if not closed.any() and turn:
-            # Where the outline comes closer while it turns.
+            # Cells that the outline approaches during the turn.
             comes = turn * (dx * ny - dy * nx) > 0.3 * away
             closed = open_yet & comes & (away > self._robot.half_width_m)
             closed &= (beside >= 0.0) & (beside <= v)
         elif not closed.any():
             aside = np.abs(dy * math.cos(heading) - dx * math.sin(heading))
             closed = open_yet & (away >= nose + 0.25 * v) & (ahead > 0.0) & (ahead <= outer)
-            # At least one cell wide, however narrow the triangle is where it begins.
+            # At least one cell wide at the tip of the triangle.
             closed &= aside <= np.maximum(ahead * math.tan(self._half_angle_rad), 0.75 * v)
         self.cells[i[closed], j[closed]] |= CONTACT
 
     def forget_contacts(self) -> bool:
-        """Open what contacts closed; tell whether there was anything."""
+        """Reopen the cells closed by contacts; tell whether there were any."""
         closed = bool((self.cells & CONTACT).any())
         self.cells &= 255 - CONTACT
         return closed
 
     def _turn_of(self, motion: Command) -> float:
-        """Return the sense in which a long body turns on the spot, 0 where it does not."""
+        """Return the sign of a long body's turn on the spot; 0 if it does not turn on the spot."""
         if self._robot.is_round or abs(motion.linear_m_s) > _STANDS_M_S:
             return 0.0
         return float(np.sign(motion.yaw_rate_rad_s))
@@ -133,7 +134,7 @@ class TraversalRecord:
     def _from_body(
         self, dx: Float64Array, dy: Float64Array, yaw: float
     ) -> tuple[Float64Array, Float64Array, Float64Array]:
-        """Return how far points lie outside the body, and the direction away from it.
+        """Return the signed distance of points from the body, and the direction away from it.
 
         Args:
             dx: World x from the base's centre, metres; likewise dy.
@@ -143,11 +144,12 @@ class TraversalRecord:
         Returns:
             Metres, negative inside, and the unit vector's x and y, each of the shape of `dx`.
         """
-        c, s = math.cos(yaw), math.sin(yaw)
+        outline = self._robot.outline
+        centres = disc_centres(outline, np.array([[0.0, 0.0, yaw]]))[0]
         beside = np.full(dx.shape, np.inf)
         nx, ny = np.zeros(dx.shape), np.zeros(dx.shape)
-        for x, y, radius in self._robot.outline:
-            ex, ey = dx - (c * x - s * y), dy - (s * x + c * y)
+        for (x, y), (_, _, radius) in zip(centres, outline, strict=True):
+            ex, ey = dx - x, dy - y
             away = np.hypot(ex, ey)
             nearer = away - radius < beside
             beside[nearer] = away[nearer] - radius
@@ -156,7 +158,7 @@ class TraversalRecord:
         return beside, nx, ny
 
     def _start_radius_m(self, voxel_size: float) -> float:
-        """Return the radius of the disc of floor that the robot starts on unseen."""
+        """Return the radius of the unseen disc of floor that the robot starts on, metres."""
         radius = self._robot.radius_m + self._start_margin_m
         blind = self._robot.floor_in_view_m + voxel_size
         return max(radius, blind) if blind <= _BLIND_MAX_M else radius
@@ -171,7 +173,7 @@ class TraversalRecord:
         self.cells[i[inside], j[inside]] |= mark
 
     def _extent_m(self, bearing: float) -> float:
-        """Return how far the body reaches in a direction of the base frame, radians; metres."""
+        """Return the extent of the body in a direction of the base frame (radians), metres."""
         c, s = math.cos(bearing), math.sin(bearing)
         return max(x * c + y * s + radius for x, y, radius in self._robot.outline)
 
@@ -179,7 +181,7 @@ class TraversalRecord:
 def _cells_around(
     grid: FloorGrid, x: float, y: float, radius: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], Float64Array, Float64Array]:
-    """Return the square of cells that a circle lies in, as far as the grid goes.
+    """Return the square of cells around a circle, clipped to the grid.
 
     Returns:
         Their i and j and the world x and y of their centres, metres, each (N, M).

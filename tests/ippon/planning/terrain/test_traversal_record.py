@@ -23,7 +23,7 @@ def marks_of(robot=ZED) -> TraversalRecord:
     marks = TraversalRecord(
         robot, start_margin_m=0.0, contact_length_m=0.25, contact_half_angle_rad=0.45
     )
-    marks.fit((60, 60), np.zeros(2, dtype=np.int64))
+    marks.resize((60, 60), np.zeros(2, dtype=np.int64))
     return marks
 
 
@@ -55,10 +55,10 @@ def test_marks_move_with_the_grid():
     marks = marks_of()
     marks.record_pose(open_grid(), POSE)
     before = marks.cells
-    marks.fit((70, 62), np.array([8, 0]))
+    marks.resize((70, 62), np.array([8, 0]))
     np.testing.assert_array_equal(marks.cells[8:68, :60], before)
     assert marks.cells.sum() == before.sum()
-    marks.fit((50, 60), np.array([-18, 0]))
+    marks.resize((50, 60), np.array([-18, 0]))
     np.testing.assert_array_equal(marks.cells, before[10:])
 
 
