@@ -26,7 +26,7 @@ LAYER_WORDS: Final[dict[Layer, str]] = {
     "trail": "Trail",
     "finds": "Finds",
     "labels": "Labels",
-    "glimpses": "Seen from afar",
+    "far_evidence": "Seen from afar",
     "covered": "Looked over",
     "clearance": "Clearance",
 }
@@ -34,7 +34,7 @@ LAYER_HINTS: Final[dict[Layer, str]] = {
     "mesh": "The same surfaces as one closed skin, in place of the voxels",
     "object": "Voxels that are likely to be the object",
     "tree": "White ends the search, black is only on the way, else blue to red by gain",
-    "glimpses": "Where images show what may be the object, beyond the map's range",
+    "far_evidence": "Where images show what may be the object, beyond the map's range",
     "covered": "Floor that was surely in view from nearby since this object was asked for",
     "clearance": "Distance to the nearest obstacle at the height of the body, every 0.1 m",
     "labels": "What is written above the finds",
