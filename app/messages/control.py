@@ -165,7 +165,7 @@ class InspectReply(_Message, frozen=True):
     ooi: float | None
     level: LevelName | None
     room: str = ""
-    """Type of the room that the level comes from; empty where it is that of the label anywhere."""
+    """Type of the room that the voxel is in; empty where it is not clear."""
 
 
 class Accepted(_Message, frozen=True):

@@ -40,8 +40,8 @@ HAT_CONTEXT = (
 )
 
 
-def levels_of(prior: EmbeddedPrior, ooi: str, context: str = "", room: str | None = None):
-    guidance = prior.levels(ooi, context, MATTERPORT_40, room=room)
+def levels_of(prior: EmbeddedPrior, ooi: str, context: str = ""):
+    guidance = prior.levels(ooi, context, MATTERPORT_40)
     return {row.label: row.level for row in guidance.rows}
 
 
@@ -207,12 +207,6 @@ def test_a_habit_weighs_less_than_a_statement(prior: EmbeddedPrior) -> None:
     assert levels_of(prior, "hat", "maybe in the kitchen")["bed"] != Level.FAR
 
 
-def test_the_room_that_a_landmark_stands_in_counts(prior: EmbeddedPrior) -> None:
-    assert levels_of(prior, "toilet", room="kitchen")["sink"] == Level.FAR
-    assert levels_of(prior, "toilet", room="bathroom")["sink"] == Level.NEAR
-    assert levels_of(prior, "toilet", room="kitchen")["toilet"] == Level.CERTAIN
-
-
 def test_an_unknown_object_is_average_and_the_operator_is_told(prior: EmbeddedPrior) -> None:
     guidance = prior.levels("flux capacitor", "", MATTERPORT_40)
     assert {row.level for row in guidance.rows} == {Level.AVERAGE}
@@ -247,8 +241,6 @@ def test_takes_a_resolved_object(prior: EmbeddedPrior) -> None:
 def test_error_texts(prior: EmbeddedPrior) -> None:
     with pytest.raises(ValueError, match="no object in '  '"):
         prior.levels("  ", "", MATTERPORT_40)
-    with pytest.raises(ValueError, match=r"no type of room 'moon'; the types are living_room, "):
-        prior.levels("hat", "", MATTERPORT_40, room="moon")
 
 
 def test_a_hostile_object_is_only_a_name(prior: EmbeddedPrior) -> None:

@@ -42,7 +42,7 @@ class WhatIf:
         if not np.isfinite(point).all():
             raise RequestRefusedError(f"a point has three finite numbers; got {point.tolist()}")
         report = self._questions.ask(
-            lambda mission: inspect_voxel(mission.voxel_map, point, mission.rooms)
+            lambda mission: inspect_voxel(mission.voxel_map, point, mission.floor_z_m)
         )
         if report is None:
             raise RequestRefusedError("the map has no surface there")
