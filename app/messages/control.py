@@ -10,6 +10,7 @@ from msgspec import Meta, Struct
 
 from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
+from ippon.guidance.levels import LevelName
 
 M = TypeVar("M", bound=Struct)
 
@@ -25,7 +26,6 @@ MissionState = Literal[
     "stopped",
     "lost",
 ]
-LevelName = Literal["certain", "near", "average", "far"]
 
 ObjectText = Annotated[str, Meta(min_length=1, max_length=80)]
 ContextText = Annotated[str, Meta(max_length=2000)]

@@ -53,7 +53,7 @@ def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> 
             f"going to see whether that is {goal.display}, farther off: "
             f"gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
         )
-    level = target.level.name.lower()
+    level = target.level.text
     place = _place(target, voxel_map, guidance)
     certain = [label for label in guidance.labels_of(Level.CERTAIN) if label != goal.object]
     if target.cued and certain and place == _AHEAD:

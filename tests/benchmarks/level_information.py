@@ -101,7 +101,7 @@ def _rows_by_level(searches: list[list[Noted]], data: str) -> Iterator[Row]:
     finds, gains, share = total[:, 0], total[:, 1], total[:, 2] / len(searches)
     rates = finds / np.maximum(gains, 1e-9) / (finds.sum() / gains.sum())
     for level in sorted(Level, reverse=True):
-        name = level.name.lower()
+        name = level.text
         yield Row(name=f"viewpoints {name}", data=data, value=100.0 * share[level], unit="%")
         yield Row(
             name=f"finds there, for what is promised, {name}",

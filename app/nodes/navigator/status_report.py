@@ -191,7 +191,7 @@ def proximity_table(search: PlannedSearch) -> ProximityTable:
         provider=guidance.provider,
         elapsed_ms=search.elapsed_ms,
         rows=[
-            ProximityRow(label=row.label, level=row.level.name.lower(), reason=row.reason)  # pyright: ignore[reportArgumentType]
+            ProximityRow(label=row.label, level=row.level.text, reason=row.reason)
             for row in guidance.rows
         ],
         notes=list(guidance.notes),

@@ -100,7 +100,7 @@ def test_agrees_with_what_people_expect(
         found = levels_of(prior, ooi)
         for answer, labels in answers.items():
             for label in labels:
-                level = found[label].name.lower()
+                level = found[label].text
                 right = level != answer[4:] if answer.startswith("not_") else level == answer
                 total += 1
                 wrong += [] if right else [f"{ooi}: {label} is {level}, expected {answer}"]
@@ -132,7 +132,7 @@ def test_levels_tell_where_things_are_in_homes_of_others(
                 hits[level] += min(gap(landmark, goal) for goal in goals) < 1.5
     shares = {level: hits[level] / landmarks[level] for level in Level}
     with capsys.disabled():
-        text = ", ".join(f"{level.name.lower()} {share:.2f}" for level, share in shares.items())
+        text = ", ".join(f"{level.text} {share:.2f}" for level, share in shares.items())
         sys.stdout.write(f"\ngoal within 1.5 m of a landmark: {text}\n")
     assert 1.5 * shares[Level.FAR] < shares[Level.AVERAGE] < shares[Level.NEAR] / 1.5
 

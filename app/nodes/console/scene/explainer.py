@@ -91,7 +91,7 @@ class Explainer:
         x, y, z = (float(v) for v in tree.positions_world[node])
         seen = self._seen_from(tree, node, size)
         kind = NodeKind(int(tree.kinds[node]))
-        level = Level(int(tree.levels[node])).name.lower()
+        level = Level(int(tree.levels[node])).text
         yaw_deg, tilt_deg = (
             math.degrees(float(angles[node])) for angles in (tree.yaws_rad, tree.tilts_rad)
         )
