@@ -163,7 +163,7 @@ def _surface_voxels(mission: Mission) -> int:
 
 def _table(goal: Goal, guidance: Guidance) -> ProximityTable:
     rows = [
-        ProximityRow(label=row.label, level=row.level.name.lower(), reason=row.reason)  # pyright: ignore[reportArgumentType]
+        ProximityRow(label=row.label, level=row.level.text, reason=row.reason)
         for row in guidance.rows
     ]
     return ProximityTable(

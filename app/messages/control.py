@@ -10,6 +10,7 @@ from msgspec import Meta, Struct
 
 from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
+from ippon.guidance.levels import LevelName
 
 M = TypeVar("M", bound=Struct)
 
@@ -25,7 +26,6 @@ MissionState = Literal[
     "stopped",
     "lost",
 ]
-LevelName = Literal["certain", "near", "average", "far"]
 
 ObjectText = Annotated[str, Meta(min_length=1, max_length=80)]
 ContextText = Annotated[str, Meta(max_length=2000)]
@@ -165,7 +165,7 @@ class InspectReply(_Message, frozen=True):
     ooi: float | None
     level: LevelName | None
     room: str = ""
-    """Type of the room that the level comes from; empty where it is that of the label anywhere."""
+    """Type of the room that the voxel is in; empty where it is not clear."""
 
 
 class Accepted(_Message, frozen=True):

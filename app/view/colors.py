@@ -205,7 +205,7 @@ def legend(mode: ColorMode, top_m: float) -> Legend:
                 title="How near the object is likely to be",
                 entries=(
                     *(
-                        LegendEntry(color=LEVEL_COLORS[level], text=level.name.lower())
+                        LegendEntry(color=LEVEL_COLORS[level], text=level.text)
                         for level in sorted(Level, reverse=True)
                     ),
                     _UNMAPPED_ENTRY,

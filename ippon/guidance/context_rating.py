@@ -27,11 +27,7 @@ _TYPICAL_ROOM_SHARE = 0.1
 
 
 def rate_by_claims(
-    goal: Entry | None,
-    landmark: Entry,
-    claims: Sequence[Claim],
-    knowledge: Knowledge,
-    seen_in: Rooms | None,
+    goal: Entry | None, landmark: Entry, claims: Sequence[Claim], knowledge: Knowledge
 ) -> Rating:
     """Rate a landmark for a goal of which the operator said where it is, or is not.
 
@@ -44,9 +40,8 @@ def rate_by_claims(
         landmark: Entry of a common object.
         claims: At least one.
         knowledge: The table.
-        seen_in: Where the landmark is, if that is known.
     """
-    at_rooms = landmark.thing.rooms if seen_in is None else seen_in
+    at_rooms = landmark.thing.rooms
     if goal is not None:
         identity = rate_identity(goal, landmark, knowledge)
         if identity is not None and identity.level == Level.CERTAIN:
@@ -54,11 +49,9 @@ def rate_by_claims(
     positive = [claim for claim in claims if not claim.negated]
     negative = [claim for claim in claims if claim.negated]
     firm = [claim for claim in positive if claim.firm]
-    said = [rate_claim(claim, landmark, knowledge, seen_in) for claim in firm]
+    said = [rate_claim(claim, landmark, knowledge) for claim in firm]
     # What was only offered can lift a landmark above what was stated, but a shrug cannot.
-    offered = [
-        rate_claim(claim, landmark, knowledge, seen_in) for claim in positive if not claim.firm
-    ]
+    offered = [rate_claim(claim, landmark, knowledge) for claim in positive if not claim.firm]
     said += [rating for rating in offered if rating.level >= Level.NEAR or not firm]
     best = max(said, key=lambda rating: rating.level, default=None)
     if best is not None and best.level == Level.CERTAIN:
@@ -66,7 +59,7 @@ def rate_by_claims(
     denial = _denied(landmark, negative, at_rooms)
     if denial is not None:
         return denial
-    own = _common(goal, landmark, knowledge, negative, seen_in)
+    own = _common(goal, landmark, knowledge, negative)
     if best is None:
         return own
     if not firm:
@@ -77,23 +70,21 @@ def rate_by_claims(
     return best
 
 
-def rate_claim(
-    claim: Claim, landmark: Entry, knowledge: Knowledge, seen_in: Rooms | None = None
-) -> Rating:
+def rate_claim(claim: Claim, landmark: Entry, knowledge: Knowledge) -> Rating:
     """Rate a landmark by one positive claim alone."""
     said = f"{_STATED[claim.strength]} “{claim.text}”"
     if claim.kind == "room":
-        return _rate_room(claim, landmark, said, seen_in)
+        return _rate_room(claim, landmark, said)
     place = knowledge.find(words(claim.place))
     if place is None:
         return Rating(level=Level.AVERAGE, reason="no indication")
     rooms = {claim.room: 1.0} if claim.room else None
-    at_rooms = landmark.thing.rooms if seen_in is None else seen_in
+    at_rooms = landmark.thing.rooms
     reachable = rooms is None or not at_rooms or overlap(rooms, at_rooms) >= FAR_SHARE
     identity = rate_identity(place, landmark, knowledge)
     if identity is not None and identity.level == Level.CERTAIN and reachable:
         return Rating(level=Level.CERTAIN if claim.firm else Level.NEAR, reason=said)
-    found = rate(place, landmark, knowledge, goal_rooms=rooms, landmark_rooms=seen_in)
+    found = rate(place, landmark, knowledge, goal_rooms=rooms)
     if found.level == Level.AVERAGE:
         return found
     level = min(found.level, Level.NEAR)
@@ -102,11 +93,11 @@ def rate_claim(
     return Rating(level=level, reason=f"{said}; {found.reason}")
 
 
-def _rate_room(claim: Claim, landmark: Entry, said: str, seen_in: Rooms | None) -> Rating:
+def _rate_room(claim: Claim, landmark: Entry, said: str) -> Rating:
     subject = generic(words(landmark.label))
-    if landmark.thing.spread != "none" and seen_in is None:
+    if landmark.thing.spread != "none":
         return Rating(level=Level.AVERAGE, reason=f"{subject} in many rooms")
-    rooms = landmark.thing.rooms if seen_in is None else seen_in
+    rooms = landmark.thing.rooms
     share = rooms.get(claim.place, 0.0)
     if share >= _OWN_ROOM_SHARE and claim.firm:
         return Rating(level=Level.CERTAIN, reason=f"{said}, and {subject} hardly anywhere else")
@@ -129,11 +120,7 @@ def _denied(landmark: Entry, negative: Sequence[Claim], at_rooms: Rooms) -> Rati
 
 
 def _common(
-    goal: Entry | None,
-    landmark: Entry,
-    knowledge: Knowledge,
-    negative: Sequence[Claim],
-    seen_in: Rooms | None,
+    goal: Entry | None, landmark: Entry, knowledge: Knowledge, negative: Sequence[Claim]
 ) -> Rating:
     """Rate by what is common, in the rooms that were not excluded."""
     if goal is None:
@@ -142,7 +129,7 @@ def _common(
     rooms = {room: share for room, share in goal.thing.rooms.items() if room not in excluded}
     total = sum(rooms.values())
     rooms = {room: share / total for room, share in rooms.items()} if total else {}
-    return rate(goal, landmark, knowledge, goal_rooms=rooms, landmark_rooms=seen_in)
+    return rate(goal, landmark, knowledge, goal_rooms=rooms)
 
 
 def _compatible(claim: Claim, at_rooms: Rooms, knowledge: Knowledge) -> bool:

@@ -3,12 +3,15 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-BY_OPERATOR = "set by the operator"
-"""Reason of a level that no answer and no room changes."""
+BY_OPERATOR: Final = "set by the operator"
+"""Reason of a level that the operator set; no later answer changes it."""
+
+LevelName = Literal["certain", "near", "average", "far"]
 
 
 class Level(IntEnum):
@@ -18,6 +21,11 @@ class Level(IntEnum):
     AVERAGE = 1
     NEAR = 2
     CERTAIN = 3
+
+    @property
+    def text(self) -> LevelName:
+        """Name in lower case, as on the wire and on pages; `parse` reads it."""
+        return _NAMES[self]
 
     @classmethod
     def parse(cls, text: str) -> "Level":
@@ -29,8 +37,16 @@ class Level(IntEnum):
         try:
             return cls[text.strip().upper()]
         except KeyError:
-            known = ", ".join(level.name.lower() for level in cls)
+            known = ", ".join(level.text for level in cls)
             raise ValueError(f"no proximity level {text!r}; the levels are {known}") from None
+
+
+_NAMES: Final[dict[Level, LevelName]] = {
+    Level.FAR: "far",
+    Level.AVERAGE: "average",
+    Level.NEAR: "near",
+    Level.CERTAIN: "certain",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

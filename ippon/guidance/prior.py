@@ -23,22 +23,12 @@ class EmbeddedPrior:
     def __init__(self) -> None:
         self._knowledge: Knowledge = load_knowledge()
 
-    @property
-    def room_types(self) -> tuple[str, ...]:
-        """Types of room that `levels` can be asked for."""
-        return self._knowledge.room_types
-
     def warm_up(self) -> None:
         """Pay what the first question with an unknown plural costs, about a second, in advance."""
         singular("gazebos")
 
     def levels(
-        self,
-        ooi: ResolvedObject | str,
-        context: str,
-        vocabulary: Sequence[str],
-        *,
-        room: str | None = None,
+        self, ooi: ResolvedObject | str, context: str, vocabulary: Sequence[str]
     ) -> Guidance:
         """Rate the proximity of every common object to the goal (Sec. Semantic Guidance).
 
@@ -46,17 +36,14 @@ class EmbeddedPrior:
             ooi: The goal, as typed or resolved.
             context: What the operator knows about where it is; may be empty.
             vocabulary: Labels of the common objects.
-            room: Type of the room that the common objects are seen in, such as "kitchen", where
-                that is known: a sink in a kitchen is far from a toilet.
 
         Raises:
-            ValueError: `ooi` holds no word, or `room` is not a type of room.
+            ValueError: `ooi` holds no word.
         """
         goal = resolve_object(ooi, vocabulary) if isinstance(ooi, str) else ooi
-        seen_in = self._room(room)
         reading = read_context(context, vocabulary, ooi=goal.concept or goal.canonical)
         entry = self._entry(goal)
-        rows = tuple(self._row(label, entry, goal, reading.claims, seen_in) for label in vocabulary)
+        rows = tuple(self._row(label, entry, goal, reading.claims) for label in vocabulary)
         return Guidance(
             ooi=goal.canonical,
             context=context,
@@ -71,7 +58,6 @@ class EmbeddedPrior:
         entry: Entry | None,
         goal: ResolvedObject,
         claims: tuple[Claim, ...],
-        seen_in: dict[str, float] | None,
     ) -> LabelLevel:
         landmark = self._knowledge.find(words(canonical_label(label)))
         if label == goal.canonical:
@@ -79,11 +65,11 @@ class EmbeddedPrior:
         elif landmark is None:
             rating = Rating(level=Level.AVERAGE, reason=f"nothing is known about {words(label)}")
         elif claims:
-            rating = rate_by_claims(entry, landmark, claims, self._knowledge, seen_in)
+            rating = rate_by_claims(entry, landmark, claims, self._knowledge)
         elif entry is None:
             rating = Rating(level=Level.AVERAGE, reason=f"nothing is known about {goal.display}")
         else:
-            rating = rate(entry, landmark, self._knowledge, landmark_rooms=seen_in)
+            rating = rate(entry, landmark, self._knowledge)
         return LabelLevel(label=label, level=rating.level, reason=rating.reason)
 
     def _entry(self, goal: ResolvedObject) -> Entry | None:
@@ -92,17 +78,6 @@ class EmbeddedPrior:
             return exact
         thing = self._knowledge.thing(goal.concept) if goal.concept else None
         return Entry(label=goal.canonical, thing=thing) if thing else None
-
-    def _room(self, room: str | None) -> dict[str, float] | None:
-        if room is None:
-            return None
-        label = canonical_label(room)
-        named = self._knowledge.room(words(label))
-        kind = label if label in self._knowledge.room_types else named
-        if kind is None:
-            known = ", ".join(self._knowledge.room_types)
-            raise ValueError(f"no type of room {room!r}; the types are {known}")
-        return {kind: 1.0}
 
     def _notes(
         self, goal: ResolvedObject, entry: Entry | None, claims: tuple[Claim, ...]

@@ -62,7 +62,6 @@ def rate(
     knowledge: Knowledge,
     *,
     goal_rooms: Rooms | None = None,
-    landmark_rooms: Rooms | None = None,
 ) -> Rating:
     """Rate the proximity of a landmark to a goal.
 
@@ -71,10 +70,9 @@ def rate(
         landmark: A common object that the robot sees.
         knowledge: The table.
         goal_rooms: Where the goal may be; by default the table's rooms.
-        landmark_rooms: Where the landmark is, if that is known; by default the table's rooms.
     """
     in_rooms = goal.thing.rooms if goal_rooms is None else goal_rooms
-    at_rooms = landmark.thing.rooms if landmark_rooms is None else landmark_rooms
+    at_rooms = landmark.thing.rooms
     identity = rate_identity(goal, landmark, knowledge)
     if identity is not None:
         return identity
@@ -89,7 +87,7 @@ def rate(
         direct = _rate_places(goal, landmark, knowledge, in_rooms, at_rooms)
         if direct is not None:
             return direct
-    if landmark.thing.spread == "everywhere" and landmark_rooms is None:
+    if landmark.thing.spread == "everywhere":
         return Rating(level=Level.AVERAGE, reason=f"{generic(words(landmark.label))} in many rooms")
     return _rate_rooms(goal, landmark, in_rooms, at_rooms)
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass, field, replace
 
 from ippon.control.path_follower import FollowerConfig
 from ippon.guidance.levels import LevelProbabilities
-from ippon.guidance.rooms import RoomConfig
 from ippon.mapping.far_evidence.far_evidence import FarEvidenceConfig
 from ippon.mapping.voxel_map import MapConfig
 from ippon.mission.behaviors.floor_check import GlanceConfig
@@ -22,7 +21,6 @@ class MissionConfig:
     map: MapConfig = field(default_factory=MapConfig)
     levels: LevelProbabilities = field(default_factory=LevelProbabilities)
     far_evidence: FarEvidenceConfig = field(default_factory=FarEvidenceConfig)
-    rooms: RoomConfig = field(default_factory=RoomConfig)
     planner: PlannerConfig = field(default_factory=PlannerConfig)
     follower: FollowerConfig = field(default_factory=FollowerConfig)
     look_around: LookAroundConfig = field(default_factory=LookAroundConfig)

@@ -5,7 +5,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.guidance.levels import Guidance, Level
-from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, OCCUPIED
 from ippon.mapping.objects.surface_rows import NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
@@ -24,9 +23,7 @@ _COVERED_NAT = -1.0
 _PERVASIVE = frozenset({"wall", "floor", "ceiling", "beam", "column", "others", "objects"})
 
 
-def explain(
-    plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance, rooms: RoomLevels
-) -> str:
+def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> str:
     """Say where the plan leads, what is nearby, what it promises and how far it is.
 
     Args:
@@ -34,7 +31,6 @@ def explain(
         voxel_map: The map that it was made from.
         goal: What is searched for.
         guidance: Levels of the map's labels for that goal.
-        rooms: Levels that depend on the room.
     """
     target = plan.target
     if target is None:
@@ -57,8 +53,8 @@ def explain(
             f"going to see whether that is {goal.display}, farther off: "
             f"gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
         )
-    level = target.level.name.lower()
-    place = _place(target, voxel_map, guidance, rooms)
+    level = target.level.text
+    place = _place(target, voxel_map, guidance)
     certain = [label for label in guidance.labels_of(Level.CERTAIN) if label != goal.object]
     if target.cued and certain and place == _AHEAD:
         names = [label.replace("_", " ") for label in certain]
@@ -70,20 +66,15 @@ def explain(
     return f"going {where} ({level}): gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
 
 
-def _place(target: Viewpoint, voxel_map: VoxelMap, guidance: Guidance, rooms: RoomLevels) -> str:
-    """Name the common object that the viewpoint's level comes from, and the room if it does so."""
-    x, y, _ = target.position_world
+def _place(target: Viewpoint, voxel_map: VoxelMap, guidance: Guidance) -> str:
+    """Name the common object that the viewpoint's level comes from."""
     counts = label_census(voxel_map, np.array(target.position_world), NEARBY_M)
-    for room, here in (*rooms.around((x, y), NEARBY_M), ("", guidance)):
-        by = [
-            n * (row.level is target.level and row.label not in _PERVASIVE)
-            for n, row in zip(counts.tolist(), here.rows, strict=True)
-        ]
-        if any(by):
-            j = by.index(max(by))
-            changed = here.rows[j].level is not guidance.rows[j].level
-            where = f" in the {room}" if changed else ""
-            return f"by the {guidance.rows[j].label.replace('_', ' ')}{where}"
+    by = [
+        n * (row.level is target.level and row.label not in _PERVASIVE)
+        for n, row in zip(counts.tolist(), guidance.rows, strict=True)
+    ]
+    if any(by):
+        return f"by the {guidance.rows[by.index(max(by))].label.replace('_', ' ')}"
     return _UNSEEN if target.level is Level.AVERAGE else _AHEAD
 
 

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Guidance, Level
-from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, MapArrays
 from ippon.mapping.objects.surface_rows import NO_LABEL, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
@@ -17,6 +16,7 @@ from ippon.mission.explanation import explain
 from ippon.mission.goal import Goal
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan, Viewpoint
+from ippon.rooms.room_inference import RoomConfig, infer_rooms
 
 TOP_LABELS = 5
 
@@ -33,7 +33,7 @@ class VoxelReport:
     level: int | None
     """`Level` of the most probable label; None without one."""
     room: str = ""
-    """Type of the room that the level comes from; empty where it is that of the label anywhere."""
+    """Type of the room that the voxel is in; empty where it is not clear."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,14 +47,14 @@ class Preview:
 
 
 def inspect_voxel(
-    voxel_map: VoxelMap, point_world: Float64Array, rooms: RoomLevels
+    voxel_map: VoxelMap, point_world: Float64Array, floor_z_m: float = 0.0
 ) -> VoxelReport | None:
     """Report on the voxel that holds a point.
 
     Args:
         voxel_map: The map.
         point_world: (3,) metres.
-        rooms: Levels that depend on the room.
+        floor_z_m: Height of the floor in the world frame, metres.
 
     Returns:
         The report, None where there is no surface.
@@ -72,17 +72,13 @@ def inspect_voxel(
     slab = int(arrays.slab[row])
     slot = int(voxel_map.pools.slot[slab, cell])
     ooi, level = int(arrays.ooi[slab, cell]), int(arrays.level[slab, cell])
-    report = VoxelReport(
+    rooms = infer_rooms(voxel_map, RoomConfig(), floor_z_m)
+    return VoxelReport(
         labels=_labels_of(voxel_map, slot),
         ooi=None if ooi == NOT_MAPPED else ooi / 254.0,
         level=None if level == NOT_MAPPED else level,
+        room=rooms.name_at((float(point_world[0]), float(point_world[1]))),
     )
-    here = rooms.room_at((float(point_world[0]), float(point_world[1])))
-    if here is None or level == NOT_MAPPED:
-        return report
-    room, guidance = here
-    own = guidance.rows[int(voxel_map.surface.label[slot])].level
-    return report if own == level else dataclasses.replace(report, level=int(own), room=room)
 
 
 def _labels_of(voxel_map: VoxelMap, slot: int) -> tuple[tuple[str, float], ...]:
@@ -118,7 +114,6 @@ def preview(
     goal: Goal,
     now: Guidance,
     then: Guidance,
-    rooms: RoomLevels,
 ) -> Preview | None:
     """Tell what a planner would choose with other levels; nothing changes by it.
 
@@ -129,21 +124,19 @@ def preview(
         goal: What is searched for.
         now: Levels of the map's labels, as they count.
         then: The other levels.
-        rooms: Levels that depend on the room, for the levels of `now`.
 
     Returns:
         Both choices in words; None when the planner cannot tell.
     """
     if not isinstance(planner, Steerable):
         return None
-    supposed = rooms.supposing(then)
     arrays = with_levels(voxel_map, then.levels())
     cues = then.labels_of(Level.CERTAIN) == now.labels_of(Level.CERTAIN)
-    target = planner.preview(supposed.applied(voxel_map, arrays), cues=cues)
+    target = planner.preview(arrays, cues=cues)
     imagined = dataclasses.replace(plan, target=target)
     return Preview(
-        now=explain(plan, voxel_map, goal, now, rooms),
-        then=explain(imagined, voxel_map, goal, then, supposed),
+        now=explain(plan, voxel_map, goal, now),
+        then=explain(imagined, voxel_map, goal, then),
         before=plan.target,
         after=target,
     )

@@ -18,8 +18,6 @@ from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array, yaw_of
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.levels import Guidance, Level
-from ippon.guidance.room_levels import RoomLevels
-from ippon.mapping.arrays import MapArrays
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.look_around import STILL_THERE_M, LookAround
 from ippon.mission.behaviors.operator_hold import Steering
@@ -69,12 +67,11 @@ class Mission:
     ) -> None:
         self.config, self.robot = config, robot
         self.voxel_map = voxel_map or VoxelMap(config.map, labels)
-        self.rooms = RoomLevels(config.rooms)
         self._planner: Planner = planner or ViewpointPlanner(config.planner, robot, seed, clock)
         self._journal = Journal()
         self._follower = PathFollower(config.follower, robot)
         self._steering = Steering(self._planner, self._follower, self.voxel_map, self._journal)
-        self._pursuit = Pursuit(config, robot, self._follower, self.voxel_map, self.rooms)
+        self._pursuit = Pursuit(config, robot, self._follower, self.voxel_map)
         self._look_around = LookAround(config.look_around, robot)
         self._looked_for: tuple[str, Float64Array] | None = None
         """Object that the robot looked around for last, and where it stood."""
@@ -98,6 +95,11 @@ class Mission:
         """What the robot is doing."""
         unheld = MissionState.MANUAL if self._steering.by_hand else self._state
         return self._steering.held or unheld
+
+    @property
+    def floor_z_m(self) -> float:
+        """Height of the floor under the robot in the world frame; 0 before the first frame."""
+        return 0.0 if self._last is None else float(self._last.T_world_base[2, 3])
 
     @property
     def waypoint(self) -> Waypoint | None:
@@ -142,7 +144,6 @@ class Mission:
         self._search.far_evidence.set_cues(guidance.labels_of(Level.CERTAIN))
         probabilities = self.config.levels.as_array()
         self.voxel_map.set_levels(guidance.levels(), probabilities)
-        self.rooms.set_guidance(guidance)
         self._planner.set_goal(
             probabilities=probabilities, termination_min=self._search.termination_min
         )
@@ -239,9 +240,7 @@ class Mission:
         if search is None or self._plan is None:
             return None
         now = search.guidance
-        return preview(
-            self._planner, self._plan, self.voxel_map, search.goal, now, guidance, self.rooms
-        )
+        return preview(self._planner, self._plan, self.voxel_map, search.goal, now, guidance)
 
     # -- one step ----------------------------------------------------------------------------
 
@@ -327,7 +326,7 @@ class Mission:
                 # There is no room to turn a long body here.
                 self._look_around.skip()
         plan = self._plan = self._planner.step(
-            self._guided(frame), frame.T_world_base, frame.tilt_rad
+            self.voxel_map.arrays(), frame.T_world_base, frame.tilt_rad
         )
         if steering.by_hand and steering.waypoint is None:
             self._journal.why = "you drive; the map goes on growing"
@@ -371,11 +370,6 @@ class Mission:
         else:
             self._state, self._journal.why = pursued.state, pursued.why
         return pursued.command
-
-    def _guided(self, frame: Frame) -> MapArrays:
-        """Return the map as it guides the planner: by the type of room, where that is asked for."""
-        floor_z_m = float(frame.T_world_base[2, 3])
-        return self.rooms.follow(self.voxel_map, frame.stamp_ns, floor_z_m)
 
     def _conclude(self, state: MissionState, why: str) -> None:
         self._state = state

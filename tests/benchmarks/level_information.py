@@ -1,4 +1,4 @@
-"""How much levels, rooms and images tell of where the object is, without a single way's luck.
+"""How much levels and images tell of where the object is, without a single way's luck.
 
 Searches of homes, each until the object comes into view. Every ten seconds all viewpoints that
 promise something are noted: what they promise at the average level, what is known of their level,
@@ -27,8 +27,6 @@ from ippon.evaluation.trial import Trial, TrialConfig, habitat_trial
 from ippon.frame import Frame
 from ippon.guidance.levels import Level
 from ippon.guidance.prior import EmbeddedPrior
-from ippon.guidance.room_levels import RoomLevels
-from ippon.guidance.rooms import RoomConfig
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import StepResult
 from ippon.planning.visibility.orientation import imagined_level, with_evidence
@@ -56,7 +54,6 @@ class Noted(NamedTuple):
 
     time_s: float
     level: int
-    level_by_room: int
     nat: float
     """What images tell of what it looks at."""
     promise: float
@@ -81,7 +78,6 @@ def level_rows(homes: int) -> Iterator[Row]:
 
     nothing = told(lambda _: 1.0)
     levels = told(lambda n: float(p[n.level]) / average)
-    rooms = told(lambda n: float(p[n.level_by_room]) / average)
     images = told(lambda n: float(with_evidence(average, n.nat)) / average)
     both = told(lambda n: float(with_evidence(p[n.level], n.nat)) / average)
     yield Row(
@@ -92,7 +88,6 @@ def level_rows(homes: int) -> Iterator[Row]:
     )
     for name, gain in (
         ("levels add", levels - nothing),
-        ("types of room add to levels", rooms - levels),
         ("images add", images - nothing),
         ("images add to levels", both - levels),
     ):
@@ -106,7 +101,7 @@ def _rows_by_level(searches: list[list[Noted]], data: str) -> Iterator[Row]:
     finds, gains, share = total[:, 0], total[:, 1], total[:, 2] / len(searches)
     rates = finds / np.maximum(gains, 1e-9) / (finds.sum() / gains.sum())
     for level in sorted(Level, reverse=True):
-        name = level.name.lower()
+        name = level.text
         yield Row(name=f"viewpoints {name}", data=data, value=100.0 * share[level], unit="%")
         yield Row(
             name=f"finds there, for what is promised, {name}",
@@ -165,7 +160,6 @@ def note_viewpoints(config: TrialConfig, scene: Scene, spec: EpisodeSpec) -> lis
     average = float(config.mission.levels.as_array()[Level.AVERAGE])
     noted: list[Noted] = []
     frames = itertools.count(1)
-    rooms = RoomLevels(RoomConfig(enabled=True))
 
     def finds(x: float, y: float, yaw: float) -> bool:
         for gx, gy in middles:
@@ -178,29 +172,21 @@ def note_viewpoints(config: TrialConfig, scene: Scene, spec: EpisodeSpec) -> lis
     def note(frame: Frame, result: StepResult, mission: Mission) -> None:
         if next(frames) % EVERY_FRAMES:
             return
-        # Rooms rate the very viewpoints that the search has without them.
         views: Viewpoints = mission._planner._planner._views  # pyright: ignore
-        in_rooms = views.copy()
-        floor_z_m = float(frame.T_world_base[2, 3])
-        in_rooms.recount(rooms.follow(mission.voxel_map, frame.stamp_ns, floor_z_m))
         time_s = result.snapshot.elapsed_s
         for node, sums in views._sums.items():
             heading = int(np.argmin(np.abs(views.headings - views.yaw[node])))
             promise = float((sums.known[heading] + average * sums.unknown[heading]).max())
             if promise < LEAST_GAIN:
                 continue
-            level, level_by_room = (
-                int(imagined_level(of[node].levels[heading], views.config.min_level_voxels))
-                for of in (views._sums, in_rooms._sums)
-            )
+            level = int(imagined_level(sums.levels[heading], views.config.min_level_voxels))
             x, y = (float(c) for c in views._at[node])
             nat = float(views.far_evidence_nat[node, heading])
             found = finds(x, y, float(views.yaw[node]))
-            noted.append(Noted(time_s, level, level_by_room, nat, promise, found))
+            noted.append(Noted(time_s, level, nat, promise, found))
 
     clocks = Clocks(wall=time.perf_counter, cpu=time.process_time)
     trial = Trial(config, scene, "benchmark", clocks, EmbeddedPrior(), note)
-    rooms.set_guidance(trial.guidance(spec, METHODS["ippon"]))
     row = trial.run(spec, METHODS["ippon"])
     until = row.first_seen_s if row.first_seen_s >= 0.0 else math.inf
     return [viewpoint for viewpoint in noted if viewpoint.time_s < until]

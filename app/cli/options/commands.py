@@ -51,9 +51,6 @@ class Demo:
     """Record the session, for `ippon review`."""
     record_to: Path | None = None
     """Folder of the sessions; without one, the user's data folder."""
-    rooms: bool = False
-    """Rate common objects by the type of room that they stand in, where it is clear: a sink in a
-    kitchen is far from a toilet."""
     llm: Llm = field(default_factory=Llm)
 
 
@@ -116,9 +113,6 @@ class Navigate:
     """File that keeps map and goals: read at the start if it is there, written every ten seconds
     and at the end. Goals that were not over are taken up again, with the robot stopped until you
     resume. The robot must know its pose in the same world frame as before."""
-    rooms: bool = False
-    """Rate common objects by the type of room that they stand in, where it is clear: a sink in a
-    kitchen is far from a toilet."""
     segmentation: NavigatorSegmentation = field(default_factory=NavigatorSegmentation)
     llm: Llm = field(default_factory=Llm)
     parent_pid: int | None = None

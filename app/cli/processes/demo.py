@@ -202,10 +202,10 @@ def navigator_arguments(command: Demo, endpoint: str) -> list[str]:
     """Return what starts the demo's navigator."""
     sizes = ("--seed", str(command.seed), "--voxel-size-m", str(command.voxel_size_m))
     body = ("--profile", command.profile)
-    how = ("--rooms" if command.rooms else "--no-rooms", *as_arguments(command.llm))
+    model = as_arguments(command.llm)
     # Nobody waits for a robot in lock-step, and its search must repeat itself.
     pace = ("--step-budget-s", "0") if command.speed == "max" else ()
-    return ["navigate", "--listen", endpoint, *body, *sizes, *how, *pace]
+    return ["navigate", "--listen", endpoint, *body, *sizes, *model, *pace]
 
 
 def _refuse_ended(running: _Running, child: Child, port: int) -> None:

@@ -23,7 +23,6 @@ from app.process.children import Child
 from app.process.parent_watch import end_with_parent
 from app.robot_file import map_config, read_profile
 from ippon.errors import MapFileError
-from ippon.guidance.rooms import RoomConfig
 from ippon.mission.config import MissionConfig
 from ippon.planning.config import PlannerConfig
 from ippon.vocabulary import MATTERPORT_40
@@ -47,7 +46,6 @@ def run_navigate(command: Navigate) -> int:
         profile = read_profile(command.profile)
         mission = MissionConfig(
             map=map_config(profile, command.voxel_size_m, command.map_memory_mb),
-            rooms=RoomConfig(enabled=command.rooms),
             planner=PlannerConfig(step_budget_s=command.step_budget_s or None),
         )
         kept = None if command.map is None else read_kept(command.map, mission.map)

@@ -51,7 +51,7 @@ def print_levels(
         table.add_column(heading)
     for level, row in sorted(rated, key=lambda one: -one[0]):
         table.add_row(
-            Text(f"■ {level.name.lower()}", style=COLORS[level]),
+            Text(f"■ {level.text}", style=COLORS[level]),
             Text(printable(row.label.replace("_", " "))),
             Text(printable(row.reason)),
         )
@@ -76,6 +76,6 @@ def printable(text: str) -> str:
 
 def as_json(values: dict[str, object], rated: Sequence[tuple[Level, Row]]) -> str:
     """Write levels and reasons by label, after what else there is to say."""
-    levels = {row.label: level.name.lower() for level, row in rated}
+    levels = {row.label: level.text for level, row in rated}
     reasons = {row.label: row.reason for _, row in rated}
     return json.dumps({**values, "levels": levels, "reasons": reasons}, ensure_ascii=False)

@@ -279,7 +279,7 @@ class Navigator:
         if active is None or active is self._shown_search:
             return
         self._shown_search = active
-        self._proximity.put(encode(proximity_table(active, self._mission.rooms.note)))
+        self._proximity.put(encode(proximity_table(active)))
 
     # -- streams and status ------------------------------------------------------------------
 

@@ -181,13 +181,8 @@ def find_report(find: Find, goal: Goal) -> FindReport:
     )
 
 
-def proximity_table(search: PlannedSearch, by_room: str = "") -> ProximityTable:
-    """Return the levels of a search, and how they came about.
-
-    Args:
-        search: What is searched for.
-        by_room: What types of room change, in words; empty for nothing.
-    """
+def proximity_table(search: PlannedSearch) -> ProximityTable:
+    """Return the levels of a search, and how they came about."""
     guidance = search.guidance
     return ProximityTable(
         goal_id=search.goal.goal_id,
@@ -196,10 +191,10 @@ def proximity_table(search: PlannedSearch, by_room: str = "") -> ProximityTable:
         provider=guidance.provider,
         elapsed_ms=search.elapsed_ms,
         rows=[
-            ProximityRow(label=row.label, level=row.level.name.lower(), reason=row.reason)  # pyright: ignore[reportArgumentType]
+            ProximityRow(label=row.label, level=row.level.text, reason=row.reason)
             for row in guidance.rows
         ],
-        notes=[*guidance.notes, *([by_room] if by_room else [])],
+        notes=list(guidance.notes),
         asking=search.asking,
         from_cache=search.from_cache,
         prompt=search.prompt,

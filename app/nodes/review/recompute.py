@@ -172,10 +172,7 @@ class Recomputation:
             self.mission.set_goal(goal, guidance)
         else:
             self.mission.set_guidance(guidance)
-        shown = [
-            ProximityRow(label=r.label, level=r.level.name.lower(), reason=r.reason)  # pyright: ignore[reportArgumentType]
-            for r in rows
-        ]
+        shown = [ProximityRow(label=r.label, level=r.level.text, reason=r.reason) for r in rows]
         yield keys.PROXIMITY, encode(msgspec.structs.replace(table, rows=shown))
 
     def _shown(self, snapshot: Snapshot, time_ns: int) -> Iterator[tuple[str, bytes]]:

@@ -137,10 +137,6 @@ def _papers_scores(config: MissionConfig) -> MissionConfig:
     return replace(config, planner=replace(planner, selection=selection, view=view))
 
 
-def _by_room(config: MissionConfig) -> MissionConfig:
-    return replace(config, rooms=replace(config.rooms, enabled=True))
-
-
 def _straight_only(config: MissionConfig) -> MissionConfig:
     planner = config.planner
     local = replace(planner.local_planner, enabled=False)
@@ -209,12 +205,6 @@ _ALL: Final = (
         name="paper",
         summary="viewpoints are scored as in the paper, from the map alone",
         configure=_papers_scores,
-        equip=_viewpoint_planner,
-    ),
-    Method(
-        name="rooms",
-        summary="common objects are rated by the type of room that they stand in",
-        configure=_by_room,
         equip=_viewpoint_planner,
     ),
     Method(

@@ -11,7 +11,6 @@ from ippon.command import Command
 from ippon.control.path_follower import PathFollower
 from ippon.frame import Frame
 from ippon.geometry import wrap_angle, yaw_of
-from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.floor_check import Glance
 from ippon.mission.behaviors.travel_pitch import TravelPitch
@@ -50,13 +49,11 @@ class Pursuit:
         robot: RobotProfile,
         follower: PathFollower,
         voxel_map: VoxelMap,
-        rooms: RoomLevels,
     ) -> None:
         self._config = config
         self._robot = robot
         self._follower = follower
         self._voxel_map = voxel_map
-        self._rooms = rooms
         self._travel_pitch = TravelPitch(config.travel_pitch, robot)
         self._glance = Glance(config.glance, robot)
 
@@ -107,7 +104,7 @@ class Pursuit:
         return Pursued(
             command=command,
             state=MissionState.APPROACHING if approaching else MissionState.SEARCHING,
-            why=explain(plan, self._voxel_map, search.goal, search.guidance, self._rooms),
+            why=explain(plan, self._voxel_map, search.goal, search.guidance),
         )
 
     def _count(self, search: Search, plan: Plan) -> None:

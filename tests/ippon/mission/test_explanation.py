@@ -1,10 +1,9 @@
-"""The line that says why the robot goes where it goes, with levels by room."""
+"""The line that says why the robot goes where it goes."""
 
 import numpy as np
 
 from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level
 from ippon.guidance.prior import EmbeddedPrior
-from ippon.guidance.rooms import RoomConfig
 from ippon.mapping.far_evidence.far_evidence import FarEvidenceConfig
 from ippon.mission.config import MissionConfig
 from ippon.mission.inspection import inspect_voxel
@@ -19,18 +18,16 @@ KITCHEN = [
 ]
 
 
-def test_a_level_that_comes_from_a_room_names_it_everywhere(searcher, room):
-    by_room = MissionConfig(rooms=RoomConfig(enabled=True))
-    robot = searcher([*room(9.0, 4.0), *KITCHEN], 1.5, 2.0, config=by_room)
+def test_the_object_that_a_level_comes_from_is_named_and_so_is_its_room(searcher, room):
+    robot = searcher([*room(9.0, 4.0), *KITCHEN], 1.5, 2.0)
     robot.ask("mug")
     mission = robot.mission
-    assert mission.rooms.note.startswith("things count by their room, too: near in the kitchen;")
-    wanted = "by the cabinet in the kitchen (near)"
+    wanted = "by the cabinet (near)"
     results = robot.search(60.0, lambda r: wanted in r.snapshot.why)
     assert wanted in results[-1].snapshot.why
 
     front = np.array([4.2, 0.35, 1.0])
-    report = inspect_voxel(mission.voxel_map, front, mission.rooms)
+    report = inspect_voxel(mission.voxel_map, front, mission.floor_z_m)
     assert report.labels[0][0] == "cabinet"
     assert (report.level, report.room) == (Level.NEAR, "kitchen")
 
@@ -38,7 +35,7 @@ def test_a_level_that_comes_from_a_room_names_it_everywhere(searcher, room):
     far = LabelLevel(label="cabinet", level=Level.FAR, reason=BY_OPERATOR)
     preview = mission.preview(mug.changed([far]))
     assert wanted in preview.now
-    assert "cabinet in the kitchen" not in preview.then
+    assert "cabinet (near)" not in preview.then
 
 
 def test_corners_of_what_was_in_view_are_called_that(searcher, room):

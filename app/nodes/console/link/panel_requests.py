@@ -13,7 +13,6 @@ from app.messages.control import (
     GuidanceRequest,
     InspectReply,
     InspectRequest,
-    LevelName,
     M,
     PreviewReply,
     PreviewRequest,
@@ -27,6 +26,7 @@ from app.messages.control import (
 from app.messages.driving import GotoRequest, PaintRequest
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.nodes.console.link.commands import PaintAction, RecordAction
+from ippon.guidance.levels import LevelName
 
 REQUESTER: Final = "console"
 READ_S: Final = 12.0

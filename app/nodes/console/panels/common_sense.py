@@ -5,10 +5,11 @@ from typing import Any, Final, get_args
 
 import viser
 
-from app.messages.control import LevelName, ProximityTable
+from app.messages.control import ProximityTable
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.view.colors import QUIET
+from ippon.guidance.levels import LevelName
 
 MAX_LABEL: Final = 40
 MAX_CONTEXT: Final = 2000

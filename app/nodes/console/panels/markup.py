@@ -150,7 +150,7 @@ def levels(table: ProximityTable | None) -> str:
     rows = "".join(
         f"<tr><th>{swatch(LEVEL_COLORS[level])}{name}</th><td>{_some(by_level[name])}</td></tr>"
         for level in LEVEL_ORDER
-        for name in (level.name.lower(),)
+        for name in (level.text,)
     )
     sought = escape(with_article(table.object.replace("_", " ")))
     asking = f"asking {table.asking}, until then: " if table.asking else ""
@@ -193,7 +193,7 @@ def reasons(table: ProximityTable | None) -> str:
     """List every label with its level and the reason for it."""
     if table is None:
         return '<p class="ip-muted">No levels yet.</p>'
-    order = {level.name.lower(): n for n, level in enumerate(LEVEL_ORDER)}
+    order = {level.text: n for n, level in enumerate(LEVEL_ORDER)}
     rows = "".join(
         f"<tr><td>{swatch(LEVEL_COLORS[Level.parse(row.level)])}</td>"
         f"<th>{words(row.label)}</th><td>{escape(row.reason)}</td></tr>"

@@ -91,7 +91,7 @@ class Explainer:
         x, y, z = (float(v) for v in tree.positions_world[node])
         seen = self._seen_from(tree, node, size)
         kind = NodeKind(int(tree.kinds[node]))
-        level = Level(int(tree.levels[node])).name.lower()
+        level = Level(int(tree.levels[node])).text
         yaw_deg, tilt_deg = (
             math.degrees(float(angles[node])) for angles in (tree.yaws_rad, tree.tilts_rad)
         )
@@ -162,13 +162,13 @@ def with_labels(explanation: Explanation, reply: InspectReply, wanted: str) -> E
         rows.append((wanted, f"{reply.ooi:.1%}"))
     rows += [(share.label.replace("_", " "), f"{share.probability:.1%}") for share in reply.labels]
     title = "Surface" if not reply.labels else reply.labels[0].label.replace("_", " ")
-    place = f", as things in the {reply.room}" if reply.room else ""
-    level = [("Level", f"{reply.level}{place}")] if reply.level is not None else []
+    level = [("Level", reply.level)] if reply.level is not None else []
+    room = [("Room", reply.room)] if reply.room else []
     unknown = [] if rows else [("Labels", "no image told yet")]
     return msgspec.structs.replace(
         explanation,
         title=title.capitalize(),
-        rows=[*rows, *unknown, *level, *explanation.rows],
+        rows=[*rows, *unknown, *level, *room, *explanation.rows],
     )
 
 

@@ -28,7 +28,6 @@ from app.messages import keys
 from app.messages.control import (
     Accepted,
     GuidanceRequest,
-    LevelName,
     SearchRequest,
     SentenceReading,
     SentenceRequest,
@@ -37,7 +36,7 @@ from app.messages.control import (
 from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
 from ippon.guidance.language.sentence import read_query
-from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level
+from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level, LevelName
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.objects.object_layers import MAX_LABELS
 from ippon.mission.goal import Goal
@@ -295,7 +294,7 @@ class Counsel:
         search = self._goals.amend(goal_id, partial(_edited, edit))
         if search is not None:
             mission.set_guidance(search.guidance)
-            self._say("level_changed", f"{edit.label} is {edit.level.name.lower()}: {edit.reason}")
+            self._say("level_changed", f"{edit.label} is {edit.level.text}: {edit.reason}")
 
     def _extend(self, label: str, mission: Mission) -> None:
         """Let the map tell a label apart, and rate it for the present goal."""

@@ -42,14 +42,14 @@ class WhatIf:
         if not np.isfinite(point).all():
             raise RequestRefusedError(f"a point has three finite numbers; got {point.tolist()}")
         report = self._questions.ask(
-            lambda mission: inspect_voxel(mission.voxel_map, point, mission.rooms)
+            lambda mission: inspect_voxel(mission.voxel_map, point, mission.floor_z_m)
         )
         if report is None:
             raise RequestRefusedError("the map has no surface there")
         return InspectReply(
             labels=[LabelShare(label=name, probability=p) for name, p in report.labels],
             ooi=report.ooi,
-            level=None if report.level is None else Level(report.level).name.lower(),  # pyright: ignore[reportArgumentType]
+            level=None if report.level is None else Level(report.level).text,
             room=report.room,
         )
 
@@ -92,7 +92,7 @@ class WhatIf:
 
 def _changes(now: Guidance, then: Guidance) -> list[str]:
     return [
-        f"{a.label}: {a.level.name.lower()} to {b.level.name.lower()}"
+        f"{a.label}: {a.level.text} to {b.level.text}"
         for a, b in zip(now.rows, then.rows, strict=True)
         if a.level is not b.level
     ]

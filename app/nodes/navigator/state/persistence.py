@@ -14,10 +14,11 @@ from typing import Final
 
 import msgspec
 
-from app.messages.control import LevelName, SearchRequest
+from app.messages.control import SearchRequest
 from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
 from ippon.atomic_file import replace_file
 from ippon.errors import MapFileError
+from ippon.guidance.levels import LevelName
 from ippon.mapping import map_file
 from ippon.mapping.config import MapConfig
 from ippon.mapping.voxel_map import VoxelMap
@@ -144,5 +145,5 @@ def _request_of(search: PlannedSearch) -> KeptGoal:
         object=search.goal.display,
         context=search.goal.context,
         scenario=search.scenario,
-        levels={edit.label: edit.level.name.lower() for edit in search.edits},  # pyright: ignore[reportArgumentType]
+        levels={edit.label: edit.level.text for edit in search.edits},
     )

@@ -90,7 +90,7 @@ def test_what_a_method_changes_can_be_written_as_json(name):
 
 
 def test_groups_name_methods():
-    assert set(ABLATIONS) | set(BASELINES) | {"ippon", "oracle", "rooms"} == set(METHODS)
+    assert set(ABLATIONS) | set(BASELINES) | {"ippon", "oracle"} == set(METHODS)
 
 
 def test_a_wider_robot_is_wider_by_that_much():

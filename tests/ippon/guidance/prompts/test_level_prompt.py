@@ -89,7 +89,7 @@ def test_schema_asks_for_every_label() -> None:
             "wall: AVERAGE"
         ),
         json.dumps(
-            {label: {"reason": "because", "level": level.name.lower()} for label, level in EXPECTED}
+            {label: {"reason": "because", "level": level.text} for label, level in EXPECTED}
         ),
         json.dumps({"levels": {label: level.name for label, level in EXPECTED}}),
         json.dumps(

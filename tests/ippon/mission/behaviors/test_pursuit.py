@@ -10,7 +10,6 @@ import pytest
 from ippon.control.path_follower import PathFollower
 from ippon.frame import Frame
 from ippon.geometry import wrap_angle, yaw_of
-from ippon.guidance.room_levels import RoomLevels
 from ippon.mission.behaviors.pursuit import Pursuit
 from ippon.mission.config import MissionConfig
 from ippon.mission.search import Search
@@ -56,7 +55,7 @@ def before_a_bed(searcher, room):
     assert robot.last.state is MissionState.FOUND
     config = MissionConfig()
     follower = PathFollower(config.follower, ZED)
-    pursuit = Pursuit(config, ZED, follower, robot.mission.voxel_map, RoomLevels(config.rooms))
+    pursuit = Pursuit(config, ZED, follower, robot.mission.voxel_map)
     search = Search(goal, guidance, config)
     search.candidates = robot.last.candidates
     search.arrived_steps = config.confirm_steps + config.second_look.enough_images + 2

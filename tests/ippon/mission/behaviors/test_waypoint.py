@@ -151,13 +151,13 @@ def test_what_if_and_what_is_there_change_nothing(world, mission):
     row = int(np.flatnonzero(arrays.slab == slab)[0])
     local = np.array([cell >> 6, (cell >> 3) & 7, cell & 7])
     voxel = mission.voxel_map.pools.coord[row] * 8 + local
-    report = inspect_voxel(mission.voxel_map, (voxel + 0.5) * arrays.voxel_size, mission.rooms)
+    report = inspect_voxel(mission.voxel_map, (voxel + 0.5) * arrays.voxel_size)
     assert report is not None
     assert report.labels, "the segmentation told"
     shares = [p for _, p in report.labels]
     assert shares == sorted(shares, reverse=True)
     assert 0.0 < sum(shares) <= 1.0 + 1e-6
-    assert inspect_voxel(mission.voxel_map, np.array([900.0, 0.0, 0.0]), mission.rooms) is None
+    assert inspect_voxel(mission.voxel_map, np.array([900.0, 0.0, 0.0])) is None
 
 
 def test_painting_takes_effect_with_the_next_plan(world, mission):

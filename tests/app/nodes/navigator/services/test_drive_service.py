@@ -25,7 +25,6 @@ from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
 from ippon.control.drive_mode import DriveMode
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
-from ippon.guidance.room_levels import RoomConfig, RoomLevels
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
 from ippon.mission.goal import Goal
 
@@ -39,7 +38,7 @@ class Missionary:
         self.modes: list[DriveMode] = []
         self.regions: list[object] = []
         self.voxel_map = VoxelMap(MapConfig(), ["wall"])
-        self.rooms = RoomLevels(RoomConfig())
+        self.floor_z_m = 0.0
 
     def drive(self, mode) -> None:
         self.modes.append(mode)

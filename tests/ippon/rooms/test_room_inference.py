@@ -5,12 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level
-from ippon.guidance.prior import EmbeddedPrior
-from ippon.guidance.room_levels import RoomLevels
-from ippon.guidance.rooms import NO_ROOM, RoomConfig, infer_rooms, rate_types, room_shares
+from ippon.guidance.levels import Level
 from ippon.mapping.arrays import FREE, NOT_MAPPED, MapArrays
 from ippon.mapping.objects.surface_rows import NO_LABEL
+from ippon.rooms.room_inference import NO_ROOM, RoomConfig, infer_rooms, rate_types, room_shares
 from ippon.vocabulary import MATTERPORT_40
 
 VOXEL_M = 0.1
@@ -106,72 +104,18 @@ def test_probabilities_of_types_sum_to_one():
     assert (kinds > 1.0).all()
 
 
-def test_a_sink_counts_by_its_room():
-    voxel_map = home(["sink", "toilet"], ["sink", "counter"])
-    guidance = EmbeddedPrior().levels("toilet paper", "", MATTERPORT_40)
-    levels = RoomLevels(RoomConfig(enabled=True))
-    levels.set_guidance(guidance)
-    seen = levels.follow(voxel_map, 0, 0.0)
-    sink = voxel_map.surface.label == MATTERPORT_40.index("sink")
-    at = voxel_map.surface.voxel[sink]
-    here, there = seen.level.reshape(-1)[at[:300]], seen.level.reshape(-1)[at[300:]]
-    assert set(here.tolist()) <= {Level.NEAR, Level.CERTAIN}
-    assert set(there.tolist()) == {Level.FAR}
-    # The map itself is as it was; what a room changed counts as changed once.
-    assert set(voxel_map.arrays().level.reshape(-1)[at].tolist()) == {Level.AVERAGE}
-    again = levels.follow(voxel_map, 10**9, 0.0)
-    assert np.array_equal(again.level, seen.level)
-    assert [room for room, _ in levels.around((2.0, 2.0), 1.5)] == ["bathroom"]
-    assert {room for room, _ in levels.around((4.8, 2.4), 2.0)} == {"bathroom", "kitchen"}
-    assert levels.around((60.0, 2.0), 1.0) == ()
-    room, here = levels.room_at((7.0, 2.0))
-    assert (room, here.rows[MATTERPORT_40.index("sink")].level) == ("kitchen", Level.FAR)
-    assert levels.note.startswith("things count by their room, too: near in the bathroom; far in")
-    # Another guidance is tried out without a trace.
-    bed = EmbeddedPrior().levels("bed", "", MATTERPORT_40)
-    supposed = levels.supposing(bed).applied(voxel_map, voxel_map.arrays())
-    assert set(supposed.level.reshape(-1)[at].tolist()) == {Level.FAR}
-    assert np.array_equal(levels.follow(voxel_map, 10**9, 0.0).level, seen.level)
-
-
-def test_a_room_takes_back_that_things_are_near_and_no_more():
-    levels = RoomLevels(RoomConfig(enabled=True))
-    voxel_map = home(["bed", "chest_of_drawers"], ["bathtub", "toilet"])
-    levels.set_guidance(EmbeddedPrior().levels("toilet paper", "", MATTERPORT_40))
-    levels.follow(voxel_map, 0, 0.0)
-    rated = {
-        room: {row.label: row.level for row in here.rows}
-        for room, here in (levels.room_at((2.0, 2.0)), levels.room_at((7.0, 2.0)))
-    }
-    # It may hang beside the door of the bathroom.
-    assert rated["bedroom"]["picture"] == Level.AVERAGE
-    assert rated["bedroom"]["sink"] == Level.FAR
-    assert rated["bathroom"]["picture"] == rated["bathroom"]["sink"] == Level.NEAR
-
-
-def test_without_rooms_the_map_is_left_alone():
-    voxel_map = home(["sink", "toilet"], ["sink", "counter"])
-    levels = RoomLevels(RoomConfig())
-    levels.set_guidance(EmbeddedPrior().levels("toilet", "", MATTERPORT_40))
-    assert levels.follow(voxel_map, 0, 0.0).level is voxel_map.arrays().level
-    assert (levels.note, levels.around((2.0, 2.0), 1.5)) == ("", ())
-
-
-def test_what_the_operator_set_counts_in_every_room():
-    voxel_map = home(["sink", "toilet"], ["sink", "counter"])
-    guidance = EmbeddedPrior().levels("toilet paper", "", MATTERPORT_40)
-    edit = LabelLevel(label="sink", level=Level.CERTAIN, reason=BY_OPERATOR)
-    levels = RoomLevels(RoomConfig(enabled=True))
-    levels.set_guidance(guidance.changed([edit]))
-    seen = levels.follow(voxel_map, 0, 0.0)
-    sink = voxel_map.surface.label == MATTERPORT_40.index("sink")
-    at = voxel_map.surface.voxel[sink]
-    assert set(seen.level.reshape(-1)[at].tolist()) == {Level.CERTAIN}
+def test_the_room_at_a_place_has_a_name_in_words():
+    rooms = infer_rooms(home(["sofa", "fireplace"], ["sink", "counter"]), RoomConfig())
+    assert [rooms.name_at(xy) for xy in ((2.0, 2.0), (7.0, 2.0), (50.0, 2.0))] == [
+        "living room",
+        "kitchen",
+        "",
+    ]
 
 
 @pytest.mark.parametrize(
     ("change", "text"),
-    [({"min_share": 0.3}, r"min_share must lie in \[0.5, 1\]"), ({"every_s": 0.0}, "every_s must")],
+    [({"min_share": 0.3}, r"min_share must lie in \[0.5, 1\]"), ({"reach_m": 0.0}, "reach_m must")],
 )
 def test_settings_that_cannot_be_are_refused(change, text):
     with pytest.raises(ValueError, match=text):

@@ -34,10 +34,8 @@ _MIN_CONFIDENCE: Final = 127
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoomConfig:
-    """How rooms are told apart, and whether the levels of common objects depend on them."""
+    """How rooms are told apart."""
 
-    enabled: bool = False
-    """Rate common objects by the room that they stand in, where its type is clear."""
     open_height_m: float = 1.5
     """Height at which open space makes the shape of a room: above furniture, below lintels."""
     door_width_m: float = 1.05
@@ -49,14 +47,12 @@ class RoomConfig:
     """Probability from which a room has its type; more leaves more rooms without one."""
     min_kinds: float = 1.0
     """Kinds of telling objects from which it has one; half a one is a kind that is half seen."""
-    every_s: float = 1.0
-    """Robot time between two looks at the whole map."""
 
     def __post_init__(self) -> None:
         """Reject shares and lengths that cannot be."""
         if not 0.5 <= self.min_share <= 1.0:
             raise ValueError(f"min_share must lie in [0.5, 1]; got {self.min_share}")
-        for name in ("open_height_m", "door_width_m", "reach_m", "min_kinds", "every_s"):
+        for name in ("open_height_m", "door_width_m", "reach_m", "min_kinds"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be positive; got {getattr(self, name)}")
 
@@ -83,6 +79,11 @@ class Rooms:
         out = np.full(len(xy), NO_ROOM, dtype=np.int64)
         out[inside] = self.room[self.part[cell[inside, 0], cell[inside, 1]]]
         return out
+
+    def name_at(self, xy: tuple[float, float]) -> str:
+        """Return the type of room at a world position, in words; empty where it is not clear."""
+        room = int(self.at(np.array([xy]))[0])
+        return "" if room == NO_ROOM else words(self.types[room])
 
 
 def room_shares(labels: Sequence[str]) -> tuple[tuple[str, ...], Float64Array]:
