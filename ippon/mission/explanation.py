@@ -5,7 +5,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.guidance.levels import Guidance, Level
-from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, OCCUPIED
 from ippon.mapping.objects.surface_rows import NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
@@ -14,27 +13,24 @@ from ippon.planning.plan import NodeKind, Plan, Viewpoint
 
 NEARBY_M = 2.5
 """Common objects within this distance of a viewpoint are named as what it is by."""
-_GLIMPSED_NAT = 0.5
-"""What images from afar say beyond this is named as the reason."""
+_FAR_EVIDENCE_NAT = 0.5
+"""Log-likelihood ratio from which evidence from images beyond the map is named as the reason."""
 _UNSEEN = "in unseen space"
 _AHEAD = "ahead"
 _MOST_NAMED = 3
-_COVERED_NAT = -1.0
-"""Below this most of what lies ahead was in view before."""
+_VIEWED_NAT = -1.0
+"""Below this most of the floor ahead was in view before."""
 _PERVASIVE = frozenset({"wall", "floor", "ceiling", "beam", "column", "others", "objects"})
 
 
-def explain(
-    plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance, rooms: RoomLevels
-) -> str:
-    """Say where the plan leads, what is nearby, what it promises and how far it is.
+def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> str:
+    """Return where the plan leads, what is nearby, its gain and its travel time, in one line.
 
     Args:
         plan: The plan that the robot follows.
         voxel_map: The map that it was made from.
         goal: What is searched for.
         guidance: Levels of the map's labels for that goal.
-        rooms: Levels that depend on the room.
     """
     target = plan.target
     if target is None:
@@ -52,38 +48,33 @@ def explain(
         )
     if plan.closer_look:
         return f"going closer to what may be {goal.display}, {target.path_cost_s:.1f} s away"
-    if target.glimpsed >= _GLIMPSED_NAT:
+    if target.glimpsed >= _FAR_EVIDENCE_NAT:
         return (
             f"going to see whether that is {goal.display}, farther off: "
             f"gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
         )
     level = target.level.name.lower()
-    place = _place(target, voxel_map, guidance, rooms)
+    place = _place(target, voxel_map, guidance)
     certain = [label for label in guidance.labels_of(Level.CERTAIN) if label != goal.object]
     if target.cued and certain and place == _AHEAD:
         names = [label.replace("_", " ") for label in certain]
         place = f"by what may be the {' or the '.join(names[:_MOST_NAMED])}, farther off"
-    if target.glimpsed <= _COVERED_NAT:
+    if target.glimpsed <= _VIEWED_NAT:
         where = "for what is left unseen" + (f" {place}" if place != _UNSEEN else "")
     else:
         where = f"to the viewpoint {place}"
     return f"going {where} ({level}): gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
 
 
-def _place(target: Viewpoint, voxel_map: VoxelMap, guidance: Guidance, rooms: RoomLevels) -> str:
-    """Name the common object that the viewpoint's level comes from, and the room if it does so."""
-    x, y, _ = target.position_world
+def _place(target: Viewpoint, voxel_map: VoxelMap, guidance: Guidance) -> str:
+    """Return the common object that gives the viewpoint its level, as in "by the sofa"."""
     counts = label_census(voxel_map, np.array(target.position_world), NEARBY_M)
-    for room, here in (*rooms.around((x, y), NEARBY_M), ("", guidance)):
-        by = [
-            n * (row.level is target.level and row.label not in _PERVASIVE)
-            for n, row in zip(counts.tolist(), here.rows, strict=True)
-        ]
-        if any(by):
-            j = by.index(max(by))
-            changed = here.rows[j].level is not guidance.rows[j].level
-            where = f" in the {room}" if changed else ""
-            return f"by the {guidance.rows[j].label.replace('_', ' ')}{where}"
+    by = [
+        n * (row.level is target.level and row.label not in _PERVASIVE)
+        for n, row in zip(counts.tolist(), guidance.rows, strict=True)
+    ]
+    if any(by):
+        return f"by the {guidance.rows[by.index(max(by))].label.replace('_', ' ')}"
     return _UNSEEN if target.level is Level.AVERAGE else _AHEAD
 
 

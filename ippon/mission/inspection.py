@@ -1,4 +1,4 @@
-"""What the map knows of one voxel, and what would be chosen next if levels were others."""
+"""Reports for the operator: one voxel of the map, and the choice under other levels."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -8,13 +8,12 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Guidance, Level
-from ippon.guidance.room_levels import RoomLevels
 from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, MapArrays
 from ippon.mapping.objects.surface_rows import NO_LABEL, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
-from ippon.mission.behaviors.waypoint import Steerable
 from ippon.mission.explanation import explain
-from ippon.mission.goal import Goal
+from ippon.mission.operator_control import SteerablePlanner
+from ippon.mission.search import Search
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan, Viewpoint
 
@@ -32,13 +31,11 @@ class VoxelReport:
     """p(v in O); None where no image told."""
     level: int | None
     """`Level` of the most probable label; None without one."""
-    room: str = ""
-    """Type of the room that the level comes from; empty where it is that of the label anywhere."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Preview:
-    """What is chosen now, and what would be with other levels."""
+    """The present choice, and the choice with other levels."""
 
     now: str
     then: str
@@ -46,15 +43,12 @@ class Preview:
     after: Viewpoint | None
 
 
-def inspect_voxel(
-    voxel_map: VoxelMap, point_world: Float64Array, rooms: RoomLevels
-) -> VoxelReport | None:
+def inspect_voxel(voxel_map: VoxelMap, point_world: Float64Array) -> VoxelReport | None:
     """Report on the voxel that holds a point.
 
     Args:
         voxel_map: The map.
         point_world: (3,) metres.
-        rooms: Levels that depend on the room.
 
     Returns:
         The report, None where there is no surface.
@@ -72,17 +66,11 @@ def inspect_voxel(
     slab = int(arrays.slab[row])
     slot = int(voxel_map.pools.slot[slab, cell])
     ooi, level = int(arrays.ooi[slab, cell]), int(arrays.level[slab, cell])
-    report = VoxelReport(
+    return VoxelReport(
         labels=_labels_of(voxel_map, slot),
         ooi=None if ooi == NOT_MAPPED else ooi / 254.0,
         level=None if level == NOT_MAPPED else level,
     )
-    here = rooms.room_at((float(point_world[0]), float(point_world[1])))
-    if here is None or level == NOT_MAPPED:
-        return report
-    room, guidance = here
-    own = guidance.rows[int(voxel_map.surface.label[slot])].level
-    return report if own == level else dataclasses.replace(report, level=int(own), room=room)
 
 
 def _labels_of(voxel_map: VoxelMap, slot: int) -> tuple[tuple[str, float], ...]:
@@ -97,7 +85,7 @@ def _labels_of(voxel_map: VoxelMap, slot: int) -> tuple[tuple[str, float], ...]:
 
 
 def with_levels(voxel_map: VoxelMap, levels: NDArray[np.uint8]) -> MapArrays:
-    """Return the map as it would be with other levels of its labels; the map itself stays.
+    """Return the map with other levels of its labels; the map itself does not change.
 
     Args:
         voxel_map: The map.
@@ -112,38 +100,29 @@ def with_levels(voxel_map: VoxelMap, levels: NDArray[np.uint8]) -> MapArrays:
 
 
 def preview(
-    planner: Planner,
-    plan: Plan,
-    voxel_map: VoxelMap,
-    goal: Goal,
-    now: Guidance,
-    then: Guidance,
-    rooms: RoomLevels,
+    planner: Planner, plan: Plan, voxel_map: VoxelMap, search: Search, then: Guidance
 ) -> Preview | None:
-    """Tell what a planner would choose with other levels; nothing changes by it.
+    """Return what a planner would choose with other levels; nothing changes.
 
     Args:
-        planner: The one that made the plan.
-        plan: What it chose last.
-        voxel_map: The map, with the levels of `now`.
-        goal: What is searched for.
-        now: Levels of the map's labels, as they count.
+        planner: The planner of the plan.
+        plan: Its last plan.
+        voxel_map: The map, with the levels of the search.
+        search: The present search.
         then: The other levels.
-        rooms: Levels that depend on the room, for the levels of `now`.
 
     Returns:
-        Both choices in words; None when the planner cannot tell.
+        Both choices in words; None for a planner that has no preview.
     """
-    if not isinstance(planner, Steerable):
+    if not isinstance(planner, SteerablePlanner):
         return None
-    supposed = rooms.supposing(then)
-    arrays = with_levels(voxel_map, then.levels())
+    goal, now = search.goal, search.guidance
     cues = then.labels_of(Level.CERTAIN) == now.labels_of(Level.CERTAIN)
-    target = planner.preview(supposed.applied(voxel_map, arrays), cues=cues)
+    target = planner.preview(with_levels(voxel_map, then.levels()), cues=cues)
     imagined = dataclasses.replace(plan, target=target)
     return Preview(
-        now=explain(plan, voxel_map, goal, now, rooms),
-        then=explain(imagined, voxel_map, goal, then, supposed),
+        now=explain(plan, voxel_map, goal, now),
+        then=explain(imagined, voxel_map, goal, then),
         before=plan.target,
         after=target,
     )

@@ -1,4 +1,4 @@
-"""What a mission shows of itself after each step; frozen, so that it may cross threads."""
+"""The state of a mission after a step, frozen so that it may cross threads."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -74,9 +74,9 @@ class Snapshot:
     glimpsed: NDArray[np.float32]
     """(M, 3) cells of the floor where images from afar show what may be the object: world x and y
     in metres, and the log of how much likelier that makes it."""
-    glimpsed_cell_m: float
+    far_evidence_cell_m: float
     looked_over: NDArray[np.int32]
-    """(R, 3) floor that was in view from nearby: runs of such cells, see `Glimpses.looked_over`."""
+    """(R, 3) runs of floor cells that were in view from nearby; see `FarEvidence.looked_over`."""
     T_world_base: Float64Array
     path_length_m: float
     """Driven since the goal was set."""

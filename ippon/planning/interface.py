@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ippon.command import Command
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import Glimpses
+from ippon.mapping.far_evidence.far_evidence import FarEvidence
 from ippon.planning.plan import Plan
 
 
@@ -28,7 +28,7 @@ class Planner(Protocol):
         """Take another T_min for the goal that there is; all else stays."""
         ...
 
-    def follow_glimpses(self, glimpses: Glimpses | None) -> None:
+    def set_far_evidence(self, glimpses: FarEvidence | None) -> None:
         """Take note of where images show the object beyond the map's range.
 
         Args:

@@ -143,8 +143,8 @@ def _in_vain(
     config: TrialConfig, scene: Scene, method: Method, seed: int, judge: Judge, start: StartPose
 ) -> tuple[SimulatedWorld, Mission]:
     """Put a robot at the start that looks for what it will never find."""
-    glimpses = dataclasses.replace(config.mission.glimpses, enabled=False)
-    mission_config = method.configure(dataclasses.replace(config.mission, glimpses=glimpses))
+    glimpses = dataclasses.replace(config.mission.far_evidence, enabled=False)
+    mission_config = method.configure(dataclasses.replace(config.mission, far_evidence=glimpses))
     resolved = resolve_object(IN_VAIN, config.labels)
     guidance = EmbeddedPrior().levels(resolved, "", config.labels)
     guidance = METHODS["no_guidance"].guide(guidance)
@@ -162,7 +162,7 @@ def _in_vain(
     planner = equipment.planner
     mission = Mission(mission_config, config.robot, config.labels, seed, planner=planner)
     goal = Goal(goal_id=1, object=IN_VAIN, display=IN_VAIN, context="", category=resolved.category)
-    mission.set_goal(goal, guidance)
+    mission.goals.set_goal(goal, guidance)
     # Nothing anywhere is taken for it.
     mission.voxel_map.suppress_ooi(np.zeros(3), EVERYWHERE_M)
     world = SimulatedWorld(

@@ -140,7 +140,7 @@ def plan_messages(snapshot: Snapshot, before: Snapshot | None) -> Iterator[tuple
     runs: list[list[int]] = snapshot.looked_over.tolist()
     places = GlimpsedPlaces(
         stamp_ns=stamp,
-        cell_m=snapshot.glimpsed_cell_m,
+        cell_m=snapshot.far_evidence_cell_m,
         cells=[(x, y, nat) for x, y, nat in rows],
         covered=[(i, j, n) for i, j, n in runs],
     )

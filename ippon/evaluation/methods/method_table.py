@@ -109,11 +109,11 @@ def _max_fusion(config: MissionConfig) -> MissionConfig:
 
 
 def _near_sighted(config: MissionConfig) -> MissionConfig:
-    return replace(config, glimpses=replace(config.glimpses, enabled=False))
+    return replace(config, far_evidence=replace(config.far_evidence, enabled=False))
 
 
 def _covered(config: MissionConfig) -> MissionConfig:
-    return replace(config, glimpses=replace(config.glimpses, covered_share=0.9))
+    return replace(config, far_evidence=replace(config.far_evidence, covered_share=0.9))
 
 
 def _shallow(config: MissionConfig) -> MissionConfig:

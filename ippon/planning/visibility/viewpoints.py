@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import FRESH, Glimpses
+from ippon.mapping.far_evidence.far_evidence import FRESH, FarEvidence
 from ippon.planning.surface_scale import surface_scale
 from ippon.planning.visibility.orientation import (
     ViewSums,
@@ -124,7 +124,7 @@ class Viewpoints:
         self._at = np.zeros((capacity, 2))
         self._regions: RegionWeights | None = None
         self._unweighted = np.ones(headings, dtype=np.float32)
-        self._glimpses: Glimpses | None = None
+        self._glimpses: FarEvidence | None = None
         self._glimpses_at = 0
         self.glimpsed = np.zeros((capacity, headings), dtype=np.float32)
         """Nat by which images make the object likelier, or below 0 less likely, ahead."""
@@ -228,7 +228,7 @@ class Viewpoints:
         for node in self._sums:
             self._choose(node)
 
-    def set_glimpses(self, glimpses: Glimpses | None) -> None:
+    def set_glimpses(self, glimpses: FarEvidence | None) -> None:
         """Follow what images show beyond the map's range; None for nothing."""
         self._glimpses, self._glimpses_at = glimpses, 0
         self.glimpsed[:] = 0.0

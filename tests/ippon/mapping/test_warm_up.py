@@ -48,7 +48,7 @@ def test_a_first_glimpse_finds_its_kernels_compiled():
         "kernels = [g._columns_kernel, g._mark_kernel, g._widen_kernel, g._ahead_kernel]\n"
         "warm_up_glimpses()\n"
         "before = [len(k.overloads) for k in kernels]\n"
-        "glimpses = g.Glimpses(g.GlimpseConfig(), 'hat', 1.0, 20.0)\n"
+        "glimpses = g.FarEvidence(g.FarEvidenceConfig(), 'hat', 1.0, 20.0)\n"
         "glimpses.look(_frame('hat'))\n"
         "reach = np.ones((9, 80), np.float32)[[1, 2]][:, ::2] * np.float32(0.1)\n"
         "glimpses.ahead(np.ones((9, 2))[[1, 2]], np.linspace(0.0, 6.0, 40), reach)\n"

@@ -55,7 +55,7 @@ def test_another_goal_begins_without_them(hall):
 
 def test_switched_off_it_knows_of_nothing_beyond_its_map(hall):
     config = MissionConfig()
-    robot = hall(replace(config, glimpses=replace(config.glimpses, enabled=False)))
+    robot = hall(replace(config, far_evidence=replace(config.far_evidence, enabled=False)))
     robot.search(60.0)
     assert all(len(result.snapshot.glimpsed) == 0 for result in robot.results)
     assert not any("farther off" in result.snapshot.why for result in robot.results)

@@ -47,8 +47,8 @@ def _changes(one, other, prefix=""):
         ),
         ("no_initial_yaw", {"look_around.turn"}),
         ("no_travel_pitch", {"travel_pitch.sweep"}),
-        ("no_glimpses", {"glimpses.enabled"}),
-        ("covered", {"glimpses.covered_share"}),
+        ("no_glimpses", {"far_evidence.enabled"}),
+        ("covered", {"far_evidence.covered_share"}),
         ("shallow", {"planner.view.unknown_depth_m"}),
         (
             "plain_ratio",

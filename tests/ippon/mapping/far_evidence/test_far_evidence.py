@@ -9,7 +9,12 @@ import pytest
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame, Heatmap
 from ippon.geometry import make_transform, rotation_z
-from ippon.mapping.far_evidence.far_evidence import COVERED_POWER, SPREAD_M, GlimpseConfig, Glimpses
+from ippon.mapping.far_evidence.far_evidence import (
+    COVERED_POWER,
+    SPREAD_M,
+    FarEvidence,
+    FarEvidenceConfig,
+)
 from ippon.robot import ZED
 
 CAMERA = PinholeCamera.from_horizontal_fov(160, 100, math.radians(74.0))
@@ -49,14 +54,14 @@ def rows_at(distance_m, height_m=0.0, spread=4):
 AHEAD = (rows_at(7.0), slice(76, 84))
 
 
-FROM_AFAR = GlimpseConfig()
+FROM_AFAR = FarEvidenceConfig()
 """What images show from afar, alone."""
-COVERED = GlimpseConfig(covered_share=0.9)
-ONLY_COVERED = GlimpseConfig(covered_share=0.9, enabled=False)
+COVERED = FarEvidenceConfig(covered_share=0.9)
+ONLY_COVERED = FarEvidenceConfig(covered_share=0.9, enabled=False)
 
 
 def made(images, config=FROM_AFAR):
-    glimpses = Glimpses(config, "hat", NEAR_M)
+    glimpses = FarEvidence(config, "hat", NEAR_M)
     for image in images:
         glimpses.look(image)
     return glimpses
@@ -120,7 +125,7 @@ def test_images_of_one_thing_are_no_independent_witnesses():
     once, often = seen_from(few, 4.0, 0.0)[0], seen_from(many, 4.0, 0.0)[0]
     assert 0.5 < once <= often < once + 0.3
     sure = seen_from(made([frame_of(AHEAD, p=1.0)] * 200), 4.0, 0.0)[0]
-    config = GlimpseConfig()
+    config = FarEvidenceConfig()
     assert sure == pytest.approx(config.most_nat - config.least_nat, abs=0.05)
 
 
@@ -281,7 +286,7 @@ def cued_from(glimpses, x, y):
 
 
 def with_cues(labels, images, config=FROM_AFAR):
-    glimpses = Glimpses(config, "cup", NEAR_M)
+    glimpses = FarEvidence(config, "cup", NEAR_M)
     glimpses.set_cues(labels)
     for image in images:
         glimpses.look(image)
@@ -380,4 +385,4 @@ def test_a_robot_far_from_its_start_goes_on_without_what_is_farther():
 )
 def test_numbers_without_meaning_are_refused(change):
     with pytest.raises(ValueError, match=next(iter(change))):
-        GlimpseConfig(**change)
+        FarEvidenceConfig(**change)

@@ -125,7 +125,7 @@ def test_rasters_and_probabilities_that_cannot_work_are_refused(values, text):
 
 
 class Fading:
-    """Glimpses straight ahead that get fainter little by little."""
+    """FarEvidence straight ahead that get fainter little by little."""
 
     def __init__(self):
         self.revision, self.nat = 1, 3.0
