@@ -49,7 +49,7 @@ def run_episode(
     """
     goal = mission.goal
     if goal is None:
-        raise ValueError("an episode needs a goal: call mission.set_goal first")
+        raise ValueError("an episode needs a goal: call mission.goals.set_goal first")
     world.set_labels(mission.voxel_map.labels, goal.object)
     for _ in range(round(limits.max_time_s / limits.time_step_s / limits.steps_per_frame)):
         frame = world.observe()

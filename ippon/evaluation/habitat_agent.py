@@ -145,7 +145,7 @@ class IpponAgent:
             context="",
             category=resolved.category,
         )
-        mission.set_goal(goal, self._guide(resolved, config.labels))
+        mission.goals.set_goal(goal, self._guide(resolved, config.labels))
         self._ooi = resolved.canonical
         return mission
 

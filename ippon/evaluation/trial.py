@@ -125,7 +125,7 @@ class Trial:
         base = rig.world.base
         start = StartPose(x=base.x_m, y=base.y_m, z=base.z_m, yaw=base.yaw_rad)
         later = dataclasses.replace(spec, goal=spec.then, start=start, context="", then="")
-        rig.mission.set_goal(*self._goal(later, method, goal_id=2))
+        rig.mission.goals.set_goal(*self._goal(later, method, goal_id=2))
         second = self._row(second_id, later, method, self._search(rig, later), began)
         began = self._clocks.wall(), self._clocks.cpu()
         rig = self._rig(later, method)
@@ -181,7 +181,7 @@ class Trial:
         )
         timed = TimedPlanner(equipment.planner, self._clocks.cpu)
         mission = Mission(mission_config, config.robot, config.labels, spec.seed, planner=timed)
-        mission.set_goal(goal, guidance)
+        mission.goals.set_goal(goal, guidance)
         world = SimulatedWorld(
             self._scene, config.robot, config.camera, spec.start, spec.seed, config.world,
             is_instance_of,

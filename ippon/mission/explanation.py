@@ -14,17 +14,17 @@ from ippon.planning.plan import NodeKind, Plan, Viewpoint
 NEARBY_M = 2.5
 """Common objects within this distance of a viewpoint are named as what it is by."""
 _FAR_EVIDENCE_NAT = 0.5
-"""What images from afar say beyond this is named as the reason."""
+"""Log-likelihood ratio from which evidence from images beyond the map is named as the reason."""
 _UNSEEN = "in unseen space"
 _AHEAD = "ahead"
 _MOST_NAMED = 3
-_COVERED_NAT = -1.0
-"""Below this most of what lies ahead was in view before."""
+_VIEWED_NAT = -1.0
+"""Below this most of the floor ahead was in view before."""
 _PERVASIVE = frozenset({"wall", "floor", "ceiling", "beam", "column", "others", "objects"})
 
 
 def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> str:
-    """Say where the plan leads, what is nearby, what it promises and how far it is.
+    """Return where the plan leads, what is nearby, its gain and its travel time, in one line.
 
     Args:
         plan: The plan that the robot follows.
@@ -59,7 +59,7 @@ def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> 
     if target.cued and certain and place == _AHEAD:
         names = [label.replace("_", " ") for label in certain]
         place = f"by what may be the {' or the '.join(names[:_MOST_NAMED])}, farther off"
-    if target.far_evidence_nat <= _COVERED_NAT:
+    if target.far_evidence_nat <= _VIEWED_NAT:
         where = "for what is left unseen" + (f" {place}" if place != _UNSEEN else "")
     else:
         where = f"to the viewpoint {place}"
@@ -67,7 +67,7 @@ def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> 
 
 
 def _place(target: Viewpoint, voxel_map: VoxelMap, guidance: Guidance) -> str:
-    """Name the common object that the viewpoint's level comes from."""
+    """Return the common object that gives the viewpoint its level, as in "by the sofa"."""
     counts = label_census(voxel_map, np.array(target.position_world), NEARBY_M)
     by = [
         n * (row.level is target.level and row.label not in _PERVASIVE)

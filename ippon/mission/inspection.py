@@ -1,4 +1,4 @@
-"""What the map knows of one voxel, and what would be chosen next if levels were others."""
+"""Reports for the operator: one voxel of the map, and the choice under other levels."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ from ippon.guidance.levels import Guidance, Level
 from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, MapArrays
 from ippon.mapping.objects.surface_rows import NO_LABEL, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
-from ippon.mission.behaviors.waypoint import Steerable
 from ippon.mission.explanation import explain
-from ippon.mission.goal import Goal
+from ippon.mission.operator_control import SteerablePlanner
+from ippon.mission.search import Search
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan, Viewpoint
 from ippon.rooms.room_inference import RoomConfig, infer_rooms
@@ -38,7 +38,7 @@ class VoxelReport:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Preview:
-    """What is chosen now, and what would be with other levels."""
+    """The present choice, and the choice with other levels."""
 
     now: str
     then: str
@@ -93,7 +93,7 @@ def _labels_of(voxel_map: VoxelMap, slot: int) -> tuple[tuple[str, float], ...]:
 
 
 def with_levels(voxel_map: VoxelMap, levels: NDArray[np.uint8]) -> MapArrays:
-    """Return the map as it would be with other levels of its labels; the map itself stays.
+    """Return the map with other levels of its labels; the map itself does not change.
 
     Args:
         voxel_map: The map.
@@ -108,31 +108,25 @@ def with_levels(voxel_map: VoxelMap, levels: NDArray[np.uint8]) -> MapArrays:
 
 
 def preview(
-    planner: Planner,
-    plan: Plan,
-    voxel_map: VoxelMap,
-    goal: Goal,
-    now: Guidance,
-    then: Guidance,
+    planner: Planner, plan: Plan, voxel_map: VoxelMap, search: Search, then: Guidance
 ) -> Preview | None:
-    """Tell what a planner would choose with other levels; nothing changes by it.
+    """Return what a planner would choose with other levels; nothing changes.
 
     Args:
-        planner: The one that made the plan.
-        plan: What it chose last.
-        voxel_map: The map, with the levels of `now`.
-        goal: What is searched for.
-        now: Levels of the map's labels, as they count.
+        planner: The planner of the plan.
+        plan: Its last plan.
+        voxel_map: The map, with the levels of the search.
+        search: The present search.
         then: The other levels.
 
     Returns:
-        Both choices in words; None when the planner cannot tell.
+        Both choices in words; None for a planner that has no preview.
     """
-    if not isinstance(planner, Steerable):
+    if not isinstance(planner, SteerablePlanner):
         return None
-    arrays = with_levels(voxel_map, then.levels())
+    goal, now = search.goal, search.guidance
     cues = then.labels_of(Level.CERTAIN) == now.labels_of(Level.CERTAIN)
-    target = planner.preview(arrays, cues=cues)
+    target = planner.preview(with_levels(voxel_map, then.levels()), cues=cues)
     imagined = dataclasses.replace(plan, target=target)
     return Preview(
         now=explain(plan, voxel_map, goal, now),

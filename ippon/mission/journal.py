@@ -1,4 +1,4 @@
-"""What the operator is told: why the robot does what it does, and what happened in a step."""
+"""What the operator reads: the present reason, and the events of a step."""
 
 from typing import Final
 
@@ -8,21 +8,26 @@ WAITING: Final = "waiting for a goal"
 
 
 class Journal:
-    """One line that stays until another takes its place, and events that are told once."""
+    """Keeps the present reason until it is replaced, and events until they are taken."""
 
     def __init__(self) -> None:
         self.why = WAITING
         self._events: list[MissionEvent] = []
         self._map_is_full = False
 
-    def map_dropped(self, blocks: int, limit_mb: float) -> None:
-        """Tell once that the map has begun to give up blocks."""
+    def report_dropped(self, blocks: int, limit_mb: float) -> None:
+        """Note once that the map has begun to drop blocks.
+
+        Args:
+            blocks: Dropped in this step.
+            limit_mb: The bound of the map's memory.
+        """
         if blocks and not self._map_is_full:
             self._map_is_full = True
             self.note(
                 "map_full",
-                f"the map has reached its bound of {limit_mb:.0f} MB: what was seen longest ago is "
-                "given up, far parts first; ippon navigate --map-memory-mb sets the bound",
+                f"the map has reached its bound of {limit_mb:.0f} MB: the parts that were seen "
+                "longest ago are dropped; ippon navigate --map-memory-mb sets the bound",
             )
 
     def note(self, kind: str, text: str) -> None:

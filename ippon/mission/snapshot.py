@@ -1,4 +1,4 @@
-"""What a mission shows of itself after each step; frozen, so that it may cross threads."""
+"""The state of a mission after a step, frozen so that it may cross threads."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -76,7 +76,7 @@ class Snapshot:
     in metres, and the log of how much likelier that makes it."""
     far_evidence_cell_m: float
     looked_over: NDArray[np.int32]
-    """(R, 3) floor that was in view from nearby: runs of cells, see `FarEvidence.looked_over`."""
+    """(R, 3) runs of floor cells that were in view from nearby; see `FarEvidence.looked_over`."""
     T_world_base: Float64Array
     path_length_m: float
     """Driven since the goal was set."""

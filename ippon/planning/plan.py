@@ -94,3 +94,10 @@ class Plan:
     A step that was cut short has not shown that nothing is left."""
     promised_per_s: float = math.inf
     """Gain a second of the way to explore that has most of it, infinite where none is weighed."""
+
+    @property
+    def ends_search(self) -> bool:
+        """The target is where the object can be seen from as close as a path leads."""
+        if self.target is None:
+            return False
+        return self.target.kind is NodeKind.TERMINATING or self.out_of_reach_m is not None

@@ -164,7 +164,7 @@ def _in_vain(
     planner = equipment.planner
     mission = Mission(mission_config, config.robot, config.labels, seed, planner=planner)
     goal = Goal(goal_id=1, object=IN_VAIN, display=IN_VAIN, context="", category=resolved.category)
-    mission.set_goal(goal, guidance)
+    mission.goals.set_goal(goal, guidance)
     # Nothing anywhere is taken for it.
     mission.voxel_map.suppress_ooi(np.zeros(3), EVERYWHERE_M)
     world = SimulatedWorld(

@@ -39,8 +39,8 @@ from app.process.stopping import Stop
 from ippon.command import Command
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
-from ippon.mission.collision_filter import moves_base
 from ippon.mission.mission import Mission
+from ippon.mission.safe_motion import moves_base
 from ippon.mission.snapshot import Snapshot
 
 logger = logging.getLogger(__name__)
@@ -105,7 +105,7 @@ class Navigator:
             self._commander,
             config.stale_s,
             refuse=self._lease.refuse_hand,
-            on_takeover=lambda: self._desk.put(lambda mission: mission.cancel_go_to()),
+            on_takeover=lambda: self._desk.put(lambda mission: mission.operator.cancel_go_to()),
         )
         self._steering = Steering(
             session,
@@ -144,7 +144,7 @@ class Navigator:
         self._alive = session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
         self._keeper = Keeper(Path(config.keep_map), self._say) if config.keep_map else None
         if kept is not None and kept.requests:
-            self._mission.stop()
+            self._mission.operator.stop()
             for request in kept.requests:
                 accepted = self._desk.search(request)
                 self._counsel.restore(accepted.goal_id, request.levels)
@@ -194,22 +194,22 @@ class Navigator:
         self._counsel.look(frame.color)
         by_hand = self._helm.by_hand()
         if by_hand is not None:
-            self._mission.resume_from(by_hand)
+            self._mission.motion.resume_from(by_hand, manual=True)
         fused = self._watch.lap("map", started)
         result = self._mission.decide(frame)
         self._watch.lap("plan", fused)
         self._watch.lap("step", started)
         snapshot = self._snapshot = result.snapshot
         self._report.planned(snapshot.plan)
-        waypoint = self._mission.waypoint
+        waypoint = self._mission.operator.waypoint
         command = self._helm.follow(
             result.command,
             frame,
             self._mission.voxel_map.arrays(),
-            waypoint.xy if waypoint is not None else None,
+            waypoint,
         )
         if moves_base(result.command) and not moves_base(command):
-            self._mission.not_followed()
+            self._mission.motion.resume_from(Command())
         self._report.command_given(command)
         answered = self._watch.lap("answer", self._intake.arrived_at)
         self._map.publish(snapshot)
@@ -258,7 +258,7 @@ class Navigator:
         if search is None:
             return
         search = self._counsel.fitted(search)
-        self._mission.set_goal(search.goal, search.guidance)
+        self._mission.goals.set_goal(search.goal, search.guidance)
         self._report.goal_set(time.monotonic() if search.waited else search.asked_at)
         logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)
 

@@ -51,7 +51,7 @@ def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
     mission = Mission(config.mission.counted(), config.profile, config.labels, seed=0)
     rows = tuple(LabelLevel(label=label, level=Level.AVERAGE, reason="") for label in config.labels)
     guidance = Guidance(ooi="hat", context="", provider="", rows=rows)
-    mission.set_goal(Goal(goal_id=0, object="hat", display="hat"), guidance)
+    mission.goals.set_goal(Goal(goal_id=0, object="hat", display="hat"), guidance)
     tracker = SurfaceTracker(mission.voxel_map)
     world = _small_home(config.profile)
     for k, _ in enumerate(run_episode(world, mission, EpisodeLimits(max_time_s=0.2 * STEPS))):
@@ -69,8 +69,8 @@ def _use_the_rest(mission: Mission, frame: Frame, guidance: Guidance) -> None:
     """Do what a search may do for the first time long after its start, when nobody would wait."""
     mission.learn(frame)
     mission.preview(guidance)
-    mission.set_guidance(guidance)
-    mission.go_to((float(frame.T_world_base[0, 3]), float(frame.T_world_base[1, 3])))
+    mission.goals.set_guidance(guidance)
+    mission.operator.go_to((float(frame.T_world_base[0, 3]), float(frame.T_world_base[1, 3])))
     mission.step(frame)
     label_census(mission.voxel_map, frame.T_world_base[:3, 3], NEARBY_M)
     warm_up_far_evidence()

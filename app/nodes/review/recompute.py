@@ -127,9 +127,9 @@ class Recomputation:
         """Do what the operator did before this frame."""
         while self._operator and self._operator[0].stamp_ns <= stamp_ns:
             if self._operator.pop(0).kind == "rejected":
-                self.mission.reject_find()
+                self.mission.goals.reject_find()
             else:
-                self.mission.cancel_goal()
+                self.mission.goals.cancel_goal()
         waiting, self._tables = self._tables, []
         for table in waiting:
             new = table.goal_id != self._goal_id
@@ -169,9 +169,9 @@ class Recomputation:
                 context=table.context,
                 category=named.category,
             )
-            self.mission.set_goal(goal, guidance)
+            self.mission.goals.set_goal(goal, guidance)
         else:
-            self.mission.set_guidance(guidance)
+            self.mission.goals.set_guidance(guidance)
         shown = [ProximityRow(label=r.label, level=r.level.text, reason=r.reason) for r in rows]
         yield keys.PROXIMITY, encode(msgspec.structs.replace(table, rows=shown))
 

@@ -1,33 +1,23 @@
-"""The first moments: look down, turn once round, and back over the floor (Sec. Traversability)."""
+"""The start of a search: look down, turn once round, and back (Sec. Traversability)."""
 
 import math
-from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+
 from ippon.command import Command
-from ippon.geometry import wrap_angle
+from ippon.frame import Frame
+from ippon.geometry import Float64Array, wrap_angle, yaw_of
+from ippon.mission.behaviors.behavior import Action, Situation
+from ippon.mission.behaviors.config import LookAroundConfig
+from ippon.mission.search import Search
+from ippon.mission.snapshot import MissionState
 from ippon.robot import RobotProfile
 
 _WAITS_STEPS: Final = 5
-"""What is better to do may be gone for a moment only: so many steps are waited for it."""
-STILL_THERE_M: Final = 0.5
-"""A robot that has gone no farther has much the same around it."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LookAroundConfig:
-    """How the robot takes in its surroundings before it goes in search of an object."""
-
-    down_tilt_rad: float = -0.9
-    """Tilt at which the floor before the robot comes into view; lower sees closer floor."""
-    turn_tilt_rad: float = -0.25
-    """Tilt while turning; lower sees more floor and less wall."""
-    turn: bool = True
-    """Turn once round after looking down; off in the ablation "w/o Initial Yaw"."""
-    floor_tilt_rad: float | None = -0.75
-    """Tilt while turning back: the floor close by, on which the first metres are planned. None does
-    not turn back, and saves the time."""
-    tilt_tolerance_rad: float = 0.05
+"""Steps to wait for a terminating viewpoint that has just disappeared."""
+SAME_PLACE_M: Final = 0.5
+"""Within this distance the surroundings of the robot count as the same."""
 
 
 class LookAround:
@@ -38,16 +28,56 @@ class LookAround:
         self._robot = robot
         self._down_tilt = robot.within_tilt(config.down_tilt_rad)
         self._turn_tilt = robot.within_tilt(config.turn_tilt_rad)
-        self._looked_down = False
-        self._turned_rad = 0.0
-        self._waits = 0
-        self._last_yaw: float | None = None
+        self._done_for: tuple[str, Float64Array] | None = None
+        """Object of the last look around, and the pose of the robot then."""
+        self.restart()
         overlap = 0.25 * robot.horizontal_fov_rad
         self._circle_rad = 2.0 * math.pi - robot.horizontal_fov_rad + overlap
         # A fixed camera would see the same again.
         self._floor_tilt = config.floor_tilt_rad if robot.can_tilt else None
         turns = 0 if not config.turn else 1 if self._floor_tilt is None else 2
         self._all_rad = turns * self._circle_rad
+
+    def restart(self) -> None:
+        """Look around again from the beginning."""
+        self._looked_down = False
+        self._turned_rad = 0.0
+        self._waits = 0
+        self._last_yaw: float | None = None
+
+    def was_done_for(self, label: str, last: Frame | None) -> bool:
+        """Return whether the robot stands where it last looked around for this object.
+
+        Args:
+            label: Canonical label of the object.
+            last: The last frame, None before the first.
+        """
+        if self._done_for is None or last is None or self._done_for[0] != label:
+            return False
+        moved = last.T_world_base[:3, 3] - self._done_for[1][:3, 3]
+        return float(np.linalg.norm(moved)) <= SAME_PLACE_M
+
+    def act(self, situation: Situation) -> Action | None:
+        """See `Behavior.act`."""
+        search, frame = situation.search, situation.frame
+        if search is None:
+            return None
+        if situation.plan.ends_search:
+            self.interrupt(search.path_length_m)
+            return None
+        if self.done:
+            return None
+        if self.waits():
+            return Action(situation.hold)
+        self._done_for = (search.goal.object, frame.T_world_base)
+        why = f"looking around ({self.progress:.0%})"
+        command = self.step(yaw_of(frame.T_world_base), frame.tilt_rad)
+        return Action(command, MissionState.LOOKING_AROUND, why)
+
+    def abandon(self, search: Search | None) -> None:
+        """Skip the rest, if the robot is looking around now: there is no space to turn."""
+        if search is not None and search.state is MissionState.LOOKING_AROUND:
+            self.skip()
 
     @property
     def done(self) -> bool:
@@ -62,26 +92,25 @@ class LookAround:
         return 1.0 if self.done else self._turned_rad / self._all_rad
 
     def skip(self) -> None:
-        """Count as done: there is something better to do."""
+        """Count as done."""
         self._looked_down = True
         self._turned_rad = self._all_rad
 
     def interrupt(self, gone_m: float) -> None:
-        """Let something better to do come first.
+        """Let a terminating viewpoint come first.
 
-        The rest is made up for if that comes to nothing close by, from whatever heading the robot
-        has then.
+        The rest follows, from the heading that the robot has then, if the object disappears nearby.
 
         Args:
             gone_m: How far the robot has driven since the search began.
         """
         self._last_yaw = None
         self._waits = _WAITS_STEPS
-        if gone_m > STILL_THERE_M:
+        if gone_m > SAME_PLACE_M:
             self.skip()
 
     def waits(self) -> bool:
-        """Tell whether to hold still for what interrupted it, which is gone at this step."""
+        """Return whether to hold still, in case the terminating viewpoint reappears."""
         self._waits = max(0, self._waits - 1)
         return self._waits > 0
 

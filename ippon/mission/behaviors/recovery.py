@@ -1,27 +1,13 @@
 """Getting free after a contact, or when the robot does not move although it is told to."""
 
 import math
-from dataclasses import dataclass
 
 from ippon.command import Command
-from ippon.frame import NANOSECONDS
+from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
+from ippon.mission.behaviors.behavior import Action, Situation
+from ippon.mission.behaviors.config import RecoveryConfig
 from ippon.robot import RobotProfile
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RecoveryConfig:
-    """When the robot counts as stuck, and how it gets free."""
-
-    stuck_after_s: float = 2.5
-    """Driving commands without movement for this long mean stuck."""
-    moved_m: float = 0.05
-    """Less than this counts as no movement."""
-    back_up_s: float = 0.8
-    """How long to drive back; more gives the planner more room to turn."""
-    back_up_m_s: float = 0.2
-    turn_s: float = 1.2
-    """How long to turn instead, for a robot that cannot drive back."""
 
 
 class Recovery:
@@ -35,11 +21,12 @@ class Recovery:
         self._moving_from = (0.0, 0.0, 0.0)
         self._was_contact = False
 
-    def blocked(self, stamp_ns: int, T_world_base: Float64Array, contact: bool) -> bool:
-        """Tell, once for each time, that the robot has just turned out to be blocked."""
+    def is_blocked(self, frame: Frame) -> bool:
+        """Return, once for each event, whether the robot touched something or got stuck."""
+        stamp_ns, contact = frame.stamp_ns, frame.contact
         touched = contact and not self._was_contact
         self._was_contact = contact
-        if touched or self._is_stuck(stamp_ns, T_world_base):
+        if touched or self._is_stuck(stamp_ns, frame.T_world_base):
             self._freeing_since_ns = stamp_ns
             self._moving_since_ns = None
             return True
@@ -59,8 +46,12 @@ class Recovery:
             return False
         return stamp_ns - self._moving_since_ns > self._config.stuck_after_s * NANOSECONDS
 
-    def command(self, stamp_ns: int, tilt_rad: float) -> Command | None:
-        """Return the command that gets the robot free, None when nothing needs to be done."""
+    def act(self, situation: Situation) -> Action | None:
+        """See `Behavior.act`."""
+        command = self._command(situation.frame.stamp_ns, situation.frame.tilt_rad)
+        return None if command is None else Action(command)
+
+    def _command(self, stamp_ns: int, tilt_rad: float) -> Command | None:
         since = self._freeing_since_ns
         duration_s = self._config.back_up_s if self._robot.can_reverse else self._config.turn_s
         # A stamp from before the contact means that the robot's clock started anew: it is over.
@@ -73,13 +64,20 @@ class Recovery:
         return Command(yaw_rate_rad_s=self._robot.max_yaw_rate_rad_s, tilt_rad=tilt_rad)
 
     @property
-    def frees(self) -> bool:
+    def active(self) -> bool:
         """The robot is being freed."""
         return self._freeing_since_ns is not None
 
-    def watch(self, stamp_ns: int, T_world_base: Float64Array, command: Command) -> None:
-        """Take note of the command that was given, to see whether the robot follows it."""
-        driving = abs(command.linear_m_s) > 0.05 or abs(command.yaw_rate_rad_s) > 0.1
+    def watch(self, frame: Frame, command: Command | None) -> None:
+        """Remember the command that was given, to see whether the robot follows it.
+
+        Args:
+            frame: The frame that it answers.
+            command: Before the collision filter: a robot that is kept from driving is stuck, too.
+                None where somebody else drives.
+        """
+        stamp_ns, T_world_base = frame.stamp_ns, frame.T_world_base
+        driving = command is not None and _drives(command)
         if not driving:
             self._moving_since_ns = None
         elif self._moving_since_ns is None:
@@ -89,3 +87,7 @@ class Recovery:
                 float(T_world_base[1, 3]),
                 yaw_of(T_world_base),
             )
+
+
+def _drives(command: Command) -> bool:
+    return abs(command.linear_m_s) > 0.05 or abs(command.yaw_rate_rad_s) > 0.1

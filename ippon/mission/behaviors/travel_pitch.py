@@ -1,24 +1,9 @@
 """The camera sweeps up and down while the robot travels, to see as much as possible."""
 
 import math
-from dataclasses import dataclass
 
+from ippon.mission.behaviors.config import TravelPitchConfig
 from ippon.robot import RobotProfile
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TravelPitchConfig:
-    """The sweep of the camera while driving (Sec. Traversability; ablation "w/o Travel Pitch")."""
-
-    sweep: bool = True
-    low_rad: float = -0.42
-    """Lowest tilt of the sweep; lower sees the floor right before the robot, and less far."""
-    high_rad: float = -0.18
-    """Highest tilt of the sweep; higher sees the tops of shelves, and nothing that is near."""
-    period_s: float = 4.0
-    """A shorter period shows more and blurs more."""
-    level_rad: float = -0.3
-    """Tilt without a sweep."""
 
 
 class TravelPitch:

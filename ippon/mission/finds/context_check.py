@@ -1,4 +1,4 @@
-"""Whether a find is where the operator said that the object is."""
+"""Whether a find contradicts what the operator said about its place."""
 
 import functools
 import math
@@ -13,20 +13,19 @@ from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find
 
 _ON_M: Final = 0.6
-"""What it lies on, in or under may begin this far from the find: maps are not sharp."""
+"""Greatest gap between a find and what it lies on, in or under: maps blur edges."""
 _BESIDE_M: Final = 1.5
-"""Likewise for what it is next to, near, behind, …"""
+"""The same for relations such as next to, near or behind."""
 _TOUCHING: Final = frozenset({"on", "in", "under", "above"})
 
 
-def is_elsewhere(find: Find, goal: Goal, context: str, voxel_map: VoxelMap) -> bool:
-    """Tell whether the operator named what the object is on or beside, and none is near a find.
+def contradicts_context(find: Find, goal: Goal, context: str, voxel_map: VoxelMap) -> bool:
+    """Return whether the operator named what the object is on or beside, and none is near a find.
 
-    False as well where a room was named, or a thing that the map has no label for: nothing near the
-    find could tell.
+    False where the operator named a room or a thing without a label: the map cannot tell.
 
     Args:
-        find: What may be the object.
+        find: A candidate.
         goal: The object.
         context: What the operator said.
         voxel_map: The map.
@@ -37,7 +36,7 @@ def is_elsewhere(find: Find, goal: Goal, context: str, voxel_map: VoxelMap) -> b
 
 @functools.lru_cache(maxsize=8)
 def _places(context: str, labels: tuple[str, ...], ooi: str) -> tuple[Claim, ...]:
-    """Return what was stated, if all of it is about things that the map knows."""
+    """Return the claims of a context, if all of them are about labels of the map."""
     stated = [c for c in read_context(context, labels, ooi=ooi).claims if c.firm and not c.negated]
     known = all(claim.kind == "thing" and claim.label is not None for claim in stated)
     return tuple(stated) if known else ()

@@ -1,4 +1,4 @@
-"""Which of the candidates a search has ended at, and where it is."""
+"""Distances to finds, and which candidate the robot has reached."""
 
 import dataclasses
 import math
@@ -14,34 +14,33 @@ from ippon.mission.snapshot import Find
 SUCCESS_M = 1.0
 """An object this near, over the floor, is reached: the metre of the task."""
 ARRIVED_M = SUCCESS_M + 0.1
-"""What a robot that has arrived at a terminating viewpoint sees within the metre begins this near:
-it stops within its tolerance of the viewpoint."""
+"""The same, with the tolerance within which the robot stops at a viewpoint."""
 FIND_WITHIN_M = 2.5
-"""A find lies at most this far from where the search ended."""
+"""Greatest distance between a find and the robot at the end of a search."""
 AROUND_M = 0.2
-"""Ruled out beyond what was seen of a rejected find, and closer than this to it lies its rest."""
+"""Margin around a rejected find; voxels closer to it than this are part of it."""
 REST_SHARE = 0.25
-"""Of a large find the rest may lie farther: within this share of the radius that is ruled out."""
+"""The same for a large find, as a share of its radius."""
 LOOKED_AT_RADIUS_M = 0.75
-"""Ruled out round where the robot looks, when a find without voxels is rejected."""
+"""Radius of the excluded region when a find without voxels is rejected."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Ball:
-    """A place that is ruled out."""
+class ExclusionSphere:
+    """A region that is excluded from the search."""
 
     centre_world: Float64Array
     radius_m: float
 
     def touches(self, find: Find) -> bool:
-        """Tell whether a find begins where this ends: then it is more of the same thing."""
+        """Return whether a find touches the sphere: it is then part of the same object."""
         gap_m = _gap_m(self.centre_world, find) - self.radius_m
         return gap_m <= max(AROUND_M, REST_SHARE * self.radius_m)
 
 
-def ball_round(find: Find) -> Ball:
-    """Return what rejecting a find rules out."""
-    return Ball(
+def exclusion_sphere(find: Find) -> ExclusionSphere:
+    """Return the region that is excluded when a find is rejected."""
+    return ExclusionSphere(
         centre_world=np.array(find.position_world),
         radius_m=0.5 * math.hypot(*find.size_m) + AROUND_M,
     )
@@ -50,7 +49,7 @@ def ball_round(find: Find) -> Ball:
 def nearest_find(
     candidates: Iterable[Find], T_world_base: Float64Array, within_m: float = FIND_WITHIN_M
 ) -> Find | None:
-    """Return the largest candidate near the robot, those in view first; None where none is near."""
+    """Return the largest candidate near the robot, in view if possible; None without one."""
     near = [f for f in candidates if distance_m(T_world_base, f) < within_m]
     in_view = [f for f in near if f.box_px is not None] or near
     return max(in_view, key=lambda f: f.voxels, default=None)
@@ -59,11 +58,11 @@ def nearest_find(
 def reached_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find | None:
     """Return the candidate that a terminating viewpoint has led to.
 
-    A larger one may stand behind what is in reach, and say nothing of it: a chair behind a stool.
+    A larger candidate out of reach does not count: a chair behind the stool that was reached.
 
     Args:
-        candidates: What looks like the object.
-        T_world_base: Where the robot stands, at the viewpoint.
+        candidates: Clusters that may be the object.
+        T_world_base: Pose of the robot at the viewpoint.
 
     Returns:
         The largest in view and in reach; None where there is none.
@@ -77,12 +76,12 @@ def reached_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find
 
 
 def find_from(candidates: Iterable[Find], T_world_base: Float64Array, away_m: float) -> Find | None:
-    """Return the candidate that a search ends at which no way leads closer to.
+    """Return the candidate that a search ends at when no path leads closer.
 
     Args:
-        candidates: What looks like the object.
-        T_world_base: Where the robot stands, as near to it as it can.
-        away_m: Metres over the floor from there to the object.
+        candidates: Clusters that may be the object.
+        T_world_base: Pose of the robot, as near to the object as it can stand.
+        away_m: Horizontal distance from there to the object, metres.
 
     Returns:
         The find, out of reach where it is farther than `SUCCESS_M`; None where none is that near.
@@ -94,20 +93,20 @@ def find_from(candidates: Iterable[Find], T_world_base: Float64Array, away_m: fl
 
 
 def distance_m(T_world_base: Float64Array, find: Find) -> float:
-    """Return how far a find is from the base, over the floor."""
+    """Return the horizontal distance of a find from the base, metres."""
     x, y, _ = find.position_world
     return math.hypot(x - T_world_base[0, 3], y - T_world_base[1, 3])
 
 
 def _gap_m(at: Float64Array, find: Find) -> float:
-    """Return how far a find's nearest side is from a point (3,), or, over the floor, (2,)."""
+    """Return the distance of a find's box from a point (3,), or horizontally from a point (2,)."""
     axes = len(at)
     outside = np.abs(at - find.position_world[:axes]) - 0.5 * np.array(find.size_m[:axes])
     return float(np.linalg.norm(np.maximum(outside, 0.0)))
 
 
 def looked_at(frame: Frame) -> Float64Array:
-    """Return the point (3,) in the world that is in the middle of the image, metres."""
+    """Return the world point (3,) in the middle of the image, metres."""
     rows, columns = frame.depth.shape
     middle = frame.depth[rows // 3 : rows - rows // 3, columns // 3 : columns - columns // 3]
     seen = middle[np.isfinite(middle) & (middle > 0.0)]
@@ -116,23 +115,23 @@ def looked_at(frame: Frame) -> Float64Array:
 
 
 def out_of_reach_text(display: str, away_m: float) -> str:
-    """Say that an object was found that no way leads close to."""
+    """Return the text for an object that was found out of reach."""
     return f"found {display}, out of reach: {away_m:.1f} m from the nearest place I can stand"
 
 
 def exhausted_text(display: str, candidates: Sequence[Find], *, full: bool = False) -> str:
-    """Say why a search ended without a find.
+    """Return why a search ended without a find, for the operator.
 
     Args:
-        display: The object, as the operator reads it.
-        candidates: What looks like it, most voxels first.
-        full: There was no place for viewpoints farther away.
+        display: The object, in the operator's words.
+        candidates: Clusters that may be it, most voxels first.
+        full: The roadmap had no room for more viewpoints.
     """
     why = "everything reachable was seen"
     if full:
-        why = "no viewpoint is left, and no place for more (planner.max_nodes)"
+        why = "the roadmap is full (planner.max_nodes)"
     text = f"{display} not found: {why}"
     if not candidates:
         return text
     x, y, _ = candidates[0].position_world
-    return f"{text}; no way leads close to what looks most like it, at ({x:.1f}, {y:.1f}) m"
+    return f"{text}; no path leads close to the most likely candidate, at ({x:.1f}, {y:.1f}) m"

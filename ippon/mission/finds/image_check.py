@@ -1,9 +1,9 @@
-"""Whether what the map takes for the object looks like it in the images, too.
+"""Whether a candidate looks like the object in the images, too.
 
-The filter takes every image for a new piece of evidence (Sec. Object Probability Mapping), but an
-object that is misread is misread again and again: a few unlucky images are enough for p near 1, and
-of a window that was taken for a television once, hardly an image says so again. So before a search
-ends, the images are asked how often what they show of it wins against every other label.
+The filter treats images as independent (Sec. Object Probability Mapping), but the errors of a
+network are not: an object that is misread once is misread again from the same view, and a few such
+images raise the posterior near 1. Before a search ends, the images vote: how often is the object
+the most probable label of the candidate's pixels?
 """
 
 import math
@@ -18,53 +18,43 @@ from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform, transform_points
 from ippon.mission.snapshot import Find
 
-_FOLLOWED = 6
-"""Clusters that are followed at a time: so many of the largest, and as many others in view."""
+_MAX_TRACKS = 6
+"""Candidates that are tracked: this many of the largest, and as many others in view."""
 _SAME_M = 0.6
 _BEHIND_M = 0.2
-"""Depth by which a voxel may differ from the image and still be what it shows."""
+"""A voxel is visible where its depth differs from the image by no more than this."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SecondLookConfig:
-    """When the images speak against a find."""
+class ImageCheckConfig:
+    """Share of a find's pixels that must look like the object before a search ends.
+
+    A pixel looks like the object where the object is its most probable label. A larger share ends
+    fewer searches at the wrong object, and leaves more right ones that are hard to recognise.
+    """
 
     least_share: float = 0.45
-    """Share of a find's pixels whose likeliest label is the object, on the average of the last
-    images; more sends the robot on from more wrong finds, and from right ones that are badly
-    recognised. Of 133 right finds one had less than 0.48, wrong ones 0.15 to 0.6."""
+    """For a find whose posterior is sure."""
     least_share_small: float = 0.3
-    """Likewise for things that fill a voxel or two: most of their pixels are outline, where labels
-    mix. Of 33 right finds one had 0.33, the others more; a lamp that was found for a basket
-    had 0.27."""
+    """For a find of up to `outline_voxels`: most of its pixels are outline, where labels mix."""
     outline_voxels: float = 9.0
-    """Voxels of 10 cm up to which that holds; of larger small things right finds had 0.5 or more,
-    shoes that were taken for a hat 0.28."""
+    """Size of such a find, in voxels of 10 cm; more applies the lower share to larger finds."""
     unsure_share: float = 0.52
-    """Likewise where the map itself is not sure of the find. Of the right finds with less than 0.6
-    none was of that kind, of nine wrong ones seven; more also denies right ones, which costs the
-    way back to them."""
-    reconsidered_share: float = 0.2
-    """Likewise for what was doubted once, when nothing better is left to look at; more would
-    rather say that nothing was found."""
-    idle_gain: float = 0.3
-    """Gain a second, of the best way, below which that is so; 0 waits until nothing at all is left
-    to explore. Exploring has 1 to 15, and less than this in the last corners."""
-    idle_steps: int = 15
-    """So many steps in a row."""
+    """For a find whose posterior is below `sure`."""
     elsewhere_share: float = 0.45
-    """Likewise where the operator said what the object is on or beside, and the find is nowhere
-    near one; more believes the operator more than the images."""
-    speck_share: float = 0.5
-    """Share from which a small thing is taken for found that never shows more than T_min, a bottle
-    in a single voxel of 10 cm, where the map is sure of it; above 1 it never is."""
+    """For a find that is not where the operator said; more trusts the operator over the images."""
+    reconsidered_share: float = 0.2
+    """For a find that was set aside before, when nothing better is left; more prefers to report
+    that nothing was found."""
+    single_voxel_share: float = 0.5
+    """Share from which a small object is confirmed by less than T_min; above 1 it never is."""
     sure: float = 0.99
-    """Mean p(v in O) of a find from which the map is sure; more doubts more finds."""
+    """Mean p(v in O) from which the posterior of a find counts as sure; more doubts more finds."""
     images: int = 40
-    """Images that it is the average of; the approach takes about as many."""
-    enough_images: int = 8
-    """A find that fewer have shown is looked at for as many more; after that the map decides. What
-    seems to be something else is looked at for as many more, too, and these can save it."""
+    """Images that shares are averaged over; an approach takes about as many."""
+    min_images: int = 8
+    """Images that must show a find before its share counts, and extra images for a find that is
+    about to be set aside."""
 
     def __post_init__(self) -> None:
         """Reject shares and counts without meaning."""
@@ -78,49 +68,46 @@ class SecondLookConfig:
         )
         if (
             not all(0.0 <= share <= 1.0 for share in shares)
-            or not 1 <= self.enough_images <= self.images
+            or not 1 <= self.min_images <= self.images
         ):
             raise ValueError(
                 "least_share, least_share_small, unsure_share, elsewhere_share, "
-                "reconsidered_share and sure must lie in [0, 1] and enough_images in 1 to images; "
-                f"got {shares}, {self.enough_images}, {self.images}"
+                "reconsidered_share and sure must lie in [0, 1] and min_images in 1 to images; "
+                f"got {shares}, {self.min_images}, {self.images}"
             )
         if not self.outline_voxels >= 0.0:
             raise ValueError(f"outline_voxels must not be negative; got {self.outline_voxels}")
-        if self.idle_gain < 0.0 or self.idle_steps < 1 or not self.speck_share > 0.0:
-            raise ValueError(
-                "idle_gain must not be negative, idle_steps at least 1 and speck_share positive; "
-                f"got {self.idle_gain}, {self.idle_steps}, {self.speck_share}"
-            )
+        if not self.single_voxel_share > 0.0:
+            raise ValueError(f"single_voxel_share must be positive; got {self.single_voxel_share}")
 
 
 @dataclass(slots=True, kw_only=True)
-class _Followed:
+class _Track:
     centre: Float64Array
     shares: deque[float]
-    """Of the last images that showed it."""
+    """Of the last images that showed it, oldest first."""
 
 
-class SecondLook:
-    """Follows the clusters that may be the object from image to image.
+class ImageCheck:
+    """Tracks the candidates from image to image, and keeps the share of each.
 
     Args:
-        config: When the images speak against a find.
+        config: Shares that finds need.
         label: The object, as the heatmaps call it.
         outline_voxels: Voxels up to which a find is mostly outline; 0 for what is large.
     """
 
-    def __init__(self, config: SecondLookConfig, label: str, *, outline_voxels: float) -> None:
+    def __init__(self, config: ImageCheckConfig, label: str, *, outline_voxels: float) -> None:
         self._config = config
         self._outline_voxels = outline_voxels
         self._label = label
-        self._followed: list[_Followed] = []
+        self._tracks: list[_Track] = []
 
-    def note(self, frame: Frame, centres_world: Float64Array, finds: Sequence[Find]) -> None:
-        """Ask an image.
+    def observe(self, frame: Frame, centres_world: Float64Array, finds: Sequence[Find]) -> None:
+        """Add the votes of an image.
 
         Args:
-            frame: The image; one without a heatmap of the object says nothing.
+            frame: An image without a heatmap of the object is ignored.
             centres_world: (M, 3) voxels that the map takes for the object, metres.
             finds: Their clusters, largest first.
         """
@@ -128,85 +115,95 @@ class SecondLook:
         if heatmap is None or heatmap.ooi != self._label or not len(centres_world):
             return
         seen, wins = votes(frame, centres_world)
-        kept: list[_Followed] = []
-        # What is in view is followed however small it is, or nothing could be said of it.
-        in_view = [find for find in finds[_FOLLOWED:] if find.box_px is not None]
-        for find in (*finds[:_FOLLOWED], *in_view[:_FOLLOWED]):
+        kept: list[_Track] = []
+        # Candidates in view are tracked whatever their size: each may end the search.
+        in_view = [find for find in finds[_MAX_TRACKS:] if find.box_px is not None]
+        for find in (*finds[:_MAX_TRACKS], *in_view[:_MAX_TRACKS]):
             centre = np.array(find.position_world)
-            one = self._of(find)
-            if one is None:
-                one = _Followed(centre=centre, shares=deque(maxlen=self._config.images))
-            one.centre = centre
-            inside = np.abs(centres_world - one.centre) <= 0.5 * np.array(find.size_m) + 1e-6
+            track = self._of(find)
+            if track is None:
+                track = _Track(centre=centre, shares=deque(maxlen=self._config.images))
+            track.centre = centre
+            inside = np.abs(centres_world - track.centre) <= 0.5 * np.array(find.size_m) + 1e-6
             mine = inside.all(axis=1) & seen
             if mine.any():
-                one.shares.append(float(wins[mine].mean()))
-            kept.append(one)
-        self._followed = kept
+                track.shares.append(float(wins[mine].mean()))
+            kept.append(track)
+        self._tracks = kept
 
     def share(self, find: Find) -> float | None:
-        """Return how often a find looks like the object; None where too few images tell."""
-        one = self._of(find)
-        if one is None or len(one.shares) < self._config.enough_images:
+        """Return the mean share of a find's images; None with fewer than `min_images`."""
+        track = self._of(find)
+        if track is None or len(track.shares) < self._config.min_images:
             return None
-        return float(np.mean(one.shares))
+        return float(np.mean(track.shares))
 
-    def contradicts(self, find: Find, *, again: bool = False, elsewhere: bool = False) -> bool:
-        """Tell whether the images speak against a find: all of them, and those from nearby no less.
+    def margin(self, find: Find, *, again: bool = False, elsewhere: bool = False) -> float | None:
+        """Return by how much the share of a find exceeds the share that it needs.
 
-        From afar much that is the object does not look like it. So where the last images say more
-        for it than all together, they count as much as these.
+        An object is recognised less often from afar: where the last images show it more clearly,
+        they count as much as all images together.
 
         Args:
-            find: What the map takes for the object.
-            again: They did before.
+            find: A candidate.
+            again: It was set aside before.
             elsewhere: It is not where the operator said.
+
+        Returns:
+            Negative where the images contradict the find; None where too few images show it.
         """
         share = self.share(find)
-        least = self._least_share(find)
-        if elsewhere:
-            least = max(least, self._config.elsewhere_share)
-        if again:
-            least = min(least, self._config.reconsidered_share)
-        return share is not None and max(share, 0.5 * (share + self._last_share(find))) < least
+        if share is None:
+            return None
+        needed = self._needed_share(find, again=again, elsewhere=elsewhere)
+        return max(share, 0.5 * (share + self._last_share(find))) - needed
+
+    def contradicts(self, find: Find, *, again: bool = False, elsewhere: bool = False) -> bool:
+        """Return whether the images contradict a find; see `margin`."""
+        margin = self.margin(find, again=again, elsewhere=elsewhere)
+        return margin is not None and margin < 0.0
 
     def is_sure(self, find: Find) -> bool:
-        """Tell whether the map is sure of a find."""
+        """Return whether the posterior of a find is sure."""
         return find.probability >= self._config.sure
 
     def confirms(self, find: Find) -> bool:
-        """Tell whether map and images are both sure of a find, however little it is."""
+        """Return whether posterior and images both confirm a find, whatever its size."""
         share = self.share(find)
-        return self.is_sure(find) and share is not None and share >= self._config.speck_share
+        return self.is_sure(find) and share is not None and share >= self._config.single_voxel_share
 
     def _last_share(self, find: Find) -> float:
-        one = self._of(find)
-        last = [] if one is None else list(one.shares)[-self._config.enough_images :]
+        track = self._of(find)
+        last = [] if track is None else list(track.shares)[-self._config.min_images :]
         return sum(last) / max(1, len(last))
 
-    def _least_share(self, find: Find) -> float:
+    def _needed_share(self, find: Find, *, again: bool, elsewhere: bool) -> float:
         config = self._config
         if find.voxels <= self._outline_voxels:
-            return config.least_share_small
-        if self.is_sure(find):
-            return config.least_share
-        return max(config.least_share, config.unsure_share)
+            needed = config.least_share_small
+        elif self.is_sure(find):
+            needed = config.least_share
+        else:
+            needed = max(config.least_share, config.unsure_share)
+        if elsewhere:
+            needed = max(needed, config.elsewhere_share)
+        return min(needed, config.reconsidered_share) if again else needed
 
-    def _of(self, find: Find) -> _Followed | None:
+    def _of(self, find: Find) -> _Track | None:
         at = find.position_world
-        nearest = min(self._followed, key=lambda one: math.dist(one.centre, at), default=None)
+        nearest = min(self._tracks, key=lambda track: math.dist(track.centre, at), default=None)
         return nearest if nearest is None or math.dist(nearest.centre, at) <= _SAME_M else None
 
 
 def votes(frame: Frame, centres_world: Float64Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Look voxels up in the image.
+    """Return which voxels an image shows, and which it takes for the object.
 
     Args:
-        frame: With a heatmap that was asked for the object.
+        frame: With a heatmap that has a channel for the object.
         centres_world: (M, 3) metres.
 
     Returns:
-        (M,) whether the image shows the voxel, and (M,) whether it takes it for the object there.
+        (M,) whether the image shows each voxel, and (M,) whether the object is its likeliest label.
     """
     heatmap, camera = frame.heatmap, frame.camera
     seen = np.zeros(len(centres_world), dtype=np.bool_)

@@ -1,80 +1,83 @@
-"""What is not the object: what the operator rejects, what the images deny, and the rest of both."""
+"""Excludes from the search what is not the object.
+
+The operator rejects finds; images and sizes contradict candidates. What continues an excluded find
+is excluded with it.
+"""
 
 from ippon.frame import Frame
 from ippon.mapping.voxel_map import VoxelMap
-from ippon.mission.finds.find_geometry import LOOKED_AT_RADIUS_M, ball_round, looked_at
-from ippon.mission.search import Doubted, Search
+from ippon.mission.finds.find_geometry import LOOKED_AT_RADIUS_M, exclusion_sphere, looked_at
+from ippon.mission.search import Search, SetAside
 from ippon.mission.snapshot import Find
 
 
-def reject_last_find(search: Search, voxel_map: VoxelMap, frame: Frame | None) -> None:
-    """Go on from the find that a search ended with, and rule it out.
+def reject_find(search: Search, voxel_map: VoxelMap, frame: Frame | None) -> None:
+    """Exclude the find that ended a search, so that the search can continue.
 
     Args:
-        search: Goes on.
-        voxel_map: Takes the place for something else.
-        frame: The last one, None before any.
+        search: Ended with a find.
+        voxel_map: Its evidence for the object is removed there.
+        frame: The last frame, None before the first.
     """
-    find = search.go_on_from_find()
+    find = search.drop_find()
     if find is not None:
-        _rule_out(search, voxel_map, find)
+        _exclude(search, voxel_map, find)
     elif frame is not None:
-        # No voxels are left to point at: what the robot looks at is what it took for it.
+        # The voxels of the find have disappeared: the middle of the image is what it was.
         voxel_map.suppress_ooi(looked_at(frame), LOOKED_AT_RADIUS_M)
 
 
-def doubt(search: Search, voxel_map: VoxelMap, find: Find) -> None:
-    """Go on from what images or its size deny before a search ends with it.
-
-    It is set aside, for `reconsider`; what was so before is ruled out.
-    """
+def set_aside(search: Search, voxel_map: VoxelMap, find: Find) -> None:
+    """Set a candidate aside that images or its size contradict; exclude it the second time."""
     search.arrived_steps = 0
     if search.is_reconsidered(find):
-        _rule_out(search, voxel_map, find)
+        _exclude(search, voxel_map, find)
         return
-    ball = ball_round(find)
-    share = search.second_look.share(find) or 0.0
-    before = voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
+    region = exclusion_sphere(find)
+    share = search.image_check.share(find) or 0.0
+    before = voxel_map.suppress_ooi(region.centre_world, region.radius_m)
     too_large = search.is_too_large(find)
-    search.doubted.append(Doubted(ball=ball, share=share, too_large=too_large, ruled_out=[before]))
+    search.set_aside.append(
+        SetAside(region=region, share=share, too_large=too_large, excluded=[before])
+    )
 
 
-def reconsider(search: Search, voxel_map: VoxelMap) -> bool:
-    """Take back the doubt of what looked most like the object, for want of anything better.
+def readmit_most_likely(search: Search, voxel_map: VoxelMap) -> bool:
+    """Readmit the candidate among those set aside that looked most like the object.
 
-    What is too large comes last: it is found only if it has turned out smaller.
+    Candidates that were too large come last: they end a search only if they turn out smaller.
 
     Returns:
-        Whether anything was doubted.
+        Whether there was one.
     """
-    best = max(search.doubted, key=lambda one: (not one.too_large, one.share), default=None)
+    best = max(search.set_aside, key=lambda one: (not one.too_large, one.share), default=None)
     if best is None:
         return False
-    search.doubted.remove(best)
-    search.reconsidered.append(best.ball)
+    search.set_aside.remove(best)
+    search.reconsidered.append(best.region)
     search.empty_steps = search.idle_steps = 0
-    for part in reversed(best.ruled_out):
+    for part in reversed(best.excluded):
         voxel_map.readmit_ooi(part)
     return True
 
 
-def look_for_candidates(search: Search, voxel_map: VoxelMap, frame: Frame) -> None:
-    """Look again for what may be the object; what continues something ruled out is ruled out, too.
+def update_candidates(search: Search, voxel_map: VoxelMap, frame: Frame) -> None:
+    """Find the candidates in the map, and exclude those that continue an excluded find.
 
     Args:
-        search: Takes note of the candidates.
-        voxel_map: With the frame in it.
-        frame: Where the robot stands.
+        search: Gets the candidates.
+        voxel_map: With the frame fused.
+        frame: The pose and camera of the candidates' boxes.
     """
     search.update_candidates(voxel_map.arrays(), frame)
-    for ball, doubted in search.rests_of_ruled_out():
-        before = voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
-        if doubted is not None:
-            doubted.ruled_out.append(before)
+    for region, entry in search.take_continuations():
+        before = voxel_map.suppress_ooi(region.centre_world, region.radius_m)
+        if entry is not None:
+            entry.excluded.append(before)
 
 
-def _rule_out(search: Search, voxel_map: VoxelMap, find: Find) -> None:
-    """Take a find for something else for the rest of a search."""
-    ball = ball_round(find)
-    search.rejected.append(ball)
-    voxel_map.suppress_ooi(ball.centre_world, ball.radius_m)
+def _exclude(search: Search, voxel_map: VoxelMap, find: Find) -> None:
+    """Exclude a find for the rest of a search."""
+    region = exclusion_sphere(find)
+    search.rejected.append(region)
+    voxel_map.suppress_ooi(region.centre_world, region.radius_m)

@@ -1,12 +1,12 @@
-"""T_min: how many object voxels, seen from close by, end a search, and where they may lie."""
+"""T_min: how many object voxels end a search, and how high above the floor they begin."""
 
 import math
 from typing import Final
 
 from ippon.planning.surface_scale import surface_scale
 
-# Roughly a fifth of the surface voxels that one view shows of an ordinary specimen at 10 cm. The
-# paper says only "smaller for plants and larger for beds".
+# About a fifth of the surface voxels of 10 cm that one view shows of an ordinary specimen. The
+# paper gives no numbers: "smaller for plants and larger for beds".
 _VOXELS_AT_REFERENCE: Final[dict[str, float]] = {
     "bed": 24.0,
     "sofa": 18.0,
@@ -31,7 +31,7 @@ _SMALL_OBJECT: Final = 1.0
 _MAY_BE_FLAT: Final = frozenset(
     {"shower", "gym_equipment", "appliances", "floor", "bath_mat", "welcome_mat", "yoga_mat"}
 )
-"""A tray, a mat, a robot vacuum, and what covers the floor."""
+"""Objects that may be no higher than a mat or a tray."""
 _STANDS_M: Final = 0.1
 
 
@@ -48,7 +48,7 @@ def termination_voxels(label: str, category: str | None, voxel_size_m: float) ->
 
 
 def is_small(label: str, category: str | None) -> bool:
-    """Tell whether an object is one of the small ones, which a voxel of the reference can hold.
+    """Return whether a single voxel of 10 cm may hold the object.
 
     Args:
         label: Canonical label of the object.
@@ -58,9 +58,9 @@ def is_small(label: str, category: str | None) -> bool:
 
 
 def lowest_m(label: str, category: str | None) -> float:
-    """Return how high above the floor an object begins, in metres; the floor below is none of it.
+    """Return the height above the floor at which an object's voxels begin, metres.
 
-    What stands is not told from the floor by its lowest voxels; what is small may be no higher.
+    The lowest voxels of standing objects look like floor; small objects may be no higher.
 
     Args:
         label: Canonical label of the object.

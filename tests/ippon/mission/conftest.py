@@ -47,7 +47,7 @@ class Searcher:
             category=resolved.category,
         )
         guidance = EmbeddedPrior().levels(resolved, context, MATTERPORT_40)
-        self.mission.set_goal(goal, guidance)
+        self.mission.goals.set_goal(goal, guidance)
         return goal, guidance
 
     def search(self, max_time_s, until=lambda _: False):

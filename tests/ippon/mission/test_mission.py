@@ -16,7 +16,7 @@ from ippon.geometry import base_pose, yaw_of
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.levels import Level
 from ippon.guidance.prior import EmbeddedPrior
-from ippon.mission.behaviors.look_around import STILL_THERE_M
+from ippon.mission.behaviors.look_around import SAME_PLACE_M
 from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
@@ -51,7 +51,7 @@ def ask(mission, text, context="", goal_id=1):
         context=context,
         category=resolved.category,
     )
-    mission.set_goal(goal, guidance)
+    mission.goals.set_goal(goal, guidance)
     return guidance
 
 
@@ -61,7 +61,7 @@ def looked_around(scene, text):
     ask(mission, text)
     world.set_labels(MATTERPORT_40, text)
     mission.step(world.observe())
-    mission._look_around.skip()
+    mission._behaviors.look_around.skip()
     return world, mission
 
 
@@ -102,7 +102,7 @@ def test_looks_around_anew_for_another_object_but_not_for_the_same_one(scene) ->
     ask(mission, "sofa", "it is in the living room", goal_id=2)
     mission.step(world.observe())
     assert mission.state is MissionState.SEARCHING, "nothing more to see from here"
-    mission.cancel_goal()
+    mission.goals.cancel_goal()
     ask(mission, "sofa", goal_id=3)
     assert mission.state is MissionState.SEARCHING
     for goal_id in (4, 5):
@@ -111,7 +111,7 @@ def test_looks_around_anew_for_another_object_but_not_for_the_same_one(scene) ->
         world.set_labels(MATTERPORT_40, "hat")
         mission.step(world.observe())
         assert mission.state is MissionState.LOOKING_AROUND
-        mission._look_around.skip()
+        mission._behaviors.look_around.skip()
 
 
 def test_looks_around_anew_for_the_same_object_somewhere_else(scene) -> None:
@@ -122,7 +122,7 @@ def test_looks_around_anew_for_the_same_object_somewhere_else(scene) -> None:
         world.step(Command(linear_m_s=0.5), 0.2)
         mission.step(world.observe())
     gone = np.linalg.norm(world.trajectory[-1] - world.trajectory[0])
-    assert gone > STILL_THERE_M, "the start pose has room ahead"
+    assert gone > SAME_PLACE_M, "the start pose has room ahead"
     ask(mission, "sofa", goal_id=2)
     assert mission.state is MissionState.STARTING
 
@@ -133,10 +133,10 @@ def test_a_rejected_find_is_not_found_again(scene) -> None:
     ask(mission, "toilet")
     first = search(world, mission)[-1].snapshot
     assert first.find is not None
-    assert mission.confirm_find()
-    assert mission.reject_find()
-    assert not mission.confirm_find()
-    assert not mission.reject_find(), "there is nothing left to reject"
+    assert mission.goals.confirm_find()
+    assert mission.goals.reject_find()
+    assert not mission.goals.confirm_find()
+    assert not mission.goals.reject_find(), "there is nothing left to reject"
     assert mission.state is MissionState.SEARCHING
     again = list(run_episode(world, mission, EpisodeLimits(max_time_s=20.0)))[-1].snapshot
     if again.find is not None:
@@ -151,13 +151,13 @@ def test_a_find_without_voxels_can_be_rejected_too(scene) -> None:
         pass
     mission._conclude(MissionState.FOUND, "found the sofa, whose voxels have gone meanwhile")
     revision = mission.voxel_map.revision
-    assert mission.reject_find()
+    assert mission.goals.reject_find()
     assert mission.voxel_map.revision > revision, "what it looked at is ruled out"
     assert mission.state is MissionState.SEARCHING
-    assert not mission.reject_find()
+    assert not mission.goals.reject_find()
     mission._conclude(MissionState.FOUND, "found")
-    assert mission.confirm_find()
-    mission.cancel_goal()
+    assert mission.goals.confirm_find()
+    mission.goals.cancel_goal()
     kinds = [e.kind for e in mission.step(world.observe()).snapshot.events]
     assert "cancelled" not in kinds, "it was found; that stays so"
 
@@ -178,14 +178,14 @@ def test_a_stopped_robot_stands_until_it_is_resumed(scene) -> None:
     ask(mission, "hat")
     world.set_labels(MATTERPORT_40, "hat")
     mission.step(world.observe())
-    mission.stop()
-    mission.pause()
+    mission.operator.stop()
+    mission.operator.pause()
     for _ in range(3):
         result = mission.step(world.observe())
         assert result.snapshot.state is MissionState.STOPPED, "a pause does not weaken a stop"
         assert result.command.linear_m_s == result.command.yaw_rate_rad_s == 0.0
         world.step(result.command, 0.2)
-    mission.resume()
+    mission.operator.resume()
     result = mission.step(world.observe())
     assert result.snapshot.state is MissionState.LOOKING_AROUND
     assert [e.kind for e in result.snapshot.events] == ["resumed"]
@@ -198,16 +198,16 @@ def test_without_a_goal_it_maps_and_waits(scene) -> None:
     assert result.snapshot.why == "waiting for a goal"
     assert result.snapshot.goal is None
     assert mission.voxel_map.bounds() is not None, "the map grows all the same"
-    assert not mission.reject_find()
+    assert not mission.goals.reject_find()
     with pytest.raises(ValueError, match="set a goal first"):
-        mission.set_guidance(EmbeddedPrior().levels("hat", "", MATTERPORT_40))
+        mission.goals.set_guidance(EmbeddedPrior().levels("hat", "", MATTERPORT_40))
 
 
 def test_levels_of_another_vocabulary_are_refused(scene) -> None:
     _, mission = start(scene)
     guidance = EmbeddedPrior().levels("hat", "", MATTERPORT_40[:10])
     with pytest.raises(ValueError, match="guidance speaks of 10 labels, the map of 40"):
-        mission.set_goal(Goal(goal_id=1, object="hat", display="hat"), guidance)
+        mission.goals.set_goal(Goal(goal_id=1, object="hat", display="hat"), guidance)
 
 
 def test_a_changed_level_recolours_the_map(scene) -> None:
@@ -218,7 +218,7 @@ def test_a_changed_level_recolours_the_map(scene) -> None:
     arrays = mission.voxel_map.arrays()
     before = arrays.level[arrays.level != 255].copy()
     rows = tuple(dataclasses.replace(row, level=Level.FAR) for row in guidance.rows)
-    mission.set_guidance(dataclasses.replace(guidance, rows=rows))
+    mission.goals.set_guidance(dataclasses.replace(guidance, rows=rows))
     after = mission.voxel_map.arrays().level
     assert len(before)
     assert set(np.unique(after[after != 255])) == {Level.FAR}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ippon.mission.finds.find_geometry import AROUND_M, Ball, ball_round
+from ippon.mission.finds.find_geometry import AROUND_M, ExclusionSphere, exclusion_sphere
 from ippon.mission.snapshot import Find, MissionState
 
 
@@ -12,14 +12,14 @@ def _find(x, size):
 
 
 def test_what_is_ruled_out_reaches_round_the_find():
-    ball = ball_round(_find(1.0, (0.6, 0.8, 0.0)))
+    ball = exclusion_sphere(_find(1.0, (0.6, 0.8, 0.0)))
     assert ball.radius_m == pytest.approx(0.5 + AROUND_M)
     assert ball.centre_world == pytest.approx((1.0, 0.0, 0.3))
 
 
 @pytest.mark.parametrize(("x", "continues"), [(1.0, True), (1.6, True), (1.75, False)])
 def test_what_begins_where_it_ends_is_more_of_it(x, continues):
-    ball = Ball(centre_world=np.array([0.0, 0.0, 0.3]), radius_m=1.0)
+    ball = ExclusionSphere(centre_world=np.array([0.0, 0.0, 0.3]), radius_m=1.0)
     assert ball.touches(_find(x, (0.9, 0.2, 0.2))) is continues
 
 
@@ -31,7 +31,7 @@ def test_the_rest_of_a_rejected_find_is_no_find_either(searcher, room):
     robot.search(60.0)
     assert robot.last.state is MissionState.FOUND
     assert robot.last.find.size_m[0] < 3.6, "its far end was not seen yet"
-    assert robot.mission.reject_find()
+    assert robot.mission.goals.reject_find()
     again = robot.search(30.0)
     assert MissionState.FOUND not in [r.snapshot.state for r in again]
     # The last corner of its 3.7 m may show as a speck before it is part of anything.

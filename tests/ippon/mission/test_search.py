@@ -10,8 +10,8 @@ from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.config import MapConfig
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.config import MissionConfig
-from ippon.mission.finds.find_geometry import ball_round
-from ippon.mission.finds.rejection import doubt, reconsider
+from ippon.mission.finds.find_geometry import exclusion_sphere
+from ippon.mission.finds.rejection import readmit_most_likely, set_aside
 from ippon.mission.goal import Goal
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find
@@ -41,7 +41,7 @@ def searching(monkeypatch):
             guidance,
             config,
         )
-        monkeypatch.setattr(search.second_look, "share", lambda _: share)
+        monkeypatch.setattr(search.image_check, "share", lambda _: share)
         return search
 
     return make
@@ -62,19 +62,19 @@ def searching(monkeypatch):
 def test_a_speck_counts_where_map_and_images_are_sure_of_it(searching, share, find, shows):
     search = searching(share)
     search.candidates = (find,)
-    assert search.shows_speck(base_pose(0.0, 0.0, 0.0, 0.0)) is shows
+    assert search.shows_single_voxel(base_pose(0.0, 0.0, 0.0, 0.0)) is shows
 
 
 def test_a_large_thing_is_never_found_in_a_speck(searching):
     search = searching(0.9, goal="bed", category="bed")
     search.candidates = (speck(),)
-    assert not search.shows_speck(base_pose(0.0, 0.0, 0.0, 0.0))
+    assert not search.shows_single_voxel(base_pose(0.0, 0.0, 0.0, 0.0))
 
 
 def test_half_of_t_min_is_enough_from_then_on(searching):
     search = searching(0.6)
     assert search.termination_min == 1.0
-    search.speck_will_do = True
+    search.relaxed_termination = True
     assert search.termination_min == 0.5
 
 
@@ -89,11 +89,11 @@ def test_half_of_t_min_is_enough_from_then_on(searching):
 )
 def test_so_little_must_surely_be_it(searching, share, probability, doubt):
     search, find = searching(share), speck(probability=probability)
-    assert search.doubt(find, elsewhere=False) is None, "two such voxels ended the search"
-    search.speck_will_do = True
-    assert search.doubt(find, elsewhere=False) == doubt
-    search.reconsidered.append(ball_round(find))
-    assert search.doubt(find, elsewhere=False) is None, "nothing better is left"
+    assert search.objection(find, elsewhere=False) is None, "two such voxels ended the search"
+    search.relaxed_termination = True
+    assert search.objection(find, elsewhere=False) == doubt
+    search.reconsidered.append(exclusion_sphere(find))
+    assert search.objection(find, elsewhere=False) is None, "nothing better is left"
 
 
 def test_the_reason_of_a_doubt_is_the_one_that_decides(searching):
@@ -107,7 +107,7 @@ def test_the_reason_of_a_doubt_is_the_one_that_decides(searching):
 @pytest.mark.parametrize(("voxel_m", "against"), [(0.1, True), (0.05, False)])
 def test_what_is_mere_outline_depends_on_the_voxels_size(searching, voxel_m, against):
     search = searching(0.3, voxel_m=voxel_m)
-    doubt = search.doubt(speck(voxels=20), elsewhere=False)
+    doubt = search.objection(speck(voxels=20), elsewhere=False)
     assert (doubt is not None) is against
     assert np.isfinite(search.termination_min)
 
@@ -127,10 +127,10 @@ def test_what_is_mere_outline_depends_on_the_voxels_size(searching, voxel_m, aga
 def test_a_find_has_the_size_of_the_object(searching, goal, size_m, voxels, doubt):
     search = searching(0.9, goal=goal)
     find = replace(speck(voxels=voxels), size_m=size_m)
-    assert search.doubt(find, elsewhere=False) == doubt
-    search.reconsidered.append(ball_round(find))
+    assert search.objection(find, elsewhere=False) == doubt
+    search.reconsidered.append(exclusion_sphere(find))
     later = doubt if doubt == "is too large" else None
-    assert search.doubt(find, elsewhere=False) == later, "with nothing better left"
+    assert search.objection(find, elsewhere=False) == later, "with nothing better left"
 
 
 @pytest.mark.parametrize(
@@ -144,24 +144,24 @@ def test_a_large_thing_shows_the_more_the_less_the_map_is_sure(
     search = searching(0.9, goal="toilet", category="toilet")
     assert search.termination_min == 6.0
     find = replace(speck(voxels=voxels, probability=probability), size_m=(0.3, 0.3, 0.3))
-    assert (search.doubt(find, elsewhere=False) is None) is enough
-    search.reconsidered.append(ball_round(find))
-    assert search.doubt(find, elsewhere=False) is None, "with nothing better left"
+    assert (search.objection(find, elsewhere=False) is None) is enough
+    search.reconsidered.append(exclusion_sphere(find))
+    assert search.objection(find, elsewhere=False) is None, "with nothing better left"
 
 
 def test_what_is_too_large_is_gone_back_to_last(searching):
     search = searching(0.9)
     voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), MATTERPORT_40)
     bin_ = replace(speck(x=4.0, voxels=54), size_m=(0.6, 0.6, 0.8))
-    doubt(search, voxel_map, bin_)
-    search.second_look.share = lambda _: 0.2
-    doubt(search, voxel_map, speck(x=0.0))
-    assert [one.too_large for one in search.doubted] == [True, False]
-    assert reconsider(search, voxel_map)
+    set_aside(search, voxel_map, bin_)
+    search.image_check.share = lambda _: 0.2
+    set_aside(search, voxel_map, speck(x=0.0))
+    assert [one.too_large for one in search.set_aside] == [True, False]
+    assert readmit_most_likely(search, voxel_map)
     assert search.is_reconsidered(speck(x=0.0))
     assert not search.is_reconsidered(bin_)
-    assert reconsider(search, voxel_map)
-    assert search.doubt(bin_, elsewhere=False) == "is too large", "it is what it was"
-    doubt(search, voxel_map, bin_)
-    assert not reconsider(search, voxel_map)
+    assert readmit_most_likely(search, voxel_map)
+    assert search.objection(bin_, elsewhere=False) == "is too large", "it is what it was"
+    set_aside(search, voxel_map, bin_)
+    assert not readmit_most_likely(search, voxel_map)
     assert len(search.rejected) == 1

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ippon.command import Command
-from ippon.mission.behaviors.travel_pitch import TravelPitchConfig
+from ippon.mission.behaviors.config import TravelPitchConfig
 from ippon.mission.config import MissionConfig
 from ippon.mission.snapshot import MissionState
 from ippon.robot import ZED, RobotProfile, upright_body
@@ -176,7 +176,7 @@ def test_an_object_that_no_way_leads_to_is_found_out_of_reach(searcher, room):
     assert robot.last.why.startswith(text)
     assert [e.text for e in events(results, "found")] == [robot.last.why]
     # The operator wants another one: there is none.
-    assert robot.mission.reject_find()
+    assert robot.mission.goals.reject_find()
     robot.search(150.0)
     assert robot.last.outcome == "exhausted"
 
@@ -196,7 +196,7 @@ def test_a_rejected_find_is_not_found_again(searcher, room):
     robot = searcher([*room(), toilet(5.4, 1.8)], 1.0, 2.0)
     robot.ask("toilet")
     robot.search(30.0)
-    assert robot.mission.reject_find()
+    assert robot.mission.goals.reject_find()
     again = robot.search(90.0)
     assert MissionState.FOUND not in [r.snapshot.state for r in again]
     assert robot.last.state is MissionState.EXHAUSTED
@@ -208,7 +208,7 @@ def test_after_a_rejected_find_another_one_may_be_found(searcher, room):
     robot.ask("toilet")
     robot.search(30.0)
     first = robot.last.find
-    assert robot.mission.reject_find()
+    assert robot.mission.goals.reject_find()
     robot.search(90.0)
     assert robot.last.state is MissionState.FOUND
     apart = np.subtract(robot.last.find.position_world, first.position_world)
@@ -271,13 +271,13 @@ def test_nobody_commands_more_than_the_body_can_follow(searcher, room, held_stil
             robot.world.step(None, 0.2)
         assert events(robot.results, "contact")
     else:
-        robot.mission.pause()
+        robot.mission.operator.pause()
         robot.results.append(robot.mission.step(robot.world.observe()))
         assert robot.results[-1].command.linear_m_s == 0.0, "at once"
         for _ in range(5):
             robot.world.step(robot.results[-1].command, 0.2)
             robot.results.append(robot.mission.step(robot.world.observe()))
-        robot.mission.resume()
+        robot.mission.operator.resume()
         robot.world.step(robot.results[-1].command, 0.2)
     robot.search(60.0)
     assert robot.last.state is MissionState.FOUND
@@ -296,7 +296,7 @@ def test_a_robot_that_was_kept_from_driving_starts_from_rest(searcher, room):
     robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
     robot.ask("toilet")
     robot.search(40.0, lambda r: r.command.linear_m_s > 0.5)
-    robot.mission.not_followed()
+    robot.mission.motion.resume_from(Command())
     robot.world.step(None, 0.2)
     command = robot.mission.step(robot.world.observe()).command
     assert 0.0 < command.linear_m_s <= 0.2 * ZED.max_linear_acceleration_m_s2 + 1e-9
@@ -307,13 +307,13 @@ def test_the_planner_goes_on_from_what_the_hand_commanded(searcher, room):
     robot.ask("toilet")
     robot.search(40.0, lambda r: r.command.linear_m_s > 0.5)
     before = robot.results[-1].command
-    robot.mission.not_followed()
-    robot.mission.resume_from(before)
+    robot.mission.motion.resume_from(Command())
+    robot.mission.motion.resume_from(before, manual=True)
     robot.world.step(before, 0.2)
     command = robot.mission.step(robot.world.observe()).command
     assert command.linear_m_s == pytest.approx(before.linear_m_s, abs=0.2 * 0.8 + 1e-9)
-    robot.mission.resume_from(before)
-    robot.mission.pause()
+    robot.mission.motion.resume_from(before, manual=True)
+    robot.mission.operator.pause()
     assert robot.mission.step(robot.world.observe()).command.linear_m_s == 0.0
 
 
@@ -325,7 +325,7 @@ def test_what_the_planner_does_not_want_of_a_hands_command_stops_at_once(searche
     assert robot.last.state is MissionState.EXHAUSTED
     backwards = Command(linear_m_s=-0.5, yaw_rate_rad_s=1.0)
     if by_hand:
-        robot.mission.resume_from(backwards)
+        robot.mission.motion.resume_from(backwards, manual=True)
     command = robot.mission.step(robot.world.observe()).command
     assert (command.linear_m_s, command.yaw_rate_rad_s) == (0.0, 0.0)
 

@@ -55,16 +55,18 @@ class Steering:
     def drive(self, request: DriveRequest) -> Accepted:
         """Say who drives."""
         mode = DriveMode(request.mode)
-        self._put(lambda mission: mission.drive(mode))
+        self._put(lambda mission: mission.operator.drive(mode))
         self._helm.set_mode(mode, request.speed_limit)
         return Accepted(detail=f"{request.mode}, at most {request.speed_limit:.0%} of the speed")
 
     def go_to(self, request: GotoRequest) -> Accepted:
         """Send the robot to a point, if there is a way."""
         if request.cancel:
-            self._put(lambda mission: mission.cancel_go_to())
+            self._put(lambda mission: mission.operator.cancel_go_to())
             return Accepted(detail="going nowhere")
-        way_m = self._questions.ask(lambda mission: mission.go_to((request.x_m, request.y_m)))
+        way_m = self._questions.ask(
+            lambda mission: mission.operator.go_to((request.x_m, request.y_m))
+        )
         if way_m is None:
             raise RequestRefusedError(
                 f"no way is known to ({request.x_m:.1f}, {request.y_m:.1f}); choose a point on "
@@ -110,4 +112,4 @@ class Steering:
 
 
 def _weigh(regions: RegionWeights | None, mission: Mission) -> None:
-    mission.set_regions(regions)
+    mission.operator.set_regions(regions)

@@ -123,7 +123,7 @@ class Desk:
                 self.put(self._stop)
                 state: MissionState = "stopped"
             case "pause":
-                self.put(lambda mission: mission.pause())
+                self.put(lambda mission: mission.operator.pause())
                 state = "paused"
             case "resume":
                 self.put(partial(self._resume, self._wheels.halts))
@@ -152,23 +152,23 @@ class Desk:
     # -- in the mission's thread -------------------------------------------------------------
 
     def _stop(self, mission: Mission) -> None:
-        mission.stop()
+        mission.operator.stop()
 
     def _confirm(self, mission: Mission) -> None:
-        mission.confirm_find()
+        mission.goals.confirm_find()
 
     def _resume(self, halts: int, mission: Mission) -> None:
         # A stop that came after this resume has the wheels already; its own turn comes next.
         if self._wheels.release(if_count=halts):
-            mission.resume()
+            mission.operator.resume()
 
     def _cancel(self, goal_id: int, mission: Mission) -> None:
         if self._still_active(goal_id) is not None:
             self._goals.conclude("cancelled")
-            mission.cancel_goal()
+            mission.goals.cancel_goal()
 
     def _reject(self, mission: Mission) -> None:
-        if mission.reject_find():
+        if mission.goals.reject_find():
             self._goals.reopen()
 
     def _still_active(self, goal_id: int) -> PlannedSearch | None:

@@ -284,7 +284,7 @@ class Counsel:
             return
         search = self.fitted(self._goals.amend(goal_id, partial(_answered, answer)) or known)
         if self._is_active(search):
-            mission.set_guidance(search.guidance)
+            mission.goals.set_guidance(search.guidance)
             self._say("guidance", _told(answer))
 
     def _edit(self, goal_id: int, edit: LabelLevel, mission: Mission) -> None:
@@ -293,7 +293,7 @@ class Counsel:
             return
         search = self._goals.amend(goal_id, partial(_edited, edit))
         if search is not None:
-            mission.set_guidance(search.guidance)
+            mission.goals.set_guidance(search.guidance)
             self._say("level_changed", f"{edit.label} is {edit.level.text}: {edit.reason}")
 
     def _extend(self, label: str, mission: Mission) -> None:
@@ -306,7 +306,7 @@ class Counsel:
         guidance = self.fitted(active).guidance if active is not None else None
         mission.voxel_map.add_label(label)
         if guidance is not None:
-            mission.set_guidance(guidance)
+            mission.goals.set_guidance(guidance)
         self._say("vocabulary", f"{label.replace('_', ' ')} is told apart from now on")
         if active is not None:
             self.consult(active.goal.goal_id)

@@ -112,7 +112,7 @@ def search(office, wanted="hat", context="on the sofa", start=True):
     office.counsel.consult(goal_id)
     if start:
         active = office.counsel.fitted(office.goals.next())
-        office.mission.set_goal(active.goal, active.guidance)
+        office.mission.goals.set_goal(active.goal, active.guidance)
     return goal_id
 
 

@@ -79,7 +79,7 @@ def test_a_model_that_sees_adds_what_is_new(open_office):
     planned = office.counsel.plan(SearchRequest(object="hat"), 0.0)
     office.goals.add(planned)
     active = office.goals.next()
-    office.mission.set_goal(active.goal, active.guidance)
+    office.mission.goals.set_goal(active.goal, active.guidance)
     office.model.may_answer.release(2)
     for _ in range(3):
         run_next(office)

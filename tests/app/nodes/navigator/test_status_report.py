@@ -46,9 +46,9 @@ def mission():
 def test_stopped_is_shown_before_the_first_frame_too(report, mission):
     assert state_of(report, mission).state == "starting"
     assert state_of(report, mission).why == "waiting for the robot's camera info"
-    mission.stop()
+    mission.operator.stop()
     assert state_of(report, mission, lost=("depth",), refused="depth").state == "stopped"
-    mission.resume()
+    mission.operator.resume()
     assert state_of(report, mission).state == "starting"
 
 

@@ -87,7 +87,7 @@ def _find_reject_and_exhaust(profile) -> None:
     robot.ask("toilet")
     robot.search(60.0)
     assert robot.last.state is MissionState.FOUND
-    assert robot.mission.reject_find()
+    assert robot.mission.goals.reject_find()
     robot.search(120.0)
     assert robot.last.state is MissionState.EXHAUSTED
 
@@ -108,11 +108,11 @@ def _do_all_that_an_operator_may(profile) -> None:
     mission = robot.mission
     other = guidance.changed([dataclasses.replace(guidance.rows[0], level=Level.CERTAIN)])
     assert mission.preview(other) is not None
-    mission.set_guidance(other)
+    mission.goals.set_guidance(other)
     stroke = Stroke(wish="look_here", points=((5.0, 2.0),), radius_m=0.8)
-    assert mission.set_regions(RegionWeights([stroke]))
+    assert mission.operator.set_regions(RegionWeights([stroke]))
     robot.search(2.0)
-    assert mission.go_to((2.0, 2.0)) is not None
+    assert mission.operator.go_to((2.0, 2.0)) is not None
     robot.search(2.0)
     late = robot.world.observe()
     mission.step(dataclasses.replace(late, heatmap=None, stamp_ns=late.stamp_ns + 1))
@@ -120,7 +120,7 @@ def _do_all_that_an_operator_may(profile) -> None:
     touched = dataclasses.replace(robot.world.observe(), contact=True)
     mission.step(dataclasses.replace(touched, stamp_ns=late.stamp_ns + 2))
     mission.voxel_map.add_label("bookcase")
-    mission.cancel_goal()
+    mission.goals.cancel_goal()
     mission.step(dataclasses.replace(robot.world.observe(), stamp_ns=late.stamp_ns + 3))
 
 

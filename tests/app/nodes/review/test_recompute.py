@@ -63,7 +63,9 @@ def searched(tmp_path_factory):
     mission = Mission(config.mission, ZED, config.labels, config.seed)
     rows = tuple(LabelLevel(label=n, level=Level.AVERAGE, reason="") for n in config.labels)
     guidance = Guidance(ooi="plant", context="", provider="test", rows=rows)
-    mission.set_goal(Goal(goal_id=1, object="plant", display="plant", category="plant"), guidance)
+    mission.goals.set_goal(
+        Goal(goal_id=1, object="plant", display="plant", category="plant"), guidance
+    )
     table = ProximityTable(
         goal_id=1, object="plant", context="", provider="test", elapsed_ms=0.0,
         rows=[ProximityRow(label=n, level="average", reason="") for n in config.labels],

@@ -8,7 +8,8 @@ import pytest
 
 from ippon.geometry import make_transform
 from ippon.guidance.levels import Level
-from ippon.mission.behaviors.floor_check import Glance, GlanceConfig
+from ippon.mission.behaviors.config import FloorCheckConfig
+from ippon.mission.behaviors.floor_check import FloorCheck
 from ippon.planning.plan import NodeKind, Plan, TreeView, Viewpoint
 from ippon.robot import HABITAT
 
@@ -37,7 +38,7 @@ def base(yaw: float, x: float = 0.0) -> np.ndarray:
     return make_transform(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), (x, 0.0, 0.0))
 
 
-def look(glance: Glance, plan: Plan, *, turns: bool = True) -> tuple[float, float, float]:
+def look(glance: FloorCheck, plan: Plan, *, turns: bool = True) -> tuple[float, float, float]:
     """Carry a look out; returns heading and tilt at its end, and how long it took."""
     yaw, tilt = 0.0, 0.0
     for k in range(400):
@@ -52,7 +53,10 @@ def look(glance: Glance, plan: Plan, *, turns: bool = True) -> tuple[float, floa
 
 
 def test_looks_along_the_straight_way_once():
-    glance, plan = Glance(GlanceConfig(), HABITAT), plan_to(0.0, 2.0, cost_s=30.0, unseen_m=1.5)
+    glance, plan = (
+        FloorCheck(FloorCheckConfig(), HABITAT),
+        plan_to(0.0, 2.0, cost_s=30.0, unseen_m=1.5),
+    )
     yaw, tilt, took_s = look(glance, plan)
     assert yaw == pytest.approx(0.5 * math.pi, abs=0.1)
     assert tilt == pytest.approx(-0.7, abs=0.06)
@@ -72,18 +76,18 @@ def test_looks_along_the_straight_way_once():
     ids=["nothing unseen", "hardly a way round", "no target"],
 )
 def test_goes_on_where_a_look_would_not_pay(plan: Plan):
-    assert Glance(GlanceConfig(), HABITAT).step(plan, base(0.0), 0.0, DT_S) is None
+    assert FloorCheck(FloorCheckConfig(), HABITAT).step(plan, base(0.0), 0.0, DT_S) is None
 
 
 def test_is_given_up_where_the_robot_cannot_turn():
-    glance = Glance(GlanceConfig(), HABITAT)
+    glance = FloorCheck(FloorCheckConfig(), HABITAT)
     _, _, took_s = look(glance, plan_to(0.0, 2.0, cost_s=30.0, unseen_m=1.5), turns=False)
     assert took_s < 15.0
 
 
 def test_looks_down_at_what_keeps_it_from_a_room_once():
     plan = replace(plan_to(4.0, 0.0, cost_s=14.0, unseen_m=0.0), floor_gap=(0.0, -1.2))
-    glance = Glance(GlanceConfig(), HABITAT)
+    glance = FloorCheck(FloorCheckConfig(), HABITAT)
     assert glance.why == ""
     assert glance.step(plan, base(0.0), 0.0, DT_S) is not None
     assert glance.why == "looking at the floor that may lead to a room"
@@ -101,15 +105,15 @@ def test_what_may_be_the_object_comes_before_a_room(closer):
     assert plan.target is not None
     ends = replace(plan.target, kind=NodeKind.TERMINATING)
     plan = replace(plan, closer_look=True) if closer else replace(plan, target=ends)
-    assert Glance(GlanceConfig(), HABITAT).step(plan, base(0.0), 0.0, DT_S) is None
+    assert FloorCheck(FloorCheckConfig(), HABITAT).step(plan, base(0.0), 0.0, DT_S) is None
 
 
 def test_is_dropped_when_the_robot_was_taken_elsewhere():
-    glance = Glance(GlanceConfig(), HABITAT)
+    glance = FloorCheck(FloorCheckConfig(), HABITAT)
     assert glance.step(plan_to(0.0, 2.0, 30.0, 1.5), base(0.0), 0.0, DT_S) is not None
     assert glance.step(plan_to(3.0, 0.0, 2.0, 0.0), base(0.0, x=1.0), 0.0, DT_S) is None
 
 
 def test_times_without_meaning_are_refused():
     with pytest.raises(ValueError, match=r"at most 10; got 2\.0, 0\.0"):
-        GlanceConfig(hold_s=0.0)
+        FloorCheckConfig(hold_s=0.0)

@@ -3,7 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from ippon.mission.behaviors.look_around import LookAround, LookAroundConfig
+from ippon.mission.behaviors.config import LookAroundConfig
+from ippon.mission.behaviors.look_around import LookAround
 from ippon.robot import HABITAT, ZED, RobotProfile
 
 

@@ -1,12 +1,14 @@
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import pytest
 
 from ippon.command import Command
 from ippon.frame import NANOSECONDS
 from ippon.geometry import base_pose
-from ippon.mission.behaviors.recovery import Recovery, RecoveryConfig
+from ippon.mission.behaviors.config import RecoveryConfig
+from ippon.mission.behaviors.recovery import Recovery
 from ippon.robot import HABITAT, ZED, RobotProfile
 
 S = NANOSECONDS
@@ -14,31 +16,42 @@ HERE = base_pose(1.0, 2.0, 0.0, 0.0)
 DRIVE = Command(linear_m_s=0.4)
 
 
+def frame(stamp_ns, T_world_base, *, contact=False, tilt_rad=0.0):
+    return SimpleNamespace(
+        stamp_ns=stamp_ns, T_world_base=T_world_base, contact=contact, tilt_rad=tilt_rad
+    )
+
+
+def freeing(recovery, stamp_ns, tilt_rad):
+    action = recovery.act(SimpleNamespace(frame=frame(stamp_ns, HERE, tilt_rad=tilt_rad)))
+    return None if action is None else action.command
+
+
 def test_contact_is_reported_once_while_it_lasts() -> None:
     recovery = Recovery(RecoveryConfig(), ZED)
-    assert recovery.blocked(0, HERE, contact=True)
-    assert not recovery.blocked(S // 5, HERE, contact=True)
-    assert not recovery.blocked(2 * S, HERE, contact=False)
-    assert recovery.blocked(3 * S, HERE, contact=True)
+    assert recovery.is_blocked(frame(0, HERE, contact=True))
+    assert not recovery.is_blocked(frame(S // 5, HERE, contact=True))
+    assert not recovery.is_blocked(frame(2 * S, HERE, contact=False))
+    assert recovery.is_blocked(frame(3 * S, HERE, contact=True))
 
 
 @pytest.mark.parametrize("robot", [ZED, HABITAT])
 def test_backs_off_for_a_moment_or_turns_where_it_cannot(robot: RobotProfile) -> None:
     config = RecoveryConfig()
     recovery = Recovery(config, robot)
-    recovery.blocked(0, HERE, contact=True)
-    command = recovery.command(S // 10, -0.2)
+    recovery.is_blocked(frame(0, HERE, contact=True))
+    command = freeing(recovery, S // 10, -0.2)
     assert command is not None
     assert command.tilt_rad == -0.2
     assert (command.linear_m_s < 0) is robot.can_reverse
     assert (command.yaw_rate_rad_s > 0) is not robot.can_reverse
-    assert recovery.command(3 * S, 0.0) is None
+    assert freeing(recovery, 3 * S, 0.0) is None
 
 
 def test_backs_off_no_faster_than_it_may_drive() -> None:
     recovery = Recovery(RecoveryConfig(), dataclasses.replace(ZED, max_linear_m_s=0.1))
-    recovery.blocked(0, HERE, contact=True)
-    command = recovery.command(S // 10, 0.0)
+    recovery.is_blocked(frame(0, HERE, contact=True))
+    command = freeing(recovery, S // 10, 0.0)
     assert command is not None
     assert command.linear_m_s == -0.1
 
@@ -48,10 +61,10 @@ def test_a_robot_that_does_not_follow_its_commands_is_stuck() -> None:
     stuck_at = None
     for k in range(40):
         stamp = k * S // 5
-        if recovery.blocked(stamp, HERE, contact=False):
+        if recovery.is_blocked(frame(stamp, HERE, contact=False)):
             stuck_at = stamp
             break
-        recovery.watch(stamp, HERE, DRIVE)
+        recovery.watch(frame(stamp, HERE), DRIVE)
     assert stuck_at is not None
     assert 2.0 * S < stuck_at <= 2.4 * S
 
@@ -61,29 +74,29 @@ def test_a_moving_or_waiting_robot_is_not_stuck() -> None:
     for k in range(60):
         stamp = k * S // 5
         pose = base_pose(0.08 * k, 0.0, 0.0, 0.0)
-        assert not moving.blocked(stamp, pose, contact=False)
-        moving.watch(stamp, pose, DRIVE)
-        assert not waiting.blocked(stamp, HERE, contact=False)
-        waiting.watch(stamp, HERE, dataclasses.replace(DRIVE, linear_m_s=0.0))
+        assert not moving.is_blocked(frame(stamp, pose, contact=False))
+        moving.watch(frame(stamp, pose), DRIVE)
+        assert not waiting.is_blocked(frame(stamp, HERE, contact=False))
+        waiting.watch(frame(stamp, HERE), dataclasses.replace(DRIVE, linear_m_s=0.0))
 
 
 @pytest.mark.parametrize("robot", [ZED, HABITAT])
 def test_a_clock_that_starts_anew_ends_the_recovery(robot: RobotProfile) -> None:
     recovery = Recovery(RecoveryConfig(), robot)
-    recovery.blocked(1000 * S, HERE, contact=True)
-    assert recovery.command(1000 * S, 0.0) is not None
-    assert recovery.command(3 * S, 0.0) is None
+    recovery.is_blocked(frame(1000 * S, HERE, contact=True))
+    assert freeing(recovery, 1000 * S, 0.0) is not None
+    assert freeing(recovery, 3 * S, 0.0) is None
     # Nor does it go on when the new clock gets to where the old one was.
-    assert recovery.command(1000 * S, 0.0) is None
+    assert freeing(recovery, 1000 * S, 0.0) is None
 
 
 def test_a_clock_that_starts_anew_is_no_reason_to_count_as_stuck() -> None:
     recovery = Recovery(RecoveryConfig(stuck_after_s=2.0), ZED)
-    recovery.watch(100 * S, HERE, DRIVE)
-    assert not recovery.blocked(S, HERE, contact=False)
-    recovery.watch(S, HERE, DRIVE)
-    assert not recovery.blocked(2 * S, HERE, contact=False)
-    assert recovery.blocked(4 * S, HERE, contact=False), "it counts from the new clock on"
+    recovery.watch(frame(100 * S, HERE), DRIVE)
+    assert not recovery.is_blocked(frame(S, HERE, contact=False))
+    recovery.watch(frame(S, HERE), DRIVE)
+    assert not recovery.is_blocked(frame(2 * S, HERE, contact=False))
+    assert recovery.is_blocked(frame(4 * S, HERE, contact=False)), "it counts from the new clock on"
 
 
 @pytest.mark.parametrize("yaw", [0.0, math.pi])
@@ -92,6 +105,6 @@ def test_a_robot_whose_pose_trembles_is_stuck_whichever_way_it_faces(yaw: float)
     blocked = False
     for k in range(40):
         here = base_pose(1.0, 2.0, 0.0, yaw + 1e-3 * (-1) ** k)
-        blocked = blocked or recovery.blocked(k * S // 5, here, contact=False)
-        recovery.watch(k * S // 5, here, DRIVE)
+        blocked = blocked or recovery.is_blocked(frame(k * S // 5, here, contact=False))
+        recovery.watch(frame(k * S // 5, here), DRIVE)
     assert blocked

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from ippon.mission.behaviors.travel_pitch import TravelPitch, TravelPitchConfig
+from ippon.mission.behaviors.config import TravelPitchConfig
+from ippon.mission.behaviors.travel_pitch import TravelPitch
 from ippon.robot import HABITAT, ZED, RobotProfile
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ippon.mission.config import MissionConfig
-from ippon.mission.finds.context_check import is_elsewhere
-from ippon.mission.finds.image_check import SecondLookConfig
+from ippon.mission.finds.context_check import contradicts_context
+from ippon.mission.finds.image_check import ImageCheckConfig
 from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find, MissionState
 from tests.ippon.mission.conftest import Searcher, boxed_room
@@ -22,7 +22,7 @@ def searching(searcher, room):
 
     def search(boxes, context, seconds=200.0):
         # At outlines pixels mix: no find looks like itself in all of its voxels.
-        config = MissionConfig(second_look=SecondLookConfig(elsewhere_share=1.0))
+        config = MissionConfig(image_check=ImageCheckConfig(elsewhere_share=1.0))
         robot = searcher([*room(10.0, 4.0), *boxes], 1.0, 2.0, config=config)
         robot.ask("hat", context=context)
         results = robot.search(seconds)
@@ -89,4 +89,4 @@ def test_only_a_stated_thing_that_is_not_there_speaks_against_a_find(mapped, con
         box_px=None,
     )  # fmt: skip
     goal = Goal(goal_id=1, object="hat", display="hat", context=context, category=None)
-    assert is_elsewhere(find, goal, context, mapped) is elsewhere
+    assert contradicts_context(find, goal, context, mapped) is elsewhere

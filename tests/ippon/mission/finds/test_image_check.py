@@ -10,12 +10,12 @@ from ippon.camera import PinholeCamera
 from ippon.frame import Frame, Heatmap
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
 from ippon.mission.config import MissionConfig
-from ippon.mission.finds.image_check import SecondLook, SecondLookConfig, votes
+from ippon.mission.finds.image_check import ImageCheck, ImageCheckConfig, votes
 from ippon.mission.snapshot import Find, MissionState
 
 CAMERA = PinholeCamera.from_horizontal_fov(64, 48, 1.2)
 LABELS = ("wall", "chair")
-CONFIG = SecondLookConfig()
+CONFIG = ImageCheckConfig()
 AT = (2.0, 0.0, 1.0)
 """Right ahead of the camera."""
 
@@ -54,8 +54,8 @@ def find_of(centres: np.ndarray) -> Find:
     )
 
 
-def after(shares, *, small=False, config=CONFIG, **options) -> tuple[SecondLook, Find]:
-    look, centres = SecondLook(config, "hat", outline_voxels=math.inf if small else 0.0), voxels()
+def after(shares, *, small=False, config=CONFIG, **options) -> tuple[ImageCheck, Find]:
+    look, centres = ImageCheck(config, "hat", outline_voxels=math.inf if small else 0.0), voxels()
     find = find_of(centres)
     for share in shares:
         look.note(frame(share, **options), centres, [find])
@@ -88,7 +88,7 @@ def test_the_images_decide_by_their_average(share, small, against):
 def test_a_find_that_the_map_is_not_sure_of_must_look_like_it_more_often(
     share, probability, small, against
 ):
-    look, find = after([share] * 10, small=small, config=SecondLookConfig(unsure_share=0.6))
+    look, find = after([share] * 10, small=small, config=ImageCheckConfig(unsure_share=0.6))
     unsure = dataclasses.replace(find, probability=probability)
     assert look.contradicts(unsure) is against
 
@@ -116,7 +116,7 @@ def test_a_heatmap_that_comes_late_is_asked_too(searcher, room):
     robot.ask("bed")
     asked = []
     robot.search(30.0, until=lambda result: bool(result.snapshot.candidates))
-    robot.mission._search.second_look.note = lambda frame, *_: asked.append(frame.heatmap)
+    robot.mission.search.image_check.observe = lambda frame, *_: asked.append(frame.heatmap)
     frame = robot.world.observe()
     robot.mission.observe(dataclasses.replace(frame, heatmap=None))
     robot.mission.learn(frame)
@@ -139,19 +139,19 @@ def test_another_find_starts_anew():
         {"unsure_share": 1.5},
         {"sure": -1.0},
         {"reconsidered_share": 1.01},
-        {"enough_images": 0},
+        {"min_images": 0},
         {"images": 5},
     ],
 )
 def test_a_config_without_meaning_is_refused(wrong):
     with pytest.raises(ValueError, match="must lie in"):
-        SecondLookConfig(**wrong)
+        ImageCheckConfig(**wrong)
 
 
 @pytest.mark.parametrize("wrong", [{"idle_gain": -0.1}, {"idle_steps": 0}])
 def test_an_end_of_exploring_without_meaning_is_refused(wrong):
     with pytest.raises(ValueError, match="idle_gain must not be negative"):
-        SecondLookConfig(**wrong)
+        ImageCheckConfig(**wrong)
 
 
 @pytest.fixture
@@ -161,8 +161,8 @@ def doubter(searcher, room):
 
     def search(seconds, **doubts):
         # At outlines pixels mix: no find looks like itself in all of its voxels.
-        doubt = SecondLookConfig(least_share=1.0, enough_images=1, **doubts)
-        robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=MissionConfig(second_look=doubt))
+        doubt = ImageCheckConfig(least_share=1.0, min_images=1, **doubts)
+        robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=MissionConfig(image_check=doubt))
         robot.ask("bed")
         results = robot.search(seconds)
         return robot, results, [event for r in results for event in r.snapshot.events]
@@ -200,7 +200,7 @@ def test_a_second_doubt_is_final(doubter):
 @pytest.mark.parametrize(("enough", "waits"), [(1, False), (40, True)])
 def test_a_find_that_few_images_have_shown_is_looked_at_first(searcher, room, enough, waits):
     bed = ("bed", "bed", (2.4, 1.2, 0.0), (4.2, 3.0, 0.55))
-    config = MissionConfig(second_look=SecondLookConfig(enough_images=enough))
+    config = MissionConfig(image_check=ImageCheckConfig(min_images=enough))
     robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=config)
     robot.ask("bed")
     results = robot.search(60.0)
@@ -212,7 +212,7 @@ def test_a_find_that_few_images_have_shown_is_looked_at_first(searcher, room, en
 
 @pytest.mark.parametrize(("outline_voxels", "against"), [(133, False), (132, True)])
 def test_a_small_thing_that_fills_many_voxels_is_no_mere_outline(outline_voxels, against):
-    look = SecondLook(CONFIG, "hat", outline_voxels=outline_voxels)
+    look = ImageCheck(CONFIG, "hat", outline_voxels=outline_voxels)
     find = find_of(voxels())
     assert find.voxels == 133
     for _ in range(10):
@@ -220,13 +220,13 @@ def test_a_small_thing_that_fills_many_voxels_is_no_mere_outline(outline_voxels,
     assert look.contradicts(find) is against
 
 
-@pytest.mark.parametrize(("speck_share", "state"), [(0.5, "found"), (2.0, "exhausted")])
+@pytest.mark.parametrize(("single_voxel_share", "state"), [(0.5, "found"), (2.0, "exhausted")])
 def test_a_small_thing_that_fills_one_voxel_is_found_in_front_of_the_robot(
-    searcher, room, speck_share, state
+    searcher, room, single_voxel_share, state
 ):
     table = ("table", "table", (3.0, 1.5, 0.0), (3.6, 2.3, 0.7))
     mug = ("mug", "objects", (3.02, 1.92, 0.7), (3.08, 1.98, 0.76))
-    config = MissionConfig(second_look=SecondLookConfig(speck_share=speck_share))
+    config = MissionConfig(image_check=ImageCheckConfig(single_voxel_share=single_voxel_share))
     robot = searcher([*room(5.0, 4.0), table, mug], 1.0, 2.0, config=config)
     robot.ask("mug")
     robot.search(150.0)
@@ -234,8 +234,8 @@ def test_a_small_thing_that_fills_one_voxel_is_found_in_front_of_the_robot(
     assert [c.voxels for c in robot.last.candidates] == [1]
     if state == "found":
         assert np.hypot(*(robot.at - np.array(robot.last.find.position_world[:2]))) < 1.0
-        assert robot.mission.reject_find()
-        planner, search = robot.mission._planner, robot.mission._search
+        assert robot.mission.goals.reject_find()
+        planner, search = robot.mission._planner, robot.mission.search
         assert planner._termination_min == search.termination_min == 1.0, "as before"
 
 
@@ -243,15 +243,15 @@ def test_a_small_thing_that_fills_one_voxel_is_found_in_front_of_the_robot(
 def test_what_looks_like_the_object_from_nearby_is_not_denied_for_how_it_looked_from_afar(
     near, against
 ):
-    look, find = after([0.2] * 30 + [near] * CONFIG.enough_images)
+    look, find = after([0.2] * 30 + [near] * CONFIG.min_images)
     assert look.share(find) < CONFIG.least_share
     assert look.contradicts(find) is against
-    look, find = after([0.2] * 30 + [near] * (CONFIG.enough_images // 2))
+    look, find = after([0.2] * 30 + [near] * (CONFIG.min_images // 2))
     assert look.contradicts(find), "half as many are too few"
 
 
 def test_the_last_images_alone_do_not_save_a_find():
-    last = CONFIG.enough_images
+    last = CONFIG.min_images
     look, find = after([0.2] * 40 + [0.5] * last)
     assert look.contradicts(find), "0.26 in all, 0.5 in the last"
     look, find = after([0.6] * 40 + [0.1] * last)

@@ -67,7 +67,7 @@ def test_an_answer_for_a_goal_that_is_over_is_dropped(open_office):
     office = open_office(Model())
     search(office, "hat")
     office.goals.conclude("cancelled")
-    office.mission.cancel_goal()
+    office.mission.goals.cancel_goal()
     search(office, "toilet", "")
     before = office.goals.active().guidance
     office.model.asked.get(timeout=120.0)

@@ -109,7 +109,7 @@ def test_levels_that_the_operator_set_are_there_for_the_next_start(
         assert rows["toilet"] == ("near", BY_OPERATOR)
         assert rows["sofa"] == ("average", BY_OPERATOR)
         assert [name for name, (_, why) in rows.items() if why == BY_OPERATOR] == ["sofa", "toilet"]
-        levels = dict(zip(MATTERPORT_40, navigator._mission._search.guidance.levels(), strict=True))
+        levels = dict(zip(MATTERPORT_40, navigator._mission.search.guidance.levels(), strict=True))
         assert levels["toilet"] == Level.NEAR
         # They go on to be kept.
         assert [g.edits for g in navigator._goals.unfinished()] == [

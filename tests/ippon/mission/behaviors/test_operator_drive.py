@@ -52,7 +52,7 @@ def mission():
         context="",
         category=resolved.category,
     )
-    mission.set_goal(goal, guidance_of(""))
+    mission.goals.set_goal(goal, guidance_of(""))
     return mission
 
 
@@ -72,21 +72,21 @@ def test_goes_to_the_point_and_then_on_with_the_search(world, mission):
         step(world, mission)
     x, y = at(world)
     ways = [
-        (mission.go_to((x + r * math.cos(a), y + r * math.sin(a))), r, a)
+        (mission.operator.go_to((x + r * math.cos(a), y + r * math.sin(a))), r, a)
         for r in (1.5, 1.0, 0.7)
         for a in (0.0, 1.6, 3.1, -1.6)
     ]
     way, r, a = next(entry for entry in ways if entry[0] is not None)
     assert way >= 0.0
     goal = (x + r * math.cos(a), y + r * math.sin(a))
-    assert mission.go_to(goal) is not None
+    assert mission.operator.go_to(goal) is not None
     result = step(world, mission)
     assert result.snapshot.state is MissionState.MANUAL
     assert "going to your point" in result.snapshot.why
     texts = []
     for _ in range(80):
         texts += [event.text for event in step(world, mission).snapshot.events]
-        if mission.waypoint is None:
+        if mission.operator.waypoint is None:
             break
     assert "at the point that you chose" in texts
     assert math.dist(at(world), goal) < 0.9, "at most the reach of a point on a table"
@@ -94,16 +94,16 @@ def test_goes_to_the_point_and_then_on_with_the_search(world, mission):
 
 
 def test_a_point_beyond_the_map_has_no_way_and_changes_nothing(world, mission):
-    assert mission.go_to((0.0, 0.0)) is None, "there was no frame yet"
+    assert mission.operator.go_to((0.0, 0.0)) is None, "there was no frame yet"
     step(world, mission)
     before = mission.state
-    assert mission.go_to((500.0, 500.0)) is None
-    assert mission.waypoint is None
+    assert mission.operator.go_to((500.0, 500.0)) is None
+    assert mission.operator.waypoint is None
     assert mission.state is before
 
 
 def test_by_hand_the_map_and_the_tree_grow_and_auto_plans_anew(world, mission):
-    mission.drive(DriveMode.MANUAL)
+    mission.operator.drive(DriveMode.MANUAL)
     first = step(world, mission)
     assert first.snapshot.state is MissionState.MANUAL
     assert [e.text for e in first.snapshot.events][-1] == "the operator drives"
@@ -113,7 +113,7 @@ def test_by_hand_the_map_and_the_tree_grow_and_auto_plans_anew(world, mission):
     assert mission.voxel_map.revision > revision
     assert result.snapshot.plan is not None
     assert len(result.snapshot.plan.tree.parents) > 1
-    mission.drive(DriveMode.AUTO)
+    mission.operator.drive(DriveMode.AUTO)
     result = step(world, mission)
     assert result.snapshot.state is MissionState.LOOKING_AROUND
     assert result.command.tilt_rad != 0.0 or result.command.yaw_rate_rad_s != 0.0
@@ -123,9 +123,9 @@ def test_driving_by_hand_ends_the_way_to_a_point_and_never_counts_as_stuck(world
     for _ in range(12):
         step(world, mission)
     x, y = at(world)
-    mission.go_to((x, y))
-    mission.drive(DriveMode.ASSISTED)
-    assert mission.waypoint is None
+    mission.operator.go_to((x, y))
+    mission.operator.drive(DriveMode.ASSISTED)
+    assert mission.operator.waypoint is None
     kinds = []
     for _ in range(20):  # The operator holds nothing: the robot stands for four seconds.
         result = mission.step(world.observe())
@@ -164,7 +164,7 @@ def test_painting_takes_effect_with_the_next_plan(world, mission):
     plan = [step(world, mission) for _ in range(12)][-1].snapshot.plan
     x, y, _ = plan.target.position_world
     gone = Stroke(wish="not_here", points=((x, y),), radius_m=5.0)
-    assert mission.set_regions(RegionWeights((gone,)))
+    assert mission.operator.set_regions(RegionWeights((gone,)))
     after = step(world, mission).snapshot.plan
     assert after.tree.gains.max() < plan.tree.gains.max()
-    assert mission.set_regions(None)
+    assert mission.operator.set_regions(None)

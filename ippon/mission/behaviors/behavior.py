@@ -1,0 +1,69 @@
+"""The interface of a behavior: a situation in, an action out or nothing."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from ippon.command import Command
+from ippon.control.path_follower import PathFollower
+from ippon.frame import Frame
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.mission.search import Search
+from ippon.mission.snapshot import MissionState
+from ippon.planning.plan import Plan
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """What the robot does until the next frame, and what the operator is told of it."""
+
+    command: Command
+    state: MissionState | None = None
+    """The new state of the search; None leaves it as it is."""
+    why: str | None = None
+    """The new reason that the operator reads; None leaves it as it is."""
+    plan: Plan | None = None
+    """Replaces the planner's plan on the screen."""
+
+
+@dataclass(slots=True)
+class Situation:
+    """One frame and the plan that was made on it."""
+
+    frame: Frame
+    dt_s: float
+    """Since the last frame."""
+    plan: Plan
+    search: Search | None
+    """The running search; None where the robot only drives to the operator's point."""
+    follower: PathFollower
+    voxel_map: VoxelMap
+    _followed: Command | None = field(default=None, init=False)
+
+    @property
+    def hold(self) -> Command:
+        """The command that keeps the robot where it is, with the camera as it is."""
+        return Command(tilt_rad=self.frame.tilt_rad)
+
+    def follow(self, plan: Plan) -> Command:
+        """Step the path follower along a plan's path; `follower.reached` tells of its end."""
+        return self.follower.step(
+            plan,
+            self.frame.T_world_base,
+            self.frame.tilt_rad,
+            self.voxel_map.arrays(),
+            self.dt_s,
+        )
+
+    def follow_plan(self) -> Command:
+        """Follow the planner's plan; the follower is stepped by the first call only."""
+        if self._followed is None:
+            self._followed = self.follow(self.plan)
+        return self._followed
+
+
+class Behavior(Protocol):
+    """One way to act; see `ippon.mission.behaviors.priority` for their order."""
+
+    def act(self, situation: Situation) -> Action | None:
+        """Return what to do, or None to leave it to the behaviors of lower priority."""
+        ...

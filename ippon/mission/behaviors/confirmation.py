@@ -1,0 +1,78 @@
+"""Decides in front of a candidate whether it is the object (Sec. Node Selection)."""
+
+from ippon.command import Command
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.mission.behaviors.behavior import Action, Situation
+from ippon.mission.config import MissionConfig
+from ippon.mission.finds.context_check import contradicts_context
+from ippon.mission.finds.find_geometry import find_from, nearest_find, reached_find
+from ippon.mission.finds.rejection import set_aside
+from ippon.mission.journal import Journal
+from ippon.mission.search import Search
+from ippon.mission.snapshot import Find, MissionState
+
+
+class Confirmation:
+    """Ends the search at a terminating viewpoint, unless the evidence speaks against the find."""
+
+    def __init__(self, config: MissionConfig, voxel_map: VoxelMap, journal: Journal) -> None:
+        self._confirm_steps = config.confirm_steps
+        self._min_images = config.image_check.min_images
+        self._voxel_map = voxel_map
+        self._journal = journal
+
+    def act(self, situation: Situation) -> Action | None:
+        """See `Behavior.act`."""
+        search, plan = situation.search, situation.plan
+        if search is None:
+            return None
+        still = Command(tilt_rad=situation.follow_plan().tilt_rad)
+        arrived = plan.ends_search and situation.follower.reached
+        # One frame that does not show the object weighs no more than one that does.
+        search.arrived_steps = max(0, search.arrived_steps + (1 if arrived else -1))
+        elsewhere = plan.ends_search and not arrived
+        if elsewhere or search.arrived_steps < self._confirm_steps:
+            return None
+        find = self._find_here(situation, search)
+        if find is None:
+            # The voxels that led here have disappeared.
+            search.arrived_steps = 0
+            return None
+        return self._judge(situation, search, find, still)
+
+    def _judge(self, situation: Situation, search: Search, find: Find, still: Command) -> Action:
+        """Conclude with a find, wait for more images of it, or set it aside."""
+        display = search.goal.display
+        objection = self._objection(search, find)
+        waited = search.arrived_steps - self._confirm_steps
+        unsure = objection is not None or search.image_check.share(find) is None
+        if unsure and waited < self._min_images:
+            return Action(still, MissionState.APPROACHING, f"looking whether that is {display}")
+        if objection is not None:
+            why = f"what seemed to be {display} {objection}: going on"
+            set_aside(search, self._voxel_map, find)
+            self._journal.note("doubted", why)
+            return Action(still, MissionState.SEARCHING, why)
+        search.find = find
+        why = search.found_text(situation.frame.T_world_base)
+        self._journal.note(MissionState.FOUND.value, why)
+        return Action(still, MissionState.FOUND, why)
+
+    def _find_here(self, situation: Situation, search: Search) -> Find | None:
+        """Return the candidate that the robot stands in front of; None where there is none."""
+        candidates, T_world_base = search.candidates, situation.frame.T_world_base
+        plan = situation.plan
+        if plan.out_of_reach_m is not None:
+            return find_from(candidates, T_world_base, plan.out_of_reach_m)
+        find = reached_find(candidates, T_world_base)
+        if find is None and plan.ends_search:
+            return nearest_find(candidates, T_world_base)
+        return find
+
+    def _objection(self, search: Search, find: Find) -> str | None:
+        """Return the objection to a find, stricter where the operator's context contradicts it."""
+        objection = search.objection(find, elsewhere=False)
+        context = search.guidance.context
+        if objection is None and contradicts_context(find, search.goal, context, self._voxel_map):
+            return search.objection(find, elsewhere=True)
+        return objection

@@ -1,0 +1,55 @@
+"""Whether a find is large enough and small enough to be the object."""
+
+from dataclasses import dataclass
+
+from ippon.guidance.knowledge import load_knowledge
+from ippon.mission.finds.termination import is_small, termination_voxels
+from ippon.mission.goal import Goal
+from ippon.mission.snapshot import Find
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SizeCheckConfig:
+    """Bounds on the size of a find."""
+
+    unsure_factor: float = 2.5
+    """Multiplies T_min for a large object whose posterior is not sure; more doubts more finds."""
+    relaxed_share: float = 0.5
+    """Share of T_min that ends a search where no more of a small object can be seen."""
+    oversize_share: float = 1.25
+    """Largest extent of a find, as a share of the longest side of an ordinary specimen."""
+    oversize_voxels: float = 2.0
+    """Added to that, in voxels: the map blurs edges."""
+    near_m: float = 2.0
+    """Within this distance nothing more of an object will come into view."""
+
+
+class SizeCheck:
+    """Compares finds with the size of the object."""
+
+    def __init__(self, config: SizeCheckConfig, goal: Goal, voxel_size_m: float) -> None:
+        self._config = config
+        self.small = is_small(goal.object, goal.category)
+        """The object is one that a single voxel of the map may hold."""
+        self.termination_min = termination_voxels(goal.object, goal.category, voxel_size_m)
+        """T_min, not relaxed."""
+        self._longest_m = config.oversize_share * load_knowledge().size_m(goal.object)
+        self._longest_m += config.oversize_voxels * voxel_size_m
+
+    def is_too_large(self, find: Find) -> bool:
+        """Return whether a find is larger than any ordinary specimen."""
+        return max(find.size_m) > self._longest_m
+
+    def is_too_little(self, find: Find, *, sure: bool) -> bool:
+        """Return whether too few voxels of a large object show.
+
+        Args:
+            find: Where the search would end.
+            sure: The posterior of its voxels is sure.
+        """
+        factor = 1.0 if sure else self._config.unsure_factor
+        return not self.small and find.voxels <= factor * self.termination_min
+
+    def is_single_voxel(self, find: Find) -> bool:
+        """Return whether a find of a small object has no more than T_min voxels."""
+        return self.small and find.voxels <= self.termination_min
