@@ -1,7 +1,5 @@
 """Reads the command line and runs the command, importing only what that command needs."""
 
-import logging
-import os
 import sys
 from collections.abc import Sequence
 from typing import assert_never
@@ -10,11 +8,10 @@ import tyro
 
 from app.cli.options import commands as options
 from app.errors import UsageError
-from app.process.kernel_cache import use_kernel_cache
+from app.process.environment import prepare_process
 
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
-LOG_LEVELS = ("DEBUG", "INFO", "WARNING", "ERROR")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -37,34 +34,6 @@ def run(arguments: Sequence[str]) -> int:
         return EXIT_USAGE
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
-
-
-def prepare_process() -> None:
-    """Set what must stand before numba, numpy or open3d load their thread pools.
-
-    Raises:
-        UsageError: `IPPON_LOG` names no level.
-    """
-    # A worker that spins while the other core is busy makes a kernel up to 13 times slower.
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    os.environ.setdefault("GOMP_SPINCOUNT", "0")
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    use_kernel_cache()
-    logging.basicConfig(
-        level=_log_level(os.environ.get("IPPON_LOG", "INFO")),
-        format="%(asctime)s %(levelname)-7s %(name)s: %(message)s",
-        datefmt="%H:%M:%S",
-        stream=sys.stderr,
-    )
-    for chatty in ("httpx", "httpx2", "websockets"):
-        # They tell of every request and connection, which is for whoever debugs them.
-        logging.getLogger(chatty).setLevel(logging.WARNING)
-
-
-def _log_level(name: str) -> str:
-    if name.upper() not in LOG_LEVELS:
-        raise UsageError(f"IPPON_LOG is one of {', '.join(LOG_LEVELS)}; got {name!r}")
-    return name.upper()
 
 
 def _dispatch(command: options.Command) -> int:
@@ -118,7 +87,7 @@ def _dispatch(command: options.Command) -> int:
 
             return run_levels(command)
         case options.Eval():
-            from app.cli.tools.evaluate import run_eval
+            from app.cli.evaluation.dispatch import run_eval
 
             return run_eval(command.command)
         case options.Profile():
