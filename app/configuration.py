@@ -127,7 +127,7 @@ def changed(config: Config, changes: Mapping[str, Any], path: Names = ()) -> Con
         else:
             values[name] = _converted(value, hints[name], (*path, name))
     try:
-        return replace(config, **values)  # pyright: ignore[reportType]
+        return replace(typing.cast("Any", config), **values)
     except ValueError as error:
         where = _dotted((*path, *values)) if len(values) == 1 else _dotted(path)
         raise ConfigurationError(f"{where or 'configuration'}: {error}") from error

@@ -2,11 +2,13 @@
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import assert_never
 
 import tyro
 
 from app.cli.options import commands as options
+from app.cli.options.evaluation import EvalRun
 from app.errors import UsageError
 from app.process.environment import prepare_process
 
@@ -16,24 +18,45 @@ EXIT_INTERRUPTED = 130
 
 def run(arguments: Sequence[str]) -> int:
     """Run one command and return its exit status."""
-    command: options.Command = tyro.cli(  # pyright: ignore[reportAssignmentType]
+    command = _parse(arguments)
+    try:
+        prepare_process()
+        return _dispatch(_with_config_file(command, arguments))
+    except UsageError as error:
+        print(f"ippon: {error}", file=sys.stderr)
+        return EXIT_USAGE
+    except KeyboardInterrupt:
+        return EXIT_INTERRUPTED
+
+
+def _parse(arguments: Sequence[str], default: options.Command | None = None) -> options.Command:
+    return tyro.cli(
         options.Command,  # pyright: ignore[reportArgumentType]
         args=list(arguments),
+        default=tyro.MISSING if default is None else default,
         prog="ippon",
         description=(
             "Find things with a robot: a live 3D map of object probabilities, common sense, and "
             "informative path planning, steered from the browser."
         ),
         config=(tyro.conf.OmitSubcommandPrefixes,),
-    )
-    try:
-        prepare_process()
-        return _dispatch(command)
-    except UsageError as error:
-        print(f"ippon: {error}", file=sys.stderr)
-        return EXIT_USAGE
-    except KeyboardInterrupt:
-        return EXIT_INTERRUPTED
+    )  # pyright: ignore[reportReturnType]
+
+
+def _with_config_file(command: options.Command, arguments: Sequence[str]) -> options.Command:
+    """Return the command with its configuration file below the flags that were given."""
+    target = command.command if isinstance(command, options.Eval) else command
+    if getattr(target, "config", None) is None:
+        return command
+    from app.cli.config_file import with_file
+
+    match command:
+        case options.Navigate() | options.Demo():
+            return _parse(arguments, with_file(command))
+        case options.Eval(command=EvalRun() as run):
+            return _parse(arguments, replace(command, command=with_file(run)))
+        case _:
+            return command
 
 
 def _dispatch(command: options.Command) -> int:
@@ -94,6 +117,10 @@ def _dispatch(command: options.Command) -> int:
             from app.cli.tools.profile import run_profile
 
             return run_profile(command)
+        case options.Config():
+            from app.cli.tools.config import run_config
+
+            return run_config(command)
         case options.Doctor():
             from app.cli.tools.doctor import run_doctor
 

@@ -124,7 +124,7 @@ def settings_of(
         "command": {
             k: [str(p) for p in v] if isinstance(v, tuple) else str(v)
             for k, v in dataclasses.asdict(config).items()
-            if k != "out"
+            if k not in {"out", "config"}
         },
         "version": version,
         "configurations": {

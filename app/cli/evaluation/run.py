@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress, TaskID
 
+from app.cli.config_file import beyond_flags, read_config
 from app.cli.evaluation.progress import progress_bar
 from app.cli.options.evaluation import EvalRun
 from app.evaluation.run import run_evaluation
@@ -18,9 +19,14 @@ EXIT_FAILED = 1
 def run_eval_run(command: EvalRun) -> int:
     """Run the evaluation; exit status 1 when an episode failed with an error."""
     screen = Console(file=sys.stderr)
+    tree = read_config(command.config)
+    unused = sorted(set(tree) - {"mission"})
+    if unused:
+        screen.print(f"an evaluation takes only mission from the file, not {', '.join(unused)}")
+    changes = beyond_flags(EvalRun, tree).get("mission", {})
     try:
         with TerminalObserver(screen) as observer:
-            result = run_evaluation(command, observer)
+            result = run_evaluation(command, observer, changes)
     except KeyboardInterrupt:
         screen.print(f"interrupted; to continue, start again with --out {command.out}")
         raise

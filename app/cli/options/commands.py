@@ -54,6 +54,9 @@ class Demo:
     rooms: bool = False
     """Rate common objects by the type of room that they stand in, where it is clear: a sink in a
     kitchen is far from a toilet."""
+    config: Path | None = None
+    """Configuration file, YAML or JSON, with any of the fields that `ippon config` prints. A flag
+    that is given wins over the file."""
     llm: Llm = field(default_factory=Llm)
 
 
@@ -119,6 +122,9 @@ class Navigate:
     rooms: bool = False
     """Rate common objects by the type of room that they stand in, where it is clear: a sink in a
     kitchen is far from a toilet."""
+    config: Path | None = None
+    """Configuration file, YAML or JSON, with any of the fields that `ippon config` prints. A flag
+    that is given wins over the file."""
     segmentation: NavigatorSegmentation = field(default_factory=NavigatorSegmentation)
     llm: Llm = field(default_factory=Llm)
     parent_pid: int | None = None
@@ -341,6 +347,18 @@ class Profile:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Config:
+    """Print every configuration field with its default, unit and explanation; or check a file.
+
+    `ippon config > search.yaml`, delete what stays as it is, change the rest, then `ippon config
+    search.yaml` and `ippon navigate --config search.yaml`.
+    """
+
+    file: Positional[Path | None] = None
+    """A YAML or JSON file to check: prints the fields that differ from their defaults."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Doctor:
     """What is installed, reachable and fast enough; or whether a recording is whole."""
 
@@ -369,5 +387,6 @@ Command = (
     | Annotated[Levels, tyro.conf.subcommand("levels")]
     | Annotated[Eval, tyro.conf.subcommand("eval")]
     | Annotated[Profile, tyro.conf.subcommand("profile")]
+    | Annotated[Config, tyro.conf.subcommand("config")]
     | Annotated[Doctor, tyro.conf.subcommand("doctor")]
 )

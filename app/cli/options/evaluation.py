@@ -18,6 +18,10 @@ class EvalRun(EvaluationConfig):
     kill, it continues with the episodes that are missing.
     """
 
+    config: Path | None = None
+    """Configuration file, YAML or JSON: its `mission` replaces defaults of the searches; `ippon
+    config` prints the fields. A flag that is given wins over the file."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EvalReport:
