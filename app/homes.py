@@ -1,26 +1,28 @@
-"""`--home`: a seed, the seed of a large floor, or a folder; `--homes`: many of them."""
+"""Homes by name: a seed, the seed of a large building's floor, or a folder with a scene."""
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Final
 
 from app.errors import UsageError
+from ippon.errors import SceneError
+from ippon.simulation.homes.config import HomeConfig
+from ippon.simulation.homes.generator import generate_home
+from ippon.simulation.scene import Scene
+from ippon.simulation.scene_reader import load_scene
 
-if TYPE_CHECKING:
-    from ippon.simulation.scene import Scene
-
-_MAX_HOMES = 100_000
-_MAX_SEED = 2**31 - 1
-_LARGE_FLOOR = "floor:"
-"""Stands before the seed of a large building's floor."""
-_FLOOR_STARTS = 24
+_MAX_HOMES: Final = 100_000
+_MAX_SEED: Final = 2**31 - 1
+_LARGE_FLOOR: Final = "floor:"
+"""Prefix of the seed of a large building's floor."""
+_FLOOR_START_POSES: Final = 24
 
 
 def check_home(text: str) -> None:
-    """Refuse what is neither a seed, that of a large floor, nor a folder with a home.
+    """Check that a text names a home: a seed, floor:SEED, or a folder with a scene.
 
     Raises:
-        UsageError: With what would work.
+        UsageError: It does not; the text says what would work.
     """
     seed = _seed_of(text)
     if seed is not None:
@@ -38,37 +40,30 @@ def check_home(text: str) -> None:
         raise UsageError(f"the folder {text} holds no {' and no '.join(missing)}")
 
 
-def load_home(text: str) -> "Scene":
+def load_home(text: str) -> Scene:
     """Generate or load the home.
 
     Raises:
-        UsageError: There is none, or it is damaged.
+        UsageError: There is no such home, or its files are damaged.
     """
     check_home(text)
-    from ippon.errors import SceneError
-
     try:
         seed = _seed_of(text)
         if seed is not None:
-            from ippon.simulation.homes.config import HomeConfig
-            from ippon.simulation.homes.generator import generate_home
-
             if text.startswith(_LARGE_FLOOR):
-                large = HomeConfig(layout="floor", start_count=_FLOOR_STARTS)
+                large = HomeConfig(layout="floor", start_count=_FLOOR_START_POSES)
                 return generate_home(seed, config=large)
             return generate_home(seed)
-        from ippon.simulation.scene_reader import load_scene
-
         return load_scene(Path(text))
     except SceneError as error:
         raise UsageError(f"home {text}: {error}") from error
 
 
 def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
-    """Write ranges of seeds out, check every home, and name each once.
+    """Return the homes that texts name, each once; ranges of seeds are written out.
 
     Raises:
-        UsageError: With what would work.
+        UsageError: It does not; the text says what would work.
     """
     out: list[str] = []
     for part in (p for text in homes for p in text.split(",") if p):
@@ -91,12 +86,12 @@ def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
 
 
 def home_key(text: str) -> str:
-    """Return what all ways to write one home have in common: its seed, or its folder's place."""
+    """Return one name for all spellings of a home: its seed, or its folder's absolute path."""
     return f"seed {text}" if _seed_of(text) is not None else str(Path(text).resolve())
 
 
 def _seed_of(text: str) -> int | None:
-    """Return the seed of what is generated, None for a folder."""
+    """Return the seed of a generated home, None for a folder."""
     return _number(text.removeprefix(_LARGE_FLOOR))
 
 

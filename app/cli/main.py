@@ -1,37 +1,27 @@
 """Reads the command line and runs the command, importing only what that command needs."""
 
-import logging
-import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import assert_never
 
 import tyro
 
 from app.cli.options import commands as options
+from app.cli.options.evaluation import EvalRun
 from app.errors import UsageError
-from app.process.kernel_cache import use_kernel_cache
+from app.process.environment import prepare_process
 
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
-LOG_LEVELS = ("DEBUG", "INFO", "WARNING", "ERROR")
 
 
 def run(arguments: Sequence[str]) -> int:
     """Run one command and return its exit status."""
-    command: options.Command = tyro.cli(  # pyright: ignore[reportAssignmentType]
-        options.Command,  # pyright: ignore[reportArgumentType]
-        args=list(arguments),
-        prog="ippon",
-        description=(
-            "Find things with a robot: a live 3D map of object probabilities, common sense, and "
-            "informative path planning, steered from the browser."
-        ),
-        config=(tyro.conf.OmitSubcommandPrefixes,),
-    )
+    command = _parse(arguments)
     try:
         prepare_process()
-        return _dispatch(command)
+        return _dispatch(_with_config_file(command, arguments))
     except UsageError as error:
         print(f"ippon: {error}", file=sys.stderr)
         return EXIT_USAGE
@@ -39,32 +29,34 @@ def run(arguments: Sequence[str]) -> int:
         return EXIT_INTERRUPTED
 
 
-def prepare_process() -> None:
-    """Set what must stand before numba, numpy or open3d load their thread pools.
-
-    Raises:
-        UsageError: `IPPON_LOG` names no level.
-    """
-    # A worker that spins while the other core is busy makes a kernel up to 13 times slower.
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    os.environ.setdefault("GOMP_SPINCOUNT", "0")
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    use_kernel_cache()
-    logging.basicConfig(
-        level=_log_level(os.environ.get("IPPON_LOG", "INFO")),
-        format="%(asctime)s %(levelname)-7s %(name)s: %(message)s",
-        datefmt="%H:%M:%S",
-        stream=sys.stderr,
-    )
-    for chatty in ("httpx", "httpx2", "websockets"):
-        # They tell of every request and connection, which is for whoever debugs them.
-        logging.getLogger(chatty).setLevel(logging.WARNING)
+def _parse(arguments: Sequence[str], default: options.Command | None = None) -> options.Command:
+    return tyro.cli(
+        options.Command,  # pyright: ignore[reportArgumentType]
+        args=list(arguments),
+        default=tyro.MISSING if default is None else default,
+        prog="ippon",
+        description=(
+            "Find things with a robot: a live 3D map of object probabilities, common sense, and "
+            "informative path planning, steered from the browser."
+        ),
+        config=(tyro.conf.OmitSubcommandPrefixes,),
+    )  # pyright: ignore[reportReturnType]
 
 
-def _log_level(name: str) -> str:
-    if name.upper() not in LOG_LEVELS:
-        raise UsageError(f"IPPON_LOG is one of {', '.join(LOG_LEVELS)}; got {name!r}")
-    return name.upper()
+def _with_config_file(command: options.Command, arguments: Sequence[str]) -> options.Command:
+    """Return the command with its configuration file below the flags that were given."""
+    target = command.command if isinstance(command, options.Eval) else command
+    if getattr(target, "config", None) is None:
+        return command
+    from app.cli.config_file import with_file
+
+    match command:
+        case options.Navigate() | options.Demo():
+            return _parse(arguments, with_file(command))
+        case options.Eval(command=EvalRun() as run):
+            return _parse(arguments, replace(command, command=with_file(run)))
+        case _:
+            return command
 
 
 def _dispatch(command: options.Command) -> int:
@@ -118,13 +110,17 @@ def _dispatch(command: options.Command) -> int:
 
             return run_levels(command)
         case options.Eval():
-            from app.cli.tools.evaluate import run_eval
+            from app.cli.evaluation.dispatch import run_eval
 
             return run_eval(command.command)
         case options.Profile():
             from app.cli.tools.profile import run_profile
 
             return run_profile(command)
+        case options.Config():
+            from app.cli.tools.config import run_config
+
+            return run_config(command)
         case options.Doctor():
             from app.cli.tools.doctor import run_doctor
 

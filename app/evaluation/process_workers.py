@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from typing import Protocol, TypeVar
 
-from app.errors import UsageError
+from app.evaluation.errors import EvaluationError
 from app.evaluation.worker import WorkerSetup, start_worker
 from app.process.parent_watch import end_with_parent
 
@@ -24,7 +24,7 @@ class Workers(Protocol):
         """Yield every item with its result, or with the error that it ended in, as they come.
 
         Raises:
-            UsageError: The workers are gone.
+            EvaluationError: The workers are gone.
         """
         ...
 
@@ -53,7 +53,7 @@ class ProcessWorkers:
         for done in concurrent.futures.as_completed(waiting):
             error = done.exception()
             if isinstance(error, BrokenProcessPool):
-                raise UsageError(
+                raise EvaluationError(
                     "a worker process was killed, perhaps for want of memory; start again with "
                     "fewer --workers: finished episodes are kept"
                 ) from error

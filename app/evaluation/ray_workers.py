@@ -10,13 +10,13 @@ import socket
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
-from app.errors import UsageError
+from app.evaluation.errors import EvaluationError
 from app.evaluation.worker import WorkerSetup, start_worker
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 _PATIENCE_S = 5.0
-_HOOK = "app.cli.main.prepare_process"
+_HOOK = "app.process.environment.prepare_process"
 """Runs first in every worker: threads and caches are chosen before numba is imported."""
 
 
@@ -32,14 +32,14 @@ class RayWorkers:
             setup: Given to every worker.
 
         Raises:
-            UsageError: Ray is not installed, or no cluster answers.
+            EvaluationError: Ray is not installed, or no cluster answers.
         """
         # Ray asks to report its use to its makers; this program has no business to.
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
         try:
             ray: Any = importlib.import_module("ray")
         except ImportError as error:
-            raise UsageError('--ray needs Ray: pip install "ippon[ray]"') from error
+            raise EvaluationError('--ray needs Ray: pip install "ippon[ray]"') from error
         self._ray = ray
         if address is not None:
             _check_answers(address)
@@ -96,7 +96,7 @@ def _check_answers(address: str) -> None:
     """Refuse at once what Ray itself would try for minutes; names like "auto" are left to it.
 
     Raises:
-        UsageError: Nothing answers at host:port.
+        EvaluationError: Nothing answers at host:port.
     """
     host, colon, port = address.removeprefix("ray://").rpartition(":")
     if not colon or not port.isdecimal():
@@ -107,8 +107,8 @@ def _check_answers(address: str) -> None:
         raise _no_cluster(address, error) from error
 
 
-def _no_cluster(address: str, error: Exception) -> UsageError:
-    return UsageError(
+def _no_cluster(address: str, error: Exception) -> EvaluationError:
+    return EvaluationError(
         f"no Ray cluster answers at {address}: {error}; give the address that `ray start --head` "
         "prints, or --ray alone for this machine"
     )

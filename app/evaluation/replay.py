@@ -1,18 +1,19 @@
-"""`ippon eval replay`: one episode again, as a recording for `ippon review`."""
+"""One episode of an evaluation, run again and recorded."""
 
 import dataclasses
-import sys
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from app.cli.options.evaluation import EvalReplay, EvalRun
-from app.errors import UsageError
+from app.evaluation.config import EvaluationConfig
 from app.evaluation.episode_recorder import EpisodeRecorder
+from app.evaluation.errors import EvaluationError
 from app.evaluation.results_folder import SESSIONS, EvaluationFolder
-from app.evaluation.run import trial_of
+from app.evaluation.setup import trial_of
 from app.evaluation.version import version_text
 from app.homes import load_home
 from app.robot_file import read_profile
@@ -26,40 +27,89 @@ from ippon.robot import RobotProfile
 from ippon.simulation.scene import Scene, StartPose
 
 
-def run_replay(command: EvalReplay) -> int:
-    """Run the episode, say whether it went as before, and print the recording's folder."""
-    folder = EvaluationFolder(command.folder)
-    row = _row(folder.rows(), command.episode, command.method)
-    trial = _trial(folder.settings(), row)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Replay:
+    """An episode that was run again."""
+
+    session: Path
+    """Folder of the recording."""
+    differences: tuple[str, ...]
+    """Columns of its row that differ, times and versions left out."""
+    row_version: str
+    """Version that made the row."""
+    version: str
+    """Version that ran it again."""
+
+
+def replay_episode(
+    path: Path, episode: str, method_name: str, tell: Callable[[str], None]
+) -> Replay:
+    """Run an episode again and record it.
+
+    Args:
+        path: Folder of the evaluation.
+        episode: Name of the episode.
+        method_name: The method of the row.
+        tell: Receives notes for the user, one line each.
+
+    Raises:
+        UsageError: There is no such row, or it cannot be repeated; the text says what would work.
+    """
+    folder = EvaluationFolder(path)
+    row = _row(folder.rows(), episode, method_name)
+    trial = trial_of_row(folder.settings(), row)
+    present = config_hash(trial, method_named(row.method))
+    if present != row.config_hash:
+        tell(f"the row was made with configuration {row.config_hash}, this is {present}")
     scene = load_home(row.home)
     spec = _spec(row, scene)
     prior, method, version = EmbeddedPrior(), method_named(row.method), version_text()
     clocks = Clocks(wall=time.perf_counter, cpu=time.process_time)
     guidance = Trial(trial, scene, version, clocks, prior).guidance(spec, method)
-    root = command.folder / SESSIONS / f"{row.episode_id}.{row.method}"
+    root = path / SESSIONS / f"{row.episode_id}.{row.method}"
     try:
         recorder = EpisodeRecorder(root, time.time_ns(), version, guidance)
-        print(f"searching for up to {trial.limits.max_time_s:.0f} simulated s", file=sys.stderr)
+        tell(f"searching for up to {trial.limits.max_time_s:.0f} simulated s")
         again = Trial(trial, scene, version, clocks, prior, recorder.witness).run(spec, method)
         session = recorder.close()
     except OSError as error:
-        raise UsageError(f"cannot write to {root}: {error.strerror}") from error
-    odd = differences(row, again)
-    if odd:
-        print(
-            f"ippon: not the search of the row: {', '.join(odd)} differ; the row was made by "
-            f"{row.version}, this is {version}",
-            file=sys.stderr,
-        )
-    print(session)
-    return 0
+        raise EvaluationError(f"cannot write to {root}: {error.strerror}") from error
+    return Replay(
+        session=session,
+        differences=differences(row, again),
+        row_version=row.version,
+        version=version,
+    )
 
 
 def differences(before: EpisodeRow, now: EpisodeRow) -> tuple[str, ...]:
-    """Return the columns in which two rows of one episode differ, but for times and names."""
+    """Return the columns in which two rows of one episode differ, times and names left out."""
     left_out = {*TIMING_COLUMNS, "version", "episode_id", "kind", "after"}
     names = (f.name for f in dataclasses.fields(EpisodeRow) if f.name not in left_out)
     return tuple(name for name in names if getattr(before, name) != getattr(now, name))
+
+
+def trial_of_row(settings: dict[str, Any], row: EpisodeRow) -> TrialConfig:
+    """Return the set-up that a row was made with.
+
+    Args:
+        settings: Of the evaluation's folder.
+        row: One of its rows.
+
+    Raises:
+        EvaluationError: The set-up is of another version.
+    """
+    fixed = settings.get("fixed", {})
+    config = EvaluationConfig(
+        out=Path(),
+        image_width=row.image_width,
+        voxel_size_m=float(fixed.get("voxel_size_m", 0.1)),
+        max_time_s=fixed.get("max_time_s"),
+    )
+    try:
+        return trial_of(config, _profile(settings, row), fixed.get("mission"))
+    except ValueError as error:
+        raise EvaluationError(f"the set-up of {row.episode_id}: {error}") from error
 
 
 def _row(rows: tuple[EpisodeRow, ...], episode: str, method: str) -> EpisodeRow:
@@ -68,41 +118,22 @@ def _row(rows: tuple[EpisodeRow, ...], episode: str, method: str) -> EpisodeRow:
     if mine is None:
         known = [r.method for r in found] or sorted({r.episode_id for r in rows})[:5]
         what = f"{episode!r} by {method}" if found else repr(episode)
-        raise UsageError(f"no episode {what}; there is {', '.join(known)}")
+        raise EvaluationError(f"no episode {what}; there is {', '.join(known)}")
     if mine.kind == "second":
-        raise UsageError(
+        raise EvaluationError(
             f"{episode} begins on the map of the search before it; replay that one, "
             f"{episode.removesuffix(f'.{mine.goal}.second')}, or {episode[: -len('second')]}fresh"
         )
     return mine
 
 
-def _trial(settings: dict[str, Any], row: EpisodeRow) -> TrialConfig:
-    """Return the set-up of a row, checked against its hash."""
-    fixed = settings.get("fixed", {})
-    command = EvalRun(
-        out=Path(),
-        image_width=row.image_width,
-        voxel_size_m=float(fixed.get("voxel_size_m", 0.1)),
-        max_time_s=fixed.get("max_time_s"),
-    )
-    trial = trial_of(command, _profile(settings, row))
-    present = config_hash(trial, method_named(row.method))
-    if present != row.config_hash:
-        print(
-            f"ippon: the row was made with configuration {row.config_hash}, this is {present}",
-            file=sys.stderr,
-        )
-    return trial
-
-
 def _profile(settings: dict[str, Any], row: EpisodeRow) -> RobotProfile:
-    """Return the robot as it was, whatever has become of its file."""
+    """Return the robot as it was then, also when its file has changed since."""
     kept = settings.get("configurations", {}).get(row.method, {}).get("trial", {}).get("robot")
     try:
         return read_profile(row.robot) if kept is None else msgspec.convert(kept, RobotProfile)
     except (ValueError, msgspec.DecodeError) as error:
-        raise UsageError(f"the robot of {row.episode_id} is not known any more: {error}") from error
+        raise EvaluationError(f"the robot of {row.episode_id} cannot be read: {error}") from error
 
 
 def _spec(row: EpisodeRow, scene: Scene) -> EpisodeSpec:

@@ -1,24 +1,15 @@
-"""`ippon eval report`: the table on the terminal or as JSON, the rest as a page."""
+"""The report of an evaluation: read from its folder, written beside the rows."""
 
 import dataclasses
 import json
-import sys
-from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table
-
-from app.cli.options.evaluation import EvalReport
-from app.errors import UsageError
-from app.evaluation.report_page import ReportData, report_page
+from app.evaluation.errors import EvaluationError
+from app.evaluation.report_data import ReportData
+from app.evaluation.report_page import report_page
 from app.evaluation.results_folder import EvaluationFolder
 from ippon.evaluation.summary import (
-    REFERENCE,
-    Comparison,
-    Effect,
-    MethodSummary,
     compare,
     context_effects,
     second_object_effects,
@@ -27,12 +18,16 @@ from ippon.evaluation.summary import (
 )
 
 
-def run_report(command: EvalReport) -> int:
-    """Print the table; write report.html and report.json beside the rows."""
-    folder = EvaluationFolder(command.folder)
+def read_report_data(path: Path) -> ReportData:
+    """Return means, intervals and paired tests of a folder's rows.
+
+    Raises:
+        EvaluationError: The folder holds no results, or damaged ones.
+    """
+    folder = EvaluationFolder(path)
     rows = folder.rows()
     alone = singles(rows)
-    data = ReportData(
+    return ReportData(
         rows=alone,
         summaries=summarise(alone),
         comparisons=compare(alone),
@@ -41,43 +36,26 @@ def run_report(command: EvalReport) -> int:
         seconds=second_object_effects(rows),
         errors=folder.errors(),
         settings=folder.settings(),
-        folder=command.folder,
+        folder=path,
     )
-    page, table = command.folder / "report.html", command.folder / "report.json"
+
+
+def write_report(data: ReportData) -> Path:
+    """Write report.html and report.json beside the rows; returns the page.
+
+    Raises:
+        EvaluationError: The folder cannot be written.
+    """
+    page, table = data.folder / "report.html", data.folder / "report.json"
     try:
         page.write_text(report_page(data), encoding="utf-8")
-        table.write_text(json.dumps(_everything(data), indent=1), encoding="utf-8")
+        table.write_text(json.dumps(_as_json(data), indent=1), encoding="utf-8")
     except OSError as error:
-        raise UsageError(f"cannot write to {command.folder}: {error}") from error
-    if command.json:
-        print(json.dumps([json_line(s) for s in data.summaries], indent=1))
-    else:
-        screen = Console()
-        _print_tables(screen, data.summaries, data.comparisons)
-        _print_effects(screen, "a truthful sentence (told against not)", data.contexts)
-        _print_effects(screen, "a known home (second object against fresh)", data.seconds)
-        print(f"\n{page}")
-    for name in data.errors:
-        print(f"ippon: {name} could not be run to its end and is not counted", file=sys.stderr)
-    return 0
+        raise EvaluationError(f"cannot write to {data.folder}: {error}") from error
+    return page
 
 
-def json_line(s: MethodSummary) -> dict[str, Any]:
-    """Return one method's line of `--json`."""
-    return {
-        "method": s.method,
-        "episodes": s.episodes,
-        "success": round(s.success, 4),
-        "spl": round(s.spl, 4),
-        "soft_spl": round(s.soft_spl, 4),
-        "spl_ci95": [round(v, 4) for v in s.spl_ci95],
-        "hits": round(s.hits, 4),
-        "planner_ms_p95": round(s.planner_ms_p95, 2),
-        "realtime_factor": round(s.realtime_factor, 2),
-    }
-
-
-def _everything(data: ReportData) -> dict[str, Any]:
+def _as_json(data: ReportData) -> dict[str, Any]:
     return {
         "methods": [dataclasses.asdict(s) for s in data.summaries],
         "comparisons": [dataclasses.asdict(c) for c in data.comparisons],
@@ -86,66 +64,3 @@ def _everything(data: ReportData) -> dict[str, Any]:
         "errors": list(data.errors),
         "settings": data.settings,
     }
-
-
-def _print_tables(
-    screen: Console, summaries: Sequence[MethodSummary], comparisons: Sequence[Comparison]
-) -> None:
-    heads = ("method", "n", "succ", "SPL", "95 %", "Soft", "hits", "ms", "×")
-    table = _table("means over episodes, 95 % intervals over homes", heads)
-    for s in summaries:
-        table.add_row(
-            s.method,
-            str(s.episodes),
-            f"{s.success:.2f}",
-            f"{s.spl:.3f}",
-            f"{s.spl_ci95[0]:.2f}-{s.spl_ci95[1]:.2f}",
-            f"{s.soft_spl:.3f}",
-            f"{s.hits:.2f}",
-            f"{s.planner_ms_p95:.0f}",
-            f"{s.realtime_factor:.1f}",
-        )
-    screen.print(table)
-    screen.print("ms: planner step, 95th percentile; ×: simulated over processor time", style="dim")
-    if not comparisons:
-        return
-    heads = ("method", "n", "SPL", "95 %", "p", "ratio", "succ", "p")
-    pairs = _table(f"{REFERENCE} less each, on the same episodes", heads)
-    for c in comparisons:
-        low, high = c.spl.ci95
-        pairs.add_row(
-            c.method,
-            str(c.spl.pairs),
-            f"{c.spl.mean:+.3f}",
-            f"{low:+.2f}..{high:+.2f}",
-            f"{c.spl.p:.3f}",
-            f"{c.spl_ratio:.2f}",
-            f"{c.success.mean:+.2f}",
-            f"{c.success_p:.3f}",
-        )
-    screen.print(pairs)
-
-
-def _print_effects(screen: Console, what: str, effects: Sequence[Effect]) -> None:
-    if not effects:
-        return
-    table = _table(f"what {what} is worth", ("method", "n", "with", "w/o", "ratio", "95 %", "p"))
-    for e in effects:
-        low, high = e.difference.ci95
-        table.add_row(
-            e.method,
-            str(e.difference.pairs),
-            f"{e.spl_with:.3f}",
-            f"{e.spl_without:.3f}",
-            f"{e.ratio:.2f}",
-            f"{low:+.2f}..{high:+.2f}",
-            f"{e.difference.p:.3f}",
-        )
-    screen.print(table)
-
-
-def _table(title: str, heads: Sequence[str]) -> Table:
-    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False)
-    for head in heads:
-        table.add_column(head, justify="left" if head == "method" else "right", no_wrap=True)
-    return table

@@ -3,13 +3,13 @@
 import json
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 from urllib.parse import quote
 
 from app.evaluation.plots import failure_plot, goal_plot, interval_plot, success_curves
+from app.evaluation.report_data import ReportData
 from app.evaluation.results_folder import SESSIONS
 from ippon.evaluation.catalogue import home_name
 from ippon.evaluation.methods.method_table import METHODS
@@ -18,7 +18,6 @@ from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.statistics import PairedDifference
 from ippon.evaluation.summary import (
     REFERENCE,
-    Comparison,
     Effect,
     MethodSummary,
     by_method,
@@ -61,25 +60,6 @@ _SECOND: Final = (
     "Without: from the same place for the same object, with an empty map. Neither counts in the "
     "tables above.</p>"
 )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReportData:
-    """Everything that the page shows."""
-
-    rows: Sequence[EpisodeRow]
-    summaries: Sequence[MethodSummary]
-    comparisons: Sequence[Comparison]
-    later: Sequence[EpisodeRow]
-    """Searches for a second object and those that they are compared with; in no table of means."""
-    contexts: Sequence[Effect]
-    """With a truthful sentence, and without."""
-    seconds: Sequence[Effect]
-    """A second object on the map of the first, and on an empty one."""
-    errors: Sequence[str]
-    settings: dict[str, Any]
-    folder: Path
-    """Where the results lie, for commands and links."""
 
 
 def report_page(data: ReportData) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from app.errors import UsageError
+from app.evaluation.errors import EvaluationError
 from app.homes import home_key
 from ippon.atomic_file import replace_file
 from ippon.evaluation.catalogue import home_file_name
@@ -46,7 +46,7 @@ class EvaluationFolder:
             homes: Seeds and folders, each once.
 
         Raises:
-            UsageError: Two homes have one name.
+            EvaluationError: Two homes have one name.
         """
         there = dict.fromkeys(row.home for row in self._rows_by_file())
         known: dict[str, str] = {}
@@ -55,12 +55,12 @@ class EvaluationFolder:
             if home_key(first) == home_key(home):
                 continue
             if first in there:
-                raise UsageError(
+                raise EvaluationError(
                     f"{self.path} holds rows of {first}, and {home} has the same name; use another "
                     "folder for --out, rename the home's folder, or, if it is the one that was "
                     f"there, make {first} a link to it"
                 )
-            raise UsageError(
+            raise EvaluationError(
                 f"{first} and {home} have the same name, so that their rows would overwrite each "
                 "other; rename one of the folders, or use a run and a folder for --out for each"
             )
@@ -73,7 +73,7 @@ class EvaluationFolder:
                 the "configurations" of methods that were run before.
 
         Raises:
-            UsageError: The folder cannot be written, or holds other results.
+            EvaluationError: The folder cannot be written, or holds other results.
         """
         run = self.path / RUN_FILE
         try:
@@ -85,16 +85,16 @@ class EvaluationFolder:
                 settings = _with_configurations_of(old, settings)
             replace_file(run, json.dumps(settings, indent=1, sort_keys=True).encode())
         except OSError as error:
-            raise UsageError(f"cannot write to {self.path}: {error}") from error
+            raise EvaluationError(f"cannot write to {self.path}: {error}") from error
         except ValueError as error:
-            raise UsageError(f"{run} is damaged: {error}; use another folder") from error
+            raise EvaluationError(f"{run} is damaged: {error}; use another folder") from error
 
     def _check_same(self, old: dict[str, Any], new: dict[str, Any]) -> None:
         before, now = old.get("fixed", {}), new["fixed"]
         odd = [k for k in sorted(set(before) | set(now)) if before.get(k) != now.get(k)]
         if odd:
             listed = ", ".join(f"{k} {before.get(k)!r} (now {now.get(k)!r})" for k in odd)
-            raise UsageError(
+            raise EvaluationError(
                 f"{self.path} holds results of another set-up: {listed}; use another folder for "
                 "--out, or the same options"
             )
@@ -102,7 +102,7 @@ class EvaluationFolder:
         for method, configuration in new.get("configurations", {}).items():
             made_with = kept.get(method, {}).get("hash", configuration["hash"])
             if made_with != configuration["hash"] and any(self._rows.glob(f"*.{method}.json")):
-                raise UsageError(
+                raise EvaluationError(
                     f"{self.path} holds rows of {method} with configuration {made_with}, this "
                     f"would be {configuration['hash']}; use another folder for --out"
                 )
@@ -111,14 +111,14 @@ class EvaluationFolder:
         """Tell whether a row is there.
 
         Raises:
-            UsageError: It was made with another configuration.
+            EvaluationError: It was made with another configuration.
         """
         path = self._row_file(episode_id, method)
         if not path.is_file():
             return False
         made_with = _read_row(path).config_hash
         if made_with != config_hash:
-            raise UsageError(
+            raise EvaluationError(
                 f"{path} was made with configuration {made_with}, this would be {config_hash}; use "
                 "another folder for --out"
             )
@@ -152,33 +152,33 @@ class EvaluationFolder:
         """Return every row, in the order of methods' and episodes' names.
 
         Raises:
-            UsageError: The folder holds no results, or damaged ones.
+            EvaluationError: The folder holds no results, or damaged ones.
         """
         rows = self._rows_by_file()
         if rows:
             return rows
         table = self.path / TABLE_FILE
         if not table.is_file():
-            raise UsageError(
+            raise EvaluationError(
                 f"{self.path} holds no results; make some with `ippon eval run --out {self.path}`"
             )
         try:
             values = pq.read_table(table).to_pylist()
             return tuple(row_from(v) for v in values)
         except (OSError, ValueError) as error:
-            raise UsageError(f"{table} is damaged: {error}") from error
+            raise EvaluationError(f"{table} is damaged: {error}") from error
 
     def settings(self) -> dict[str, Any]:
         """Return what the folder was made with; empty when that is not known.
 
         Raises:
-            UsageError: The note of it is damaged.
+            EvaluationError: The note of it is damaged.
         """
         run = self.path / RUN_FILE
         try:
             return json.loads(run.read_text(encoding="utf-8")) if run.is_file() else {}
         except (OSError, ValueError) as error:
-            raise UsageError(f"{run} is damaged: {error}; delete it to go without") from error
+            raise EvaluationError(f"{run} is damaged: {error}; delete it to go without") from error
 
     def merge(self) -> int:
         """Write all rows into one Parquet file; returns their number."""
@@ -229,4 +229,4 @@ def _read_row(path: Path) -> EpisodeRow:
     try:
         return row_from(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
-        raise UsageError(f"{path} is damaged or of another version: {error}") from error
+        raise EvaluationError(f"{path} is damaged or of another version: {error}") from error

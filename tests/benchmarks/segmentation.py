@@ -38,7 +38,7 @@ def network_rows() -> Iterator[Row]:
     """Time SAN on an image of 640x640 with 41 labels."""
     import torch
 
-    from app.cli.tools.doctor_segmentation import measure, random_san
+    from app.doctor.segmentation_speed import measure, random_san
 
     plain = SegmentationConfig()
     ways = {"": plain}

@@ -6,7 +6,7 @@ import importlib.util
 import numpy as np
 import pytest
 
-from app.evaluation.habitat_run import run_episodes
+from app.evaluation.habitat_episodes import run_episodes
 from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.evaluation.catalogue import CatalogueConfig, list_episodes

@@ -51,6 +51,9 @@ class Demo:
     """Record the session, for `ippon review`."""
     record_to: Path | None = None
     """Folder of the sessions; without one, the user's data folder."""
+    config: Path | None = None
+    """Configuration file, YAML or JSON, with any of the fields that `ippon config` prints. A flag
+    that is given wins over the file."""
     llm: Llm = field(default_factory=Llm)
 
 
@@ -113,6 +116,9 @@ class Navigate:
     """File that keeps map and goals: read at the start if it is there, written every ten seconds
     and at the end. Goals that were not over are taken up again, with the robot stopped until you
     resume. The robot must know its pose in the same world frame as before."""
+    config: Path | None = None
+    """Configuration file, YAML or JSON, with any of the fields that `ippon config` prints. A flag
+    that is given wins over the file."""
     segmentation: NavigatorSegmentation = field(default_factory=NavigatorSegmentation)
     llm: Llm = field(default_factory=Llm)
     parent_pid: int | None = None
@@ -335,6 +341,18 @@ class Profile:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Config:
+    """Print every configuration field with its default, unit and explanation; or check a file.
+
+    `ippon config > search.yaml`, delete what stays as it is, change the rest, then `ippon config
+    search.yaml` and `ippon navigate --config search.yaml`.
+    """
+
+    file: Positional[Path | None] = None
+    """A YAML or JSON file to check: prints the fields that differ from their defaults."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Doctor:
     """What is installed, reachable and fast enough; or whether a recording is whole."""
 
@@ -363,5 +381,6 @@ Command = (
     | Annotated[Levels, tyro.conf.subcommand("levels")]
     | Annotated[Eval, tyro.conf.subcommand("eval")]
     | Annotated[Profile, tyro.conf.subcommand("profile")]
+    | Annotated[Config, tyro.conf.subcommand("config")]
     | Annotated[Doctor, tyro.conf.subcommand("doctor")]
 )

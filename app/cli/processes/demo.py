@@ -205,7 +205,8 @@ def navigator_arguments(command: Demo, endpoint: str) -> list[str]:
     model = as_arguments(command.llm)
     # Nobody waits for a robot in lock-step, and its search must repeat itself.
     pace = ("--step-budget-s", "0") if command.speed == "max" else ()
-    return ["navigate", "--listen", endpoint, *body, *sizes, *model, *pace]
+    file = () if command.config is None else ("--config", str(command.config.absolute()))
+    return ["navigate", "--listen", endpoint, *body, *sizes, *model, *pace, *file]
 
 
 def _refuse_ended(running: _Running, child: Child, port: int) -> None:

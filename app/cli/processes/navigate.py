@@ -11,9 +11,11 @@ from typing import Final
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from app.cli.config_file import beyond_flags, read_config
 from app.cli.options.commands import Navigate
 from app.cli.processes.segment import arguments_of
 from app.cli.tools.language_model import make_model
+from app.configuration import changed
 from app.errors import UsageError
 from app.links.network.session import LinkError
 from app.nodes.navigator.config import NavigatorConfig
@@ -42,12 +44,14 @@ def run_navigate(command: Navigate) -> int:
             "--step-budget-s is the time that planning may take of a frame, 0 for no bound but its "
             f"counts; got {command.step_budget_s:g}"
         )
+    changes = beyond_flags(Navigate, read_config(command.config))
     try:
         profile = read_profile(command.profile)
         mission = MissionConfig(
             map=map_config(profile, command.voxel_size_m, command.map_memory_mb),
             planner=PlannerConfig(step_budget_s=command.step_budget_s or None),
         )
+        mission = changed(mission, changes.pop("mission", {}), ("mission",))
         kept = None if command.map is None else read_kept(command.map, mission.map)
         known = None if kept is None else kept.voxel_map
         config = NavigatorConfig(
@@ -61,12 +65,15 @@ def run_navigate(command: Navigate) -> int:
             labels=MATTERPORT_40 if known is None else known.labels,
             keep_map="" if command.map is None else str(command.map),
         )
+        if known is not None:
+            changes.pop("labels", None)  # A map keeps the labels that it was made with.
+        config = changed(config, changes)
     except (ValueError, MapFileError, OSError) as error:
         raise UsageError(str(error)) from error
     if kept is not None:
         area = 0.0 if known is None else known.explored_m2()
         logger.info("map of %.0f m2 read, %d goals taken up", area, len(kept.requests))
-    if command.segmentation.where == "here":
+    if command.segmentation.where == "here" and "heatmap_lost_s" not in changes:
         config = replace(config, heatmap_lost_s=SLOW_SEGMENTATION_S)
     progress = Progress(
         TextColumn("{task.description}"),

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import msgspec
-import yaml
 
+from app.configuration import ConfigurationError, changed, parse_changes
 from app.messages.control import ProximityTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.recording.errors import RecordingError
@@ -53,13 +53,13 @@ def read_settings(recording: Recording, changes: Sequence[str]) -> Settings:
             "recorded can be recomputed"
         )
     try:
-        tree: dict[str, Any] = msgspec.json.decode(packed)
-        config = msgspec.convert(tree, NavigatorConfig)
+        config = msgspec.json.decode(packed, type=NavigatorConfig)
     except (msgspec.DecodeError, msgspec.ValidationError, ValueError) as error:
         raise RecordingError(
             f"the configuration in {recording.path} is of another version: {error}"
         ) from error
     levels: dict[str, Level] = {}
+    fields: list[str] = []
     for change in changes:
         name, equals, text = change.partition("=")
         if not equals:
@@ -75,12 +75,12 @@ def read_settings(recording: Recording, changes: Sequence[str]) -> Settings:
                 "no time"
             )
         else:
-            _set(tree, name, yaml.safe_load(text))
+            fields.append(change)
     try:
-        changed = msgspec.convert(tree, NavigatorConfig)
-    except (msgspec.ValidationError, ValueError) as error:
+        navigator = changed(config, parse_changes(config, fields, group=MISSION))
+    except ConfigurationError as error:
         raise RecordingError(f"the changed configuration is refused: {error}") from error
-    return Settings(navigator=changed, levels=levels)
+    return Settings(navigator=navigator, levels=levels)
 
 
 def _level(name: str, text: str, labels: tuple[str, ...]) -> tuple[str, Level]:
@@ -91,21 +91,3 @@ def _level(name: str, text: str, labels: tuple[str, ...]) -> tuple[str, Level]:
         return label, Level.parse(text)
     except ValueError as error:
         raise RecordingError(str(error)) from error
-
-
-def _set(tree: dict[str, Any], name: str, value: Any) -> None:
-    """Set one value; names of the mission need no `mission.` before them."""
-    parts = name.split(".")
-    if parts[0] not in tree and parts[0] in tree[MISSION]:
-        parts = [MISSION, *parts]
-    node: Any = tree
-    for depth, part in enumerate(parts):
-        if not isinstance(node, dict) or part not in node:
-            there = (
-                ", ".join(sorted(map(str, node))) if isinstance(node, dict) else "no names below"
-            )
-            above = ".".join(parts[:depth]) or "the configuration"
-            raise RecordingError(f"there is no {part!r} in {above}; there is {there}")
-        if depth == len(parts) - 1:
-            node[part] = value
-        node = node[part]

@@ -5,8 +5,8 @@ import importlib.util
 
 import pytest
 
-from app.cli.options.evaluation import EvalRun
 from app.errors import UsageError
+from app.evaluation.config import EvaluationConfig
 from app.evaluation.ray_workers import RayWorkers
 from app.evaluation.results_folder import EvaluationFolder
 from app.evaluation.run import run_evaluation
@@ -46,15 +46,14 @@ def test_results_and_errors_come_back_and_dead_workers_are_replaced():
 
 @pytest.mark.process
 @pytest.mark.slow
-def test_a_cluster_and_a_process_of_this_machine_write_the_same_rows(room, tmp_path):
-    command = EvalRun(
+def test_a_cluster_and_a_process_of_this_machine_write_the_same_rows(room, tmp_path, observer):
+    command = EvaluationConfig(
         out=tmp_path / "alone", homes=(str(room),), objects="chair,hat",
         methods="ippon,nearest_frontier,oracle", robot="zed", image_width=64, max_time_s=20.0,
     )  # fmt: skip
-    assert run_evaluation(command) == 0
-    assert (
-        run_evaluation(dataclasses.replace(command, out=tmp_path / "ray", ray=(), workers=2)) == 0
-    )
+    on_ray = dataclasses.replace(command, out=tmp_path / "ray", ray=(), workers=2)
+    assert run_evaluation(command, observer).failed == 0
+    assert run_evaluation(on_ray, observer).failed == 0
     alone, ray = (
         [
             {k: v for k, v in dataclasses.asdict(row).items() if k not in TIMING_COLUMNS}

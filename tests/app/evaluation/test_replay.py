@@ -1,15 +1,15 @@
 import contextlib
 import dataclasses
 import json
-from pathlib import Path
 
 import pytest
 
-from app.cli.options.evaluation import EvalReplay, EvalRun
 from app.errors import UsageError
-from app.evaluation.replay import _trial, differences, run_replay
+from app.evaluation.config import EvaluationConfig
+from app.evaluation.replay import differences, replay_episode, trial_of_row
 from app.evaluation.results_folder import EvaluationFolder
-from app.evaluation.run import run_evaluation, trial_of
+from app.evaluation.run import run_evaluation
+from app.evaluation.setup import trial_of
 from app.messages import keys
 from app.messages.control import Status, decode
 from app.recording.reading.recording import Recording
@@ -29,16 +29,16 @@ def results(tmp_path, make_row):
 def test_an_episode_that_is_not_there_is_named(results, make_row):
     results.write(make_row())
     with pytest.raises(UsageError, match=r"no episode '2\.bed'; there is 1\.bed\.0\.untold"):
-        run_replay(EvalReplay(folder=results.path, episode="2.bed"))
+        replay_episode(results.path, "2.bed", "ippon", print)
     with pytest.raises(UsageError, match=r"'1\.bed\.0\.untold' by oracle; there is ippon"):
-        run_replay(EvalReplay(folder=results.path, episode="1.bed.0.untold", method="oracle"))
+        replay_episode(results.path, "1.bed.0.untold", "oracle", print)
 
 
 def test_a_search_on_another_s_map_names_those_that_can_be_replayed(results, make_row):
     name = "1.hat.0.untold.bed.second"
     results.write(make_row(episode_id=name, kind="second", after="hat"))
     with pytest.raises(UsageError, match=r"that one, 1\.hat\.0\.untold, or .*untold\.bed\.fresh"):
-        run_replay(EvalReplay(folder=results.path, episode=name))
+        replay_episode(results.path, name, "ippon", print)
 
 
 def test_rows_of_one_search_differ_in_times_only(make_row):
@@ -47,40 +47,36 @@ def test_rows_of_one_search_differ_in_times_only(make_row):
     assert differences(row, dataclasses.replace(row, spl=0.1, hits=2)) == ("spl", "hits")
 
 
-def test_the_robot_of_a_row_is_known_when_its_file_has_changed(make_row, tmp_path, capsys):
+def test_the_robot_of_a_row_is_known_when_its_file_has_changed(make_row, tmp_path):
     file = tmp_path / "scout.yaml"
     file.write_text(template(dataclasses.replace(ZED, name="scout", camera_height_m=0.6)))
-    trial = trial_of(EvalRun(out=tmp_path, robot=str(file)))
+    trial = trial_of(EvaluationConfig(out=tmp_path, robot=str(file)))
     method = method_named("ippon")
     row = make_row(
         method="ippon", robot="scout", image_width=320, config_hash=config_hash(trial, method)
     )
     kept = {"configurations": {"ippon": {"trial": dataclasses.asdict(trial)}}}
     file.unlink()
-    assert _trial(json.loads(json.dumps(kept)), row) == trial
-    assert capsys.readouterr().err == ""
-    with pytest.raises(
-        UsageError, match=r"robot of .* not known any more: no robot profile 'scout"
-    ):
-        _trial({}, row)
+    assert trial_of_row(json.loads(json.dumps(kept)), row) == trial
+    with pytest.raises(UsageError, match=r"robot of .* cannot be read: no robot profile 'scout"):
+        trial_of_row({}, row)
     kept["configurations"]["ippon"]["trial"]["robot"]["max_depth_m"] = -1.0
-    with pytest.raises(UsageError, match="not known any more"):
-        _trial(kept, row)
+    with pytest.raises(UsageError, match="cannot be read"):
+        trial_of_row(kept, row)
 
 
 @pytest.mark.slow
 @pytest.mark.large
-def test_a_replay_is_the_same_search_and_can_be_reviewed(room, tmp_path, capsys):
+def test_a_replay_is_the_same_search_and_can_be_reviewed(room, tmp_path, observer):
     out = tmp_path / "out"
-    run = EvalRun(out=out, homes=(str(room),), objects="hat", robot="zed", image_width=96)
-    assert run_evaluation(run) == 0
+    run = EvaluationConfig(out=out, homes=(str(room),), objects="hat", robot="zed", image_width=96)
+    assert run_evaluation(run, observer).failed == 0
     (row,) = EvaluationFolder(out).rows()
-    capsys.readouterr()
-    assert run_replay(EvalReplay(folder=out, episode=row.episode_id)) == 0
-    said = capsys.readouterr()
-    assert "not the search of the row" not in said.err
-    folder = said.out.strip()
-    with contextlib.closing(Recording(Path(folder))) as recording:
+    told = []
+    replay = replay_episode(out, row.episode_id, "ippon", told.append)
+    assert replay.differences == ()
+    assert [text.split(" for ")[0] for text in told] == ["searching"]
+    with contextlib.closing(Recording(replay.session)) as recording:
         statuses = [decode(m.payload, Status) for m in recording.all_messages((keys.STATUS,))]
         seen = {m.key for m in recording.all_messages((keys.COLOR, keys.MAP_KEYFRAME, keys.TF))}
     assert len(statuses) == row.frames

@@ -4,8 +4,7 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
 
-from app.cli.options.segmentation import Segmentation  # noqa: E402
-from app.cli.tools.doctor_segmentation import FEWEST, measure, measure_network  # noqa: E402
+from app.doctor.segmentation_speed import FEWEST, measure, measure_network  # noqa: E402
 from ippon.frame import Heatmap  # noqa: E402
 from ippon.segmentation.config import SegmentationConfig  # noqa: E402
 from ippon.segmentation.errors import CheckpointError  # noqa: E402
@@ -63,8 +62,8 @@ def test_speed_is_the_median_without_the_first_image():
 
 
 def test_only_san_is_measured_without_its_weights(tmp_path):
-    options = Segmentation(backend="clipseg", model="some/clipseg", models=tmp_path)
+    config = SegmentationConfig(backend="clipseg", model="some/clipseg")
     with pytest.raises(CheckpointError, match=r"https://huggingface.co/some/clipseg"):
-        measure_network(options)
+        measure_network(config, tmp_path)
     with pytest.raises(CheckpointError, match="no checkpoint at nosuch"):
-        measure_network(Segmentation(model="nosuch", models=tmp_path))
+        measure_network(SegmentationConfig(model="nosuch"), tmp_path)

@@ -201,7 +201,7 @@ def test_what_was_planned_by_the_clock_is_recomputed_by_count(searched):
         ("map.voxel_size_m", "NAME=VALUE"),
         (
             "map.voxel_size=0.1",
-            "there is no 'voxel_size' in mission.map; there is behind_voxels, body",
+            r"no field 'voxel_size' in mission\.map; did you mean mission\.map\.voxel_size_m",
         ),
         ("map.voxel_size_m=-1", "voxel_size_m must be positive"),
         ("map.fusion=sum", "refused"),

@@ -1,4 +1,4 @@
-"""`ippon doctor --segmentation`: how fast a network is on this machine."""
+"""The speed of a segmentation network on this machine."""
 
 import time
 from dataclasses import dataclass
@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.cli.options.segmentation import Segmentation
-from app.cli.processes.segment import config_of, models_folder
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.errors import CheckpointError
 from ippon.segmentation.loading import load_segmenter
@@ -25,7 +23,7 @@ LONG_ENOUGH_S: Final = 5.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Speed:
-    """What was measured."""
+    """A measured speed."""
 
     what: str
     """The network, and on what it ran."""
@@ -35,22 +33,24 @@ class Speed:
     """Seconds that the first image took longer, for embedding the labels and starting."""
 
     def __str__(self) -> str:
-        """Say it in a line."""
+        """Write it on one line."""
         return (
             f"{1.0 / self.image_s:.2f} images/s ({1e3 * self.image_s:.0f} ms each), "
             f"{self.labels_s:.1f} s more for the first with its labels; {self.what}"
         )
 
 
-def measure_network(options: Segmentation) -> Speed:
-    """Time the network that the options name.
+def measure_network(config: SegmentationConfig, models: Path) -> Speed:
+    """Time a network.
+
+    Args:
+        config: The network.
+        models: Folder of the checkpoints; without its own there, SAN gets random weights.
 
     Raises:
-        SegmentationError: It cannot be had, or fails.
-        ValueError: The options make no sense.
+        SegmentationError: The network cannot be loaded, or fails.
     """
-    config = config_of(options)
-    segmenter, source = _load(config, options.models or models_folder())
+    segmenter, source = _load(config, models)
     return measure(segmenter, f"{source} on {_where(config)}")
 
 
@@ -85,7 +85,7 @@ def _load(config: SegmentationConfig, folder: Path) -> "tuple[Segmenter, str]":
 
 
 def random_san(name: str, config: SegmentationConfig) -> "Segmenter":
-    """Return a released architecture with weights that are drawn; they take as long."""
+    """Return a released architecture with random weights; they take the same time."""
     from ippon.segmentation.loading import with_second_passes
     from ippon.segmentation.san.architecture import RELEASED
     from ippon.segmentation.san.random_weights import random_network

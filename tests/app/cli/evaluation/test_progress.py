@@ -3,7 +3,7 @@ import io
 import pytest
 from rich.console import Console
 
-from app.evaluation.progress import TimeLeft, progress_bar, time_left_s
+from app.cli.evaluation.progress import TimeLeft, progress_bar, time_left_s
 
 
 def test_time_left_at_the_pace_so_far():

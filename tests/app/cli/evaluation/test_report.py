@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from app.cli.evaluation.report import run_eval_report
 from app.cli.options.evaluation import EvalReport
 from app.errors import UsageError
-from app.evaluation.report import run_report
 from app.evaluation.report_page import replay_command
 from app.evaluation.results_folder import SESSIONS, EvaluationFolder
 from ippon.evaluation.outcome import FAILURES
@@ -36,7 +36,7 @@ def results(tmp_path, make_row):
 
 
 def test_the_json_table_by_hand(results, capsys):
-    assert run_report(EvalReport(folder=results.path, json=True)) == 0
+    assert run_eval_report(EvalReport(folder=results.path, json=True)) == 0
     ippon, oracle = json.loads(capsys.readouterr().out)
     assert ippon == {
         "method": "ippon",
@@ -55,7 +55,7 @@ def test_the_json_table_by_hand(results, capsys):
 def test_the_table_fits_a_narrow_terminal(results, make_row, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     results.write(make_row(method="semantic_frontier", hits=10, planner_ms_p95=1234.0))
-    run_report(EvalReport(folder=results.path))
+    run_eval_report(EvalReport(folder=results.path))
     out = capsys.readouterr().out
     assert "…" not in out
     assert "0.40-0.60" in out
@@ -66,7 +66,7 @@ def test_the_table_fits_a_narrow_terminal(results, make_row, capsys, monkeypatch
 
 
 def test_the_page_is_whole_and_needs_nothing_from_elsewhere(results, capsys):
-    run_report(EvalReport(folder=results.path))
+    run_eval_report(EvalReport(folder=results.path))
     page = (results.path / "report.html").read_text()
     assert page.count("<svg") == page.count("</svg>") == 4
     assert not re.search(r'(src|href)="', page)
@@ -81,8 +81,8 @@ def test_the_page_is_whole_and_needs_nothing_from_elsewhere(results, capsys):
 
 def test_episodes_that_crashed_are_shown(results, capsys):
     results.write_error("3.bed.0.untold.ippon", "Traceback")
-    run_report(EvalReport(folder=results.path))
-    assert "3.bed.0.untold.ippon could not be run" in capsys.readouterr().err
+    run_eval_report(EvalReport(folder=results.path))
+    assert "3.bed.0.untold.ippon ended with an error" in capsys.readouterr().err
     assert "1 episodes could not be run" in (results.path / "report.html").read_text()
 
 
@@ -91,7 +91,7 @@ def test_names_from_a_home_cannot_break_the_page(results, make_row, capsys):
         make_row(home="<script>x</script>", episode_id="evil.bed.0.untold", success=False,
                  failure="time", ending="time")
     )  # fmt: skip
-    run_report(EvalReport(folder=results.path))
+    run_eval_report(EvalReport(folder=results.path))
     assert "<script>" not in (results.path / "report.html").read_text()
 
 
@@ -103,7 +103,7 @@ def test_an_episode_can_be_watched(results, make_row, capsys):
     session = results.path / SESSIONS / "studio.hat.0.told.no_bayes" / "2026 #1"
     session.mkdir(parents=True)
     (session / "metadata.yaml").touch()
-    run_report(EvalReport(folder=results.path))
+    run_eval_report(EvalReport(folder=results.path))
     page = (results.path / "report.html").read_text()
     assert f'href="{SESSIONS}/studio.hat.0.told.no_bayes/2026%20%231/"' in page
     assert "ippon review" in page
@@ -111,21 +111,21 @@ def test_an_episode_can_be_watched(results, make_row, capsys):
 
 def test_nothing_to_report_is_a_clear_error(tmp_path):
     with pytest.raises(UsageError, match="holds no results"):
-        run_report(EvalReport(folder=tmp_path))
+        run_eval_report(EvalReport(folder=tmp_path))
 
 
 def test_a_method_of_another_version_stands_last(results, make_row, capsys):
     results.write(make_row(method="tomorrow's", hits=3))
-    assert run_report(EvalReport(folder=results.path, json=True)) == 0
+    assert run_eval_report(EvalReport(folder=results.path, json=True)) == 0
     methods = [line["method"] for line in json.loads(capsys.readouterr().out)]
     assert methods == ["ippon", "oracle", "tomorrow's"]
-    assert run_report(EvalReport(folder=results.path)) == 0
+    assert run_eval_report(EvalReport(folder=results.path)) == 0
     page = (results.path / "report.html").read_text()
     assert "tomorrow&#x27;s: unknown to this version" in page
 
 
 def test_every_cause_of_a_failure_is_explained(results, capsys):
-    run_report(EvalReport(folder=results.path))
+    run_eval_report(EvalReport(folder=results.path))
     page = (results.path / "report.html").read_text()
     for cause in FAILURES:
         assert f"{cause.replace('_', ' ')}: " in page
@@ -139,7 +139,7 @@ def test_every_episode_says_how_to_watch_it(results, make_row, capsys):
     session = results.path / SESSIONS / "1.bed.0.untold.oracle" / "2026"
     session.mkdir(parents=True)
     (session / "metadata.yaml").touch()
-    run_report(EvalReport(folder=results.path))
+    run_eval_report(EvalReport(folder=results.path))
     page = (results.path / "report.html").read_text()
     for row in results.rows():
         assert (replay_command(results.path, row) in page) is (row.kind != "second")

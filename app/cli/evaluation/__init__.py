@@ -1,0 +1,1 @@
+"""`ippon eval`: options to the evaluation, its progress and results to the terminal."""

@@ -1,0 +1,22 @@
+"""`ippon eval replay`: one episode again, as a recording for `ippon review`."""
+
+import sys
+
+from app.cli.options.evaluation import EvalReplay
+from app.evaluation.replay import replay_episode
+
+
+def run_eval_replay(command: EvalReplay) -> int:
+    """Run the episode, say whether it went as before, and print the recording's folder."""
+    replay = replay_episode(command.folder, command.episode, command.method, _tell)
+    if replay.differences:
+        _tell(
+            f"not the search of the row: {', '.join(replay.differences)} differ; the row was made "
+            f"by {replay.row_version}, this is {replay.version}"
+        )
+    print(replay.session)
+    return 0
+
+
+def _tell(text: str) -> None:
+    print(f"ippon: {text}", file=sys.stderr)

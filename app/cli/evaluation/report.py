@@ -1,0 +1,109 @@
+"""`ippon eval report`: the table on the terminal or as JSON, the rest as a page."""
+
+import json
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from app.cli.options.evaluation import EvalReport
+from app.evaluation.report import read_report_data, write_report
+from ippon.evaluation.summary import REFERENCE, Comparison, Effect, MethodSummary
+
+
+def run_eval_report(command: EvalReport) -> int:
+    """Print the table; write report.html and report.json beside the rows."""
+    data = read_report_data(command.folder)
+    page = write_report(data)
+    if command.json:
+        print(json.dumps([json_line(s) for s in data.summaries], indent=1))
+    else:
+        screen = Console()
+        _print_tables(screen, data.summaries, data.comparisons)
+        _print_effects(screen, "a truthful sentence (told against not)", data.contexts)
+        _print_effects(screen, "a known home (second object against fresh)", data.seconds)
+        print(f"\n{page}")
+    for name in data.errors:
+        print(f"ippon: {name} ended with an error and is not counted", file=sys.stderr)
+    return 0
+
+
+def json_line(s: MethodSummary) -> dict[str, Any]:
+    """Return one method's line of `--json`."""
+    return {
+        "method": s.method,
+        "episodes": s.episodes,
+        "success": round(s.success, 4),
+        "spl": round(s.spl, 4),
+        "soft_spl": round(s.soft_spl, 4),
+        "spl_ci95": [round(v, 4) for v in s.spl_ci95],
+        "hits": round(s.hits, 4),
+        "planner_ms_p95": round(s.planner_ms_p95, 2),
+        "realtime_factor": round(s.realtime_factor, 2),
+    }
+
+
+def _print_tables(
+    screen: Console, summaries: Sequence[MethodSummary], comparisons: Sequence[Comparison]
+) -> None:
+    heads = ("method", "n", "succ", "SPL", "95 %", "Soft", "hits", "ms", "×")
+    table = _table("means over episodes, 95 % intervals over homes", heads)
+    for s in summaries:
+        table.add_row(
+            s.method,
+            str(s.episodes),
+            f"{s.success:.2f}",
+            f"{s.spl:.3f}",
+            f"{s.spl_ci95[0]:.2f}-{s.spl_ci95[1]:.2f}",
+            f"{s.soft_spl:.3f}",
+            f"{s.hits:.2f}",
+            f"{s.planner_ms_p95:.0f}",
+            f"{s.realtime_factor:.1f}",
+        )
+    screen.print(table)
+    screen.print("ms: planner step, 95th percentile; ×: simulated over processor time", style="dim")
+    if not comparisons:
+        return
+    heads = ("method", "n", "SPL", "95 %", "p", "ratio", "succ", "p")
+    pairs = _table(f"{REFERENCE} less each, on the same episodes", heads)
+    for c in comparisons:
+        low, high = c.spl.ci95
+        pairs.add_row(
+            c.method,
+            str(c.spl.pairs),
+            f"{c.spl.mean:+.3f}",
+            f"{low:+.2f}..{high:+.2f}",
+            f"{c.spl.p:.3f}",
+            f"{c.spl_ratio:.2f}",
+            f"{c.success.mean:+.2f}",
+            f"{c.success_p:.3f}",
+        )
+    screen.print(pairs)
+
+
+def _print_effects(screen: Console, what: str, effects: Sequence[Effect]) -> None:
+    if not effects:
+        return
+    table = _table(f"what {what} is worth", ("method", "n", "with", "w/o", "ratio", "95 %", "p"))
+    for e in effects:
+        low, high = e.difference.ci95
+        table.add_row(
+            e.method,
+            str(e.difference.pairs),
+            f"{e.spl_with:.3f}",
+            f"{e.spl_without:.3f}",
+            f"{e.ratio:.2f}",
+            f"{low:+.2f}..{high:+.2f}",
+            f"{e.difference.p:.3f}",
+        )
+    screen.print(table)
+
+
+def _table(title: str, heads: Sequence[str]) -> Table:
+    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False)
+    for head in heads:
+        table.add_column(head, justify="left" if head == "method" else "right", no_wrap=True)
+    return table

@@ -1,0 +1,1 @@
+"""Checks of this machine: installed packages, libraries, disk space and speed."""

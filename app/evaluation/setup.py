@@ -1,0 +1,139 @@
+"""The methods, the trial and the catalogue that an evaluation's configuration asks for."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, Final
+
+from app.configuration import changed
+from app.evaluation.config import EvaluationConfig
+from app.evaluation.errors import EvaluationError
+from app.robot_file import PROFILES, map_config, read_profile
+from ippon.evaluation.catalogue import CatalogueConfig, goals_of
+from ippon.evaluation.episode import EpisodeLimits
+from ippon.evaluation.methods.method_table import ABLATIONS, BASELINES, METHODS, method_named
+from ippon.evaluation.trial import TrialConfig, config_hash, habitat_trial
+from ippon.mapping.config import MapConfig
+from ippon.mission.config import MissionConfig
+from ippon.robot import HABITAT, RobotProfile
+
+ZED_IMAGE_WIDTH: Final = 320
+HABITAT_IMAGE_WIDTH: Final = 240
+
+
+def expand_methods(text: str) -> tuple[str, ...]:
+    """Return the methods that a text names, each once.
+
+    Raises:
+        EvaluationError: There is no such method; the text lists them.
+    """
+    groups = {"all": tuple(METHODS), "ablations": ABLATIONS, "baselines": BASELINES}
+    names: list[str] = []
+    for part in (p.strip() for p in text.split(",") if p.strip()):
+        names += groups.get(part, (part,))
+    try:
+        found = tuple(dict.fromkeys(method_named(name).name for name in names))
+    except ValueError as error:
+        raise EvaluationError(f"{error}; or {', '.join(groups)}") from error
+    if not found:
+        raise EvaluationError(f"no methods; there are {', '.join(METHODS)}")
+    return found
+
+
+def trial_of(
+    config: EvaluationConfig,
+    profile: RobotProfile | None = None,
+    mission_changes: Mapping[str, Any] | None = None,
+) -> TrialConfig:
+    """Return the set-up that all methods share.
+
+    Args:
+        config: The evaluation.
+        profile: Replaces the profile that `config.robot` names.
+        mission_changes: Fields of `MissionConfig` that differ from their defaults.
+
+    Raises:
+        ValueError: It cannot be used.
+    """
+    if config.image_width is not None and not 32 <= config.image_width <= 4096:
+        raise ValueError(f"--image-width lies in 32 to 4096; got {config.image_width}")
+    robot = profile or read_profile(config.robot)
+    if robot == HABITAT:
+        trial = habitat_trial(config.image_width or HABITAT_IMAGE_WIDTH)
+    else:
+        trial = TrialConfig(
+            robot=robot,
+            image_width=config.image_width or ZED_IMAGE_WIDTH,
+            limits=EpisodeLimits(time_step_s=0.2, max_time_s=300.0),
+        )
+    if config.max_time_s is not None:
+        limits = dataclasses.replace(trial.limits, max_time_s=config.max_time_s)
+        trial = dataclasses.replace(trial, limits=limits)
+    voxels = MapConfig(voxel_size_m=config.voxel_size_m)
+    if robot not in PROFILES.values():
+        voxels = map_config(robot, config.voxel_size_m)
+    mission = changed(MissionConfig(map=voxels), mission_changes or {}, ("mission",))
+    return dataclasses.replace(trial, mission=mission)
+
+
+def catalogue_of(config: EvaluationConfig) -> CatalogueConfig:
+    """Return the catalogue of the episodes; raises ValueError."""
+    return CatalogueConfig(
+        goals=goals_of([g.strip() for g in config.objects.split(",") if g.strip()]),
+        starts_per_goal=config.starts,
+        small_per_home=config.small_per_home,
+        context=config.context,
+        second_object=config.second_object,
+        min_shortest_path_m=config.min_path_m,
+        seed=config.seed,
+    )
+
+
+def check_request(config: EvaluationConfig, methods: tuple[str, ...]) -> None:
+    """Refuse what cannot be run; raises EvaluationError."""
+    for name, value in (("workers", config.workers), ("limit", config.limit)):
+        if value is not None and value < 1:
+            raise EvaluationError(f"--{name} is at least 1; got {value}")
+    single = [name for name in methods if not method_named(name).goes_on]
+    if config.second_object and single:
+        raise EvaluationError(
+            f"{', '.join(single)} cannot go on to a second object; leave them out of --methods, or "
+            "leave --second-object out"
+        )
+    if config.ray is not None and len(config.ray) > 1:
+        raise EvaluationError(f"--ray takes one address; got {', '.join(config.ray)}")
+
+
+def settings_of(
+    config: EvaluationConfig,
+    trial: TrialConfig,
+    methods: tuple[str, ...],
+    version: str,
+    mission_changes: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Return the settings that are stored beside the rows; they suffice to repeat the run."""
+    return {
+        "fixed": {
+            # Absent without changes, as in the folders of earlier versions.
+            **({"mission": dict(mission_changes)} if mission_changes else {}),
+            "seed": config.seed,
+            "robot": config.robot,
+            "image_width": trial.image_width,
+            "voxel_size_m": config.voxel_size_m,
+            "max_time_s": config.max_time_s,
+        },
+        "command": {
+            k: [str(p) for p in v] if isinstance(v, tuple) else str(v)
+            for k, v in dataclasses.asdict(config).items()
+            if k not in {"out", "config"}
+        },
+        "version": version,
+        "configurations": {
+            name: {
+                "hash": config_hash(trial, method_named(name)),
+                "trial": dataclasses.asdict(
+                    dataclasses.replace(trial, mission=method_named(name).configure(trial.mission))
+                ),
+            }
+            for name in methods
+        },
+    }

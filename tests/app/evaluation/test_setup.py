@@ -1,0 +1,52 @@
+import dataclasses
+
+import pytest
+
+from app.errors import UsageError
+from app.evaluation.config import EvaluationConfig
+from app.evaluation.setup import catalogue_of, expand_methods, trial_of
+from app.robot_file import template
+from ippon.evaluation.methods.method_table import ABLATIONS, METHODS
+from ippon.robot import ZED
+
+
+def test_groups_of_methods():
+    assert expand_methods("ippon,ablations,no_bayes") == ("ippon", *ABLATIONS)
+    assert expand_methods("all") == tuple(METHODS)
+    with pytest.raises(UsageError, match=r"no method 'magic'.*or all, ablations, baselines"):
+        expand_methods("ippon,magic")
+    with pytest.raises(UsageError, match="no methods; there are ippon"):
+        expand_methods(" , ")
+
+
+def test_options_reach_the_set_up(tmp_path):
+    command = EvaluationConfig(
+        out=tmp_path, robot="zed", voxel_size_m=0.15, objects="habitat,Alarm Clock", starts=2
+    )
+    trial = trial_of(command)
+    assert (trial.robot.name, trial.image_width) == ("zed", 320)
+    assert trial.mission.map.voxel_size_m == 0.15
+    catalogue = catalogue_of(command)
+    assert catalogue.goals[-1] == "alarm_clock"
+    assert catalogue.starts_per_goal == 2
+    assert trial.limits.max_time_s == 300.0
+    assert catalogue.min_shortest_path_m == 1.0
+    longer = dataclasses.replace(command, max_time_s=900.0, min_path_m=8.0)
+    assert trial_of(longer).limits.max_time_s == 900.0
+    assert catalogue_of(longer).min_shortest_path_m == 8.0
+    with pytest.raises(ValueError, match="max_time_s"):
+        trial_of(dataclasses.replace(command, max_time_s=0.0))
+    with pytest.raises(ValueError, match="image-width lies in 32 to 4096"):
+        trial_of(dataclasses.replace(command, image_width=2))
+
+
+def test_a_robot_of_ones_own_is_measured_with_its_own_body_and_camera(tmp_path):
+    file = tmp_path / "scout.yaml"
+    own = dataclasses.replace(ZED, name="scout", camera_height_m=0.6, max_depth_m=4.0)
+    file.write_text(template(own))
+    trial = trial_of(EvaluationConfig(out=tmp_path, robot=str(file)))
+    assert (trial.robot.name, trial.robot.camera_height_m) == ("scout", 0.6)
+    assert trial.mission.map.max_range_m == 4.0
+    assert trial.limits == trial_of(EvaluationConfig(out=tmp_path, robot="zed")).limits
+    with pytest.raises(ValueError, match="no robot profile 'nobody': give zed, habitat or a YAML"):
+        trial_of(EvaluationConfig(out=tmp_path, robot="nobody"))

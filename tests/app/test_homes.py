@@ -1,0 +1,33 @@
+import pytest
+
+from app.errors import UsageError
+from app.homes import expand_homes
+
+
+def test_ranges_of_homes_hold_their_last(room):
+    assert expand_homes(["1001:1003", "7,9", str(room), "7"]) == (
+        "1001", "1002", "1003", "7", "9", str(room),
+    )  # fmt: skip
+    assert expand_homes(["floor:2:3,floor:9"]) == ("floor:2", "floor:3", "floor:9")
+
+
+def test_a_home_that_is_written_in_two_ways_is_searched_once(room):
+    assert expand_homes([str(room), f"{room}/", f"{room}/../room"]) == (str(room),)
+
+
+@pytest.mark.parametrize(
+    ("homes", "text"),
+    [
+        (["5:3"], "from a smaller seed to a larger one"),
+        (["1:9999999"], "from a smaller seed to a larger one"),
+        (["nowhere"], "no home 'nowhere'"),
+        ([","], "no homes"),
+        (["3:x"], "no home '3:x'"),
+        (["3:²"], "no home '3:²'"),
+        (["floor:5:3"], "from a smaller seed to a larger one"),
+        (["floor:"], "no home 'floor:'.*floor:SEED"),
+    ],
+)
+def test_homes_that_are_none(homes, text):
+    with pytest.raises(UsageError, match=text):
+        expand_homes(homes)
