@@ -69,7 +69,7 @@ def write_report(story: Story, path: Path) -> None:
 
 
 def _title(story: Story) -> str:
-    last = story.digest.last
+    last = story.timeline.last
     if last is None or last.goal is None:
         return story.name
     name = last.goal.object.replace("_", " ")
@@ -79,14 +79,14 @@ def _title(story: Story) -> str:
 
 def _when(story: Story) -> str:
     start = time.localtime(story.recording.start_ns * 1e-9)
-    last = story.digest.last
+    last = story.timeline.last
     context = last.goal.context if last is not None and last.goal is not None else ""
     said = f" · “{context}”" if context else ""
     return f"{time.strftime('%Y-%m-%d %H:%M:%S', start)} · {story.name}{said}"
 
 
 def _figures(story: Story) -> str:
-    last = story.digest.last
+    last = story.timeline.last
     cells = [("Recorded", f"{story.recording.duration_s:.0f} s")]
     if last is not None and last.goal is not None:
         seconds, way = _effort(story, last.goal.goal_id)
@@ -111,7 +111,7 @@ def _figures(story: Story) -> str:
 
 def _searches(story: Story) -> str:
     """Return a table of the searches where there was more than one."""
-    last = story.digest.last
+    last = story.timeline.last
     goals = [*last.history, *([last.goal] if last.goal else [])] if last is not None else []
     if len(goals) < 2:
         return ""
@@ -135,7 +135,7 @@ def _effort(story: Story, goal_id: int) -> tuple[float, float]:
     """Return the seconds and metres of one search, without what came after its end."""
     during = [
         s.status
-        for s in story.digest.statuses
+        for s in story.timeline.statuses
         if s.status.goal is not None and s.status.goal.goal_id == goal_id
     ]
     # The clock of a search runs on while its find waits for an answer.
@@ -176,7 +176,7 @@ def _pictures(story: Story) -> str:
     if first is None:
         return ""
     moments = [_Moment("Start", first.time_ns)]
-    marks = [mark for mark in story.digest.marks if mark.kind in _PICTURED]
+    marks = [mark for mark in story.timeline.marks if mark.kind in _PICTURED]
     # Of many, those that a reader asks about; then in the order of the session.
     marks.sort(key=lambda mark: _PICTURED.index(mark.kind))
     marks = sorted(marks[:MOST_PICTURES], key=lambda mark: mark.time_ns)
@@ -203,7 +203,7 @@ def _pictures(story: Story) -> str:
 
 
 def _plots(story: Story) -> str:
-    statuses = story.digest.statuses
+    statuses = story.timeline.statuses
     if len(statuses) < 2:
         return ""
     start = story.recording.start_ns
@@ -228,7 +228,7 @@ def _plots(story: Story) -> str:
 
 def _events(story: Story) -> str:
     start = story.recording.start_ns
-    rows = [(e.time_ns, e.event.kind, e.event.text) for e in story.digest.events]
+    rows = [(e.time_ns, e.event.kind, e.event.text) for e in story.timeline.events]
     rows += [(n.time_ns, n.kind, n.text) for n in read_notes(story.recording.path)]
     body = "".join(
         f"<tr><td>{_clock(at - start)}</td><th>{escape(kind.replace('_', ' '))}</th>"

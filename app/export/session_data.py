@@ -13,9 +13,9 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.motion import StampedTransform, decode_transforms
 from app.nodes.review.player import Player
-from app.recording.digest import Digest
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
+from app.recording.timeline import SessionTimeline
 from app.view.model.scene_model import BASE_FRAME, WORLD_FRAME, SceneModel
 from app.view.model.scene_reader import SceneReader
 from ippon.geometry import Float64Array
@@ -43,7 +43,7 @@ class Story:
     """What exports are made from."""
 
     recording: Recording
-    digest: Digest
+    timeline: SessionTimeline
     scene: SceneModel
     """At the end of the recording."""
 
@@ -72,7 +72,7 @@ def open_story(path: Path, tell: Tell = silent) -> Story:
     scene = SceneModel()
     player = Player(recording, SceneReader(scene).feed)
     player.seek(recording.duration_s)
-    return Story(recording=recording, digest=player.digest, scene=scene)
+    return Story(recording=recording, timeline=player.timeline, scene=scene)
 
 
 def _trajectory(recording: Recording) -> Trajectory:

@@ -49,7 +49,7 @@ def write_csv(story: Story, path: Path) -> None:
 
 def write_finds(story: Story, path: Path) -> None:
     """Write what was found, and what looked like it, as JSON."""
-    last = story.digest.last
+    last = story.timeline.last
     finds = [*last.history] if last is not None else []
     detections: list[dict[str, object]] = []
     for message in story.recording.all_messages((keys.DETECTIONS,)):

@@ -51,7 +51,7 @@ LEASE_TAKE = "lease/take"
 """A key of its own, so that access control can keep it to supervisors."""
 
 LABELS = "segmentation/labels"
-PROXIMITY = "guidance/levels"
+LEVELS = "guidance/levels"
 MAP_VOXELS = "map/voxels"
 MAP_KEYFRAME = "map/keyframe"
 PLAN_TREE = "plan/tree"

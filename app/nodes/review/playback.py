@@ -15,10 +15,10 @@ from app.messages.control import GoalStatus
 from app.nodes.console.scene.state_feed import Bulletin
 from app.nodes.console.vital_thread import OnFailure, vital_thread
 from app.nodes.review.player import Emit, Player
-from app.recording.digest import Digest
 from app.recording.errors import RecordingError
 from app.recording.notes import Note, add_note, read_notes
 from app.recording.reading.recording import Recording
+from app.recording.timeline import SessionTimeline
 
 logger = logging.getLogger(__name__)
 
@@ -231,12 +231,12 @@ class Playback:
         self._version += 1
         players = self._players
         self._session = ReviewSession(
-            sessions=[figures_of(_name(p.recording), p.recording, p.digest) for p in players],
+            sessions=[figures_of(_name(p.recording), p.recording, p.timeline) for p in players],
             duration_s=max(p.recording.duration_s for p in players),
             marks=[
                 _placed(mark.time_ns, mark.kind, mark.text, lane, player)
                 for lane, player in enumerate(players)
-                for mark in player.digest.marks
+                for mark in player.timeline.marks
             ],
             notes=[
                 _placed(note.time_ns, note.kind, _signed(note), lane, player)
@@ -301,9 +301,9 @@ class Playback:
         self._bulletin.post(msgspec.json.encode(state))
 
 
-def figures_of(name: str, recording: Recording, digest: Digest) -> SessionFigures:
+def figures_of(name: str, recording: Recording, timeline: SessionTimeline) -> SessionFigures:
     """Return the figures of a session."""
-    last = digest.last
+    last = timeline.last
     if last is None:
         return SessionFigures(name=name, duration_s=recording.duration_s)
     goals = [*last.history, *([last.goal] if last.goal is not None else [])]

@@ -11,8 +11,8 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
 from app.messages.scene import VoxelCloud, encode_voxels
-from app.recording.digest import DIGEST_KEYS, Digest, digest_of
 from app.recording.reading.recording import Recording
+from app.recording.timeline import TIMELINE_KEYS, SessionTimeline, timeline_of
 from app.view.model.restoration import RESTORE, Restoration
 
 PLOT_POINTS: Final = 1000
@@ -21,7 +21,7 @@ SHOWN_EVENTS: Final = 500
 TF_NS: Final = 1_000_000_000
 """Poses of so long before the last one place every frame of a robot."""
 LATEST: Final = (
-    keys.CAMERA_INFO, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.PROXIMITY,
+    keys.CAMERA_INFO, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.LEVELS,
     keys.FAR_EVIDENCE,
 )  # fmt: skip
 PLAYED: Final = (
@@ -34,16 +34,18 @@ Emit = Callable[[str, bytes], object]
 class Player:
     """A position in one recording. One thread owns it; time is told, never read."""
 
-    def __init__(self, recording: Recording, emit: Emit, digest: Digest | None = None) -> None:
+    def __init__(
+        self, recording: Recording, emit: Emit, timeline: SessionTimeline | None = None
+    ) -> None:
         """Stand at the beginning, and show it.
 
         Args:
             recording: An open one.
             emit: Takes every message, as the console's inbox does.
-            digest: Of the recording; made where there is none.
+            timeline: Of the recording; made where there is none.
         """
         self.recording = recording
-        self.digest = digest if digest is not None else digest_of(recording)
+        self.timeline = timeline if timeline is not None else timeline_of(recording)
         self._emit = emit
         self._frames = recording.times_ns(keys.COLOR)
         self._whole = False
@@ -73,8 +75,8 @@ class Player:
         before_ns = self.recording.end_ns
         if not self.recording.refresh():
             return False
-        for message in self.recording.between(before_ns, self.recording.end_ns, DIGEST_KEYS):
-            self.digest.take(message.key, message.payload, message.time_ns)
+        for message in self.recording.between(before_ns, self.recording.end_ns, TIMELINE_KEYS):
+            self.timeline.take(message.key, message.payload, message.time_ns)
         self._frames = self.recording.times_ns(keys.COLOR)
         return True
 
@@ -150,10 +152,12 @@ class Player:
             self._emit(message.key, message.payload)
 
     def _past(self) -> Restoration:
-        digest, now = self.digest, self.time_ns
-        trail = digest.trail[: bisect_right(digest.trail, now, key=lambda p: p.time_ns)]
-        statuses = digest.statuses[: bisect_right(digest.statuses, now, key=lambda s: s.time_ns)]
-        events = digest.events[: bisect_right(digest.events, now, key=lambda e: e.time_ns)]
+        timeline, now = self.timeline, self.time_ns
+        trail = timeline.trail[: bisect_right(timeline.trail, now, key=lambda p: p.time_ns)]
+        statuses = timeline.statuses[
+            : bisect_right(timeline.statuses, now, key=lambda s: s.time_ns)
+        ]
+        events = timeline.events[: bisect_right(timeline.events, now, key=lambda e: e.time_ns)]
         return Restoration(
             trail=[(p.x, p.y, p.z) for p in trail[:: 1 + len(trail) // TRAIL_POINTS]],
             statuses=[s.status for s in statuses[:: 1 + len(statuses) // PLOT_POINTS]],

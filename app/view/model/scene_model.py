@@ -11,7 +11,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from app.messages.control import Event, FarEvidenceCells, FindReport, ProximityTable, Status
+from app.messages.control import Event, FarEvidenceCells, FindReport, LevelTable, Status
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
@@ -72,7 +72,7 @@ class SceneModel:
         self.image: CompressedColor | None = None
         self.trail_world: list[tuple[float, float, float]] = []
         self.status: Status | None = None
-        self.proximity: ProximityTable | None = None
+        self.proximity: LevelTable | None = None
         self.events: deque[Event] = deque(maxlen=_MAX_EVENTS)
         self.detections: tuple[Detection, ...] = ()
         self.rejected: tuple[FindReport, ...] = ()
@@ -208,7 +208,7 @@ class SceneModel:
             self._candidates = best_candidates(self.voxels, self.voxel_size_m, self.album)
         return self._candidates
 
-    def on_proximity(self, table: ProximityTable) -> None:
+    def on_proximity(self, table: LevelTable) -> None:
         """Replace the proximity levels."""
         self.proximity = table
         self._changed.add("proximity")

@@ -29,7 +29,7 @@ class SceneReader:
         """What was wrong with the last broken message."""
         self._handlers: dict[str, Callable[[bytes], None]] = {
             keys.STATUS: lambda p: model.on_status(_json(p, control.Status)),
-            keys.PROXIMITY: lambda p: model.on_proximity(_json(p, control.ProximityTable)),
+            keys.LEVELS: lambda p: model.on_proximity(_json(p, control.LevelTable)),
             keys.PAINTED: lambda p: model.on_painted(_json(p, PaintedRegions)),
             keys.EVENT: lambda p: model.on_event(_json(p, control.Event)),
             keys.MAP_VOXELS: lambda p: model.on_voxels(decode_voxels(p)),

@@ -174,7 +174,7 @@ class Conductor:
             return []
         goal = status.goal
         wanted = goal is not None and (table is None or table.goal_id != goal.goal_id)
-        return [*_WITH_THE_MAP] * self.model.needs_keyframe + [keys.PROXIMITY] * wanted
+        return [*_WITH_THE_MAP] * self.model.needs_keyframe + [keys.LEVELS] * wanted
 
     def _fetch(self, topics: list[str]) -> None:
         try:

@@ -1,11 +1,11 @@
-"""The operator's wishes for where to go and what to weigh: drive, goto, paint."""
+"""Requests that direct the robot: drive mode, waypoint, order of goals, painted regions."""
 
 from functools import partial
 
 import zenoh
 
-from app.links.network.latched import Latched
-from app.links.network.requests import Permit, RequestRefusedError, anyone, serve
+from app.links.network.latched_topic import LatchedTopic
+from app.links.network.requests import Authorize, RequestRefusedError, allow_all, serve
 from app.links.network.sender import Sender
 from app.messages import keys
 from app.messages.control import Accepted, QueueRequest, encode
@@ -16,9 +16,9 @@ from app.messages.driving import (
     PaintedStroke,
     PaintRequest,
 )
-from app.nodes.navigator.command.command_mux import Helm
-from app.nodes.navigator.services.mission_queries import Put, Questions
-from app.nodes.navigator.state.goal_queue import GoalBook
+from app.nodes.navigator.command.command_mux import CommandMux
+from app.nodes.navigator.services.mission_queue import MissionQueue
+from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.control.drive_mode import DriveMode
 from ippon.mission.mission import Mission
 from ippon.planning.visibility.region_weights import RegionWeights, Stroke
@@ -26,45 +26,44 @@ from ippon.planning.visibility.region_weights import RegionWeights, Stroke
 MAX_STROKES = 200
 
 
-class Steering:
-    """Answers in threads of its own, so that a request that takes its time holds up no Stop."""
+class DriveService:
+    """Handles requests in zenoh's threads; the mission's thread runs the operations."""
 
     def __init__(
         self,
         session: zenoh.Session,
         robot: str,
-        helm: Helm,
-        put: Put,
+        mux: CommandMux,
+        operations: MissionQueue,
         sender: Sender,
-        goals: GoalBook,
-        permit: Permit = anyone,
+        goals: GoalQueue,
+        authorize: Authorize = allow_all,
     ) -> None:
-        self._helm = helm
-        self._put = put
+        self._mux = mux
+        self._operations = operations
         self._goals = goals
-        self._questions = Questions(put)
         self._strokes: list[PaintedStroke] = []
-        self._painted = Latched(session, f"{robot}/{keys.PAINTED}", sender)
+        self._painted = LatchedTopic(session, f"{robot}/{keys.PAINTED}", sender)
         self._queryables = [
-            serve(session, f"{robot}/{keys.DRIVE}", DriveRequest, self.drive, permit),
-            serve(session, f"{robot}/{keys.GOTO}", GotoRequest, self.go_to, permit),
-            serve(session, f"{robot}/{keys.QUEUE}", QueueRequest, self.queue, permit),
-            serve(session, f"{robot}/{keys.PAINT}", PaintRequest, self.paint, permit),
+            serve(session, f"{robot}/{keys.DRIVE}", DriveRequest, self.drive, authorize),
+            serve(session, f"{robot}/{keys.GOTO}", GotoRequest, self.go_to, authorize),
+            serve(session, f"{robot}/{keys.QUEUE}", QueueRequest, self.queue, authorize),
+            serve(session, f"{robot}/{keys.PAINT}", PaintRequest, self.paint, authorize),
         ]
 
     def drive(self, request: DriveRequest) -> Accepted:
-        """Say who drives."""
+        """Set the drive mode and speed limit."""
         mode = DriveMode(request.mode)
-        self._put(lambda mission: mission.operator.drive(mode))
-        self._helm.set_mode(mode, request.speed_limit)
+        self._operations.enqueue(lambda mission: mission.operator.drive(mode))
+        self._mux.set_mode(mode, request.speed_limit)
         return Accepted(detail=f"{request.mode}, at most {request.speed_limit:.0%} of the speed")
 
     def go_to(self, request: GotoRequest) -> Accepted:
-        """Send the robot to a point, if there is a way."""
+        """Send the robot to a point that a known path leads to."""
         if request.cancel:
-            self._put(lambda mission: mission.operator.cancel_go_to())
+            self._operations.enqueue(lambda mission: mission.operator.cancel_go_to())
             return Accepted(detail="going nowhere")
-        way_m = self._questions.ask(
+        way_m = self._operations.ask(
             lambda mission: mission.operator.go_to((request.x_m, request.y_m))
         )
         if way_m is None:
@@ -75,7 +74,7 @@ class Steering:
         return Accepted(detail=f"going there, {way_m:.1f} m")
 
     def queue(self, request: QueueRequest) -> Accepted:
-        """Let a waiting goal come next, or none."""
+        """Move a waiting goal to the front of the queue, or remove it."""
         first = request.action == "first"
         change = self._goals.move_first if first else self._goals.remove
         if not change(request.goal_id):
@@ -83,12 +82,12 @@ class Steering:
         return Accepted(detail="it comes next" if first else "it is cancelled")
 
     def paint(self, request: PaintRequest) -> Accepted:
-        """Weigh a part of the floor, or take that back."""
+        """Add, undo or clear painted regions, which weigh the gain of viewpoints."""
         detail = self._repaint(request)
         strokes = [
             Stroke(wish=s.kind, points=tuple(s.strokes), radius_m=s.radius_m) for s in self._strokes
         ]
-        self._put(partial(_weigh, RegionWeights(strokes) if strokes else None))
+        self._operations.enqueue(partial(_weigh, RegionWeights(strokes) if strokes else None))
         self._painted.put(encode(PaintedRegions(regions=list(self._strokes))))
         return Accepted(detail=detail)
 

@@ -28,7 +28,7 @@ def lease() -> Lease:
 def held(lease: Lease) -> Lease:
     """Anna holds, with epoch 1, since 0."""
     assert lease.request(ANNA, 0.0).standing == "holds"
-    lease.take_news()
+    lease.take_events()
     return lease
 
 
@@ -41,34 +41,34 @@ def test_what_is_free_is_taken(lease: Lease) -> None:
     assert (reply.standing, reply.epoch, reply.detail) == ("holds", 1, "You hold control.")
     status = lease.status(0.0)
     assert (status.state, status.holder, status.epoch) == ("held", "Anna", 1)
-    assert lease.take_news() == ("Anna took control",)
-    assert lease.take_news() == ()
+    assert lease.take_events() == ("Anna took control",)
+    assert lease.take_events() == ()
 
 
 def test_while_it_is_free_every_command_counts(lease: Lease) -> None:
     assert lease.refusal(None, 0.0) is None
     assert lease.refusal(ANNA, 0.0) is None
-    assert lease.refusal_of_hand(ANNA.session, 0, 0.0) == "nobody holds control: take it to drive"
+    assert lease.teleop_refusal(ANNA.session, 0, 0.0) == "nobody holds control: take it to drive"
 
 
 def test_the_holders_commands_count_and_nobody_elses(held: Lease) -> None:
     assert held.refusal(ANNA_1, 0.1) is None
-    assert held.refusal_of_hand(ANNA.session, 1, 0.1) is None
+    assert held.teleop_refusal(ANNA.session, 1, 0.1) is None
     refused = (
         "Anna holds control: ask for it, wait until it is released, or take it over "
         "(ippon ask --take)"
     )
     assert held.refusal(None, 0.1) == refused
     assert held.refusal(of_epoch(BERT, 1), 0.1) == refused
-    assert held.refusal_of_hand(BERT.session, 1, 0.1) == "Anna holds control"
+    assert held.teleop_refusal(BERT.session, 1, 0.1) == "Anna holds control"
 
 
 def test_an_old_epoch_counts_no_more(held: Lease) -> None:
     held.release(ANNA_1, 0.1)
     assert held.request(ANNA, 0.2).epoch == 2
     assert "ended" in str(held.refusal(ANNA_1, 0.3))
-    assert held.refusal_of_hand(ANNA.session, 1, 0.3) == "this control has ended"
-    assert held.refusal_of_hand(ANNA.session, 2, 0.3) is None
+    assert held.teleop_refusal(ANNA.session, 1, 0.3) == "this control has ended"
+    assert held.teleop_refusal(ANNA.session, 2, 0.3) is None
 
 
 def test_renewals_keep_it_and_silence_ends_it(held: Lease) -> None:
@@ -79,22 +79,22 @@ def test_renewals_keep_it_and_silence_ends_it(held: Lease) -> None:
     assert held.status(last + STALE_S + 0.01).state == "stale"
     assert held.refusal(ANNA_1, last + EXPIRY_S) is None
     assert held.status(last + EXPIRY_S + 0.01).state == "free"
-    assert held.take_news() == ("Anna is gone: control ran out",)
+    assert held.take_events() == ("Anna is gone: control ran out",)
     assert held.renew(ANNA_1, last + 3.0).standing == "watches"
-    assert held.refusal_of_hand(ANNA.session, 1, last + 3.0) is not None
+    assert held.teleop_refusal(ANNA.session, 1, last + 3.0) is not None
 
 
 def test_asking_shows_and_the_holder_grants(held: Lease) -> None:
     reply = held.request(BERT, 0.1)
     assert (reply.standing, reply.detail) == ("waits", "You have asked Anna for control.")
     assert held.status(0.1).requester == "Bert"
-    assert held.take_news() == ("Bert asks Anna for control",)
+    assert held.take_events() == ("Bert asks Anna for control",)
     assert held.grant(ANNA_1, 0.2).standing == "watches"
     reply = held.renew(BERT, 0.3)
     assert (reply.standing, reply.epoch) == ("holds", 2)
     assert held.refusal(of_epoch(BERT, 2), 0.3) is None
     assert held.refusal(ANNA_1, 0.3) is not None
-    assert held.take_news() == ("Bert was given control by Anna",)
+    assert held.take_events() == ("Bert was given control by Anna",)
 
 
 def test_the_holder_denies_and_may_be_asked_again(held: Lease) -> None:
@@ -147,7 +147,7 @@ def test_a_supervisor_takes_it(held: Lease) -> None:
     assert held.take(CARL, 0.2).epoch == 2
     assert str(held.refusal(ANNA_1, 0.2)).startswith("Carl holds control: ask for it")
     assert held.status(0.2).requester == "Bert"
-    assert held.take_news()[-1] == "Carl took control from Anna"
+    assert held.take_events()[-1] == "Carl took control from Anna"
     assert held.take(of_epoch(CARL, 2), 0.3).epoch == 2, "taking one's own changes nothing"
 
 
@@ -196,5 +196,5 @@ def test_whatever_happens_one_at_most_commands(steps: list[tuple[str, int, float
                 if lease.refusal(of_epoch(p, e), now) is None
             ]
             assert allowed == [(status.holder, status.epoch)]
-            driving = [p for p in PEOPLE if not lease.refusal_of_hand(p.session, last_epoch, now)]
+            driving = [p for p in PEOPLE if not lease.teleop_refusal(p.session, last_epoch, now)]
             assert [p.name for p in driving] == [status.holder]

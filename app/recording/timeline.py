@@ -1,7 +1,7 @@
-"""What a timeline shows of a whole session, gathered message by message.
+"""Timeline of a session: trajectory, statuses, events and marks.
 
-The recorder puts it into the file, so that an hour is opened without being read; of a file without
-one it is made by reading the file.
+The recorder attaches it to the file, so that a long recording opens without being read. For a file
+without one it is built by reading the messages.
 """
 
 import math
@@ -12,13 +12,13 @@ import zstandard
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.control import Event, ProximityTable, Status, decode
+from app.messages.control import Event, LevelTable, Status, decode
 from app.messages.motion import StampedTransform, decode_transforms
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 
-ATTACHMENT: Final = "ippon/digest.json.zst"
-DIGEST_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.PROXIMITY)
+TIMELINE_ATTACHMENT: Final = "ippon/digest.json.zst"
+TIMELINE_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.LEVELS)
 STATUS_EVERY_NS: Final = 500_000_000
 TRAIL_STEP_M: Final = 0.05
 _BASE: Final = "base_link"
@@ -45,11 +45,11 @@ MARKS: Final[dict[str, MarkKind]] = {
     "stream_lost": "lost",
     "error": "error",
 }
-"""Kinds of events that stand on the timeline, and as what."""
+"""Kind of mark for each kind of event that is marked on the timeline."""
 
 
 class TrailPoint(msgspec.Struct, frozen=True, array_like=True):
-    """Where the robot was."""
+    """Position of the robot, world frame, metres."""
 
     time_ns: int
     x: float
@@ -58,29 +58,29 @@ class TrailPoint(msgspec.Struct, frozen=True, array_like=True):
 
 
 class TimedStatus(msgspec.Struct, frozen=True, array_like=True):
-    """A status, without what only the moment itself needs."""
+    """A status, without streams, queue, history, notes and `why`."""
 
     time_ns: int
     status: Status
 
 
 class TimedEvent(msgspec.Struct, frozen=True, array_like=True):
-    """An event and when it came."""
+    """An event and its time."""
 
     time_ns: int
     event: Event
 
 
 class Mark(msgspec.Struct, frozen=True):
-    """Something on the timeline."""
+    """A mark on the timeline."""
 
     time_ns: int
     kind: MarkKind
     text: str
 
 
-class Digest(msgspec.Struct, kw_only=True):
-    """A session in brief; `take` every message of `DIGEST_KEYS` in order."""
+class SessionTimeline(msgspec.Struct, kw_only=True):
+    """Summary of a session over time; built by `take` of every message of `TIMELINE_KEYS`."""
 
     trail: list[TrailPoint] = []
     statuses: list[TimedStatus] = []
@@ -94,7 +94,7 @@ class Digest(msgspec.Struct, kw_only=True):
     """Goal of the last table of levels."""
 
     def take(self, key: str, payload: bytes, time_ns: int) -> None:
-        """Take one message; what cannot be read is left out."""
+        """Add one message; ignore it if it cannot be decoded."""
         try:
             if key == keys.STATUS:
                 self._take_status(decode(payload, Status), time_ns)
@@ -102,10 +102,10 @@ class Digest(msgspec.Struct, kw_only=True):
                 self._take_event(decode(payload, Event), time_ns)
             elif key == keys.TF:
                 self._take_transforms(decode_transforms(payload), time_ns)
-            elif key == keys.PROXIMITY:
-                self._take_levels(decode(payload, ProximityTable), time_ns)
+            elif key == keys.LEVELS:
+                self._take_levels(decode(payload, LevelTable), time_ns)
         except (MessageError, msgspec.DecodeError):
-            # The reader of the file counts broken messages; here they say nothing.
+            # The reader of the file counts broken messages.
             return
 
     def _take_status(self, status: Status, time_ns: int) -> None:
@@ -128,8 +128,8 @@ class Digest(msgspec.Struct, kw_only=True):
         if event.kind == "found":
             self.found_ns = time_ns
 
-    def _take_levels(self, table: ProximityTable, time_ns: int) -> None:
-        # The first table of a goal comes with its query; a later one is an edit, or an answer.
+    def _take_levels(self, table: LevelTable, time_ns: int) -> None:
+        # The first table of a goal belongs to its query; later ones are edits or answers.
         if table.goal_id == self.levels_of:
             self.marks.append(Mark(time_ns, "levels", f"levels changed ({table.provider})"))
         self.levels_of = table.goal_id
@@ -144,33 +144,33 @@ class Digest(msgspec.Struct, kw_only=True):
                 self.trail.append(TrailPoint(time_ns, round(x, 3), round(y, 3), round(z, 3)))
 
 
-def pack_digest(digest: Digest) -> bytes:
-    """Return a digest as it stands in a file."""
-    return zstandard.ZstdCompressor(level=3).compress(msgspec.json.encode(digest))
+def pack_timeline(timeline: SessionTimeline) -> bytes:
+    """Encode a timeline as an attachment."""
+    return zstandard.ZstdCompressor(level=3).compress(msgspec.json.encode(timeline))
 
 
-def unpack_digest(packed: bytes) -> Digest:
-    """Read `pack_digest`.
+def unpack_timeline(packed: bytes) -> SessionTimeline:
+    """Read `pack_timeline`.
 
     Raises:
-        RecordingError: It is none, or of another version.
+        RecordingError: The data cannot be decoded, or are of another version.
     """
     try:
         text = zstandard.ZstdDecompressor().decompress(packed, max_output_size=_MAX_BYTES)
-        return msgspec.json.decode(text, type=Digest)
+        return msgspec.json.decode(text, type=SessionTimeline)
     except (zstandard.ZstdError, msgspec.DecodeError) as error:
-        raise RecordingError(f"the recording's digest is not understood: {error}") from error
+        raise RecordingError(f"the recording's timeline is not understood: {error}") from error
 
 
-def digest_of(recording: Recording) -> Digest:
-    """Return the digest in a file, made by reading the file where there is none."""
-    packed = recording.attachment(ATTACHMENT)
+def timeline_of(recording: Recording) -> SessionTimeline:
+    """Return the timeline attached to a file, or build it from the messages."""
+    packed = recording.attachment(TIMELINE_ATTACHMENT)
     if packed is not None:
         try:
-            return unpack_digest(packed)
+            return unpack_timeline(packed)
         except RecordingError as error:
             recording.index.problems.append(str(error))
-    digest = Digest()
-    for message in recording.all_messages(DIGEST_KEYS):
-        digest.take(message.key, message.payload, message.time_ns)
-    return digest
+    timeline = SessionTimeline()
+    for message in recording.all_messages(TIMELINE_KEYS):
+        timeline.take(message.key, message.payload, message.time_ns)
+    return timeline
