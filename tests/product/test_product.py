@@ -1,4 +1,4 @@
-"""The whole product as a newcomer meets it: one command, one page, one search."""
+"""The whole product as a new_browser meets it: one command, one page, one search."""
 
 import os
 import re

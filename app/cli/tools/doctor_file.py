@@ -32,7 +32,7 @@ def _print(path: Path, checkup: Checkup) -> None:
     for problem in checkup.problems:
         screen.print(f"  [yellow]{escape(problem)}[/yellow]", soft_wrap=True)
     if checkup.repaired:
-        screen.print("  [green]mended: index, digest and metadata.yaml are written anew[/green]")
+        screen.print("  [green]mended: index, timeline and metadata.yaml are written anew[/green]")
     elif checkup.complete and not checkup.problems:
         screen.print("  [green]whole[/green]")
     if checkup.missing:

@@ -14,17 +14,17 @@ from starlette.types import ASGIApp
 from app.nodes.console.link.commands import Controller
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.scene.inbox import Inbox
-from app.nodes.console.scene.scene_thread import EVERY, Conductor
-from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.scene.scene_thread import EVERY, SceneThread
+from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.access import LOOPBACK, LoginAccess, OpenAccess
 from app.nodes.console.web.accounts import AccountError, Accounts, load_accounts, one_account
-from app.nodes.console.web.browsers import Visitors
+from app.nodes.console.web.browsers import Browsers
 from app.nodes.console.web.connections import BoundedProtocol
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
-from app.nodes.console.web.login import LoginDesk
+from app.nodes.console.web.login import LoginPages
 from app.nodes.console.web.viser_proxy import MAX_CLIENT_MESSAGE
-from app.nodes.console.web.viser_server import ViserBackend, start_viser
+from app.nodes.console.web.viser_server import LoopbackViserServer, start_viser
 from app.view.drawing.viser_client import PackingError
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
@@ -90,7 +90,7 @@ def run_console(config: ConsoleConfig) -> None:
     """
     accounts, tls = _accounts(config), _tls(config)
     listener = listen_on(config)
-    inbox, bulletin = Inbox(EVERY), Bulletin()
+    inbox, state_feed = Inbox(EVERY), StateFeed()
     topics = SceneReader(SceneModel()).keys
     failures: list[Exception] = []
 
@@ -99,21 +99,21 @@ def run_console(config: ConsoleConfig) -> None:
         server.should_exit = True
 
     link = NavigatorLink(config.connect, config.robot, topics, inbox, fail)
-    visitors = Visitors()
-    backend = start_viser(visitors)
+    browsers = Browsers()
+    viser_server = start_viser(browsers)
     try:
-        gateway = _gateway(config, backend, bulletin, link, visitors, accounts)
+        gateway = _gateway(config, viser_server, state_feed, link, browsers, accounts)
     except PackingError as error:
-        backend.close()
+        viser_server.close()
         listener.close()
         raise ConsoleError(f"{error}; install the viser that constraints.txt names") from error
     settings = server_settings(gateway.app())
     settings.load()
     settings.ssl = tls
     server = uvicorn.Server(settings)
-    conductor = Conductor(backend, link, inbox, bulletin, fail)
+    scene_thread = SceneThread(viser_server, link, inbox, state_feed, fail)
     link.start()
-    conductor.start()
+    scene_thread.start()
     scheme = "http" if tls is None else "https"
     logger.info("console at %s://%s:%d", scheme, *listener.getsockname()[:2])
     if config.host not in LOOPBACK and tls is None:
@@ -124,9 +124,9 @@ def run_console(config: ConsoleConfig) -> None:
     try:
         server.run(sockets=[listener])
     finally:
-        conductor.stop()
+        scene_thread.stop()
         link.close()
-        backend.close()
+        viser_server.close()
         listener.close()
     if failures:
         raise ConsoleError(
@@ -137,18 +137,18 @@ def run_console(config: ConsoleConfig) -> None:
 
 def _gateway(
     config: ConsoleConfig,
-    backend: ViserBackend,
-    bulletin: Bulletin,
+    viser_server: LoopbackViserServer,
+    state_feed: StateFeed,
     controller: Controller,
-    visitors: Visitors,
+    browsers: Browsers,
     accounts: Accounts | None,
 ) -> Gateway:
     hosts = Hosts(config.host, config.names)
     if accounts is None:
-        return Gateway(backend, bulletin, controller, OpenAccess(visitors), hosts)
-    access = LoginAccess(visitors, is_secure=config.tls_certificate is not None)
-    login = LoginDesk(access, accounts)
-    return Gateway(backend, bulletin, controller, access, hosts, login)
+        return Gateway(viser_server, state_feed, controller, OpenAccess(browsers), hosts)
+    access = LoginAccess(browsers, is_secure=config.tls_certificate is not None)
+    login = LoginPages(access, accounts)
+    return Gateway(viser_server, state_feed, controller, access, hosts, login)
 
 
 def _accounts(config: ConsoleConfig) -> Accounts | None:

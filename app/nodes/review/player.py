@@ -11,9 +11,9 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
 from app.messages.scene import VoxelCloud, encode_voxels
-from app.recording.digest import DIGEST_KEYS, Digest, digest_of
 from app.recording.reading.recording import Recording
-from app.view.model.restoration import RESTORE, Restoration
+from app.recording.timeline import TIMELINE_KEYS, SessionTimeline, timeline_of
+from app.view.model.seek_history import SEEK_HISTORY, SeekHistory
 
 PLOT_POINTS: Final = 1000
 TRAIL_POINTS: Final = 4000
@@ -34,16 +34,18 @@ Emit = Callable[[str, bytes], object]
 class Player:
     """A position in one recording. One thread owns it; time is told, never read."""
 
-    def __init__(self, recording: Recording, emit: Emit, digest: Digest | None = None) -> None:
+    def __init__(
+        self, recording: Recording, emit: Emit, timeline: SessionTimeline | None = None
+    ) -> None:
         """Stand at the beginning, and show it.
 
         Args:
             recording: An open one.
             emit: Takes every message, as the console's inbox does.
-            digest: Of the recording; made where there is none.
+            timeline: Of the recording; made where there is none.
         """
         self.recording = recording
-        self.digest = digest if digest is not None else digest_of(recording)
+        self.timeline = timeline if timeline is not None else timeline_of(recording)
         self._emit = emit
         self._frames = recording.times_ns(keys.COLOR)
         self._whole = False
@@ -73,8 +75,8 @@ class Player:
         before_ns = self.recording.end_ns
         if not self.recording.refresh():
             return False
-        for message in self.recording.between(before_ns, self.recording.end_ns, DIGEST_KEYS):
-            self.digest.take(message.key, message.payload, message.time_ns)
+        for message in self.recording.between(before_ns, self.recording.end_ns, TIMELINE_KEYS):
+            self.timeline.take(message.key, message.payload, message.time_ns)
         self._frames = self.recording.times_ns(keys.COLOR)
         return True
 
@@ -83,7 +85,7 @@ class Player:
         recording = self.recording
         time_ns = recording.start_ns + round(position_s * 1e9)
         self.time_ns = min(max(time_ns, self._first_ns), recording.end_ns)
-        self._emit(RESTORE, msgspec.json.encode(self._past()))
+        self._emit(SEEK_HISTORY, msgspec.json.encode(self._past()))
         # The picture first: a find is shown in the picture of its moment.
         for key in (keys.COLOR, keys.STATUS):
             last = recording.latest(key, self.time_ns)
@@ -149,12 +151,14 @@ class Player:
         for message in recording.between(since_ns, self.time_ns, (keys.MAP_VOXELS,)):
             self._emit(message.key, message.payload)
 
-    def _past(self) -> Restoration:
-        digest, now = self.digest, self.time_ns
-        trail = digest.trail[: bisect_right(digest.trail, now, key=lambda p: p.time_ns)]
-        statuses = digest.statuses[: bisect_right(digest.statuses, now, key=lambda s: s.time_ns)]
-        events = digest.events[: bisect_right(digest.events, now, key=lambda e: e.time_ns)]
-        return Restoration(
+    def _past(self) -> SeekHistory:
+        timeline, now = self.timeline, self.time_ns
+        trail = timeline.trail[: bisect_right(timeline.trail, now, key=lambda p: p.time_ns)]
+        statuses = timeline.statuses[
+            : bisect_right(timeline.statuses, now, key=lambda s: s.time_ns)
+        ]
+        events = timeline.events[: bisect_right(timeline.events, now, key=lambda e: e.time_ns)]
+        return SeekHistory(
             trail=[(p.x, p.y, p.z) for p in trail[:: 1 + len(trail) // TRAIL_POINTS]],
             statuses=[s.status for s in statuses[:: 1 + len(statuses) // PLOT_POINTS]],
             events=[e.event for e in events[-SHOWN_EVENTS:]],

@@ -10,9 +10,9 @@ from mcap.writer import CompressionType, Writer
 
 from app.messages import keys
 from app.recording.channels import Topic, to_recorded, topic_of
-from app.recording.digest import ATTACHMENT, digest_of, pack_digest
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
+from app.recording.timeline import ATTACHMENT, pack_timeline, timeline_of
 from app.recording.writing.bag_metadata import write_bag_metadata
 from app.recording.writing.session import CONFIGURATION, SUMMARY, THUMBNAIL, summary_of, thumbnail
 from app.recording.writing.writer import PROFILE, register
@@ -111,15 +111,15 @@ def _copy(recording: Recording, target: Path, versions: dict[str, str]) -> Count
 
 
 def _attach(recording: Recording, mcap: Writer) -> None:
-    digest, end_ns = digest_of(recording), recording.end_ns
-    picture = recording.latest(keys.COLOR, digest.found_ns or end_ns)
+    timeline, end_ns = timeline_of(recording), recording.end_ns
+    picture = recording.latest(keys.COLOR, timeline.found_ns or end_ns)
     files = {
         CONFIGURATION: ("application/json", recording.attachment(CONFIGURATION)),
-        ATTACHMENT: ("application/zstd", pack_digest(digest)),
+        ATTACHMENT: ("application/zstd", pack_timeline(timeline)),
         THUMBNAIL: ("image/jpeg", thumbnail(picture.payload if picture is not None else None)),
     }
     for name, (kind, data) in files.items():
         if data is not None:
             mcap.add_attachment(end_ns, end_ns, name, kind, data)
     if SUMMARY not in recording.index.metadata:
-        mcap.add_metadata(SUMMARY, summary_of(digest, recording.duration_s))
+        mcap.add_metadata(SUMMARY, summary_of(timeline, recording.duration_s))

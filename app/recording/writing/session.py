@@ -1,4 +1,4 @@
-"""One session being recorded: the file, its digest, its limits, and what it is called."""
+"""One session being recorded: the file, its timeline, its limits, and what it is called."""
 
 import io
 import itertools
@@ -21,7 +21,7 @@ from app.messages.cdr import MessageError
 from app.messages.images import decode_color, decompress_color
 from app.messages.scene import decode_detections, decode_tree
 from app.recording.channels import MARKERS_KEY
-from app.recording.digest import ATTACHMENT, DIGEST_KEYS, Digest, pack_digest
+from app.recording.timeline import ATTACHMENT, TIMELINE_KEYS, SessionTimeline, pack_timeline
 from app.recording.writing.limits import RecordingLimits, Verdict, judge
 from app.recording.writing.markers import encode_markers
 from app.recording.writing.thinning import Thinning
@@ -66,7 +66,7 @@ class Session:
             OSError: It cannot be written there.
         """
         self.writer = SessionWriter(_unused(root / session_name(robot, wall_ns * 1e-9)), robot)
-        self.digest = Digest()
+        self.timeline = SessionTimeline()
         self.start_ns = wall_ns
         self._limits = limits
         self._thinning = Thinning(sensor_hz)
@@ -87,10 +87,10 @@ class Session:
         if not self._thinning.keeps(key, payload):
             return
         self.writer.add(key, payload, wall_ns, now_s)
-        if key in DIGEST_KEYS:
-            had = self.digest.found_ns
-            self.digest.take(key, payload, wall_ns)
-            if self.digest.found_ns != had:
+        if key in TIMELINE_KEYS:
+            had = self.timeline.found_ns
+            self.timeline.take(key, payload, wall_ns)
+            if self.timeline.found_ns != had:
                 self._found_image = self._image
         elif key == keys.COLOR:
             self._image = payload
@@ -114,14 +114,14 @@ class Session:
         return judge(self._limits, self.writer.written_bytes, free)
 
     def close(self) -> None:
-        """End the session: digest, summary, picture, indexes."""
+        """End the session: timeline, summary, picture, indexes."""
         end_ns = time.time_ns()
         writer = self.writer
-        writer.attach(ATTACHMENT, "application/zstd", pack_digest(self.digest), end_ns)
+        writer.attach(ATTACHMENT, "application/zstd", pack_timeline(self.timeline), end_ns)
         picture = thumbnail(self._found_image or self._image)
         if picture is not None:
             writer.attach(THUMBNAIL, "image/jpeg", picture, end_ns)
-        writer.note_metadata(SUMMARY, summary_of(self.digest, (end_ns - self.start_ns) * 1e-9))
+        writer.note_metadata(SUMMARY, summary_of(self.timeline, (end_ns - self.start_ns) * 1e-9))
         writer.close()
 
     def _add_markers(self, wall_ns: int, now_s: float) -> None:
@@ -134,16 +134,16 @@ class Session:
         self.writer.add(MARKERS_KEY, encode_markers(tree, finds, stamp_ns), wall_ns, now_s)
 
 
-def summary_of(digest: Digest, duration_s: float) -> dict[str, str]:
+def summary_of(timeline: SessionTimeline, duration_s: float) -> dict[str, str]:
     """Return what a list of sessions shows, as text by name."""
-    last = digest.last
+    last = timeline.last
     summary = {"duration_s": f"{duration_s:.1f}"}
     if last is None:
         return summary
     goals = [*last.history, *([last.goal] if last.goal is not None else [])]
     summary |= {
         "robot": last.robot,
-        "path_length_m": f"{_driven_m(digest):.2f}",
+        "path_length_m": f"{_driven_m(timeline):.2f}",
         "explored_m2": f"{last.explored_m2:.1f}",
         "goals": json.dumps([msgspec.to_builtins(goal) for goal in goals]),
     }
@@ -169,8 +169,8 @@ def thumbnail(color: bytes | None) -> bytes | None:
     return out.getvalue()
 
 
-def _driven_m(digest: Digest) -> float:
-    points = [(p.x, p.y) for p in digest.trail]
+def _driven_m(timeline: SessionTimeline) -> float:
+    points = [(p.x, p.y) for p in timeline.trail]
     return sum(
         ((bx - ax) ** 2 + (by - ay) ** 2) ** 0.5
         for (ax, ay), (bx, by) in itertools.pairwise(points)

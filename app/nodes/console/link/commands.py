@@ -6,8 +6,8 @@ from typing import Literal, Protocol
 from app.messages.control import ControlRequest, LevelName, PreviewReply, SentenceReading
 from app.messages.driving import DriveModeName
 from app.messages.lease import LeaseReply
-from app.nodes.console.web.browsers import Visitor
-from ippon.control.drive import Hand
+from app.nodes.console.web.browsers import Browser
+from ippon.control.drive_mode import TeleopInput
 
 LeaseAction = Literal["request", "renew", "release", "grant", "deny", "take"]
 PaintAction = Literal["look_here", "not_here", "undo", "clear"]
@@ -40,18 +40,18 @@ class Controller(Protocol):
         ...
 
     async def lease(self, action: LeaseAction) -> LeaseReply:
-        """Ask for control in the acting visitor's name, keep it, or hand it on.
+        """Ask for control in the acting browser's name, keep it, or hand it on.
 
         Raises:
             CommandError: It did not arrive, or was refused.
         """
         ...
 
-    def may_touch(self, visitor: Visitor) -> bool:
-        """Tell whether a visitor may use the panels: nobody else holds control."""
+    def may_touch(self, browser: Browser) -> bool:
+        """Tell whether a browser may use the panels: nobody else holds control."""
         ...
 
-    def hand(self, hand: Hand) -> None:
+    def send_input(self, hand: TeleopInput) -> None:
         """Pass on what an operator holds down; at once, and without an answer."""
         ...
 

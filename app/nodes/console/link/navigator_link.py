@@ -19,12 +19,12 @@ from app.messages.control import Accepted, ControlReply, ControlRequest, M, Stat
 from app.messages.driving import DriveModeName, DriveRequest, DriveStatus, TeleopTag
 from app.messages.lease import LeaseReply, LeaseRequest, LeaseStatus, TakeRequest
 from app.messages.motion import StampedTwist, encode_twist
+from app.nodes.console.critical_thread import OnFailure, critical_thread
 from app.nodes.console.link.commands import CommandError, LeaseAction
-from app.nodes.console.link.panel_requests import REQUESTER, Wishes
+from app.nodes.console.link.panel_requests import REQUESTER, PanelRequests
 from app.nodes.console.scene.inbox import Inbox
-from app.nodes.console.vital_thread import OnFailure, vital_thread
-from app.nodes.console.web.browsers import Visitor, acting
-from ippon.control.drive import Hand
+from app.nodes.console.web.browsers import Browser, acting_browser
+from ippon.control.drive_mode import TeleopInput
 
 logger = logging.getLogger(__name__)
 
@@ -51,7 +51,7 @@ _CONNECT_S: Final = 1.5
 _RETRY_S: Final = 0.5
 
 
-class NavigatorLink(Wishes):
+class NavigatorLink(PanelRequests):
     """Two sessions, one for what comes in and one for commands, so that no map delays a Stop.
 
     The commanding session stays open while a router answers: silence alone does not close it.
@@ -87,7 +87,7 @@ class NavigatorLink(Wishes):
         self._silence_told_of: float | None = None
         """When the navigator was last heard before the silence that the log tells of."""
         self._stop = threading.Event()
-        self._thread = vital_thread("link", self._keep_open, on_failure)
+        self._thread = critical_thread("link", self._keep_open, on_failure)
 
     def start(self) -> None:
         """Open the sessions, in the background and for as long as it takes."""
@@ -131,23 +131,23 @@ class NavigatorLink(Wishes):
         return await asyncio.to_thread(self.set_drive, mode, limit)
 
     async def lease(self, action: LeaseAction) -> LeaseReply:
-        """Ask for control in the acting visitor's name, keep it, or hand it on."""
+        """Ask for control in the acting browser's name, keep it, or hand it on."""
         return await asyncio.to_thread(self._lease, action)
 
     def lease_in(self, status: Status) -> LeaseStatus:
         """Return who holds control, as far as this console's pages are concerned."""
         return status.lease
 
-    def may_touch(self, visitor: Visitor) -> bool:
-        """Tell whether a visitor may use the panels: nobody else holds control."""
+    def may_touch(self, browser: Browser) -> bool:
+        """Tell whether a browser may use the panels: nobody else holds control."""
         lease = self.lease_status
-        holds = visitor.standing == "holds" and lease.epoch <= visitor.epoch
-        return visitor.may_command and (lease.state == "free" or holds)
+        holds = browser.standing == "holds" and lease.epoch <= browser.epoch
+        return browser.may_command and (lease.state == "free" or holds)
 
-    def hand(self, hand: Hand) -> None:
+    def send_input(self, hand: TeleopInput) -> None:
         """Pass on what an operator holds down; what cannot be sent is as good as let go."""
-        tops, hands, visitor = self.drive_status, self._hands, acting()
-        if hands is None or visitor is None or not visitor.may_command:
+        tops, hands, browser = self.drive_status, self._hands, acting_browser()
+        if hands is None or browser is None or not browser.may_command:
             return
         twist = StampedTwist(
             stamp_ns=time.time_ns(),
@@ -155,7 +155,7 @@ class NavigatorLink(Wishes):
             yaw_rate_rad_s=hand.turn * tops.top_yaw_rate_rad_s,
             tilt_rate_rad_s=hand.tilt * tops.top_tilt_rate_rad_s,
         )
-        tag = TeleopTag(sender=visitor.session, epoch=visitor.epoch, seq=next(self._hand_seq))
+        tag = TeleopTag(sender=browser.session, epoch=browser.epoch, seq=next(self._hand_seq))
         try:
             hands.put(encode_twist(twist), attachment=encode(tag))
         except zenoh.ZError as error:
@@ -163,8 +163,8 @@ class NavigatorLink(Wishes):
 
     def set_drive(self, mode: DriveModeName, speed_limit: float) -> str:
         """Say who drives, and how fast at most."""
-        visitor = acting()
-        if mode != "auto" and visitor is not None and visitor.standing != "holds":
+        browser = acting_browser()
+        if mode != "auto" and browser is not None and browser.standing != "holds":
             # A hand on the wheels needs the lease: whoever wants to drive asks for it with that.
             reply = self._lease("request")
             if reply.standing != "holds":
@@ -188,16 +188,16 @@ class NavigatorLink(Wishes):
         return "The search is cancelled; the map stays."
 
     def _lease(self, action: LeaseAction) -> LeaseReply:
-        visitor = acting()
-        if visitor is None:
+        browser = acting_browser()
+        if browser is None:
             raise CommandError("control is asked for from a page")
-        if action == "take" and visitor.role != "supervisor":
-            raise CommandError(f"your login ({visitor.role}) takes control from nobody: ask for it")
+        if action == "take" and browser.role != "supervisor":
+            raise CommandError(f"your login ({browser.role}) takes control from nobody: ask for it")
         if action == "take":
             reply = self._request(keys.LEASE_TAKE, TakeRequest(), LeaseReply)
         else:
             reply = self._request(keys.LEASE, LeaseRequest(action=action), LeaseReply)
-        visitor.take_note(reply)
+        browser.update_lease(reply)
         return reply
 
     def _control(self, request: ControlRequest) -> str:
@@ -212,14 +212,14 @@ class NavigatorLink(Wishes):
     def _request(
         self, topic: str, message: msgspec.Struct, kind: type[M], timeout_s: float | None = None
     ) -> M:
-        session, visitor = self._commanding, acting()
+        session, browser = self._commanding, acting_browser()
         is_stop = isinstance(message, ControlRequest) and message.action == "stop"
-        if visitor is not None and not visitor.may_command and not is_stop:
+        if browser is not None and not browser.may_command and not is_stop:
             raise CommandError("your login (viewer) may watch and stop, not command")
         if session is None:
             raise _UndeliveredError(f"no navigator at {self.endpoint}")
         try:
-            who = visitor.credential() if visitor is not None else None
+            who = browser.credential() if browser is not None else None
             return ask(session, self._key(topic), message, kind, timeout_s or REPLY_S, who)
         except RequestRefusedError as error:
             raise CommandError(str(error)) from error

@@ -33,7 +33,7 @@ READ_S: Final = 12.0
 """So long a sentence may take: longer than the navigator gives its language model."""
 
 
-class Wishes(ABC):
+class PanelRequests(ABC):
     """The part of `Actions` that needs nothing but a way to ask."""
 
     recorded = False

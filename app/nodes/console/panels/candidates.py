@@ -58,7 +58,7 @@ class CandidatesPanel:
             buttons.visible = is_listed and not self._actions.recorded
             if shown is not None and is_listed:
                 place = shown[n]
-                picture = None if place.sighting is None else crop(place.sighting)
+                picture = None if place.picture is None else crop(place.picture)
                 label = labels[place.label] if place.label < len(labels) else ""
                 text.content = markup.candidate(n + 1, place, picture, label, start_ns)
 

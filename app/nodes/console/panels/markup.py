@@ -124,12 +124,12 @@ def candidate(
     x, y, z = place.point_world
     image = '<span class="ip-no-picture">no picture kept</span>'
     seen = "no picture of it is kept"
-    if picture is not None and place.sighting is not None:
+    if picture is not None and place.picture is not None:
         data = base64.b64encode(picture).decode()
         image = f'<img alt="" src="data:image/jpeg;base64,{data}">'
-        since_ns = place.sighting.picture.stamp_ns - start_ns
+        since_ns = place.picture.picture.stamp_ns - start_ns
         when = "before this search" if since_ns < 0 else f"at {_clock(since_ns)}"
-        seen = f"seen {when} from {place.sighting.depth_m:.1f} m"
+        seen = f"seen {when} from {place.picture.depth_m:.1f} m"
     taken_for = f"taken for: {words(label)}<br>" if label else ""
     return (
         f'<div class="ip-candidate">{image}<p><b>{number}</b> {place.probability:.0%} likely<br>'

@@ -5,11 +5,11 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from app.nodes.console.panels.map import MapPanel
-from app.nodes.console.web.browsers import Visitor
+from app.nodes.console.web.browsers import Browser
 from app.view.drawing.camera_follow import CameraFollow
 from app.view.drawing.overlay_layer import NOTHING, Highlight
 from app.view.drawing.subtree import Subtree
-from app.view.drawing.viser_private import outliving, uuid_of
+from app.view.drawing.viser_private import ignore_disconnect, uuid_of
 from app.view.drawing.viser_scene import ALL_PARTS, ROOTS, ViserScene
 from app.view.model.scene_model import Part, SceneModel
 from app.view.view_options import ViewOptions
@@ -21,7 +21,7 @@ _FIRST: Final[frozenset[Part]] = frozenset({"proximity"})
 """What the controls of a browser that has just come show."""
 
 
-class Window:
+class BrowserView:
     """One browser's choice of what to see.
 
     While it is the first choice, the browser sees the drawing that all have in common; from the
@@ -29,12 +29,12 @@ class Window:
     """
 
     def __init__(
-        self, client: Any, visitor: Visitor | None, tab: Any, on_change: Callable[[], None]
+        self, client: Any, browser: Browser | None, tab: Any, on_change: Callable[[], None]
     ) -> None:
         self.client = client
         self.options = ViewOptions()
         self.wants_framing = False
-        self._visitor = visitor
+        self._browser = browser
         self._on_change = on_change
         self._own: ViserScene | None = None
         self._is_new = True
@@ -42,8 +42,8 @@ class Window:
         with client.atomic(), tab:
             self._panel = MapPanel(client.gui, self._choose, self._recall)
         self._controls = {uuid_of(handle) for handle in self._panel.controls()}
-        if visitor is not None:
-            visitor.own_controls |= self._controls
+        if browser is not None:
+            browser.own_controls |= self._controls
 
     def draw(self, model: SceneModel, changed: frozenset[Part], highlight: Highlight) -> None:
         """Draw what changed, and all of it after a choice."""
@@ -59,15 +59,15 @@ class Window:
             self._panel.update(model, _FIRST if self._is_new else changed)
             self._is_new = False
 
-    def point_at(self, highlight: Highlight) -> None:
+    def highlight_for_all(self, highlight: Highlight) -> None:
         """Mark something."""
         if self._own is not None:
             self._own.overlay.draw_highlight(highlight)
 
     def close(self) -> None:
         """Forget what was this browser's."""
-        if self._visitor is not None:
-            self._visitor.own_controls -= self._controls
+        if self._browser is not None:
+            self._browser.own_controls -= self._controls
 
     def _drawing_of_its_own(self) -> ViserScene:
         for name in ROOTS:
@@ -85,7 +85,7 @@ class Window:
         self._on_change()
 
 
-class Windows:
+class BrowserViews:
     """Every browser that is there. Browsers come and go in viser's threads, all else in one."""
 
     def __init__(
@@ -103,13 +103,13 @@ class Windows:
         self._tab = tab
         self._follow = follow
         self._on_change = on_change
-        self._news: queue.SimpleQueue[tuple[Any, Visitor | None, bool]] = queue.SimpleQueue()
-        self._open: dict[int, Window] = {}
+        self._news: queue.SimpleQueue[tuple[Any, Browser | None, bool]] = queue.SimpleQueue()
+        self._open: dict[int, BrowserView] = {}
         self._highlight = NOTHING
 
-    def join(self, client: Any, visitor: Visitor | None) -> None:
+    def join(self, client: Any, browser: Browser | None) -> None:
         """Take over a browser that has just connected."""
-        self._news.put((client, visitor, True))
+        self._news.put((client, browser, True))
         self._on_change()
 
     def leave(self, client: Any) -> None:
@@ -118,28 +118,28 @@ class Windows:
 
     def options_of(self, client_id: int) -> ViewOptions:
         """Return what a browser has chosen to see."""
-        window = self._open.get(client_id)
-        return ViewOptions() if window is None else window.options
+        view = self._open.get(client_id)
+        return ViewOptions() if view is None else view.options
 
-    def point_at(self, highlight: Highlight) -> None:
+    def highlight_for_all(self, highlight: Highlight) -> None:
         """Mark something for everyone."""
         self._highlight = highlight
         self._common.overlay.draw_highlight(highlight)
-        for window in self._open.values():
-            with outliving(window.client):
-                window.point_at(highlight)
+        for view in self._open.values():
+            with ignore_disconnect(view.client):
+                view.highlight_for_all(highlight)
 
     def draw(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Draw what changed, for all in common and for those who see something else."""
         if changed:
             self._common.draw(model, changed, ViewOptions())
         self._admit()
-        for window in self._open.values():
-            with outliving(window.client):
-                window.draw(model, changed, self._highlight)
-            if window.wants_framing:
-                window.wants_framing = False
-                self._follow.recall(window.client)
+        for view in self._open.values():
+            with ignore_disconnect(view.client):
+                view.draw(model, changed, self._highlight)
+            if view.wants_framing:
+                view.wants_framing = False
+                self._follow.frame_map(view.client)
 
     def bounds(self) -> tuple[Float64Array, Float64Array] | None:
         """Return the least and greatest (x, y) of the map in metres; None without one."""
@@ -147,15 +147,15 @@ class Windows:
 
     def _admit(self) -> None:
         while not self._news.empty():
-            client, visitor, comes = self._news.get()
+            client, browser, comes = self._news.get()
             if comes:
-                with outliving(client):
-                    self._open[client.client_id] = Window(
-                        client, visitor, self._tab, self._on_change
+                with ignore_disconnect(client):
+                    self._open[client.client_id] = BrowserView(
+                        client, browser, self._tab, self._on_change
                     )
                 self._follow.add(client)
                 continue
             self._follow.remove(client)
-            window = self._open.pop(client.client_id, None)
-            if window is not None:
-                window.close()
+            view = self._open.pop(client.client_id, None)
+            if view is not None:
+                view.close()

@@ -7,7 +7,7 @@ import numpy as np
 
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels.drive import DrivePanel, Tool
-from app.view.model.drag_region import dabs_over, floor_region
+from app.view.model.drag_region import brush_strokes, floor_region
 from app.view.model.picking import floor_point
 from ippon.geometry import Float64Array
 
@@ -20,7 +20,7 @@ MAX_WAITING: Final = 8
 
 
 class Clicks:
-    """Commands go out in the thread that the click came in; questions wait for the conductor."""
+    """Commands go out in the thread that the click came in; questions wait for the scene_thread."""
 
     def __init__(self, server: Any, panel: DrivePanel | None, actions: Actions) -> None:
         """Listen to the scene.
@@ -69,7 +69,7 @@ class Clicks:
             corners = floor_region(event.client.camera, event.screen_min, event.screen_max, 0.0)
         except ValueError as error:
             raise CommandError(str(error)) from error
-        dabs, radius_m = dabs_over(corners)
+        dabs, radius_m = brush_strokes(corners)
         return self._actions.paint(tool, dabs, radius_m)
 
     def _command(self, panel: DrivePanel, origin: Float64Array, direction: Float64Array) -> str:

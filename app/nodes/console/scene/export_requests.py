@@ -11,7 +11,7 @@ from app.view.model.scene_model import SceneModel
 PATIENCE_S: Final = 10.0
 
 
-class ExportDesk:
+class ExportRequests:
     """Takes orders from the gateway; the owner of the scene fills one at a time."""
 
     def __init__(self) -> None:

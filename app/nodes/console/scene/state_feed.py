@@ -7,7 +7,7 @@ import time
 from collections.abc import AsyncGenerator
 from typing import Final
 
-from app.nodes.console.scene.export_requests import ExportDesk
+from app.nodes.console.scene.export_requests import ExportRequests
 
 PICTURES = 32
 STALLED_S: Final = 5.0
@@ -16,11 +16,11 @@ STALLED: Final = b'{"type":"stalled"}'
 _LOOK_S: Final = 1.0
 
 
-class Bulletin:
+class StateFeed:
     """Holds the newest notice; readers get it at once and then each newer one, never a backlog."""
 
     def __init__(self) -> None:
-        self.exports = ExportDesk()
+        self.exports = ExportRequests()
         """Where pages ask whoever posts for files."""
         self._lock = threading.Lock()
         self._notice: bytes | None = None

@@ -8,9 +8,15 @@ from mcap.writer import CompressionType, Writer
 
 from app.messages import keys
 from app.recording.channels import MARKERS_KEY
-from app.recording.digest import ATTACHMENT, Digest, digest_of, pack_digest, unpack_digest
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
+from app.recording.timeline import (
+    ATTACHMENT,
+    SessionTimeline,
+    pack_timeline,
+    timeline_of,
+    unpack_timeline,
+)
 
 
 @pytest.fixture
@@ -145,8 +151,8 @@ def test_unchunked_files_are_read(tmp_path):
 def test_the_digest_in_the_file_is_the_one_that_reading_it_gives(recording):
     packed = recording.attachment(ATTACHMENT)
     recording.index.attachments.clear()
-    read = digest_of(recording)
-    assert read == unpack_digest(packed)
+    read = timeline_of(recording)
+    assert read == unpack_timeline(packed)
     assert [mark.kind for mark in read.marks] == ["query", "detection", "levels", "found"]
     assert len(read.statuses) == 10
     assert read.last.state == "found"
@@ -154,9 +160,9 @@ def test_the_digest_in_the_file_is_the_one_that_reading_it_gives(recording):
 
 
 def test_a_digest_of_another_version_is_made_anew(recording):
-    assert unpack_digest(pack_digest(Digest())) == Digest()
-    with pytest.raises(RecordingError, match="digest"):
-        unpack_digest(b"nonsense")
+    assert unpack_timeline(pack_timeline(SessionTimeline())) == SessionTimeline()
+    with pytest.raises(RecordingError, match="timeline"):
+        unpack_timeline(b"nonsense")
 
 
 def test_a_file_that_is_being_written_is_followed_wherever_its_writer_is(session_folder, tmp_path):

@@ -5,10 +5,10 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
 from app.messages import keys
-from app.recording.digest import ATTACHMENT
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 from app.recording.reading.repair import check
+from app.recording.timeline import ATTACHMENT
 from app.recording.writing.writer import SessionWriter
 
 

@@ -18,7 +18,7 @@ from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 
 ATTACHMENT: Final = "ippon/digest.json.zst"
-DIGEST_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.PROXIMITY)
+TIMELINE_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.PROXIMITY)
 STATUS_EVERY_NS: Final = 500_000_000
 TRAIL_STEP_M: Final = 0.05
 _BASE: Final = "base_link"
@@ -79,8 +79,8 @@ class Mark(msgspec.Struct, frozen=True):
     text: str
 
 
-class Digest(msgspec.Struct, kw_only=True):
-    """A session in brief; `take` every message of `DIGEST_KEYS` in order."""
+class SessionTimeline(msgspec.Struct, kw_only=True):
+    """A session in brief; `take` every message of `TIMELINE_KEYS` in order."""
 
     trail: list[TrailPoint] = []
     statuses: list[TimedStatus] = []
@@ -144,33 +144,33 @@ class Digest(msgspec.Struct, kw_only=True):
                 self.trail.append(TrailPoint(time_ns, round(x, 3), round(y, 3), round(z, 3)))
 
 
-def pack_digest(digest: Digest) -> bytes:
-    """Return a digest as it stands in a file."""
-    return zstandard.ZstdCompressor(level=3).compress(msgspec.json.encode(digest))
+def pack_timeline(timeline: SessionTimeline) -> bytes:
+    """Return a timeline as it stands in a file."""
+    return zstandard.ZstdCompressor(level=3).compress(msgspec.json.encode(timeline))
 
 
-def unpack_digest(packed: bytes) -> Digest:
-    """Read `pack_digest`.
+def unpack_timeline(packed: bytes) -> SessionTimeline:
+    """Read `pack_timeline`.
 
     Raises:
         RecordingError: It is none, or of another version.
     """
     try:
         text = zstandard.ZstdDecompressor().decompress(packed, max_output_size=_MAX_BYTES)
-        return msgspec.json.decode(text, type=Digest)
+        return msgspec.json.decode(text, type=SessionTimeline)
     except (zstandard.ZstdError, msgspec.DecodeError) as error:
-        raise RecordingError(f"the recording's digest is not understood: {error}") from error
+        raise RecordingError(f"the recording's timeline is not understood: {error}") from error
 
 
-def digest_of(recording: Recording) -> Digest:
-    """Return the digest in a file, made by reading the file where there is none."""
+def timeline_of(recording: Recording) -> SessionTimeline:
+    """Return the timeline in a file, made by reading the file where there is none."""
     packed = recording.attachment(ATTACHMENT)
     if packed is not None:
         try:
-            return unpack_digest(packed)
+            return unpack_timeline(packed)
         except RecordingError as error:
             recording.index.problems.append(str(error))
-    digest = Digest()
-    for message in recording.all_messages(DIGEST_KEYS):
-        digest.take(message.key, message.payload, message.time_ns)
-    return digest
+    timeline = SessionTimeline()
+    for message in recording.all_messages(TIMELINE_KEYS):
+        timeline.take(message.key, message.payload, message.time_ns)
+    return timeline

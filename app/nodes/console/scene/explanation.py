@@ -15,10 +15,10 @@ from app.messages.images import decompress_color
 from app.view.colors import CERTAIN_BRUSH
 from app.view.drawing.overlay_layer import NOTHING, Highlight
 from app.view.drawing.tree_layer import HEIGHT_M
-from app.view.model.picking import SurfaceLookup, first_voxel, nearest_bead, seen_from
-from app.view.model.picture_album import KeptPicture
+from app.view.model.picking import SurfaceLookup, first_voxel, nearest_viewpoint, seen_from
+from app.view.model.picture_store import StoredPicture
 from app.view.model.scene_model import SceneModel
-from app.view.model.sightings import SEEN_M, sightings
+from app.view.model.voxel_pictures import SEEN_M, pictures_showing
 from ippon.geometry import Float64Array, make_transform, rotation_y
 from ippon.guidance.levels import Level
 from ippon.planning.plan import NodeKind, TreeView
@@ -52,7 +52,7 @@ Inspect = Callable[[tuple[float, float, float]], InspectReply]
 Show = Callable[[str, bytes], None]
 
 
-class Explainer:
+class ExplanationBuilder:
     """Reads the scene model; called by the thread that owns it."""
 
     def __init__(self, model: SceneModel, show: Show) -> None:
@@ -85,7 +85,7 @@ class Explainer:
         self, origin: Float64Array, direction: Float64Array, tree: TreeView
     ) -> tuple[int, float] | None:
         lift = np.array([0.0, 0.0, HEIGHT_M])
-        return nearest_bead(origin, direction, tree.positions_world + lift)
+        return nearest_viewpoint(origin, direction, tree.positions_world + lift)
 
     def _viewpoint(self, tree: TreeView, node: int, size: float) -> tuple[Explanation, Highlight]:
         x, y, z = (float(v) for v in tree.positions_world[node])
@@ -148,7 +148,7 @@ class Explainer:
         self, voxel: tuple[int, int, int], size: float, lookup: SurfaceLookup
     ) -> list[ShownPicture]:
         shown: list[ShownPicture] = []
-        for seen in islice(sightings(self._model.album, voxel, size, lookup), PICTURES):
+        for seen in islice(pictures_showing(self._model.pictures, voxel, size, lookup), PICTURES):
             name = f"{seen.picture.number}-{seen.u}-{seen.v}"
             self._show(name, marked(seen.picture, seen.u, seen.v))
             shown.append(ShownPicture(name=name, caption=f"from {seen.depth_m:.1f} m"))
@@ -172,7 +172,7 @@ def with_labels(explanation: Explanation, reply: InspectReply, wanted: str) -> E
     )
 
 
-def marked(picture: KeptPicture, u: int, v: int) -> bytes:
+def marked(picture: StoredPicture, u: int, v: int) -> bytes:
     """Return a picture as JPEG with a square round a pixel."""
     try:
         image = decompress_color(picture.encoded).copy()

@@ -9,7 +9,7 @@ logger = logging.getLogger(__name__)
 OnFailure = Callable[[Exception], None]
 
 
-def vital_thread(name: str, work: Callable[[], None], on_failure: OnFailure) -> threading.Thread:
+def critical_thread(name: str, work: Callable[[], None], on_failure: OnFailure) -> threading.Thread:
     """Return a thread, not started, that logs and hands over what its work raises.
 
     A page that goes on without its link or its drawing would show "live" for ever.
