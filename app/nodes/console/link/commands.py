@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from typing import Literal, Protocol
 
+from ippon.control.drive_mode import TeleopInput
+
 from app.messages.control import ControlRequest, LevelName, PreviewReply, SentenceReading
 from app.messages.driving import DriveModeName
 from app.messages.lease import LeaseReply
 from app.nodes.console.web.browsers import Browser
-from ippon.control.drive_mode import TeleopInput
 
 LeaseAction = Literal["request", "renew", "release", "grant", "deny", "take"]
 PaintAction = Literal["look_here", "not_here", "undo", "clear"]

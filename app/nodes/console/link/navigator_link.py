@@ -10,6 +10,7 @@ from typing import Final
 
 import msgspec
 import zenoh
+from ippon.control.drive_mode import TeleopInput
 
 from app.links.network.requests import RequestRefusedError, ask, last_message
 from app.links.network.session import LinkError, open_client
@@ -24,7 +25,6 @@ from app.nodes.console.link.commands import CommandError, LeaseAction
 from app.nodes.console.link.panel_requests import REQUESTER, PanelRequests
 from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.web.browsers import Browser, acting_browser
-from ippon.control.drive_mode import TeleopInput
 
 logger = logging.getLogger(__name__)
 

@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable
 from typing import Annotated, Final, Literal
 
 import msgspec
+from ippon.control.drive_mode import NO_INPUT, TeleopInput
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from app.messages.control import ControlRequest
@@ -14,7 +15,6 @@ from app.messages.driving import DriveModeName
 from app.nodes.console.link.commands import CommandError, Controller
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import Browser, Role, Standing, set_acting_browser
-from ippon.control.drive_mode import NO_INPUT, TeleopInput
 
 logger = logging.getLogger(__name__)
 
