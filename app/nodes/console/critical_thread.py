@@ -1,4 +1,4 @@
-"""Threads without which the console is of no use: when one fails, the console ends."""
+"""Threads that the console needs: when one fails, the console ends."""
 
 import logging
 import threading
@@ -10,15 +10,15 @@ OnFailure = Callable[[Exception], None]
 
 
 def critical_thread(name: str, work: Callable[[], None], on_failure: OnFailure) -> threading.Thread:
-    """Return a thread, not started, that logs and hands over what its work raises.
+    """Return a thread, not started, that logs an exception of `work` and passes it to `on_failure`.
 
-    A page that goes on without its link or its drawing would show "live" for ever.
+    Without it the page would keep showing "live" after its link or its drawing has failed.
     """
 
     def run() -> None:
         try:
             work()
-        except Exception as error:  # Whatever it is, nothing may look alive after it.
+        except Exception as error:  # Any failure must end the console.
             logger.exception("the %s of the console has failed", name)
             on_failure(error)
 

@@ -32,27 +32,27 @@ from app.view.model.scene_reader import SceneReader
 logger = logging.getLogger(__name__)
 
 PASSWORD_VARIABLE: Final = "IPPON_CONSOLE_PASSWORD"  # noqa: S105 (a name, not a password)
-"""Without a file of users: the password of the one user, "operator"."""
+"""Password of the single user "operator", used when there is no file of users."""
 
 
 class ConsoleError(Exception):
-    """The console cannot start; the text says what would do."""
+    """The console cannot start; the text says how to fix it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConsoleConfig:
-    """Where the navigator is, and where the page is served."""
+    """Endpoint of the navigator, and address, port and users of the page."""
 
     connect: str = "tcp/127.0.0.1:7447"
     """zenoh endpoint of the navigator."""
     robot: str = "ippon"
     """Key prefix of the robot."""
     host: str = "127.0.0.1"
-    """Address that the page is served on; any but loopback needs users."""
+    """Address that the page is served on; any except loopback needs users."""
     port: int = 8080
     """Port of the page; 0 takes any free one."""
     users: Path | None = None
-    """File of users: with one, everybody logs in, also at this machine."""
+    """File of users; with one, every browser must log in, also on this machine."""
     tls_certificate: Path | None = None
     """PEM file with the certificate, and those between it and the root."""
     tls_key: Path | None = None
@@ -61,10 +61,10 @@ class ConsoleConfig:
     """Further host names that the console answers to."""
 
     def __post_init__(self) -> None:
-        """Reject what would serve the robot to everyone."""
+        """Reject settings that would serve the page to everyone, and invalid values."""
         if self.host not in LOOPBACK and not self.has_login:
             raise ConsoleError(
-                f"on {self.host!r} the console demands a login: make a file of users with `ippon "
+                f"on {self.host!r} the console requires a login: make a file of users with `ippon "
                 f"user NAME --users FILE` and start it with --users FILE, or set "
                 f"{PASSWORD_VARIABLE}. Without a login, from another machine: ssh -L "
                 f"{self.port}:127.0.0.1:{self.port}"
@@ -78,7 +78,7 @@ class ConsoleConfig:
 
     @property
     def has_login(self) -> bool:
-        """Whether there is anyone to log in."""
+        """Whether a login is required."""
         return self.users is not None or bool(os.environ.get(PASSWORD_VARIABLE))
 
 
@@ -118,8 +118,8 @@ def run_console(config: ConsoleConfig) -> None:
     logger.info("console at %s://%s:%d", scheme, *listener.getsockname()[:2])
     if config.host not in LOOPBACK and tls is None:
         logger.warning(
-            "passwords travel unencrypted: give --tls-cert and --tls-key, or put a proxy with TLS "
-            "before the console"
+            "passwords are sent unencrypted: give --tls-cert and --tls-key, or put a TLS proxy "
+            "in front of the console"
         )
     try:
         server.run(sockets=[listener])
@@ -131,7 +131,7 @@ def run_console(config: ConsoleConfig) -> None:
     if failures:
         raise ConsoleError(
             f"the console has ended because a part of it failed ({failures[0]!r}); its log says "
-            "where. The robot goes on by itself: start the console again with ippon console"
+            "where. The robot continues on its own: restart the console with ippon console"
         ) from failures[0]
 
 

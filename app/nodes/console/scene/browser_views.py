@@ -1,4 +1,4 @@
-"""What each browser sees: its own Map tab, and a drawing of its own once it wants another."""
+"""View options of each browser: its Map tab, and its own drawing once its options differ."""
 
 import queue
 from collections.abc import Callable
@@ -16,16 +16,16 @@ from app.view.view_options import ViewOptions
 from ippon.geometry import Float64Array
 
 OWN: Final = "/own"
-"""Above the nodes that only one browser has."""
-_FIRST: Final[frozenset[Part]] = frozenset({"proximity"})
-"""What the controls of a browser that has just come show."""
+"""Root of the scene nodes that only one browser has."""
+_NEW_BROWSER_PARTS: Final[frozenset[Part]] = frozenset({"proximity"})
+"""Parts shown in the controls of a new browser."""
 
 
 class BrowserView:
-    """One browser's choice of what to see.
+    """View options and drawing of one browser.
 
-    While it is the first choice, the browser sees the drawing that all have in common; from the
-    first other choice on it has one of its own, and the common one is hidden from it.
+    With the default options it sees the shared drawing. From the first change on it has its own
+    drawing, and the shared one is hidden from it.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class BrowserView:
             browser.own_controls |= self._controls
 
     def draw(self, model: SceneModel, changed: frozenset[Part], highlight: Highlight) -> None:
-        """Draw what changed, and all of it after a choice."""
+        """Draw what changed; everything after a change of options."""
         if self._has_changed:
             self._has_changed = False
             changed |= ALL_PARTS
@@ -56,22 +56,22 @@ class BrowserView:
         if changed and self._own is not None:
             self._own.draw(model, changed, self.options)
         if changed or self._is_new:
-            self._panel.update(model, _FIRST if self._is_new else changed)
+            self._panel.update(model, _NEW_BROWSER_PARTS if self._is_new else changed)
             self._is_new = False
 
     def highlight_for_all(self, highlight: Highlight) -> None:
-        """Mark something."""
+        """Draw a highlight."""
         if self._own is not None:
             self._own.overlay.draw_highlight(highlight)
 
     def close(self) -> None:
-        """Forget what was this browser's."""
+        """Release this browser's controls."""
         if self._browser is not None:
             self._browser.own_controls -= self._controls
 
     def _drawing_of_its_own(self) -> ViserScene:
         for name in ROOTS:
-            # In this browser's scene only: it stands in the way of the common one's.
+            # Only in this browser's scene: hides the node of the same name in the shared scene.
             self.client.scene.add_frame(name, show_axes=False, visible=False)
         return ViserScene(Subtree(self.client, OWN))
 
@@ -86,18 +86,18 @@ class BrowserView:
 
 
 class BrowserViews:
-    """Every browser that is there. Browsers come and go in viser's threads, all else in one."""
+    """All browsers' views; viser's threads call `join` and `leave`, the scene thread the rest."""
 
     def __init__(
         self, server: Any, tab: Any, follow: CameraFollow, on_change: Callable[[], None]
     ) -> None:
-        """Draw what all have in common.
+        """Create the shared drawing.
 
         Args:
             server: viser's.
             tab: Container of each browser's own controls.
-            follow: Keeps the map in each browser's picture.
-            on_change: Called when somebody has chosen something else to see.
+            follow: Keeps the map in view in each browser.
+            on_change: Called when a browser has changed its options.
         """
         self._common = ViserScene(server)
         self._tab = tab
@@ -108,21 +108,21 @@ class BrowserViews:
         self._highlight = NOTHING
 
     def join(self, client: Any, browser: Browser | None) -> None:
-        """Take over a browser that has just connected."""
+        """Add a browser that has connected."""
         self._news.put((client, browser, True))
         self._on_change()
 
     def leave(self, client: Any) -> None:
-        """Forget a browser that has left."""
+        """Remove a browser that has disconnected."""
         self._news.put((client, None, False))
 
     def options_of(self, client_id: int) -> ViewOptions:
-        """Return what a browser has chosen to see."""
+        """Return the view options of a browser."""
         view = self._open.get(client_id)
         return ViewOptions() if view is None else view.options
 
     def highlight_for_all(self, highlight: Highlight) -> None:
-        """Mark something for everyone."""
+        """Draw a highlight in all browsers."""
         self._highlight = highlight
         self._common.overlay.draw_highlight(highlight)
         for view in self._open.values():
@@ -130,7 +130,7 @@ class BrowserViews:
                 view.highlight_for_all(highlight)
 
     def draw(self, model: SceneModel, changed: frozenset[Part]) -> None:
-        """Draw what changed, for all in common and for those who see something else."""
+        """Draw what changed, in the shared drawing and in those of single browsers."""
         if changed:
             self._common.draw(model, changed, ViewOptions())
         self._admit()

@@ -1,4 +1,4 @@
-"""Answers a click on the map: what that is, what the robot knows of it, and from where."""
+"""Explains a clicked viewpoint or surface: what the robot knows about it, and images of it."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -27,20 +27,20 @@ PICTURES: Final = 3
 _MARK_PX: Final = 5
 KIND_WORDS: Final = {
     NodeKind.EXPLORING: "explores",
-    NodeKind.MINIMAL: "only on the way",
+    NodeKind.MINIMAL: "low gain",
     NodeKind.TERMINATING: "can end the search",
 }
 
 
 class ShownPicture(msgspec.Struct, frozen=True, kw_only=True):
-    """A picture of the explanation."""
+    """One picture on the explanation card."""
 
     name: str
     caption: str
 
 
 class Explanation(msgspec.Struct, frozen=True, kw_only=True):
-    """What the card beside the scene says; every text is plain."""
+    """Content of the explanation card; all texts are plain text."""
 
     title: str = ""
     rows: list[tuple[str, str]] = []
@@ -53,7 +53,7 @@ Show = Callable[[str, bytes], None]
 
 
 class ExplanationBuilder:
-    """Reads the scene model; called by the thread that owns it."""
+    """Builds explanations from the scene model; called by the scene thread."""
 
     def __init__(self, model: SceneModel, show: Show) -> None:
         self._model = model
@@ -65,11 +65,11 @@ class ExplanationBuilder:
         """Explain the first thing on a ray.
 
         Returns:
-            What to say, what to mark, and the voxel to ask the navigator about, None for none.
+            The explanation, the highlight, and the voxel to ask the navigator about, or None.
         """
         model, size = self._model, self._model.voxel_size_m
         if size is None:
-            return Explanation(title="Nothing there yet", note="The map is empty."), NOTHING, None
+            return Explanation(title="Nothing here yet", note="The map is empty."), NOTHING, None
         below = None if ceiling_m is None else round(ceiling_m / size)
         lookup = SurfaceLookup(model.voxels, below)
         voxel = first_voxel(origin, direction, size, lookup)
@@ -77,7 +77,7 @@ class ExplanationBuilder:
         if model.tree is not None and bead is not None and (voxel is None or bead[1] < voxel[1]):
             return (*self._viewpoint(model.tree, bead[0], size), None)
         if voxel is None:
-            note = "Click a surface of the map, or one of the beads."
+            note = "Click a surface of the map, or the sphere of a viewpoint."
             return Explanation(title="Nothing there", note=note), NOTHING, None
         return self._voxel(voxel[0], size, lookup)
 
@@ -97,15 +97,15 @@ class ExplanationBuilder:
         )
         rows = [
             ("Gain", f"{tree.gains[node]:.1f} expected object voxels"),
-            ("Cost", f"{tree.path_costs_s[node]:.1f} s to get there"),
+            ("Cost", f"{tree.path_costs_s[node]:.1f} s to drive there"),
             ("Gain per second", f"{tree.gains[node] / (tree.path_costs_s[node] + 1.0):.2f}"),
-            ("Level", f"{level}: what unseen space there counts"),
+            ("Level", f"{level}: weight of unseen space there"),
             (
                 "Object voxels",
-                f"{tree.terminations[node]:.0f} in sight within reach, or just behind",
+                f"{tree.terminations[node]:.0f} visible from close by",
             ),
             ("Looks", f"to {yaw_deg:.0f}°, tilt {tilt_deg:.0f}°"),
-            ("Sees", f"{len(seen)} surface voxels, marked in the scene"),
+            ("Sees", f"{len(seen)} surface voxels, highlighted in the scene"),
         ]
         title = "The robot" if node == 0 else f"Viewpoint: {KIND_WORDS[kind]}"
         at = (x, y, z + HEIGHT_M)
@@ -140,7 +140,7 @@ class ExplanationBuilder:
             title="Surface",
             rows=[("Where", f"{point[0]:.2f}, {point[1]:.2f}, height {point[2]:.2f} m")],
             pictures=pictures,
-            note="" if pictures else "None of the pictures kept here shows it.",
+            note="" if pictures else "No stored image shows it.",
         )
         return explanation, Highlight(seen=NOTHING.seen, at=point, voxel_size_m=size), point
 
@@ -156,15 +156,15 @@ class ExplanationBuilder:
 
 
 def with_labels(explanation: Explanation, reply: InspectReply, wanted: str) -> Explanation:
-    """Add what the navigator knows of a voxel."""
+    """Add the navigator's reply about a voxel."""
     rows: list[tuple[str, str]] = []
     if reply.ooi is not None and wanted:
         rows.append((wanted, f"{reply.ooi:.1%}"))
     rows += [(share.label.replace("_", " "), f"{share.probability:.1%}") for share in reply.labels]
     title = "Surface" if not reply.labels else reply.labels[0].label.replace("_", " ")
-    place = f", as things in the {reply.room}" if reply.room else ""
+    place = f", as for objects in the {reply.room}" if reply.room else ""
     level = [("Level", f"{reply.level}{place}")] if reply.level is not None else []
-    unknown = [] if rows else [("Labels", "no image told yet")]
+    unknown = [] if rows else [("Labels", "not classified yet")]
     return msgspec.structs.replace(
         explanation,
         title=title.capitalize(),

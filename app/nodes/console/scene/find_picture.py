@@ -1,4 +1,4 @@
-"""The picture of a find, with the object outlined."""
+"""Camera images of a find or a candidate: outlined, or cropped round it."""
 
 import numpy as np
 import simplejpeg

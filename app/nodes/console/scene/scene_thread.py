@@ -1,4 +1,4 @@
-"""The thread that owns the scene: takes messages, draws, and tells the shells how things are."""
+"""The thread that owns the scene model: reads messages, draws, and publishes the page's state."""
 
 import logging
 import queue
@@ -34,25 +34,25 @@ from app.view.model.scene_reader import SceneReader
 logger = logging.getLogger(__name__)
 
 DRAW_S: Final = 0.05
-"""Changes are gathered this long before they are drawn: at most 20 pictures a second."""
+"""Changes are collected this long before drawing: at most 20 drawings a second."""
 PICTURE_S: Final = 0.7
-"""Between two pictures in the scene; the panel shows every one."""
+"""Interval between two camera images in the scene; the panel shows every image."""
 NOTICE_S: Final = 0.2
 LIVE_S: Final = 2.0
 FETCH_S: Final = 1.0
-"""Pause between two attempts to fetch what was published before we listened."""
+"""Interval between attempts to fetch topics published before the console subscribed."""
 _WITH_THE_MAP: Final = (keys.MAP_KEYFRAME, keys.GLIMPSES, keys.PAINTED)
-"""What is told on change alone and forgotten with the map, when a clock or a navigator restarts."""
+"""Topics that are published on change and have to be fetched again together with the map."""
 
 EVERY: Final = (keys.MAP_VOXELS, keys.MAP_KEYFRAME, keys.EVENT, keys.TF, keys.TF_STATIC)
-"""Topics of which no message may be left out."""
+"""Topics of which every message counts."""
 
 
 class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
-    """What the shell's bar and notices show."""
+    """State shown in the status bar and the notices of the page."""
 
     instance: str
-    """Changes when the console is started again."""
+    """Random; changes when the console restarts."""
     robot: str = ""
     link: Literal["waiting", "live", "silent"]
     link_text: str = ""
@@ -67,15 +67,15 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     drive: DriveStatus = DriveStatus()
     lease: LeaseStatus = LeaseStatus()
     warning: str = ""
-    """What the operator should know of the console itself."""
+    """Warning about the console, for example a version difference."""
     has_map: bool = False
     out_of_reach_m: float | None = None
-    """Of a find that no way leads close to."""
+    """Distance of a find from the nearest reachable place; None when it is reachable."""
     explanation: Explanation | None = None
 
 
 class SceneThread:
-    """Feeds the model from the inbox and draws what changed."""
+    """Feeds the scene model from the inbox and draws what changed."""
 
     def __init__(
         self,
@@ -110,7 +110,7 @@ class SceneThread:
         self._told_rejects = 0
         self._fetcher = ThreadPoolExecutor(max_workers=1, thread_name_prefix="keyframe")
         self._stop = threading.Event()
-        self._thread = critical_thread("scene_thread", self._run, on_failure)
+        self._thread = critical_thread("scene thread", self._run, on_failure)
         viser_server.server.on_client_connect(self._joined)
         viser_server.server.on_client_disconnect(self._left)
 
@@ -157,7 +157,7 @@ class SceneThread:
             self._seen_opening = self._link.openings
             self.model.needs_keyframe = True
         if self._inbox.dropped != self._seen_drops:
-            logger.warning("%d messages came too fast: fetching the map anew", self._inbox.dropped)
+            logger.warning("%d messages were dropped: fetching the whole map", self._inbox.dropped)
             self._seen_drops = self._inbox.dropped
             self.model.needs_keyframe = True
         now = time.monotonic()
@@ -170,7 +170,7 @@ class SceneThread:
             self._fetcher.submit(self._fetch, missing)
 
     def _missing(self) -> list[str]:
-        """Name the topics whose last message came before we listened."""
+        """Return the topics whose last message was published before the console subscribed."""
         status, table = self.model.status, self.model.proximity
         if status is None:
             return []
@@ -214,14 +214,14 @@ class SceneThread:
         self._changed.clear()
         if changed:
             self._tabs.update(self.model, changed)
-        self._browser_views.draw(self.model, self._without_haste(changed))
+        self._browser_views.draw(self.model, self._limit_image_rate(changed))
         self.follow.step(self._browser_views.bounds() if "voxels" in changed else None)
 
-    def _without_haste(self, changed: frozenset[Part]) -> frozenset[Part]:
-        """Leave the picture for later when the last one is fresh.
+    def _limit_image_rate(self, changed: frozenset[Part]) -> frozenset[Part]:
+        """Delay the camera image while the last one is recent.
 
-        viser's client drops a texture that is not decoded before the next one comes: a slow
-        browser would never show any.
+        viser's client drops a texture that is not decoded before the next one arrives: a slow
+        browser would never show one.
         """
         if "image" not in changed:
             return changed

@@ -101,7 +101,7 @@ def test_a_click_beside_everything_says_what_would_do(model):
     explanations = ExplanationBuilder(model, lambda *_: None)
     explanation, _, voxel = explanations.explain(np.array([500.0, 0.0, 3.0]), DOWN, None)
     assert (explanation.title, voxel) == ("Nothing there", None)
-    assert explanation.note == "Click a surface of the map, or one of the beads."
+    assert explanation.note == "Click a surface of the map, or the sphere of a viewpoint."
     empty, _, _ = ExplanationBuilder(SceneModel(), lambda *_: None).explain(np.zeros(3), DOWN, None)
     assert empty.note == "The map is empty."
 

@@ -201,7 +201,10 @@ def test_a_viewers_clicks_and_commands_do_nothing(client, viser_server, link):
         ):
             shell.send(f'{{"type":{message},"id":{number}}}')
             reply = msgspec.json.decode(next(m for m in shell if '"reply"' in m))
-            assert reply["text"] == "your login (viewer) may watch and stop, not command"
+            assert (
+                reply["text"]
+                == "your login (viewer) can watch and stop the robot, but not command it"
+            )
     with client.socket("/view", cookie=log_in_again(client, "anna"), subprotocols=[PROTOCOL]) as s:
         s.recv(timeout=10)
         link.lease_status = LeaseStatus(state="held", holder="Bert", epoch=4)
@@ -224,7 +227,7 @@ def log_in_again(client, name):
 
 def test_taking_over_is_for_supervisors(client):
     for name, text in [
-        ("anna", "your login (operator) takes control from nobody: ask for it"),
+        ("anna", "your login (operator) cannot take control: request it instead"),
         ("sue", "no navigator at tcp/127.0.0.1:1"),
     ]:
         with client.socket("/api/ws", cookie=log_in_again(client, name)) as shell:
