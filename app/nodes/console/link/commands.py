@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 from typing import Literal, Protocol
 
-from ippon.control.drive_mode import TeleopInput
-
 from app.messages.control import ControlRequest, LevelName, PreviewReply, SentenceReading
 from app.messages.driving import DriveModeName
 from app.messages.lease import LeaseReply
 from app.nodes.console.web.browsers import Browser
+from ippon.control.drive import Hand
 
 LeaseAction = Literal["request", "renew", "release", "grant", "deny", "take"]
 PaintAction = Literal["look_here", "not_here", "undo", "clear"]
@@ -52,7 +51,7 @@ class Controller(Protocol):
         """Return whether a browser may use the panels: no other browser has control."""
         ...
 
-    def send_input(self, held: TeleopInput) -> None:
+    def send_input(self, held: Hand) -> None:
         """Send the keys that an operator holds down, at once and without a reply."""
         ...
 

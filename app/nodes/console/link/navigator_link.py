@@ -10,7 +10,6 @@ from typing import Final
 
 import msgspec
 import zenoh
-from ippon.control.drive_mode import TeleopInput
 
 from app.links.network.requests import RequestRefusedError, ask, last_message
 from app.links.network.session import LinkError, open_client
@@ -25,6 +24,7 @@ from app.nodes.console.link.commands import CommandError, LeaseAction
 from app.nodes.console.link.panel_requests import REQUESTER, PanelRequests
 from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.web.browsers import Browser, acting_browser
+from ippon.control.drive import Hand
 
 logger = logging.getLogger(__name__)
 
@@ -144,7 +144,7 @@ class NavigatorLink(PanelRequests):
         holds = browser.standing == "holds" and lease.epoch <= browser.epoch
         return browser.may_command and (lease.state == "free" or holds)
 
-    def send_input(self, held: TeleopInput) -> None:
+    def send_input(self, held: Hand) -> None:
         """Send the keys that an operator holds down; input that is not sent counts as released."""
         tops, publisher, browser = self.drive_status, self._input_publisher, acting_browser()
         if publisher is None or browser is None or not browser.may_command:

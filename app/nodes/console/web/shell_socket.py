@@ -7,7 +7,6 @@ from collections.abc import Awaitable, Callable
 from typing import Annotated, Final, Literal
 
 import msgspec
-from ippon.control.drive_mode import NO_INPUT, TeleopInput
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from app.messages.control import ControlRequest
@@ -15,6 +14,7 @@ from app.messages.driving import DriveModeName
 from app.nodes.console.link.commands import CommandError, Controller
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import Browser, Role, Standing, set_acting_browser
+from ippon.control.drive import RESTING, Hand
 
 logger = logging.getLogger(__name__)
 
@@ -137,7 +137,7 @@ async def _listen(
     standing: "_Standing",
 ) -> None:
     commands: set[asyncio.Task[None]] = set()
-    held = NO_INPUT
+    held = RESTING
     try:
         while True:
             received = await socket.receive()
@@ -151,7 +151,7 @@ async def _listen(
                 await put(msgspec.json.encode(ShellPong(t=message.t)))
                 continue
             if isinstance(message, ShellInput):
-                held = TeleopInput(forward=message.forward, turn=message.turn, tilt=message.tilt)
+                held = Hand(forward=message.forward, turn=message.turn, tilt=message.tilt)
                 controller.send_input(held)
                 continue
             if isinstance(message, ShellAlive):
@@ -164,9 +164,9 @@ async def _listen(
             commands.add(task)
             task.add_done_callback(commands.discard)
     finally:
-        if held != NO_INPUT:
+        if held != RESTING:
             # The browser has left with a key held down.
-            controller.send_input(NO_INPUT)
+            controller.send_input(RESTING)
         # A command that is under way ends even when the browser has left: it may be a stop.
         if commands:
             _, late = await asyncio.wait(commands, timeout=5.0)
