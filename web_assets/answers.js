@@ -1,4 +1,4 @@
-// What a button of the panel answers must be seen, also where it comes in below the fold.
+// Scrolls the reply to a button press into view.
 
 const RECENT_MS = 10000;
 

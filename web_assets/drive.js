@@ -1,4 +1,4 @@
-// The operator's hand: keys and pad in, what is held down out. Whatever ends a hold sends zero once.
+// Manual driving: reads the keys and the pad and sends the operator's input. Releasing sends zero once.
 
 const PERIOD_MS = 50;
 const KEYS = {
@@ -12,8 +12,8 @@ const KEYS = {
   KeyF: { tilt: -1 },
 };
 const MODE_TEXT = {
-  assisted: "Hold W: the robot goes its own way at your pace. A, D, S: you steer. Let go: it stands.",
-  manual: "W S drive, A D turn, Q E curves, R F tilt the camera. Let go: it stands.",
+  assisted: "Hold W: the planner steers, you set the speed. A, D, S: you steer. Release: the robot stops.",
+  manual: "W S drive, A D turn, Q E curves, R F tilt the camera. Release: the robot stops.",
 };
 const at = (id) => document.getElementById(id);
 
@@ -33,7 +33,7 @@ export class Drive {
     at("pad-auto").addEventListener("click", () => setMode("auto"));
   }
 
-  // Both documents, ours and the scene's, hand their keys over before they use them.
+  // Listens before other handlers, in this document and in that of the scene.
   listen(target) {
     target.addEventListener("keydown", (event) => this.onKey(event), true);
     target.addEventListener("keyup", (event) => this.onKeyUp(event), true);
@@ -47,7 +47,7 @@ export class Drive {
     at("pad").hidden = mode === "auto";
     at("pad-mode").textContent = mode === "assisted" ? "Assisted" : "Manual";
     at("pad-help").textContent = MODE_TEXT[mode] ?? "";
-    const text = drive.intervention || (drive.waypoint ? "going to your point" : "");
+    const text = drive.intervention || (drive.waypoint ? "driving to the point that you clicked" : "");
     at("pad-note").textContent = text;
     at("pad-note").dataset.kind = drive.intervention ? "warn" : "";
   }
@@ -76,7 +76,7 @@ export class Drive {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
     event.stopImmediatePropagation();
-    // A repeat that no press came before: the key was held when the hold ended.
+    // Ignore a repeat without a press: the key was already down when the input was released.
     if (event.repeat || this.keys.has(event.code)) return;
     this.keys.add(event.code);
     this.post();
@@ -107,17 +107,17 @@ export class Drive {
   }
 
   post() {
-    const hand = this.held();
-    const moves = hand.forward !== 0 || hand.turn !== 0 || hand.tilt !== 0;
-    // One zero when the hold ends, then silence: an idle page never speaks over another.
-    if (moves || this.moving) this.send({ type: "hand", ...hand });
+    const held = this.held();
+    const moves = held.forward !== 0 || held.turn !== 0 || held.tilt !== 0;
+    // Send zero once on release, then nothing: an idle page must not override another page.
+    if (moves || this.moving) this.send({ type: "hand", ...held });
     this.moving = moves;
   }
 }
 
 const TEXTUAL = new Set(["text", "search", "email", "url", "tel", "password", "number"]);
 
-// Letters are letters only where text can be written.
+// Whether the target takes typed text, so that letters are no driving keys there.
 export function isTyping(target) {
   if (target?.isContentEditable) return true;
   const field = target?.closest?.("input, textarea");

@@ -1,4 +1,4 @@
-// What was clicked on the map, and what the robot knows of it. All text is text, never markup.
+// The card that explains a clicked surface or viewpoint. Sets text only, never markup.
 
 const at = (id) => document.getElementById(id);
 

@@ -1,4 +1,4 @@
-// A tablet held upright has the panel below the map: folded it leaves the map all but its tabs.
+// On an upright tablet the panel is below the map; this collapses it to its tabs.
 
 const at = (id) => document.getElementById(id);
 
@@ -6,14 +6,14 @@ export function installFold(view) {
   const button = at("fold");
   const fold = (folded) => {
     document.body.toggleAttribute("data-folded", folded);
-    const word = folded ? "Open the panel" : "Fold the panel";
+    const word = folded ? "Expand the panel" : "Collapse the panel";
     button.title = word;
     button.setAttribute("aria-label", word);
     button.textContent = folded ? "▴" : "▾";
     view.contentDocument?.documentElement.toggleAttribute("data-ip-folded", folded);
   };
   const isFolded = () => document.body.hasAttribute("data-folded");
-  // A tab that is pressed is wanted, folded or not.
+  // Pressing a tab expands a collapsed panel.
   const adopt = () => {
     fold(isFolded());
     view.contentDocument?.addEventListener("click", (event) => {

@@ -1,4 +1,4 @@
-// Help one key away, and the looks: light or dark, as the system says until the operator does.
+// The help dialog, and the light and dark themes; the system's setting is the default.
 
 const at = (id) => document.getElementById(id);
 const THEME = "ippon-theme";
@@ -17,7 +17,7 @@ export function installHelp(isTyping) {
   };
 }
 
-// The scene's client is of the same origin: its colours are switched in place.
+// The scene's client has the same origin, so its colours can be switched in place.
 export function installTheme(view) {
   const light = matchMedia("(prefers-color-scheme: light)");
   const chosen = () => localStorage.getItem(THEME) ?? (light.matches ? "light" : "dark");
@@ -25,7 +25,7 @@ export function installTheme(view) {
     const theme = chosen();
     document.documentElement.dataset.theme = theme;
     at("theme").title = theme === "dark" ? "Light colours" : "Dark colours";
-    dress(view, theme);
+    applyTheme(view, theme);
   };
   at("theme").addEventListener("click", () => {
     localStorage.setItem(THEME, chosen() === "dark" ? "light" : "dark");
@@ -36,8 +36,8 @@ export function installTheme(view) {
   show();
 }
 
-// viser's panels follow an attribute that its own theme sets; ours has the last word.
-function dress(view, theme) {
+// viser's panels follow an attribute that viser sets; this sets it back to the chosen theme.
+function applyTheme(view, theme) {
   const root = view.contentDocument?.documentElement;
   if (root == null) return;
   const set = () => {

@@ -1,4 +1,4 @@
-// Who holds control: one browser commands, the others watch, and anyone may stop the robot.
+// Control lease: one browser commands, the others watch, and each can stop the robot.
 
 const BEAT_MS = 1000;
 const at = (id) => document.getElementById(id);
@@ -10,11 +10,11 @@ export class Lease {
     this.view = view;
     this.you = { name: "", role: "operator", standing: "watches", detail: "", has_login: false };
     this.lease = { state: "free", holder: "", requester: "", epoch: 0 };
-    // A page that sleeps sends no beat, and what it held runs out.
+    // A page in the background sends no beat, and its lease expires.
     setInterval(() => {
       send({ type: "alive" });
-      // The panels may come long after the last news of the lease.
-      this.dress();
+      // The panels may load long after the last lease update.
+      this.disablePanels();
     }, BEAT_MS);
     for (const button of document.querySelectorAll("button[data-lease]")) {
       button.addEventListener("click", () => act(button.dataset.lease));
@@ -26,11 +26,11 @@ export class Lease {
     return this.you.standing === "holds" && this.lease.state !== "free";
   }
 
-  // Why this page's panels do nothing, "" when they do.
+  // Why the panels are disabled on this page, "" when they are enabled.
   get watching() {
-    if (this.you.role === "viewer") return "Your login may watch, and stop the robot.";
+    if (this.you.role === "viewer") return "Your login can watch and stop the robot, but not command it.";
     if (this.lease.state === "free" || this.holds) return "";
-    return `${this.lease.holder} holds control; you are watching.`;
+    return `${this.lease.holder} has control. You are watching.`;
   }
 
   meet(you) {
@@ -60,12 +60,12 @@ export class Lease {
     at("log-out").hidden = !you.has_login;
     at("log-out").title = `Log out ${you.name} (${you.role})`;
     at("asked").hidden = !(this.holds && lease.requester);
-    at("asked-text").textContent = `${lease.requester} asks for control.`;
-    this.dress();
+    at("asked-text").textContent = `${lease.requester} requests control.`;
+    this.disablePanels();
   }
 
-  // The panels of a page that watches are dimmed, and say why.
-  dress() {
+  // Disables the panels while another browser has control, and shows the reason.
+  disablePanels() {
     const panel = this.view.contentDocument?.querySelector('[data-dock-region="right"]');
     if (panel == null) return;
     if (this.watching === "") delete panel.dataset.ipWatching;
@@ -78,11 +78,11 @@ export class Lease {
   }
 }
 
-// A socket that is refused does not say why: ask whether it is the login that has run out.
+// A refused socket gives no reason: ask whether the login has expired.
 export async function logInAgainIfAsked() {
   try {
     if ((await fetch("/health")).status === 401) location.href = "/login";
   } catch {
-    // The console does not answer at all: the page says so already.
+    // The console does not respond at all; the page already says so.
   }
 }

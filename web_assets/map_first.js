@@ -1,7 +1,7 @@
-// The map before everything else: in a browser that has just come, panels and layers wait for it.
+// Shows the map first in a new browser: messages for panels and other layers wait until it is drawn.
 //
-// viser's client builds whatever came, and shows nothing before all of it is built. It passes each
-// batch of messages through here; what is held back goes on once the map's picture is on its way.
+// viser's client shows nothing until everything that it received is built. It passes each batch of
+// messages through here; those held back are released once the map is being drawn.
 
 const FIRST = /^\/(map|floor|lights)(\/|$)/;
 const PANELS = /Gui|Command|Notification|ReplayDone/;
@@ -15,13 +15,13 @@ globalThis.ipponMapFirst = {
   held: null,
   timer: 0,
 
-  // A connection begins: all that was said before is void.
+  // Start of a connection: discard what was held for the previous one.
   begin() {
     this.held = [];
     clearTimeout(this.timer);
   },
 
-  // Return what of a batch goes on now; queue: what the client has yet to draw; go: takes the rest.
+  // Return the messages to pass on now. queue: what the client has yet to draw; go: receives the rest later.
   sieve(batch, queue, go) {
     if (this.held === null) return batch;
     const held = this.held;

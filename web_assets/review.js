@@ -3,7 +3,7 @@
 const KINDS = {
   query: ["query", "#56b4e9"], levels: ["levels", "#e69f00"], detection: ["looks like it", "#f0e442"],
   found: ["found", "#009e73"], rejected: ["rejected", "#e5322d"], contact: ["contact", "#d55e00"],
-  takeover: ["driven by hand", "#cc79a7"], note: ["note", "#e8edf3"],
+  takeover: ["manual drive", "#cc79a7"], note: ["note", "#e8edf3"],
 };
 const SHOWN_AFTER_S = 0.3;
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
@@ -35,11 +35,11 @@ const text = make("input");
 const note = make("button", "", "Note");
 const mark = make("button", "", "Mark");
 const sessions = make("button", "", "Sessions");
-back.title = "One picture back (,)";
-forward.title = "One picture on (.)";
+back.title = "Previous image (,)";
+forward.title = "Next image (.)";
 play.title = "Play or pause (Space)";
 speed.title = "Speed";
-text.placeholder = "Note for this moment";
+text.placeholder = "Note at this time";
 text.maxLength = 2000;
 text.type = "text";
 for (const s of SPEEDS) speed.append(new Option(`${s}×`, s, s === 1, s === 1));
@@ -102,7 +102,7 @@ function addMark(m) {
   button.setAttribute("aria-label", `${clock(m.at_s)} ${m.text || kind}`);
   button.onclick = (event) => {
     event.stopPropagation();
-    // What an event led to comes a moment after it.
+    // Seek slightly past the event, so that its effect is visible.
     send("seek", m.at_s + SHOWN_AFTER_S);
   };
   button.onpointerdown = (event) => event.stopPropagation();
@@ -131,7 +131,7 @@ function compare() {
 function show(at, words) {
   tip.textContent = words;
   tip.hidden = false;
-  // Its whole width stays on the track.
+  // Keep the whole tooltip on the track.
   const [half, wide] = [tip.offsetWidth / 2, track.clientWidth];
   const middle = (wide * at) / Math.max(session.duration_s, 0.1);
   tip.style.left = `${Math.max(half, Math.min(wide - half, middle))}px`;
@@ -145,10 +145,10 @@ function render() {
   play.textContent = state.playing ? "Pause" : "Play";
   if (document.activeElement !== speed) speed.value = state.speed;
   time.replaceChildren(clock(state.position_s), make("small", "", ` / ${clock(session.duration_s)}`));
-  // A file that is being written is not ended, and that is no problem.
+  // A file that is still being written is incomplete; do not report that as a problem.
   const problem = state.problem || (state.growing ? "" : session.problems.join("; "));
   const first = session.sessions[0];
-  const live = state.growing ? "being recorded: the timeline grows – " : "";
+  const live = state.growing ? "recording in progress – " : "";
   said.textContent = problem || (first ? `${live}${first.name}${first.context ? ` – “${first.context}”` : ""}` : "");
   said.title = said.textContent;
   said.classList.toggle("problem", problem !== "");
@@ -193,7 +193,7 @@ text.onkeydown = (event) => {
 sessions.onclick = () => (location.href = "/sessions");
 sessions.hidden = true;
 
-// Before the shell's own keys, by which Space stops a robot: here there is none.
+// Handles keys before the shell does: there Space stops the robot, here it plays and pauses.
 function onKey(event) {
   if (event.target?.closest?.("input, textarea, select")) return;
   if (event.ctrlKey || event.altKey || event.metaKey) return;

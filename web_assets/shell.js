@@ -1,4 +1,4 @@
-// The shell: status bar, Stop, reconnecting. The scene and its panels live in the frame below.
+// The page around the scene: status bar, Stop, reconnection. The scene and its panels are in an iframe.
 
 import { showAnswers } from "./answers.js";
 import { Drive, isTyping } from "./drive.js";
@@ -122,7 +122,7 @@ function complain(text) {
   render();
 }
 
-// Stop goes by the socket; without a quick answer it goes by plain HTTP as well.
+// Stop is sent over the WebSocket; without a quick reply it is sent over HTTP as well.
 async function stop() {
   const button = at("stop");
   button.dataset.pending = "";
@@ -132,7 +132,7 @@ async function stop() {
     try {
       reply = await (await fetch("/api/stop", { method: "POST" })).json();
     } catch {
-      reply = { ok: false, text: "the console does not answer" };
+      reply = { ok: false, text: "the console does not respond" };
     }
   }
   delete button.dataset.pending;
@@ -141,7 +141,7 @@ async function stop() {
 
 async function insist(answer) {
   const reply = await answer;
-  complain(reply === null ? "the console does not answer" : reply.ok ? null : reply.text);
+  complain(reply === null ? "the console does not respond" : reply.ok ? null : reply.text);
 }
 
 function send(message) {
@@ -185,13 +185,13 @@ function render() {
   at("mode").textContent = live && state.link !== "waiting" ? MODES[state.drive.mode] : "–";
   at("latency").hidden = !live;
   at("heard").textContent = live
-    ? { live: "live", stalled: "old", silent: `silent ${Math.round(state.silent_s)} s`, waiting: "none" }[state.link]
+    ? { live: "live", stalled: "stalled", silent: `silent ${Math.round(state.silent_s)} s`, waiting: "none" }[state.link]
     : "none";
   at("resume").hidden = shown !== "stopped";
   lease.update(state?.lease);
   explanation.update(state?.explanation);
   drive.update(state?.drive ?? { mode: "auto" }, state?.link === "live" && lease.watching === "");
-  // A stop ends every hold: what is resumed waits for a new press.
+  // Stopping releases all keys: after Resume the operator must press one again.
   if (shown === "stopped") drive.release();
   renderNotice(shown);
   renderVeil(shown);
@@ -208,26 +208,26 @@ function notice(shown) {
   if (notDelivered !== null) return ["Command not delivered", notDelivered];
   if (state === null) return ["", ""];
   if (state.link === "stalled") {
-    return ["The console hangs", "What you see is old. Stop still works. Start it again: ippon console"];
+    return ["The console does not respond", "The display is out of date. Stop still works. Restart the console with: ippon console"];
   }
   if (state.link === "silent") {
-    return ["The navigator is silent", `last heard ${Math.round(state.silent_s)} s ago`];
+    return ["No data from the navigator", `Last message ${Math.round(state.silent_s)} s ago`];
   }
   if (state.warning) return ["Different versions", state.warning];
   switch (shown) {
     case "stopped":
-      return ["Stopped", "Nothing moves until you resume."];
+      return ["Stopped", "The robot does not move until you press Resume."];
     case "found":
       return found();
     case "manual":
-      return state.drive?.waypoint ? ["On the way to your point", ""] : ["", ""];
+      return state.drive?.waypoint ? ["Driving to the point that you clicked", ""] : ["", ""];
     case "exhausted":
       return [
         "Not found",
-        "Everything that the robot can reach was seen. The Search tab lists what looked most like it.",
+        "The robot has searched everything that it can reach. The Search tab lists the most likely places.",
       ];
     case "lost":
-      return ["The robot waits", state.why];
+      return ["The robot is waiting", state.why];
     case "paused":
       return ["Paused", state.why];
     default:
@@ -236,7 +236,7 @@ function notice(shown) {
 }
 
 function found() {
-  const judge = lease.watching === "" ? "Confirm it, or let the search go on, in the panel." : "";
+  const judge = lease.watching === "" ? "Confirm or reject it in the Search tab." : "";
   if (state.out_of_reach_m === null) return [`Found: ${state.object}`, judge];
   const away = `${state.out_of_reach_m.toFixed(1)} m from the nearest place where the robot can stand`;
   return [`Found, out of reach: ${state.object}`, `It is ${away}. ${judge}`];
@@ -244,16 +244,16 @@ function found() {
 
 function renderVeil(shown) {
   const texts = {
-    connecting: ["Connecting", "The page is reaching for the console.", ""],
+    connecting: ["Connecting", "Connecting this page to the console.", ""],
     disconnected: [
-      "The console does not answer",
-      "The robot goes on by itself; the page reconnects as soon as the console is back.",
-      "Stop still tries to get through. If this stays, start the console again: ippon console",
+      "The console does not respond",
+      "The robot continues on its own. This page reconnects when the console is back.",
+      "You can still press Stop. If this message stays, restart the console with: ippon console",
     ],
     waiting: [
       "Waiting for the navigator",
       state?.link_text ?? "",
-      "Start it with: ippon navigate, or everything at once with: ippon demo",
+      "Start the navigator with: ippon navigate, or the whole demo with: ippon demo",
     ],
   };
   const text = texts[shown];

@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from app.export.session_data import Story, need_map
+from app.export.session_data import SessionData, need_map
 from app.view.colors import voxel_colors
 
 ExportColor = Literal["camera", "ooi", "proximity", "height"]
@@ -42,35 +42,35 @@ def colors_of(
     )
 
 
-def write_points(story: Story, path: Path, mode: ExportColor) -> None:
+def write_points(session: SessionData, path: Path, mode: ExportColor) -> None:
     """Write the centres of the surface voxels as a PLY.
 
     Raises:
         RecordingError: There is no map.
     """
-    indices, attributes, voxel_m = need_map(story)
+    indices, attributes, voxel_m = need_map(session)
     colors = colors_of(indices, attributes, voxel_m, mode)
     cloud: Any = trimesh.PointCloud((indices + 0.5) * voxel_m, colors=colors)
     path.write_bytes(cloud.export(file_type="ply"))
 
 
-def write_faces(story: Story, path: Path, mode: ExportColor) -> None:
+def write_faces(session: SessionData, path: Path, mode: ExportColor) -> None:
     """Write the outer faces of the surface voxels as a GLB.
 
     Raises:
         RecordingError: There is no map.
     """
-    mesh = voxel_faces(story, mode)
+    mesh = voxel_faces(session, mode)
     path.write_bytes(mesh.export(file_type="glb"))
 
 
-def voxel_faces(story: Story, mode: ExportColor) -> Any:
+def voxel_faces(session: SessionData, mode: ExportColor) -> Any:
     """Return the faces between a surface voxel and none, with the colours of the voxels.
 
     Raises:
         RecordingError: There is no map.
     """
-    indices, attributes, voxel_m = need_map(story)
+    indices, attributes, voxel_m = need_map(session)
     colors = colors_of(indices, attributes, voxel_m, mode)
     low = indices.min(axis=0) - 1
     solid = np.zeros(indices.max(axis=0) - low + 2, np.bool_)

@@ -5,7 +5,7 @@ from typing import Any
 
 import trimesh
 
-from app.export.session_data import Story, Tell, silent
+from app.export.session_data import OnProgress, SessionData, no_progress
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.review.frames import geometry_frames
 from app.nodes.review.settings import read_settings
@@ -17,7 +17,7 @@ from ippon.mapping.mesh import copy_signed_distances, extract_mesh
 from ippon.mapping.voxel_map import VoxelMap
 
 
-def write_mesh(story: Story, path: Path, tell: Tell = silent) -> None:
+def write_mesh(session: SessionData, path: Path, on_progress: OnProgress = no_progress) -> None:
     """Write the zero crossing of the signed distance as a PLY, coloured by the camera.
 
     The map that was sent holds voxels, no distances: those come of the depth images, with the
@@ -26,16 +26,16 @@ def write_mesh(story: Story, path: Path, tell: Tell = silent) -> None:
     Raises:
         RecordingError: There are no images of depth with poses, or they show no surface.
     """
-    mesh = extract_mesh(copy_signed_distances(_map_of(story.recording, tell)))
+    mesh = extract_mesh(copy_signed_distances(_map_of(session.recording, on_progress)))
     if not len(mesh.faces):
-        raise RecordingError(f"{story.recording.path} shows no surface to make a mesh of")
+        raise RecordingError(f"{session.recording.path} shows no surface to make a mesh of")
     triangles: Any = trimesh.Trimesh(
         mesh.vertices, mesh.faces, vertex_colors=mesh.colors, process=False, validate=False
     )
     path.write_bytes(triangles.export(file_type="ply"))
 
 
-def _map_of(recording: Recording, tell: Tell) -> VoxelMap:
+def _map_of(recording: Recording, on_progress: OnProgress) -> VoxelMap:
     config = _config_of(recording)
     voxel_map = VoxelMap(config.mission.map, config.labels)
     frames = refused = 0
@@ -45,7 +45,7 @@ def _map_of(recording: Recording, tell: Tell) -> VoxelMap:
             frames += 1
         except FrameRejectedError:
             refused += 1
-        tell((time_ns - recording.start_ns) * 1e-9 / max(recording.duration_s, 1e-9))
+        on_progress((time_ns - recording.start_ns) * 1e-9 / max(recording.duration_s, 1e-9))
     if not frames:
         raise RecordingError(
             f"{recording.path} has no depth image with colour and pose to make a mesh of"

@@ -16,7 +16,7 @@ from PIL import Image
 
 from app.export.line_plot import line_plot
 from app.export.map_picture import draw_map, frame_of
-from app.export.session_data import Story
+from app.export.session_data import SessionData
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color
@@ -47,18 +47,18 @@ class _Moment:
     time_ns: int
 
 
-def write_report(story: Story, path: Path) -> None:
+def write_report(session: SessionData, path: Path) -> None:
     """Write the page."""
-    title = _title(story)
+    title = _title(session)
     parts = [
-        f"<h1>{escape(title)}</h1><p class=when>{escape(_when(story))}</p>",
-        _figures(story),
-        _searches(story),
-        _map(story),
-        _pictures(story),
-        _plots(story),
-        _events(story),
-        _provenance(story),
+        f"<h1>{escape(title)}</h1><p class=when>{escape(_when(session))}</p>",
+        _figures(session),
+        _searches(session),
+        _map(session),
+        _pictures(session),
+        _plots(session),
+        _events(session),
+        _provenance(session),
     ]
     style = (resources.files("web_assets") / "report.css").read_text("utf-8")
     page = (
@@ -68,28 +68,28 @@ def write_report(story: Story, path: Path) -> None:
     path.write_text(page, "utf-8")
 
 
-def _title(story: Story) -> str:
-    last = story.timeline.last
+def _title(session: SessionData) -> str:
+    last = session.timeline.last
     if last is None or last.goal is None:
-        return story.name
+        return session.name
     name = last.goal.object.replace("_", " ")
     outcome = OUTCOMES.get(last.goal.outcome, "not finished")
     return f"Search for {name}: {outcome}"
 
 
-def _when(story: Story) -> str:
-    start = time.localtime(story.recording.start_ns * 1e-9)
-    last = story.timeline.last
+def _when(session: SessionData) -> str:
+    start = time.localtime(session.recording.start_ns * 1e-9)
+    last = session.timeline.last
     context = last.goal.context if last is not None and last.goal is not None else ""
     said = f" · “{context}”" if context else ""
-    return f"{time.strftime('%Y-%m-%d %H:%M:%S', start)} · {story.name}{said}"
+    return f"{time.strftime('%Y-%m-%d %H:%M:%S', start)} · {session.name}{said}"
 
 
-def _figures(story: Story) -> str:
-    last = story.timeline.last
-    cells = [("Recorded", f"{story.recording.duration_s:.0f} s")]
+def _figures(session: SessionData) -> str:
+    last = session.timeline.last
+    cells = [("Recorded", f"{session.recording.duration_s:.0f} s")]
     if last is not None and last.goal is not None:
-        seconds, way = _effort(story, last.goal.goal_id)
+        seconds, way = _effort(session, last.goal.goal_id)
         cells += [("Search time", f"{seconds:.1f} s"), ("Path", f"{way:.1f} m")]
     if last is not None:
         cells += [
@@ -97,7 +97,7 @@ def _figures(story: Story) -> str:
             ("Best match", f"{last.best_ooi:.0%}"),
             ("Frames", f"{last.frames}"),
         ]
-    truth = _truth(story)
+    truth = _truth(session)
     if truth is not None:
         right = "yes" if truth.get("correct") else "no"
         cells += [
@@ -109,15 +109,15 @@ def _figures(story: Story) -> str:
     return f"<dl>{body}</dl>"
 
 
-def _searches(story: Story) -> str:
+def _searches(session: SessionData) -> str:
     """Return a table of the searches where there was more than one."""
-    last = story.timeline.last
+    last = session.timeline.last
     goals = [*last.history, *([last.goal] if last.goal else [])] if last is not None else []
     if len(goals) < 2:
         return ""
     rows: list[str] = []
     for goal in goals:
-        seconds, way = _effort(story, goal.goal_id)
+        seconds, way = _effort(session, goal.goal_id)
         cells = (
             escape(goal.object.replace("_", " ")),
             escape(goal.context),
@@ -131,11 +131,11 @@ def _searches(story: Story) -> str:
     return f"<h2>Searches</h2><table><tr>{head}</tr>{''.join(rows)}</table>"
 
 
-def _effort(story: Story, goal_id: int) -> tuple[float, float]:
+def _effort(session: SessionData, goal_id: int) -> tuple[float, float]:
     """Return the seconds and metres of one search, without what came after its end."""
     during = [
         s.status
-        for s in story.timeline.statuses
+        for s in session.timeline.statuses
         if s.status.goal is not None and s.status.goal.goal_id == goal_id
     ]
     # The clock of a search runs on while its find waits for an answer.
@@ -144,25 +144,25 @@ def _effort(story: Story, goal_id: int) -> tuple[float, float]:
     return seconds, max((status.path_length_m for status in during), default=0.0)
 
 
-def _truth(story: Story) -> dict[str, Any] | None:
+def _truth(session: SessionData) -> dict[str, Any] | None:
     """Return what the simulation said of the search, None where nobody knows."""
     try:
-        truth = json.loads((story.recording.path.parent / RESULT_FILE).read_text("utf-8"))
+        truth = json.loads((session.recording.path.parent / RESULT_FILE).read_text("utf-8"))
     except (OSError, ValueError):
         return None
     return truth if isinstance(truth, dict) else None
 
 
-def _map(story: Story) -> str:
-    indices, _ = story.scene.voxels.all_voxels()
-    voxel_m = story.scene.voxel_size_m
+def _map(session: SessionData) -> str:
+    indices, _ = session.scene.voxels.all_voxels()
+    voxel_m = session.scene.voxel_size_m
     if voxel_m is None or not len(indices):
         return "<h2>Map</h2><p>No map was recorded.</p>"
     frame = frame_of(indices, voxel_m, MAP_PX)
     pictures = [
-        ("As the camera saw it, with the robot's way", draw_map(story.scene, frame)),
-        ("Where the object is likely", draw_map(story.scene, frame, "ooi")),
-        ("How near the object may be", draw_map(story.scene, frame, "proximity")),
+        ("As the camera saw it, with the robot's way", draw_map(session.scene, frame)),
+        ("Where the object is likely", draw_map(session.scene, frame, "ooi")),
+        ("How near the object may be", draw_map(session.scene, frame, "proximity")),
     ]
     body = "".join(
         f'<figure><img alt="" src="{_png(image)}"><figcaption>{text}</figcaption></figure>'
@@ -171,20 +171,20 @@ def _map(story: Story) -> str:
     return f"<h2>Map from above</h2><div class=pictures>{body}</div>"
 
 
-def _pictures(story: Story) -> str:
-    first = story.recording.first(keys.COLOR)
+def _pictures(session: SessionData) -> str:
+    first = session.recording.first(keys.COLOR)
     if first is None:
         return ""
     moments = [_Moment("Start", first.time_ns)]
-    marks = [mark for mark in story.timeline.marks if mark.kind in _PICTURED]
+    marks = [mark for mark in session.timeline.marks if mark.kind in _PICTURED]
     # Of many, those that a reader asks about; then in the order of the session.
     marks.sort(key=lambda mark: _PICTURED.index(mark.kind))
     marks = sorted(marks[:MOST_PICTURES], key=lambda mark: mark.time_ns)
     moments += [_Moment(mark.text, mark.time_ns) for mark in marks]
-    moments.append(_Moment("End", story.recording.end_ns))
+    moments.append(_Moment("End", session.recording.end_ns))
     figures: list[str] = []
     for moment in moments:
-        message = story.recording.latest(keys.COLOR, moment.time_ns)
+        message = session.recording.latest(keys.COLOR, moment.time_ns)
         if message is None:
             continue
         try:
@@ -194,7 +194,7 @@ def _pictures(story: Story) -> str:
             continue
         kind = "jpeg" if encoded.startswith(b"\xff\xd8") else "png"
         source = f"data:image/{kind};base64,{base64.b64encode(encoded).decode()}"
-        at = _clock(moment.time_ns - story.recording.start_ns)
+        at = _clock(moment.time_ns - session.recording.start_ns)
         text = f"{at} {escape(moment.title)}"
         figures.append(
             f'<figure><img alt="" src="{source}"><figcaption>{text}</figcaption></figure>'
@@ -202,11 +202,11 @@ def _pictures(story: Story) -> str:
     return f"<h2>What the camera saw</h2><div class=pictures>{''.join(figures)}</div>"
 
 
-def _plots(story: Story) -> str:
-    statuses = story.timeline.statuses
+def _plots(session: SessionData) -> str:
+    statuses = session.timeline.statuses
     if len(statuses) < 2:
         return ""
-    start = story.recording.start_ns
+    start = session.recording.start_ns
     rows = np.array(
         [
             (
@@ -226,10 +226,10 @@ def _plots(story: Story) -> str:
     return f"<h2>Over time</h2><div class=plots>{body}</div>"
 
 
-def _events(story: Story) -> str:
-    start = story.recording.start_ns
-    rows = [(e.time_ns, e.event.kind, e.event.text) for e in story.timeline.events]
-    rows += [(n.time_ns, n.kind, n.text) for n in read_notes(story.recording.path)]
+def _events(session: SessionData) -> str:
+    start = session.recording.start_ns
+    rows = [(e.time_ns, e.event.kind, e.event.text) for e in session.timeline.events]
+    rows += [(n.time_ns, n.kind, n.text) for n in read_notes(session.recording.path)]
     body = "".join(
         f"<tr><td>{_clock(at - start)}</td><th>{escape(kind.replace('_', ' '))}</th>"
         f"<td>{escape(text)}</td></tr>"
@@ -238,10 +238,10 @@ def _events(story: Story) -> str:
     return f"<h2>What happened</h2><table>{body}</table>" if body else ""
 
 
-def _provenance(story: Story) -> str:
-    versions = story.recording.index.metadata.get("ippon/versions", {})
+def _provenance(session: SessionData) -> str:
+    versions = session.recording.index.metadata.get("ippon/versions", {})
     words = ", ".join(f"{escape(k)} {escape(v)}" for k, v in versions.items())
-    problems = "".join(f"<p>{escape(text)}</p>" for text in story.recording.index.problems)
+    problems = "".join(f"<p>{escape(text)}</p>" for text in session.recording.index.problems)
     return f"<h2>Recorded with</h2><p class=when>{words}</p>{problems}"
 
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import viser
 
-from app.export.session_data import Story
+from app.export.session_data import SessionData
 from app.view.drawing.camera_follow import FOV_RAD, framing
 from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
 from app.view.view_options import ViewOptions
 
 
-def write_scene(story: Story, path: Path) -> None:
+def write_scene(session: SessionData, path: Path) -> None:
     """Write the scene as `.viser`, or as a page that holds viser's client where it ends in .html.
 
     The page opens in any browser by itself; the `.viser` file opens in viser's client.
@@ -22,7 +22,7 @@ def write_scene(story: Story, path: Path) -> None:
         server: Any = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     try:
         scene = ViserScene(server)
-        scene.draw(story.scene, ALL_PARTS, ViewOptions())
+        scene.draw(session.scene, ALL_PARTS, ViewOptions())
         bounds = scene.bounds()
         if bounds is not None:
             view = framing(*bounds, 1.5)

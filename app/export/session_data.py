@@ -20,12 +20,12 @@ from app.view.model.scene_model import BASE_FRAME, WORLD_FRAME, SceneModel
 from app.view.model.scene_reader import SceneReader
 from ippon.geometry import Float64Array
 
-Tell = Callable[[float], None]
+OnProgress = Callable[[float], None]
 """Takes the fraction of an export that is done."""
 
 
-def silent(_: float) -> None:
-    """Tell nobody."""
+def no_progress(_: float) -> None:
+    """OnProgress nobody."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +39,7 @@ class Trajectory:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Story:
+class SessionData:
     """What exports are made from."""
 
     recording: Recording
@@ -62,17 +62,17 @@ class Story:
         return _trajectory(self.recording)
 
 
-def open_story(path: Path, tell: Tell = silent) -> Story:
+def read_session_data(path: Path, on_progress: OnProgress = no_progress) -> SessionData:
     """Open a recording and go to its end.
 
     Raises:
         RecordingError: It cannot be read.
     """
-    recording = Recording(path, tell)
+    recording = Recording(path, on_progress)
     scene = SceneModel()
     player = Player(recording, SceneReader(scene).feed)
     player.seek(recording.duration_s)
-    return Story(recording=recording, timeline=player.timeline, scene=scene)
+    return SessionData(recording=recording, timeline=player.timeline, scene=scene)
 
 
 def _trajectory(recording: Recording) -> Trajectory:
@@ -114,15 +114,15 @@ def _chain(links: dict[str, StampedTransform]) -> list[StampedTransform]:
     return chain
 
 
-def need_map(story: Story) -> tuple[NDArray[np.int64], NDArray[np.uint8], float]:
+def need_map(session: SessionData) -> tuple[NDArray[np.int64], NDArray[np.uint8], float]:
     """Return (N, 3) voxel indices, their (N, 8) attributes, and the voxel's edge in metres.
 
     Raises:
         RecordingError: There is no map.
     """
-    indices, attributes = story.scene.voxels.all_voxels()
-    if story.scene.voxel_size_m is None or not len(indices):
+    indices, attributes = session.scene.voxels.all_voxels()
+    if session.scene.voxel_size_m is None or not len(indices):
         raise RecordingError(
-            f"{story.recording.path} has no map: no {keys.MAP_VOXELS} of a navigator is in it"
+            f"{session.recording.path} has no map: no {keys.MAP_VOXELS} of a navigator is in it"
         )
-    return indices, attributes, story.scene.voxel_size_m
+    return indices, attributes, session.scene.voxel_size_m

@@ -8,32 +8,32 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from app.export.session_data import Story, Trajectory
+from app.export.session_data import SessionData, Trajectory
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.scene import Detection, decode_detections
 
 
-def write_tum(story: Story, path: Path) -> None:
+def write_tum(session: SessionData, path: Path) -> None:
     """Write `time x y z qx qy qz qw`, the format of the TUM RGB-D benchmark.
 
     Raises:
         RecordingError: There is no pose.
     """
-    trajectory = story.trajectory
+    trajectory = session.trajectory
     lines = ["# time tx ty tz qx qy qz qw\n"]
     for t, row in zip(trajectory.time_ns.tolist(), _rows(trajectory).tolist(), strict=True):
         lines.append(f"{t / 1e9:.6f} " + " ".join(f"{value:.6f}" for value in row) + "\n")
     path.write_text("".join(lines), "ascii")
 
 
-def write_csv(story: Story, path: Path) -> None:
+def write_csv(session: SessionData, path: Path) -> None:
     """Write the same with a heading, commas, and the way driven so far.
 
     Raises:
         RecordingError: There is no pose.
     """
-    trajectory = story.trajectory
+    trajectory = session.trajectory
     rows = _rows(trajectory)
     steps = np.linalg.norm(np.diff(rows[:, :2], axis=0, prepend=rows[:1, :2]), axis=1)
     driven = np.cumsum(steps)
@@ -47,12 +47,12 @@ def write_csv(story: Story, path: Path) -> None:
             table.writerow([*numbers, f"{way:.4f}"])
 
 
-def write_finds(story: Story, path: Path) -> None:
+def write_finds(session: SessionData, path: Path) -> None:
     """Write what was found, and what looked like it, as JSON."""
-    last = story.timeline.last
+    last = session.timeline.last
     finds = [*last.history] if last is not None else []
     detections: list[dict[str, object]] = []
-    for message in story.recording.all_messages((keys.DETECTIONS,)):
+    for message in session.recording.all_messages((keys.DETECTIONS,)):
         try:
             stamp_ns, found = decode_detections(message.payload)
         except MessageError:
@@ -60,7 +60,7 @@ def write_finds(story: Story, path: Path) -> None:
             continue
         detections += [{"stamp_s": stamp_ns / 1e9, **_entry(d)} for d in found]
     content = {
-        "session": story.name,
+        "session": session.name,
         "goals": [*finds, *([last.goal] if last is not None and last.goal else [])],
         "find": last.find if last is not None else None,
         "detections": detections,

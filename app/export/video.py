@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.export.map_picture import MapFromAbove, draw_things, frame_of
-from app.export.session_data import Story, Tell, need_map, silent
+from app.export.session_data import OnProgress, SessionData, need_map, no_progress
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color, decompress_color
@@ -31,28 +31,32 @@ QUALITY: Final = "23"
 Pictures = Iterator[tuple[float, NDArray[np.uint8]]]
 
 
-def write_camera_video(story: Story, path: Path, tell: Tell = silent) -> None:
+def write_camera_video(
+    session: SessionData, path: Path, on_progress: OnProgress = no_progress
+) -> None:
     """Write every picture of the camera at its time.
 
     Raises:
         RecordingError: There is none.
     """
-    if not _write(path, _camera_pictures(story), story.recording.duration_s, tell):
-        raise RecordingError(f"{story.recording.path} has no picture of a camera")
+    if not _write(path, _camera_pictures(session), session.recording.duration_s, on_progress):
+        raise RecordingError(f"{session.recording.path} has no picture of a camera")
 
 
-def write_scene_video(story: Story, path: Path, tell: Tell = silent) -> None:
+def write_scene_video(
+    session: SessionData, path: Path, on_progress: OnProgress = no_progress
+) -> None:
     """Write the map from above as it grew.
 
     Raises:
         RecordingError: There is no map.
     """
-    _write(path, _scene_pictures(story), story.recording.duration_s, tell)
+    _write(path, _scene_pictures(session), session.recording.duration_s, on_progress)
 
 
-def _scene_pictures(story: Story) -> Pictures:
-    recording = story.recording
-    indices, _, voxel_m = need_map(story)
+def _scene_pictures(session: SessionData) -> Pictures:
+    recording = session.recording
+    indices, _, voxel_m = need_map(session)
     frame = frame_of(indices, voxel_m, SCENE_PX)
     above = MapFromAbove(indices, voxel_m, frame)
     scene = SceneModel()
@@ -93,9 +97,9 @@ def _grow(above: MapFromAbove, message: RecordedMessage, voxel_m: float) -> None
     )
 
 
-def _camera_pictures(story: Story) -> Pictures:
-    start_ns = story.recording.start_ns
-    for message in story.recording.all_messages((keys.COLOR,)):
+def _camera_pictures(session: SessionData) -> Pictures:
+    start_ns = session.recording.start_ns
+    for message in session.recording.all_messages((keys.COLOR,)):
         try:
             image = decompress_color(decode_color(message.payload).encoded)
         except MessageError:
@@ -104,7 +108,7 @@ def _camera_pictures(story: Story) -> Pictures:
         yield (message.time_ns - start_ns) * 1e-9, image
 
 
-def _write(path: Path, pictures: Pictures, duration_s: float, tell: Tell) -> int:
+def _write(path: Path, pictures: Pictures, duration_s: float, on_progress: OnProgress) -> int:
     """Encode pictures of any spacing in time; return how many."""
     count, last = 0, -1
     container: Any = None
@@ -128,7 +132,7 @@ def _write(path: Path, pictures: Pictures, duration_s: float, tell: Tell) -> int
             picture.time_base = Fraction(1, CLOCK_HZ)
             container.mux(stream.encode(picture))
             count += 1
-            tell(at_s / max(duration_s, 1e-9))
+            on_progress(at_s / max(duration_s, 1e-9))
         if stream is not None:
             container.mux(stream.encode())
     finally:

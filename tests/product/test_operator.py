@@ -250,7 +250,9 @@ def test_what_if_shows_the_next_choice_and_changes_nothing(page):
     levels = inside.locator(".ip-levels")
     before = levels.inner_text()
     choose(page, "What if?")
-    answer = inside.get_by_text(_either("The choice would stay", "It would be", "there is no plan"))
+    answer = inside.get_by_text(
+        _either("The choice would not change", "It would be", "there is no plan")
+    )
     expect(answer).to_be_in_viewport()
     assert levels.inner_text() == before
     inside.get_by_text("Reasons and corrections").click()

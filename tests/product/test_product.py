@@ -1,4 +1,4 @@
-"""The whole product as a newcomer meets it: one command, one page, one search."""
+"""The whole product as a new_browser meets it: one command, one page, one search."""
 
 import os
 import re
@@ -88,7 +88,7 @@ def keep_a_record(page: Page, sessions: Path, pictures: Path) -> None:
     view.get_by_role("button", name="Mark", exact=True).click()
     expect(view.get_by_text("Written beside the recording.")).to_be_visible()
     field(page, "Note").fill("the lamp is new")
-    view.get_by_role("button", name="Write the note").click()
+    view.get_by_role("button", name="Save the note").click()
     deadline = time.monotonic() + PATIENCE_MS / 1e3
     while len(notes := read_notes(first / "session_0.mcap")) < 2:
         assert time.monotonic() < deadline, notes

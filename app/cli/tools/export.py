@@ -15,13 +15,13 @@ from app.export.geometry import write_faces, write_points
 from app.export.mesh import write_mesh
 from app.export.report import write_report
 from app.export.scene_file import write_scene
-from app.export.session_data import Story, Tell, open_story
+from app.export.session_data import OnProgress, SessionData, read_session_data
 from app.export.tables import write_csv, write_finds, write_tum
 from app.export.video import write_camera_video, write_scene_video
 from app.recording.errors import RecordingError
 
-Write = Callable[[Story, Path], None]
-Slow = Callable[[Story, Path, Tell], None]
+Write = Callable[[SessionData, Path], None]
+Slow = Callable[[SessionData, Path, OnProgress], None]
 PLAIN: Final[dict[str, tuple[str, Write]]] = {
     "tum": ("trajectory.tum", write_tum),
     "csv": ("trajectory.csv", write_csv),
@@ -36,7 +36,7 @@ SLOW: Final[dict[str, tuple[str, Slow]]] = {
     "camera": ("camera.mp4", write_camera_video),
     "map-video": ("map.mp4", write_scene_video),
 }
-"""They read the whole file, and tell how far they are."""
+"""They read the whole file, and on_progress how far they are."""
 
 
 def run_export(command: Export) -> int:
@@ -50,24 +50,24 @@ def run_export(command: Export) -> int:
     with bar:
         reading = bar.add_task("reading", total=1.0)
         try:
-            story = open_story(
+            session = read_session_data(
                 command.recording, lambda share: bar.update(reading, completed=share)
             )
         except RecordingError as error:
             raise UsageError(str(error)) from error
         bar.remove_task(reading)
-        out = command.out or story.recording.path.parent / "export"
+        out = command.out or session.recording.path.parent / "export"
         try:
             out.mkdir(parents=True, exist_ok=True)
-            written = [_write(story, out / name, writers[name], bar) for name in writers]
+            written = [_write(session, out / name, writers[name], bar) for name in writers]
         except OSError as error:
             raise UsageError(f"cannot write to {out}: {error.strerror}") from error
         finally:
-            story.recording.close()
+            session.recording.close()
     return 0 if all(written) else 1
 
 
-def _write(story: Story, path: Path, write: Slow, bar: Progress) -> bool:
+def _write(session: SessionData, path: Path, write: Slow, bar: Progress) -> bool:
     """Write one file, say so, and show how far it is; return whether there was something to write.
 
     Raises:
@@ -76,7 +76,7 @@ def _write(story: Story, path: Path, write: Slow, bar: Progress) -> bool:
     task = bar.add_task(path.name, total=1.0)
     started = time.perf_counter()
     try:
-        write(story, path, lambda share: bar.update(task, completed=share))
+        write(session, path, lambda share: bar.update(task, completed=share))
     except RecordingError as error:
         bar.console.print(f"{path.name}: {error}", style="yellow", markup=False)
         return False
@@ -109,7 +109,7 @@ def _writers(command: Export) -> dict[str, Slow]:
 
 
 def _at_once(write: Write) -> Slow:
-    def writer(story: Story, path: Path, _: Tell) -> None:
-        write(story, path)
+    def writer(session: SessionData, path: Path, _: OnProgress) -> None:
+        write(session, path)
 
     return writer

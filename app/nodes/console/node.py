@@ -14,17 +14,17 @@ from starlette.types import ASGIApp
 from app.nodes.console.link.commands import Controller
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.scene.inbox import Inbox
-from app.nodes.console.scene.scene_thread import EVERY, Conductor
-from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.scene.scene_thread import EVERY, SceneThread
+from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.access import LOOPBACK, LoginAccess, OpenAccess
 from app.nodes.console.web.accounts import AccountError, Accounts, load_accounts, one_account
-from app.nodes.console.web.browsers import Visitors
+from app.nodes.console.web.browsers import Browsers
 from app.nodes.console.web.connections import BoundedProtocol
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
-from app.nodes.console.web.login import LoginDesk
+from app.nodes.console.web.login import LoginPages
 from app.nodes.console.web.viser_proxy import MAX_CLIENT_MESSAGE
-from app.nodes.console.web.viser_server import ViserBackend, start_viser
+from app.nodes.console.web.viser_server import LoopbackViserServer, start_viser
 from app.view.drawing.viser_client import PackingError
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
@@ -32,27 +32,27 @@ from app.view.model.scene_reader import SceneReader
 logger = logging.getLogger(__name__)
 
 PASSWORD_VARIABLE: Final = "IPPON_CONSOLE_PASSWORD"  # noqa: S105 (a name, not a password)
-"""Without a file of users: the password of the one user, "operator"."""
+"""Password of the single user "operator", used when there is no file of users."""
 
 
 class ConsoleError(Exception):
-    """The console cannot start; the text says what would do."""
+    """The console cannot start; the text says how to fix it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConsoleConfig:
-    """Where the navigator is, and where the page is served."""
+    """Endpoint of the navigator, and address, port and users of the page."""
 
     connect: str = "tcp/127.0.0.1:7447"
     """zenoh endpoint of the navigator."""
     robot: str = "ippon"
     """Key prefix of the robot."""
     host: str = "127.0.0.1"
-    """Address that the page is served on; any but loopback needs users."""
+    """Address that the page is served on; any except loopback needs users."""
     port: int = 8080
     """Port of the page; 0 takes any free one."""
     users: Path | None = None
-    """File of users: with one, everybody logs in, also at this machine."""
+    """File of users; with one, every browser must log in, also on this machine."""
     tls_certificate: Path | None = None
     """PEM file with the certificate, and those between it and the root."""
     tls_key: Path | None = None
@@ -61,10 +61,10 @@ class ConsoleConfig:
     """Further host names that the console answers to."""
 
     def __post_init__(self) -> None:
-        """Reject what would serve the robot to everyone."""
+        """Reject settings that would serve the page to everyone, and invalid values."""
         if self.host not in LOOPBACK and not self.has_login:
             raise ConsoleError(
-                f"on {self.host!r} the console demands a login: make a file of users with `ippon "
+                f"on {self.host!r} the console requires a login: make a file of users with `ippon "
                 f"user NAME --users FILE` and start it with --users FILE, or set "
                 f"{PASSWORD_VARIABLE}. Without a login, from another machine: ssh -L "
                 f"{self.port}:127.0.0.1:{self.port}"
@@ -78,7 +78,7 @@ class ConsoleConfig:
 
     @property
     def has_login(self) -> bool:
-        """Whether there is anyone to log in."""
+        """Whether a login is required."""
         return self.users is not None or bool(os.environ.get(PASSWORD_VARIABLE))
 
 
@@ -90,7 +90,7 @@ def run_console(config: ConsoleConfig) -> None:
     """
     accounts, tls = _accounts(config), _tls(config)
     listener = listen_on(config)
-    inbox, bulletin = Inbox(EVERY), Bulletin()
+    inbox, state_feed = Inbox(EVERY), StateFeed()
     topics = SceneReader(SceneModel()).keys
     failures: list[Exception] = []
 
@@ -99,56 +99,56 @@ def run_console(config: ConsoleConfig) -> None:
         server.should_exit = True
 
     link = NavigatorLink(config.connect, config.robot, topics, inbox, fail)
-    visitors = Visitors()
-    backend = start_viser(visitors)
+    browsers = Browsers()
+    viser_server = start_viser(browsers)
     try:
-        gateway = _gateway(config, backend, bulletin, link, visitors, accounts)
+        gateway = _gateway(config, viser_server, state_feed, link, browsers, accounts)
     except PackingError as error:
-        backend.close()
+        viser_server.close()
         listener.close()
         raise ConsoleError(f"{error}; install the viser that constraints.txt names") from error
     settings = server_settings(gateway.app())
     settings.load()
     settings.ssl = tls
     server = uvicorn.Server(settings)
-    conductor = Conductor(backend, link, inbox, bulletin, fail)
+    scene_thread = SceneThread(viser_server, link, inbox, state_feed, fail)
     link.start()
-    conductor.start()
+    scene_thread.start()
     scheme = "http" if tls is None else "https"
     logger.info("console at %s://%s:%d", scheme, *listener.getsockname()[:2])
     if config.host not in LOOPBACK and tls is None:
         logger.warning(
-            "passwords travel unencrypted: give --tls-cert and --tls-key, or put a proxy with TLS "
-            "before the console"
+            "passwords are sent unencrypted: give --tls-cert and --tls-key, or put a TLS proxy "
+            "in front of the console"
         )
     try:
         server.run(sockets=[listener])
     finally:
-        conductor.stop()
+        scene_thread.stop()
         link.close()
-        backend.close()
+        viser_server.close()
         listener.close()
     if failures:
         raise ConsoleError(
             f"the console has ended because a part of it failed ({failures[0]!r}); its log says "
-            "where. The robot goes on by itself: start the console again with ippon console"
+            "where. The robot continues on its own: restart the console with ippon console"
         ) from failures[0]
 
 
 def _gateway(
     config: ConsoleConfig,
-    backend: ViserBackend,
-    bulletin: Bulletin,
+    viser_server: LoopbackViserServer,
+    state_feed: StateFeed,
     controller: Controller,
-    visitors: Visitors,
+    browsers: Browsers,
     accounts: Accounts | None,
 ) -> Gateway:
     hosts = Hosts(config.host, config.names)
     if accounts is None:
-        return Gateway(backend, bulletin, controller, OpenAccess(visitors), hosts)
-    access = LoginAccess(visitors, is_secure=config.tls_certificate is not None)
-    login = LoginDesk(access, accounts)
-    return Gateway(backend, bulletin, controller, access, hosts, login)
+        return Gateway(viser_server, state_feed, controller, OpenAccess(browsers), hosts)
+    access = LoginAccess(browsers, is_secure=config.tls_certificate is not None)
+    login = LoginPages(access, accounts)
+    return Gateway(viser_server, state_feed, controller, access, hosts, login)
 
 
 def _accounts(config: ConsoleConfig) -> Accounts | None:

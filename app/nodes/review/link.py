@@ -4,10 +4,10 @@ from typing import Any, NoReturn
 
 from app.messages.control import Status
 from app.messages.lease import LeaseStatus
+from app.nodes.console.critical_thread import OnFailure
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.scene.inbox import Inbox
-from app.nodes.console.vital_thread import OnFailure
 
 REFUSAL = "this is a recording: nothing here commands a robot"
 

@@ -20,22 +20,22 @@ from app.messages.cdr import MessageError
 from app.messages.scene import decode_voxels
 from app.nodes.console.node import ConsoleConfig, ConsoleError, listen_on, server_settings
 from app.nodes.console.scene.inbox import Inbox
-from app.nodes.console.scene.scene_thread import Conductor
-from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.scene.scene_thread import SceneThread
+from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.access import OpenAccess
-from app.nodes.console.web.browsers import Visitors
+from app.nodes.console.web.browsers import Browsers
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
 from app.nodes.console.web.viser_server import start_viser
 from app.nodes.review.link import RecordedLink
 from app.nodes.review.playback import Playback, ReviewCommand
-from app.nodes.review.second import SecondScene
+from app.nodes.review.side_by_side import SideBySideScene
 from app.recording.catalogue import SessionEntry, list_sessions, path_of, picture_of
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
-from app.view.model.restoration import RESTORE
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
+from app.view.model.seek_history import SEEK_HISTORY
 
 logger = logging.getLogger(__name__)
 
@@ -73,11 +73,15 @@ class ReviewPages:
     """What a review serves beside the console's own pages."""
 
     def __init__(
-        self, config: ReviewConfig, playback: Playback, bulletin: Bulletin, second: SecondScene
+        self,
+        config: ReviewConfig,
+        playback: Playback,
+        state_feed: StateFeed,
+        second: SideBySideScene,
     ) -> None:
         self._config = config
         self._playback = playback
-        self._bulletin = bulletin
+        self._state_feed = state_feed
         self._second = second
         self._entries: list[SessionEntry] = []
         root = resources.files("web_assets")
@@ -172,14 +176,14 @@ class ReviewPages:
 
     async def _socket(self, socket: WebSocket) -> None:
         await socket.accept()
-        await serve_timeline(socket, self._playback, self._bulletin)
+        await serve_timeline(socket, self._playback, self._state_feed)
 
 
-async def serve_timeline(socket: WebSocket, playback: Playback, bulletin: Bulletin) -> None:
+async def serve_timeline(socket: WebSocket, playback: Playback, state_feed: StateFeed) -> None:
     """Send where the playback is, and do what the page asks for, until it leaves."""
 
     async def announce() -> None:
-        async for state in bulletin.follow():
+        async for state in state_feed.follow():
             await socket.send_text(state.decode())
 
     announcing = asyncio.create_task(announce())
@@ -207,7 +211,7 @@ def run_review(config: ReviewConfig) -> None:
         RecordingError: The recording cannot be shown.
     """
     listener = listen_on(ConsoleConfig(port=config.port))
-    topics = (RESTORE, *SceneReader(SceneModel()).keys)
+    topics = (SEEK_HISTORY, *SceneReader(SceneModel()).keys)
     inboxes = (Inbox(topics), Inbox(topics))
     failures: list[Exception] = []
 
@@ -216,18 +220,18 @@ def run_review(config: ReviewConfig) -> None:
         server.should_exit = True
 
     link = RecordedLink(inboxes[0], fail)
-    visitors = Visitors()
-    backend = start_viser(visitors)
-    shell, timeline = Bulletin(), Bulletin()
-    gateway = Gateway(backend, shell, link, OpenAccess(visitors), Hosts("127.0.0.1"))
+    browsers = Browsers()
+    viser_server = start_viser(browsers)
+    shell, timeline = StateFeed(), StateFeed()
+    gateway = Gateway(viser_server, shell, link, OpenAccess(browsers), Hosts("127.0.0.1"))
     playback = Playback(tuple(inbox.put for inbox in inboxes), timeline, fail)
-    conductor = Conductor(backend, link, inboxes[0], shell, fail)
-    second = SecondScene(backend, inboxes[1], conductor.follow, fail)
+    scene_thread = SceneThread(viser_server, link, inboxes[0], shell, fail)
+    second = SideBySideScene(viser_server, inboxes[1], scene_thread.follow, fail)
     pages = ReviewPages(config, playback, timeline, second)
     app = gateway.app()
     app.router.routes[:0] = pages.routes()
     server = uvicorn.Server(server_settings(app))
-    parts = (playback, conductor, second)
+    parts = (playback, scene_thread, second)
     try:
         for part in parts:
             part.start()
@@ -237,9 +241,9 @@ def run_review(config: ReviewConfig) -> None:
         server.run(sockets=[listener])
     finally:
         playback.close()
-        conductor.stop()
+        scene_thread.stop()
         second.stop()
-        backend.close()
+        viser_server.close()
         listener.close()
     if failures:
         raise ConsoleError(

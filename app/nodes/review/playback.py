@@ -12,8 +12,8 @@ from typing import Final, Literal
 import msgspec
 
 from app.messages.control import GoalStatus
-from app.nodes.console.scene.state_feed import Bulletin
-from app.nodes.console.vital_thread import OnFailure, vital_thread
+from app.nodes.console.critical_thread import OnFailure, critical_thread
+from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.review.player import Emit, Player
 from app.recording.errors import RecordingError
 from app.recording.notes import Note, add_note, read_notes
@@ -93,16 +93,18 @@ class ReviewSession(msgspec.Struct, frozen=True, kw_only=True):
 class Playback:
     """Owns the recordings; everything is done by its one thread, in order."""
 
-    def __init__(self, emits: tuple[Emit, ...], bulletin: Bulletin, on_failure: OnFailure) -> None:
+    def __init__(
+        self, emits: tuple[Emit, ...], state_feed: StateFeed, on_failure: OnFailure
+    ) -> None:
         """Prepare.
 
         Args:
             emits: Take the messages of the first session, and of the second.
-            bulletin: Where `ReviewState` is posted.
+            state_feed: Where `ReviewState` is posted.
             on_failure: Told of a thread that has failed.
         """
         self._emits = emits
-        self._bulletin = bulletin
+        self._state_feed = state_feed
         self._work: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._players: list[Player] = []
         self._playing = False
@@ -114,7 +116,7 @@ class Playback:
         self._grew_at = -math.inf
         self._stop = threading.Event()
         self._session = ReviewSession(sessions=[], duration_s=0.0, marks=[], notes=[], problems=[])
-        self._thread = vital_thread("playback", self._run, on_failure)
+        self._thread = critical_thread("playback", self._run, on_failure)
 
     @property
     def session(self) -> ReviewSession:
@@ -298,7 +300,7 @@ class Playback:
             growing=self._growing,
             problem=self._problem,
         )
-        self._bulletin.post(msgspec.json.encode(state))
+        self._state_feed.post(msgspec.json.encode(state))
 
 
 def figures_of(name: str, recording: Recording, timeline: SessionTimeline) -> SessionFigures:

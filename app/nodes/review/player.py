@@ -13,7 +13,7 @@ from app.messages.motion import StampedTransform, decode_transforms, encode_tran
 from app.messages.scene import VoxelCloud, encode_voxels
 from app.recording.reading.recording import Recording
 from app.recording.timeline import TIMELINE_KEYS, SessionTimeline, timeline_of
-from app.view.model.restoration import RESTORE, Restoration
+from app.view.model.seek_history import SEEK_HISTORY, SeekHistory
 
 PLOT_POINTS: Final = 1000
 TRAIL_POINTS: Final = 4000
@@ -85,7 +85,7 @@ class Player:
         recording = self.recording
         time_ns = recording.start_ns + round(position_s * 1e9)
         self.time_ns = min(max(time_ns, self._first_ns), recording.end_ns)
-        self._emit(RESTORE, msgspec.json.encode(self._past()))
+        self._emit(SEEK_HISTORY, msgspec.json.encode(self._past()))
         # The picture first: a find is shown in the picture of its moment.
         for key in (keys.COLOR, keys.STATUS):
             last = recording.latest(key, self.time_ns)
@@ -151,14 +151,14 @@ class Player:
         for message in recording.between(since_ns, self.time_ns, (keys.MAP_VOXELS,)):
             self._emit(message.key, message.payload)
 
-    def _past(self) -> Restoration:
+    def _past(self) -> SeekHistory:
         timeline, now = self.timeline, self.time_ns
         trail = timeline.trail[: bisect_right(timeline.trail, now, key=lambda p: p.time_ns)]
         statuses = timeline.statuses[
             : bisect_right(timeline.statuses, now, key=lambda s: s.time_ns)
         ]
         events = timeline.events[: bisect_right(timeline.events, now, key=lambda e: e.time_ns)]
-        return Restoration(
+        return SeekHistory(
             trail=[(p.x, p.y, p.z) for p in trail[:: 1 + len(trail) // TRAIL_POINTS]],
             statuses=[s.status for s in statuses[:: 1 + len(statuses) // PLOT_POINTS]],
             events=[e.event for e in events[-SHOWN_EVENTS:]],

@@ -97,7 +97,7 @@ class CameraFollow:
         """Forget a browser that has left."""
         self._watchers.pop(client.client_id, None)
 
-    def recall(self, client: Any) -> None:
+    def frame_map(self, client: Any) -> None:
         """Frame the whole map again in one browser."""
         watcher = self._watchers.get(client.client_id)
         if watcher is not None:

@@ -33,13 +33,13 @@ def show_jpeg_in_panel(image: Any, jpeg: bytes) -> None:
     image._data = jpeg  # noqa: SLF001
 
 
-def forbid_sharing(server: viser.ViserServer) -> None:
+def disable_sharing(server: viser.ViserServer) -> None:
     """Refuse the public tunnel that any client could ask viser to open."""
     for message in (ShareUrlRequest, ShareUrlDisconnect):
         server._websock_server.unregister_handler(message)  # noqa: SLF001
 
 
-def carry_context(server: viser.ViserServer) -> None:
+def propagate_context(server: viser.ViserServer) -> None:
     """Have callbacks that run in viser's threads see the context variables of their connection."""
     executor = server._thread_executor  # noqa: SLF001
     submit = executor.submit
@@ -51,7 +51,7 @@ def carry_context(server: viser.ViserServer) -> None:
 
 
 @contextmanager
-def outliving(client: viser.ClientHandle) -> Generator[None]:
+def ignore_disconnect(client: viser.ClientHandle) -> Generator[None]:
     """Draw for a browser that may leave meanwhile: what it gets no more is nobody's mistake."""
     with client._websock_connection.get_message_buffer().sanctioned_dead_writes():  # noqa: SLF001
         yield
@@ -63,7 +63,7 @@ def uuid_of(handle: Any) -> str:
 
 
 @contextmanager
-def demanding_secret(
+def require_secret(
     secret: str, admit: Callable[[Headers], None] = lambda _: None
 ) -> Generator[None]:
     """Make viser servers that are created inside refuse whoever does not send the secret.

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from app.view.colors import OOI_SCALE
 from app.view.model.picking import SurfaceLookup
-from app.view.model.picture_album import PictureAlbum
-from app.view.model.sightings import Sighting, sightings
+from app.view.model.picture_store import PictureStore
+from app.view.model.voxel_pictures import VoxelPicture, pictures_showing
 from app.view.model.voxel_store import VoxelStore
 
 LISTED: Final = 3
@@ -29,12 +29,12 @@ class Candidate:
     """Highest p(v in O) there."""
     label: int
     """Row of the common object that the voxel is taken for otherwise."""
-    sighting: Sighting | None
+    picture: VoxelPicture | None
     """The closest picture that shows it; None where none is kept."""
 
 
 def best_candidates(
-    store: VoxelStore, voxel_size_m: float, album: PictureAlbum
+    store: VoxelStore, voxel_size_m: float, pictures: PictureStore
 ) -> tuple[Candidate, ...]:
     """Return the likeliest places of a map, at most `LISTED`, the likeliest first."""
     indices, attributes = store.at_least(round(LEAST * OOI_SCALE))
@@ -48,7 +48,7 @@ def best_candidates(
                 point_world=(x, y, z),
                 probability=float(attributes[row, 3]) / OOI_SCALE,
                 label=int(attributes[row, 6]),
-                sighting=next(sightings(album, (i, j, k), voxel_size_m, lookup), None),
+                picture=next(pictures_showing(pictures, (i, j, k), voxel_size_m, lookup), None),
             )
         )
     return tuple(found)

@@ -40,7 +40,7 @@ def floor_region(
     return np.array([floor_point(eye, ray, floor_z_m)[:2] for ray in rays])
 
 
-def dabs_over(corners: Float64Array) -> tuple[list[tuple[float, float]], float]:
+def brush_strokes(corners: Float64Array) -> tuple[list[tuple[float, float]], float]:
     """Cover a convex region with dabs of the brush: their centres, and their radius in metres."""
     following = np.roll(corners, -1, axis=0)
     sides = following - corners

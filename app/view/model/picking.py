@@ -30,7 +30,7 @@ def floor_point(origin: Float64Array, direction: Float64Array, floor_z_m: float)
     return origin + away * direction
 
 
-def nearest_bead(
+def nearest_viewpoint(
     origin: Float64Array, direction: Float64Array, beads: NDArray[np.floating]
 ) -> tuple[int, float] | None:
     """Return which of (N, 3) beads a ray passes, and how far along it in metres."""

@@ -19,8 +19,8 @@ from app.messages.recording import RecordingStatus
 from app.messages.scene import Detection, VoxelCloud
 from app.view.model.candidates import Candidate, best_candidates
 from app.view.model.history import History
-from app.view.model.picture_album import PictureAlbum
-from app.view.model.restoration import Restoration
+from app.view.model.picture_store import PictureStore
+from app.view.model.seek_history import SeekHistory
 from app.view.model.voxel_store import VoxelStore, VoxelUpdate
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array
@@ -78,7 +78,7 @@ class SceneModel:
         self.rejected: tuple[FindReport, ...] = ()
         """What the operator said is not the object of the present goal."""
         self.history = History()
-        self.album = PictureAlbum()
+        self.pictures = PictureStore()
         """Pictures from where the robot was, for explanations."""
         self.painted: tuple[PaintedStroke, ...] = ()
         self.far_evidence = NO_FAR_EVIDENCE
@@ -175,7 +175,7 @@ class SceneModel:
         """Show the latest picture of the camera, encoded as it came."""
         self.image = image
         if self.camera is not None and self.T_world_camera is not None:
-            self.album.add(image.stamp_ns, image.encoded, self.camera, self.T_world_camera)
+            self.pictures.add(image.stamp_ns, image.encoded, self.camera, self.T_world_camera)
         self._changed.add("image")
 
     def on_far_evidence(self, far_evidence: FarEvidenceCells) -> None:
@@ -205,7 +205,7 @@ class SceneModel:
         if self.voxel_size_m is None:
             return ()
         if self._candidates is None:
-            self._candidates = best_candidates(self.voxels, self.voxel_size_m, self.album)
+            self._candidates = best_candidates(self.voxels, self.voxel_size_m, self.pictures)
         return self._candidates
 
     def on_proximity(self, table: LevelTable) -> None:
@@ -232,7 +232,7 @@ class SceneModel:
         self.detections = detections
         self._changed.add("detections")
 
-    def restore(self, past: Restoration) -> None:
+    def restore(self, past: SeekHistory) -> None:
         """Forget everything but this past; the messages of the moment follow."""
         self._forget_session()
         self.status, self.proximity, self.image = None, None, None
@@ -251,7 +251,7 @@ class SceneModel:
         self._transforms.clear()
         self.trail_world.clear()
         self.history.clear()
-        self.album.clear()
+        self.pictures.clear()
         self.painted, self.rejected, self._last_find = (), (), None
         self.far_evidence = NO_FAR_EVIDENCE
         self._candidates = None

@@ -13,8 +13,8 @@ from app.messages.images import decode_camera, decode_color
 from app.messages.motion import decode_path, decode_transforms
 from app.messages.recording import RecordingStatus
 from app.messages.scene import decode_detections, decode_tree, decode_voxels
-from app.view.model.restoration import RESTORE, Restoration
 from app.view.model.scene_model import SceneModel
+from app.view.model.seek_history import SEEK_HISTORY, SeekHistory
 
 _JSON_LIMIT: Final = 4 * 2**20
 
@@ -43,7 +43,7 @@ class SceneReader:
             keys.CAMERA_INFO: lambda p: model.on_camera(decode_camera(p)),
             keys.COLOR: lambda p: model.on_image(decode_color(p)),
             keys.RECORDING: lambda p: model.on_recording(_json(p, RecordingStatus)),
-            RESTORE: lambda p: model.restore(_json(p, Restoration)),
+            SEEK_HISTORY: lambda p: model.restore(_json(p, SeekHistory)),
         }
 
     @property
@@ -52,7 +52,7 @@ class SceneReader:
 
         A jump is not among them: nobody on the network makes one.
         """
-        return tuple(key for key in self._handlers if key != RESTORE)
+        return tuple(key for key in self._handlers if key != SEEK_HISTORY)
 
     def feed(self, key: str, payload: bytes) -> bool:
         """Take over one message; return whether it could be read."""

@@ -18,37 +18,37 @@ from pyarrow import csv
 from app.cli.main import run
 from app.export.geometry import voxel_faces
 from app.export.map_picture import MapFromAbove, frame_of
-from app.export.session_data import need_map, open_story
+from app.export.session_data import need_map, read_session_data
 from app.recording.writing.writer import SessionWriter
 from tests.chromium import PATIENCE_MS, new_page, open_browser
 
 
 @pytest.fixture(scope="module")
-def story(exported):
-    story = open_story(exported.parent)
-    yield story
-    story.recording.close()
+def session(exported):
+    session = read_session_data(exported.parent)
+    yield session
+    session.recording.close()
 
 
-def test_open3d_reads_the_points_with_their_colours(exported, story):
+def test_open3d_reads_the_points_with_their_colours(exported, session):
     cloud = open3d.io.read_point_cloud(str(exported / "map.ply"))
-    indices, attributes, voxel_m = need_map(story)
+    indices, attributes, voxel_m = need_map(session)
     np.testing.assert_allclose(np.asarray(cloud.points), (indices + 0.5) * voxel_m, atol=1e-5)
     np.testing.assert_allclose(np.asarray(cloud.colors) * 255, attributes[:, :3], atol=0.6)
 
 
-def test_open3d_reads_the_faces(exported, story):
+def test_open3d_reads_the_faces(exported, session):
     mesh = open3d.io.read_triangle_mesh(str(exported / "map.glb"))
-    indices, _, voxel_m = need_map(story)
+    indices, _, voxel_m = need_map(session)
     assert np.asarray(mesh.triangles).shape[0] > 2 * len(indices)
     low, high = mesh.get_min_bound(), mesh.get_max_bound()
     np.testing.assert_allclose(low, indices.min(axis=0) * voxel_m, atol=1e-5)
     np.testing.assert_allclose(high, (indices.max(axis=0) + 1) * voxel_m, atol=1e-5)
 
 
-def test_faces_look_outwards(story):
-    mesh = voxel_faces(story, "camera")
-    indices, _, voxel_m = need_map(story)
+def test_faces_look_outwards(session):
+    mesh = voxel_faces(session, "camera")
+    indices, _, voxel_m = need_map(session)
     # One layer of voxels: each has a top and a bottom, and the rim its sides.
     up = mesh.face_normals[:, 2]
     assert np.count_nonzero(up > 0.5) == np.count_nonzero(up < -0.5) == 2 * len(indices)
@@ -71,8 +71,8 @@ def test_others_read_the_mesh_of_the_depth_images(exported):
     assert (np.ptp(shades.astype(int), axis=1) <= 2).all()
 
 
-def test_the_map_from_above_follows_voxels_that_come_and_go(story):
-    indices, attributes, voxel_m = need_map(story)
+def test_the_map_from_above_follows_voxels_that_come_and_go(session):
+    indices, attributes, voxel_m = need_map(session)
     frame = frame_of(indices, voxel_m, 300)
     above = MapFromAbove(indices, voxel_m, frame)
     empty = np.asarray(above.image())
@@ -100,9 +100,9 @@ def test_colours_by_probability_differ_from_the_camera_s(exported, tmp_path):
     assert not np.allclose(np.asarray(by_ooi.colors), np.asarray(by_camera.colors))
 
 
-def test_trajectories_read_as_numbers(exported, story):
+def test_trajectories_read_as_numbers(exported, session):
     tum = np.loadtxt(exported / "trajectory.tum")
-    trajectory = story.trajectory
+    trajectory = session.trajectory
     np.testing.assert_allclose(tum[:, 1:4], trajectory.T_world_base[:, :3, 3], atol=1e-6)
     np.testing.assert_allclose(np.linalg.norm(tum[:, 4:], axis=1), 1.0, atol=1e-5)
     table = csv.read_csv(exported / "trajectory.csv").to_pydict()

@@ -1,1 +1,1 @@
-"""The line between the console and the navigator."""
+"""Network link between the console and the navigator: `navigator_link`, then `panel_requests`."""

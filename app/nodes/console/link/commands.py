@@ -1,4 +1,4 @@
-"""What the page and the panels ask of the navigator."""
+"""Commands to the navigator: from the page (`Controller`) and from the panels (`Actions`)."""
 
 from collections.abc import Sequence
 from typing import Literal, Protocol
@@ -6,7 +6,7 @@ from typing import Literal, Protocol
 from app.messages.control import ControlRequest, PreviewReply, SentenceReading
 from app.messages.driving import DriveModeName
 from app.messages.lease import LeaseReply
-from app.nodes.console.web.browsers import Visitor
+from app.nodes.console.web.browsers import Browser
 from ippon.control.drive_mode import TeleopInput
 from ippon.guidance.levels import LevelName
 
@@ -18,42 +18,42 @@ RecordAction = Literal["start", "stop", "note", "mark"]
 
 
 class CommandError(Exception):
-    """A command of the operator had no effect; the text is for the operator."""
+    """An operator command failed; the text is shown to the operator."""
 
 
 class Controller(Protocol):
-    """Whoever hands a control request to the navigator."""
+    """Sends requests of the page to the navigator."""
 
     async def control(self, request: ControlRequest) -> str:
-        """Return the state that followed.
+        """Send a control request and return the resulting state.
 
         Raises:
-            CommandError: The command did not arrive, or was refused.
+            CommandError: The command was not delivered, or was refused.
         """
         ...
 
     async def drive(self, mode: DriveModeName, speed_limit: float | None = None) -> str:
-        """Say who drives; without a limit the last one stays.
+        """Set the drive mode; without a limit the speed limit stays.
 
         Raises:
-            CommandError: The command did not arrive, or was refused.
+            CommandError: The command was not delivered, or was refused.
         """
         ...
 
     async def lease(self, action: LeaseAction) -> LeaseReply:
-        """Ask for control in the acting visitor's name, keep it, or hand it on.
+        """Request, renew, release, grant, deny or take control for the acting browser.
 
         Raises:
-            CommandError: It did not arrive, or was refused.
+            CommandError: It was not delivered, or was refused.
         """
         ...
 
-    def may_touch(self, visitor: Visitor) -> bool:
-        """Tell whether a visitor may use the panels: nobody else holds control."""
+    def may_touch(self, browser: Browser) -> bool:
+        """Return whether a browser may use the panels: no other browser has control."""
         ...
 
-    def hand(self, hand: TeleopInput) -> None:
-        """Pass on what an operator holds down; at once, and without an answer."""
+    def send_input(self, held: TeleopInput) -> None:
+        """Send the keys that an operator holds down, at once and without a reply."""
         ...
 
 
@@ -64,26 +64,26 @@ class Actions(Protocol):
     """
 
     recorded: bool
-    """What is shown was recorded: there is no robot, and nothing to record."""
+    """Whether a recording is shown, without a robot."""
 
     def search(self, wanted: str, context: str, scenario: str) -> str:
-        """Look for an object."""
+        """Start a search for an object."""
         ...
 
     def read(self, sentence: str) -> SentenceReading:
-        """Have one sentence taken apart; nothing is searched for yet."""
+        """Parse a sentence into object and context, without starting a search."""
         ...
 
     def add_label(self, label: str) -> str:
-        """Tell one more kind of common object apart from now on."""
+        """Add a label to the vocabulary."""
         ...
 
     def confirm_find(self) -> str:
-        """Say that the find is the object."""
+        """Confirm the find."""
         ...
 
     def reject_find(self) -> str:
-        """Say that the find is something else, and go on."""
+        """Reject the find and continue the search."""
         ...
 
     def set_level(self, label: str, level: LevelName) -> str:
@@ -91,11 +91,11 @@ class Actions(Protocol):
         ...
 
     def pause(self) -> str:
-        """Wait where the robot is."""
+        """Pause the robot."""
         ...
 
     def resume(self) -> str:
-        """Go on after a pause or a stop."""
+        """Resume after a pause or a stop."""
         ...
 
     def cancel(self) -> str:
@@ -103,11 +103,11 @@ class Actions(Protocol):
         ...
 
     def record(self, action: RecordAction, text: str) -> str:
-        """Begin or end recording, or write a note or mark beside it."""
+        """Start or stop recording, or add a note or mark."""
         ...
 
     def set_drive(self, mode: DriveModeName, speed_limit: float) -> str:
-        """Say who drives, and how fast at most."""
+        """Set the drive mode and the speed limit."""
         ...
 
     def go_to(self, x_m: float, y_m: float) -> str:
@@ -115,19 +115,19 @@ class Actions(Protocol):
         ...
 
     def cancel_go_to(self) -> str:
-        """Send it nowhere any more."""
+        """Cancel the waypoint."""
         ...
 
     def reorder(self, goal_id: int, action: Literal["first", "remove"]) -> str:
-        """Let a waiting goal come next, or cancel it."""
+        """Move a waiting goal to the front, or remove it."""
         ...
 
     def preview(self, context: str | None, levels: dict[str, LevelName]) -> PreviewReply:
-        """Ask what would be chosen next with another context or levels; nothing changes."""
+        """Return the next choice with another context or levels, without changing the search."""
         ...
 
     def paint(
         self, action: PaintAction, strokes: Sequence[tuple[float, float]], radius_m: float
     ) -> str:
-        """Weigh a part of the floor, or take that back."""
+        """Paint or clear search weights on the floor."""
         ...

@@ -1,4 +1,4 @@
-"""The console's line to the navigator: topics in, requests out, reopened when it breaks."""
+"""Network link to the navigator: receives topics, sends requests, and reconnects."""
 
 import asyncio
 import itertools
@@ -19,11 +19,11 @@ from app.messages.control import Accepted, ControlReply, ControlRequest, M, Stat
 from app.messages.driving import DriveModeName, DriveRequest, DriveStatus, TeleopTag
 from app.messages.lease import LeaseReply, LeaseRequest, LeaseStatus, TakeRequest
 from app.messages.motion import StampedTwist, encode_twist
+from app.nodes.console.critical_thread import OnFailure, critical_thread
 from app.nodes.console.link.commands import CommandError, LeaseAction
-from app.nodes.console.link.panel_requests import REQUESTER, Wishes
+from app.nodes.console.link.panel_requests import REQUESTER, PanelRequests
 from app.nodes.console.scene.inbox import Inbox
-from app.nodes.console.vital_thread import OnFailure, vital_thread
-from app.nodes.console.web.browsers import Visitor, acting
+from app.nodes.console.web.browsers import Browser, acting_browser
 from ippon.control.drive_mode import TeleopInput
 
 logger = logging.getLogger(__name__)
@@ -42,17 +42,17 @@ LATCHED: Final = (
 """Topics that answer a query with their last message."""
 
 SILENT_S: Final = 4.0
-"""After so long without a status the listening session is opened again."""
+"""Silence after which the listening session is reopened."""
 REPLY_S: Final = 2.0
 STOP_S: Final = 5.0
-"""So long a Stop is tried again while the navigator cannot be reached."""
+"""How long a Stop is retried while the navigator cannot be reached."""
 _STOP_PAUSE_S: Final = 0.1
 _CONNECT_S: Final = 1.5
 _RETRY_S: Final = 0.5
 
 
-class NavigatorLink(Wishes):
-    """Two sessions, one for what comes in and one for commands, so that no map delays a Stop.
+class NavigatorLink(PanelRequests):
+    """Two zenoh sessions, one to listen and one for commands, so that map data cannot delay a Stop.
 
     The commanding session stays open while a router answers: silence alone does not close it.
     """
@@ -70,15 +70,15 @@ class NavigatorLink(Wishes):
         self.problem = ""
         """Why the sessions could not be opened."""
         self.openings = 0
-        """How often the line was opened, or broke: each time, messages may have been missed."""
+        """How often the link was opened or broke; each time, messages may have been missed."""
         self.drive_status = DriveStatus()
-        """As the navigator said last: how fast a hand can drive."""
+        """Last drive status from the navigator, with the top speeds for manual drive."""
         self.lease_status = LeaseStatus()
-        """As the navigator said last: who holds control."""
+        """Last control lease from the navigator."""
         self._missed = False
-        """The line broke, and what was published meanwhile has not been asked for."""
-        self._hand_seq = itertools.count()
-        self._hands: zenoh.Publisher | None = None
+        """The link broke, and what was published meanwhile has not been fetched yet."""
+        self._input_seq = itertools.count()
+        self._input_publisher: zenoh.Publisher | None = None
         self._topics = tuple(topics)
         self._inbox = inbox
         self._listening: zenoh.Session | None = None
@@ -87,7 +87,7 @@ class NavigatorLink(Wishes):
         self._silence_told_of: float | None = None
         """When the navigator was last heard before the silence that the log tells of."""
         self._stop = threading.Event()
-        self._thread = vital_thread("link", self._keep_open, on_failure)
+        self._thread = critical_thread("link", self._keep_open, on_failure)
 
     def start(self) -> None:
         """Open the sessions, in the background and for as long as it takes."""
@@ -122,50 +122,50 @@ class NavigatorLink(Wishes):
     # What `Controller` and `Actions` promise:
 
     async def control(self, request: ControlRequest) -> str:
-        """Hand over a control request and return the state that followed."""
+        """Send a control request and return the resulting state."""
         return await asyncio.to_thread(self._control, request)
 
     async def drive(self, mode: DriveModeName, speed_limit: float | None = None) -> str:
-        """Say who drives."""
+        """Set the drive mode."""
         limit = self.drive_status.speed_limit if speed_limit is None else speed_limit
         return await asyncio.to_thread(self.set_drive, mode, limit)
 
     async def lease(self, action: LeaseAction) -> LeaseReply:
-        """Ask for control in the acting visitor's name, keep it, or hand it on."""
+        """Request, renew, release, grant, deny or take control for the acting browser."""
         return await asyncio.to_thread(self._lease, action)
 
     def lease_in(self, status: Status) -> LeaseStatus:
-        """Return who holds control, as far as this console's pages are concerned."""
+        """Return the control lease that the pages show."""
         return status.lease
 
-    def may_touch(self, visitor: Visitor) -> bool:
-        """Tell whether a visitor may use the panels: nobody else holds control."""
+    def may_touch(self, browser: Browser) -> bool:
+        """Return whether a browser may use the panels: no other browser has control."""
         lease = self.lease_status
-        holds = visitor.standing == "holds" and lease.epoch <= visitor.epoch
-        return visitor.may_command and (lease.state == "free" or holds)
+        holds = browser.standing == "holds" and lease.epoch <= browser.epoch
+        return browser.may_command and (lease.state == "free" or holds)
 
-    def hand(self, hand: TeleopInput) -> None:
-        """Pass on what an operator holds down; what cannot be sent is as good as let go."""
-        tops, hands, visitor = self.drive_status, self._hands, acting()
-        if hands is None or visitor is None or not visitor.may_command:
+    def send_input(self, held: TeleopInput) -> None:
+        """Send the keys that an operator holds down; input that is not sent counts as released."""
+        tops, publisher, browser = self.drive_status, self._input_publisher, acting_browser()
+        if publisher is None or browser is None or not browser.may_command:
             return
         twist = StampedTwist(
             stamp_ns=time.time_ns(),
-            linear_m_s=hand.forward * tops.top_linear_m_s,
-            yaw_rate_rad_s=hand.turn * tops.top_yaw_rate_rad_s,
-            tilt_rate_rad_s=hand.tilt * tops.top_tilt_rate_rad_s,
+            linear_m_s=held.forward * tops.top_linear_m_s,
+            yaw_rate_rad_s=held.turn * tops.top_yaw_rate_rad_s,
+            tilt_rate_rad_s=held.tilt * tops.top_tilt_rate_rad_s,
         )
-        tag = TeleopTag(sender=visitor.session, epoch=visitor.epoch, seq=next(self._hand_seq))
+        tag = TeleopTag(sender=browser.session, epoch=browser.epoch, seq=next(self._input_seq))
         try:
-            hands.put(encode_twist(twist), attachment=encode(tag))
+            publisher.put(encode_twist(twist), attachment=encode(tag))
         except zenoh.ZError as error:
-            logger.warning("a hand's command could not be sent: %s", error)
+            logger.warning("a manual drive command could not be sent: %s", error)
 
     def set_drive(self, mode: DriveModeName, speed_limit: float) -> str:
-        """Say who drives, and how fast at most."""
-        visitor = acting()
-        if mode != "auto" and visitor is not None and visitor.standing != "holds":
-            # A hand on the wheels needs the lease: whoever wants to drive asks for it with that.
+        """Set the drive mode and the speed limit."""
+        browser = acting_browser()
+        if mode != "auto" and browser is not None and browser.standing != "holds":
+            # Manual drive needs the lease, so request it first.
             reply = self._lease("request")
             if reply.standing != "holds":
                 raise CommandError(reply.detail)
@@ -173,12 +173,12 @@ class NavigatorLink(Wishes):
         return self._request(keys.DRIVE, request, Accepted).detail
 
     def pause(self) -> str:
-        """Wait where the robot is."""
+        """Pause the robot."""
         self._control(ControlRequest(action="pause", requester=REQUESTER))
         return "The robot waits."
 
     def resume(self) -> str:
-        """Go on after a pause or a stop."""
+        """Resume after a pause or a stop."""
         self._control(ControlRequest(action="resume", requester=REQUESTER))
         return "The robot goes on."
 
@@ -188,16 +188,18 @@ class NavigatorLink(Wishes):
         return "The search is cancelled; the map stays."
 
     def _lease(self, action: LeaseAction) -> LeaseReply:
-        visitor = acting()
-        if visitor is None:
-            raise CommandError("control is asked for from a page")
-        if action == "take" and visitor.role != "supervisor":
-            raise CommandError(f"your login ({visitor.role}) takes control from nobody: ask for it")
+        browser = acting_browser()
+        if browser is None:
+            raise CommandError("only a page can request control")
+        if action == "take" and browser.role != "supervisor":
+            raise CommandError(
+                f"your login ({browser.role}) cannot take control: request it instead"
+            )
         if action == "take":
             reply = self._request(keys.LEASE_TAKE, TakeRequest(), LeaseReply)
         else:
             reply = self._request(keys.LEASE, LeaseRequest(action=action), LeaseReply)
-        visitor.take_note(reply)
+        browser.update_lease(reply)
         return reply
 
     def _control(self, request: ControlRequest) -> str:
@@ -212,14 +214,16 @@ class NavigatorLink(Wishes):
     def _request(
         self, topic: str, message: msgspec.Struct, kind: type[M], timeout_s: float | None = None
     ) -> M:
-        session, visitor = self._commanding, acting()
+        session, browser = self._commanding, acting_browser()
         is_stop = isinstance(message, ControlRequest) and message.action == "stop"
-        if visitor is not None and not visitor.may_command and not is_stop:
-            raise CommandError("your login (viewer) may watch and stop, not command")
+        if browser is not None and not browser.may_command and not is_stop:
+            raise CommandError(
+                "your login (viewer) can watch and stop the robot, but not command it"
+            )
         if session is None:
             raise _UndeliveredError(f"no navigator at {self.endpoint}")
         try:
-            who = visitor.credential() if visitor is not None else None
+            who = browser.credential() if browser is not None else None
             return ask(session, self._key(topic), message, kind, timeout_s or REPLY_S, who)
         except RequestRefusedError as error:
             raise CommandError(str(error)) from error
@@ -243,7 +247,7 @@ class NavigatorLink(Wishes):
             quiet_s = time.monotonic() - max(self._heard_at, self._opened_at)
             if self._listening is not None and quiet_s > SILENT_S:
                 if self._silence_told_of != self._heard_at:
-                    logger.info("the navigator at %s is silent: listening again", self.endpoint)
+                    logger.info("no data from the navigator at %s: reconnecting", self.endpoint)
                     self._silence_told_of = self._heard_at
                 self._listening = _closed(self._listening)
             if self._listening is None:
@@ -257,10 +261,10 @@ class NavigatorLink(Wishes):
             self.problem = str(error)
 
     def _open_commanding(self) -> None:
-        self._hands = None
+        self._input_publisher = None
         self._commanding = _closed(self._commanding)
         self._commanding = open_client(self.endpoint, _CONNECT_S)
-        self._hands = self._commanding.declare_publisher(
+        self._input_publisher = self._commanding.declare_publisher(
             self._key(keys.TELEOP),
             priority=zenoh.Priority.REAL_TIME,
             congestion_control=zenoh.CongestionControl.DROP,
@@ -287,7 +291,7 @@ class NavigatorLink(Wishes):
         self._missed = True
 
     def _fetch_latched(self) -> bool:
-        """Ask for the last message of what is published on change; False without an answer."""
+        """Fetch the last message of each latched topic; return False without an answer."""
         answers = 0
         for topic in LATCHED:
             payload = self.query(topic, 1.0)
@@ -307,13 +311,13 @@ class NavigatorLink(Wishes):
         return receive
 
     def _close_sessions(self) -> None:
-        self._hands = None
+        self._input_publisher = None
         self._listening = _closed(self._listening)
         self._commanding = _closed(self._commanding)
 
 
 class _UndeliveredError(CommandError):
-    """The navigator gave no answer: unlike a refusal, another attempt may get one."""
+    """The navigator did not reply; unlike a refusal, a retry may succeed."""
 
 
 def _has_router(session: zenoh.Session) -> bool:

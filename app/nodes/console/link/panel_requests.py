@@ -1,4 +1,4 @@
-"""What the panels ask of the navigator, each as one request."""
+"""Requests of the panels to the navigator."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -30,11 +30,11 @@ from ippon.guidance.levels import LevelName
 
 REQUESTER: Final = "console"
 READ_S: Final = 12.0
-"""So long a sentence may take: longer than the navigator gives its language model."""
+"""Timeout for reading a sentence; longer than the navigator's timeout for its language model."""
 
 
-class Wishes(ABC):
-    """The part of `Actions` that needs nothing but a way to ask."""
+class PanelRequests(ABC):
+    """The `Actions` that are a single request and its reply."""
 
     recorded = False
 
@@ -45,7 +45,7 @@ class Wishes(ABC):
         """Send a request and return its reply.
 
         Raises:
-            CommandError: It did not arrive, or was refused.
+            CommandError: It was not delivered, or was refused.
         """
 
     def go_to(self, x_m: float, y_m: float) -> str:
@@ -53,39 +53,39 @@ class Wishes(ABC):
         return self._request(keys.GOTO, GotoRequest(x_m=x_m, y_m=y_m), Accepted).detail
 
     def record(self, action: RecordAction, text: str) -> str:
-        """Begin or end recording, or write a note or mark beside it."""
+        """Start or stop recording, or add a note or mark."""
         request = RecordRequest(action=action, text=text, requester=REQUESTER)
         status = self._request(keys.RECORD, request, RecordingStatus)
         return "Written beside the recording." if action in {"note", "mark"} else status.text
 
     def cancel_go_to(self) -> str:
-        """Send it nowhere any more."""
+        """Cancel the waypoint."""
         return self._request(keys.GOTO, GotoRequest(cancel=True), Accepted).detail
 
     def paint(
         self, action: PaintAction, strokes: Sequence[tuple[float, float]], radius_m: float
     ) -> str:
-        """Weigh a part of the floor, or take that back."""
+        """Paint or clear search weights on the floor."""
         request = PaintRequest(action=action, strokes=list(strokes), radius_m=radius_m)
         return self._request(keys.PAINT, request, Accepted).detail
 
     def inspect(self, point_world: tuple[float, float, float]) -> InspectReply:
-        """Ask what the map knows of a voxel."""
+        """Return what the map stores about a voxel."""
         request = InspectRequest(point_world=point_world)
         return self._request(keys.INSPECT, request, InspectReply)
 
     def reorder(self, goal_id: int, action: Literal["first", "remove"]) -> str:
-        """Let a waiting goal come next, or cancel it."""
+        """Move a waiting goal to the front, or remove it."""
         request = QueueRequest(goal_id=goal_id, action=action)
         return self._request(keys.QUEUE, request, Accepted).detail
 
     def preview(self, context: str | None, levels: dict[str, LevelName]) -> PreviewReply:
-        """Ask what would be chosen next; nothing changes by it."""
+        """Return the next choice, without changing the search."""
         request = PreviewRequest(context=context, levels=levels)
         return self._request(keys.PREVIEW, request, PreviewReply, READ_S)
 
     def search(self, wanted: str, context: str, scenario: str) -> str:
-        """Look for an object."""
+        """Start a search for an object."""
         request = SearchRequest(
             object=wanted, context=context, scenario=scenario, requester=REQUESTER
         )
@@ -96,22 +96,22 @@ class Wishes(ABC):
         return " ".join([f"Looking for: {name}{when}.", *notes])
 
     def read(self, sentence: str) -> SentenceReading:
-        """Have one sentence taken apart; a language model may take its time over it."""
+        """Parse a sentence into object and context; a language model may need seconds for it."""
         request = SentenceRequest(sentence=sentence)
         return self._request(keys.SENTENCE, request, SentenceReading, READ_S)
 
     def add_label(self, label: str) -> str:
-        """Tell one more kind of common object apart from now on."""
+        """Add a label to the vocabulary."""
         request = VocabularyRequest(label=label, requester=REQUESTER)
         return self._request(keys.VOCABULARY, request, Accepted).detail
 
     def confirm_find(self) -> str:
-        """Say that the find is the object."""
+        """Confirm the find."""
         self._request(keys.FEEDBACK, FeedbackRequest(verdict="confirm"), Accepted)
         return "Confirmed."
 
     def reject_find(self) -> str:
-        """Say that the find is something else, and go on."""
+        """Reject the find and continue the search."""
         self._request(keys.FEEDBACK, FeedbackRequest(verdict="reject"), Accepted)
         return "Understood: the search goes on, and this place is remembered."
 

@@ -1,4 +1,4 @@
-"""Not found: the places that looked most like the object, and what to do about each."""
+"""The list of most likely places after a search without a find."""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,14 +15,14 @@ Search = Callable[[str, str], str]
 
 
 class CandidatesPanel:
-    """Builds its part of the Search tab where nothing was found."""
+    """Builds this list inside the Search tab."""
 
     def __init__(self, gui: Any, actions: Actions, attempt: Try, search: Search) -> None:
         self._actions = actions
         self._search = search
         self._shown: tuple[Candidate, ...] | None = None
         self._goal = ("", "")
-        """Object and context of the search that is over."""
+        """Object and context of the finished search."""
         self._head = gui.add_html("", visible=False)
         self._rows: list[tuple[Any, Any]] = []
         for n in range(LISTED):
@@ -39,7 +39,7 @@ class CandidatesPanel:
         return bool(self._shown)
 
     def show(self, model: SceneModel, status: Status) -> None:
-        """List the places while the search is over without a find."""
+        """List the places after a search that ended without a find."""
         goal = status.goal
         is_over = status.state == "exhausted" and goal is not None
         shown = model.candidates() if is_over else None
@@ -58,16 +58,16 @@ class CandidatesPanel:
             buttons.visible = is_listed and not self._actions.recorded
             if shown is not None and is_listed:
                 place = shown[n]
-                picture = None if place.sighting is None else crop(place.sighting)
+                picture = None if place.picture is None else crop(place.picture)
                 label = labels[place.label] if place.label < len(labels) else ""
                 text.content = markup.candidate(n + 1, place, picture, label, start_ns)
 
     def _act(self, n: int, word: str) -> str:
         if self._shown is None or n >= len(self._shown):
-            raise CommandError("That place is listed no longer; ask for the object again.")
+            raise CommandError("That place is no longer in the list. Search for the object again.")
         x, y, _ = self._shown[n].point_world
         if word == "Go there":
             return self._actions.go_to(x, y)
         wanted, context = self._goal
         asked = self._search(wanted, context)
-        return f"{asked} Place {n + 1} comes first. {self._actions.go_to(x, y)}"
+        return f"{asked} The robot visits place {n + 1} first. {self._actions.go_to(x, y)}"

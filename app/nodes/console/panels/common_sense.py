@@ -1,4 +1,4 @@
-"""What common sense says for the present search: levels, reasons, who says so, and corrections."""
+"""Proximity levels of the current search: levels, reasons, source, and corrections."""
 
 from collections.abc import Callable
 from typing import Any, Final, get_args
@@ -32,7 +32,7 @@ class CommonSense:
                 "Question and answer",
                 color=QUIET,
                 icon=viser.Icon.MESSAGE_2,
-                hint="What the language model was asked, word for word, and what it answered",
+                hint="The exact prompt to the language model and its reply",
                 visible=False,
             )
             self._question.on_click(self._show_conversation)
@@ -50,29 +50,31 @@ class CommonSense:
             self._label.options = labels
 
     def _build_corrections(self, gui: Any) -> None:
-        self._label = gui.add_dropdown("Things", (_NO_LABEL,))
-        self._level = gui.add_dropdown("are", get_args(LevelName), initial_value="near")
+        self._label = gui.add_dropdown("Object kind", (_NO_LABEL,))
+        self._level = gui.add_dropdown("Level", get_args(LevelName), initial_value="near")
         change = gui.add_button("Change the level", color=QUIET)
         change.on_click(lambda _: self._try(self._change_level))
         self._known = gui.add_text(
-            "Suppose", "", hint='Something you might know, like "it is next to the bed"'
+            "Suppose", "", hint='Context to try, for example "it is next to the bed"'
         )
         what_if = gui.add_button(
             "What if?",
             color=QUIET,
             icon=viser.Icon.HELP,
-            hint="Shows where the robot would go with this level and this context; changes nothing",
+            hint="Shows the next viewpoint with this level and context; the search does not change",
         )
         what_if.on_click(lambda _: self._try(self._what_if))
         self._answer = gui.add_html("")
         self._more = gui.add_text(
-            "One more", "", hint="Another kind of thing to tell apart from now on, like bookcase"
+            "New kind",
+            "",
+            hint="Another kind of object to recognise from now on, for example bookcase",
         )
-        add = gui.add_button("Add to the things", color=QUIET, icon=viser.Icon.PLUS)
+        add = gui.add_button("Add this kind", color=QUIET, icon=viser.Icon.PLUS)
         add.on_click(lambda _: self._try(self._add_label))
 
     def _try(self, command: Callable[[], str]) -> None:
-        """Carry out a command and say how it ended, here: the top of the tab is out of sight."""
+        """Run a command and show its result here, because the top of the tab may be out of view."""
         try:
             self._answer.content = markup.answer(command(), ok=True)
         except CommandError as error:
@@ -81,7 +83,7 @@ class CommonSense:
     def _change_level(self) -> str:
         label, level = self._label.value, self._level.value
         if label == _NO_LABEL:
-            raise CommandError("Ask for an object first: then its levels can be changed.")
+            raise CommandError("Start a search first, then change its levels.")
         return self._actions.set_level(label, level)
 
     def _what_if(self) -> str:
@@ -92,7 +94,7 @@ class CommonSense:
         reply = self._actions.preview(context or None, levels)
         changed = ", ".join(reply.changed[:6]).replace("_", " ") or "no level would change"
         if reply.same:
-            return f"The choice would stay: {reply.now} ({changed})."
+            return f"The choice would not change: {reply.now} ({changed})."
         return f"Now {reply.now}. It would be {reply.then} ({changed})."
 
     def _add_label(self) -> str:

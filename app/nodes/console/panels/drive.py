@@ -1,4 +1,4 @@
-"""The Drive tab: who drives, how fast, and what a click on the map does."""
+"""The Drive tab: drive mode, speed limit, and what a click on the map does."""
 
 from collections.abc import Callable
 from typing import Any, Final, Literal
@@ -18,10 +18,10 @@ MODES: Final[dict[str, DriveModeName]] = {
 }
 MODE_TEXT: Final[dict[DriveModeName, str]] = {
     "auto": "The robot drives by itself.",
-    "assisted": "Hold W and the robot goes its own way at your pace; A, D and S are yours. "
-    "Let go and it stands.",
-    "manual": "You drive with W A S D, in curves with Q E, and tilt the camera with R F. "
-    "Let go and it stands; the map goes on growing.",
+    "assisted": "Hold W: the planner steers and you set the speed. Steer yourself with A, D and S. "
+    "Release all keys to stop.",
+    "manual": "Drive with W A S D, in curves with Q E, and tilt the camera with R F. "
+    "Release all keys to stop. Mapping continues.",
 }
 TOOLS: Final[dict[str, Tool]] = {
     "Explain": "explain",
@@ -30,22 +30,22 @@ TOOLS: Final[dict[str, Tool]] = {
     "Not here": "not_here",
 }
 TOOL_TEXT: Final[dict[Tool, str]] = {
-    "explain": "Click a viewpoint or a surface to see what the robot knows of it.",
-    "go": "Click the floor: the robot goes there, then on with its search.",
-    "look_here": "Click the floor to paint where to look first; Shift and drag paint a region.",
-    "not_here": "Click the floor to paint where not to look; Shift and drag paint a region.",
+    "explain": "Click a viewpoint or a surface to see what the robot knows about it.",
+    "go": "Click the floor: the robot drives there, then continues its search.",
+    "look_here": "Click the floor where to search first, or hold Shift and drag a rectangle.",
+    "not_here": "Click the floor where not to search, or hold Shift and drag a rectangle.",
 }
 
 
 class DrivePanel:
-    """Builds the tab inside the current container, and keeps it in step with the model."""
+    """Builds the tab inside the current container and updates it from the model."""
 
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._actions = actions
         self._drive = DriveStatus()
         self.tool: Tool = "explain"
         """What a click on the map does."""
-        self._mode = gui.add_button_group("Who drives", tuple(MODES))
+        self._mode = gui.add_button_group("Drive mode", tuple(MODES))
         self._mode_text = gui.add_html("")
         self._limit = gui.add_slider(
             "Speed limit, %",
@@ -53,10 +53,10 @@ class DrivePanel:
             max=100,
             step=5,
             initial_value=100,
-            hint="Percent of what the robot can do, in every mode",
+            hint="Percent of the robot's top speed, in every mode",
         )
         self._filter = gui.add_html("")
-        self._cancel = gui.add_button("Do not go there", color=QUIET, visible=False)
+        self._cancel = gui.add_button("Cancel this waypoint", color=QUIET, visible=False)
         with gui.add_folder("A click on the map"):
             self._tools = gui.add_button_group("does", tuple(TOOLS))
             self._tool_text = gui.add_html("")
@@ -84,7 +84,7 @@ class DrivePanel:
             self._show(model.status.drive)
 
     def attempt(self, command: Callable[[], str]) -> None:
-        """Carry out a command and say how it ended."""
+        """Run a command and show its result."""
         try:
             self._answer.content = markup.answer(command(), ok=True)
         except CommandError as error:

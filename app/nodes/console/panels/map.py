@@ -1,4 +1,4 @@
-"""The Map tab: what the scene shows, and what its colours mean."""
+"""The Map tab: colour mode, layers and legend of the scene."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -25,26 +25,26 @@ LAYER_WORDS: Final[dict[Layer, str]] = {
     "camera": "Camera",
     "trail": "Trail",
     "finds": "Finds",
-    "labels": "Labels",
-    "far_evidence": "Seen from afar",
-    "covered": "Looked over",
+    "labels": "Names",
+    "far_evidence": "Distant candidates",
+    "covered": "Inspected floor",
     "clearance": "Clearance",
 }
 LAYER_HINTS: Final[dict[Layer, str]] = {
-    "mesh": "The same surfaces as one closed skin, in place of the voxels",
-    "object": "Voxels that are likely to be the object",
-    "tree": "White ends the search, black is only on the way, else blue to red by gain",
-    "far_evidence": "Where images show what may be the object, beyond the map's range",
-    "covered": "Floor that was surely in view from nearby since this object was asked for",
-    "clearance": "Distance to the nearest obstacle at the height of the body, every 0.1 m",
-    "labels": "What is written above the finds",
+    "mesh": "The same surfaces as a mesh instead of voxels",
+    "object": "Boxes around voxels that are likely to be the object",
+    "tree": "White: can end the search; black: little gain; blue to red: low to high gain",
+    "far_evidence": "Directions in which images show a possible object beyond the range of the map",
+    "covered": "Floor that the camera has seen from close by during this search",
+    "clearance": "Distance to the nearest obstacle at the height of the robot's body",
+    "labels": "The text above found objects",
 }
 _NO_CUT_M: Final = 4.0
 _NO_THING: Final = "–"
 
 
 def words(label: str) -> str:
-    """Write a label as people do; a plain text for a list, not for HTML."""
+    """Return a label with spaces for underscores, as plain text, not escaped for HTML."""
     return label.replace("_", " ")
 
 
@@ -60,23 +60,26 @@ class MapPanel:
         self._chosen: ColorMode = start.mode
         self._legend = gui.add_html("")
         self._things: tuple[str, ...] = ()
-        self._thing = gui.add_dropdown("Thing", (_NO_THING,), hint="For the colour mode Thing")
+        self._thing = gui.add_dropdown(
+            "Thing",
+            (_NO_THING,),
+            hint="Kind of object whose probability the colour mode Thing shows",
+        )
         self._ceiling = gui.add_slider(
             "Cut above, m",
             min=0.4,
             max=_NO_CUT_M,
             step=0.1,
             initial_value=start.ceiling_m or _NO_CUT_M,
-            hint="Hides what is higher, in metres, so that one looks into the rooms; "
-            f"{_NO_CUT_M:g} hides nothing",
+            hint=f"Hides the map above this height, in metres; {_NO_CUT_M:g} shows everything",
         )
         self._threshold = gui.add_slider(
-            "Object from",
+            "Object threshold",
             min=0.05,
             max=0.95,
             step=0.05,
             initial_value=start.object_threshold,
-            hint="Voxels at least this likely to be the object stand out as boxes",
+            hint="Least probability at which a voxel is drawn as an object box",
         )
         with gui.add_folder("Layers"):
             self._layers: dict[Layer, Any] = {
@@ -88,7 +91,7 @@ class MapPanel:
                 for layer in LAYERS
             }
         gui.add_html(markup.legend(TREE_LEGEND))
-        self._frame = gui.add_button("Frame the whole map", color=QUIET)
+        self._frame = gui.add_button("Show the whole map", color=QUIET)
         self._frame.on_click(lambda _: on_follow())
         self._mode.on_click(lambda event: self._choose(event.target.value))
         for handle in (self._ceiling, self._thing, self._threshold, *self._layers.values()):
@@ -114,7 +117,7 @@ class MapPanel:
         )  # fmt: skip
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
-        """Take over the things that the map tells apart."""
+        """Update the list of common objects."""
         if "proximity" not in changed or model.proximity is None:
             return
         things = tuple(row.label for row in model.proximity.rows)

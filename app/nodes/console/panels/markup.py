@@ -1,6 +1,6 @@
-"""HTML for the panels; every text that comes from outside passes `escape` on its way in.
+"""HTML for the panels; `escape` makes every text from outside safe.
 
-viser puts HTML into the page as it is, handlers and all, so nothing else may build HTML.
+viser inserts HTML into the page unchanged, handlers included, so no other module builds HTML.
 """
 
 import base64
@@ -22,9 +22,9 @@ NAMED = 12
 
 EXPORTS = (
     '<p class="ip-exports"><a href="/api/export/map.ply" download>Map (PLY)</a>'
-    '<a href="/api/export/trail.csv" download>Way (CSV)</a>'
+    '<a href="/api/export/trail.csv" download>Trail (CSV)</a>'
     '<a href="/api/export/figures.csv" download>Plots (CSV)</a></p>'
-    '<p class="ip-muted">As they are now. Mesh, videos, report and scene of a whole recording: '
+    '<p class="ip-muted">The current state. For a mesh, video, report or scene of a recording: '
     "<code>ippon export</code></p>"
 )
 
@@ -51,7 +51,7 @@ def escape(text: str, limit: int = 400) -> str:
 
 
 def words(label: str) -> str:
-    """Write a label the way people do."""
+    """Return a label with spaces for underscores, escaped."""
     return escape(label.replace("_", " "))
 
 
@@ -61,9 +61,9 @@ def swatch(color: Rgb) -> str:
 
 
 def now(status: Status | None) -> str:
-    """Say what the robot is doing and why."""
+    """Return the state of the robot and the reason for it."""
     if status is None:
-        return '<div class="ip-now"><p class="ip-muted">No word from the navigator yet.</p></div>'
+        return '<div class="ip-now"><p class="ip-muted">No data from the navigator yet.</p></div>'
     state = STATE_WORDS[status.state]
     if status.find is not None and status.find.out_of_reach_m is not None:
         state = "Found, out of reach:" if status.state == "found" else state
@@ -76,7 +76,7 @@ def now(status: Status | None) -> str:
 
 
 def answer(text: str, *, ok: bool) -> str:
-    """Show how the last command ended."""
+    """Return the result of the last command."""
     if not text:
         return ""
     kind = "ok" if ok else "bad"
@@ -84,22 +84,22 @@ def answer(text: str, *, ok: bool) -> str:
 
 
 def choice(chosen: str, text: str) -> str:
-    """Explain a choice; the style sheet marks the button of the one that it carries."""
+    """Return the description of a choice; the style sheet highlights the button it names."""
     return f'<p class="ip-choice" data-choice="{escape(chosen)}">{escape(text)}</p>'
 
 
 def intervention(drive: DriveStatus) -> str:
-    """Say what the safety filter made of the operator's command."""
+    """Return the safety filter's intervention, or the waypoint that the robot drives to."""
     if drive.intervention:
         return f'<p class="ip-answer ip-bad">{escape(drive.intervention)}</p>'
     if drive.waypoint is not None:
         x, y = drive.waypoint
-        return f'<p class="ip-answer ip-ok">On the way to ({x:.1f}, {y:.1f}).</p>'
+        return f'<p class="ip-answer ip-ok">Driving to ({x:.1f}, {y:.1f}).</p>'
     return ""
 
 
 def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus]) -> str:
-    """List what comes next and what was."""
+    """List the waiting goals and the last four finished ones."""
     rows = [
         f"<li><b>{words(goal.object)}</b> <span>{words(goal.outcome)}</span></li>"
         for goal in (*queue, *list(history)[::-1][:4])
@@ -108,11 +108,11 @@ def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus]) -> str:
 
 
 def not_found(count: int) -> str:
-    """Head the list of places that a search without a find ends with."""
+    """Return the heading of the candidate list after a search without a find."""
     text = (
-        "What looked most like it, the likeliest first:"
+        "Most likely places, best first:"
         if count
-        else "Nothing in the map looks like it. Another name or more context may help."
+        else "Nothing in the map looks like the object. Try another name or add context."
     )
     return f'<p class="ip-not-found">{text}</p>'
 
@@ -120,17 +120,17 @@ def not_found(count: int) -> str:
 def candidate(
     number: int, place: Candidate, picture: bytes | None, label: str, start_ns: int
 ) -> str:
-    """Show one such place: how it looked, how likely it is, where, and when it was seen."""
+    """Return one candidate: image, probability, position, and when it was seen."""
     x, y, z = place.point_world
-    image = '<span class="ip-no-picture">no picture kept</span>'
-    seen = "no picture of it is kept"
-    if picture is not None and place.sighting is not None:
+    image = '<span class="ip-no-picture">no image</span>'
+    seen = "no image available"
+    if picture is not None and place.picture is not None:
         data = base64.b64encode(picture).decode()
         image = f'<img alt="" src="data:image/jpeg;base64,{data}">'
-        since_ns = place.sighting.picture.stamp_ns - start_ns
+        since_ns = place.picture.picture.stamp_ns - start_ns
         when = "before this search" if since_ns < 0 else f"at {_clock(since_ns)}"
-        seen = f"seen {when} from {place.sighting.depth_m:.1f} m"
-    taken_for = f"taken for: {words(label)}<br>" if label else ""
+        seen = f"seen {when} from {place.picture.depth_m:.1f} m"
+    taken_for = f"classified as: {words(label)}<br>" if label else ""
     return (
         f'<div class="ip-candidate">{image}<p><b>{number}</b> {place.probability:.0%} likely<br>'
         f"{taken_for}<span>at ({x:.1f}, {y:.1f}) m, {z:.1f} m high<br>{seen}</span></p></div>"
@@ -138,11 +138,11 @@ def candidate(
 
 
 def levels(table: LevelTable | None) -> str:
-    """Group the labels by level, the nearest first."""
+    """Return the table of labels by level, the nearest first."""
     if table is None:
         return (
-            '<div class="ip-levels"><p class="ip-muted">Ask for an object: here stands how near '
-            "to it each kind of thing is likely to be.</p></div>"
+            '<div class="ip-levels"><p class="ip-muted">Start a search to see how near '
+            "to it each kind of object is likely to be.</p></div>"
         )
     by_level: dict[str, list[str]] = defaultdict(list)
     for row in table.rows:
@@ -153,27 +153,27 @@ def levels(table: LevelTable | None) -> str:
         for name in (level.text,)
     )
     sought = escape(with_article(table.object.replace("_", " ")))
-    asking = f"asking {table.asking}, until then: " if table.asking else ""
+    asking = f"waiting for {table.asking}; using for now: " if table.asking else ""
     lines = [asking + table.provider, *table.notes[:3]] if asking else table.notes[:3]
     notes = "".join(f'<p class="ip-muted">{escape(note)}</p>' for note in lines)
-    cached = ", kept" if table.from_cache else ""
+    cached = ", cached" if table.from_cache else ""
     return (
-        f'<div class="ip-levels"><p class="ip-title">Where {sought} may be near'
+        f'<div class="ip-levels"><p class="ip-title">Levels for {sought}'
         f"<span>{escape(table.provider, 40)}, {_milliseconds(table.elapsed_ms)}{cached}</span></p>"
         f"<table>{rows}</table>{notes}</div>"
     )
 
 
 def _some(labels: list[str]) -> str:
-    """List labels; of many, the first, so that all levels stay in view: the reasons have them."""
+    """Join labels; a long list is cut, because the reasons below list every label."""
     if len(labels) <= NAMED:
         return ", ".join(labels) or "–"
     return f"{', '.join(labels[: NAMED - 2])} <i>and {len(labels) - NAMED + 2} more</i>"
 
 
 def conversation(table: LevelTable) -> str:
-    """Show the exact question to a language model and its answer."""
-    when = "kept from an earlier search" if table.from_cache else "asked for this search"
+    """Return the exact prompt to the language model and its reply."""
+    when = "cached from an earlier search" if table.from_cache else "asked for this search"
     return (
         f'<div class="ip-chat"><p class="ip-title">Question<span>{when}</span></p>'
         f"<div>{_paragraphs(table.prompt)}</div>"
@@ -183,7 +183,7 @@ def conversation(table: LevelTable) -> str:
 
 
 def _paragraphs(text: str, most: int = 500) -> str:
-    """Escape a text of many lines, and say where it is cut."""
+    """Escape a text of many lines; after `most` lines it is cut, with a note."""
     lines = text.splitlines()
     cut = [f"… {len(lines) - most} more lines"] if len(lines) > most else []
     return "".join(f"<p>{escape(line, 4000)}</p>" for line in (*lines[:most], *cut))
@@ -203,7 +203,7 @@ def reasons(table: LevelTable | None) -> str:
 
 
 def legend(shown: Legend, mode: str = "") -> str:
-    """Draw a legend; the style sheet marks the button of the mode that it carries."""
+    """Return a legend; the style sheet highlights the button named in `data-mode`."""
     ramp = ""
     if shown.ramp is not None:
         stops = ",".join(hex_of((r, g, b)) for r, g, b in shown.ramp[::17].tolist())
@@ -223,7 +223,7 @@ def legend(shown: Legend, mode: str = "") -> str:
 
 
 def warnings(notes: Sequence[str]) -> str:
-    """Show what is wrong for as long as it is."""
+    """Return the current warnings."""
     return "".join(
         f'<p class="ip-warning">{escape(note[:1].upper() + note[1:])}</p>' for note in notes
     )
@@ -273,7 +273,7 @@ def event_log(events: Iterable[Event], start_ns: int) -> str:
         f"<span>{escape(event.text)}</span></li>"
         for event in list(events)[-14:][::-1]
     )
-    return f'<ol class="ip-log">{rows}</ol>' if rows else '<p class="ip-muted">Nothing yet.</p>'
+    return f'<ol class="ip-log">{rows}</ol>' if rows else '<p class="ip-muted">No events yet.</p>'
 
 
 def _milliseconds(value: float) -> str:

@@ -1,4 +1,4 @@
-"""The recording's part of the Session tab: on and off, notes and marks."""
+"""Recording controls of the Session tab: on, off, notes and marks."""
 
 from collections.abc import Callable
 from html import escape
@@ -10,7 +10,7 @@ from app.nodes.console.panels import markup
 from app.view.colors import QUIET
 
 MAX_NOTE: Final = 2000
-NOBODY = "No recorder is heard. ippon record starts one for a running robot."
+NOBODY = "No recorder is running. Start one for a running robot with: ippon record"
 
 
 class RecordPanel:
@@ -21,8 +21,10 @@ class RecordPanel:
         self._state = gui.add_html(recording_line(None))
         self._switch = gui.add_button_group("Record", ("On", "Off", "Mark"))
         with gui.add_form(None) as form:
-            self._text = gui.add_text("Note", "", hint="Kept beside the recording, at this moment")
-            note = gui.add_button("Write the note", color=QUIET)
+            self._text = gui.add_text(
+                "Note", "", hint="Stored with the recording at the current time"
+            )
+            note = gui.add_button("Save the note", color=QUIET)
         self._answer = gui.add_html("")
         self._switch.on_click(lambda event: self._press(event.target.value))
         note.on_click(lambda _: form.submit())
@@ -61,7 +63,7 @@ class RecordPanel:
 
 
 def recording_line(status: RecordingStatus | None) -> str:
-    """Say in one line what is recorded, and below it what threatens to end it."""
+    """Return the state of the recording and any warning, as HTML."""
     if status is None:
         return f'<p class="ip-muted">{NOBODY}</p>'
     minutes, seconds = divmod(int(status.seconds), 60)

@@ -1,4 +1,4 @@
-"""The Search tab: ask, watch, understand, and judge a find."""
+"""The Search tab: start a search, follow it, and confirm or reject a find."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -26,16 +26,16 @@ _ENDS: Final = ("found", "exhausted")
 
 
 class SearchPanel:
-    """Builds the tab inside the current container, and keeps it in step with the model."""
+    """Builds the tab inside the current container and updates it from the model."""
 
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._actions = actions
         self._find: FindReport | None = None
         self._state = ""
         self._fades = False
-        """The answer that is shown tells of nothing once the search has ended."""
+        """Whether the shown reply is removed when the search ends."""
         self._proposed = ("", "")
-        """Object and context that a doubtful sentence was read as, shown for correction."""
+        """Object and context read from an ambiguous sentence, shown for correction."""
         if not actions.recorded:
             self._build_query(gui)
         self._answer = gui.add_html("")
@@ -66,12 +66,12 @@ class SearchPanel:
                 '"find my hat, I left it on the sofa"',
             )  # fmt: skip
             self._context = gui.add_text(
-                "Context", "", hint="What you know: where you used it last, whose it is"
+                "Context", "", hint="What you know about it, for example where you used it last"
             )
             self._scenario = gui.add_text(
                 "Scenario",
                 USUAL_SCENARIO,
-                hint="Where the robot is: a flat, an office. A language model reads it",
+                hint="Where the robot is: a flat, an office. Used by the language model",
             )
             search = gui.add_button("Search", icon=viser.Icon.SEARCH)
         search.on_click(lambda _: form.submit())
@@ -93,14 +93,14 @@ class SearchPanel:
         self._waiting: dict[str, int] = {}
         with gui.add_folder(None, visible=False) as self._queue_box:
             self._chosen = gui.add_dropdown("Waiting", ("–",))
-            order = gui.add_button_group("Comes", ("Next", "Not at all"))
+            order = gui.add_button_group("Action", ("Search next", "Remove"))
         order.on_click(lambda event: self._try(lambda: self._reorder(event.target.value)))
 
     def _reorder(self, word: str) -> str:
         goal_id = self._waiting.get(str(self._chosen.value))
         if goal_id is None:
-            raise CommandError("That goal waits no longer; choose another.")
-        return self._actions.reorder(goal_id, "first" if word == "Next" else "remove")
+            raise CommandError("That goal is no longer waiting. Choose another.")
+        return self._actions.reorder(goal_id, "first" if word == "Search next" else "remove")
 
     def _show_queue(self, queue: list[GoalStatus]) -> None:
         waiting = {f"{n + 1}. {g.object.replace('_', ' ')}": g.goal_id for n, g in enumerate(queue)}
@@ -123,16 +123,16 @@ class SearchPanel:
             self._try(lambda: self._read(typed, context))
 
     def _read(self, sentence: str, context: str) -> str:
-        """Have a sentence taken apart; what is doubtful is shown before the robot moves."""
+        """Parse a sentence and search; an ambiguous reading is shown for correction instead."""
         reading = self._actions.read(sentence)
         if not reading.object:
-            raise CommandError("No object was found in that; type it alone, for example: hat")
+            raise CommandError("No object was recognised. Type only the object, for example: hat")
         context = ", ".join(part for part in (reading.context, context) if part)
         if not reading.doubtful:
             return self._search(reading.object, context)
         self._proposed = (reading.object, context)
         self._wanted.value, self._context.value = self._proposed
-        return f"Read by {reading.provider}. Correct it above, or press Search to look for that."
+        return f"Read by {reading.provider}. Correct it above, or press Search to start."
 
     def _search(self, wanted: str, context: str) -> str:
         scenario = self._scenario.value.strip()

@@ -1,4 +1,4 @@
-"""The Session tab: how it goes, in figures, streams and events."""
+"""The Session tab: figures, recording, exports, streams and events."""
 
 from typing import Any, Final
 
@@ -29,7 +29,7 @@ _VALUE: Final = uplot.Axis(**_INK, size=44, gap=4)
 
 
 class SessionPanel:
-    """Builds the tab inside the current container, and keeps it in step with the model."""
+    """Builds the tab inside the current container and updates it from the model."""
 
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._updates = 0
@@ -50,8 +50,8 @@ class SessionPanel:
             _plot(gui, "Best match, %", hex_of(GREEN)),
             _plot(gui, "Explored, m²", hex_of(SKY)),
             _plot(gui, "Path, m", hex_of(BLUE)),
-            _plot(gui, "Step of the navigator, ms", hex_of(ORANGE)),
-            _plot(gui, "From picture to command, ms", hex_of(VERMILION)),
+            _plot(gui, "Navigator step, ms", hex_of(ORANGE)),
+            _plot(gui, "Image to command, ms", hex_of(VERMILION)),
         ]
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
@@ -68,7 +68,7 @@ class SessionPanel:
             self._figures.content = markup.figures(status, model.voxels.count)
             self._streams.content = markup.streams(status.streams)
             self._updates += 1
-            # A jump in a recording brings its events with it, and another past to plot.
+            # A seek in a recording replaces the events and the plotted history.
             if self._updates % _PLOT_EVERY == 1 or "events" in changed:
                 self._draw_plots(model.history)
         if "events" in changed:

@@ -14,9 +14,9 @@ WIDTH_PX: Final = 384
 
 
 class Tabs:
-    """Search, Drive, Map and Session, docked to the right; what is in Map is each browser's own.
+    """Search, Drive, Map and Session, docked to the right; each browser has its own Map tab.
 
-    What was recorded is not driven: there is no Drive tab then, and nothing that commands.
+    For a recording there is no Drive tab, and nothing that commands the robot.
     """
 
     def __init__(self, server: viser.ViserServer, actions: Actions) -> None:

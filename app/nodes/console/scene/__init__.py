@@ -1,1 +1,1 @@
-"""The thread that owns the scene, and what each browser sees of it."""
+"""The scene thread and what it publishes: `scene_thread`, `browser_views`, `state_feed`."""

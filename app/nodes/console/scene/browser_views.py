@@ -1,40 +1,40 @@
-"""What each browser sees: its own Map tab, and a drawing of its own once it wants another."""
+"""View options of each browser: its Map tab, and its own drawing once its options differ."""
 
 import queue
 from collections.abc import Callable
 from typing import Any, Final
 
 from app.nodes.console.panels.map import MapPanel
-from app.nodes.console.web.browsers import Visitor
+from app.nodes.console.web.browsers import Browser
 from app.view.drawing.camera_follow import CameraFollow
 from app.view.drawing.overlay_layer import NOTHING, Highlight
 from app.view.drawing.subtree import Subtree
-from app.view.drawing.viser_private import outliving, uuid_of
+from app.view.drawing.viser_private import ignore_disconnect, uuid_of
 from app.view.drawing.viser_scene import ALL_PARTS, ROOTS, ViserScene
 from app.view.model.scene_model import Part, SceneModel
 from app.view.view_options import ViewOptions
 from ippon.geometry import Float64Array
 
 OWN: Final = "/own"
-"""Above the nodes that only one browser has."""
-_FIRST: Final[frozenset[Part]] = frozenset({"proximity"})
-"""What the controls of a browser that has just come show."""
+"""Root of the scene nodes that only one browser has."""
+_NEW_BROWSER_PARTS: Final[frozenset[Part]] = frozenset({"proximity"})
+"""Parts shown in the controls of a new browser."""
 
 
-class Window:
-    """One browser's choice of what to see.
+class BrowserView:
+    """View options and drawing of one browser.
 
-    While it is the first choice, the browser sees the drawing that all have in common; from the
-    first other choice on it has one of its own, and the common one is hidden from it.
+    With the default options it sees the shared drawing. From the first change on it has its own
+    drawing, and the shared one is hidden from it.
     """
 
     def __init__(
-        self, client: Any, visitor: Visitor | None, tab: Any, on_change: Callable[[], None]
+        self, client: Any, browser: Browser | None, tab: Any, on_change: Callable[[], None]
     ) -> None:
         self.client = client
         self.options = ViewOptions()
         self.wants_framing = False
-        self._visitor = visitor
+        self._browser = browser
         self._on_change = on_change
         self._own: ViserScene | None = None
         self._is_new = True
@@ -42,11 +42,11 @@ class Window:
         with client.atomic(), tab:
             self._panel = MapPanel(client.gui, self._choose, self._recall)
         self._controls = {uuid_of(handle) for handle in self._panel.controls()}
-        if visitor is not None:
-            visitor.own_controls |= self._controls
+        if browser is not None:
+            browser.own_controls |= self._controls
 
     def draw(self, model: SceneModel, changed: frozenset[Part], highlight: Highlight) -> None:
-        """Draw what changed, and all of it after a choice."""
+        """Draw what changed; everything after a change of options."""
         if self._has_changed:
             self._has_changed = False
             changed |= ALL_PARTS
@@ -56,22 +56,22 @@ class Window:
         if changed and self._own is not None:
             self._own.draw(model, changed, self.options)
         if changed or self._is_new:
-            self._panel.update(model, _FIRST if self._is_new else changed)
+            self._panel.update(model, _NEW_BROWSER_PARTS if self._is_new else changed)
             self._is_new = False
 
-    def point_at(self, highlight: Highlight) -> None:
-        """Mark something."""
+    def highlight_for_all(self, highlight: Highlight) -> None:
+        """Draw a highlight."""
         if self._own is not None:
             self._own.overlay.draw_highlight(highlight)
 
     def close(self) -> None:
-        """Forget what was this browser's."""
-        if self._visitor is not None:
-            self._visitor.own_controls -= self._controls
+        """Release this browser's controls."""
+        if self._browser is not None:
+            self._browser.own_controls -= self._controls
 
     def _drawing_of_its_own(self) -> ViserScene:
         for name in ROOTS:
-            # In this browser's scene only: it stands in the way of the common one's.
+            # Only in this browser's scene: hides the node of the same name in the shared scene.
             self.client.scene.add_frame(name, show_axes=False, visible=False)
         return ViserScene(Subtree(self.client, OWN))
 
@@ -85,61 +85,61 @@ class Window:
         self._on_change()
 
 
-class Windows:
-    """Every browser that is there. Browsers come and go in viser's threads, all else in one."""
+class BrowserViews:
+    """All browsers' views; viser's threads call `join` and `leave`, the scene thread the rest."""
 
     def __init__(
         self, server: Any, tab: Any, follow: CameraFollow, on_change: Callable[[], None]
     ) -> None:
-        """Draw what all have in common.
+        """Create the shared drawing.
 
         Args:
             server: viser's.
             tab: Container of each browser's own controls.
-            follow: Keeps the map in each browser's picture.
-            on_change: Called when somebody has chosen something else to see.
+            follow: Keeps the map in view in each browser.
+            on_change: Called when a browser has changed its options.
         """
         self._common = ViserScene(server)
         self._tab = tab
         self._follow = follow
         self._on_change = on_change
-        self._news: queue.SimpleQueue[tuple[Any, Visitor | None, bool]] = queue.SimpleQueue()
-        self._open: dict[int, Window] = {}
+        self._news: queue.SimpleQueue[tuple[Any, Browser | None, bool]] = queue.SimpleQueue()
+        self._open: dict[int, BrowserView] = {}
         self._highlight = NOTHING
 
-    def join(self, client: Any, visitor: Visitor | None) -> None:
-        """Take over a browser that has just connected."""
-        self._news.put((client, visitor, True))
+    def join(self, client: Any, browser: Browser | None) -> None:
+        """Add a browser that has connected."""
+        self._news.put((client, browser, True))
         self._on_change()
 
     def leave(self, client: Any) -> None:
-        """Forget a browser that has left."""
+        """Remove a browser that has disconnected."""
         self._news.put((client, None, False))
 
     def options_of(self, client_id: int) -> ViewOptions:
-        """Return what a browser has chosen to see."""
-        window = self._open.get(client_id)
-        return ViewOptions() if window is None else window.options
+        """Return the view options of a browser."""
+        view = self._open.get(client_id)
+        return ViewOptions() if view is None else view.options
 
-    def point_at(self, highlight: Highlight) -> None:
-        """Mark something for everyone."""
+    def highlight_for_all(self, highlight: Highlight) -> None:
+        """Draw a highlight in all browsers."""
         self._highlight = highlight
         self._common.overlay.draw_highlight(highlight)
-        for window in self._open.values():
-            with outliving(window.client):
-                window.point_at(highlight)
+        for view in self._open.values():
+            with ignore_disconnect(view.client):
+                view.highlight_for_all(highlight)
 
     def draw(self, model: SceneModel, changed: frozenset[Part]) -> None:
-        """Draw what changed, for all in common and for those who see something else."""
+        """Draw what changed, in the shared drawing and in those of single browsers."""
         if changed:
             self._common.draw(model, changed, ViewOptions())
         self._admit()
-        for window in self._open.values():
-            with outliving(window.client):
-                window.draw(model, changed, self._highlight)
-            if window.wants_framing:
-                window.wants_framing = False
-                self._follow.recall(window.client)
+        for view in self._open.values():
+            with ignore_disconnect(view.client):
+                view.draw(model, changed, self._highlight)
+            if view.wants_framing:
+                view.wants_framing = False
+                self._follow.frame_map(view.client)
 
     def bounds(self) -> tuple[Float64Array, Float64Array] | None:
         """Return the least and greatest (x, y) of the map in metres; None without one."""
@@ -147,15 +147,15 @@ class Windows:
 
     def _admit(self) -> None:
         while not self._news.empty():
-            client, visitor, comes = self._news.get()
+            client, browser, comes = self._news.get()
             if comes:
-                with outliving(client):
-                    self._open[client.client_id] = Window(
-                        client, visitor, self._tab, self._on_change
+                with ignore_disconnect(client):
+                    self._open[client.client_id] = BrowserView(
+                        client, browser, self._tab, self._on_change
                     )
                 self._follow.add(client)
                 continue
             self._follow.remove(client)
-            window = self._open.pop(client.client_id, None)
-            if window is not None:
-                window.close()
+            view = self._open.pop(client.client_id, None)
+            if view is not None:
+                view.close()

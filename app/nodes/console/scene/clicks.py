@@ -1,4 +1,4 @@
-"""Clicks on the scene: some are commands, in the clicker's name; some are questions."""
+"""Clicks on the scene: commands for the robot, or requests for an explanation."""
 
 import queue
 from typing import Any, Final
@@ -7,7 +7,7 @@ import numpy as np
 
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels.drive import DrivePanel, Tool
-from app.view.model.drag_region import dabs_over, floor_region
+from app.view.model.drag_region import brush_strokes, floor_region
 from app.view.model.picking import floor_point
 from ippon.geometry import Float64Array
 
@@ -20,15 +20,15 @@ MAX_WAITING: Final = 8
 
 
 class Clicks:
-    """Commands go out in the thread that the click came in; questions wait for the conductor."""
+    """Sends commands in the thread of the click; explanations wait for the scene thread."""
 
     def __init__(self, server: Any, panel: DrivePanel | None, actions: Actions) -> None:
         """Listen to the scene.
 
         Args:
             server: viser's.
-            panel: Says what a click does; without one every click is a question.
-            actions: Takes the commands.
+            panel: Selects what a click does; None makes every click ask for an explanation.
+            actions: Sends the commands.
         """
         self._panel = panel
         self._actions = actions
@@ -38,7 +38,7 @@ class Clicks:
             server.scene.on_rect_select(modifier="shift")(lambda event: self._dragged(panel, event))
 
     def questions(self) -> list[Question]:
-        """Take the rays that ask for an explanation."""
+        """Take the clicks that wait for an explanation."""
         rays: list[Question] = []
         while True:
             try:
@@ -64,12 +64,14 @@ class Clicks:
 
     def _paint_region(self, tool: Tool, event: Any) -> str:
         if tool not in ("look_here", "not_here"):
-            raise CommandError("Choose Look here or Not here first: then Shift and drag paint.")
+            raise CommandError(
+                "Choose Look here or Not here first, then hold Shift and drag to paint."
+            )
         try:
             corners = floor_region(event.client.camera, event.screen_min, event.screen_max, 0.0)
         except ValueError as error:
             raise CommandError(str(error)) from error
-        dabs, radius_m = dabs_over(corners)
+        dabs, radius_m = brush_strokes(corners)
         return self._actions.paint(tool, dabs, radius_m)
 
     def _command(self, panel: DrivePanel, origin: Float64Array, direction: Float64Array) -> str:
@@ -79,5 +81,5 @@ class Clicks:
             raise CommandError(str(error)) from error
         if panel.tool == "go":
             return self._actions.go_to(x, y)
-        wish = "look_here" if panel.tool == "look_here" else "not_here"
-        return self._actions.paint(wish, [(x, y)], panel.brush_m)
+        action = "look_here" if panel.tool == "look_here" else "not_here"
+        return self._actions.paint(action, [(x, y)], panel.brush_m)

@@ -1,4 +1,4 @@
-"""Files to export, asked for by pages and written by the thread that owns the scene."""
+"""Export files, requested by pages and written by the scene thread."""
 
 import asyncio
 import queue
@@ -11,8 +11,8 @@ from app.view.model.scene_model import SceneModel
 PATIENCE_S: Final = 10.0
 
 
-class ExportDesk:
-    """Takes orders from the gateway; the owner of the scene fills one at a time."""
+class ExportRequests:
+    """Queues requests of the gateway; the scene thread answers one at a time."""
 
     def __init__(self) -> None:
         self._orders: queue.SimpleQueue[tuple[str, Future[bytes | None]]] = queue.SimpleQueue()
@@ -24,14 +24,14 @@ class ExportDesk:
         Raises:
             TimeoutError: The scene's thread does not answer.
         """
-        # One at a time: whoever asks for many waits behind himself, not the scene for him.
+        # One at a time, so that many requests cannot delay the scene.
         async with self._turn, asyncio.timeout(PATIENCE_S):
             future: Future[bytes | None] = Future()
             self._orders.put((name, future))
             return await asyncio.wrap_future(future)
 
     def fill(self, model: SceneModel) -> None:
-        """Write what was ordered. The thread that owns the model calls this."""
+        """Write the requested files. Called by the scene thread."""
         while not self._orders.empty():
             name, future = self._orders.get()
             if future.set_running_or_notify_cancel():

@@ -1,4 +1,4 @@
-"""The picture of a find, with the object outlined."""
+"""Camera images of a find or a candidate: outlined, or cropped round it."""
 
 import numpy as np
 import simplejpeg
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from app.messages.cdr import MessageError
 from app.messages.images import decompress_color
 from app.view.colors import FOUND
-from app.view.model.sightings import Sighting
+from app.view.model.voxel_pictures import VoxelPicture
 
 _LINE_PX = 3
 _CROP_M = 0.7
@@ -32,7 +32,7 @@ def outlined(encoded: bytes, box_px: tuple[int, int, int, int] | None) -> bytes:
     return simplejpeg.encode_jpeg(image, quality=88, colorspace="RGB")
 
 
-def crop(seen: Sighting) -> bytes | None:
+def crop(seen: VoxelPicture) -> bytes | None:
     """Return as JPEG what a picture shows round a voxel; None where it cannot be read."""
     try:
         image = decompress_color(seen.picture.encoded)

@@ -1,4 +1,4 @@
-"""Messages on their way from the network's threads to the one that draws."""
+"""Messages from the network's threads to the scene thread."""
 
 import threading
 from collections import deque
@@ -11,18 +11,18 @@ Message = tuple[str, bytes]
 
 
 class Inbox:
-    """Keeps every message of the topics where each counts, of the others the latest only."""
+    """Keeps every message of the topics in `every`, and only the latest of the others."""
 
     def __init__(self, every: Iterable[str]) -> None:
         self.dropped = 0
-        """Messages of the first kind that came while the inbox was full."""
+        """Messages of the topics in `every` that arrived while the inbox was full."""
         self._every = frozenset(every)
         self._queue: deque[Message] = deque()
         self._latest: dict[str, bytes] = {}
         self._arrived = threading.Condition()
 
     def put(self, key: str, payload: bytes) -> None:
-        """Hand over a message; never waits."""
+        """Add a message without waiting."""
         with self._arrived:
             if key not in self._every:
                 self._latest[key] = payload
@@ -38,7 +38,7 @@ class Inbox:
             self._arrived.notify()
 
     def drain(self, timeout_s: float) -> list[Message]:
-        """Take everything, after waiting for a first message at most so long."""
+        """Take all messages; wait at most `timeout_s` for the first."""
         with self._arrived:
             if not self._queue and not self._latest:
                 self._arrived.wait(timeout_s)

@@ -1,4 +1,4 @@
-"""The thread that owns the scene: takes messages, draws, and tells the shells how things are."""
+"""The thread that owns the scene model: reads messages, draws, and publishes the page's state."""
 
 import logging
 import queue
@@ -15,18 +15,18 @@ from app.messages import keys
 from app.messages.control import InspectReply
 from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
+from app.nodes.console.critical_thread import OnFailure, critical_thread
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.link.versions import difference, not_understood
 from app.nodes.console.panels.tabs import Tabs
-from app.nodes.console.scene.browser_views import Windows
+from app.nodes.console.scene.browser_views import BrowserViews
 from app.nodes.console.scene.clicks import Clicks
-from app.nodes.console.scene.explainer import Explainer, Explanation, with_labels
+from app.nodes.console.scene.explanation import Explanation, ExplanationBuilder, with_labels
 from app.nodes.console.scene.inbox import Inbox
-from app.nodes.console.scene.state_feed import Bulletin
-from app.nodes.console.vital_thread import OnFailure, vital_thread
-from app.nodes.console.web.browsers import acting
-from app.nodes.console.web.viser_server import ViserBackend
+from app.nodes.console.scene.state_feed import StateFeed
+from app.nodes.console.web.browsers import acting_browser
+from app.nodes.console.web.viser_server import LoopbackViserServer
 from app.view.drawing.camera_follow import CameraFollow
 from app.view.model.scene_model import Part, SceneModel
 from app.view.model.scene_reader import SceneReader
@@ -34,25 +34,25 @@ from app.view.model.scene_reader import SceneReader
 logger = logging.getLogger(__name__)
 
 DRAW_S: Final = 0.05
-"""Changes are gathered this long before they are drawn: at most 20 pictures a second."""
+"""Changes are collected this long before drawing: at most 20 drawings a second."""
 PICTURE_S: Final = 0.7
-"""Between two pictures in the scene; the panel shows every one."""
+"""Interval between two camera images in the scene; the panel shows every image."""
 NOTICE_S: Final = 0.2
 LIVE_S: Final = 2.0
 FETCH_S: Final = 1.0
-"""Pause between two attempts to fetch what was published before we listened."""
+"""Interval between attempts to fetch topics published before the console subscribed."""
 _WITH_THE_MAP: Final = (keys.MAP_KEYFRAME, keys.FAR_EVIDENCE, keys.PAINTED)
-"""What is told on change alone and forgotten with the map, when a clock or a navigator restarts."""
+"""Topics that are published on change and have to be fetched again together with the map."""
 
 EVERY: Final = (keys.MAP_VOXELS, keys.MAP_KEYFRAME, keys.EVENT, keys.TF, keys.TF_STATIC)
-"""Topics of which no message may be left out."""
+"""Topics of which every message counts."""
 
 
 class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
-    """What the shell's bar and notices show."""
+    """State shown in the status bar and the notices of the page."""
 
     instance: str
-    """Changes when the console is started again."""
+    """Random; changes when the console restarts."""
     robot: str = ""
     link: Literal["waiting", "live", "silent"]
     link_text: str = ""
@@ -67,35 +67,37 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     drive: DriveStatus = DriveStatus()
     lease: LeaseStatus = LeaseStatus()
     warning: str = ""
-    """What the operator should know of the console itself."""
+    """Warning about the console, for example a version difference."""
     has_map: bool = False
     out_of_reach_m: float | None = None
-    """Of a find that no way leads close to."""
+    """Distance of a find from the nearest reachable place; None when it is reachable."""
     explanation: Explanation | None = None
 
 
-class Conductor:
-    """Feeds the model from the inbox and draws what changed."""
+class SceneThread:
+    """Feeds the scene model from the inbox and draws what changed."""
 
     def __init__(
         self,
-        backend: ViserBackend,
+        viser_server: LoopbackViserServer,
         link: NavigatorLink,
         inbox: Inbox,
-        bulletin: Bulletin,
+        state_feed: StateFeed,
         on_failure: OnFailure,
     ) -> None:
         self.model = SceneModel()
         self.reader = SceneReader(self.model)
         self._link = link
         self._inbox = inbox
-        self._bulletin = bulletin
+        self._state_feed = state_feed
         self._instance = secrets.token_hex(8)
         self.follow = CameraFollow()
-        self._tabs = Tabs(backend.server, link)
-        self._windows = Windows(backend.server, self._tabs.map, self.follow, inbox.wake)
-        self._clicks = Clicks(backend.server, self._tabs.drive, link)
-        self._explainer = Explainer(self.model, bulletin.show)
+        self._tabs = Tabs(viser_server.server, link)
+        self._browser_views = BrowserViews(
+            viser_server.server, self._tabs.map, self.follow, inbox.wake
+        )
+        self._clicks = Clicks(viser_server.server, self._tabs.drive, link)
+        self._explanations = ExplanationBuilder(self.model, state_feed.show)
         self._explanation: Explanation | None = None
         self._answers: queue.SimpleQueue[tuple[int, InspectReply]] = queue.SimpleQueue()
         self._asked = 0
@@ -108,9 +110,9 @@ class Conductor:
         self._told_rejects = 0
         self._fetcher = ThreadPoolExecutor(max_workers=1, thread_name_prefix="keyframe")
         self._stop = threading.Event()
-        self._thread = vital_thread("conductor", self._run, on_failure)
-        backend.server.on_client_connect(self._joined)
-        backend.server.on_client_disconnect(self._left)
+        self._thread = critical_thread("scene thread", self._run, on_failure)
+        viser_server.server.on_client_connect(self._joined)
+        viser_server.server.on_client_disconnect(self._left)
 
     def start(self) -> None:
         """Begin."""
@@ -130,7 +132,7 @@ class Conductor:
                 self._take(key, payload)
             self._fetch_if_needed()
             self._explain()
-            self._bulletin.exports.fill(self.model)
+            self._state_feed.exports.fill(self.model)
             now = time.monotonic()
             if now - self._drawn_at >= DRAW_S:
                 self._drawn_at = now
@@ -155,7 +157,7 @@ class Conductor:
             self._seen_opening = self._link.openings
             self.model.needs_keyframe = True
         if self._inbox.dropped != self._seen_drops:
-            logger.warning("%d messages came too fast: fetching the map anew", self._inbox.dropped)
+            logger.warning("%d messages were dropped: fetching the whole map", self._inbox.dropped)
             self._seen_drops = self._inbox.dropped
             self.model.needs_keyframe = True
         now = time.monotonic()
@@ -168,7 +170,7 @@ class Conductor:
             self._fetcher.submit(self._fetch, missing)
 
     def _missing(self) -> list[str]:
-        """Name the topics whose last message came before we listened."""
+        """Return the topics whose last message was published before the console subscribed."""
         status, table = self.model.status, self.model.proximity
         if status is None:
             return []
@@ -187,10 +189,10 @@ class Conductor:
 
     def _explain(self) -> None:
         for origin, direction, client_id in self._clicks.questions():
-            self._explanation, highlight, voxel = self._explainer.explain(
-                origin, direction, self._windows.options_of(client_id).ceiling_m
+            self._explanation, highlight, voxel = self._explanations.explain(
+                origin, direction, self._browser_views.options_of(client_id).ceiling_m
             )
-            self._windows.point_at(highlight)
+            self._browser_views.highlight_for_all(highlight)
             self._asked += 1
             if voxel is not None:
                 self._fetcher.submit(self._inspect, self._asked, voxel)
@@ -212,14 +214,14 @@ class Conductor:
         self._changed.clear()
         if changed:
             self._tabs.update(self.model, changed)
-        self._windows.draw(self.model, self._without_haste(changed))
-        self.follow.step(self._windows.bounds() if "voxels" in changed else None)
+        self._browser_views.draw(self.model, self._limit_image_rate(changed))
+        self.follow.step(self._browser_views.bounds() if "voxels" in changed else None)
 
-    def _without_haste(self, changed: frozenset[Part]) -> frozenset[Part]:
-        """Leave the picture for later when the last one is fresh.
+    def _limit_image_rate(self, changed: frozenset[Part]) -> frozenset[Part]:
+        """Delay the camera image while the last one is recent.
 
-        viser's client drops a texture that is not decoded before the next one comes: a slow
-        browser would never show any.
+        viser's client drops a texture that is not decoded before the next one arrives: a slow
+        browser would never show one.
         """
         if "image" not in changed:
             return changed
@@ -231,7 +233,7 @@ class Conductor:
 
     def _notice(self, now: float) -> None:
         self._noticed_at = now
-        self._bulletin.post(msgspec.json.encode(self._shell_state()))
+        self._state_feed.post(msgspec.json.encode(self._shell_state()))
 
     def _shell_state(self) -> ShellState:
         link, status = self._link, self.model.status
@@ -264,7 +266,7 @@ class Conductor:
         )
 
     async def _joined(self, client: viser.ClientHandle) -> None:
-        self._windows.join(client, acting())
+        self._browser_views.join(client, acting_browser())
 
     async def _left(self, client: viser.ClientHandle) -> None:
-        self._windows.leave(client)
+        self._browser_views.leave(client)

@@ -1,4 +1,4 @@
-"""The latest state for every shell, from one thread to many sockets."""
+"""The latest state, published by one thread to the WebSockets of all pages."""
 
 import asyncio
 import contextlib
@@ -7,21 +7,21 @@ import time
 from collections.abc import AsyncGenerator
 from typing import Final
 
-from app.nodes.console.scene.export_requests import ExportDesk
+from app.nodes.console.scene.export_requests import ExportRequests
 
 PICTURES = 32
 STALLED_S: Final = 5.0
-"""Who posts does so five times a second, also when nothing changes: silence means that it hangs."""
+"""Without a post for this long the scene thread hangs; it posts five times a second."""
 STALLED: Final = b'{"type":"stalled"}'
 _LOOK_S: Final = 1.0
 
 
-class Bulletin:
-    """Holds the newest notice; readers get it at once and then each newer one, never a backlog."""
+class StateFeed:
+    """Holds the newest state; readers get it at once, then each newer one, without a backlog."""
 
     def __init__(self) -> None:
-        self.exports = ExportDesk()
-        """Where pages ask whoever posts for files."""
+        self.exports = ExportRequests()
+        """Export files that pages requested."""
         self._lock = threading.Lock()
         self._notice: bytes | None = None
         self._number = 0
@@ -31,23 +31,23 @@ class Bulletin:
 
     @property
     def notice(self) -> bytes | None:
-        """What was posted last."""
+        """The last posted state."""
         return self._notice
 
     def show(self, name: str, jpeg: bytes) -> None:
-        """Keep a picture that the notices name; the oldest gives way."""
+        """Store a picture that a state refers to; the oldest is dropped beyond `PICTURES`."""
         with self._lock:
             self._pictures[name] = jpeg
             while len(self._pictures) > PICTURES:
                 del self._pictures[next(iter(self._pictures))]
 
     def picture(self, name: str) -> bytes | None:
-        """Return a picture that was shown, None when it is gone."""
+        """Return a stored picture, None when it was dropped."""
         with self._lock:
             return self._pictures.get(name)
 
     def post(self, notice: bytes) -> None:
-        """Replace the notice; the same as before wakes nobody. Any thread may call this."""
+        """Publish a state; an unchanged one wakes no reader. Safe from any thread."""
         with self._lock:
             self._posted_s = time.monotonic()
             if notice == self._notice:
@@ -61,11 +61,11 @@ class Bulletin:
 
     @property
     def is_stalled(self) -> bool:
-        """Whether nobody has posted for so long that what is shown is old."""
+        """Whether nothing has been posted for `STALLED_S`."""
         return time.monotonic() - self._posted_s > STALLED_S
 
     async def follow(self) -> AsyncGenerator[bytes]:
-        """Yield the current notice, then every newest one; `STALLED` when they stay away."""
+        """Yield the current state, then each newer one, and `STALLED` when posts stop."""
         event = asyncio.Event()
         event.set()
         with self._lock:

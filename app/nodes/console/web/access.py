@@ -12,7 +12,7 @@ from itsdangerous import BadData, URLSafeSerializer
 from starlette.datastructures import Headers
 
 from app.messages.lease import SessionText
-from app.nodes.console.web.browsers import Role, Visitor, Visitors, new_session
+from app.nodes.console.web.browsers import Browser, Browsers, Role, new_session
 
 LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "::1"})
 COOKIE: Final = "ippon"
@@ -27,34 +27,34 @@ class Access(Protocol):
 
     has_login: bool
 
-    def visitor_of(self, headers: Headers) -> Visitor | None:
-        """Return the visitor whose cookie this is, None for nobody's."""
+    def browser_of(self, headers: Headers) -> Browser | None:
+        """Return the browser whose cookie this is, None for nobody's."""
         ...
 
 
 class OpenAccess:
-    """This machine's own browsers: no login, each a visitor of its own."""
+    """This machine's own browsers: no login, each identified by a cookie."""
 
     has_login = False
 
-    def __init__(self, visitors: Visitors) -> None:
-        self._visitors = visitors
+    def __init__(self, browsers: Browsers) -> None:
+        self._browsers = browsers
 
-    def visitor_of(self, headers: Headers) -> Visitor | None:
-        """Return the visitor of a browser that was here before; a page gives it a cookie."""
+    def browser_of(self, headers: Headers) -> Browser | None:
+        """Return the browser that holds this cookie, None without a valid one."""
         try:
             session = msgspec.convert(cookie_of(headers, COOKIE), SessionText)
         except msgspec.ValidationError:
             return None
-        return self._visitors.welcome(session)
+        return self._browsers.get_or_add(session)
 
-    def newcomer(self) -> Visitor:
-        """Return a visitor for a browser without a cookie."""
-        return self._visitors.welcome(new_session())
+    def new_browser(self) -> Browser:
+        """Return a new browser for a client without a cookie."""
+        return self._browsers.get_or_add(new_session())
 
-    def passer_by(self) -> Visitor:
-        """Return a visitor for a single request, which is not remembered."""
-        return Visitor(new_session(), "a program on this machine", "operator")
+    def one_request_browser(self) -> Browser:
+        """Return a browser for a single request, which is not remembered."""
+        return Browser(new_session(), "a program on this machine", "operator")
 
 
 class _Pass(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -79,8 +79,8 @@ class LoginAccess:
 
     has_login = True
 
-    def __init__(self, visitors: Visitors, *, is_secure: bool, clock: Clock = time.time) -> None:
-        self._visitors = visitors
+    def __init__(self, browsers: Browsers, *, is_secure: bool, clock: Clock = time.time) -> None:
+        self._browsers = browsers
         self._clock = clock
         self.is_secure = is_secure
         """Whether the pages are served by TLS."""
@@ -100,21 +100,21 @@ class LoginAccess:
         assert isinstance(value, str)
         return IssuedPass(self.cookie, value, round(LOGIN_S), self.is_secure)
 
-    def visitor_of(self, headers: Headers) -> Visitor | None:
-        """Return the visitor whose pass this is."""
+    def browser_of(self, headers: Headers) -> Browser | None:
+        """Return the browser whose pass this is."""
         granted = self._read(cookie_of(headers, self.cookie))
         if granted is None:
             return None
-        visitor = self._visitors.welcome(granted.session, granted.name, granted.role)
-        visitor.expires_s = granted.expires_s
-        return visitor
+        browser = self._browsers.get_or_add(granted.session, granted.name, granted.role)
+        browser.expires_s = granted.expires_s
+        return browser
 
-    def revoke(self, visitor: Visitor) -> None:
-        """Let a visitor in no more, and end what serves it."""
+    def revoke(self, browser: Browser) -> None:
+        """Let a browser in no more, and end what serves it."""
         now = self._clock()
         self._revoked = {s: until for s, until in self._revoked.items() if until > now}
-        self._revoked[visitor.session] = visitor.expires_s or now + LOGIN_S
-        visitor.dismiss()
+        self._revoked[browser.session] = browser.expires_s or now + LOGIN_S
+        browser.disconnect()
 
     def _read(self, value: str) -> _Pass | None:
         try:

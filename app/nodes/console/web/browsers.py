@@ -1,4 +1,4 @@
-"""Who sits before the pages: one visitor for each browser, and what each may do."""
+"""The browsers that use the console: name, role and lease of each."""
 
 import asyncio
 import secrets
@@ -15,11 +15,11 @@ Role = Literal["viewer", "operator", "supervisor"]
 Standing = Literal["holds", "waits", "denied", "watches"]
 ROLES: Final[tuple[Role, ...]] = get_args(Role)
 
-MAX_VISITORS: Final = 1000
+MAX_BROWSERS: Final = 1000
 """Browsers that are remembered; the one that was not seen for longest is forgotten."""
 
 
-class Visitor:
+class Browser:
     """One browser: its name, its role, and its lease where it has one."""
 
     def __init__(self, session: str, name: str, role: Role) -> None:
@@ -44,11 +44,11 @@ class Visitor:
         return self.role != "viewer"
 
     @property
-    def in_play(self) -> bool:
+    def has_lease_or_request(self) -> bool:
         """Whether a lease or a request for one is kept alive."""
         return self.standing in {"holds", "waits"}
 
-    def take_note(self, reply: LeaseReply) -> None:
+    def update_lease(self, reply: LeaseReply) -> None:
         """Remember how this one stands."""
         self.standing, self.detail = reply.standing, reply.detail
         if reply.standing == "holds":
@@ -65,26 +65,26 @@ class Visitor:
         finally:
             self._tasks.discard(task)
 
-    def dismiss(self) -> None:
+    def disconnect(self) -> None:
         """End whatever serves this one. Called in the event loop."""
         for task in list(self._tasks):
             task.cancel()
 
     def credential(self) -> Credential:
-        """Return what a request of this visitor carries."""
+        """Return what a request of this browser carries."""
         return Credential(session=self.session, name=self.name, epoch=self.epoch)
 
 
-class Visitors:
+class Browsers:
     """Every browser that was here; safe from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._known: OrderedDict[str, Visitor] = OrderedDict()
+        self._known: OrderedDict[str, Browser] = OrderedDict()
         self._count = 0
 
-    def welcome(self, session: str, name: str = "", role: Role = "supervisor") -> Visitor:
-        """Return the visitor of a session, a new one where it was not seen before.
+    def get_or_add(self, session: str, name: str = "", role: Role = "supervisor") -> Browser:
+        """Return the browser of a session, a new one where it was not seen before.
 
         Args:
             session: Drawn at random, kept by the browser.
@@ -92,18 +92,18 @@ class Visitors:
             role: As the login knows it; without a login whoever sits at this machine may all.
         """
         with self._lock:
-            visitor = self._known.get(session)
-            if visitor is None:
+            browser = self._known.get(session)
+            if browser is None:
                 self._count += 1
-                visitor = Visitor(session, name or f"browser {self._count}", role)
-                self._known[session] = visitor
-                while len(self._known) > MAX_VISITORS:
+                browser = Browser(session, name or f"browser {self._count}", role)
+                self._known[session] = browser
+                while len(self._known) > MAX_BROWSERS:
                     self._known.popitem(last=False)
             self._known.move_to_end(session)
-            return visitor
+            return browser
 
-    def find(self, session: str) -> Visitor | None:
-        """Return the visitor of a session, None for one that was never welcome."""
+    def find(self, session: str) -> Browser | None:
+        """Return the browser of a session, None for one that was never get_or_add."""
         with self._lock:
             return self._known.get(session)
 
@@ -113,14 +113,14 @@ def new_session() -> str:
     return secrets.token_urlsafe(24)
 
 
-_acting: ContextVar[Visitor | None] = ContextVar("acting", default=None)
+_acting: ContextVar[Browser | None] = ContextVar("acting_browser", default=None)
 
 
-def acting() -> Visitor | None:
-    """Return the visitor whose click or key is being answered, None for nobody's."""
+def acting_browser() -> Browser | None:
+    """Return the browser whose click or key is being answered, None for nobody's."""
     return _acting.get()
 
 
-def act_as(visitor: Visitor | None) -> None:
-    """Answer in a visitor's name from here on, in this task and what it starts."""
-    _acting.set(visitor)
+def set_acting_browser(browser: Browser | None) -> None:
+    """Answer in a browser's name from here on, in this task and what it starts."""
+    _acting.set(browser)

@@ -8,7 +8,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 MAX_IDLE: Final = 128
 """Connections that have not asked for anything yet, or not again; beyond, the oldest is dropped:
-who floods the port loses his own, and a newcomer gets through."""
+who floods the port loses his own, and a new_browser gets through."""
 REQUEST_S: Final = 10.0
 """A request whose head is not complete by then is dropped."""
 

@@ -17,15 +17,15 @@ from starlette.websockets import WebSocket
 
 from app.messages.control import ControlRequest
 from app.nodes.console.link.commands import CommandError, Controller
-from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.access import Access
 from app.nodes.console.web.assets import Assets
-from app.nodes.console.web.browsers import Visitor, act_as
+from app.nodes.console.web.browsers import Browser, set_acting_browser
 from app.nodes.console.web.guard import Guard, Hosts
-from app.nodes.console.web.login import LoginDesk
+from app.nodes.console.web.login import LoginPages
 from app.nodes.console.web.shell_socket import serve_shell
 from app.nodes.console.web.viser_proxy import pass_through
-from app.nodes.console.web.viser_server import ViserBackend
+from app.nodes.console.web.viser_server import LoopbackViserServer
 from app.view.exports import FILES
 
 logger = logging.getLogger(__name__)
@@ -41,25 +41,25 @@ class Gateway:
 
     def __init__(
         self,
-        backend: ViserBackend,
-        bulletin: Bulletin,
+        viser_server: LoopbackViserServer,
+        state_feed: StateFeed,
         controller: Controller,
         access: Access,
         hosts: Hosts,
-        login: LoginDesk | None = None,
+        login: LoginPages | None = None,
     ) -> None:
         """Put the parts together.
 
         Args:
-            backend: The scene's server.
-            bulletin: What the pages show.
+            viser_server: The scene's server.
+            state_feed: What the pages show.
             controller: Takes what the pages ask for.
             access: Says who a request is from.
             hosts: Names that the console answers to.
             login: Serves the login page, where there is one.
         """
-        self._backend = backend
-        self._bulletin = bulletin
+        self._viser_server = viser_server
+        self._state_feed = state_feed
         self._controller = controller
         self._access = access
         self._hosts = hosts
@@ -103,18 +103,18 @@ class Gateway:
         return self._assets.view.response(request)
 
     async def _health(self, _: Request) -> Response:
-        notice = self._bulletin.notice
+        notice = self._state_feed.notice
         state = {} if notice is None else msgspec.json.decode(notice)
         return JSONResponse(
             {
-                "console": "stalled" if self._bulletin.is_stalled else "up",
+                "console": "stalled" if self._state_feed.is_stalled else "up",
                 "link": state.get("link"),
                 "state": state,
             }
         )
 
     async def _picture(self, request: Request) -> Response:
-        jpeg = self._bulletin.picture(request.path_params["name"])
+        jpeg = self._state_feed.picture(request.path_params["name"])
         if jpeg is None:
             return _text("no such picture\n", 404)
         return Response(jpeg, media_type="image/jpeg", headers={"Cache-Control": "no-store"})
@@ -124,7 +124,7 @@ class Gateway:
         if name not in FILES:
             return _text(f"no such file; there are {', '.join(FILES)}\n", 404)
         try:
-            content = await self._bulletin.exports.order(name)
+            content = await self._state_feed.exports.order(name)
         except TimeoutError:
             return _text("the console hangs; start it again\n", 503)
         if content is None:
@@ -137,7 +137,7 @@ class Gateway:
 
     async def _stop(self, request: Request) -> Response:
         """Stop without a WebSocket: the shell's second way."""
-        act_as(request.scope["visitor"])
+        set_acting_browser(request.scope["browser"])
         try:
             state = await self._controller.control(
                 ControlRequest(action="stop", requester="console")
@@ -149,14 +149,14 @@ class Gateway:
     async def _view_socket(self, socket: WebSocket) -> None:
         if await self._is_full(socket):
             return
-        async with self._place(socket) as visitor:
-            await pass_through(socket, self._backend, visitor, self._controller.may_touch)
+        async with self._place(socket) as browser:
+            await pass_through(socket, self._viser_server, browser, self._controller.may_touch)
 
     async def _shell_socket(self, socket: WebSocket) -> None:
         if await self._is_full(socket):
             return
-        async with self._place(socket) as visitor:
-            await serve_shell(socket, self._bulletin, self._controller, visitor)
+        async with self._place(socket) as browser:
+            await serve_shell(socket, self._state_feed, self._controller, browser)
 
     async def _is_full(self, socket: WebSocket) -> bool:
         if self._open_sockets < MAX_SOCKETS:
@@ -167,11 +167,11 @@ class Gateway:
         return True
 
     @asynccontextmanager
-    async def _place(self, socket: WebSocket) -> AsyncGenerator[Visitor]:
+    async def _place(self, socket: WebSocket) -> AsyncGenerator[Browser]:
         self._open_sockets += 1
         try:
-            async with _for_as_long_as_let_in(socket) as visitor:
-                yield visitor
+            async with _for_as_long_as_let_in(socket) as browser:
+                yield browser
         finally:
             self._open_sockets -= 1
 
@@ -181,13 +181,13 @@ def _text(text: str, status: int) -> Response:
 
 
 @asynccontextmanager
-async def _for_as_long_as_let_in(socket: WebSocket) -> AsyncGenerator[Visitor]:
+async def _for_as_long_as_let_in(socket: WebSocket) -> AsyncGenerator[Browser]:
     """End what is inside with the login: when it runs out, and at a logout."""
-    visitor: Visitor = socket.scope["visitor"]
-    left_s = None if visitor.expires_s is None else visitor.expires_s - time.time()
-    with visitor.present():
+    browser: Browser = socket.scope["browser"]
+    left_s = None if browser.expires_s is None else browser.expires_s - time.time()
+    with browser.present():
         try:
             async with asyncio.timeout(left_s):
-                yield visitor
+                yield browser
         except TimeoutError:
             await socket.close(1008, "the login has run out")

@@ -11,7 +11,7 @@ from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.nodes.console.web.access import COOKIE, LOOPBACK, Access, OpenAccess
-from app.nodes.console.web.browsers import Visitor
+from app.nodes.console.web.browsers import Browser
 
 SHELL_POLICY: Final = (
     "default-src 'self'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
@@ -115,15 +115,15 @@ class Guard:
             await _refuse(problem, 403, scope, receive, send)
             return
         send = _with_headers(scope, send)
-        visitor = self._access.visitor_of(headers)
-        if visitor is None and isinstance(self._access, OpenAccess):
+        browser = self._access.browser_of(headers)
+        if browser is None and isinstance(self._access, OpenAccess):
             if scope["type"] == "websocket" or scope["path"] == "/":
-                visitor = self._access.newcomer()
-                send = _with_cookie(visitor, send)
+                browser = self._access.new_browser()
+                send = _with_cookie(browser, send)
             else:
-                visitor = self._access.passer_by()
-        scope["visitor"] = visitor
-        if visitor is None and scope["path"] not in PUBLIC:
+                browser = self._access.one_request_browser()
+        scope["browser"] = browser
+        if browser is None and scope["path"] not in PUBLIC:
             await _ask_to_log_in(scope, receive, send)
             return
         await self._app(scope, receive, send)
@@ -158,8 +158,8 @@ def _with_headers(scope: Scope, send: Send) -> Send:
     return send_with_headers
 
 
-def _with_cookie(visitor: Visitor, send: Send) -> Send:
-    cookie = f"{COOKIE}={visitor.session}; HttpOnly; Path=/; SameSite=Strict"
+def _with_cookie(browser: Browser, send: Send) -> Send:
+    cookie = f"{COOKIE}={browser.session}; HttpOnly; Path=/; SameSite=Strict"
 
     async def send_with_cookie(message: Message) -> None:
         if message["type"] == "http.response.start":

@@ -17,7 +17,7 @@ from starlette.routing import Route
 
 from app.nodes.console.web.access import LoginAccess, cookie_of
 from app.nodes.console.web.accounts import Accounts
-from app.nodes.console.web.browsers import Visitor
+from app.nodes.console.web.browsers import Browser
 from app.nodes.console.web.throttle import Throttle
 
 logger = logging.getLogger(__name__)
@@ -32,7 +32,7 @@ WRONG: Final = "Name or password is wrong."
 STALE: Final = "This form was open for too long. Try again."
 
 
-class LoginDesk:
+class LoginPages:
     """Serves the form, and lets in who knows a password."""
 
     def __init__(self, access: LoginAccess, accounts: Accounts) -> None:
@@ -51,7 +51,7 @@ class LoginDesk:
         ]
 
     async def _show(self, request: Request) -> Response:
-        if request.scope.get("visitor") is not None:
+        if request.scope.get("browser") is not None:
             return RedirectResponse("/", status_code=303)
         return self._form("", 200)
 
@@ -93,10 +93,10 @@ class LoginDesk:
         return answer
 
     async def _log_out(self, request: Request) -> Response:
-        visitor: Visitor | None = request.scope.get("visitor")
-        if visitor is not None:
-            logger.info("%s logged out", visitor.name)
-            self._access.revoke(visitor)
+        browser: Browser | None = request.scope.get("browser")
+        if browser is not None:
+            logger.info("%s logged out", browser.name)
+            self._access.revoke(browser)
         answer = RedirectResponse("/login", status_code=303)
         answer.delete_cookie(self._access.cookie)
         return answer

@@ -12,8 +12,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from app.messages.control import ControlRequest
 from app.messages.driving import DriveModeName
 from app.nodes.console.link.commands import CommandError, Controller
-from app.nodes.console.scene.state_feed import Bulletin
-from app.nodes.console.web.browsers import Role, Standing, Visitor, act_as
+from app.nodes.console.scene.state_feed import StateFeed
+from app.nodes.console.web.browsers import Browser, Role, Standing, set_acting_browser
 from ippon.control.drive_mode import NO_INPUT, TeleopInput
 
 logger = logging.getLogger(__name__)
@@ -48,7 +48,7 @@ class ShellDrive(msgspec.Struct, tag="drive", forbid_unknown_fields=True):
     mode: DriveModeName
 
 
-class ShellHand(msgspec.Struct, tag="hand", forbid_unknown_fields=True):
+class ShellInput(msgspec.Struct, tag="hand", forbid_unknown_fields=True):
     """What is held down on this page now, each part in -1 to 1."""
 
     forward: Share = 0.0
@@ -91,22 +91,22 @@ class ShellReply(msgspec.Struct, tag="reply"):
     text: str
 
 
-_Message = ShellPing | ShellCommand | ShellDrive | ShellHand | ShellAlive | ShellLease
+_Message = ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease
 _decoder = msgspec.json.Decoder(_Message)
 
 
 async def serve_shell(
-    socket: WebSocket, bulletin: Bulletin, controller: Controller, visitor: Visitor
+    socket: WebSocket, state_feed: StateFeed, controller: Controller, browser: Browser
 ) -> None:
     """Serve one shell until its browser leaves."""
-    act_as(visitor)
+    set_acting_browser(browser)
     await socket.accept()
     outbox: asyncio.Queue[bytes] = asyncio.Queue(maxsize=64)
-    standing = _Standing(outbox.put, controller, visitor)
+    standing = _Standing(outbox.put, controller, browser)
     tasks = [
         asyncio.create_task(_listen(socket, outbox.put, controller, standing)),
         asyncio.create_task(standing.keep()),
-        asyncio.create_task(_announce(bulletin, outbox.put)),
+        asyncio.create_task(_announce(state_feed, outbox.put)),
         asyncio.create_task(_send(socket, outbox)),
     ]
     try:
@@ -125,8 +125,8 @@ async def _send(socket: WebSocket, outbox: asyncio.Queue[bytes]) -> None:
         return
 
 
-async def _announce(bulletin: Bulletin, put: Callable[[bytes], Awaitable[None]]) -> None:
-    async for state in bulletin.follow():
+async def _announce(state_feed: StateFeed, put: Callable[[bytes], Awaitable[None]]) -> None:
+    async for state in state_feed.follow():
         await put(state)
 
 
@@ -150,9 +150,9 @@ async def _listen(
             if isinstance(message, ShellPing):
                 await put(msgspec.json.encode(ShellPong(t=message.t)))
                 continue
-            if isinstance(message, ShellHand):
+            if isinstance(message, ShellInput):
                 held = TeleopInput(forward=message.forward, turn=message.turn, tilt=message.tilt)
-                controller.hand(held)
+                controller.send_input(held)
                 continue
             if isinstance(message, ShellAlive):
                 standing.hear()
@@ -166,7 +166,7 @@ async def _listen(
     finally:
         if held != NO_INPUT:
             # The browser has left with a key held down.
-            controller.hand(NO_INPUT)
+            controller.send_input(NO_INPUT)
         # A command that is under way ends even when the browser has left: it may be a stop.
         if commands:
             _, late = await asyncio.wait(commands, timeout=5.0)
@@ -188,11 +188,11 @@ class _Standing:
     """What one page knows about its lease."""
 
     def __init__(
-        self, put: Callable[[bytes], Awaitable[None]], controller: Controller, visitor: Visitor
+        self, put: Callable[[bytes], Awaitable[None]], controller: Controller, browser: Browser
     ) -> None:
         self._put = put
         self._controller = controller
-        self._visitor = visitor
+        self._browser = browser
         self._told: ShellYou | None = None
         self._is_new = True
         self._heard_s = time.monotonic()
@@ -205,14 +205,14 @@ class _Standing:
         """Keep the lease or the request that there is; a new page looks whether there is one."""
         while True:
             is_awake = time.monotonic() - self._heard_s < ASLEEP_S
-            if is_awake and (self._visitor.in_play or self._is_new):
+            if is_awake and (self._browser.has_lease_or_request or self._is_new):
                 await self._renew()
             await self.tell()
             await asyncio.sleep(RENEW_S)
 
     async def _renew(self) -> None:
         try:
-            if self._visitor.may_command:
+            if self._browser.may_command:
                 await self._controller.lease("renew")
             self._is_new = False
         except CommandError as error:
@@ -230,13 +230,13 @@ class _Standing:
 
     async def tell(self) -> None:
         """Tell the page, where something has changed."""
-        visitor = self._visitor
+        browser = self._browser
         you = ShellYou(
-            name=visitor.name,
-            role=visitor.role,
-            standing=visitor.standing,
-            detail=visitor.detail,
-            has_login=visitor.expires_s is not None,
+            name=browser.name,
+            role=browser.role,
+            standing=browser.standing,
+            detail=browser.detail,
+            has_login=browser.expires_s is not None,
         )
         if you != self._told:
             self._told = you

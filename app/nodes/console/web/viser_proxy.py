@@ -12,8 +12,8 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.typing import Subprotocol
 
-from app.nodes.console.web.browsers import Visitor
-from app.nodes.console.web.viser_server import ViserBackend
+from app.nodes.console.web.browsers import Browser
+from app.nodes.console.web.viser_server import LoopbackViserServer
 
 logger = logging.getLogger(__name__)
 
@@ -52,24 +52,24 @@ _kind = msgspec.msgpack.Decoder(_Kind)
 
 
 async def pass_through(
-    browser: WebSocket,
-    backend: ViserBackend,
-    visitor: Visitor,
-    may_touch: Callable[[Visitor], bool],
+    socket: WebSocket,
+    viser_server: LoopbackViserServer,
+    browser: Browser,
+    may_touch: Callable[[Browser], bool],
 ) -> None:
     """Serve one browser until either side ends.
 
     Args:
-        browser: A socket that is not accepted yet.
-        backend: The scene's server.
-        visitor: Whose browser it is.
+        socket: One that is not accepted yet.
+        viser_server: The scene's server.
+        browser: Whose browser it is.
         may_touch: Whether this one may use the panels now.
     """
-    wanted = [Subprotocol(p) for p in browser.scope.get("subprotocols", [])]
+    wanted = [Subprotocol(p) for p in socket.scope.get("subprotocols", [])]
     try:
         upstream = await connect(
-            backend.url,
-            additional_headers=backend.headers_of(visitor),
+            viser_server.url,
+            additional_headers=viser_server.headers_of(browser),
             subprotocols=wanted or None,
             compression=None,
             max_size=MAX_SERVER_MESSAGE,
@@ -77,14 +77,14 @@ async def pass_through(
         )
     except (OSError, InvalidHandshake, TimeoutError) as error:
         logger.warning("viser cannot be reached: %s", error)
-        await browser.accept()
-        await browser.close(_TRY_LATER, "the scene is not ready")
+        await socket.accept()
+        await socket.close(_TRY_LATER, "the scene is not ready")
         return
     async with upstream:
-        await browser.accept(subprotocol=upstream.subprotocol)
+        await socket.accept(subprotocol=upstream.subprotocol)
         await _race(
-            _to_viser(browser, upstream, visitor, lambda: may_touch(visitor)),
-            _to_browser(browser, upstream),
+            _to_viser(socket, upstream, browser, lambda: may_touch(browser)),
+            _to_browser(socket, upstream),
         )
 
 
@@ -102,21 +102,21 @@ async def _race(*directions: Any) -> None:
 
 
 async def _to_viser(
-    browser: WebSocket,
+    socket: WebSocket,
     upstream: ClientConnection,
-    visitor: Visitor,
+    browser: Browser,
     may_touch: Callable[[], bool],
 ) -> None:
     try:
         while True:
-            message = await browser.receive()
+            message = await socket.receive()
             if message["type"] == "websocket.disconnect":
                 return
             data = message.get("bytes")
             if data is None or len(data) > MAX_CLIENT_MESSAGE:
-                await browser.close(_UNREADABLE, "not a message of the scene's client")
+                await socket.close(_UNREADABLE, "not a message of the scene's client")
                 return
-            if _allowed(data, may_touch(), visitor.own_controls):
+            if _allowed(data, may_touch(), browser.own_controls):
                 await upstream.send(data)
     except (ConnectionClosed, WebSocketDisconnect):
         return
@@ -136,13 +136,13 @@ def _allowed(data: bytes, may_touch: bool, own_controls: AbstractSet[str]) -> bo
     return False
 
 
-async def _to_browser(browser: WebSocket, upstream: ClientConnection) -> None:
+async def _to_browser(socket: WebSocket, upstream: ClientConnection) -> None:
     try:
         async for message in upstream:
             if isinstance(message, bytes):
-                await browser.send_bytes(message)
+                await socket.send_bytes(message)
             else:
-                await browser.send_text(message)
-        await browser.close(_GOING_AWAY)
+                await socket.send_text(message)
+        await socket.close(_GOING_AWAY)
     except (ConnectionClosed, WebSocketDisconnect, RuntimeError):
         return

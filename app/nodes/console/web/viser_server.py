@@ -10,20 +10,20 @@ from typing import Final
 import viser
 from websockets import Headers
 
-from app.nodes.console.web.browsers import Visitor, Visitors, act_as
+from app.nodes.console.web.browsers import Browser, Browsers, set_acting_browser
 from app.view.drawing.camera_follow import FOV_RAD, START
 from app.view.drawing.viser_private import (
     SECRET_HEADER,
-    carry_context,
-    demanding_secret,
-    forbid_sharing,
+    disable_sharing,
+    propagate_context,
+    require_secret,
 )
 
-VISITOR_HEADER: Final = "X-Ippon-Visitor"
+BROWSER_HEADER: Final = "X-Ippon-Browser"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ViserBackend:
+class LoopbackViserServer:
     """A running viser server and how to reach it."""
 
     server: viser.ViserServer
@@ -35,9 +35,9 @@ class ViserBackend:
         """Where its WebSocket listens."""
         return f"ws://127.0.0.1:{self.server.get_port()}"
 
-    def headers_of(self, visitor: Visitor) -> dict[str, str]:
+    def headers_of(self, browser: Browser) -> dict[str, str]:
         """What a request must carry, and whose it is."""
-        return {SECRET_HEADER: self.secret, VISITOR_HEADER: visitor.session}
+        return {SECRET_HEADER: self.secret, BROWSER_HEADER: browser.session}
 
     def close(self) -> None:
         """Stop the server."""
@@ -45,20 +45,20 @@ class ViserBackend:
             self.server.stop()
 
 
-def start_viser(visitors: Visitors) -> ViserBackend:
+def start_viser(browsers: Browsers) -> LoopbackViserServer:
     """Start viser on a free loopback port; it prints nothing and shares nothing.
 
-    Its callbacks answer in the name of the visitor whose browser they are for.
+    Its callbacks run with the browser that triggered them as `acting_browser()`.
     """
     secret = secrets.token_urlsafe(32)
 
     def admit(headers: Headers) -> None:
-        act_as(visitors.find(headers.get(VISITOR_HEADER, "")))
+        set_acting_browser(browsers.find(headers.get(BROWSER_HEADER, "")))
 
-    with demanding_secret(secret, admit), contextlib.redirect_stdout(io.StringIO()):
+    with require_secret(secret, admit), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host="127.0.0.1", port=0, label="IPPON", verbose=False)
-    forbid_sharing(server)
-    carry_context(server)
+    disable_sharing(server)
+    propagate_context(server)
     server.initial_camera.fov = FOV_RAD
     server.initial_camera.position = START.position
     server.initial_camera.look_at = START.look_at
@@ -68,7 +68,7 @@ def start_viser(visitors: Visitors) -> ViserBackend:
         show_share_button=False,
         brand_color=(86, 180, 233),
     )
-    return ViserBackend(server=server, secret=secret)
+    return LoopbackViserServer(server=server, secret=secret)
 
 
 def client_page() -> Path:

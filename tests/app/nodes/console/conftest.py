@@ -6,9 +6,9 @@ import pytest
 
 from app.messages.lease import LeaseReply
 from app.nodes.console.link.commands import CommandError
-from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.access import OpenAccess
-from app.nodes.console.web.browsers import Visitors, acting
+from app.nodes.console.web.browsers import Browsers, acting_browser
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
 from app.nodes.console.web.viser_server import start_viser
@@ -59,7 +59,7 @@ class Navigator:
         self.counts_renewals = False
         self.who = None
 
-    def may_touch(self, visitor):
+    def may_touch(self, browser):
         return self.is_free
 
     async def lease(self, action):
@@ -67,33 +67,33 @@ class Navigator:
             self.actions.append(action)
         if self.problem is not None:
             raise CommandError(self.problem)
-        self.who = acting()
-        if action == "renew" and not acting().in_play:
+        self.who = acting_browser()
+        if action == "renew" and not acting_browser().has_lease_or_request:
             return LeaseReply(standing="watches", epoch=3, detail="Nobody holds control.")
         reply = LeaseReply(standing="holds", epoch=3, detail="You hold control.")
-        acting().take_note(reply)
+        acting_browser().update_lease(reply)
         return reply
 
     async def control(self, request):
         self.actions.append(request.action)
-        self.who = acting()
+        self.who = acting_browser()
         if self.problem is not None:
             raise CommandError(self.problem)
         return "stopped"
 
 
 @pytest.fixture(scope="module")
-def visitors():
+def browsers():
     """Everyone who comes by in this module."""
-    return Visitors()
+    return Browsers()
 
 
 @pytest.fixture(scope="module")
-def backend(visitors):
+def viser_server(browsers):
     """A viser server behind its secret."""
-    backend = start_viser(visitors)
-    yield backend
-    backend.close()
+    viser_server = start_viser(browsers)
+    yield viser_server
+    viser_server.close()
 
 
 @pytest.fixture
@@ -103,18 +103,18 @@ def navigator():
 
 
 @pytest.fixture
-def bulletin():
-    """A bulletin with one notice."""
-    bulletin = Bulletin()
-    bulletin.post(b'{"type":"state","link":"live"}')
-    return bulletin
+def state_feed():
+    """A state_feed with one notice."""
+    state_feed = StateFeed()
+    state_feed.post(b'{"type":"state","link":"live"}')
+    return state_feed
 
 
 @pytest.fixture
-def client(stage, backend, bulletin, navigator, visitors):
+def client(stage, viser_server, state_feed, navigator, browsers):
     """A browser's requests, without the browser."""
     served = stage.Served(
-        Gateway(backend, bulletin, navigator, OpenAccess(visitors), Hosts("127.0.0.1"))
+        Gateway(viser_server, state_feed, navigator, OpenAccess(browsers), Hosts("127.0.0.1"))
     )
     yield served
     served.close()

@@ -92,7 +92,9 @@ def test_login_roles_and_control_as_people_meet_them(open_page, console, picture
     for button in ("#lease-take", "#lease-request", "#lease-over", "#lease-release"):
         expect(vera.locator(button)).to_be_hidden()
     panel = vera.frame_locator("#view").locator("[data-ip-watching]")
-    expect(panel).to_have_attribute("data-ip-watching", "Your login may watch, and stop the robot.")
+    expect(panel).to_have_attribute(
+        "data-ip-watching", "Your login can watch and stop the robot, but not command it."
+    )
     view = vera.frame_locator("#view")
     for name, opacity in (("Search", "0.5"), ("Camera", "1")):
         button = view.get_by_role("button", name=name, exact=True)
@@ -107,7 +109,7 @@ def test_login_roles_and_control_as_people_meet_them(open_page, console, picture
     log_in(bert, "Bert")
     holder(bert, "Anna")
     press(bert, "#lease-request")
-    expect(anna.locator("#asked")).to_contain_text("Bert asks for control.")
+    expect(anna.locator("#asked")).to_contain_text("Bert requests control.")
     anna.screenshot(path=pictures / "asked.png")
     press(anna, "#asked [data-lease=deny]")
     press(bert, "#lease-request")

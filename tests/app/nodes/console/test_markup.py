@@ -18,8 +18,8 @@ from app.messages.control import (
 from app.nodes.console.panels import markup
 from app.view.colors import COLOR_MODES, TREE_LEGEND, legend
 from app.view.model.candidates import Candidate
-from app.view.model.picture_album import KeptPicture
-from app.view.model.sightings import Sighting
+from app.view.model.picture_store import StoredPicture
+from app.view.model.voxel_pictures import VoxelPicture
 from ippon.camera import PinholeCamera
 
 ATTACKS = [
@@ -38,7 +38,7 @@ OWN_TAGS = {
 }  # fmt: skip
 
 
-PLACE = Candidate(point_world=(2.4, 5.2, 0.6), probability=0.41, label=2, sighting=None)
+PLACE = Candidate(point_world=(2.4, 5.2, 0.6), probability=0.41, label=2, picture=None)
 
 
 def _assert_harmless(html):
@@ -128,8 +128,8 @@ def test_what_is_wrong_is_said_line_by_line():
 
 
 def test_nothing_yet_is_said_in_words():
-    assert "No word from the navigator yet" in markup.now(None)
-    assert "Ask for an object" in markup.levels(None)
+    assert "No data from the navigator yet" in markup.now(None)
+    assert "Start a search to see" in markup.levels(None)
     assert markup.answer("", ok=True) == ""
     assert markup.goals([], []) == ""
 
@@ -148,18 +148,18 @@ def test_a_find_that_no_way_leads_to_says_so(stage):
 
 
 def test_a_place_says_how_likely_where_when_and_what_else_it_may_be():
-    picture = KeptPicture(
+    picture = StoredPicture(
         number=1,
         stamp_ns=52_000_000_000,
         encoded=b"",
         camera=PinholeCamera.from_horizontal_fov(400, 250, 1.29),
         T_world_camera=np.eye(4),
     )
-    seen = replace(PLACE, sighting=Sighting(picture=picture, u=5, v=5, depth_m=1.84))
+    seen = replace(PLACE, picture=VoxelPicture(picture=picture, u=5, v=5, depth_m=1.84))
     html = markup.candidate(2, seen, b"jpeg", "coffee_table", 10_000_000_000)
-    for said in ("41% likely", "taken for: coffee table", "at (2.4, 5.2) m, 0.6 m high"):
+    for said in ("41% likely", "classified as: coffee table", "at (2.4, 5.2) m, 0.6 m high"):
         assert said in html
     assert "seen at 0:42 from 1.8 m" in html
     assert "data:image/jpeg;base64,anBlZw==" in html
     assert "before this search" in markup.candidate(2, seen, b"jpeg", "", 60_000_000_000)
-    assert "no picture of it is kept" in markup.candidate(1, PLACE, None, "", 0)
+    assert "no image available" in markup.candidate(1, PLACE, None, "", 0)

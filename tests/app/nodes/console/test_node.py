@@ -12,7 +12,7 @@ import pytest
 import websockets.sync.client
 
 from app.nodes.console.node import ConsoleConfig, ConsoleError, run_console
-from app.nodes.console.scene.scene_thread import Conductor
+from app.nodes.console.scene.scene_thread import SceneThread
 from app.view.view_options import ViewOptions
 
 
@@ -72,7 +72,7 @@ def test_ends_with_an_error_when_a_part_fails(stage, monkeypatch):
     def fail(*_):
         raise KeyError("unexpected")
 
-    monkeypatch.setattr(Conductor, "_take", fail)
+    monkeypatch.setattr(SceneThread, "_take", fail)
     zenoh_port = stage.free_port()
     home = stage.PublishedHome(zenoh_port)
     config = ConsoleConfig(connect=f"tcp/127.0.0.1:{zenoh_port}", port=0)

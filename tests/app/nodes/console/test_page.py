@@ -186,7 +186,7 @@ def test_a_refused_query_says_why(home, page):
     expect(view.get_by_text("The scenario has at most 200 characters")).to_be_visible()
     view.get_by_role("tab", name="Session").click()
     _field(page, "Note").fill("x" * 10_000)
-    view.get_by_role("button", name="Write the note").click()
+    view.get_by_role("button", name="Save the note").click()
     expect(view.get_by_text("A note has at most 2000 characters; this is 10000.")).to_be_visible()
     assert [key for key, _ in home.requests] == [keys.SEARCH]
 
@@ -195,7 +195,9 @@ def test_stop_by_click_and_by_space_and_resume(home, page):
     _state(page, "Searching")
     page.locator("#stop").click()
     _state(page, "Stopped")
-    expect(page.locator("#notice")).to_contain_text("Nothing moves until you resume")
+    expect(page.locator("#notice")).to_contain_text(
+        "The robot does not move until you press Resume"
+    )
     page.locator("#resume").click()
     _state(page, "Searching")
     _view(page).locator("canvas").last.click()
@@ -293,9 +295,11 @@ def _a_search_that_ends_without_a_find_lists_places(home, page):
         page.wait_for_timeout(200)
     home.state = "exhausted"
     _state(page, "Not found")
-    expect(page.locator("#notice")).to_contain_text("Everything that the robot can reach was seen")
-    expect(view.get_by_text("What looked most like it")).to_be_visible()
-    expect(view.get_by_text("taken for: sofa").first).to_be_visible()
+    expect(page.locator("#notice")).to_contain_text(
+        "The robot has searched everything that it can reach"
+    )
+    expect(view.get_by_text("Most likely places")).to_be_visible()
+    expect(view.get_by_text("classified as: sofa").first).to_be_visible()
     view.get_by_role("button", name="Look again").first.click()
     _state(page, "Searching")
     expect(view.get_by_role("button", name="Look again").first).to_be_hidden()
@@ -326,9 +330,9 @@ def test_a_level_can_be_corrected(home, page):
     view.get_by_role("button", name="Change the level").click()
     expect(view.get_by_text("bed is now near.")).to_be_visible()
     assert home.requests[-1] == (keys.GUIDANCE, b'{"label":"bed","level":"near"}')
-    _field(page, "One more").fill("bookcase")
-    view.get_by_role("button", name="Add to the things").click()
-    expect(_field(page, "One more")).to_have_value("")
+    _field(page, "New kind").fill("bookcase")
+    view.get_by_role("button", name="Add this kind").click()
+    expect(_field(page, "New kind")).to_have_value("")
     assert home.requests[-1][0] == keys.VOCABULARY
     assert b'"label":"bookcase"' in home.requests[-1][1]
     view.get_by_role("button", name="Question and answer").click()
@@ -367,7 +371,7 @@ def test_the_page_comes_back_by_itself_when_the_console_does(own, stage, tmp_pat
     _drawn(page, tmp_path)
     parts.console.kill()
     _state(page, "Disconnected")
-    expect(page.locator("#veil")).to_contain_text("The console does not answer")
+    expect(page.locator("#veil")).to_contain_text("The console does not respond")
     page.locator("#stop").click()
     expect(page.locator("#notice")).to_contain_text("Command not delivered")
     parts.console = stage.ConsoleProcess(parts.zenoh_port, parts.port)

@@ -12,8 +12,8 @@ from app.nodes.console.scene.inbox import Inbox
 from app.nodes.review.link import RecordedLink
 from app.view.model.scene_model import SceneModel
 
-COMMANDS = {"Search", "Change the level", "What if?", "Add to the things", "Confirm: this is it"}
-GROUPS = {"This search", "Who drives", "Painted", "Place 1", "Comes"}
+COMMANDS = {"Search", "Change the level", "What if?", "Add this kind", "Confirm: this is it"}
+GROUPS = {"This search", "Drive mode", "Painted", "Place 1", "Action"}
 
 
 @pytest.fixture
@@ -62,4 +62,4 @@ def test_live_they_are_there(server, stage):
     live = NavigatorLink("tcp/127.0.0.1:9", "ippon", (), Inbox(()), pytest.fail)
     shown, tabs = _shown(server, stage, live)
     assert tabs == {"Search", "Drive", "Map", "Session"}
-    assert shown >= {"Search", "What if?", "Who drives", "Place 1"}
+    assert shown >= {"Search", "What if?", "Drive mode", "Place 1"}

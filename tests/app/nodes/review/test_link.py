@@ -9,7 +9,7 @@ from app.nodes.console.link.commands import CommandError
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.panels.session import SessionPanel
 from app.nodes.console.scene.inbox import Inbox
-from app.nodes.console.web.browsers import Visitor, Visitors
+from app.nodes.console.web.browsers import Browser, Browsers
 from app.nodes.console.web.viser_server import start_viser
 from app.nodes.review.link import REFUSAL, RecordedLink
 
@@ -23,7 +23,7 @@ def test_whoever_held_control_when_it_was_recorded_keeps_nobody_out(link):
     recorded = SimpleNamespace(lease=LeaseStatus(state="held", holder="Anna", epoch=3))
     link.lease_status = link.lease_in(recorded)
     assert link.lease_status.state == "free"
-    assert link.may_touch(Visitor("x" * 20, "browser 1", "supervisor"))
+    assert link.may_touch(Browser("x" * 20, "browser 1", "supervisor"))
 
 
 def test_nothing_is_commanded(link):
@@ -32,13 +32,13 @@ def test_nothing_is_commanded(link):
 
 
 def test_a_recording_has_no_buttons_to_record_it():
-    backend = start_viser(Visitors())
+    viser_server = start_viser(Browsers())
     try:
         for recorded, link in ((True, RecordedLink(Inbox([]), print)), (False, _live_link())):
-            panel = SessionPanel(backend.server.gui, link)
+            panel = SessionPanel(viser_server.server.gui, link)
             assert (panel._record is None) is recorded
     finally:
-        backend.close()
+        viser_server.close()
 
 
 def _live_link():

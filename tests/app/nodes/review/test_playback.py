@@ -5,13 +5,13 @@ import threading
 import msgspec
 import pytest
 
-from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.review.playback import Playback, ReviewCommand, ReviewState
 
 PATIENCE_S = 120.0
 
 
-class _Board(Bulletin):
+class _Board(StateFeed):
     """Lets a test wait for a state."""
 
     def __init__(self):

@@ -9,7 +9,7 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from app.export.mesh import write_mesh
-from app.export.session_data import open_story
+from app.export.session_data import read_session_data
 from app.links.frames.assembler import FrameAssembler
 from app.messages import keys
 from app.messages.control import Event, LevelRow, LevelTable, encode
@@ -155,10 +155,10 @@ def test_the_same_settings_give_the_same_map_bit_for_bit(searched):
 
 def test_the_exported_mesh_is_the_surface_of_the_live_map(searched, tmp_path):
     recording, live = searched
-    story = open_story(recording.path)
+    session = read_session_data(recording.path)
     shares = []
-    write_mesh(story, tmp_path / "mesh.ply", shares.append)
-    story.recording.close()
+    write_mesh(session, tmp_path / "mesh.ply", shares.append)
+    session.recording.close()
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0, abs=0.05)
     exported = trimesh.load(tmp_path / "mesh.ply")

@@ -84,7 +84,7 @@ def test_the_operators_hand_wins_until_recalled(client):
     client.camera.report()
     follow.step(LARGE)
     assert client.camera.position == (1.0, 1.0, 9.0)
-    follow.recall(client)
+    follow.frame_map(client)
     follow.step(LARGE)
     assert client.camera.position != (1.0, 1.0, 9.0)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from app.view.model.candidates import APART_M, LISTED, best_candidates
-from app.view.model.picture_album import PictureAlbum
+from app.view.model.picture_store import PictureStore
 from app.view.model.voxel_store import VoxelStore, VoxelUpdate
 from ippon.camera import PinholeCamera
 from ippon.geometry import make_transform
@@ -31,15 +31,15 @@ def _store(places, label=2):
 
 
 def _album(*eyes):
-    album = PictureAlbum()
+    pictures = PictureStore()
     for n, eye in enumerate(eyes):
-        album.add(n, b"picture", CAMERA, make_transform(AHEAD, np.array(eye)))
-    return album
+        pictures.add(n, b"picture", CAMERA, make_transform(AHEAD, np.array(eye)))
+    return pictures
 
 
 def test_the_likeliest_places_come_first_and_neighbours_are_one_place():
     places = {(20, 0, 5): 120, (21, 0, 5): 200, (40, 0, 5): 150, (-60, 9, 5): 90, (0, 80, 5): 80}
-    found = best_candidates(_store(places), SIZE, PictureAlbum())
+    found = best_candidates(_store(places), SIZE, PictureStore())
     assert [round(c.probability * 254) for c in found] == [200, 150, 90]
     assert found[0].point_world == pytest.approx((2.15, 0.05, 0.55))
     assert found[2].point_world == pytest.approx((-5.95, 0.95, 0.55))
@@ -49,25 +49,25 @@ def test_the_likeliest_places_come_first_and_neighbours_are_one_place():
 
 
 def test_what_looks_like_nothing_is_not_listed():
-    assert best_candidates(_store({(1, 1, 1): 12, (30, 1, 1): 255}), SIZE, PictureAlbum()) == ()
-    assert best_candidates(VoxelStore(), SIZE, PictureAlbum()) == ()
+    assert best_candidates(_store({(1, 1, 1): 12, (30, 1, 1): 255}), SIZE, PictureStore()) == ()
+    assert best_candidates(VoxelStore(), SIZE, PictureStore()) == ()
 
 
 def test_the_middle_of_equal_voxels_stands_for_them():
-    found = best_candidates(_store({(i, 0, 0): 99 for i in range(7)}), SIZE, PictureAlbum())
+    found = best_candidates(_store({(i, 0, 0): 99 for i in range(7)}), SIZE, PictureStore())
     assert found[0].point_world[0] == pytest.approx(0.35)
 
 
 def test_the_closest_picture_that_sees_it_is_named():
     store = _store({(20, 0, 5): 200})
-    near = best_candidates(store, SIZE, _album((-1.0, 0.0, 0.5), (0.0, 0.0, 0.5)))[0].sighting
+    near = best_candidates(store, SIZE, _album((-1.0, 0.0, 0.5), (0.0, 0.0, 0.5)))[0].picture
     assert near.picture.stamp_ns == 1
     assert near.depth_m == pytest.approx(2.05)
     assert abs(near.u - 200) < 12
     behind = best_candidates(store, SIZE, _album((4.0, 0.0, 0.5)))[0]
-    assert behind.sighting is None
+    assert behind.picture is None
 
 
 def test_a_picture_with_something_in_between_does_not_show_it():
     store = _store({(20, 0, 5): 200} | {(10, j, k): 1 for j in range(-6, 7) for k in range(12)})
-    assert best_candidates(store, SIZE, _album((0.0, 0.05, 0.55)))[0].sighting is None
+    assert best_candidates(store, SIZE, _album((0.0, 0.05, 0.55)))[0].picture is None

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from app.view.model.drag_region import dabs_over, floor_region
+from app.view.model.drag_region import brush_strokes, floor_region
 
 DOWN = SimpleNamespace(
     position=(2.0, 3.0, 4.0), wxyz=(0.0, 1.0, 0.0, 0.0), fov=0.5 * np.pi, aspect=1.5
@@ -30,7 +30,7 @@ def test_a_rectangle_that_reaches_the_sky_is_refused():
 @pytest.mark.parametrize("size", [0.4, 3.0, 30.0])
 def test_dabs_cover_the_region_and_little_else(size, turned):
     corners = np.array([[0.0, 0.0], [size, 0.2 * size], [size, size], [0.0, 0.7 * size]])[::turned]
-    dabs, radius = dabs_over(corners)
+    dabs, radius = brush_strokes(corners)
     assert len(dabs) <= 500, "a request holds no more"
     rng = np.random.default_rng(1)
     middle = corners.mean(axis=0)
@@ -43,6 +43,6 @@ def test_dabs_cover_the_region_and_little_else(size, turned):
 
 
 def test_a_mere_touch_is_one_dab():
-    dabs, radius = dabs_over(np.full((4, 2), 1.5))
+    dabs, radius = brush_strokes(np.full((4, 2), 1.5))
     assert dabs == [(1.5, 1.5)]
     assert 0.1 <= radius < 0.2

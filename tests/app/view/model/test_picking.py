@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from app.view.drawing.derived_layers import clearance_slice, skin
-from app.view.model.picking import SurfaceLookup, first_voxel, floor_point, nearest_bead, seen_from
+from app.view.model.picking import (
+    SurfaceLookup,
+    first_voxel,
+    floor_point,
+    nearest_viewpoint,
+    seen_from,
+)
 from app.view.model.voxel_store import VoxelStore, VoxelUpdate
 
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -39,13 +45,13 @@ def test_the_floor_is_where_the_ray_meets_it():
 
 def test_a_click_beside_a_bead_means_the_bead_and_far_from_it_none():
     beads = np.array([[0.0, 0.0, 0.3], [1.0, 0.0, 0.3]])
-    hit = nearest_bead(np.array([0.95, 0.05, 3.0]), DOWN, beads)
+    hit = nearest_viewpoint(np.array([0.95, 0.05, 3.0]), DOWN, beads)
     assert hit is not None
     assert hit[0] == 1
     assert hit[1] == pytest.approx(2.7)
-    assert nearest_bead(np.array([0.5, 0.0, 3.0]), DOWN, beads) is None
-    assert nearest_bead(np.array([1.0, 0.0, 0.0]), DOWN, beads) is None, "behind the eye"
-    assert nearest_bead(np.zeros(3), DOWN, np.empty((0, 3))) is None
+    assert nearest_viewpoint(np.array([0.5, 0.0, 3.0]), DOWN, beads) is None
+    assert nearest_viewpoint(np.array([1.0, 0.0, 0.0]), DOWN, beads) is None, "behind the eye"
+    assert nearest_viewpoint(np.zeros(3), DOWN, np.empty((0, 3))) is None
 
 
 def test_the_first_surface_on_the_ray_hides_what_is_behind_it():

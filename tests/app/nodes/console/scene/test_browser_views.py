@@ -12,8 +12,8 @@ import viser
 import websockets.sync.client
 import zstandard
 
-from app.nodes.console.scene.browser_views import OWN, Windows
-from app.nodes.console.web.browsers import Visitor
+from app.nodes.console.scene.browser_views import OWN, BrowserViews
+from app.nodes.console.web.browsers import Browser
 from app.view.drawing.camera_follow import CameraFollow
 from app.view.drawing.overlay_layer import NOTHING
 from app.view.model.scene_model import SceneModel
@@ -34,7 +34,7 @@ CAMERA = {
 }
 
 
-class Browser:
+class FakeClient:
     """Speaks as viser's client does, and keeps what it hears of the scene."""
 
     def __init__(self, port):
@@ -78,38 +78,38 @@ class Browser:
 
 
 class Console:
-    """The part of the conductor that draws, one step at a time."""
+    """The part of the scene_thread that draws, one step at a time."""
 
     def __init__(self, server):
         self.server = server
         self.model = SceneModel()
         tab = server.gui.add_tab_group().add_tab("Map")
         self.changed = threading.Event()
-        self.windows = Windows(server, tab, CameraFollow(), self.changed.set)
-        self.visitors = []
+        self.views = BrowserViews(server, tab, CameraFollow(), self.changed.set)
+        self.browsers = []
         self._came = threading.Semaphore(0)
         self._left = threading.Semaphore(0)
         server.on_client_connect(self._join)
         server.on_client_disconnect(self._leave)
 
     async def _join(self, client):
-        self.visitors.append(Visitor(str(client.client_id), "somebody", "operator"))
-        self.windows.join(client, self.visitors[-1])
+        self.browsers.append(Browser(str(client.client_id), "somebody", "operator"))
+        self.views.join(client, self.browsers[-1])
         self._came.release()
 
     async def _leave(self, client):
-        self.windows.leave(client)
+        self.views.leave(client)
         self._left.release()
 
     def open(self):
-        browser = Browser(self.server.get_port())
+        browser = FakeClient(self.server.get_port())
         assert self._came.acquire(timeout=PATIENCE_S)
         self.draw()
         return browser
 
     def draw(self):
         self.changed.clear()
-        self.windows.draw(self.model, self.model.take_changes())
+        self.views.draw(self.model, self.model.take_changes())
 
     def wait_for_goodbye(self):
         assert self._left.acquire(timeout=PATIENCE_S)
@@ -152,15 +152,15 @@ def test_a_choice_is_each_browsers_own(console):
     first, second = console.open(), console.open()
     second.wait(lambda m: m.get("name") == "/map/0_0")
     uuid = _choose(console, first, "Object")
-    assert uuid in console.visitors[0].own_controls
-    assert uuid not in console.visitors[1].own_controls
+    assert uuid in console.browsers[0].own_controls
+    assert uuid not in console.browsers[1].own_controls
     first.wait(lambda m: m.get("name") == f"{OWN}/map/1_0")
     first.wait(_hides("/map"))
     first.wait(_hides("/finds"))
     second_uuid = _choose(console, second, "Height")
     second.wait(lambda m: m.get("name") == f"{OWN}/map/1_0")
     assert second_uuid != uuid
-    modes = {console.windows.options_of(n).mode for n in (0, 1)}
+    modes = {console.views.options_of(n).mode for n in (0, 1)}
     assert modes == {"ooi", "height"}
     first.close()
     second.close()
@@ -171,7 +171,7 @@ def test_whoever_sees_the_common_drawing_has_none_of_its_own(console, stage):
     _choose(console, first, "Object")
     console.model.on_voxels(_cloud(stage, (40, 0, 0)))
     console.draw()
-    console.windows.point_at(NOTHING)
+    console.views.highlight_for_all(NOTHING)
     first.wait(lambda m: m.get("name") == f"{OWN}/map/2_0")
     second.wait(lambda m: m.get("name") == "/map/2_0")
     assert not [name for name in second.names() if name.startswith(OWN)]
@@ -182,12 +182,12 @@ def test_whoever_sees_the_common_drawing_has_none_of_its_own(console, stage):
 def test_a_browser_that_leaves_is_forgotten_and_may_be_drawn_for_meanwhile(console, stage):
     browser = console.open()
     _choose(console, browser, "Object")
-    (visitor,) = console.visitors
+    (known,) = console.browsers
     browser.close()
     console.wait_for_goodbye()
     console.model.on_voxels(_cloud(stage, (60, 0, 0)))
     console.draw()
-    assert visitor.own_controls == set()
-    assert console.windows.options_of(0) == ViewOptions()
-    assert np.allclose(console.windows.bounds()[0], 0.0)
+    assert known.own_controls == set()
+    assert console.views.options_of(0) == ViewOptions()
+    assert np.allclose(console.views.bounds()[0], 0.0)
     console.draw()

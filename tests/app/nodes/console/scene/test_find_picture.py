@@ -4,8 +4,8 @@ import simplejpeg
 from app.messages.images import decompress_color
 from app.nodes.console.scene.find_picture import crop, outlined
 from app.view.colors import FOUND
-from app.view.model.picture_album import KeptPicture
-from app.view.model.sightings import Sighting
+from app.view.model.picture_store import StoredPicture
+from app.view.model.voxel_pictures import VoxelPicture
 from ippon.camera import PinholeCamera
 
 
@@ -34,14 +34,14 @@ def test_without_a_box_or_a_readable_picture_nothing_is_changed():
 
 
 def _seen(encoded, u, v, depth_m):
-    picture = KeptPicture(
+    picture = StoredPicture(
         number=1,
         stamp_ns=1,
         encoded=encoded,
         camera=PinholeCamera(width=160, height=100, fx=80.0, fy=80.0, cx=80.0, cy=50.0),
         T_world_camera=np.eye(4),
     )
-    return Sighting(picture=picture, u=u, v=v, depth_m=depth_m)
+    return VoxelPicture(picture=picture, u=u, v=v, depth_m=depth_m)
 
 
 def test_a_crop_shows_as_much_of_the_place_from_near_and_far():

@@ -2,17 +2,17 @@ import asyncio
 import threading
 
 from app.nodes.console.scene import state_feed as bulletin_module
-from app.nodes.console.scene.state_feed import STALLED, Bulletin
+from app.nodes.console.scene.state_feed import STALLED, StateFeed
 
 
 def test_a_reader_gets_the_current_notice_at_once_and_then_the_newest():
     async def read():
-        bulletin = Bulletin()
-        bulletin.post(b"1")
-        notices = bulletin.follow()
+        state_feed = StateFeed()
+        state_feed.post(b"1")
+        notices = state_feed.follow()
         first = await anext(notices)
         for n in range(2, 50):
-            bulletin.post(str(n).encode())
+            state_feed.post(str(n).encode())
         newest = await anext(notices)
         await notices.aclose()
         return first, newest
@@ -22,11 +22,11 @@ def test_a_reader_gets_the_current_notice_at_once_and_then_the_newest():
 
 def test_posts_from_another_thread_arrive():
     async def read():
-        bulletin = Bulletin()
-        notices = bulletin.follow()
+        state_feed = StateFeed()
+        notices = state_feed.follow()
         waiting = asyncio.ensure_future(anext(notices))
         await asyncio.sleep(0)
-        thread = threading.Thread(target=bulletin.post, args=(b"hello",))
+        thread = threading.Thread(target=state_feed.post, args=(b"hello",))
         thread.start()
         notice = await asyncio.wait_for(waiting, 5.0)
         thread.join()
@@ -38,14 +38,14 @@ def test_posts_from_another_thread_arrive():
 
 def test_the_same_notice_wakes_nobody():
     async def read():
-        bulletin = Bulletin()
-        bulletin.post(b"same")
-        notices = bulletin.follow()
+        state_feed = StateFeed()
+        state_feed.post(b"same")
+        notices = state_feed.follow()
         await anext(notices)
-        bulletin.post(b"same")
+        state_feed.post(b"same")
         waiting = asyncio.ensure_future(anext(notices))
         done, _ = await asyncio.wait([waiting], timeout=0.05)
-        bulletin.post(b"other")
+        state_feed.post(b"other")
         return bool(done), await asyncio.wait_for(waiting, 5.0)
 
     assert asyncio.run(read()) == (False, b"other")
@@ -53,12 +53,12 @@ def test_the_same_notice_wakes_nobody():
 
 def test_readers_that_leave_are_forgotten():
     async def read():
-        bulletin = Bulletin()
-        bulletin.post(b"1")
-        notices = bulletin.follow()
+        state_feed = StateFeed()
+        state_feed.post(b"1")
+        notices = state_feed.follow()
         await anext(notices)
         await notices.aclose()
-        return len(bulletin._readers)
+        return len(state_feed._readers)
 
     assert asyncio.run(read()) == 0
 
@@ -68,12 +68,12 @@ def test_who_stops_posting_is_said_to_have_stalled_and_to_be_back(monkeypatch):
     monkeypatch.setattr(bulletin_module, "_LOOK_S", 0.02)
 
     async def read():
-        bulletin = Bulletin()
-        bulletin.post(b"1")
-        notices = bulletin.follow()
+        state_feed = StateFeed()
+        state_feed.post(b"1")
+        notices = state_feed.follow()
         seen = [await anext(notices), await anext(notices)]
-        assert bulletin.is_stalled
-        bulletin.post(b"1")
+        assert state_feed.is_stalled
+        state_feed.post(b"1")
         seen.append(await anext(notices))
         await notices.aclose()
         return seen

@@ -8,7 +8,7 @@ from itsdangerous import URLSafeSerializer
 from starlette.datastructures import Headers
 
 from app.nodes.console.web.access import COOKIE, LOGIN_S, SECURE_COOKIE, LoginAccess, OpenAccess
-from app.nodes.console.web.browsers import MAX_VISITORS, Visitors
+from app.nodes.console.web.browsers import MAX_BROWSERS, Browsers
 
 
 class Clock:
@@ -25,7 +25,7 @@ def clock():
 
 @pytest.fixture
 def access(clock):
-    return LoginAccess(Visitors(), is_secure=False, clock=clock)
+    return LoginAccess(Browsers(), is_secure=False, clock=clock)
 
 
 def carrying(value, name=COOKIE):
@@ -33,13 +33,13 @@ def carrying(value, name=COOKIE):
 
 
 def test_a_pass_lets_its_owner_in(access):
-    visitor = access.visitor_of(carrying(access.issue("anna", "operator").value))
-    assert (visitor.name, visitor.role, visitor.expires_s) == ("anna", "operator", 1000.0 + LOGIN_S)
-    assert len(visitor.session) >= 32
+    browser = access.browser_of(carrying(access.issue("anna", "operator").value))
+    assert (browser.name, browser.role, browser.expires_s) == ("anna", "operator", 1000.0 + LOGIN_S)
+    assert len(browser.session) >= 32
 
 
-def test_every_login_is_a_visitor_of_its_own(access):
-    one, two = (access.visitor_of(carrying(access.issue("anna", "viewer").value)) for _ in "12")
+def test_every_login_is_a_browser_of_its_own(access):
+    one, two = (access.browser_of(carrying(access.issue("anna", "viewer").value)) for _ in "12")
     assert one is not two
     assert one.session != two.session
 
@@ -47,19 +47,19 @@ def test_every_login_is_a_visitor_of_its_own(access):
 def test_a_pass_expires(access, clock):
     headers = carrying(access.issue("anna", "operator").value)
     clock.now += LOGIN_S - 1.0
-    assert access.visitor_of(headers) is not None
+    assert access.browser_of(headers) is not None
     clock.now += 2.0
-    assert access.visitor_of(headers) is None
+    assert access.browser_of(headers) is None
 
 
 def test_a_revoked_pass_is_worth_nothing(access, clock):
     headers = carrying(access.issue("anna", "operator").value)
-    access.revoke(access.visitor_of(headers))
-    assert access.visitor_of(headers) is None
+    access.revoke(access.browser_of(headers))
+    assert access.browser_of(headers) is None
     clock.now += LOGIN_S + 1.0
-    other = access.visitor_of(carrying(access.issue("bert", "operator").value))
+    other = access.browser_of(carrying(access.issue("bert", "operator").value))
     access.revoke(other)
-    assert access.visitor_of(headers) is None, "forgotten as revoked, but expired by then"
+    assert access.browser_of(headers) is None, "forgotten as revoked, but expired by then"
 
 
 def forged(access):
@@ -76,39 +76,39 @@ def forged(access):
      URLSafeSerializer(b"guess", salt="ippon console login").dumps({"name": "anna"})],
 )  # fmt: skip
 def test_what_is_no_pass_is_worth_nothing(access, value):
-    assert access.visitor_of(carrying(value)) is None
+    assert access.browser_of(carrying(value)) is None
 
 
 def test_a_role_cannot_be_raised(access):
-    assert access.visitor_of(carrying(forged(access))) is None
+    assert access.browser_of(carrying(forged(access))) is None
 
 
 def test_a_pass_of_another_console_is_worth_nothing(access, clock):
-    other = LoginAccess(Visitors(), is_secure=False, clock=clock)
-    assert access.visitor_of(carrying(other.issue("anna", "operator").value)) is None
+    other = LoginAccess(Browsers(), is_secure=False, clock=clock)
+    assert access.browser_of(carrying(other.issue("anna", "operator").value)) is None
 
 
 def test_over_tls_the_cookie_is_bound_to_the_host(clock):
-    access = LoginAccess(Visitors(), is_secure=True, clock=clock)
+    access = LoginAccess(Browsers(), is_secure=True, clock=clock)
     granted = access.issue("anna", "operator")
     assert (granted.cookie, granted.is_secure) == (SECURE_COOKIE, True)
-    assert access.visitor_of(carrying(granted.value)) is None
-    assert access.visitor_of(carrying(granted.value, SECURE_COOKIE)) is not None
+    assert access.browser_of(carrying(granted.value)) is None
+    assert access.browser_of(carrying(granted.value, SECURE_COOKIE)) is not None
 
 
 def test_without_a_login_a_browser_is_known_by_its_cookie():
-    access = OpenAccess(Visitors())
-    visitor = access.newcomer()
-    assert access.visitor_of(carrying(visitor.session)) is visitor
-    assert visitor.name == "browser 1"
+    access = OpenAccess(Browsers())
+    browser = access.new_browser()
+    assert access.browser_of(carrying(browser.session)) is browser
+    assert browser.name == "browser 1"
     for value in ("", "short", "x" * 65, "no/slash" * 4):
-        assert access.visitor_of(carrying(value)) is None
+        assert access.browser_of(carrying(value)) is None
 
 
 def test_only_so_many_browsers_are_remembered():
-    visitors = Visitors()
-    first = visitors.welcome("first" * 5)
-    for number in range(MAX_VISITORS):
-        visitors.welcome(f"{number:020d}")
-    assert visitors.find(first.session) is None
-    assert visitors.find(f"{MAX_VISITORS - 1:020d}") is not None
+    browsers = Browsers()
+    first = browsers.get_or_add("first" * 5)
+    for number in range(MAX_BROWSERS):
+        browsers.get_or_add(f"{number:020d}")
+    assert browsers.find(first.session) is None
+    assert browsers.find(f"{MAX_BROWSERS - 1:020d}") is not None

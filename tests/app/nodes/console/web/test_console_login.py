@@ -35,7 +35,7 @@ def test_a_password_that_is_too_short_is_refused(users, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (["--host", "0.0.0.0"], "the console demands a login: make a file of users"),
+        (["--host", "0.0.0.0"], "the console requires a login: make a file of users"),
         (["--users", "/nowhere/users"], "make the file with: ippon user NAME --users /nowhere"),
         (["--tls-cert", "a.pem"], "both a certificate and its key: --tls-cert and --tls-key"),
         (["--tls-cert", "a.pem", "--tls-key", "b.pem"], "TLS cannot use the certificate a.pem"),

@@ -121,15 +121,15 @@ def test_beyond_so_many_pages_a_further_one_is_turned_away(client, monkeypatch):
         assert time.monotonic() < deadline
 
 
-def test_a_page_saves_what_is_shown(client, bulletin, stage):
+def test_a_page_saves_what_is_shown(client, state_feed, stage):
     model = SceneModel()
     answers = ThreadPoolExecutor(1)
 
     def saved(name):
         answer = answers.submit(client.get, f"/api/export/{name}")
         while not answer.done():
-            # As the conductor does, in the thread that owns the model.
-            bulletin.exports.fill(model)
+            # As the scene_thread does, in the thread that owns the model.
+            state_feed.exports.fill(model)
         return answer.result()
 
     nothing = saved("map.ply")

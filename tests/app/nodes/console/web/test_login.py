@@ -14,13 +14,13 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from app.messages.lease import LeaseStatus
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.scene.inbox import Inbox
-from app.nodes.console.scene.state_feed import Bulletin
+from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web import connections
 from app.nodes.console.web.access import COOKIE, LoginAccess
 from app.nodes.console.web.accounts import add_account, load_accounts
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
-from app.nodes.console.web.login import STALE, WRONG, LoginDesk
+from app.nodes.console.web.login import STALE, WRONG, LoginPages
 from app.nodes.console.web.throttle import FREE
 
 PASSWORDS = {"anna": "correct horse", "vera": "battery staple", "sue": "trombone shop"}
@@ -43,13 +43,13 @@ def link():
 
 
 @pytest.fixture
-def client(stage, backend, visitors, accounts, link):
+def client(stage, viser_server, browsers, accounts, link):
     """A stranger's requests."""
-    bulletin = Bulletin()
-    bulletin.post(b'{"type":"state","link":"live"}')
-    access = LoginAccess(visitors, is_secure=False)
-    login = LoginDesk(access, accounts)
-    gateway = Gateway(backend, bulletin, link, access, Hosts("127.0.0.1"), login)
+    state_feed = StateFeed()
+    state_feed.post(b'{"type":"state","link":"live"}')
+    access = LoginAccess(browsers, is_secure=False)
+    login = LoginPages(access, accounts)
+    gateway = Gateway(viser_server, state_feed, link, access, Hosts("127.0.0.1"), login)
     served = stage.Served(gateway)
     yield served
     served.close()
@@ -184,9 +184,9 @@ def test_another_site_cannot_log_anyone_out(client):
     assert client.get("/health").status_code == 200
 
 
-def test_a_viewers_clicks_and_commands_do_nothing(client, backend, link):
+def test_a_viewers_clicks_and_commands_do_nothing(client, viser_server, link):
     cookie = log_in(client, "vera")
-    box = backend.server.gui.add_checkbox("box", initial_value=False)
+    box = viser_server.server.gui.add_checkbox("box", initial_value=False)
     click = msgspec.msgpack.encode(
         {"type": "GuiUpdateMessage", "uuid": box._impl.uuid, "updates": {"value": True}}
     )
@@ -201,7 +201,10 @@ def test_a_viewers_clicks_and_commands_do_nothing(client, backend, link):
         ):
             shell.send(f'{{"type":{message},"id":{number}}}')
             reply = msgspec.json.decode(next(m for m in shell if '"reply"' in m))
-            assert reply["text"] == "your login (viewer) may watch and stop, not command"
+            assert (
+                reply["text"]
+                == "your login (viewer) can watch and stop the robot, but not command it"
+            )
     with client.socket("/view", cookie=log_in_again(client, "anna"), subprotocols=[PROTOCOL]) as s:
         s.recv(timeout=10)
         link.lease_status = LeaseStatus(state="held", holder="Bert", epoch=4)
@@ -224,7 +227,7 @@ def log_in_again(client, name):
 
 def test_taking_over_is_for_supervisors(client):
     for name, text in [
-        ("anna", "your login (operator) takes control from nobody: ask for it"),
+        ("anna", "your login (operator) cannot take control: request it instead"),
         ("sue", "no navigator at tcp/127.0.0.1:1"),
     ]:
         with client.socket("/api/ws", cookie=log_in_again(client, name)) as shell:

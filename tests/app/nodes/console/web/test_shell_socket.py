@@ -8,12 +8,12 @@ from app.nodes.console.web import shell_socket
 from tests.app.nodes.console.served import closing_code, hear
 
 
-def test_the_shell_hears_the_state_and_its_echo(client, bulletin):
+def test_the_shell_hears_the_state_and_its_echo(client, state_feed):
     with client.socket("/api/ws") as shell:
         assert hear(shell) == {"type": "state", "link": "live"}
         shell.send('{"type":"ping","t":12.5}')
         assert hear(shell) == {"type": "pong", "t": 12.5}
-        bulletin.post(b'{"type":"state","link":"silent"}')
+        state_feed.post(b'{"type":"state","link":"silent"}')
         assert hear(shell)["link"] == "silent"
 
 

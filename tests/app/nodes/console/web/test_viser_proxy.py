@@ -10,12 +10,12 @@ from viser._messages import ShareUrlRequest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from app.nodes.console.web import viser_proxy
-from app.nodes.console.web.browsers import Visitor, acting
+from app.nodes.console.web.browsers import Browser, acting_browser
 from tests.app.nodes.console.served import CAMERA, PROTOCOL, closing_code, drain, hear
 
 
-def test_panels_of_who_watches_do_nothing(client, backend, navigator):
-    box = backend.server.gui.add_checkbox("box", initial_value=False)
+def test_panels_of_who_watches_do_nothing(client, viser_server, navigator):
+    box = viser_server.server.gui.add_checkbox("box", initial_value=False)
     changed = threading.Event()
     box.on_update(lambda _: changed.set())
     click = msgspec.msgpack.encode(
@@ -46,15 +46,15 @@ def test_who_watches_may_change_what_this_browser_sees_and_no_more():
     assert not allowed("ShareUrlRequest", "own", may_touch=True)
 
 
-def test_a_panels_click_is_answered_in_the_name_of_its_browser(client, backend):
+def test_a_panels_click_is_answered_in_the_name_of_its_browser(client, viser_server):
     client.get("/")
     cookie = f"ippon={client.http.cookies['ippon']}"
     with client.socket("/api/ws", cookie=cookie) as shell:
         name = hear(shell, "you")["name"]
-    button = backend.server.gui.add_button("press")
+    button = viser_server.server.gui.add_button("press")
     pressed = threading.Event()
     seen = []
-    button.on_click(lambda _: (seen.append(acting()), pressed.set()))
+    button.on_click(lambda _: (seen.append(acting_browser()), pressed.set()))
     click = msgspec.msgpack.encode(
         {"type": "GuiUpdateMessage", "uuid": button._impl.uuid, "updates": {"value": True}}
     )
@@ -63,7 +63,7 @@ def test_a_panels_click_is_answered_in_the_name_of_its_browser(client, backend):
         scene.send(CAMERA)
         scene.send(click)
         assert pressed.wait(10.0)
-    assert [visitor.name for visitor in seen] == [name]
+    assert [browser.name for browser in seen] == [name]
     button.remove()
 
 
@@ -73,34 +73,34 @@ def test_the_scene_comes_through_with_its_subprotocol(client):
         assert len(scene.recv(timeout=10)) > 100
 
 
-def test_nobody_can_ask_for_a_public_tunnel(client, backend, monkeypatch):
+def test_nobody_can_ask_for_a_public_tunnel(client, viser_server, monkeypatch):
     asked = []
-    monkeypatch.setattr(backend.server, "request_share_url", lambda *_, **__: asked.append(1))
+    monkeypatch.setattr(viser_server.server, "request_share_url", lambda *_, **__: asked.append(1))
     request = msgspec.msgpack.encode({"type": "ShareUrlRequest"})
     with client.socket("/view", subprotocols=[PROTOCOL]) as scene:
         scene.recv(timeout=10)
         scene.send(request)
         scene.send(b"\xc1 no msgpack")
         scene.send(b"")
-    headers = backend.headers_of(Visitor("x" * 20, "Anna", "operator"))
+    headers = viser_server.headers_of(Browser("x" * 20, "Anna", "operator"))
     # Past the proxy too: viser itself has no handler left.
     with websockets.sync.client.connect(
-        backend.url, additional_headers=headers, subprotocols=[PROTOCOL], max_size=None
+        viser_server.url, additional_headers=headers, subprotocols=[PROTOCOL], max_size=None
     ) as direct:
         direct.recv(timeout=10)
         direct.send(request)
-    assert ShareUrlRequest not in backend.server._websock_server._incoming_handlers
+    assert ShareUrlRequest not in viser_server.server._websock_server._incoming_handlers
     assert asked == []
 
 
 @pytest.mark.parametrize("headers", [{}, {"X-Ippon-Backend": "guess"}])
-def test_viser_refuses_whoever_lacks_the_secret(backend, headers):
+def test_viser_refuses_whoever_lacks_the_secret(viser_server, headers):
     with pytest.raises(InvalidStatus) as refused:
         websockets.sync.client.connect(
-            backend.url, additional_headers=headers, subprotocols=[PROTOCOL]
+            viser_server.url, additional_headers=headers, subprotocols=[PROTOCOL]
         )
     assert refused.value.response.status_code == 403
-    plain = httpx.get(backend.url.replace("ws:", "http:"), headers=headers)
+    plain = httpx.get(viser_server.url.replace("ws:", "http:"), headers=headers)
     assert plain.status_code == 403
 
 

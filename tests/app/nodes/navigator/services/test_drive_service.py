@@ -1,4 +1,4 @@
-"""Wishes of the operator over the network: paint, go there, what if; each refusal says why."""
+"""Operator requests over the network: paint, go there, what if; each refusal says why."""
 
 import threading
 from types import SimpleNamespace

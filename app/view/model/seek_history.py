@@ -6,11 +6,11 @@ from msgspec import Struct
 
 from app.messages.control import Event, Status
 
-RESTORE: Final = "view/restore"
-"""Key of a `Restoration`, as JSON: it begins the messages that a jump in a recording feeds."""
+SEEK_HISTORY: Final = "view/restore"
+"""Key of a `SeekHistory`, as JSON: it begins the messages that a jump in a recording feeds."""
 
 
-class Restoration(Struct, frozen=True, kw_only=True):
+class SeekHistory(Struct, frozen=True, kw_only=True):
     """The past of one moment: the model forgets everything else."""
 
     trail: list[tuple[float, float, float]] = []

@@ -14,8 +14,8 @@ from app.messages.motion import StampedTransform
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.scene.clicks import Clicks
-from app.nodes.console.scene.explainer import Explainer, marked, with_labels
-from app.view.model.picture_album import KeptPicture
+from app.nodes.console.scene.explanation import ExplanationBuilder, marked, with_labels
+from app.view.model.picture_store import StoredPicture
 from app.view.model.scene_model import SceneModel
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
@@ -56,9 +56,9 @@ def _jpeg(image) -> bytes:
 
 def test_a_surface_is_explained_with_the_picture_that_shows_it(model):
     shown: dict[str, bytes] = {}
-    explainer = Explainer(model, shown.__setitem__)
+    explanations = ExplanationBuilder(model, shown.__setitem__)
     # The sofa stands 3 m ahead of the camera.
-    explanation, highlight, voxel = explainer.explain(np.array([2.05, 5.05, 3.0]), DOWN, 1.4)
+    explanation, highlight, voxel = explanations.explain(np.array([2.05, 5.05, 3.0]), DOWN, 1.4)
     assert voxel == pytest.approx((2.05, 5.05, 0.35))
     assert highlight.at == voxel
     assert [picture.caption for picture in explanation.pictures] == ["from 3.2 m"]
@@ -83,9 +83,9 @@ def test_a_surface_is_explained_with_the_picture_that_shows_it(model):
 
 
 def test_a_bead_is_explained_by_gain_cost_level_and_what_it_sees(model):
-    explainer = Explainer(model, lambda *_: None)
+    explanations = ExplanationBuilder(model, lambda *_: None)
     x, y, _ = model.tree.positions_world[5]
-    explanation, highlight, voxel = explainer.explain(np.array([x, y, 3.0]), DOWN, 1.4)
+    explanation, highlight, voxel = explanations.explain(np.array([x, y, 3.0]), DOWN, 1.4)
     assert voxel is None
     assert explanation.title.startswith("Viewpoint: ")
     assert [name for name, _ in explanation.rows][:4] == [
@@ -98,16 +98,16 @@ def test_a_bead_is_explained_by_gain_cost_level_and_what_it_sees(model):
 
 
 def test_a_click_beside_everything_says_what_would_do(model):
-    explainer = Explainer(model, lambda *_: None)
-    explanation, _, voxel = explainer.explain(np.array([500.0, 0.0, 3.0]), DOWN, None)
+    explanations = ExplanationBuilder(model, lambda *_: None)
+    explanation, _, voxel = explanations.explain(np.array([500.0, 0.0, 3.0]), DOWN, None)
     assert (explanation.title, voxel) == ("Nothing there", None)
-    assert explanation.note == "Click a surface of the map, or one of the beads."
-    empty, _, _ = Explainer(SceneModel(), lambda *_: None).explain(np.zeros(3), DOWN, None)
+    assert explanation.note == "Click a surface of the map, or the sphere of a viewpoint."
+    empty, _, _ = ExplanationBuilder(SceneModel(), lambda *_: None).explain(np.zeros(3), DOWN, None)
     assert empty.note == "The map is empty."
 
 
 def test_a_picture_that_cannot_be_read_is_shown_as_it_came():
-    picture = KeptPicture(
+    picture = StoredPicture(
         number=0, stamp_ns=0, encoded=b"no picture", camera=CAMERA, T_world_camera=np.eye(4)
     )
     assert marked(picture, 5, 5) == b"no picture"

@@ -5,10 +5,10 @@ from typing import Final
 
 import numpy as np
 
+from app.nodes.console.critical_thread import OnFailure, critical_thread
 from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.scene.scene_thread import DRAW_S
-from app.nodes.console.vital_thread import OnFailure, vital_thread
-from app.nodes.console.web.viser_server import ViserBackend
+from app.nodes.console.web.viser_server import LoopbackViserServer
 from app.view.drawing.camera_follow import CameraFollow
 from app.view.drawing.subtree import Subtree
 from app.view.drawing.viser_scene import ViserScene
@@ -19,16 +19,20 @@ from app.view.view_options import ViewOptions
 ROOT: Final = "/second"
 
 
-class SecondScene:
+class SideBySideScene:
     """Draws the second session to the right of the first."""
 
     def __init__(
-        self, backend: ViserBackend, inbox: Inbox, follow: CameraFollow, on_failure: OnFailure
+        self,
+        viser_server: LoopbackViserServer,
+        inbox: Inbox,
+        follow: CameraFollow,
+        on_failure: OnFailure,
     ) -> None:
         """Prepare.
 
         Args:
-            backend: Where the first session is drawn.
+            viser_server: Where the first session is drawn.
             inbox: Messages of the second.
             follow: Keeps both in the picture.
             on_failure: Told of a thread that has failed.
@@ -37,12 +41,12 @@ class SecondScene:
         self._inbox = inbox
         self._follow = follow
         self._reader = SceneReader(self.model)
-        self._root = backend.server.scene.add_frame(ROOT, show_axes=False)
+        self._root = viser_server.server.scene.add_frame(ROOT, show_axes=False)
         self._root.visible = False
-        self._scene = ViserScene(Subtree(backend.server, ROOT))
+        self._scene = ViserScene(Subtree(viser_server.server, ROOT))
         self._options = ViewOptions()
         self._stop = threading.Event()
-        self._thread = vital_thread("second", self._run, on_failure)
+        self._thread = critical_thread("second", self._run, on_failure)
 
     def start(self) -> None:
         """Begin."""

@@ -17,7 +17,7 @@ TURNED_RAD: Final = math.radians(18.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class KeptPicture:
+class StoredPicture:
     """One picture and where it was taken from."""
 
     number: int
@@ -38,11 +38,11 @@ class KeptPicture:
         return int(u), int(v), float(z)
 
 
-class PictureAlbum:
+class PictureStore:
     """Keeps a picture each time the camera has moved on."""
 
     def __init__(self) -> None:
-        self._pictures: deque[KeptPicture] = deque(maxlen=KEPT)
+        self._pictures: deque[StoredPicture] = deque(maxlen=KEPT)
         self._next = 0
 
     def add(
@@ -52,7 +52,7 @@ class PictureAlbum:
         if self._pictures and not _moved(self._pictures[-1].T_world_camera, T_world_camera):
             return
         self._pictures.append(
-            KeptPicture(
+            StoredPicture(
                 number=self._next,
                 stamp_ns=stamp_ns,
                 encoded=encoded,
@@ -66,15 +66,15 @@ class PictureAlbum:
         """Forget all."""
         self._pictures.clear()
 
-    def find(self, number: int) -> KeptPicture | None:
+    def find(self, number: int) -> StoredPicture | None:
         """Return a picture by its number, None when it is gone."""
         return next((p for p in tuple(self._pictures) if p.number == number), None)
 
     def showing(
         self, point_world: Float64Array, reach_m: float
-    ) -> list[tuple[KeptPicture, int, int, float]]:
+    ) -> list[tuple[StoredPicture, int, int, float]]:
         """List the pictures that may show a point, the closest first, with pixel and depth."""
-        found: list[tuple[KeptPicture, int, int, float]] = []
+        found: list[tuple[StoredPicture, int, int, float]] = []
         for picture in tuple(self._pictures):
             pixel = picture.pixel_of(point_world)
             if pixel is not None and pixel[2] <= reach_m:

@@ -1,4 +1,4 @@
-"""Answers a click on the map: what that is, what the robot knows of it, and from where."""
+"""Explains a clicked viewpoint or surface: what the robot knows about it, and images of it."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -15,10 +15,10 @@ from app.messages.images import decompress_color
 from app.view.colors import CERTAIN_BRUSH
 from app.view.drawing.overlay_layer import NOTHING, Highlight
 from app.view.drawing.tree_layer import HEIGHT_M
-from app.view.model.picking import SurfaceLookup, first_voxel, nearest_bead, seen_from
-from app.view.model.picture_album import KeptPicture
+from app.view.model.picking import SurfaceLookup, first_voxel, nearest_viewpoint, seen_from
+from app.view.model.picture_store import StoredPicture
 from app.view.model.scene_model import SceneModel
-from app.view.model.sightings import SEEN_M, sightings
+from app.view.model.voxel_pictures import SEEN_M, pictures_showing
 from ippon.geometry import Float64Array, make_transform, rotation_y
 from ippon.guidance.levels import Level
 from ippon.planning.plan import NodeKind, TreeView
@@ -27,20 +27,20 @@ PICTURES: Final = 3
 _MARK_PX: Final = 5
 KIND_WORDS: Final = {
     NodeKind.EXPLORING: "explores",
-    NodeKind.MINIMAL: "only on the way",
+    NodeKind.MINIMAL: "low gain",
     NodeKind.TERMINATING: "can end the search",
 }
 
 
 class ShownPicture(msgspec.Struct, frozen=True, kw_only=True):
-    """A picture of the explanation."""
+    """One picture on the explanation card."""
 
     name: str
     caption: str
 
 
 class Explanation(msgspec.Struct, frozen=True, kw_only=True):
-    """What the card beside the scene says; every text is plain."""
+    """Content of the explanation card; all texts are plain text."""
 
     title: str = ""
     rows: list[tuple[str, str]] = []
@@ -52,8 +52,8 @@ Inspect = Callable[[tuple[float, float, float]], InspectReply]
 Show = Callable[[str, bytes], None]
 
 
-class Explainer:
-    """Reads the scene model; called by the thread that owns it."""
+class ExplanationBuilder:
+    """Builds explanations from the scene model; called by the scene thread."""
 
     def __init__(self, model: SceneModel, show: Show) -> None:
         self._model = model
@@ -65,11 +65,11 @@ class Explainer:
         """Explain the first thing on a ray.
 
         Returns:
-            What to say, what to mark, and the voxel to ask the navigator about, None for none.
+            The explanation, the highlight, and the voxel to ask the navigator about, or None.
         """
         model, size = self._model, self._model.voxel_size_m
         if size is None:
-            return Explanation(title="Nothing there yet", note="The map is empty."), NOTHING, None
+            return Explanation(title="Nothing here yet", note="The map is empty."), NOTHING, None
         below = None if ceiling_m is None else round(ceiling_m / size)
         lookup = SurfaceLookup(model.voxels, below)
         voxel = first_voxel(origin, direction, size, lookup)
@@ -77,7 +77,7 @@ class Explainer:
         if model.tree is not None and bead is not None and (voxel is None or bead[1] < voxel[1]):
             return (*self._viewpoint(model.tree, bead[0], size), None)
         if voxel is None:
-            note = "Click a surface of the map, or one of the beads."
+            note = "Click a surface of the map, or the sphere of a viewpoint."
             return Explanation(title="Nothing there", note=note), NOTHING, None
         return self._voxel(voxel[0], size, lookup)
 
@@ -85,7 +85,7 @@ class Explainer:
         self, origin: Float64Array, direction: Float64Array, tree: TreeView
     ) -> tuple[int, float] | None:
         lift = np.array([0.0, 0.0, HEIGHT_M])
-        return nearest_bead(origin, direction, tree.positions_world + lift)
+        return nearest_viewpoint(origin, direction, tree.positions_world + lift)
 
     def _viewpoint(self, tree: TreeView, node: int, size: float) -> tuple[Explanation, Highlight]:
         x, y, z = (float(v) for v in tree.positions_world[node])
@@ -97,15 +97,15 @@ class Explainer:
         )
         rows = [
             ("Gain", f"{tree.gains[node]:.1f} expected object voxels"),
-            ("Cost", f"{tree.path_costs_s[node]:.1f} s to get there"),
+            ("Cost", f"{tree.path_costs_s[node]:.1f} s to drive there"),
             ("Gain per second", f"{tree.gains[node] / (tree.path_costs_s[node] + 1.0):.2f}"),
-            ("Level", f"{level}: what unseen space there counts"),
+            ("Level", f"{level}: weight of unseen space there"),
             (
                 "Object voxels",
-                f"{tree.terminations[node]:.0f} in sight within reach, or just behind",
+                f"{tree.terminations[node]:.0f} visible from close by",
             ),
             ("Looks", f"to {yaw_deg:.0f}°, tilt {tilt_deg:.0f}°"),
-            ("Sees", f"{len(seen)} surface voxels, marked in the scene"),
+            ("Sees", f"{len(seen)} surface voxels, highlighted in the scene"),
         ]
         title = "The robot" if node == 0 else f"Viewpoint: {KIND_WORDS[kind]}"
         at = (x, y, z + HEIGHT_M)
@@ -140,7 +140,7 @@ class Explainer:
             title="Surface",
             rows=[("Where", f"{point[0]:.2f}, {point[1]:.2f}, height {point[2]:.2f} m")],
             pictures=pictures,
-            note="" if pictures else "None of the pictures kept here shows it.",
+            note="" if pictures else "No stored image shows it.",
         )
         return explanation, Highlight(seen=NOTHING.seen, at=point, voxel_size_m=size), point
 
@@ -148,7 +148,7 @@ class Explainer:
         self, voxel: tuple[int, int, int], size: float, lookup: SurfaceLookup
     ) -> list[ShownPicture]:
         shown: list[ShownPicture] = []
-        for seen in islice(sightings(self._model.album, voxel, size, lookup), PICTURES):
+        for seen in islice(pictures_showing(self._model.pictures, voxel, size, lookup), PICTURES):
             name = f"{seen.picture.number}-{seen.u}-{seen.v}"
             self._show(name, marked(seen.picture, seen.u, seen.v))
             shown.append(ShownPicture(name=name, caption=f"from {seen.depth_m:.1f} m"))
@@ -156,7 +156,7 @@ class Explainer:
 
 
 def with_labels(explanation: Explanation, reply: InspectReply, wanted: str) -> Explanation:
-    """Add what the navigator knows of a voxel."""
+    """Add the navigator's reply about a voxel."""
     rows: list[tuple[str, str]] = []
     if reply.ooi is not None and wanted:
         rows.append((wanted, f"{reply.ooi:.1%}"))
@@ -164,7 +164,7 @@ def with_labels(explanation: Explanation, reply: InspectReply, wanted: str) -> E
     title = "Surface" if not reply.labels else reply.labels[0].label.replace("_", " ")
     level = [("Level", reply.level)] if reply.level is not None else []
     room = [("Room", reply.room)] if reply.room else []
-    unknown = [] if rows else [("Labels", "no image told yet")]
+    unknown = [] if rows else [("Labels", "not classified yet")]
     return msgspec.structs.replace(
         explanation,
         title=title.capitalize(),
@@ -172,7 +172,7 @@ def with_labels(explanation: Explanation, reply: InspectReply, wanted: str) -> E
     )
 
 
-def marked(picture: KeptPicture, u: int, v: int) -> bytes:
+def marked(picture: StoredPicture, u: int, v: int) -> bytes:
     """Return a picture as JPEG with a square round a pixel."""
     try:
         image = decompress_color(picture.encoded).copy()

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from app.view.model.picking import SurfaceLookup, first_voxel
-from app.view.model.picture_album import KeptPicture, PictureAlbum
+from app.view.model.picture_store import PictureStore, StoredPicture
 
 SEEN_M: Final = 5.0
 _TRIED: Final = 12
@@ -15,26 +15,26 @@ _TRIED: Final = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sighting:
+class VoxelPicture:
     """A picture, and where in it the voxel is."""
 
-    picture: KeptPicture
+    picture: StoredPicture
     u: int
     v: int
     depth_m: float
 
 
-def sightings(
-    album: PictureAlbum,
+def pictures_showing(
+    pictures: PictureStore,
     voxel: tuple[int, int, int],
     voxel_size_m: float,
     lookup: SurfaceLookup,
-) -> Iterator[Sighting]:
+) -> Iterator[VoxelPicture]:
     """Yield pictures that show a voxel of the surface, the closest first."""
     center = (np.array(voxel) + 0.5) * voxel_size_m
-    for picture, u, v, depth in album.showing(center, SEEN_M)[:_TRIED]:
+    for picture, u, v, depth in pictures.showing(center, SEEN_M)[:_TRIED]:
         eye = picture.T_world_camera[:3, 3]
         hit = first_voxel(eye, center - eye, voxel_size_m, lookup)
         if hit is None or max(abs(a - b) for a, b in zip(hit[0], voxel, strict=True)) > 1:
             continue
-        yield Sighting(picture=picture, u=u, v=v, depth_m=depth)
+        yield VoxelPicture(picture=picture, u=u, v=v, depth_m=depth)
