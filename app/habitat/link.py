@@ -1,4 +1,4 @@
-"""A `habitat.Env` that runs in another process, under another Python (docs/habitat.md)."""
+"""A `habitat.Env` that runs in another process, under another Python (docs/guides/habitat.md)."""
 
 import socket
 import subprocess
@@ -65,7 +65,7 @@ class RemoteEnv:
             except OSError as error:
                 raise HabitatProcessError(
                     f"{python} does not start ({error.strerror}); --python is the interpreter of "
-                    "the environment with habitat-sim and habitat-lab, see docs/habitat.md"
+                    "the environment with habitat-sim and habitat-lab, see docs/guides/habitat.md"
                 ) from error
             self._connection = Connection(mine.detach())
         self.episode_over = False
@@ -145,5 +145,5 @@ class RemoteEnv:
         status = self._process.wait()
         return HabitatProcessError(
             f"habitat's process ended with status {status}; what it said is above, and "
-            "docs/habitat.md says how to make its environment"
+            "docs/guides/habitat.md says how to make its environment"
         )

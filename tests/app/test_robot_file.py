@@ -99,7 +99,7 @@ def test_the_map_takes_what_the_camera_measures(written):
 
 
 def test_the_profile_of_the_documentation_is_one(written):
-    text = (ROOT / "docs" / "robot.md").read_text("utf-8")
+    text = (ROOT / "docs" / "guides" / "robot.md").read_text("utf-8")
     block, body = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     scout = read_profile(written(block))
     assert (scout.name, scout.can_tilt, scout.max_step_m) == ("scout", False, 0.03)

@@ -1,4 +1,4 @@
-"""The agent in habitat-lab's own loop, in an environment that has it (docs/habitat.md)."""
+"""The agent in habitat-lab's own loop, in an environment that has it (docs/guides/habitat.md)."""
 
 import dataclasses
 import importlib.util
@@ -23,7 +23,7 @@ from tests.habitat.lab import import_habitat, to_habitat, to_rotation, write_dat
 pytestmark = [
     pytest.mark.skipif(
         importlib.util.find_spec("habitat") is None,
-        reason="habitat-lab is not installed; docs/habitat.md says how to make its environment",
+        reason="habitat-lab is not installed; see docs/guides/habitat.md",
     ),
     pytest.mark.filterwarnings("ignore"),
     pytest.mark.slow,

@@ -1,4 +1,4 @@
-"""Our metrics against habitat-lab's own, in an environment that has it (docs/habitat.md)."""
+"""Our metrics against habitat-lab's own, in an environment that has it (docs/guides/habitat.md)."""
 
 import importlib.util
 import math
@@ -17,7 +17,7 @@ from tests.habitat.lab import import_habitat, to_habitat, write_dataset
 pytestmark = [
     pytest.mark.skipif(
         importlib.util.find_spec("habitat") is None,
-        reason="habitat-lab is not installed; docs/habitat.md says how to make its environment",
+        reason="habitat-lab is not installed; see docs/guides/habitat.md",
     ),
     pytest.mark.filterwarnings("ignore"),
     pytest.mark.slow,

@@ -98,7 +98,7 @@ def test_what_habitat_shows_and_measures_comes_across(lab):
 def test_the_end_of_habitat_s_process_says_where_to_look(lab):
     with RemoteEnv(lab, "task.yaml") as env:
         env.reset()
-        with pytest.raises(HabitatProcessError, match=r"ended with status 1; .*docs/habitat\.md"):
+        with pytest.raises(HabitatProcessError, match=r"status 1; .*docs/guides/habitat\.md"):
             env.step(_action(2.0))
         with pytest.raises(HabitatProcessError, match="ended with status 1"):
             env.reset()

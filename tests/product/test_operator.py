@@ -171,7 +171,7 @@ def test_a_held_key_drives_and_whatever_ends_the_hold_stops(page, parts, folder,
         delays.append(1e3 * wheels.moved_at - page.evaluate("window.pressedAt"))
         page.keyboard.up(key)
         wheels.wait(moving=False)
-    # The figure goes to docs/benchmarks.md; here it must only be a delay at all.
+    # The figure goes to docs/results.md; here it must only be a delay at all.
     (folder / "key_to_command_ms.txt").write_text(f"{sorted(map(round, delays))}\n")
     assert all(-1.0 <= delay < 5_000.0 for delay in delays)
 

@@ -19,7 +19,7 @@ pytestmark = [pytest.mark.browser, pytest.mark.process, pytest.mark.slow]
 
 SEARCH_MS = 240_000
 KEEP_PICTURES = "IPPON_KEEP_PICTURES"
-"""Set it to a folder to keep the pictures; README.md and docs/console.md show three of them."""
+"""Set it to a folder to keep the pictures; docs/guides/operator.md shows some of them."""
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """What a change costs, for maps of several sizes: `scripts/test -m benchmark tests/app/view`.
 
-Figures stand in `docs/benchmarks.md`.
+Figures stand in `docs/results.md`.
 """
 
 import contextlib

@@ -50,7 +50,7 @@ class EvalReplay:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EvalHabitat:
-    """Search in habitat-lab's environment and data, HM3D for example; see docs/habitat.md."""
+    """Search in habitat-lab's environment, for example HM3D; see docs/guides/habitat.md."""
 
     config: Positional[Path]
     """habitat's YAML of the benchmark, with the challenge's sensors and velocity actions."""

@@ -100,5 +100,5 @@ def _profile(path: str | None) -> zenoh.Config:
     except zenoh.ZError as error:
         raise LinkError(
             f"{PROFILE} names {path!r}, which is no zenoh configuration ({error}); "
-            "docs/security.md has some that work"
+            "docs/guides/security.md has some that work"
         ) from error

@@ -73,7 +73,7 @@ class ViewConfig:
     is within a metre before the robot touches it. 0 is the paper's T(n), and drives deeper."""
     level_range_m: float = 5.0
     """Range within which labelled voxels decide p_img: what is in the view tells most of what is
-    not yet seen in it (docs/measurements.md)."""
+    not yet seen in it (docs/decisions.md)."""
     min_level_voxels: int = 5
     """Voxels below which a level counts as empty; more ignores more misread specks."""
     yaw_bins: int = 160

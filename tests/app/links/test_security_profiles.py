@@ -1,4 +1,4 @@
-"""The zenoh profiles of docs/security.md, with certificates made for the test."""
+"""The zenoh profiles of docs/guides/security.md, with certificates made for the test."""
 
 import pytest
 import trustme

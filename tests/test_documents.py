@@ -1,0 +1,78 @@
+"""The documents: every link and every path that they name exists, and the README stays short."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.locations import ROOT
+
+DOCUMENTS = sorted(
+    [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").rglob("*.md")]
+)
+LINK = re.compile(r"\]\(([^)#\s]*)(?:#([^)\s]+))?\)")
+OURS = re.compile(
+    r"`((?:ippon|app|tests|scripts|docs|examples|web_assets)/[\w./-]*)`"
+    r"|\b((?:ippon|app|tests|scripts|docs|examples|web_assets)/[\w/-]+\.(?:py|md|js|json5|svg|png))\b"
+)
+FENCE = re.compile(r"```.*?```", re.DOTALL)
+README_WORDS = 700
+NOT_PATHS = {"ippon/robot-1"}
+LARGEST_PICTURE = 3_000_000
+
+
+def anchors(text: str) -> set[str]:
+    """The anchors of a document's headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.+)$", FENCE.sub("", text), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", h.lower()).replace(" ", "-") for h in headings}
+
+
+def name(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name)
+def test_links_lead_somewhere(document):
+    for target, anchor in LINK.findall(document.read_text("utf-8")):
+        if re.match(r"\w+:", target):
+            continue
+        path = (document.parent / target).resolve() if target else document
+        assert path.exists(), f"{name(document)} links {target}"
+        if anchor and path.suffix == ".md":
+            assert anchor in anchors(path.read_text("utf-8")), f"{name(document)}: #{anchor}"
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name)
+def test_paths_that_are_named_exist(document):
+    for quoted, bare in OURS.findall(document.read_text("utf-8")):
+        path = quoted or bare
+        if path in NOT_PATHS:
+            continue
+        assert (ROOT / path).exists(), f"{name(document)} names {path}"
+
+
+def test_paths_that_the_code_names_exist():
+    for folder in ("ippon", "app", "tests", "scripts", "web_assets"):
+        for source in (ROOT / folder).rglob("*"):
+            if source.suffix not in (".py", ".js", ".html", "") or not source.is_file():
+                continue
+            for path in re.findall(r"\bdocs/[\w/-]+\.\w+", source.read_text("utf-8")):
+                assert (ROOT / path).exists(), f"{name(source)} names {path}"
+
+
+def test_the_readme_is_short():
+    assert len((ROOT / "README.md").read_text("utf-8").split()) <= README_WORDS
+
+
+def test_decisions_are_few_and_short():
+    entries = re.findall(
+        r"^\*\*.+(?:\n.+)*", (ROOT / "docs" / "decisions.md").read_text("utf-8"), re.MULTILINE
+    )
+    assert 0 < len(entries) <= 40
+    assert max(entry.count("\n") + 1 for entry in entries) <= 5
+
+
+def test_pictures_are_small():
+    for picture in (ROOT / "docs").rglob("*"):
+        if picture.suffix in (".png", ".webp", ".svg"):
+            assert picture.stat().st_size <= LARGEST_PICTURE, name(picture)
