@@ -7,12 +7,20 @@ from app.process.kernel_cache import use_kernel_cache
 use_kernel_cache()
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let what drives whole processes or a browser try twice; the report tells when it did.
+_LONG = ("process", "browser", "slow")
 
-    They share two cores with one another: a dead-man's switch or a lease that ends because a page
-    was given no time for seconds is right, and not what the test is about.
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Run long files first, and repeat a failed test of processes or of a browser once.
+
+    Two workers take one file after the other: what is left for the end should be short.
+
+    Tests of processes share two cores with one another. A dead-man's switch or a lease that ends
+    because a page had no processor time for seconds is right, and not what the test is about. The
+    report lists each repetition.
     """
+    long = {item.path for item in items if any(map(item.get_closest_marker, _LONG))}
+    items.sort(key=lambda item: item.path not in long)
     for item in items:
-        if any(item.iter_markers("process")) or any(item.iter_markers("browser")):
+        if any(map(item.get_closest_marker, ("process", "browser"))):
             item.add_marker(pytest.mark.flaky(reruns=1))

@@ -31,7 +31,7 @@ _CHANGES: Final = (
     ),
     # Where a connection begins, and where a batch of messages is taken: `map_first.js` is asked.
     (
-        re.compile(rb"(\w+)\.messageQueue\.length=0,\1\.firstMessageBatch=!0"),
+        re.compile(rb"\b(\w+)\.messageQueue\.length=0,\1\.firstMessageBatch=!0"),
         rb"\g<0>,globalThis.ipponMapFirst.begin()",
     ),
     (

@@ -140,6 +140,7 @@ def test_levels_as_json(capsys):
     assert set(answer["levels"]) == set(answer["reasons"])
 
 
+@pytest.mark.slow
 def test_a_picture_of_a_home(tmp_path, capsys):
     picture = tmp_path / "home.png"
     assert run(["sim", "--home", "5", "--picture", str(picture)]) == 0
@@ -147,6 +148,7 @@ def test_a_picture_of_a_home(tmp_path, capsys):
     assert str(picture) in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_an_exported_home_is_a_home(tmp_path, capsys):
     folder = tmp_path / "home"
     assert run(["sim", "--home", "5", "--export", str(folder)]) == 0

@@ -51,6 +51,7 @@ def _trial(config, scene, clocks=_CLOCKS, witness=None):
     return Trial(config, scene, "test", clocks, EmbeddedPrior(), witness)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("goal", ["hat", "chair"])
 def test_the_same_seed_gives_the_same_row(config, scene, goal):
     limits = EpisodeLimits(time_step_s=0.2, max_time_s=12.0)

@@ -10,7 +10,7 @@ from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.config import MissionConfig
 from ippon.mission.snapshot import MissionState
 from ippon.vocabulary import MATTERPORT_40
-from tests.ippon.mission.test_situations import toilet
+from tests.ippon.mission.scenarios.test_situations import toilet
 
 START = (12.0, 2.0)
 AT = np.array([20.5, 1.8])

@@ -1,5 +1,6 @@
 """A small furnished home as the navigator would publish it, for the tests of the console."""
 
+import functools
 from types import SimpleNamespace
 
 import pytest
@@ -7,6 +8,7 @@ import pytest
 from app.messages.lease import LeaseReply
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.scene.state_feed import StateFeed
+from app.nodes.console.web import gateway
 from app.nodes.console.web.access import OpenAccess
 from app.nodes.console.web.browsers import Browsers, acting_browser
 from app.nodes.console.web.gateway import Gateway
@@ -28,6 +30,14 @@ from tests.app.nodes.console.served import (
     Served,
     free_port,
 )
+
+
+@pytest.fixture(scope="session", autouse=True)
+def assets_made_once():
+    """Unpack and compress the files of the page once for all gateways: they never change."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gateway, "Assets", functools.cache(gateway.Assets))
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -35,6 +35,7 @@ def _in_a_process_of_its_own(function, robot):
     return [name for name in done.stdout.strip().split("|") if name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_every_kernel_that_the_navigator_may_call_is_ready(robot):
     assert _in_a_process_of_its_own("missing", robot) == []

@@ -20,7 +20,7 @@ from ippon.segmentation.san.checkpoint import load_network, network_of  # noqa: 
 from ippon.segmentation.san.network import SanNetwork  # noqa: E402
 from ippon.segmentation.san.segmenter import SanSegmenter, label_probabilities  # noqa: E402
 from ippon.segmentation.san.tokenizer import ClipTokenizer  # noqa: E402
-from tests.ippon.segmentation.test_san_network import TINY  # noqa: E402
+from tests.ippon.segmentation.san.test_network import TINY  # noqa: E402
 
 TOKENIZER = ClipTokenizer([])
 SMALL = dataclasses.replace(TINY, text_vocabulary=514)

@@ -23,7 +23,7 @@ from app.messages.control import SearchRequest, encode  # noqa: E402
 from app.nodes.navigator.config import NavigatorConfig  # noqa: E402
 from app.nodes.navigator.node import Navigator  # noqa: E402
 from ippon.mapping.objects.surface_rows import N_USED, NO_LABEL  # noqa: E402
-from tests.app.nodes.navigator.test_node_streams import Robot  # noqa: E402
+from tests.app.nodes.navigator.scenarios.test_node_streams import Robot  # noqa: E402
 from tests.ippon.segmentation.transformers_models.test_pretrained import (  # noqa: E402
     save_clipseg,
     save_tokenizer,
@@ -66,6 +66,7 @@ def in_a_thread(monkeypatch):
 
 
 @pytest.mark.usefixtures("in_a_thread")
+@pytest.mark.slow
 def test_segmentation_beside_the_navigator_teaches_the_map(sessions, free_endpoint, model):
     router, client = sessions
     navigator, stop = Navigator(NavigatorConfig(robot="r"), router), threading.Event()
