@@ -85,7 +85,7 @@ def _config(settings: dict[str, Any]) -> zenoh.Config:
     always = {
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
-        # Without scouting there is nobody to wait for; the default holds every router up for 500 ms.
+        # Without scouting no peer is awaited; the default delays every router by 500 ms.
         "scouting/delay": 0,
         "transport/link/tx/lease": LEASE_MS,
     }
