@@ -7,8 +7,8 @@ from app.messages import keys
 from app.messages.control import (
     Event,
     GoalStatus,
-    ProximityRow,
-    ProximityTable,
+    LevelRow,
+    LevelTable,
     Status,
     Timings,
     encode,
@@ -20,7 +20,7 @@ from app.messages.motion import (
     encode_transforms,
 )
 from app.messages.scene import encode_voxels
-from app.nodes.navigator.publisher import cloud_of, plan_messages
+from app.nodes.navigator.map_publisher import cloud_of, plan_messages
 from app.nodes.navigator.status_report import find_report
 from app.recording.writing.limits import RecordingLimits
 from app.recording.writing.session import Session
@@ -71,7 +71,7 @@ class EpisodeRecorder:
             self._tracker = SurfaceTracker(mission.voxel_map)
             if snapshot.goal is not None:
                 table = _table(snapshot.goal, self._guidance)
-                self._add(keys.PROXIMITY, encode(table), frame.stamp_ns)
+                self._add(keys.LEVELS, encode(table), frame.stamp_ns)
         self._frames += 1
         self._add_map(self._tracker, mission, frame.stamp_ns)
         self._add_plan(snapshot)
@@ -161,12 +161,12 @@ def _surface_voxels(mission: Mission) -> int:
     return int(tally[N_USED] - 1 - tally[N_FREE])
 
 
-def _table(goal: Goal, guidance: Guidance) -> ProximityTable:
+def _table(goal: Goal, guidance: Guidance) -> LevelTable:
     rows = [
-        ProximityRow(label=row.label, level=row.level.name.lower(), reason=row.reason)  # pyright: ignore[reportArgumentType]
+        LevelRow(label=row.label, level=row.level.name.lower(), reason=row.reason)  # pyright: ignore[reportArgumentType]
         for row in guidance.rows
     ]
-    return ProximityTable(
+    return LevelTable(
         goal_id=goal.goal_id,
         object=goal.object,
         context=goal.context,

@@ -181,7 +181,7 @@ class ErrorReply(_Message, frozen=True):
     """What came, what was expected, what would work."""
 
 
-class ProximityRow(_Message, frozen=True):
+class LevelRow(_Message, frozen=True):
     """Level of one common object."""
 
     label: str
@@ -189,7 +189,7 @@ class ProximityRow(_Message, frozen=True):
     reason: str
 
 
-class ProximityTable(_Message, frozen=True):
+class LevelTable(_Message, frozen=True):
     """Levels for the current goal, published on change and kept for late joiners."""
 
     goal_id: int
@@ -197,7 +197,7 @@ class ProximityTable(_Message, frozen=True):
     context: str
     provider: str
     elapsed_ms: float
-    rows: list[ProximityRow]
+    rows: list[LevelRow]
     notes: list[str] = []
     asking: str = ""
     """Language model whose answer is still to come; until then the provider's levels count."""
@@ -330,7 +330,7 @@ class Event(_Message, frozen=True):
     goal_id: int | None = None
 
 
-class GlimpsedPlaces(_Message, frozen=True):
+class FarEvidenceCells(_Message, frozen=True):
     """Where images show what may be the object, and what they have covered; for late joiners."""
 
     stamp_ns: int
@@ -343,7 +343,7 @@ class GlimpsedPlaces(_Message, frozen=True):
     in y, and how many. Cell (i, j) begins at (i, j) times `cell_m`."""
 
 
-class LabelRequest(_Message, frozen=True):
+class SegmentationLabels(_Message, frozen=True):
     """What the segmentation is asked to tell apart; published on change, kept for late joiners."""
 
     labels: list[str]

@@ -17,12 +17,12 @@ from app.links.network.session import LinkError, open_client
 from app.messages import keys
 from app.messages.control import Event, encode
 from app.messages.recording import RecordingStatus, RecordRequest
-from app.process.stopping import SignalledStop, Stop
+from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.recording.errors import RecordingError
 from app.recording.notes import Note, add_note
-from app.recording.writing.backlog import Arrival, Backlog
 from app.recording.writing.limits import RecordingLimits
 from app.recording.writing.session import Session
+from app.recording.writing.write_queue import QueuedMessage, WriteQueue
 
 logger = logging.getLogger(__name__)
 
@@ -33,9 +33,9 @@ SILENT_S: Final = 4.0
 IDLE_S: Final = 0.1
 REPLY_S: Final = 5.0
 BEFORE_US: Final = (
-    keys.CONFIGURATION, keys.STATUS, keys.LABELS, keys.PROXIMITY, keys.TF_STATIC, keys.CAMERA_INFO,
+    keys.CONFIGURATION, keys.STATUS, keys.LABELS, keys.LEVELS, keys.TF_STATIC, keys.CAMERA_INFO,
     keys.MAP_KEYFRAME, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS,
-    keys.GLIMPSES,
+    keys.FAR_EVIDENCE,
 )  # fmt: skip
 """Topics whose last message is asked for when a recording begins."""
 
@@ -66,7 +66,7 @@ class Recorder:
 
     def __init__(self, config: RecorderConfig) -> None:
         self._config = config
-        self._backlog = Backlog()
+        self._backlog = WriteQueue()
         self._network: zenoh.Session | None = None
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._requests: deque[tuple[RecordRequest, Future[RecordingStatus]]] = deque()
@@ -76,7 +76,7 @@ class Recorder:
         self._stamp_ns = 0
         self._told_at = self._checked_at = 0.0
 
-    def run(self, stop: Stop) -> None:
+    def run(self, stop: StopSignal) -> None:
         """Record until stopped.
 
         Raises:
@@ -143,7 +143,7 @@ class Recorder:
             if payload is not None:
                 self._backlog.put(key, payload)
 
-    def _write(self, arrival: Arrival) -> None:
+    def _write(self, arrival: QueuedMessage) -> None:
         if arrival.key != keys.RECORDING:
             self._guarded(
                 lambda session: session.add(
@@ -322,4 +322,4 @@ def run_recorder(config: RecorderConfig) -> None:
     Raises:
         LinkError: No navigator answers.
     """
-    Recorder(config).run(SignalledStop())
+    Recorder(config).run(ProcessStopSignal())

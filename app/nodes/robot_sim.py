@@ -16,7 +16,7 @@ from app.links.network.session import open_client
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.control import LabelRequest
+from app.messages.control import SegmentationLabels
 from app.messages.control import decode as decode_json
 from app.messages.images import encode_camera, encode_color, encode_depth, encode_heatmap
 from app.messages.motion import (
@@ -27,7 +27,7 @@ from app.messages.motion import (
     encode_flag,
     encode_transforms,
 )
-from app.process.stopping import SignalledStop, Stop
+from app.process.stop_signal import ProcessStopSignal, StopSignal
 from ippon.command import Command
 from ippon.frame import Frame
 from ippon.guidance.language.naming import is_instance_of
@@ -77,7 +77,7 @@ class RobotSimConfig:
             raise ValueError(f"images are 32 to 1920 pixels wide; got {self.image_width}")
 
 
-class Truth(msgspec.Struct, frozen=True, kw_only=True):
+class GroundTruth(msgspec.Struct, frozen=True, kw_only=True):
     """What really happened, for scoring: the reply on `sim/truth`."""
 
     trajectory: list[tuple[float, float, float]]
@@ -104,7 +104,7 @@ class RobotSim:
         self._tilt_rad = self.world.base.tilt_rad
         self._twist: StampedTwist | None = None
         self._answers: queue.SimpleQueue[StampedTwist] = queue.SimpleQueue()
-        self._labels: LabelRequest | None = None
+        self._labels: SegmentationLabels | None = None
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._subscribe(keys.CMD_VEL, self._on_twist)
         self._subscribe(keys.CMD_TILT, self._on_tilt)
@@ -129,7 +129,7 @@ class RobotSim:
             f"{self._config.connect} under the prefix {self._config.robot}?"
         )
 
-    def run_real_time(self, stop: Stop) -> None:
+    def run_real_time(self, stop: StopSignal) -> None:
         """Step the physics by the clock and take pictures at the camera's rate until stopped."""
         factor = float(self._config.speed)
         dt = 1.0 / PHYSICS_HZ
@@ -152,7 +152,7 @@ class RobotSim:
             elif late < 0.0:
                 stop.wait(-late)
 
-    def run_lock_step(self, stop: Stop) -> None:
+    def run_lock_step(self, stop: StopSignal) -> None:
         """Take a picture, wait for the command that answers it, step; as fast as answers come.
 
         Raises:
@@ -185,7 +185,7 @@ class RobotSim:
             self.world.set_labels(request.labels, request.ooi)
         return self.world.observe()
 
-    def _await_answer(self, stamp_ns: int, stop: Stop) -> StampedTwist | None:
+    def _await_answer(self, stamp_ns: int, stop: StopSignal) -> StampedTwist | None:
         deadline = time.monotonic() + ANSWER_WAIT_S
         while not stop.is_set():
             try:
@@ -248,13 +248,13 @@ class RobotSim:
         self._take_labels(payload)
 
     def _take_labels(self, payload: bytes) -> None:
-        request = decode_json(payload, LabelRequest)
+        request = decode_json(payload, SegmentationLabels)
         with self._lock:
             self._labels = request
 
     def _answer_truth(self, query: zenoh.Query) -> None:
         with query:
-            truth = Truth(
+            truth = GroundTruth(
                 trajectory=[tuple(p) for p in self.world.trajectory.tolist()],
                 collisions=self.world.collisions,
                 frames=self.world.frames,
@@ -297,7 +297,7 @@ def run_robot_sim(config: RobotSimConfig, scene: Scene, start: StartPose) -> Non
         LinkError: No navigator answers.
         SimulatedRobotError: It stopped answering.
     """
-    stop = SignalledStop()
+    stop = ProcessStopSignal()
     session = open_client(config.connect)
     try:
         robot = RobotSim(config, session, scene, start)

@@ -14,9 +14,9 @@ from app.links.network.session import LinkError, open_client
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.control import LabelRequest, decode
+from app.messages.control import SegmentationLabels, decode
 from app.messages.images import decode_color, decompress_color, encode_heatmap
-from app.process.stopping import SignalledStop, Stop
+from app.process.stop_signal import ProcessStopSignal, StopSignal
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.segmenter import Segmenter
 
@@ -59,7 +59,7 @@ class SegmentNode:
         self._segmenter = segmenter
         self._changed = threading.Condition()
         self._image: bytes | None = None
-        self._labels: LabelRequest | None = None
+        self._labels: SegmentationLabels | None = None
         self._problem = ""
         self._publisher = session.declare_publisher(
             f"{config.robot}/{keys.HEATMAP}", congestion_control=zenoh.CongestionControl.DROP
@@ -67,7 +67,7 @@ class SegmentNode:
         subscribe(session, f"{config.robot}/{keys.LABELS}", self._take_labels)
         subscribe(session, f"{config.robot}/{keys.COLOR}", self._take_image)
 
-    def run(self, stop: Stop) -> None:
+    def run(self, stop: StopSignal) -> None:
         """Segment until stopped."""
         asked_at = 0.0
         while not stop.is_set():
@@ -84,7 +84,7 @@ class SegmentNode:
             if request is not None and image is not None:
                 self._segment(image, request)
 
-    def _segment(self, payload: bytes, request: LabelRequest) -> None:
+    def _segment(self, payload: bytes, request: SegmentationLabels) -> None:
         try:
             color = decode_color(payload)
             heatmap = self._segmenter.segment(
@@ -116,7 +116,7 @@ class SegmentNode:
 
     def _take_labels(self, payload: bytes) -> None:
         try:
-            request = decode(payload, LabelRequest)
+            request = decode(payload, SegmentationLabels)
         except msgspec.DecodeError as error:
             self.failed += 1
             logger.warning("labels skipped: %s", error)
@@ -138,7 +138,7 @@ def run_segment(config: SegmentConfig, segmenter: Segmenter) -> None:
     Raises:
         LinkError: No navigator answers.
     """
-    stop = SignalledStop()
+    stop = ProcessStopSignal()
     session = _connected(config, stop)
     if session is None:
         return
@@ -153,7 +153,7 @@ def run_segment(config: SegmentConfig, segmenter: Segmenter) -> None:
         session.close()  # pyright: ignore[reportUnknownMemberType]
 
 
-def _connected(config: SegmentConfig, stop: Stop) -> zenoh.Session | None:
+def _connected(config: SegmentConfig, stop: StopSignal) -> zenoh.Session | None:
     """Open a session, waiting for the navigator; None when stopped meanwhile."""
     deadline = time.monotonic() + config.wait_s
     while not stop.is_set():

@@ -9,7 +9,7 @@ from typing import Final
 import msgspec
 
 from app.recording.errors import RecordingError
-from app.recording.reading.file_index import Span
+from app.recording.reading.file_index import ByteRange
 from app.recording.reading.recording import Recording
 from app.recording.timeline import timeline_of
 from app.recording.writing.session import SUMMARY, THUMBNAIL, summary_of
@@ -122,7 +122,7 @@ def _read(path: Path, name: str, size: int, changed_ns: int) -> SessionEntry:
         summary = recording.index.metadata.get(SUMMARY)
         if summary is None:
             summary = summary_of(timeline_of(recording), recording.duration_s)
-        picture = recording.index.attachments.get(THUMBNAIL, Span(offset=0, length=0))
+        picture = recording.index.attachments.get(THUMBNAIL, ByteRange(offset=0, length=0))
         start = time.localtime(recording.start_ns * 1e-9)
         return SessionEntry(
             id=name,

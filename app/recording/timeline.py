@@ -12,13 +12,13 @@ import zstandard
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.control import Event, ProximityTable, Status, decode
+from app.messages.control import Event, LevelTable, Status, decode
 from app.messages.motion import StampedTransform, decode_transforms
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 
-ATTACHMENT: Final = "ippon/digest.json.zst"
-TIMELINE_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.PROXIMITY)
+TIMELINE_ATTACHMENT: Final = "ippon/digest.json.zst"
+TIMELINE_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.LEVELS)
 STATUS_EVERY_NS: Final = 500_000_000
 TRAIL_STEP_M: Final = 0.05
 _BASE: Final = "base_link"
@@ -102,8 +102,8 @@ class SessionTimeline(msgspec.Struct, kw_only=True):
                 self._take_event(decode(payload, Event), time_ns)
             elif key == keys.TF:
                 self._take_transforms(decode_transforms(payload), time_ns)
-            elif key == keys.PROXIMITY:
-                self._take_levels(decode(payload, ProximityTable), time_ns)
+            elif key == keys.LEVELS:
+                self._take_levels(decode(payload, LevelTable), time_ns)
         except (MessageError, msgspec.DecodeError):
             # The reader of the file counts broken messages; here they say nothing.
             return
@@ -128,7 +128,7 @@ class SessionTimeline(msgspec.Struct, kw_only=True):
         if event.kind == "found":
             self.found_ns = time_ns
 
-    def _take_levels(self, table: ProximityTable, time_ns: int) -> None:
+    def _take_levels(self, table: LevelTable, time_ns: int) -> None:
         # The first table of a goal comes with its query; a later one is an edit, or an answer.
         if table.goal_id == self.levels_of:
             self.marks.append(Mark(time_ns, "levels", f"levels changed ({table.provider})"))
@@ -164,7 +164,7 @@ def unpack_timeline(packed: bytes) -> SessionTimeline:
 
 def timeline_of(recording: Recording) -> SessionTimeline:
     """Return the timeline in a file, made by reading the file where there is none."""
-    packed = recording.attachment(ATTACHMENT)
+    packed = recording.attachment(TIMELINE_ATTACHMENT)
     if packed is not None:
         try:
             return unpack_timeline(packed)

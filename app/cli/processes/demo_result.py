@@ -82,13 +82,13 @@ def measured_result(
     Raises:
         DemoError: The robot does not say it.
     """
-    from app.nodes.robot_sim import Truth
+    from app.nodes.robot_sim import GroundTruth
     from ippon.evaluation.metrics import Judge
 
     payload = last_message(session, f"{robot}/{keys.SIM_TRUTH}", 5.0)
     if payload is None:
         raise DemoError("the simulated robot does not say where it went")
-    truth = msgspec.json.decode(payload, type=Truth)
+    truth = msgspec.json.decode(payload, type=GroundTruth)
     found = goal.outcome == "found"
     judge = Judge(scene, profile, goal.object)
     metrics = judge.metrics(np.array(truth.trajectory, np.float64), stopped=found)

@@ -18,7 +18,7 @@ from app.errors import UsageError
 from app.links.network.session import LinkError
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.run import run_navigator
-from app.nodes.navigator.state.persistence import read_kept
+from app.nodes.navigator.state.persistence import read_saved_state
 from app.process.children import Child
 from app.process.parent_watch import end_with_parent
 from app.robot_file import map_config, read_profile
@@ -50,7 +50,7 @@ def run_navigate(command: Navigate) -> int:
             rooms=RoomConfig(enabled=command.rooms),
             planner=PlannerConfig(step_budget_s=command.step_budget_s or None),
         )
-        kept = None if command.map is None else read_kept(command.map, mission.map)
+        kept = None if command.map is None else read_saved_state(command.map, mission.map)
         known = None if kept is None else kept.voxel_map
         config = NavigatorConfig(
             listen=command.listen,

@@ -2,7 +2,7 @@
 
 from app.cli.options.commands import Record
 from app.errors import UsageError
-from app.links.network.registry import newest_address
+from app.links.network.registry import resolve_address
 from app.links.network.session import LinkError
 from app.nodes.recorder import RecorderConfig, run_recorder
 from app.process.parent_watch import end_with_parent
@@ -13,7 +13,7 @@ from app.recording.writing.limits import RecordingLimits
 def run_record(command: Record) -> int:
     """Record until the process is stopped."""
     end_with_parent(command.parent_pid)
-    connect, robot = newest_address(command.connect, command.robot)
+    connect, robot = resolve_address(command.connect, command.robot)
     try:
         config = RecorderConfig(
             connect=connect,

@@ -2,7 +2,7 @@
 
 from app.cli.options.commands import Replay
 from app.errors import UsageError
-from app.links.network.registry import newest_address
+from app.links.network.registry import resolve_address
 from app.links.network.session import LinkError
 from app.nodes.replay.datasets import DatasetError
 from app.nodes.replay.node import ReplayConfig, run_replay
@@ -12,7 +12,7 @@ from app.process.parent_watch import end_with_parent
 def run_replay_command(command: Replay) -> int:
     """Play until the end, or until the process is stopped."""
     end_with_parent(command.parent_pid)
-    connect, robot = newest_address(command.connect, command.robot)
+    connect, robot = resolve_address(command.connect, command.robot)
     try:
         config = ReplayConfig(
             path=command.path,

@@ -12,8 +12,8 @@ from app.cli.options.commands import Ask
 from app.cli.tools.levels import check_query
 from app.cli.tools.levels_table import as_json, print_levels, print_question, printable, said_by
 from app.errors import UsageError
-from app.links.network.control_holder import in_name_of
 from app.links.network.registry import running_navigators
+from app.links.network.request_credential import request_credential
 from app.links.network.requests import RequestRefusedError, ask
 from app.links.network.session import LinkError, open_client
 from app.links.network.subscription import is_alive, subscribe
@@ -21,7 +21,7 @@ from app.messages import keys
 from app.messages.control import (
     Accepted,
     GoalStatus,
-    ProximityTable,
+    LevelTable,
     SearchAccepted,
     SearchRequest,
     SentenceReading,
@@ -87,11 +87,11 @@ def _search(session: zenoh.Session, robot: str, command: Ask) -> int:
     check_query(wanted, context)
     updates: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     tables: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    for topic, received in ((keys.STATUS, updates), (keys.PROXIMITY, tables)):
+    for topic, received in ((keys.STATUS, updates), (keys.LEVELS, tables)):
         subscribe(session, f"{robot}/{topic}", received.put)
     request = SearchRequest(object=wanted, context=context, requester=NAME)
     limit_s = command.timeout_s
-    with in_name_of(session, robot, NAME, limit_s, take=command.take) as who:
+    with request_credential(session, robot, NAME, limit_s, take=command.take) as who:
         accepted = ask(session, f"{robot}/{keys.SEARCH}", request, SearchAccepted, limit_s, who)
     _show_accepted(accepted, command)
     if command.explain:
@@ -177,14 +177,12 @@ def _explain(tables: "queue.SimpleQueue[bytes]", accepted: SearchAccepted, comma
         print_question(table.prompt, table.reply)
 
 
-def _final_table(tables: "queue.SimpleQueue[bytes]", goal_id: int) -> ProximityTable:
+def _final_table(tables: "queue.SimpleQueue[bytes]", goal_id: int) -> LevelTable:
     deadline, asked = time.monotonic() + ANSWER_S, ""
     while True:
         try:
             left = max(0.0, deadline - time.monotonic())
-            table = decode(
-                tables.get(timeout=left if asked else min(left, SILENT_S)), ProximityTable
-            )
+            table = decode(tables.get(timeout=left if asked else min(left, SILENT_S)), LevelTable)
         except queue.Empty:
             raise LinkError("the navigator did not publish the levels of this goal") from None
         if table.goal_id != goal_id:

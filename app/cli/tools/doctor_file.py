@@ -9,7 +9,7 @@ from rich.markup import escape
 
 from app.errors import UsageError
 from app.recording.errors import RecordingError
-from app.recording.reading.repair import Checkup, check
+from app.recording.reading.repair import RecordingCheck, check
 
 
 def run_file_doctor(path: Path, *, as_json: bool) -> int:
@@ -25,7 +25,7 @@ def run_file_doctor(path: Path, *, as_json: bool) -> int:
     return 0
 
 
-def _print(path: Path, checkup: Checkup) -> None:
+def _print(path: Path, checkup: RecordingCheck) -> None:
     screen = Console(highlight=False)
     screen.print(f"[bold]{escape(str(path))}[/bold]", soft_wrap=True)
     screen.print(f"  {checkup.messages} messages, {checkup.duration_s:.1f} s")

@@ -9,7 +9,7 @@ from app.cli.options.commands import Levels
 from app.cli.tools.language_model import make_model
 from app.cli.tools.levels_table import as_json, print_levels, print_question, said_by
 from app.errors import UsageError
-from app.links.language_model.answers import Answer
+from app.links.language_model.interface import Answer
 from app.messages.control import SearchRequest
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from app.links.language_model.answer_cache import AnswerCache, CachedAnswer
-from app.links.language_model.answers import RULES, Answer, SentenceAnswer, Sighting
 from app.links.language_model.chat import ChatConfig, ChatEndpoint, ChatError, Message, ResponseForm
+from app.links.language_model.interface import RULES, LevelsAnswer, ObjectNames, SentenceAnswer
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
 from ippon.guidance.language.sentence import read_query
 from ippon.guidance.levels import Guidance, LabelLevel, Level
@@ -94,7 +94,7 @@ class LanguageModel:
         vocabulary: Sequence[str],
         *,
         scenario: str = "",
-    ) -> Answer:
+    ) -> LevelsAnswer:
         """Rate the proximity of every common object to the goal.
 
         Never raises for what the endpoint does.
@@ -113,7 +113,7 @@ class LanguageModel:
         question = build_prompt(goal.display, context, scenario, vocabulary)
         cached = self._cache.load(question, vocabulary) if self._cache else None
         if cached is not None:
-            return Answer(
+            return LevelsAnswer(
                 guidance=self._guidance(goal, context, cached.rows, ()),
                 prompt=cached.prompt,
                 reply=cached.reply,
@@ -133,7 +133,7 @@ class LanguageModel:
             failed = str(error)
             LOGGER.warning("%s: %s; the embedded prior answers", self.name, failed)
             guidance = self._fall_back(goal, context, vocabulary, failed)
-        return Answer(
+        return LevelsAnswer(
             guidance=guidance,
             prompt=asked.prompt or question,
             reply=asked.reply,
@@ -158,7 +158,7 @@ class LanguageModel:
             failed = str(error)
         return SentenceAnswer(read_query(sentence), RULES, prompt, reply, failed)
 
-    def name_things(self, jpeg: bytes, vocabulary: Sequence[str]) -> Sighting:
+    def name_objects(self, jpeg: bytes, vocabulary: Sequence[str]) -> ObjectNames:
         """Name things in an image that a vocabulary lacks; asked once, never raises.
 
         Args:
@@ -175,8 +175,8 @@ class LanguageModel:
             question: list[Message] = [{"role": "user", "content": content}]
             reply = self._endpoint.ask(lambda _: question, SCENE_SCHEMA).text
         except ChatError as error:
-            return Sighting((), str(error))
-        return Sighting(parse_scene_reply(reply, vocabulary))
+            return ObjectNames((), str(error))
+        return ObjectNames(parse_scene_reply(reply, vocabulary))
 
     def _ask(self, asked: "_Conversation") -> ParsedReply:
         """Ask, once more after a failure, and once more for what was left out."""

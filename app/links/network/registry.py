@@ -75,7 +75,7 @@ def running_navigators() -> list[RunningNavigator]:
     return [navigator for _, navigator in sorted(found, key=lambda entry: entry[0])]
 
 
-def newest_address(connect: str | None, robot: str | None) -> tuple[str, str]:
+def resolve_address(connect: str | None, robot: str | None) -> tuple[str, str]:
     """Fill in what was not named of a navigator's address.
 
     Args:

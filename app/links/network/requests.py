@@ -19,7 +19,7 @@ logger = logging.getLogger(__name__)
 
 R = TypeVar("R", bound=msgspec.Struct)
 
-Permit = Callable[[msgspec.Struct, Credential | None], None]
+Authorize = Callable[[msgspec.Struct, Credential | None], None]
 """Lets a request pass, or raises `RequestRefusedError`."""
 
 MAX_QUOTED = 500
@@ -32,7 +32,7 @@ class RequestRefusedError(Exception):
     """The request was understood and cannot be met; the text says why."""
 
 
-def anyone(_: msgspec.Struct, __: Credential | None) -> None:
+def allow_all(_: msgspec.Struct, __: Credential | None) -> None:
     """Let every request pass."""
 
 
@@ -41,7 +41,7 @@ def serve(
     key: str,
     kind: type[M],
     handle: Callable[[M], msgspec.Struct],
-    permit: Permit = anyone,
+    authorize: Authorize = allow_all,
 ) -> "zenoh.Queryable[None]":
     """Answer requests on a key; what is malformed or refused gets an `ErrorReply`.
 
@@ -51,20 +51,20 @@ def serve(
         kind: What a request must be.
         handle: Returns the reply, or raises `RequestRefusedError`. Called in a thread of zenoh:
             it must be quick.
-        permit: Looks at a request, and at who sends it, before it is handled.
+        authorize: Looks at a request, and at who sends it, before it is handled.
 
     What was asked and answered is published on `key`/exchange, for those who record. There a
     message may be lost behind a slow listener, which its number shows: a Stop never waits for one.
     """
 
     def handle_permitted(message: M, who: Credential | None) -> msgspec.Struct:
-        permit(message, who)
+        authorize(message, who)
         return handle(message)
 
-    return serve_known(session, key, kind, handle_permitted)
+    return serve_with_credential(session, key, kind, handle_permitted)
 
 
-def serve_known(
+def serve_with_credential(
     session: zenoh.Session,
     key: str,
     kind: type[M],

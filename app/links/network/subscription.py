@@ -52,7 +52,7 @@ def is_alive(session: zenoh.Session, token: str, timeout_s: float) -> bool:
         subscriber.undeclare()  # pyright: ignore[reportUnknownMemberType]
 
 
-def on_break(session: zenoh.Session, token: str, take: Callable[[], None]) -> None:
+def on_token_lost(session: zenoh.Session, token: str, take: Callable[[], None]) -> None:
     """Tell whenever who declared a liveliness token is gone, or the line to it broke.
 
     A line that is silent for a second is given up (`session.LEASE_MS`), and zenoh opens it again by

@@ -12,30 +12,30 @@ from typing import Final
 import msgspec
 import zenoh
 
-from app.links.language_model.answers import Adviser
-from app.links.network.latched import Latched
+from app.links.language_model.interface import LanguageModelInterface
+from app.links.network.latched_topic import LatchedTopic
 from app.links.network.sender import Sender
 from app.messages import keys
 from app.messages.control import (
     Event,
-    LabelRequest,
+    SegmentationLabels,
     encode,
 )
-from app.nodes.navigator.command.command_mux import Helm
-from app.nodes.navigator.command.command_stream import Commander
+from app.nodes.navigator.command.command_mux import CommandMux
+from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.config import NavigatorConfig
-from app.nodes.navigator.intake import Intake, Stopwatch
-from app.nodes.navigator.profile_check import mismatches
-from app.nodes.navigator.publisher import MapPublisher
-from app.nodes.navigator.services.control_service import LeaseDesk
-from app.nodes.navigator.services.drive_service import Steering
-from app.nodes.navigator.services.goal_service import Desk, Operation
-from app.nodes.navigator.services.guidance_service import Counsel
-from app.nodes.navigator.services.preview_service import WhatIf
-from app.nodes.navigator.state.goal_queue import GoalBook
-from app.nodes.navigator.state.persistence import Keeper, Kept
+from app.nodes.navigator.frame_intake import FrameIntake, Stopwatch
+from app.nodes.navigator.map_publisher import MapPublisher
+from app.nodes.navigator.profile_check import profile_mismatches
+from app.nodes.navigator.services.control_service import ControlService
+from app.nodes.navigator.services.drive_service import DriveService
+from app.nodes.navigator.services.goal_service import GoalService, Operation
+from app.nodes.navigator.services.guidance_service import GuidanceService
+from app.nodes.navigator.services.preview_service import PreviewService
+from app.nodes.navigator.state.goal_queue import GoalQueue
+from app.nodes.navigator.state.persistence import SavedState, StatePersistence
 from app.nodes.navigator.status_report import StatusReport, proximity_table
-from app.process.stopping import Stop
+from app.process.stop_signal import StopSignal
 from ippon.command import Command
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
@@ -60,8 +60,8 @@ class Navigator:
         self,
         config: NavigatorConfig,
         session: zenoh.Session,
-        model: Adviser | None = None,
-        kept: Kept | None = None,
+        model: LanguageModelInterface | None = None,
+        kept: SavedState | None = None,
     ) -> None:
         robot = config.robot
         self.config = config
@@ -69,16 +69,16 @@ class Navigator:
             config.mission, config.profile, config.labels, config.seed,
             voxel_map=kept.voxel_map if kept else None, clock=time.monotonic,
         )  # fmt: skip
-        self._goals = GoalBook(config.max_queue)
+        self._goals = GoalQueue(config.max_queue)
         self._watch = Stopwatch()
         self._sender = Sender()
-        self._commander = Commander(session, robot, config.command_hz, config.stale_s)
+        self._stream = CommandStream(session, robot, config.command_hz, config.stale_s)
         self._events = session.declare_publisher(
             f"{robot}/{keys.EVENT}", congestion_control=zenoh.CongestionControl.BLOCK
         )
-        self._lease = LeaseDesk(session, robot)
-        self._intake = Intake(session, robot, self._report_bad_message)
-        self._counsel = Counsel(
+        self._lease = ControlService(session, robot)
+        self._intake = FrameIntake(session, robot, self._report_bad_message)
+        self._guidance = GuidanceService(
             session,
             robot,
             config.labels,
@@ -87,42 +87,42 @@ class Navigator:
             look_every_s=config.look_every_s,
             put=self._put,
             say=self._say,
-            permit=self._lease.permit,
+            authorize=self._lease.authorize,
         )
-        self._desk = Desk(
+        self._goal_service = GoalService(
             session,
             robot,
             self._goals,
-            self._counsel,
-            wheels=self._commander,
+            self._guidance,
+            wheels=self._stream,
             wake=self._intake.wake,
-            permit=self._lease.permit,
+            authorize=self._lease.authorize,
         )
-        self._helm = Helm(
+        self._mux = CommandMux(
             session,
             robot,
             config.profile,
-            self._commander,
+            self._stream,
             config.stale_s,
             refuse=self._lease.refuse_hand,
-            on_takeover=lambda: self._desk.put(lambda mission: mission.cancel_go_to()),
+            on_takeover=lambda: self._goal_service.put(lambda mission: mission.cancel_go_to()),
         )
-        self._steering = Steering(
+        self._drive_service = DriveService(
             session,
             robot,
-            self._helm,
-            self._desk.put,
+            self._mux,
+            self._goal_service.put,
             self._sender,
             self._goals,
-            self._lease.permit,
+            self._lease.authorize,
         )
-        self._what_if = WhatIf(session, robot, self._goals, self._desk.put)
+        self._preview_service = PreviewService(session, robot, self._goals, self._goal_service.put)
         self._map = MapPublisher(
             session, robot, self._mission.voxel_map, config.keyframe_every_s, self._sender
         )
-        self._status = Latched(session, f"{robot}/{keys.STATUS}", self._sender)
-        self._labels = Latched(session, f"{robot}/{keys.LABELS}", self._sender)
-        self._proximity = Latched(session, f"{robot}/{keys.PROXIMITY}", self._sender)
+        self._status = LatchedTopic(session, f"{robot}/{keys.STATUS}", self._sender)
+        self._labels = LatchedTopic(session, f"{robot}/{keys.LABELS}", self._sender)
+        self._proximity = LatchedTopic(session, f"{robot}/{keys.LEVELS}", self._sender)
         self._keyframes = session.declare_queryable(
             f"{robot}/{keys.MAP_KEYFRAME}", self._queue_keyframe
         )
@@ -136,24 +136,26 @@ class Navigator:
         self._heatmap_gone = False
         self._blind_since = 0.0
         self._shown_search: object = None
-        self._asked_for: LabelRequest | None = None
-        self._configuration = Latched(session, f"{robot}/{keys.CONFIGURATION}", self._sender)
+        self._asked_for: SegmentationLabels | None = None
+        self._configuration = LatchedTopic(session, f"{robot}/{keys.CONFIGURATION}", self._sender)
         self._configuration.put(msgspec.json.encode(config))
         self._ask_for_labels()
         # Whoever hears this may ask at once: all that is asked for is served by now.
         self._alive = session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
-        self._keeper = Keeper(Path(config.keep_map), self._say) if config.keep_map else None
+        self._persistence = (
+            StatePersistence(Path(config.keep_map), self._say) if config.keep_map else None
+        )
         if kept is not None and kept.requests:
             self._mission.stop()
             for request in kept.requests:
-                accepted = self._desk.search(request)
-                self._counsel.restore(accepted.goal_id, request.levels)
+                accepted = self._goal_service.search(request)
+                self._guidance.restore(accepted.goal_id, request.levels)
             self._say("stopped", "goals of before are taken up: press Resume to let the robot go")
 
-    def run(self, stop: Stop) -> None:
+    def run(self, stop: StopSignal) -> None:
         """Answer frames and requests until stopped."""
         while not stop.is_set():
-            self._desk.run_queued(self._mission)
+            self._goal_service.run_queued(self._mission)
             self._map.answer()
             self._start_next_goal()
             self._ask_for_labels()
@@ -172,12 +174,12 @@ class Navigator:
 
     def close(self) -> None:
         """Leave the robot standing."""
-        self._helm.close()
-        self._commander.close()
-        self._counsel.close()
+        self._mux.close()
+        self._stream.close()
+        self._guidance.close()
         self._sender.close()
-        if self._keeper is not None:
-            self._keeper.close(self._mission.voxel_map, self._goals)
+        if self._persistence is not None:
+            self._persistence.close(self._mission.voxel_map, self._goals)
 
     # -- a frame -----------------------------------------------------------------------------
 
@@ -187,12 +189,12 @@ class Navigator:
             self._mission.observe(frame)
         except FrameRejectedError as error:
             self._intake.refuse_frame(str(error), frame.stamp_ns)
-            self._commander.give(Command(tilt_rad=frame.tilt_rad), frame.stamp_ns)
+            self._stream.give(Command(tilt_rad=frame.tilt_rad), frame.stamp_ns)
             return
         self._intake.accept()
         self._compare(frame)
-        self._counsel.look(frame.color)
-        by_hand = self._helm.by_hand()
+        self._guidance.look(frame.color)
+        by_hand = self._mux.by_hand()
         if by_hand is not None:
             self._mission.go_on_from(by_hand)
         fused = self._watch.lap("map", started)
@@ -202,7 +204,7 @@ class Navigator:
         snapshot = self._snapshot = result.snapshot
         self._report.planned(snapshot.plan)
         waypoint = self._mission.waypoint
-        command = self._helm.follow(
+        command = self._mux.follow(
             result.command,
             frame,
             self._mission.voxel_map.arrays(),
@@ -215,8 +217,8 @@ class Navigator:
         self._map.publish(snapshot)
         self._watch.lap("publish", answered)
         self._take_note(snapshot)
-        if self._keeper is not None:
-            self._keeper.keep(self._mission.voxel_map, self._goals)
+        if self._persistence is not None:
+            self._persistence.keep(self._mission.voxel_map, self._goals)
 
     def _compare(self, frame: Frame) -> None:
         """Look now and then whether the robot is what its profile says."""
@@ -225,7 +227,7 @@ class Navigator:
             return
         self._compared_at = now
         told = {_DIGITS.sub("", text) for text in self._mismatches}
-        self._mismatches = mismatches(self.config.profile, frame)
+        self._mismatches = profile_mismatches(self.config.profile, frame)
         for text in self._mismatches:
             if _DIGITS.sub("", text) not in told:
                 logger.warning("profile %s: %s", self.config.profile.name, text)
@@ -251,13 +253,13 @@ class Navigator:
     # -- goals and levels --------------------------------------------------------------------
 
     def _put(self, operation: Operation) -> None:
-        self._desk.put(operation)
+        self._goal_service.put(operation)
 
     def _start_next_goal(self) -> None:
         search = self._goals.next(hold=time.monotonic() < self._hold_until)
         if search is None:
             return
-        search = self._counsel.fitted(search)
+        search = self._guidance.fitted(search)
         self._mission.set_goal(search.goal, search.guidance)
         self._report.goal_set(time.monotonic() if search.waited else search.asked_at)
         logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)
@@ -269,7 +271,7 @@ class Navigator:
         if ooi is None and self._asked_for is not None:
             # After the end of a search its object is looked for on: nothing is gained by a change.
             ooi = self._asked_for.ooi
-        request = LabelRequest(labels=list(self._mission.voxel_map.labels), ooi=ooi)
+        request = SegmentationLabels(labels=list(self._mission.voxel_map.labels), ooi=ooi)
         if request != self._asked_for:
             self._asked_for = request
             self._labels.put(encode(request))
@@ -289,14 +291,14 @@ class Navigator:
         lost = self._intake.lost(self.config.lost_s)
         names = tuple(name for name, _ in lost)
         if names and not self._lost:
-            self._commander.drop()
+            self._stream.drop()
             self._say("stream_lost", f"no {', '.join(names)} for {self.config.lost_s:g} s: waiting")
         elif self._lost and not names:
             self._say("stream_back", f"{', '.join(self._lost)} is back")
         self._lost = names
 
     def _watch_heatmap(self) -> None:
-        """Say that the segmentation, which was there, is gone; the search goes on without."""
+        """Report that the segmentation, which was there, is gone; the search goes on without."""
         now = time.monotonic()
         age_s = self._intake.monitors["heatmap"].age_s()
         image_age_s = self._intake.monitors["colour"].age_s()
@@ -315,12 +317,12 @@ class Navigator:
             self._say("stream_back", "heatmap is back")
 
     def _watch_lease(self) -> bool:
-        """Say who holds control now; a hand whose lease is over lets go."""
+        """Report who holds control now; a hand whose lease is over lets go."""
         news, changed, lost = self._lease.watch()
         for text in news:
             self._say("lease", text)
         if lost:
-            self._helm.let_go()
+            self._mux.let_go()
         return changed
 
     def _publish_status(self) -> None:
@@ -332,15 +334,15 @@ class Navigator:
             intake=self._intake,
             watch=self._watch,
             lost=self._lost,
-            drive=self._helm.status(),
+            drive=self._mux.status(),
             lease=self._lease.status(),
             notes=(
-                *self._counsel.notes(),
+                *self._guidance.notes(),
                 *((f"no heatmap: {BLIND}",) * self._heatmap_gone),
                 *(f"robot profile: {text}" for text in self._mismatches),
             ),
         )
-        self._desk.state = status.state
+        self._goal_service.state = status.state
         self._status.put(encode(status))
 
     def _queue_keyframe(self, query: zenoh.Query) -> None:

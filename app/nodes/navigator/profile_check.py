@@ -23,7 +23,7 @@ SHARE: Final = 0.1
 """By which field of view and shape of the images may differ."""
 
 
-def mismatches(profile: RobotProfile, frame: Frame) -> tuple[str, ...]:
+def profile_mismatches(profile: RobotProfile, frame: Frame) -> tuple[str, ...]:
     """Compare a frame's camera with the profile's.
 
     Returns:

@@ -4,14 +4,14 @@ import logging
 import os
 from collections.abc import Callable
 
-from app.links.language_model.answers import Adviser
+from app.links.language_model.interface import LanguageModelInterface
 from app.links.network.registry import RunningNavigator, register
 from app.links.network.session import open_router
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator
-from app.nodes.navigator.state.persistence import Kept
+from app.nodes.navigator.state.persistence import SavedState
 from app.nodes.navigator.warm_up import warm_up
-from app.process.stopping import SignalledStop
+from app.process.stop_signal import ProcessStopSignal
 
 logger = logging.getLogger(__name__)
 
@@ -19,8 +19,8 @@ logger = logging.getLogger(__name__)
 def run_navigator(
     config: NavigatorConfig,
     progress: Callable[[float], None],
-    model: Adviser | None = None,
-    kept: Kept | None = None,
+    model: LanguageModelInterface | None = None,
+    kept: SavedState | None = None,
 ) -> None:
     """Compile, listen, and navigate until SIGINT or SIGTERM.
 
@@ -34,7 +34,7 @@ def run_navigator(
     Raises:
         LinkError: The endpoint is taken.
     """
-    stop = SignalledStop()
+    stop = ProcessStopSignal()
     session = open_router(config.listen)
     entry = None
     try:

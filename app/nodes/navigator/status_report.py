@@ -6,17 +6,17 @@ from typing import Final
 
 from app.messages.control import (
     FindReport,
+    LevelRow,
+    LevelTable,
     MissionState,
-    ProximityRow,
-    ProximityTable,
     Status,
     Timings,
 )
 from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
 from app.nodes.navigator.config import NavigatorConfig
-from app.nodes.navigator.intake import Intake, Stopwatch
-from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
+from app.nodes.navigator.frame_intake import FrameIntake, Stopwatch
+from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.command import Command
 from ippon.mapping.objects.surface_rows import N_FREE, N_USED
 from ippon.mission.goal import Goal
@@ -76,8 +76,8 @@ class StatusReport:
         snapshot: Snapshot | None,
         mission: Mission,
         *,
-        goals: GoalBook,
-        intake: Intake,
+        goals: GoalQueue,
+        intake: FrameIntake,
         watch: Stopwatch,
         lost: tuple[str, ...],
         drive: DriveStatus,
@@ -144,7 +144,7 @@ class StatusReport:
 
 
 def _state(
-    snapshot: Snapshot | None, mission: Mission, lost: tuple[str, ...], intake: Intake
+    snapshot: Snapshot | None, mission: Mission, lost: tuple[str, ...], intake: FrameIntake
 ) -> tuple[MissionState, str]:
     if mission.state.value == "stopped":
         return "stopped", "stopped: press Resume to go on"
@@ -181,7 +181,7 @@ def find_report(find: Find, goal: Goal) -> FindReport:
     )
 
 
-def proximity_table(search: PlannedSearch, by_room: str = "") -> ProximityTable:
+def proximity_table(search: PlannedSearch, by_room: str = "") -> LevelTable:
     """Return the levels of a search, and how they came about.
 
     Args:
@@ -189,14 +189,14 @@ def proximity_table(search: PlannedSearch, by_room: str = "") -> ProximityTable:
         by_room: What types of room change, in words; empty for nothing.
     """
     guidance = search.guidance
-    return ProximityTable(
+    return LevelTable(
         goal_id=search.goal.goal_id,
         object=guidance.ooi,
         context=guidance.context,
         provider=guidance.provider,
         elapsed_ms=search.elapsed_ms,
         rows=[
-            ProximityRow(label=row.label, level=row.level.name.lower(), reason=row.reason)  # pyright: ignore[reportArgumentType]
+            LevelRow(label=row.label, level=row.level.name.lower(), reason=row.reason)  # pyright: ignore[reportArgumentType]
             for row in guidance.rows
         ],
         notes=[*guidance.notes, *([by_room] if by_room else [])],

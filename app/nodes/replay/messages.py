@@ -11,7 +11,7 @@ from app.messages import keys
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import StampedTransform, encode_transforms
 from app.nodes.replay.datasets import Dataset, DatasetError, read_color, read_depth
-from app.nodes.replay.upright import base_below, camera_on_base, upright
+from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_on_base
 from app.recording.channels import key_of
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
@@ -24,7 +24,7 @@ FROM_ROBOT: Final = (
 
 
 @dataclass(frozen=True, slots=True)
-class Sent:
+class RobotMessage:
     """One message of the robot."""
 
     at_s: float
@@ -35,19 +35,19 @@ class Sent:
 
 def dataset_messages(
     dataset: Dataset, start_s: float, first_stamp_ns: int, floor_m: float | None
-) -> Iterator[Sent]:
+) -> Iterator[RobotMessage]:
     """Yield pose, intrinsics, depth and colour of every frame.
 
     Args:
         dataset: The frames.
         start_s: Frames before are left out.
         first_stamp_ns: Stamp of time 0.
-        floor_m: See `upright`.
+        floor_m: See `align_to_floor`.
 
     Raises:
         DatasetError: An image cannot be read.
     """
-    T_map_world = upright(dataset, floor_m)
+    T_map_world = align_to_floor(dataset, floor_m)
     for frame in dataset.frames:
         if frame.time_s < start_s:
             continue
@@ -64,13 +64,13 @@ def dataset_messages(
         ]
         depth = read_depth(frame.depth, dataset.depth_unit_m)
         color = read_color(frame.color, dataset.camera)
-        yield Sent(at, keys.TF, encode_transforms(poses))
-        yield Sent(at, keys.CAMERA_INFO, encode_camera(dataset.camera, stamp, CAMERA_FRAME))
-        yield Sent(at, keys.DEPTH, encode_depth(depth, stamp, CAMERA_FRAME))
-        yield Sent(at, keys.COLOR, encode_color(color, stamp, CAMERA_FRAME))
+        yield RobotMessage(at, keys.TF, encode_transforms(poses))
+        yield RobotMessage(at, keys.CAMERA_INFO, encode_camera(dataset.camera, stamp, CAMERA_FRAME))
+        yield RobotMessage(at, keys.DEPTH, encode_depth(depth, stamp, CAMERA_FRAME))
+        yield RobotMessage(at, keys.COLOR, encode_color(color, stamp, CAMERA_FRAME))
 
 
-def bag_messages(path: Path, start_s: float, *, heatmaps: bool) -> Iterator[Sent]:
+def bag_messages(path: Path, start_s: float, *, heatmaps: bool) -> Iterator[RobotMessage]:
     """Yield what the robot of a bag sent, as it was recorded.
 
     Args:
@@ -94,12 +94,12 @@ def bag_messages(path: Path, start_s: float, *, heatmaps: bool) -> Iterator[Sent
         for message in recording.all_messages(wanted):
             at = (message.time_ns - recording.start_ns) * 1e-9 - start_s
             if at >= 0.0 or message.key == keys.TF_STATIC:
-                yield Sent(max(at, 0.0), message.key, message.payload)
+                yield RobotMessage(max(at, 0.0), message.key, message.payload)
     finally:
         recording.close()
 
 
-def _rosbag_messages(path: Path, start_s: float, wanted: list[str]) -> Iterator[Sent]:
+def _rosbag_messages(path: Path, start_s: float, wanted: list[str]) -> Iterator[RobotMessage]:
     try:
         with AnyReader([path]) as reader:
             found = [(c, key_of(c.topic, {})) for c in reader.connections]
@@ -113,7 +113,7 @@ def _rosbag_messages(path: Path, start_s: float, wanted: list[str]) -> Iterator[
             for connection, time_ns, raw in reader.messages(connections=used):
                 key, at = known[connection.topic], (time_ns - reader.start_time) * 1e-9 - start_s
                 if at >= 0.0 or key == keys.TF_STATIC:
-                    yield Sent(max(at, 0.0), key, bytes(raw))
+                    yield RobotMessage(max(at, 0.0), key, bytes(raw))
     except (AnyReaderError, OSError) as error:
         raise DatasetError(f"{path} is no bag that can be read: {error}") from error
 

@@ -12,8 +12,8 @@ import zenoh
 from app.links.network.session import open_client
 from app.messages import keys
 from app.nodes.replay.datasets import DatasetError, open_dataset
-from app.nodes.replay.messages import Sent, bag_messages, dataset_messages
-from app.process.stopping import SignalledStop, Stop
+from app.nodes.replay.messages import RobotMessage, bag_messages, dataset_messages
+from app.process.stop_signal import ProcessStopSignal, StopSignal
 
 logger = logging.getLogger(__name__)
 
@@ -46,7 +46,7 @@ class ReplayConfig:
             raise ValueError(f"the start is 0 s or later; got {self.start_s:g}")
 
 
-def messages_of(config: ReplayConfig, first_stamp_ns: int) -> Iterator[Sent]:
+def messages_of(config: ReplayConfig, first_stamp_ns: int) -> Iterator[RobotMessage]:
     """Yield what the robot sends in one round.
 
     Raises:
@@ -62,7 +62,7 @@ def messages_of(config: ReplayConfig, first_stamp_ns: int) -> Iterator[Sent]:
 
 
 def play(
-    config: ReplayConfig, put: Callable[[str, bytes], None], stop: Stop, first_stamp_ns: int
+    config: ReplayConfig, put: Callable[[str, bytes], None], stop: StopSignal, first_stamp_ns: int
 ) -> int:
     """Send one round at its own times; return how many colour images were sent.
 
@@ -89,7 +89,7 @@ def run_replay(config: ReplayConfig) -> None:
         DatasetError: There is nothing that can be played.
         LinkError: No navigator answers.
     """
-    stop = SignalledStop()
+    stop = ProcessStopSignal()
     # Before the network is opened, so that a wrong folder is said at once.
     next(messages_of(config, 0), None)
     session = open_client(config.connect)

@@ -13,8 +13,8 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import (
     Event,
-    ProximityRow,
-    ProximityTable,
+    LevelRow,
+    LevelTable,
     Status,
     Timings,
     decode,
@@ -22,7 +22,7 @@ from app.messages.control import (
 )
 from app.messages.motion import decode_twist
 from app.messages.scene import encode_voxels
-from app.nodes.navigator.publisher import cloud_of, plan_messages
+from app.nodes.navigator.map_publisher import cloud_of, plan_messages
 from app.nodes.navigator.status_report import find_report
 from app.nodes.review.frames import FUSED
 from app.nodes.review.settings import Settings
@@ -41,7 +41,7 @@ from ippon.mission.snapshot import Snapshot
 
 KEYFRAME_NS: Final = 10_000_000_000
 COPIED: Final = (keys.COLOR, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC)
-TOLD: Final = (keys.PROXIMITY, keys.EVENT, keys.STATUS)
+TOLD: Final = (keys.LEVELS, keys.EVENT, keys.STATUS)
 SAME_EVENTS: Final = frozenset({"rejected", "cancelled"})
 """What the operator did that changes the map."""
 
@@ -71,7 +71,7 @@ class Recomputation:
         self._answered = _answered(recording)
         self._goal_stamps = _stamps_of(recording, "goal_set")
         self._operator = [e for e in _events(recording) if e.kind in SAME_EVENTS]
-        self._tables: list[ProximityTable] = []
+        self._tables: list[LevelTable] = []
         self._goal_id: int | None = None
         self._goals = 0
         self._tracker = SurfaceTracker(self.mission.voxel_map)
@@ -106,8 +106,8 @@ class Recomputation:
     def _take(self, assembler: FrameAssembler, message: RecordedMessage) -> None:
         payload = message.payload
         match message.key:
-            case keys.PROXIMITY:
-                self._tables.append(decode(payload, ProximityTable))
+            case keys.LEVELS:
+                self._tables.append(decode(payload, LevelTable))
             case keys.STATUS:
                 self._status = decode(payload, Status)
             case _:
@@ -140,7 +140,7 @@ class Recomputation:
                 continue
             yield from self._search(table, new=new)
 
-    def _search(self, table: ProximityTable, *, new: bool) -> Iterator[tuple[str, bytes]]:
+    def _search(self, table: LevelTable, *, new: bool) -> Iterator[tuple[str, bytes]]:
         labels = self.mission.voxel_map.labels
         levels = self._settings.levels_of(table)
         reasons = {row.label: row.reason for row in table.rows}
@@ -173,10 +173,10 @@ class Recomputation:
         else:
             self.mission.set_guidance(guidance)
         shown = [
-            ProximityRow(label=r.label, level=r.level.name.lower(), reason=r.reason)  # pyright: ignore[reportArgumentType]
+            LevelRow(label=r.label, level=r.level.name.lower(), reason=r.reason)  # pyright: ignore[reportArgumentType]
             for r in rows
         ]
-        yield keys.PROXIMITY, encode(msgspec.structs.replace(table, rows=shown))
+        yield keys.LEVELS, encode(msgspec.structs.replace(table, rows=shown))
 
     def _shown(self, snapshot: Snapshot, time_ns: int) -> Iterator[tuple[str, bytes]]:
         stamp = snapshot.stamp_ns

@@ -7,7 +7,7 @@ from typing import Any, Final
 import msgspec
 import yaml
 
-from app.messages.control import ProximityTable
+from app.messages.control import LevelTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
@@ -28,7 +28,7 @@ class Settings:
     levels: dict[str, Level]
     """Levels that take the place of the recorded ones, by label."""
 
-    def levels_of(self, table: ProximityTable) -> dict[str, Level]:
+    def levels_of(self, table: LevelTable) -> dict[str, Level]:
         """Return the level of every label of a recorded table."""
         recorded = {row.label: Level.parse(row.level) for row in table.rows}
         return {label: self.levels.get(label, level) for label, level in recorded.items()}

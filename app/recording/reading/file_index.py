@@ -22,7 +22,7 @@ from app.recording.reading.mcap_records import (
     Bytes,
     Channel,
     Chunk,
-    Op,
+    Opcode,
     index_chunk,
     read_attachment,
     read_channel,
@@ -39,7 +39,7 @@ _WORDS: Final = struct.Struct("<HI")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Span:
+class ByteRange:
     """A part of the file."""
 
     offset: int
@@ -64,7 +64,7 @@ class FileIndex:
     channels: dict[int, Channel] = field(default_factory=dict[int, Channel])
     chunks: list[Chunk] = field(default_factory=list[Chunk])
     entries: dict[int, Entries] = field(default_factory=dict[int, Entries])
-    attachments: dict[str, Span] = field(default_factory=dict[str, Span])
+    attachments: dict[str, ByteRange] = field(default_factory=dict[str, ByteRange])
     metadata: dict[str, dict[str, str]] = field(default_factory=dict[str, dict[str, str]])
     profile: str = ""
     complete: bool = False
@@ -142,7 +142,7 @@ class Scanner:
             start, stop = position + RECORD_HEAD.size, position + RECORD_HEAD.size + length
             if stop > size:
                 return
-            if op in (Op.DATA_END, Op.FOOTER):
+            if op in (Opcode.DATA_END, Opcode.FOOTER):
                 index.complete = data[size - len(MAGIC) :] == MAGIC
                 return
             try:
@@ -157,30 +157,30 @@ class Scanner:
 
     def _take(self, op: int, start: int, stop: int) -> None:
         data, index = self._data, self._index
-        if op == Op.CHUNK:
+        if op == Opcode.CHUNK:
             self._complete_chunk()
             chunk = _chunk_at(data, start, stop)
             self._check_clock(chunk)
             index.chunks.append(chunk)
             self._indexed = False
-        elif op == Op.MESSAGE_INDEX:
+        elif op == Opcode.MESSAGE_INDEX:
             channel, size = _WORDS.unpack_from(data, start)
             if size >= _ENTRY.itemsize and self._read_to != len(index.chunks) - 1:
                 whole = size - size % _ENTRY.itemsize
                 self._note(channel, data[start + 6 : start + 6 + whole])
             self._indexed = True
-        elif op == Op.MESSAGE:
+        elif op == Opcode.MESSAGE:
             channel, _, time_ns = struct.unpack_from("<HIQ", data, start)
             self._loose.setdefault(channel, []).append((time_ns, start - RECORD_HEAD.size))
-        elif op in (Op.SCHEMA, Op.CHANNEL):
+        elif op in (Opcode.SCHEMA, Opcode.CHANNEL):
             self._take_definition(op, data[start:stop])
-        elif op == Op.ATTACHMENT:
+        elif op == Opcode.ATTACHMENT:
             name, offset, length = read_attachment(data, start)
-            index.attachments[name] = Span(offset=offset, length=length)
-        elif op == Op.METADATA:
+            index.attachments[name] = ByteRange(offset=offset, length=length)
+        elif op == Opcode.METADATA:
             name, values = read_metadata(data[start:stop])
             index.metadata[name] = values
-        elif op == Op.HEADER:
+        elif op == Opcode.HEADER:
             (length,) = struct.unpack_from("<I", data, start)
             index.profile = data[start + 4 : start + 4 + length].decode("utf-8", "replace")
 
@@ -211,7 +211,7 @@ class Scanner:
         return found.messages
 
     def _take_definition(self, op: int, body: bytes) -> None:
-        if op == Op.SCHEMA:
+        if op == Opcode.SCHEMA:
             number, name = read_schema(body)
             self._schemas[number] = name
         else:

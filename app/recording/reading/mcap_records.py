@@ -21,7 +21,7 @@ MAX_CHUNK_BYTES: Final = 1 << 30
 Bytes = bytes | mmap.mmap
 
 
-class Op(IntEnum):
+class Opcode(IntEnum):
     """Kinds of records."""
 
     HEADER = 0x01
@@ -112,10 +112,10 @@ def index_chunk(records: bytes) -> ChunkContent:
         start, stop = position + RECORD_HEAD.size, position + RECORD_HEAD.size + length
         if stop > len(records):
             break
-        if op == Op.MESSAGE:
+        if op == Opcode.MESSAGE:
             channel, _, time_ns, _ = MESSAGE_HEAD.unpack_from(records, start)
             content.messages.setdefault(channel, []).append((time_ns, position))
-        elif op in (Op.SCHEMA, Op.CHANNEL):
+        elif op in (Opcode.SCHEMA, Opcode.CHANNEL):
             content.definitions.append((op, records[start:stop]))
         position = stop
     return content
@@ -131,7 +131,7 @@ def read_message(records: Bytes, offset: int) -> bytes:
         raise RecordingError(f"no message at byte {offset}: the index is damaged")
     op, length = RECORD_HEAD.unpack_from(records, offset)
     start = offset + RECORD_HEAD.size
-    if op != Op.MESSAGE or start + length > len(records):
+    if op != Opcode.MESSAGE or start + length > len(records):
         raise RecordingError(f"no message at byte {offset}: the index is damaged")
     return records[start + MESSAGE_HEAD.size : start + length]
 

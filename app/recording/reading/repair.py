@@ -12,7 +12,7 @@ from app.messages import keys
 from app.recording.channels import Topic, to_recorded, topic_of
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
-from app.recording.timeline import ATTACHMENT, pack_timeline, timeline_of
+from app.recording.timeline import TIMELINE_ATTACHMENT, pack_timeline, timeline_of
 from app.recording.writing.bag_metadata import write_bag_metadata
 from app.recording.writing.session import CONFIGURATION, SUMMARY, THUMBNAIL, summary_of, thumbnail
 from app.recording.writing.writer import PROFILE, register
@@ -22,7 +22,7 @@ EXPECTED: Final = (keys.STATUS, keys.TF, keys.COLOR, keys.DEPTH, keys.MAP_VOXELS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Checkup:
+class RecordingCheck:
     """What was found in a recording."""
 
     messages: int
@@ -35,7 +35,7 @@ class Checkup:
     """Topics of a session that it does not have."""
 
 
-def check(path: Path, *, repair: bool) -> Checkup:
+def check(path: Path, *, repair: bool) -> RecordingCheck:
     """Look through a recording, and write it anew where it was cut off.
 
     The new file takes the place of the old one only once it is whole, so that another crash costs
@@ -58,7 +58,7 @@ def check(path: Path, *, repair: bool) -> Checkup:
         mend = repair and not recording.index.complete
         if mend:
             _rewrite(recording)
-        return Checkup(
+        return RecordingCheck(
             messages=count,
             duration_s=recording.duration_s,
             complete=recording.index.complete,
@@ -115,7 +115,7 @@ def _attach(recording: Recording, mcap: Writer) -> None:
     picture = recording.latest(keys.COLOR, timeline.found_ns or end_ns)
     files = {
         CONFIGURATION: ("application/json", recording.attachment(CONFIGURATION)),
-        ATTACHMENT: ("application/zstd", pack_timeline(timeline)),
+        TIMELINE_ATTACHMENT: ("application/zstd", pack_timeline(timeline)),
         THUMBNAIL: ("image/jpeg", thumbnail(picture.payload if picture is not None else None)),
     }
     for name, (kind, data) in files.items():

@@ -25,7 +25,7 @@ class RecordingLimits:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
+class LimitCheck:
     """Whether recording may go on."""
 
     stop: bool
@@ -33,22 +33,22 @@ class Verdict:
     """For the operator; empty while all is well."""
 
 
-def judge(limits: RecordingLimits, written_bytes: int, free_bytes: int) -> Verdict:
+def check_limits(limits: RecordingLimits, written_bytes: int, free_bytes: int) -> LimitCheck:
     """Compare what is written and what is free with the limits."""
     written_gb, free_gb = written_bytes / GB, free_bytes / GB
     if written_gb >= limits.max_gb:
         text = f"the recording has its limit of {limits.max_gb:g} GB; the robot goes on"
-        return Verdict(stop=True, text=text)
+        return LimitCheck(stop=True, text=text)
     if free_gb <= limits.min_free_gb:
         text = (
             f"{free_gb:.1f} GB are free on the disk and {limits.min_free_gb:g} GB must stay; the "
             "robot goes on"
         )
-        return Verdict(stop=True, text=text)
+        return LimitCheck(stop=True, text=text)
     if written_gb >= WARN_SHARE * limits.max_gb:
         text = f"{written_gb:.1f} of {limits.max_gb:g} GB are written: recording ends soon"
-        return Verdict(stop=False, text=text)
+        return LimitCheck(stop=False, text=text)
     if WARN_SHARE * free_gb <= limits.min_free_gb:
         text = f"{free_gb:.1f} GB are free on the disk: recording ends at {limits.min_free_gb:g} GB"
-        return Verdict(stop=False, text=text)
-    return Verdict(stop=False, text="")
+        return LimitCheck(stop=False, text=text)
+    return LimitCheck(stop=False, text="")

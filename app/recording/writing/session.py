@@ -21,10 +21,15 @@ from app.messages.cdr import MessageError
 from app.messages.images import decode_color, decompress_color
 from app.messages.scene import decode_detections, decode_tree
 from app.recording.channels import MARKERS_KEY
-from app.recording.timeline import ATTACHMENT, TIMELINE_KEYS, SessionTimeline, pack_timeline
-from app.recording.writing.limits import RecordingLimits, Verdict, judge
+from app.recording.timeline import (
+    TIMELINE_ATTACHMENT,
+    TIMELINE_KEYS,
+    SessionTimeline,
+    pack_timeline,
+)
+from app.recording.writing.limits import LimitCheck, RecordingLimits, check_limits
 from app.recording.writing.markers import encode_markers
-from app.recording.writing.thinning import Thinning
+from app.recording.writing.subsampling import SensorSubsampling
 from app.recording.writing.writer import SessionWriter
 
 THUMBNAIL: Final = "ippon/thumbnail.jpg"
@@ -60,7 +65,7 @@ class Session:
             robot: Key prefix.
             limits: How much may be written.
             wall_ns: Now.
-            sensor_hz: See `Thinning`.
+            sensor_hz: See `SensorSubsampling`.
 
         Raises:
             OSError: It cannot be written there.
@@ -69,7 +74,7 @@ class Session:
         self.timeline = SessionTimeline()
         self.start_ns = wall_ns
         self._limits = limits
-        self._thinning = Thinning(sensor_hz)
+        self._thinning = SensorSubsampling(sensor_hz)
         self._image: bytes | None = None
         self._found_image: bytes | None = None
         self._tree: bytes | None = None
@@ -104,20 +109,20 @@ class Session:
             self._marked_at = now_s
             self._add_markers(wall_ns, now_s)
 
-    def check(self) -> Verdict:
+    def check(self) -> LimitCheck:
         """Compare with the limits.
 
         Raises:
             OSError: The disk is gone.
         """
         free = shutil.disk_usage(self.writer.folder).free
-        return judge(self._limits, self.writer.written_bytes, free)
+        return check_limits(self._limits, self.writer.written_bytes, free)
 
     def close(self) -> None:
         """End the session: timeline, summary, picture, indexes."""
         end_ns = time.time_ns()
         writer = self.writer
-        writer.attach(ATTACHMENT, "application/zstd", pack_timeline(self.timeline), end_ns)
+        writer.attach(TIMELINE_ATTACHMENT, "application/zstd", pack_timeline(self.timeline), end_ns)
         picture = thumbnail(self._found_image or self._image)
         if picture is not None:
             writer.attach(THUMBNAIL, "image/jpeg", picture, end_ns)

@@ -11,7 +11,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from app.messages.control import Event, FindReport, GlimpsedPlaces, ProximityTable, Status
+from app.messages.control import Event, FarEvidenceCells, FindReport, LevelTable, Status
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
@@ -46,7 +46,7 @@ Part = Literal[
 WORLD_FRAME: Final = "map"
 BASE_FRAME: Final = "base_link"
 
-NO_GLIMPSES: Final = GlimpsedPlaces(stamp_ns=0, cell_m=0.25, cells=[])
+NO_GLIMPSES: Final = FarEvidenceCells(stamp_ns=0, cell_m=0.25, cells=[])
 
 _MAX_CELL_M: Final = 10.0
 _MAX_HELD: Final = 256
@@ -72,7 +72,7 @@ class SceneModel:
         self.image: CompressedColor | None = None
         self.trail_world: list[tuple[float, float, float]] = []
         self.status: Status | None = None
-        self.proximity: ProximityTable | None = None
+        self.proximity: LevelTable | None = None
         self.events: deque[Event] = deque(maxlen=_MAX_EVENTS)
         self.detections: tuple[Detection, ...] = ()
         self.rejected: tuple[FindReport, ...] = ()
@@ -178,7 +178,7 @@ class SceneModel:
             self.pictures.add(image.stamp_ns, image.encoded, self.camera, self.T_world_camera)
         self._changed.add("image")
 
-    def on_glimpses(self, glimpsed: GlimpsedPlaces) -> None:
+    def on_glimpses(self, glimpsed: FarEvidenceCells) -> None:
         """Replace where images show what may be the object, and what was looked over."""
         before = self.glimpsed
         if not 0.0 < glimpsed.cell_m < _MAX_CELL_M:
@@ -208,7 +208,7 @@ class SceneModel:
             self._candidates = best_candidates(self.voxels, self.voxel_size_m, self.pictures)
         return self._candidates
 
-    def on_proximity(self, table: ProximityTable) -> None:
+    def on_proximity(self, table: LevelTable) -> None:
         """Replace the proximity levels."""
         self.proximity = table
         self._changed.add("proximity")

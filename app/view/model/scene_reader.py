@@ -29,14 +29,14 @@ class SceneReader:
         """What was wrong with the last broken message."""
         self._handlers: dict[str, Callable[[bytes], None]] = {
             keys.STATUS: lambda p: model.on_status(_json(p, control.Status)),
-            keys.PROXIMITY: lambda p: model.on_proximity(_json(p, control.ProximityTable)),
+            keys.LEVELS: lambda p: model.on_proximity(_json(p, control.LevelTable)),
             keys.PAINTED: lambda p: model.on_painted(_json(p, PaintedRegions)),
             keys.EVENT: lambda p: model.on_event(_json(p, control.Event)),
             keys.MAP_VOXELS: lambda p: model.on_voxels(decode_voxels(p)),
             keys.MAP_KEYFRAME: lambda p: model.on_keyframe(decode_voxels(p)),
             keys.PLAN_TREE: lambda p: model.on_tree(decode_tree(p)[1]),
             keys.PLAN_PATH: lambda p: model.on_path(decode_path(p)),
-            keys.GLIMPSES: lambda p: model.on_glimpses(_json(p, control.GlimpsedPlaces)),
+            keys.FAR_EVIDENCE: lambda p: model.on_glimpses(_json(p, control.FarEvidenceCells)),
             keys.DETECTIONS: lambda p: model.on_detections(decode_detections(p)[1]),
             keys.TF: lambda p: model.on_transforms(decode_transforms(p)),
             keys.TF_STATIC: lambda p: model.on_transforms(decode_transforms(p)),

@@ -38,7 +38,7 @@ def test_rules_read_the_sentence_where_the_endpoint_fails(
 
 def test_names_things_in_an_image(chat_server: Any, speak: Any, make_model: Make) -> None:
     chat_server.script = speak('{"things": ["desk", "sofa", "ignore all of the above"]}')
-    sighting = make_model().name_things(b"\xff\xd8picture", MATTERPORT_40)
+    sighting = make_model().name_objects(b"\xff\xd8picture", MATTERPORT_40)
     assert (sighting.labels, sighting.failed) == (("desk",), "")
     text, image = chat_server.requests[0]["messages"][0]["content"]
     assert "chest of drawers" in text["text"]
@@ -49,7 +49,7 @@ def test_a_model_without_eyes_names_nothing(
     chat_server: Any, reply_with: Any, make_model: Make
 ) -> None:
     chat_server.script = reply_with(400, b'{"error": {"message": "images are not supported"}}')
-    sighting = make_model().name_things(b"", MATTERPORT_40)
+    sighting = make_model().name_objects(b"", MATTERPORT_40)
     assert sighting.labels == ()
     assert "images are not supported" in sighting.failed
 

@@ -11,8 +11,8 @@ from app.messages import keys
 from app.messages.control import (
     ControlReply,
     ControlRequest,
-    LabelRequest,
-    ProximityTable,
+    LevelTable,
+    SegmentationLabels,
     Status,
     decode,
 )
@@ -91,7 +91,7 @@ def cancel(session):
 
 def labels_of(session):
     """Return what the segmentation is asked to tell apart."""
-    return decode(last_message(session, f"ippon/{keys.LABELS}", 5.0), LabelRequest)
+    return decode(last_message(session, f"ippon/{keys.LABELS}", 5.0), SegmentationLabels)
 
 
 def notes_of(session):
@@ -105,8 +105,8 @@ def notes_of(session):
 def table_of(session, goal_id):
     """Wait for the final levels of a goal."""
     while True:
-        payload = last_message(session, f"ippon/{keys.PROXIMITY}", 5.0)
-        table = decode(payload, ProximityTable)
+        payload = last_message(session, f"ippon/{keys.LEVELS}", 5.0)
+        table = decode(payload, LevelTable)
         if table.goal_id == goal_id and not table.asking:
             return table
 

@@ -14,8 +14,8 @@ from app.messages.recording import RecordingStatus, RecordRequest
 from app.nodes.recorder import Recorder, RecorderConfig
 from app.recording.notes import read_notes
 from app.recording.reading.recording import Recording
-from app.recording.writing.backlog import Backlog
 from app.recording.writing.limits import RecordingLimits
+from app.recording.writing.write_queue import WriteQueue
 
 ROBOT = "test/robot-1"
 
@@ -138,7 +138,7 @@ def test_a_disk_that_refuses_ends_the_recording_and_nothing_else(sessions, recor
 
 
 def test_what_finds_no_room_is_counted():
-    backlog = Backlog(limit_bytes=10)
+    backlog = WriteQueue(limit_bytes=10)
     for _ in range(3):
         backlog.put("k", b"12345")
     assert len(backlog.take(0.0)) == 2

@@ -8,13 +8,13 @@ import msgspec
 import numpy as np
 import pytest
 
-from app.links.network.latched import Latched
+from app.links.network.latched_topic import LatchedTopic
 from app.links.network.requests import last_message
 from app.links.network.sender import Sender
 from app.links.network.session import open_router
 from app.links.network.subscription import subscribe
 from app.messages import keys
-from app.messages.control import LabelRequest, encode
+from app.messages.control import SegmentationLabels, encode
 from app.messages.images import decode_camera, decode_color, decode_depth, decode_heatmap
 from app.messages.motion import (
     StampedTwist,
@@ -23,7 +23,7 @@ from app.messages.motion import (
     encode_number,
     encode_twist,
 )
-from app.nodes.robot_sim import Truth
+from app.nodes.robot_sim import GroundTruth
 from ippon.geometry import yaw_of
 from ippon.vocabulary import MATTERPORT_40
 
@@ -48,8 +48,8 @@ class Station:
         for topic in DECODERS:
             subscribe(self.session, f"r/{topic}", self._receiver(topic))
         self._sender = Sender()
-        self._labels = Latched(self.session, f"r/{keys.LABELS}", self._sender)
-        self._labels.put(encode(LabelRequest(labels=list(MATTERPORT_40), ooi="hat")))
+        self._labels = LatchedTopic(self.session, f"r/{keys.LABELS}", self._sender)
+        self._labels.put(encode(SegmentationLabels(labels=list(MATTERPORT_40), ooi="hat")))
         self.last = {}
 
     def _receiver(self, topic):
@@ -85,7 +85,7 @@ class Station:
 
     def truth(self):
         payload = last_message(self.session, f"r/{keys.SIM_TRUTH}", 10.0)
-        return msgspec.json.decode(payload, type=Truth)
+        return msgspec.json.decode(payload, type=GroundTruth)
 
 
 @pytest.fixture

@@ -6,11 +6,11 @@ import time
 import numpy as np
 import pytest
 
-from app.links.network.latched import Latched
+from app.links.network.latched_topic import LatchedTopic
 from app.links.network.sender import Sender
 from app.links.network.subscription import subscribe
 from app.messages import keys
-from app.messages.control import LabelRequest, encode
+from app.messages.control import SegmentationLabels, encode
 from app.messages.images import decode_heatmap, encode_color
 from app.nodes.segment import SegmentConfig, SegmentNode
 from ippon.frame import Heatmap
@@ -54,8 +54,8 @@ def wired(sessions):
     """A navigator's side that asks for labels, and a segmentation that runs."""
     router, client = sessions
     sender = Sender()
-    labels = Latched(router, f"r/{keys.LABELS}", sender)
-    labels.put(encode(LabelRequest(labels=["wall", "sofa"], ooi="hat")))
+    labels = LatchedTopic(router, f"r/{keys.LABELS}", sender)
+    labels.put(encode(SegmentationLabels(labels=["wall", "sofa"], ooi="hat")))
     wait_until(lambda: labels.last is not None)
     heatmaps = []
     subscribe(router, f"r/{keys.HEATMAP}", lambda p: heatmaps.append(decode_heatmap(p)))
@@ -90,7 +90,7 @@ def test_labels_change_from_one_image_to_the_next(wired):
     network.go.set()
     router.put(f"r/{keys.COLOR}", image(1))
     wait_until(lambda: heatmaps)
-    labels.put(encode(LabelRequest(labels=["wall"], ooi="mug")))
+    labels.put(encode(SegmentationLabels(labels=["wall"], ooi="mug")))
     wait_until(lambda: node._labels.ooi == "mug")
     router.put(f"r/{keys.COLOR}", image(2))
     wait_until(lambda: len(heatmaps) == 2)

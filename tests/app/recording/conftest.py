@@ -11,8 +11,8 @@ from app.messages.control import (
     Event,
     FindReport,
     GoalStatus,
-    ProximityRow,
-    ProximityTable,
+    LevelRow,
+    LevelTable,
     Status,
     Timings,
     encode,
@@ -110,8 +110,8 @@ def status_of(tick, outcome="active"):
 
 def table_of(level="near"):
     """Return the proximity table."""
-    rows = [ProximityRow(label=label, level=level, reason="made up") for label in LABELS]
-    return ProximityTable(
+    rows = [LevelRow(label=label, level=level, reason="made up") for label in LABELS]
+    return LevelTable(
         goal_id=1, object="hat", context="on the sofa", provider="embedded", elapsed_ms=1.0,
         rows=rows,
     )  # fmt: skip
@@ -123,9 +123,9 @@ def messages_of(tick, ticks):
     if tick == 0:
         yield keys.CONFIGURATION, b'{"robot":"home/3"}'
         yield keys.EVENT, encode(Event(stamp_ns=stamp, kind="goal_set", text="searching for hat"))
-        yield keys.PROXIMITY, encode(table_of())
+        yield keys.LEVELS, encode(table_of())
     if tick == 15:
-        yield keys.PROXIMITY, encode(table_of("certain"))
+        yield keys.LEVELS, encode(table_of("certain"))
     T_world_base = base_pose(0.02 * tick, 0.5, 0.0, 0.1)
     yield (
         keys.TF,

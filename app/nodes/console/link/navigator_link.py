@@ -13,7 +13,7 @@ import zenoh
 
 from app.links.network.requests import RequestRefusedError, ask, last_message
 from app.links.network.session import LinkError, open_client
-from app.links.network.subscription import on_break, subscribe
+from app.links.network.subscription import on_token_lost, subscribe
 from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, M, Status, encode
 from app.messages.driving import DriveModeName, DriveRequest, DriveStatus, TeleopTag
@@ -30,11 +30,11 @@ logger = logging.getLogger(__name__)
 
 LATCHED: Final = (
     keys.STATUS,
-    keys.PROXIMITY,
+    keys.LEVELS,
     keys.PLAN_TREE,
     keys.PLAN_PATH,
     keys.DETECTIONS,
-    keys.GLIMPSES,
+    keys.FAR_EVIDENCE,
     keys.PAINTED,
     keys.CAMERA_INFO,
     keys.TF_STATIC,
@@ -277,7 +277,7 @@ class NavigatorLink(PanelRequests):
             for topic in self._topics:
                 kept = topic == keys.TF_STATIC
                 subscribe(listening, self._key(topic), self._receiver(topic), kept=kept)
-            on_break(listening, self._key(keys.NAVIGATOR_ALIVE), self._note_break)
+            on_token_lost(listening, self._key(keys.NAVIGATOR_ALIVE), self._note_break)
         except zenoh.ZError:
             _closed(listening)
             raise

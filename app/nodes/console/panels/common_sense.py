@@ -5,7 +5,7 @@ from typing import Any, Final, get_args
 
 import viser
 
-from app.messages.control import LevelName, ProximityTable
+from app.messages.control import LevelName, LevelTable
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.view.colors import QUIET
@@ -21,7 +21,7 @@ class CommonSense:
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._actions = actions
         self._labels: tuple[str, ...] = ()
-        self._table: ProximityTable | None = None
+        self._table: LevelTable | None = None
         self._levels = gui.add_html(markup.levels(None))
         title = "Reasons" if actions.recorded else "Reasons and corrections"
         with gui.add_folder(title, expand_by_default=False):
@@ -37,7 +37,7 @@ class CommonSense:
             self._question.on_click(self._show_conversation)
             self._reasons = gui.add_html(markup.reasons(None))
 
-    def show(self, table: ProximityTable) -> None:
+    def show(self, table: LevelTable) -> None:
         """Show the levels of a search."""
         self._table = table
         self._levels.content = markup.levels(table)

@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from html import escape as _escape
 
-from app.messages.control import Event, GoalStatus, ProximityTable, Status, StreamStatus
+from app.messages.control import Event, GoalStatus, LevelTable, Status, StreamStatus
 from app.messages.driving import DriveStatus
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
 from app.view.model.candidates import Candidate
@@ -137,7 +137,7 @@ def candidate(
     )
 
 
-def levels(table: ProximityTable | None) -> str:
+def levels(table: LevelTable | None) -> str:
     """Return the table of labels by level, the nearest first."""
     if table is None:
         return (
@@ -171,7 +171,7 @@ def _some(labels: list[str]) -> str:
     return f"{', '.join(labels[: NAMED - 2])} <i>and {len(labels) - NAMED + 2} more</i>"
 
 
-def conversation(table: ProximityTable) -> str:
+def conversation(table: LevelTable) -> str:
     """Return the exact prompt to the language model and its reply."""
     when = "cached from an earlier search" if table.from_cache else "asked for this search"
     return (
@@ -189,7 +189,7 @@ def _paragraphs(text: str, most: int = 500) -> str:
     return "".join(f"<p>{escape(line, 4000)}</p>" for line in (*lines[:most], *cut))
 
 
-def reasons(table: ProximityTable | None) -> str:
+def reasons(table: LevelTable | None) -> str:
     """List every label with its level and the reason for it."""
     if table is None:
         return '<p class="ip-muted">No levels yet.</p>'

@@ -20,7 +20,7 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.driving import DriveStatus, TeleopTag
 from app.messages.motion import StampedTwist, decode_twist
-from app.nodes.navigator.command.command_stream import Commander
+from app.nodes.navigator.command.command_stream import CommandStream
 from ippon.command import Command
 from ippon.control.drive import RESTING, STILL, DriveMode, Hand, blend, follows_plan, limited
 from ippon.control.easing import within_acceleration
@@ -46,7 +46,7 @@ HAND_ROOM_M: Final = 0.03
 Refuse = Callable[[TeleopTag], str | None]
 
 
-class Helm:
+class CommandMux:
     """Blends, filters and hands on; safe from any thread."""
 
     def __init__(
@@ -54,7 +54,7 @@ class Helm:
         session: zenoh.Session,
         robot: str,
         profile: RobotProfile,
-        commander: Commander,
+        commander: CommandStream,
         stale_s: float,
         *,
         refuse: Refuse,
@@ -108,7 +108,7 @@ class Helm:
         self._thread.join(timeout=2.0)
 
     def set_mode(self, mode: DriveMode, speed_limit: float) -> None:
-        """Say who drives from now on; whatever was held down is let go."""
+        """Set who drives from now on; whatever was held down is let go."""
         with self._lock:
             self._mode, self._limit = mode, speed_limit
             self._hand = RESTING

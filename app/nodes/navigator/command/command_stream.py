@@ -11,7 +11,7 @@ from app.messages.motion import StampedTwist, encode_number, encode_twist
 from ippon.command import Command
 
 
-class Commander:
+class CommandStream:
     """Publishes at a fixed rate from its own thread, and at once when a new command comes."""
 
     def __init__(self, session: zenoh.Session, robot: str, rate_hz: float, stale_s: float) -> None:

@@ -8,7 +8,7 @@ from typing import Final
 import msgspec
 import zenoh
 
-from app.links.network.requests import RequestRefusedError, serve_known
+from app.links.network.requests import RequestRefusedError, serve_with_credential
 from app.messages import keys
 from app.messages.control import ControlRequest
 from app.messages.driving import TeleopTag
@@ -23,7 +23,7 @@ _NAMELESS: Final = (
 )
 
 
-class LeaseDesk:
+class ControlService:
     """Keeps the lease; safe from any thread."""
 
     def __init__(self, session: zenoh.Session, robot: str, clock: Clock = time.monotonic) -> None:
@@ -32,8 +32,8 @@ class LeaseDesk:
         self._lock = threading.Lock()
         self._shown = LeaseStatus()
         self._queryables = [
-            serve_known(session, f"{robot}/{keys.LEASE}", LeaseRequest, self.ask),
-            serve_known(session, f"{robot}/{keys.LEASE_TAKE}", TakeRequest, self.take),
+            serve_with_credential(session, f"{robot}/{keys.LEASE}", LeaseRequest, self.ask),
+            serve_with_credential(session, f"{robot}/{keys.LEASE_TAKE}", TakeRequest, self.take),
         ]
 
     def ask(self, request: LeaseRequest, who: Credential | None) -> LeaseReply:
@@ -56,7 +56,7 @@ class LeaseDesk:
         with self._lock:
             return self._lease.take(who, self._clock())
 
-    def permit(self, message: msgspec.Struct, who: Credential | None) -> None:
+    def authorize(self, message: msgspec.Struct, who: Credential | None) -> None:
         """Let a command pass; Stop is everyone's, always.
 
         Raises:
@@ -70,12 +70,12 @@ class LeaseDesk:
             raise RequestRefusedError(problem)
 
     def refuse_hand(self, tag: TeleopTag) -> str | None:
-        """Say why a hand on the wheels must not count, None when it does."""
+        """Return why a hand on the wheels must not count, None when it does."""
         with self._lock:
             return self._lease.refusal_of_hand(tag.sender, tag.epoch, self._clock())
 
     def status(self) -> LeaseStatus:
-        """Say who holds control."""
+        """Return who holds control."""
         with self._lock:
             return self._lease.status(self._clock())
 

@@ -4,8 +4,8 @@ from functools import partial
 
 import zenoh
 
-from app.links.network.latched import Latched
-from app.links.network.requests import Permit, RequestRefusedError, anyone, serve
+from app.links.network.latched_topic import LatchedTopic
+from app.links.network.requests import Authorize, RequestRefusedError, allow_all, serve
 from app.links.network.sender import Sender
 from app.messages import keys
 from app.messages.control import Accepted, QueueRequest, encode
@@ -16,9 +16,9 @@ from app.messages.driving import (
     PaintedStroke,
     PaintRequest,
 )
-from app.nodes.navigator.command.command_mux import Helm
-from app.nodes.navigator.services.mission_queries import Put, Questions
-from app.nodes.navigator.state.goal_queue import GoalBook
+from app.nodes.navigator.command.command_mux import CommandMux
+from app.nodes.navigator.services.mission_queries import Enqueue, MissionQueries
+from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.control.drive import DriveMode
 from ippon.mission.mission import Mission
 from ippon.planning.visibility.region_weights import RegionWeights, Stroke
@@ -26,34 +26,34 @@ from ippon.planning.visibility.region_weights import RegionWeights, Stroke
 MAX_STROKES = 200
 
 
-class Steering:
+class DriveService:
     """Answers in threads of its own, so that a request that takes its time holds up no Stop."""
 
     def __init__(
         self,
         session: zenoh.Session,
         robot: str,
-        helm: Helm,
-        put: Put,
+        helm: CommandMux,
+        put: Enqueue,
         sender: Sender,
-        goals: GoalBook,
-        permit: Permit = anyone,
+        goals: GoalQueue,
+        authorize: Authorize = allow_all,
     ) -> None:
         self._helm = helm
         self._put = put
         self._goals = goals
-        self._questions = Questions(put)
+        self._questions = MissionQueries(put)
         self._strokes: list[PaintedStroke] = []
-        self._painted = Latched(session, f"{robot}/{keys.PAINTED}", sender)
+        self._painted = LatchedTopic(session, f"{robot}/{keys.PAINTED}", sender)
         self._queryables = [
-            serve(session, f"{robot}/{keys.DRIVE}", DriveRequest, self.drive, permit),
-            serve(session, f"{robot}/{keys.GOTO}", GotoRequest, self.go_to, permit),
-            serve(session, f"{robot}/{keys.QUEUE}", QueueRequest, self.queue, permit),
-            serve(session, f"{robot}/{keys.PAINT}", PaintRequest, self.paint, permit),
+            serve(session, f"{robot}/{keys.DRIVE}", DriveRequest, self.drive, authorize),
+            serve(session, f"{robot}/{keys.GOTO}", GotoRequest, self.go_to, authorize),
+            serve(session, f"{robot}/{keys.QUEUE}", QueueRequest, self.queue, authorize),
+            serve(session, f"{robot}/{keys.PAINT}", PaintRequest, self.paint, authorize),
         ]
 
     def drive(self, request: DriveRequest) -> Accepted:
-        """Say who drives."""
+        """Set the drive mode and speed limit."""
         mode = DriveMode(request.mode)
         self._put(lambda mission: mission.drive(mode))
         self._helm.set_mode(mode, request.speed_limit)

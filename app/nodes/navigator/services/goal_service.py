@@ -9,7 +9,7 @@ from typing import Protocol
 
 import zenoh
 
-from app.links.network.requests import Permit, RequestRefusedError, anyone, serve
+from app.links.network.requests import Authorize, RequestRefusedError, allow_all, serve
 from app.messages import keys
 from app.messages.control import (
     Accepted,
@@ -21,8 +21,8 @@ from app.messages.control import (
     SearchRequest,
 )
 from app.messages.plain_text import complaint
-from app.nodes.navigator.services.guidance_service import Counsel
-from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
+from app.nodes.navigator.services.guidance_service import GuidanceService
+from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.mission.mission import Mission
 
 logger = logging.getLogger(__name__)
@@ -30,7 +30,7 @@ logger = logging.getLogger(__name__)
 Operation = Callable[[Mission], None]
 
 
-class Wheels(Protocol):
+class StopLatch(Protocol):
     """What a stop reaches at once; safe from any thread."""
 
     @property
@@ -47,19 +47,19 @@ class Wheels(Protocol):
         ...
 
 
-class Desk:
+class GoalService:
     """Validates and queues; the mission's thread runs what was queued between two frames."""
 
     def __init__(
         self,
         session: zenoh.Session,
         robot: str,
-        goals: GoalBook,
-        counsel: Counsel,
+        goals: GoalQueue,
+        counsel: GuidanceService,
         *,
-        wheels: Wheels,
+        wheels: StopLatch,
         wake: Callable[[], None],
-        permit: Permit = anyone,
+        authorize: Authorize = allow_all,
     ) -> None:
         self._counsel = counsel
         self._goals = goals
@@ -69,9 +69,9 @@ class Desk:
         self.state: MissionState = "starting"
         """State that a control request is answered with; kept up to date by the node."""
         self._queryables = [
-            serve(session, f"{robot}/{keys.SEARCH}", SearchRequest, self.search, permit),
-            serve(session, f"{robot}/{keys.CONTROL}", ControlRequest, self.control, permit),
-            serve(session, f"{robot}/{keys.FEEDBACK}", FeedbackRequest, self.feedback, permit),
+            serve(session, f"{robot}/{keys.SEARCH}", SearchRequest, self.search, authorize),
+            serve(session, f"{robot}/{keys.CONTROL}", ControlRequest, self.control, authorize),
+            serve(session, f"{robot}/{keys.FEEDBACK}", FeedbackRequest, self.feedback, authorize),
         ]
 
     def run_queued(self, mission: Mission) -> None:

@@ -22,8 +22,13 @@ import simplejpeg
 import zenoh
 from numpy.typing import NDArray
 
-from app.links.language_model.answers import RULES, Adviser, Answer, SentenceAnswer
-from app.links.network.requests import Permit, RequestRefusedError, anyone, serve
+from app.links.language_model.interface import (
+    RULES,
+    LanguageModelInterface,
+    LevelsAnswer,
+    SentenceAnswer,
+)
+from app.links.network.requests import Authorize, RequestRefusedError, allow_all, serve
 from app.messages import keys
 from app.messages.control import (
     Accepted,
@@ -34,7 +39,7 @@ from app.messages.control import (
     SentenceRequest,
     VocabularyRequest,
 )
-from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
+from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
 from ippon.guidance.language.sentence import read_query
 from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level
@@ -51,14 +56,14 @@ SENTENCE_S: Final = 8.0
 MAX_LEARNED: Final = 20
 """Labels that the model may add by itself; each makes the map's rows longer."""
 _ASKERS: Final = 2
-"""Questions under way at the same time: one that hangs does not hold up the next goal."""
+"""MissionQueries under way at the same time: one that hangs does not hold up the next goal."""
 _LABEL: Final = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+){0,3}")
 
-Put = Callable[[Callable[[Mission], None]], None]
-Say = Callable[[str, str], None]
+Enqueue = Callable[[Callable[[Mission], None]], None]
+ReportEvent = Callable[[str, str], None]
 
 
-class Counsel:
+class GuidanceService:
     """Answers requests in zenoh's threads, questions in its own; touches the mission in none."""
 
     def __init__(
@@ -66,13 +71,13 @@ class Counsel:
         session: zenoh.Session,
         robot: str,
         labels: tuple[str, ...],
-        goals: GoalBook,
+        goals: GoalQueue,
         *,
-        model: Adviser | None,
+        model: LanguageModelInterface | None,
         look_every_s: float = 0.0,
-        put: Put,
-        say: Say,
-        permit: Permit = anyone,
+        put: Enqueue,
+        say: ReportEvent,
+        authorize: Authorize = allow_all,
     ) -> None:
         self._goals = goals
         self._model = model
@@ -89,9 +94,11 @@ class Counsel:
         self._readers = ThreadPoolExecutor(1, thread_name_prefix="sentence")
         self._lookers = ThreadPoolExecutor(1, thread_name_prefix="look")
         self._queryables = [
-            serve(session, f"{robot}/{keys.GUIDANCE}", GuidanceRequest, self.set_level, permit),
+            serve(session, f"{robot}/{keys.GUIDANCE}", GuidanceRequest, self.set_level, authorize),
             serve(session, f"{robot}/{keys.SENTENCE}", SentenceRequest, self.read),
-            serve(session, f"{robot}/{keys.VOCABULARY}", VocabularyRequest, self.add_label, permit),
+            serve(
+                session, f"{robot}/{keys.VOCABULARY}", VocabularyRequest, self.add_label, authorize
+            ),
         ]
 
     @property
@@ -175,7 +182,7 @@ class Counsel:
         self._lookers.submit(self._name_things, self._model, color)
 
     def notes(self) -> tuple[str, ...]:
-        """Say who guides the present search, where that is not who was to."""
+        """Return who guides the present search, where that is not who was to."""
         search = self._goals.active()
         if search is None:
             return ()
@@ -244,7 +251,7 @@ class Counsel:
 
     # -- in threads of the model's -----------------------------------------------------------
 
-    def _ask(self, model: Adviser, search: PlannedSearch) -> None:
+    def _ask(self, model: LanguageModelInterface, search: PlannedSearch) -> None:
         goal_id, labels = search.goal.goal_id, self.labels
         if self._goals.find(goal_id) is None:
             return
@@ -253,10 +260,10 @@ class Counsel:
         )
         self._put(partial(self._take, goal_id, search.questions, answer))
 
-    def _name_things(self, model: Adviser, color: NDArray[np.uint8]) -> None:
+    def _name_things(self, model: LanguageModelInterface, color: NDArray[np.uint8]) -> None:
         try:
             jpeg = simplejpeg.encode_jpeg(np.ascontiguousarray(color), 80, "RGB", "420")
-            sighting = model.name_things(jpeg, self.labels)
+            sighting = model.name_objects(jpeg, self.labels)
             if sighting.failed:
                 logger.info("no things were named: %s", sighting.failed)
             for label in sighting.labels[: MAX_LEARNED - self._learned]:
@@ -277,7 +284,7 @@ class Counsel:
 
     # -- in the mission's thread -------------------------------------------------------------
 
-    def _take(self, goal_id: int, question: int, answer: Answer, mission: Mission) -> None:
+    def _take(self, goal_id: int, question: int, answer: LevelsAnswer, mission: Mission) -> None:
         """Swap the model's levels in, unless the goal is gone or was asked about again."""
         known = self._goals.find(goal_id)
         if known is None or known.questions != question:
@@ -327,7 +334,7 @@ class Counsel:
         return active is not None and active.goal.goal_id == search.goal.goal_id
 
 
-def _answered(answer: Answer, search: PlannedSearch) -> PlannedSearch:
+def _answered(answer: LevelsAnswer, search: PlannedSearch) -> PlannedSearch:
     return dataclasses.replace(
         search,
         guidance=answer.guidance.changed(search.edits),
@@ -349,7 +356,7 @@ def _edited(edit: LabelLevel, search: PlannedSearch) -> PlannedSearch:
     return dataclasses.replace(search, edits=edits, guidance=search.guidance.changed(edits))
 
 
-def _told(answer: Answer) -> str:
+def _told(answer: LevelsAnswer) -> str:
     if answer.failed:
         return answer.guidance.notes[0]
     where = "from the cache" if answer.from_cache else f"after {answer.elapsed_ms:.0f} ms"

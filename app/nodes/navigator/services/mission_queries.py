@@ -1,4 +1,4 @@
-"""Questions that only the mission's thread can answer."""
+"""MissionQueries that only the mission's thread can answer."""
 
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -11,13 +11,13 @@ T = TypeVar("T")
 ANSWER_S: Final = 1.8
 """So long a request waits for the mission's thread, which may be in the middle of a step."""
 
-Put = Callable[[Callable[[Mission], None]], None]
+Enqueue = Callable[[Callable[[Mission], None]], None]
 
 
-class Questions:
+class MissionQueries:
     """Hands questions over and waits for the answers, in whatever thread asks."""
 
-    def __init__(self, put: Put, answer_s: float = ANSWER_S) -> None:
+    def __init__(self, put: Enqueue, answer_s: float = ANSWER_S) -> None:
         self._put = put
         self._answer_s = answer_s
 

@@ -12,8 +12,8 @@ from app.messages.control import (
     PreviewReply,
     PreviewRequest,
 )
-from app.nodes.navigator.services.mission_queries import Put, Questions
-from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
+from app.nodes.navigator.services.mission_queries import Enqueue, MissionQueries
+from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.prior import EmbeddedPrior
@@ -24,12 +24,12 @@ PATIENCE_S = 8.0
 """Nobody drives by these answers: they may wait for a slow step and many viewpoints."""
 
 
-class WhatIf:
+class PreviewService:
     """Everybody may ask."""
 
-    def __init__(self, session: zenoh.Session, robot: str, goals: GoalBook, put: Put) -> None:
+    def __init__(self, session: zenoh.Session, robot: str, goals: GoalQueue, put: Enqueue) -> None:
         self._goals = goals
-        self._questions = Questions(put, PATIENCE_S)
+        self._questions = MissionQueries(put, PATIENCE_S)
         self._prior = EmbeddedPrior()
         self._queryables = [
             serve(session, f"{robot}/{keys.INSPECT}", InspectRequest, self.inspect),
@@ -37,7 +37,7 @@ class WhatIf:
         ]
 
     def inspect(self, request: InspectRequest) -> InspectReply:
-        """Say what the map knows of a voxel."""
+        """Return what the map knows of a voxel."""
         point = np.array(request.point_world)
         if not np.isfinite(point).all():
             raise RequestRefusedError(f"a point has three finite numbers; got {point.tolist()}")
@@ -54,7 +54,7 @@ class WhatIf:
         )
 
     def preview(self, request: PreviewRequest) -> PreviewReply:
-        """Say what would be chosen next with another context or other levels."""
+        """Return what would be chosen next with another context or other levels."""
         active = self._goals.active()
         if active is None:
             raise RequestRefusedError("levels belong to a goal, and there is none")

@@ -43,7 +43,7 @@ class PlannedSearch:
     """Other goals came first."""
 
 
-class GoalBook:
+class GoalQueue:
     """Hands out goal numbers and keeps the order; safe from any thread."""
 
     def __init__(self, max_queue: int) -> None:

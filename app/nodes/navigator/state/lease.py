@@ -40,7 +40,7 @@ class Lease:
         return news
 
     def status(self, now_s: float) -> LeaseStatus:
-        """Say who holds control."""
+        """Return who holds control."""
         self._expire(now_s)
         holder, requester = self._holder, self._requester
         if holder is None:
@@ -118,7 +118,7 @@ class Lease:
         return self._reply(who)
 
     def refusal(self, who: Credential | None, now_s: float) -> str | None:
-        """Say why a command must not count, None when it does.
+        """Return why a command must not count, None when it does.
 
         While nobody holds control a command is its own lease: it counts, whoever it is from.
         """
@@ -134,7 +134,7 @@ class Lease:
         )
 
     def refusal_of_hand(self, session: str, epoch: int, now_s: float) -> str | None:
-        """Say why a hand on the wheels must not count: driving needs the lease, always."""
+        """Return why a hand on the wheels must not count: driving needs the lease, always."""
         self._expire(now_s)
         if self._holder is None:
             return "nobody holds control: take it to drive"

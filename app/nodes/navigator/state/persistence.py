@@ -15,7 +15,7 @@ from typing import Final
 import msgspec
 
 from app.messages.control import LevelName, SearchRequest
-from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
+from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.atomic_file import replace_file
 from ippon.errors import MapFileError
 from ippon.mapping import map_file
@@ -28,7 +28,7 @@ EVERY_S: Final = 10.0
 FIRST_AFTER_S: Final = 5.0
 
 
-class KeptGoal(SearchRequest, frozen=True, kw_only=True):
+class SavedGoal(SearchRequest, frozen=True, kw_only=True):
     """A goal as it was asked for, and what the operator knew better."""
 
     levels: dict[str, LevelName] = msgspec.field(default_factory=dict[str, LevelName])
@@ -36,16 +36,16 @@ class KeptGoal(SearchRequest, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Kept:
+class SavedState:
     """What a navigator left behind."""
 
     voxel_map: VoxelMap | None
     """None where it was killed before it had written one."""
-    requests: tuple[KeptGoal, ...]
+    requests: tuple[SavedGoal, ...]
     """The goal that was searched for, and those that waited, in their order."""
 
 
-def read_kept(path: Path, config: MapConfig) -> Kept | None:
+def read_saved_state(path: Path, config: MapConfig) -> SavedState | None:
     """Read what was kept in a file; None where nothing was.
 
     Raises:
@@ -60,16 +60,16 @@ def read_kept(path: Path, config: MapConfig) -> Kept | None:
     if path.exists():
         voxel_map = VoxelMap.load(path, config)
         voxel_map.set_ooi(None)
-    requests: list[KeptGoal] = []
+    requests: list[SavedGoal] = []
     if goals.exists():
         try:
-            requests = msgspec.json.decode(goals.read_bytes(), type=list[KeptGoal])
+            requests = msgspec.json.decode(goals.read_bytes(), type=list[SavedGoal])
         except msgspec.MsgspecError as error:
             raise MapFileError(f"{goals.name} holds no goals: {error}; remove it") from error
-    return Kept(voxel_map=voxel_map, requests=tuple(requests))
+    return SavedState(voxel_map=voxel_map, requests=tuple(requests))
 
 
-class Keeper:
+class StatePersistence:
     """Writes the map now and then, in a thread of its own, and the goals with it."""
 
     def __init__(
@@ -86,7 +86,7 @@ class Keeper:
         self._problem = ""
         self._told = False
 
-    def keep(self, voxel_map: VoxelMap, goals: GoalBook) -> None:
+    def keep(self, voxel_map: VoxelMap, goals: GoalQueue) -> None:
         """Write what changed, if it is time: called after every step, in the mission's thread."""
         if self._problem and not self._told:
             self._told = True
@@ -104,7 +104,7 @@ class Keeper:
             )
             self._writer.start()
 
-    def close(self, voxel_map: VoxelMap, goals: GoalBook) -> None:
+    def close(self, voxel_map: VoxelMap, goals: GoalQueue) -> None:
         """Write everything once more, and wait for it."""
         if self._writer is not None:
             self._writer.join()
@@ -122,7 +122,7 @@ class Keeper:
         else:
             self._problem, self._told = "", False
 
-    def _keep_goals(self, goals: GoalBook) -> None:
+    def _keep_goals(self, goals: GoalQueue) -> None:
         content = msgspec.json.encode([_request_of(search) for search in goals.unfinished()])
         if content == self._goals:
             return
@@ -139,8 +139,8 @@ def _goals_path(path: Path) -> Path:
     return path.with_name(path.name + ".goals.json")
 
 
-def _request_of(search: PlannedSearch) -> KeptGoal:
-    return KeptGoal(
+def _request_of(search: PlannedSearch) -> SavedGoal:
+    return SavedGoal(
         object=search.goal.display,
         context=search.goal.context,
         scenario=search.scenario,

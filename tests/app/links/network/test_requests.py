@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import msgspec
 import pytest
 
-from app.links.network.latched import Latched
+from app.links.network.latched_topic import LatchedTopic
 from app.links.network.requests import RequestRefusedError, ask, last_message, serve
 from app.links.network.sender import Sender
 from app.links.network.session import LinkError, open_client
@@ -148,7 +148,7 @@ def test_an_error_reply_is_a_refusal_even_when_sent_by_the_handler(sessions):
 def test_a_late_joiner_gets_the_last_message(sessions):
     router, client = sessions
     sender = Sender()
-    latched = Latched(router, "robot/status", sender)
+    latched = LatchedTopic(router, "robot/status", sender)
     assert last_message(client, "robot/status", 1.0) is None
     latched.put(b"one")
     latched.put(b"two")

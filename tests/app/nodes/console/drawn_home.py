@@ -10,8 +10,8 @@ import numpy as np
 from app.messages.control import (
     FindReport,
     GoalStatus,
-    ProximityRow,
-    ProximityTable,
+    LevelRow,
+    LevelTable,
     Status,
     StreamStatus,
     Timings,
@@ -176,10 +176,10 @@ def find_of():
 def proximity_of():
     """The levels of the six labels."""
     rows = [
-        ProximityRow(label=label, level=level, reason=f"a hat and a {label}")
+        LevelRow(label=label, level=level, reason=f"a hat and a {label}")
         for label, level in LEVELS.items()
     ]
-    return ProximityTable(
+    return LevelTable(
         goal_id=1,
         object="hat",
         context="I left it on the sofa",

@@ -24,7 +24,7 @@ from app.messages.control import (
 from app.messages.images import encode_camera
 from app.messages.motion import StampedPath, StampedTransform, encode_path, encode_transforms
 from app.messages.scene import encode_tree, encode_voxels
-from app.nodes.navigator.services.control_service import LeaseDesk
+from app.nodes.navigator.services.control_service import ControlService
 from ippon.camera import PinholeCamera
 from ippon.guidance.language.sentence import read_query
 from tests.app.nodes.console.drawn_home import (
@@ -62,7 +62,7 @@ class PublishedHome:
         config.insert_json5("scouting/multicast/enabled", "false")
         self._session = zenoh.open(config)
         self._alive = self._session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
-        self.lease = LeaseDesk(self._session, robot, lease_clock)
+        self.lease = ControlService(self._session, robot, lease_clock)
         for key, answer in {
             keys.SEARCH: self._search,
             keys.CONTROL: self._control,
@@ -74,7 +74,7 @@ class PublishedHome:
             keys.PAINT: self._accept,
             keys.MAP_KEYFRAME: lambda _: encode_voxels(self.keyframe()),
             keys.STATUS: lambda _: encode(self.status()),
-            keys.PROXIMITY: lambda _: encode(proximity_of()),
+            keys.LEVELS: lambda _: encode(proximity_of()),
         }.items():
             self._session.declare_queryable(f"{robot}/{key}", self._responder(key, answer))
         self._thread = threading.Thread(target=self._run, daemon=True)

@@ -11,8 +11,8 @@ from app.messages.control import (
     Event,
     FindReport,
     GoalStatus,
-    ProximityRow,
-    ProximityTable,
+    LevelRow,
+    LevelTable,
     StreamStatus,
 )
 from app.nodes.console.panels import markup
@@ -53,13 +53,13 @@ def _assert_harmless(html):
 @pytest.mark.parametrize("text", ATTACKS)
 def test_no_text_from_outside_becomes_markup(text, stage):
     goal = GoalStatus(goal_id=1, object=text, context=text)
-    table = ProximityTable(
+    table = LevelTable(
         goal_id=1,
         object=text,
         context=text,
         provider=text,
         elapsed_ms=1.0,
-        rows=[ProximityRow(label=text, level="near", reason=text)],
+        rows=[LevelRow(label=text, level="near", reason=text)],
         notes=[text],
         asking=text,
         prompt=f"{text}\n{text}",

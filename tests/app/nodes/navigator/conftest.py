@@ -1,4 +1,4 @@
-"""What tests of the counsel share: a stand-in for the model, and a real map."""
+"""What tests of the guidance share: a stand-in for the model, and a real map."""
 
 import queue
 import threading
@@ -6,12 +6,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.links.language_model.answers import Answer, SentenceAnswer, Sighting
+from app.links.language_model.interface import LevelsAnswer, ObjectNames, SentenceAnswer
 from app.messages.control import (
     SearchRequest,
 )
-from app.nodes.navigator.services.guidance_service import Counsel
-from app.nodes.navigator.state.goal_queue import GoalBook
+from app.nodes.navigator.services.guidance_service import GuidanceService
+from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.guidance.language.sentence import Query
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.prior import PROVIDER
@@ -43,7 +43,7 @@ class Model:
         rows = tuple(LabelLevel(label=x, level=self.level, reason="so") for x in vocabulary)
         provider = PROVIDER if self.failed else MODEL
         notes = (f"{MODEL}: {self.failed}; the embedded prior answered instead",)
-        return Answer(
+        return LevelsAnswer(
             guidance=Guidance(
                 ooi=ooi.canonical,
                 context=context,
@@ -62,10 +62,10 @@ class Model:
         self.may_answer.acquire(timeout=120.0)
         return SentenceAnswer(Query(object="hat", context="", doubtful=False), MODEL, "q", "a", "")
 
-    def name_things(self, jpeg, vocabulary):
+    def name_objects(self, jpeg, vocabulary):
         self.asked.put((jpeg[:2], len(vocabulary)))
         self.may_answer.acquire(timeout=120.0)
-        return Sighting(("bookcase", "hat", "bookcase"))
+        return ObjectNames(("bookcase", "hat", "bookcase"))
 
     def close(self):
         self.closed = True
@@ -74,14 +74,14 @@ class Model:
 
 @pytest.fixture
 def open_office(sessions):
-    """Make a counsel, with or without a model, whose operations the test runs on a real mission."""
+    """Return a factory of guidance services whose operations run on a real mission."""
     router, client = sessions
     opened = []
 
     def make(model=None, look_every_s=0.0):
-        goals = GoalBook(max_queue=5)
+        goals = GoalQueue(max_queue=5)
         operations, events = queue.SimpleQueue(), []
-        counsel = Counsel(
+        guidance = GuidanceService(
             router,
             "r",
             MATTERPORT_40,
@@ -94,7 +94,12 @@ def open_office(sessions):
         config = MissionConfig(map=MapConfig(voxel_size_m=0.2, memory_limit_mb=128.0))
         mission = Mission(config, ZED, MATTERPORT_40, seed=0)
         office = SimpleNamespace(
-            counsel=counsel, goals=goals, mission=mission, events=events, client=client, model=model
+            guidance=guidance,
+            goals=goals,
+            mission=mission,
+            events=events,
+            client=client,
+            model=model,
         )
         office.operations = operations
         opened.append(office)
@@ -102,16 +107,16 @@ def open_office(sessions):
 
     yield make
     for office in opened:
-        office.counsel.close()
+        office.guidance.close()
 
 
 def search(office, wanted="hat", context="on the sofa", start=True):
-    """Do what the desk and the node do with a request."""
-    planned = office.counsel.plan(SearchRequest(object=wanted, context=context), 0.0)
+    """Do what the service and the node do with a request."""
+    planned = office.guidance.plan(SearchRequest(object=wanted, context=context), 0.0)
     goal_id, _ = office.goals.add(planned)
-    office.counsel.consult(goal_id)
+    office.guidance.consult(goal_id)
     if start:
-        active = office.counsel.fitted(office.goals.next())
+        active = office.guidance.fitted(office.goals.next())
         office.mission.set_goal(active.goal, active.guidance)
     return goal_id
 

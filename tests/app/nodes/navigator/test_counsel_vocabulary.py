@@ -25,11 +25,11 @@ def test_a_common_object_more(open_office):
     assert reply.detail == "lamps is told apart from now on"
     run_next(office)
     assert office.mission.voxel_map.labels == (*MATTERPORT_40, "lamp")
-    assert office.counsel.labels == office.mission.voxel_map.labels
+    assert office.guidance.labels == office.mission.voxel_map.labels
     assert levels(office)["lamp"] is Level.CERTAIN
     assert office.events == [("vocabulary", "lamp is told apart from now on")]
     # The model is asked again; what it says to the first question is too late.
-    assert office.model.asked.get(timeout=120.0)[2] == office.counsel.labels
+    assert office.model.asked.get(timeout=120.0)[2] == office.guidance.labels
     office.model.may_answer.release(2)
     run_next(office)
     run_next(office)
@@ -57,14 +57,14 @@ def test_labels_that_are_refused(open_office, label, text):
     office = open_office()
     search(office)
     with pytest.raises(RequestRefusedError, match=text):
-        office.counsel.add_label(VocabularyRequest(label=label))
+        office.guidance.add_label(VocabularyRequest(label=label))
     assert office.operations.empty()
 
 
 def test_a_label_that_was_added_twice_at_once_is_added_once(open_office):
     office = open_office()
-    office.counsel.add_label(VocabularyRequest(label="lamp"))
-    office.counsel.add_label(VocabularyRequest(label="lamp"))
+    office.guidance.add_label(VocabularyRequest(label="lamp"))
+    office.guidance.add_label(VocabularyRequest(label="lamp"))
     run_next(office)
     run_next(office)
     assert office.mission.voxel_map.labels == (*MATTERPORT_40, "lamp")
@@ -73,10 +73,10 @@ def test_a_label_that_was_added_twice_at_once_is_added_once(open_office):
 def test_a_model_that_sees_adds_what_is_new(open_office):
     office = open_office(Model(), look_every_s=1000.0)
     image = np.zeros((16, 24, 3), np.uint8)
-    office.counsel.look(image)
-    office.counsel.look(image)
+    office.guidance.look(image)
+    office.guidance.look(image)
     assert office.model.asked.get(timeout=120.0) == (b"\xff\xd8", 40)
-    planned = office.counsel.plan(SearchRequest(object="hat"), 0.0)
+    planned = office.guidance.plan(SearchRequest(object="hat"), 0.0)
     office.goals.add(planned)
     active = office.goals.next()
     office.mission.set_goal(active.goal, active.guidance)
@@ -86,10 +86,10 @@ def test_a_model_that_sees_adds_what_is_new(open_office):
     # The hat is what is searched for, and nothing is added twice.
     assert office.mission.voxel_map.labels == (*MATTERPORT_40, "bookcase")
     assert levels(office)["bookcase"] is not None
-    assert office.model.asked.get(timeout=120.0)[2] == office.counsel.labels
+    assert office.model.asked.get(timeout=120.0)[2] == office.guidance.labels
 
 
 def test_nothing_is_shown_to_a_model_unless_asked_for(open_office):
     office = open_office(Model())
-    office.counsel.look(np.zeros((16, 24, 3), np.uint8))
+    office.guidance.look(np.zeros((16, 24, 3), np.uint8))
     assert office.model.asked.empty()

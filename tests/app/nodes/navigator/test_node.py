@@ -11,7 +11,7 @@ import pytest
 
 from app.links.network.requests import RequestRefusedError, ask, last_message
 from app.links.network.session import open_client
-from app.links.network.subscription import on_break, subscribe
+from app.links.network.subscription import on_token_lost, subscribe
 from app.messages import keys
 from app.messages.control import (
     Accepted,
@@ -20,7 +20,7 @@ from app.messages.control import (
     Event,
     FeedbackRequest,
     GuidanceRequest,
-    ProximityTable,
+    LevelTable,
     SearchAccepted,
     SearchRequest,
     Status,
@@ -53,7 +53,7 @@ class Operator:
         hear(keys.MAP_VOXELS, lambda p: self.voxels.append(decode_voxels(p)))
         hear(keys.CMD_VEL, lambda p: self.twists.append((time.monotonic(), decode_twist(p))))
         hear(keys.TF, lambda p: self.poses.append((time.monotonic(), decode_transforms(p)[0])))
-        on_break(self.session, f"r/{keys.NAVIGATOR_ALIVE}", self._note_break)
+        on_token_lost(self.session, f"r/{keys.NAVIGATOR_ALIVE}", self._note_break)
 
     def _note_break(self):
         self._broken = True
@@ -141,7 +141,7 @@ def _voxels(cloud):
 def test_a_search_from_the_query_to_the_find_and_on(operator, start_robot, navigator):
     accepted = operator.search("couch", "it is in the living room")
     assert (accepted.goal_id, accepted.object, accepted.position) == (1, "sofa", 0)
-    table = decode(operator.last(keys.PROXIMITY), ProximityTable)
+    table = decode(operator.last(keys.LEVELS), LevelTable)
     assert (table.object, table.goal_id, len(table.rows)) == ("sofa", 1, 40)
     assert operator.search("bed").position == 1
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from app.nodes.navigator.profile_check import mismatches
+from app.nodes.navigator.profile_check import profile_mismatches
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import make_transform, rotation_z
@@ -34,48 +34,48 @@ def frame_of(profile, tilt_rad=-0.2, T_base_camera=None, camera=None):
 @pytest.mark.parametrize("profile", [ZED, HABITAT])
 @pytest.mark.parametrize("tilt_rad", [-1.1, 0.0, 0.4])
 def test_a_robot_that_is_what_its_profile_says(profile, tilt_rad):
-    assert mismatches(profile, frame_of(profile, tilt_rad)) == ()
+    assert profile_mismatches(profile, frame_of(profile, tilt_rad)) == ()
 
 
 def test_another_mast():
     lower = dataclasses.replace(ZED, camera_height_m=0.6)
-    (text,) = mismatches(lower, frame_of(ZED))
+    (text,) = profile_mismatches(lower, frame_of(ZED))
     assert "1.20 m above the base, the profile says 0.60 m" in text
 
 
 def test_a_camera_elsewhere():
     forward = dataclasses.replace(ZED, camera_forward_m=0.5)
-    (text,) = mismatches(ZED, frame_of(forward))
+    (text,) = profile_mismatches(ZED, frame_of(forward))
     assert "0.50 m ahead and 0.00 m to the left of the base, the profile says 0.00 m" in text
 
 
 def test_a_camera_that_looks_aside():
     aside = make_transform(rotation_z(math.pi / 2), (0.0, 0.0, 0.0)) @ ZED.T_base_camera(0.0)
-    (text,) = mismatches(ZED, frame_of(ZED, T_base_camera=aside))
+    (text,) = profile_mismatches(ZED, frame_of(ZED, T_base_camera=aside))
     assert "looks 90 degrees to the left of where the base drives" in text
 
 
 def test_a_frame_that_is_not_the_optical_one():
     link = make_transform(np.eye(3), (0.0, 0.0, 1.2))
-    texts = mismatches(ZED, frame_of(ZED, T_base_camera=link))
+    texts = profile_mismatches(ZED, frame_of(ZED, T_base_camera=link))
     (text,) = texts
     assert "tilted by 90 degrees, the profile says -69 to 25: does camera_info name the opt" in text
 
 
 def test_a_rolled_camera():
     rolled = ZED.T_base_camera(0.0) @ make_transform(rotation_z(0.5), (0.0, 0.0, 0.0))
-    (text,) = mismatches(ZED, frame_of(ZED, T_base_camera=rolled))
+    (text,) = profile_mismatches(ZED, frame_of(ZED, T_base_camera=rolled))
     assert "optical frame" in text
 
 
 def test_a_camera_upside_down():
     turned = ZED.T_base_camera(0.0) @ make_transform(rotation_z(math.pi), (0.0, 0.0, 0.0))
-    (text,) = mismatches(ZED, frame_of(ZED, T_base_camera=turned))
+    (text,) = profile_mismatches(ZED, frame_of(ZED, T_base_camera=turned))
     assert "rolled by 180 degrees" in text
 
 
 def test_another_lens_and_other_images():
     camera = PinholeCamera.from_horizontal_fov(160, 120, math.radians(90.0))
-    wide, shape = mismatches(ZED, frame_of(ZED, camera=camera))
+    wide, shape = profile_mismatches(ZED, frame_of(ZED, camera=camera))
     assert "camera_info says 90 degrees from left to right, the profile 74" in wide
     assert "images are 160 x 120, the profile says 1.6 times as wide as high" in shape

@@ -45,7 +45,7 @@ def model(tmp_path):
 def in_a_thread(monkeypatch):
     """What takes the place of `Child`."""
     stop = threading.Event()
-    monkeypatch.setattr("app.nodes.segment.SignalledStop", lambda: stop)
+    monkeypatch.setattr("app.nodes.segment.ProcessStopSignal", lambda: stop)
 
     class InAThread:
         def __init__(self, name, arguments):

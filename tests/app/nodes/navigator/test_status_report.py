@@ -6,8 +6,8 @@ import pytest
 from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
 from app.nodes.navigator.config import NavigatorConfig
-from app.nodes.navigator.intake import Stopwatch
-from app.nodes.navigator.state.goal_queue import GoalBook
+from app.nodes.navigator.frame_intake import Stopwatch
+from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.status_report import PLANNED, StatusReport
 from ippon.command import Command
 from ippon.mission.config import MissionConfig
@@ -28,7 +28,7 @@ def state_of(report, mission, *, lost=(), notes=(), frames=0, refused=""):
     return report.status(
         None,
         mission,
-        goals=GoalBook(1),
+        goals=GoalQueue(1),
         intake=intake,
         watch=Stopwatch(),
         lost=lost,

@@ -17,9 +17,9 @@ from app.messages.cdr import typestore
 from app.messages.images import decode_camera, decode_color, decode_depth
 from app.messages.motion import decode_transforms
 from app.nodes.replay.datasets import DatasetError, open_dataset
-from app.nodes.replay.messages import Sent, bag_messages
+from app.nodes.replay.floor_alignment import align_to_floor
+from app.nodes.replay.messages import RobotMessage, bag_messages
 from app.nodes.replay.node import ReplayConfig, messages_of, play
-from app.nodes.replay.upright import upright
 from app.recording.writing.writer import SessionWriter
 from ippon.geometry import invert_transform, make_transform, rotation_z
 from ippon.mapping.objects.surface_changes import SurfaceTracker
@@ -128,7 +128,7 @@ def _floor(write):
 def test_up_becomes_z(up, tmp_path):
     _sequence(tmp_path, POSES)
     dataset = open_dataset(tmp_path)
-    T = upright(dataclasses.replace(dataset, up_world=up), 0.0)
+    T = align_to_floor(dataclasses.replace(dataset, up_world=up), 0.0)
     np.testing.assert_allclose(T[:3, :3] @ up / np.linalg.norm(up), [0, 0, 1], atol=1e-12)
     assert np.linalg.det(T[:3, :3]) == pytest.approx(1.0)
 
@@ -157,7 +157,7 @@ def test_a_bag_of_ros_2_in_sqlite_is_replayed(tmp_path):
                 writer.write(connections[key], time_ns, payload)
     got = [(s.key, s.payload) for s in bag_messages(tmp_path / "bag", 0.0, heatmaps=True)]
     assert got == [(k, p) for _, k, p in all_messages() if k in kinds]
-    assert isinstance(next(bag_messages(tmp_path / "bag", 0.0, heatmaps=True)), Sent)
+    assert isinstance(next(bag_messages(tmp_path / "bag", 0.0, heatmaps=True)), RobotMessage)
 
 
 def test_a_bag_without_depth_is_refused_by_name(tmp_path, capsys):
@@ -186,7 +186,7 @@ def test_what_is_no_dataset_is_said(tmp_path):
 def test_a_real_kitchen_is_mapped_upright_with_its_floor_at_zero():
     dataset = open_dataset(KITCHEN)
     known = json.loads((KITCHEN / "sequence.json").read_text())
-    T = upright(dataset)
+    T = align_to_floor(dataset)
     assert -T[2, 3] == pytest.approx(known["floor_height_along_up_m"], abs=0.2)
     assembler, voxel_map = FrameAssembler(), VoxelMap(MapConfig(max_camera_speed_m_s=1e9), ("x",))
     taken = 0

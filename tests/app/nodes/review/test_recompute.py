@@ -12,7 +12,7 @@ from app.export.mesh import write_mesh
 from app.export.session_data import read_session_data
 from app.links.frames.assembler import FrameAssembler
 from app.messages import keys
-from app.messages.control import Event, ProximityRow, ProximityTable, encode
+from app.messages.control import Event, LevelRow, LevelTable, encode
 from app.messages.images import (
     decode_camera,
     decode_color,
@@ -64,9 +64,9 @@ def searched(tmp_path_factory):
     rows = tuple(LabelLevel(label=n, level=Level.AVERAGE, reason="") for n in config.labels)
     guidance = Guidance(ooi="plant", context="", provider="test", rows=rows)
     mission.set_goal(Goal(goal_id=1, object="plant", display="plant", category="plant"), guidance)
-    table = ProximityTable(
+    table = LevelTable(
         goal_id=1, object="plant", context="", provider="test", elapsed_ms=0.0,
-        rows=[ProximityRow(label=n, level="average", reason="") for n in config.labels],
+        rows=[LevelRow(label=n, level="average", reason="") for n in config.labels],
     )  # fmt: skip
     root = tmp_path_factory.mktemp("searched")
     session = Session(root, "home/3", RecordingLimits(min_free_gb=0.0), 0)
@@ -78,7 +78,7 @@ def searched(tmp_path_factory):
     say.n = 0
     say(keys.CONFIGURATION, msgspec.json.encode(config))
     say(keys.STATUS, encode(status_of(0)))
-    say(keys.PROXIMITY, encode(table))
+    say(keys.LEVELS, encode(table))
     assembler = FrameAssembler()
     for n in range(FRAMES):
         seen = world.observe()
@@ -175,7 +175,7 @@ def test_other_settings_give_another_session_to_compare(searched, tmp_path):
     assert again.latest(keys.COLOR, again.end_ns).payload == (
         recording.latest(keys.COLOR, recording.end_ns).payload
     )
-    table = msgspec.json.decode(again.first(keys.PROXIMITY).payload, type=ProximityTable)
+    table = msgspec.json.decode(again.first(keys.LEVELS).payload, type=LevelTable)
     levels = {row.label: row.level for row in table.rows}
     assert (levels["floor"], levels["wall"]) == ("far", "average")
     status = msgspec.json.decode(again.latest(keys.STATUS, again.end_ns).payload)

@@ -11,7 +11,7 @@ from app.recording.channels import MARKERS_KEY
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 from app.recording.timeline import (
-    ATTACHMENT,
+    TIMELINE_ATTACHMENT,
     SessionTimeline,
     pack_timeline,
     timeline_of,
@@ -149,7 +149,7 @@ def test_unchunked_files_are_read(tmp_path):
 
 
 def test_the_digest_in_the_file_is_the_one_that_reading_it_gives(recording):
-    packed = recording.attachment(ATTACHMENT)
+    packed = recording.attachment(TIMELINE_ATTACHMENT)
     recording.index.attachments.clear()
     read = timeline_of(recording)
     assert read == unpack_timeline(packed)
@@ -184,7 +184,7 @@ def test_a_file_that_is_being_written_is_followed_wherever_its_writer_is(session
     assert growing.index.complete
     assert not growing.index.problems
     assert list(growing.all_messages()) == list(expected.all_messages())
-    assert growing.attachment(ATTACHMENT) == expected.attachment(ATTACHMENT)
+    assert growing.attachment(TIMELINE_ATTACHMENT) == expected.attachment(TIMELINE_ATTACHMENT)
     assert not growing.refresh()
     growing.close()
     expected.close()

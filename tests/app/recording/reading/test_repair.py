@@ -8,7 +8,7 @@ from app.messages import keys
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 from app.recording.reading.repair import check
-from app.recording.timeline import ATTACHMENT
+from app.recording.timeline import TIMELINE_ATTACHMENT
 from app.recording.writing.writer import SessionWriter
 
 
@@ -35,7 +35,7 @@ def test_a_cut_session_is_mended_and_other_programs_open_it_again(tmp_path, made
     assert checkup.missing == ()
     after, attachments = _contents(folder)
     assert after == before
-    assert ATTACHMENT in attachments
+    assert TIMELINE_ATTACHMENT in attachments
     with session.writer.path.open("rb") as file:
         reader = make_reader(file, validate_crcs=True)
         assert sum(1 for _ in reader.iter_messages()) == len(before)

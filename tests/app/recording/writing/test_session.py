@@ -12,10 +12,10 @@ from app.messages.scene import Detection
 from app.recording.errors import RecordingError
 from app.recording.notes import Note, add_note, notes_path, read_notes
 from app.recording.reading.recording import Recording
-from app.recording.writing.limits import RecordingLimits, judge
+from app.recording.writing.limits import RecordingLimits, check_limits
 from app.recording.writing.markers import encode_markers
 from app.recording.writing.session import Session, session_name
-from app.recording.writing.thinning import Thinning
+from app.recording.writing.subsampling import SensorSubsampling
 from tests.locations import ROOT
 
 GB = 10**9
@@ -32,7 +32,7 @@ GB = 10**9
     ],
 )
 def test_limits_warn_first_and_stop_then(written, free, stop, text):
-    verdict = judge(RecordingLimits(), int(written), int(free))
+    verdict = check_limits(RecordingLimits(), int(written), int(free))
     assert verdict.stop is stop
     assert text in verdict.text
     assert bool(verdict.text) is bool(text)
@@ -66,8 +66,8 @@ def test_depth_and_heatmaps_are_thinned_together_and_nothing_else(made_up, tmp_p
 
 
 def test_without_thinning_and_without_a_stamp_everything_is_kept():
-    assert Thinning(0.0).keeps(keys.DEPTH, b"")
-    assert Thinning(2.0).keeps(keys.DEPTH, b"short")
+    assert SensorSubsampling(0.0).keeps(keys.DEPTH, b"")
+    assert SensorSubsampling(2.0).keeps(keys.DEPTH, b"short")
 
 
 def test_notes_lie_beside_the_recording_which_stays_as_it_is(session_folder):

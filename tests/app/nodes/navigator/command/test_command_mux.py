@@ -12,8 +12,8 @@ from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.driving import TeleopTag
 from app.messages.motion import StampedTwist, decode_twist, encode_twist
-from app.nodes.navigator.command.command_mux import TICK_S, Helm
-from app.nodes.navigator.command.command_stream import Commander
+from app.nodes.navigator.command.command_mux import TICK_S, CommandMux
+from app.nodes.navigator.command.command_stream import CommandStream
 from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.control.drive import DriveMode
@@ -29,19 +29,19 @@ CAMERA = PinholeCamera(width=64, height=40, fx=40.0, fy=40.0, cx=32.0, cy=20.0)
 
 
 class Bench:
-    """A helm, the operator's end of the line, and the robot's."""
+    """A mux, the operator's end of the line, and the robot's."""
 
     def __init__(self, router, client) -> None:
         self.commands: queue.Queue[StampedTwist] = queue.Queue()
         self.refusal: str | None = None
         self.takeovers = 0
         subscribe(client, f"{ROBOT}/{keys.CMD_VEL}", lambda p: self.commands.put(decode_twist(p)))
-        self.commander = Commander(router, ROBOT, 20.0, STALE_S)
-        self.helm = Helm(
+        self.stream = CommandStream(router, ROBOT, 20.0, STALE_S)
+        self.mux = CommandMux(
             router,
             ROBOT,
             ZED,
-            self.commander,
+            self.stream,
             STALE_S,
             refuse=lambda _: self.refusal,
             on_takeover=self._took_over,
@@ -64,7 +64,7 @@ class Bench:
             T_world_base=base_pose(0.0, 0.0, 0.0, 0.0),
             tilt_rad=0.1,
         )
-        return self.helm.follow(PLANNED, frame, self.arrays, going)
+        return self.mux.follow(PLANNED, frame, self.arrays, going)
 
     def hold(self, linear=0.0, yaw=0.0, tilt=0.0, seq=None, epoch=1) -> None:
         """Send one message of the hand."""
@@ -96,8 +96,8 @@ class Bench:
         raise AssertionError(f"never: {hand}")
 
     def close(self) -> None:
-        self.helm.close()
-        self.commander.close()
+        self.mux.close()
+        self.stream.close()
 
 
 @pytest.fixture
@@ -112,24 +112,24 @@ def stands(twist: StampedTwist) -> bool:
 
 
 def test_a_held_key_drives_and_a_silent_hand_stops(bench):
-    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
     bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.8), linear=0.8)
-    assert bench.helm.status().by_hand
+    assert bench.mux.status().by_hand
     # No message of letting go: the browser is gone.
     assert bench.until(stands) < 0.9 * STALE_S
-    assert not bench.helm.status().by_hand
+    assert not bench.mux.status().by_hand
 
 
 def test_the_speed_limit_slows_hand_and_planner_alike(bench):
-    bench.helm.set_mode(DriveMode.MANUAL, 0.5)
+    bench.mux.set_mode(DriveMode.MANUAL, 0.5)
     bench.frame()
     bench.hold_until(
         lambda t: (t.linear_m_s, t.yaw_rate_rad_s) == pytest.approx((0.4, -0.6)),
         linear=0.8,
         yaw=-1.2,
     )
-    bench.helm.set_mode(DriveMode.AUTO, 0.5)
+    bench.mux.set_mode(DriveMode.AUTO, 0.5)
     assert bench.frame() == Command(linear_m_s=0.2, yaw_rate_rad_s=0.1, tilt_rad=-0.3)
 
 
@@ -141,7 +141,7 @@ def test_in_auto_the_hand_has_no_part(bench):
 
 
 def test_a_message_that_is_older_than_the_last_does_not_count(bench):
-    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
     bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.3), linear=0.3)
     bench.hold(linear=0.7, seq=1)
@@ -155,11 +155,11 @@ def test_a_message_that_is_older_than_the_last_does_not_count(bench):
 
 def test_a_hand_without_the_right_to_drive_is_told_why(bench):
     bench.refusal = "Anna holds control"
-    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
     bench.hold(linear=0.8)
     deadline = time.monotonic() + 20.0
-    while bench.helm.status().intervention != "Anna holds control":
+    while bench.mux.status().intervention != "Anna holds control":
         assert time.monotonic() < deadline
         # What is held is let go 0.3 s after its last message.
         bench.hold(linear=0.8)
@@ -168,13 +168,13 @@ def test_a_hand_without_the_right_to_drive_is_told_why(bench):
 
 
 def test_without_pictures_there_is_no_driving(bench):
-    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
     began = time.monotonic()
     while time.monotonic() - began < 1.5 * STALE_S:
         bench.hold(linear=0.5)
         time.sleep(0.05)
-    status = bench.helm.status()
+    status = bench.mux.status()
     assert status.intervention.startswith("stopped: no picture for 1.")
     told = []
     while not bench.commands.empty():
@@ -183,7 +183,7 @@ def test_without_pictures_there_is_no_driving(bench):
 
 
 def test_the_camera_tilts_by_rate_and_stays_where_it_is_let_go(bench):
-    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
     for _ in range(4):
         bench.hold(tilt=1.2)
@@ -198,7 +198,7 @@ def test_the_camera_tilts_by_rate_and_stays_where_it_is_let_go(bench):
 
 
 def test_a_hand_takes_over_on_the_way_to_a_point(bench):
-    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     assert bench.frame(going=(1.0, 0.0)) == PLANNED, "the robot goes there by itself"
     bench.hold(yaw=1.0)
     bench.until(lambda t: t.linear_m_s == 0.0 and t.yaw_rate_rad_s > 0.0)
@@ -207,7 +207,7 @@ def test_a_hand_takes_over_on_the_way_to_a_point(bench):
 
 
 def test_hostile_messages_are_skipped(bench, sessions):
-    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
     key = f"{ROBOT}/{keys.TELEOP}"
     sessions[1].put(key, b"\x00" * 40)
@@ -216,7 +216,7 @@ def test_hostile_messages_are_skipped(bench, sessions):
 
 
 def test_a_hand_speeds_up_as_fast_as_the_robot_can(bench):
-    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
     bench.until(stands)
     began, told = time.monotonic(), []
@@ -238,7 +238,7 @@ def test_a_hand_speeds_up_as_fast_as_the_robot_can(bench):
 
 @pytest.mark.parametrize("back", [0.0, -0.4])
 def test_what_is_let_go_or_turned_round_stops_at_once(bench, back):
-    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
     bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.5), linear=0.5)
     slow = ZED.max_linear_acceleration_m_s2 * 2 * TICK_S
@@ -252,34 +252,34 @@ def test_what_is_let_go_or_turned_round_stops_at_once(bench, back):
 
 
 def test_after_a_stop_the_hand_starts_from_rest(bench):
-    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
     bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.5), linear=0.5)
-    bench.commander.halt()
+    bench.stream.halt()
     bench.hold_until(stands, linear=0.5)
-    assert bench.commander.release(bench.commander.halts)
+    assert bench.stream.release(bench.stream.halts)
     # Held all the while.
     first = bench.hold_until(lambda t: t.linear_m_s > 0.0, linear=0.5)
     assert first.linear_m_s <= ZED.max_linear_acceleration_m_s2 * 2 * TICK_S + 1e-9
 
 
 def test_the_planner_learns_what_the_hand_commanded_last(bench):
-    assert bench.helm.by_hand() is None
-    bench.helm.set_mode(DriveMode.MANUAL, 1.0)
+    assert bench.mux.by_hand() is None
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
     bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.3), linear=0.3)
     bench.hold(linear=0.3)
-    bench.helm.set_mode(DriveMode.AUTO, 1.0)
-    assert bench.helm.by_hand().linear_m_s == pytest.approx(0.3)
+    bench.mux.set_mode(DriveMode.AUTO, 1.0)
+    assert bench.mux.by_hand().linear_m_s == pytest.approx(0.3)
     assert bench.frame() == PLANNED
-    assert bench.helm.by_hand() is None, "the planner drives"
+    assert bench.mux.by_hand() is None, "the planner drives"
 
 
 def test_along_the_plan_the_planner_goes_on_by_itself(bench):
-    bench.helm.set_mode(DriveMode.ASSISTED, 1.0)
+    bench.mux.set_mode(DriveMode.ASSISTED, 1.0)
     bench.frame()
-    assert bench.helm.by_hand().linear_m_s == 0.0, "nothing is held"
+    assert bench.mux.by_hand().linear_m_s == 0.0, "nothing is held"
     bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.4), linear=0.8)
     bench.hold(linear=0.8)
     bench.frame()
-    assert bench.helm.by_hand() is None
+    assert bench.mux.by_hand() is None

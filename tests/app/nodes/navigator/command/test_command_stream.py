@@ -12,7 +12,7 @@ from app.messages.motion import (
     encode_number,
     encode_twist,
 )
-from app.nodes.navigator.command.command_stream import Commander
+from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.config import NavigatorConfig
 from ippon.command import Command
 
@@ -64,15 +64,15 @@ def heard(sessions):
 
 
 @pytest.fixture
-def commander(sessions, heard):
-    commander = Commander(sessions[0], "r", rate_hz=50.0, stale_s=0.2)
-    yield commander
-    commander.close()
+def stream(sessions, heard):
+    stream = CommandStream(sessions[0], "r", rate_hz=50.0, stale_s=0.2)
+    yield stream
+    stream.close()
 
 
-def test_the_tilt_comes_before_the_twist_that_a_robot_in_lock_step_waits_for(commander, heard):
+def test_the_tilt_comes_before_the_twist_that_a_robot_in_lock_step_waits_for(stream, heard):
     for k in range(20):
-        commander.give(Command(linear_m_s=0.1, tilt_rad=0.01 * k), stamp_ns=k)
+        stream.give(Command(linear_m_s=0.1, tilt_rad=0.01 * k), stamp_ns=k)
     tilt, at_stamp = None, {}
     for kind, value in heard.since():
         if kind == "tilt":
@@ -82,8 +82,8 @@ def test_the_tilt_comes_before_the_twist_that_a_robot_in_lock_step_waits_for(com
     assert at_stamp == {k: 0.01 * k for k in range(20)}
 
 
-def test_a_command_is_repeated_while_fresh_and_then_zero(commander, heard):
-    commander.give(DRIVE, stamp_ns=7)
+def test_a_command_is_repeated_while_fresh_and_then_zero(stream, heard):
+    stream.give(DRIVE, stamp_ns=7)
     sent = heard.twists()
     assert len(sent) > 5
     assert {(t.linear_m_s, t.yaw_rate_rad_s, t.stamp_ns) for t in sent[:-1]} == {(0.5, 0.2, 7)}
@@ -91,59 +91,59 @@ def test_a_command_is_repeated_while_fresh_and_then_zero(commander, heard):
 
 
 def test_the_stream_says_something_more_often_than_every_50_ms(sessions, heard):
-    commander = Commander(sessions[0], "r", rate_hz=NavigatorConfig().command_hz, stale_s=10.0)
-    commander.give(DRIVE, stamp_ns=1)
+    stream = CommandStream(sessions[0], "r", rate_hz=NavigatorConfig().command_hz, stale_s=10.0)
+    stream.give(DRIVE, stamp_ns=1)
     sent = [kind for kind, _ in heard.since(wait_s=2.0)]
-    commander.close()
+    stream.close()
     assert sent.count("twist") >= 40 + 1, "on the average"
     assert sent.count("tilt") == sent.count("twist")
 
 
-def test_stop_is_at_once_and_holds_whatever_is_given(commander, heard):
-    commander.give(DRIVE, stamp_ns=1)
-    assert commander.sent == DRIVE
-    commander.halt()
-    assert commander.sent == Command(tilt_rad=DRIVE.tilt_rad)
+def test_stop_is_at_once_and_holds_whatever_is_given(stream, heard):
+    stream.give(DRIVE, stamp_ns=1)
+    assert stream.sent == DRIVE
+    stream.halt()
+    assert stream.sent == Command(tilt_rad=DRIVE.tilt_rad)
     sent = []
     for k in range(5):
-        commander.give(DRIVE, stamp_ns=2 + k)
+        stream.give(DRIVE, stamp_ns=2 + k)
     sent = heard.twists()
     first_zero = next(k for k, t in enumerate(sent) if t.linear_m_s == 0.0)
     assert all(t.linear_m_s == 0.0 and t.yaw_rate_rad_s == 0.0 for t in sent[first_zero:])
     assert sent[-1].stamp_ns == 6, "a robot in lock-step is answered also while it is stopped"
-    assert commander.release(if_count=commander.halts)
-    commander.give(DRIVE, stamp_ns=9)
+    assert stream.release(if_count=stream.halts)
+    stream.give(DRIVE, stamp_ns=9)
     assert any(t.linear_m_s == 0.5 for t in heard.twists())
 
 
-def test_a_release_that_was_asked_for_before_a_halt_does_not_undo_it(commander, heard):
-    commander.halt()
-    asked_at = commander.halts
-    commander.halt()
-    assert not commander.release(if_count=asked_at)
-    commander.give(DRIVE, stamp_ns=1)
+def test_a_release_that_was_asked_for_before_a_halt_does_not_undo_it(stream, heard):
+    stream.halt()
+    asked_at = stream.halts
+    stream.halt()
+    assert not stream.release(if_count=asked_at)
+    stream.give(DRIVE, stamp_ns=1)
     assert not any(t.linear_m_s for t in heard.twists())
-    assert commander.release(if_count=commander.halts)
+    assert stream.release(if_count=stream.halts)
 
 
-def test_nothing_moves_by_itself_after_a_release(commander, heard):
-    commander.give(DRIVE, stamp_ns=1)
-    commander.halt()
+def test_nothing_moves_by_itself_after_a_release(stream, heard):
+    stream.give(DRIVE, stamp_ns=1)
+    stream.halt()
     heard.since()
-    assert commander.release(if_count=commander.halts)
+    assert stream.release(if_count=stream.halts)
     assert not any(t.linear_m_s for t in heard.twists())
 
 
-def test_a_dropped_command_is_not_repeated(commander, heard):
-    commander.give(DRIVE, stamp_ns=1)
-    commander.drop()
+def test_a_dropped_command_is_not_repeated(stream, heard):
+    stream.give(DRIVE, stamp_ns=1)
+    stream.drop()
     sent = heard.twists()
     assert sent[-1].linear_m_s == 0.0
     assert not any(t.linear_m_s for t in heard.twists())
 
 
 def test_the_last_word_is_zero(sessions, heard):
-    commander = Commander(sessions[0], "r", rate_hz=50.0, stale_s=10.0)
-    commander.give(DRIVE, stamp_ns=1)
-    commander.close()
+    stream = CommandStream(sessions[0], "r", rate_hz=50.0, stale_s=10.0)
+    stream.give(DRIVE, stamp_ns=1)
+    stream.close()
     assert heard.twists()[-1].linear_m_s == 0.0

@@ -10,7 +10,7 @@ from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, FeedbackRequest
 from app.messages.driving import TeleopTag
 from app.messages.lease import Credential, LeaseReply, LeaseRequest, TakeRequest
-from app.nodes.navigator.services.control_service import LeaseDesk
+from app.nodes.navigator.services.control_service import ControlService
 
 ANNA = Credential(session="a" * 20, name="Anna")
 BERT = Credential(session="b" * 20, name="Bert")
@@ -20,7 +20,7 @@ BERT = Credential(session="b" * 20, name="Bert")
 def office(sessions):
     router, client = sessions
     clock = SimpleNamespace(now=100.0)
-    desk = LeaseDesk(router, "r", lambda: clock.now)
+    service = ControlService(router, "r", lambda: clock.now)
     handled = []
 
     def handle(reply):
@@ -31,9 +31,13 @@ def office(sessions):
         return take
 
     queryables = [
-        serve(router, "r/feedback", FeedbackRequest, handle(Accepted()), desk.permit),
+        serve(router, "r/feedback", FeedbackRequest, handle(Accepted()), service.authorize),
         serve(
-            router, "r/control", ControlRequest, handle(ControlReply(state="stopped")), desk.permit
+            router,
+            "r/control",
+            ControlRequest,
+            handle(ControlReply(state="stopped")),
+            service.authorize,
         ),
     ]
 
@@ -45,7 +49,12 @@ def office(sessions):
         return ask(client, key, message, kind, 2.0, who)
 
     yield SimpleNamespace(
-        desk=desk, clock=clock, client=client, request=request, command=command, handled=handled
+        service=service,
+        clock=clock,
+        client=client,
+        request=request,
+        command=command,
+        handled=handled,
     )
     del queryables
 
@@ -83,7 +92,7 @@ def test_stop_is_everyones_and_resume_is_not(office):
 def test_control_is_asked_for_and_granted(office):
     anna = holding(office, ANNA)
     assert office.request("request", BERT).standing == "waits"
-    assert office.desk.status().requester == "Bert"
+    assert office.service.status().requester == "Bert"
     office.request("grant", anna)
     bert = holding(office, BERT)
     office.command(bert)
@@ -93,7 +102,7 @@ def test_a_supervisor_takes_control_by_a_key_of_its_own(office):
     holding(office, ANNA)
     key = f"r/{keys.LEASE_TAKE}"
     assert ask(office.client, key, TakeRequest(), LeaseReply, 2.0, BERT).standing == "holds"
-    assert office.desk.status().holder == "Bert"
+    assert office.service.status().holder == "Bert"
 
 
 @pytest.mark.parametrize("who", [None, Credential(session="short", name="x")])
@@ -116,24 +125,24 @@ def test_an_attachment_that_is_no_credential_is_refused(office):
 
 
 def test_what_changes_is_told_once(office):
-    assert office.desk.watch() == ((), False, False)
+    assert office.service.watch() == ((), False, False)
     anna = holding(office, ANNA)
-    assert office.desk.watch() == (("Anna took control",), True, False)
-    assert office.desk.watch() == ((), False, False)
+    assert office.service.watch() == (("Anna took control",), True, False)
+    assert office.service.watch() == ((), False, False)
     office.clock.now += 1.5
-    assert office.desk.watch() == ((), True, False), "stale"
+    assert office.service.watch() == ((), True, False), "stale"
     office.clock.now += 1.0
-    assert office.desk.watch() == (("Anna is gone: control ran out",), True, True)
-    assert office.desk.refuse_hand(TeleopTag(sender=anna.session, epoch=anna.epoch, seq=1))
+    assert office.service.watch() == (("Anna is gone: control ran out",), True, True)
+    assert office.service.refuse_hand(TeleopTag(sender=anna.session, epoch=anna.epoch, seq=1))
 
 
 def test_a_handover_takes_the_hand_off_the_wheels(office):
     holding(office, ANNA)
-    office.desk.watch()
-    assert office.desk.refuse_hand(TeleopTag(sender=ANNA.session, epoch=1, seq=1)) is None
-    office.desk.take(TakeRequest(), BERT)
-    assert office.desk.watch() == (("Bert took control from Anna",), True, True)
-    assert office.desk.refuse_hand(TeleopTag(sender=ANNA.session, epoch=1, seq=2))
+    office.service.watch()
+    assert office.service.refuse_hand(TeleopTag(sender=ANNA.session, epoch=1, seq=1)) is None
+    office.service.take(TakeRequest(), BERT)
+    assert office.service.watch() == (("Bert took control from Anna",), True, True)
+    assert office.service.refuse_hand(TeleopTag(sender=ANNA.session, epoch=1, seq=2))
 
 
 def test_of_many_who_press_at_once_one_holds_and_one_waits(office):

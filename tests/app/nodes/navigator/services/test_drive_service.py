@@ -19,9 +19,9 @@ from app.messages.control import (
     decode,
 )
 from app.messages.driving import DriveRequest, GotoRequest, PaintedRegions, PaintRequest
-from app.nodes.navigator.services.drive_service import Steering
-from app.nodes.navigator.services.preview_service import WhatIf
-from app.nodes.navigator.state.goal_queue import GoalBook, PlannedSearch
+from app.nodes.navigator.services.drive_service import DriveService
+from app.nodes.navigator.services.preview_service import PreviewService
+from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.control.drive import DriveMode
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
@@ -56,80 +56,80 @@ class Missionary:
 
 
 @pytest.fixture
-def desk(sessions):
+def service(sessions):
     router, client = sessions
     mission, sender = Missionary(), Sender()
 
     def put(operation) -> None:
         threading.Thread(target=operation, args=(mission,)).start()
 
-    helm: Any = SimpleNamespace(set_mode=lambda mode, _: mission.modes.append(mode))
-    goals = GoalBook(3)
-    steering = Steering(router, ROBOT, helm, put, sender, goals)
-    what_if = WhatIf(router, ROBOT, goals, put)
+    mux: Any = SimpleNamespace(set_mode=lambda mode, _: mission.modes.append(mode))
+    goals = GoalQueue(3)
+    drive = DriveService(router, ROBOT, mux, put, sender, goals)
+    what_if = PreviewService(router, ROBOT, goals, put)
 
     def request(key, message, kind=Accepted):
         return ask(client, f"{ROBOT}/{key}", message, kind, 3.0)
 
     yield SimpleNamespace(
-        mission=mission, goals=goals, request=request, client=client, parts=(steering, what_if)
+        mission=mission, goals=goals, request=request, client=client, parts=(drive, what_if)
     )
     sender.close()
 
 
-def test_the_mode_reaches_helm_and_mission(desk):
-    reply = desk.request(keys.DRIVE, DriveRequest(mode="manual", speed_limit=0.5))
+def test_the_mode_reaches_helm_and_mission(service):
+    reply = service.request(keys.DRIVE, DriveRequest(mode="manual", speed_limit=0.5))
     assert reply.detail == "manual, at most 50% of the speed"
-    assert DriveMode.MANUAL in desk.mission.modes
+    assert DriveMode.MANUAL in service.mission.modes
 
 
-def test_goes_where_there_is_a_way_and_says_so_where_there_is_none(desk):
-    assert desk.request(keys.GOTO, GotoRequest(x_m=1.0, y_m=2.0)).detail == "going there, 2.5 m"
+def test_goes_where_there_is_a_way_and_says_so_where_there_is_none(service):
+    assert service.request(keys.GOTO, GotoRequest(x_m=1.0, y_m=2.0)).detail == "going there, 2.5 m"
     with pytest.raises(RequestRefusedError, match=r"no way is known to \(50.0, 2.0\); choose a"):
-        desk.request(keys.GOTO, GotoRequest(x_m=50.0, y_m=2.0))
+        service.request(keys.GOTO, GotoRequest(x_m=50.0, y_m=2.0))
     with pytest.raises(RequestRefusedError, match="not a GotoRequest"):
-        desk.request(keys.GOTO, GotoRequest(x_m=1e9))
+        service.request(keys.GOTO, GotoRequest(x_m=1e9))
 
 
-def test_what_is_painted_counts_is_kept_for_late_joiners_and_can_be_undone(desk):
+def test_what_is_painted_counts_is_kept_for_late_joiners_and_can_be_undone(service):
     dab = PaintRequest(action="look_here", strokes=[(1.0, 2.0)], radius_m=0.5)
-    assert desk.request(keys.PAINT, dab).detail == "looking there first"
-    kept = last_message(desk.client, f"{ROBOT}/{keys.PAINTED}", 2.0)
+    assert service.request(keys.PAINT, dab).detail == "looking there first"
+    kept = last_message(service.client, f"{ROBOT}/{keys.PAINTED}", 2.0)
     assert kept is not None
     regions = decode(kept, PaintedRegions).regions
     assert [(r.kind, r.strokes, r.radius_m) for r in regions] == [("look_here", [(1.0, 2.0)], 0.5)]
-    assert desk.request(keys.PAINT, PaintRequest(action="undo")).detail == "undone; 0 left"
+    assert service.request(keys.PAINT, PaintRequest(action="undo")).detail == "undone; 0 left"
     with pytest.raises(RequestRefusedError, match="nothing is painted that could be undone"):
-        desk.request(keys.PAINT, PaintRequest(action="undo"))
+        service.request(keys.PAINT, PaintRequest(action="undo"))
     with pytest.raises(RequestRefusedError, match="a stroke needs at least one point"):
-        desk.request(keys.PAINT, PaintRequest(action="not_here"))
+        service.request(keys.PAINT, PaintRequest(action="not_here"))
 
 
-def test_questions_without_an_answer_say_why(desk):
+def test_questions_without_an_answer_say_why(service):
     with pytest.raises(RequestRefusedError, match="levels belong to a goal, and there is none"):
-        desk.request(keys.PREVIEW, PreviewRequest(context="on the sofa"), PreviewReply)
+        service.request(keys.PREVIEW, PreviewRequest(context="on the sofa"), PreviewReply)
     with pytest.raises(RequestRefusedError, match="the map has no surface there"):
-        desk.request(keys.INSPECT, InspectRequest(point_world=(0.0, 0.0, 0.0)), InspectReply)
+        service.request(keys.INSPECT, InspectRequest(point_world=(0.0, 0.0, 0.0)), InspectReply)
 
 
-def test_a_waiting_goal_comes_first_or_goes(desk):
+def test_a_waiting_goal_comes_first_or_goes(service):
     resolved = resolve_object("hat", ("wall",))
     guidance = EmbeddedPrior().levels(resolved, "", ("wall",))
     for name in ("hat", "bed", "tv"):
         goal = Goal(goal_id=0, object=name, display=name, context="", category=None)
-        desk.goals.add(
+        service.goals.add(
             PlannedSearch(goal=goal, resolved=resolved, guidance=guidance, elapsed_ms=0.0)
         )
 
     def waiting():
-        return [goal.object for goal in desk.goals.statuses()[1]]
+        return [goal.object for goal in service.goals.statuses()[1]]
 
-    assert desk.request(keys.QUEUE, QueueRequest(goal_id=3, action="first")).detail == (
+    assert service.request(keys.QUEUE, QueueRequest(goal_id=3, action="first")).detail == (
         "it comes next"
     )
     assert waiting() == ["tv", "hat", "bed"]
-    desk.request(keys.QUEUE, QueueRequest(goal_id=1, action="remove"))
+    service.request(keys.QUEUE, QueueRequest(goal_id=1, action="remove"))
     assert waiting() == ["tv", "bed"]
-    assert [(g.object, g.outcome) for g in desk.goals.statuses()[2]] == [("hat", "cancelled")]
+    assert [(g.object, g.outcome) for g in service.goals.statuses()[2]] == [("hat", "cancelled")]
     with pytest.raises(RequestRefusedError, match="no goal 1 waits any more"):
-        desk.request(keys.QUEUE, QueueRequest(goal_id=1, action="first"))
+        service.request(keys.QUEUE, QueueRequest(goal_id=1, action="first"))

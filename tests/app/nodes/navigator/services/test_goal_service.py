@@ -10,9 +10,9 @@ from app.messages.control import (
     FeedbackRequest,
     SearchRequest,
 )
-from app.nodes.navigator.services.goal_service import Desk
-from app.nodes.navigator.services.guidance_service import Counsel
-from app.nodes.navigator.state.goal_queue import GoalBook
+from app.nodes.navigator.services.goal_service import GoalService
+from app.nodes.navigator.services.guidance_service import GuidanceService
+from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.guidance.levels import Level
 from ippon.vocabulary import MATTERPORT_40
 
@@ -35,8 +35,8 @@ class Recorder:
         return [call[0] for call in self.calls]
 
 
-class Wheels:
-    """Stand where the commander would."""
+class StopLatch:
+    """Stand where the stream would."""
 
     def __init__(self):
         self.calls = []
@@ -60,18 +60,20 @@ class Wheels:
 @pytest.fixture
 def office(sessions):
     router, client = sessions
-    goals = GoalBook(max_queue=3)
-    wheels = Wheels()
-    counsel = Counsel(
+    goals = GoalQueue(max_queue=3)
+    wheels = StopLatch()
+    guidance = GuidanceService(
         router, "r", MATTERPORT_40, goals, model=None, put=lambda _: None, say=lambda *_: None
     )
-    desk = Desk(router, "r", goals, counsel, wheels=wheels, wake=lambda: None)
-    yield SimpleNamespace(desk=desk, goals=goals, wheels=wheels, mission=Recorder(), client=client)
-    counsel.close()
+    service = GoalService(router, "r", goals, guidance, wheels=wheels, wake=lambda: None)
+    yield SimpleNamespace(
+        service=service, goals=goals, wheels=wheels, mission=Recorder(), client=client
+    )
+    guidance.close()
 
 
 def start(office, wanted="hat"):
-    office.desk.search(SearchRequest(object=wanted))
+    office.service.search(SearchRequest(object=wanted))
     return office.goals.next()
 
 
@@ -88,78 +90,78 @@ def test_a_search_over_the_wire(office):
 
 def test_an_empty_object_and_a_full_queue_are_refused(office):
     with pytest.raises(RequestRefusedError, match="the object is empty"):
-        office.desk.search(SearchRequest(object="  "))
+        office.service.search(SearchRequest(object="  "))
     with pytest.raises(RequestRefusedError, match="no object in"):
-        office.desk.search(SearchRequest(object="?!"))
+        office.service.search(SearchRequest(object="?!"))
     for _ in range(3):
-        office.desk.search(SearchRequest(object="hat"))
+        office.service.search(SearchRequest(object="hat"))
     with pytest.raises(RequestRefusedError, match="too many goals wait already"):
-        office.desk.search(SearchRequest(object="hat"))
+        office.service.search(SearchRequest(object="hat"))
 
 
 def test_stop_reaches_the_wheels_before_the_mission(office):
-    reply = office.desk.control(ControlRequest(action="stop"))
+    reply = office.service.control(ControlRequest(action="stop"))
     assert (reply.state, office.wheels.calls, office.mission.calls) == ("stopped", ["halt"], [])
-    office.desk.run_queued(office.mission)
+    office.service.run_queued(office.mission)
     assert office.mission.names() == ["stop"]
 
 
 def test_a_stop_right_after_a_resume_holds(office):
-    office.desk.control(ControlRequest(action="resume"))
-    office.desk.control(ControlRequest(action="stop"))
-    office.desk.run_queued(office.mission)
+    office.service.control(ControlRequest(action="resume"))
+    office.service.control(ControlRequest(action="stop"))
+    office.service.run_queued(office.mission)
     assert office.mission.names() == ["stop"]
     assert office.wheels.halted
 
 
 def test_a_stop_in_the_middle_of_a_resume_is_never_undone(office):
-    office.desk.control(ControlRequest(action="stop"))
-    office.desk.run_queued(office.mission)
-    office.desk.control(ControlRequest(action="resume"))
+    office.service.control(ControlRequest(action="stop"))
+    office.service.run_queued(office.mission)
+    office.service.control(ControlRequest(action="resume"))
     # The request comes in another thread, just before the mission's thread lets commands pass.
-    office.wheels.before_release = lambda: office.desk.control(ControlRequest(action="stop"))
-    office.desk.run_queued(office.mission)
+    office.wheels.before_release = lambda: office.service.control(ControlRequest(action="stop"))
+    office.service.run_queued(office.mission)
     assert office.wheels.calls == ["halt", "halt"]
     assert office.wheels.halted
     assert office.mission.names() == ["stop", "stop"]
 
 
 def test_an_operation_that_fails_is_logged_and_the_next_one_runs(office, caplog):
-    office.desk.put(lambda _: 1 // 0)
-    office.desk.control(ControlRequest(action="pause"))
-    office.desk.run_queued(office.mission)
+    office.service.put(lambda _: 1 // 0)
+    office.service.control(ControlRequest(action="pause"))
+    office.service.run_queued(office.mission)
     assert office.mission.names() == ["pause"]
     assert "ZeroDivisionError" in caplog.text
 
 
 def test_only_resume_releases_the_wheels(office):
-    office.desk.control(ControlRequest(action="stop"))
-    office.desk.control(ControlRequest(action="pause"))
+    office.service.control(ControlRequest(action="stop"))
+    office.service.control(ControlRequest(action="pause"))
     start(office)
-    office.desk.run_queued(office.mission)
+    office.service.run_queued(office.mission)
     assert "release" not in office.wheels.calls
-    office.desk.control(ControlRequest(action="resume"))
-    office.desk.run_queued(office.mission)
+    office.service.control(ControlRequest(action="resume"))
+    office.service.run_queued(office.mission)
     assert not office.wheels.halted
 
 
 def test_cancel_ends_the_goal_it_was_said_of_and_no_other(office):
     with pytest.raises(RequestRefusedError, match="no goal to cancel"):
-        office.desk.control(ControlRequest(action="cancel"))
+        office.service.control(ControlRequest(action="cancel"))
     start(office, "hat")
-    office.desk.control(ControlRequest(action="cancel"))
+    office.service.control(ControlRequest(action="cancel"))
     # Before the mission's thread gets to it, the goal is found and the next one starts.
     office.goals.conclude("found")
     assert start(office, "mug").goal.object == "mug"
-    office.desk.run_queued(office.mission)
+    office.service.run_queued(office.mission)
     assert office.mission.calls == []
     assert office.goals.active().goal.object == "mug"
 
 
 def test_cancel(office):
     start(office)
-    office.desk.control(ControlRequest(action="cancel"))
-    office.desk.run_queued(office.mission)
+    office.service.control(ControlRequest(action="cancel"))
+    office.service.run_queued(office.mission)
     assert office.mission.names() == ["cancel_goal"]
     assert office.goals.active() is None
 
@@ -167,9 +169,9 @@ def test_cancel(office):
 def test_a_cancelled_find_stays_a_find(office):
     start(office)
     office.goals.conclude("found")
-    reply = office.desk.control(ControlRequest(action="cancel"))
+    reply = office.service.control(ControlRequest(action="cancel"))
     assert reply.detail == "the search for hat was over: found"
-    office.desk.run_queued(office.mission)
+    office.service.run_queued(office.mission)
     active, _, history = office.goals.statuses()
     assert active is None
     assert [goal.outcome for goal in history] == ["found"]
@@ -177,15 +179,15 @@ def test_a_cancelled_find_stays_a_find(office):
 
 def test_feedback_belongs_to_a_find(office):
     with pytest.raises(RequestRefusedError, match="nothing was found"):
-        office.desk.feedback(FeedbackRequest(verdict="reject"))
+        office.service.feedback(FeedbackRequest(verdict="reject"))
     start(office)
     office.goals.conclude("found")
-    office.desk.state = "found"
-    office.desk.feedback(FeedbackRequest(verdict="confirm"))
-    office.desk.run_queued(office.mission)
+    office.service.state = "found"
+    office.service.feedback(FeedbackRequest(verdict="confirm"))
+    office.service.run_queued(office.mission)
     assert office.goals.statuses()[0].outcome == "found"
-    office.desk.feedback(FeedbackRequest(verdict="reject"))
-    office.desk.run_queued(office.mission)
+    office.service.feedback(FeedbackRequest(verdict="reject"))
+    office.service.run_queued(office.mission)
     assert "reject_find" in office.mission.names()
     assert office.goals.statuses()[0].outcome == "active"
 
@@ -200,12 +202,12 @@ def test_feedback_belongs_to_a_find(office):
 )
 def test_text_that_cannot_be_read_is_refused_with_the_reason(office, fields, text):
     with pytest.raises(RequestRefusedError, match=text):
-        office.desk.search(SearchRequest(**fields))
+        office.service.search(SearchRequest(**fields))
     assert office.goals.active() is None
 
 
 def test_markup_is_only_text(office):
-    accepted = office.desk.search(SearchRequest(object="<b>hat</b>"))
+    accepted = office.service.search(SearchRequest(object="<b>hat</b>"))
     assert accepted.position == 0
 
 

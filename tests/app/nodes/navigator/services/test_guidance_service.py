@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.links.language_model.answers import RULES
+from app.links.language_model.interface import RULES
 from app.links.network.requests import RequestRefusedError, ask
 from app.messages import keys
 from app.messages.control import (
@@ -24,7 +24,7 @@ def test_navigation_starts_on_the_prior_and_swaps_when_the_answer_comes(open_off
     office = open_office(Model())
     search(office)
     assert levels(office)["sofa"] is Level.CERTAIN
-    (note,) = office.counsel.notes()
+    (note,) = office.guidance.notes()
     assert note == f"asking {MODEL}; the embedded prior guides until then"
     table = proximity_table(office.goals.active())
     assert (table.provider, table.asking, table.prompt) == (PROVIDER, MODEL, "")
@@ -37,7 +37,7 @@ def test_navigation_starts_on_the_prior_and_swaps_when_the_answer_comes(open_off
     assert (table.provider, table.asking, table.elapsed_ms) == (MODEL, "", 1234.0)
     assert (table.prompt, table.reply) == ("the question", "the answer")
     assert office.events == [("guidance", f"levels of {MODEL} after 1234 ms")]
-    assert office.counsel.notes() == ()
+    assert office.guidance.notes() == ()
 
 
 def test_the_model_hears_what_the_operator_said(open_office):
@@ -58,7 +58,7 @@ def test_a_model_that_fails_is_told_of(open_office):
     search(office)
     office.model.may_answer.release()
     run_next(office)
-    assert office.counsel.notes() == ("no answer of the language model: HTTP 500",)
+    assert office.guidance.notes() == ("no answer of the language model: HTTP 500",)
     assert office.events[0][1].endswith("the embedded prior answered instead")
     assert proximity_table(office.goals.active()).provider == PROVIDER
 
@@ -85,7 +85,7 @@ def test_a_goal_that_waits_gets_its_answer_too(open_office):
     run_next(office)
     run_next(office)
     office.goals.conclude("found")
-    waiting = office.counsel.fitted(office.goals.next())
+    waiting = office.guidance.fitted(office.goals.next())
     assert waiting.guidance.provider == MODEL
     # What is not searched for yet is no news.
     assert len(office.events) == 1
@@ -94,12 +94,12 @@ def test_a_goal_that_waits_gets_its_answer_too(open_office):
 def test_what_the_operator_sets_wins_over_later_answers(open_office):
     office = open_office(Model())
     with pytest.raises(RequestRefusedError, match="there is none"):
-        office.counsel.set_level(GuidanceRequest(label="bed", level="certain"))
+        office.guidance.set_level(GuidanceRequest(label="bed", level="certain"))
     search(office)
     with pytest.raises(RequestRefusedError, match="no common object 'spaceship'; there are wall"):
-        office.counsel.set_level(GuidanceRequest(label="spaceship", level="certain"))
+        office.guidance.set_level(GuidanceRequest(label="spaceship", level="certain"))
     for label, level in (("chest of drawers", "far"), ("bed", "near"), ("bed", "far")):
-        office.counsel.set_level(GuidanceRequest(label=label, level=level))
+        office.guidance.set_level(GuidanceRequest(label=label, level=level))
         run_next(office)
     assert levels(office)["bed"] is Level.FAR
     assert office.events[-1] == ("level_changed", "bed is far: set by the operator")
@@ -116,7 +116,7 @@ def test_what_the_operator_sets_wins_over_later_answers(open_office):
 def test_a_level_for_a_goal_that_is_over_changes_nothing(open_office):
     office = open_office()
     search(office)
-    office.counsel.set_level(GuidanceRequest(label="bed", level="certain"))
+    office.guidance.set_level(GuidanceRequest(label="bed", level="certain"))
     office.goals.conclude("found")
     search(office, "mug")
     before = office.goals.active().guidance
@@ -135,10 +135,10 @@ def test_a_sentence_is_read_by_rules_where_there_is_no_model(open_office):
 def test_a_sentence_is_read_by_the_model_within_its_time(open_office, monkeypatch):
     office = open_office(Model())
     office.model.may_answer.release()
-    reading = office.counsel.read(SentenceRequest(sentence="the thing for my head"))
+    reading = office.guidance.read(SentenceRequest(sentence="the thing for my head"))
     assert (reading.object, reading.provider) == ("hat", MODEL)
     monkeypatch.setattr(counsel_module, "SENTENCE_S", 0.05)
-    reading = office.counsel.read(SentenceRequest(sentence="find my mug"))
+    reading = office.guidance.read(SentenceRequest(sentence="find my mug"))
     assert (reading.object, reading.provider) == ("mug", RULES)
     assert reading.note == "no answer within 0.05 s"
 
@@ -146,17 +146,17 @@ def test_a_sentence_is_read_by_the_model_within_its_time(open_office, monkeypatc
 def test_closing_ends_the_model(open_office):
     office = open_office(Model())
     search(office)
-    office.counsel.close()
+    office.guidance.close()
     assert office.model.closed
 
 
 def test_fitting_keeps_answers_and_edits(open_office):
     office = open_office()
     search(office, "hat", "")
-    office.counsel.set_level(GuidanceRequest(label="bed", level="certain"))
+    office.guidance.set_level(GuidanceRequest(label="bed", level="certain"))
     run_next(office)
     before = office.goals.active()
-    office.counsel.add_label(VocabularyRequest(label="bookcase"))
+    office.guidance.add_label(VocabularyRequest(label="bookcase"))
     run_next(office)
     after = office.goals.active().guidance
     assert after.rows[:40] == before.guidance.rows

@@ -2,7 +2,7 @@ import dataclasses
 
 import pytest
 
-from app.nodes.navigator.state.goal_queue import HISTORY, GoalBook, PlannedSearch
+from app.nodes.navigator.state.goal_queue import HISTORY, GoalQueue, PlannedSearch
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.levels import Guidance
 from ippon.mission.goal import Goal
@@ -28,7 +28,7 @@ def names(book):
 
 
 def test_numbers_count_from_one_and_places_from_zero():
-    book = GoalBook(5)
+    book = GoalQueue(5)
     assert book.add(search("hat")) == (1, 0)
     assert book.next().goal.goal_id == 1
     assert book.add(search("mug")) == (2, 1)
@@ -36,7 +36,7 @@ def test_numbers_count_from_one_and_places_from_zero():
 
 
 def test_one_after_the_other():
-    book = GoalBook(5)
+    book = GoalQueue(5)
     for name in ("hat", "mug"):
         book.add(search(name))
     assert book.next().goal.object == "hat"
@@ -49,7 +49,7 @@ def test_one_after_the_other():
 
 
 def test_a_query_after_a_find_starts_at_once():
-    book = GoalBook(5)
+    book = GoalQueue(5)
     book.add(search("hat"))
     book.next()
     book.conclude("found")
@@ -58,7 +58,7 @@ def test_a_query_after_a_find_starts_at_once():
 
 
 def test_a_cancelled_goal_leaves_the_stage():
-    book = GoalBook(5)
+    book = GoalQueue(5)
     book.add(search("hat"))
     book.next()
     book.conclude("cancelled")
@@ -67,7 +67,7 @@ def test_a_cancelled_goal_leaves_the_stage():
 
 
 def test_a_goal_that_is_over_keeps_its_outcome_when_it_is_cancelled():
-    book = GoalBook(5)
+    book = GoalQueue(5)
     book.add(search("hat"))
     book.next()
     book.conclude("found")
@@ -76,7 +76,7 @@ def test_a_goal_that_is_over_keeps_its_outcome_when_it_is_cancelled():
 
 
 def test_a_find_is_held_before_those_who_waited_but_not_before_a_new_query():
-    book = GoalBook(5)
+    book = GoalQueue(5)
     book.add(search("hat"))
     book.add(search("mug"))
     book.next()
@@ -89,7 +89,7 @@ def test_a_find_is_held_before_those_who_waited_but_not_before_a_new_query():
 
 
 def test_only_a_find_is_held():
-    book = GoalBook(5)
+    book = GoalQueue(5)
     book.add(search("hat"))
     book.add(search("mug"))
     book.next()
@@ -98,7 +98,7 @@ def test_only_a_find_is_held():
 
 
 def test_a_rejected_find_goes_on():
-    book = GoalBook(5)
+    book = GoalQueue(5)
     book.add(search("hat"))
     book.add(search("mug"))
     book.next()
@@ -109,7 +109,7 @@ def test_a_rejected_find_goes_on():
 
 
 def test_a_goal_is_amended_while_it_is_searched_for_or_waits():
-    book = GoalBook(5)
+    book = GoalQueue(5)
     for name in ("hat", "mug", "key"):
         book.add(search(name))
     book.next()
@@ -125,7 +125,7 @@ def test_a_goal_is_amended_while_it_is_searched_for_or_waits():
 
 
 def test_queue_and_history_are_bounded():
-    book = GoalBook(3)
+    book = GoalQueue(3)
     assert [book.add(search()) is not None for _ in range(5)] == [True, True, True, False, False]
     for _ in range(2 * HISTORY):
         book.next()

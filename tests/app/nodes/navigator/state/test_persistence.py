@@ -9,10 +9,10 @@ import pytest
 
 from app.links.network.subscription import is_alive, subscribe
 from app.messages import keys
-from app.messages.control import GuidanceRequest, ProximityTable, SearchRequest, decode
+from app.messages.control import GuidanceRequest, LevelTable, SearchRequest, decode
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator
-from app.nodes.navigator.state.persistence import Keeper, read_kept
+from app.nodes.navigator.state.persistence import StatePersistence, read_saved_state
 from ippon.camera import PinholeCamera
 from ippon.errors import MapFileError
 from ippon.frame import Frame
@@ -47,7 +47,7 @@ def voxel_map():
 
 
 def test_nothing_is_read_where_nothing_was_kept(tmp_path):
-    assert read_kept(tmp_path / "home.map", CONFIG) is None
+    assert read_saved_state(tmp_path / "home.map", CONFIG) is None
 
 
 def test_map_and_goals_are_there_for_the_next_start(open_office, voxel_map, tmp_path, sessions):
@@ -55,10 +55,10 @@ def test_map_and_goals_are_there_for_the_next_start(open_office, voxel_map, tmp_
     search(office, "hat", "on the sofa")
     search(office, "mug", "", start=False)
     path = tmp_path / "home.map"
-    keeper = Keeper(path, lambda *_: None, every_s=0.0)
-    keeper.keep(voxel_map, office.goals)
-    keeper.close(voxel_map, office.goals)
-    kept = read_kept(path, CONFIG)
+    persistence = StatePersistence(path, lambda *_: None, every_s=0.0)
+    persistence.keep(voxel_map, office.goals)
+    persistence.close(voxel_map, office.goals)
+    kept = read_saved_state(path, CONFIG)
     assert [(r.object, r.context) for r in kept.requests] == [("hat", "on the sofa"), ("mug", "")]
     assert kept.voxel_map.labels == (*MATTERPORT_40, "bookcase")
     assert kept.voxel_map.ooi is None
@@ -88,16 +88,16 @@ def test_levels_that_the_operator_set_are_there_for_the_next_start(
     office = open_office()
     search(office, "hat", "on the sofa")
     for label, level in (("sofa", "far"), ("toilet", "near"), ("sofa", "average")):
-        office.counsel.set_level(GuidanceRequest(label=label, level=level))
+        office.guidance.set_level(GuidanceRequest(label=label, level=level))
         run_next(office)
     search(office, "mug", "", start=False)
     path = tmp_path / "home.map"
-    Keeper(path, lambda *_: None).keep(voxel_map, office.goals)
-    kept = read_kept(path, CONFIG)
+    StatePersistence(path, lambda *_: None).keep(voxel_map, office.goals)
+    kept = read_saved_state(path, CONFIG)
     assert [r.levels for r in kept.requests] == [{"toilet": "near", "sofa": "average"}, {}]
     navigator, stop = Navigator(NavigatorConfig(robot="s"), router, kept=kept), threading.Event()
     tables = queue.SimpleQueue()
-    subscribe(client, f"s/{keys.PROXIMITY}", lambda p: tables.put(decode(p, ProximityTable)))
+    subscribe(client, f"s/{keys.LEVELS}", lambda p: tables.put(decode(p, LevelTable)))
     assert is_alive(client, f"s/{keys.NAVIGATOR_ALIVE}", 60.0), (
         "and so the router knows who listens"
     )
@@ -125,7 +125,7 @@ def test_goals_that_were_kept_without_levels_are_taken_up(tmp_path):
     path = tmp_path / "home.map"
     goals = [SearchRequest(object="hat", context="on the sofa", requester="x")]
     path.with_name("home.map.goals.json").write_bytes(msgspec.json.encode(goals))
-    (goal,) = read_kept(path, CONFIG).requests
+    (goal,) = read_saved_state(path, CONFIG).requests
     assert (goal.object, goal.context, goal.levels) == ("hat", "on the sofa", {})
 
 
@@ -133,9 +133,9 @@ def test_a_goal_that_is_over_is_not_taken_up(open_office, voxel_map, tmp_path):
     office = open_office()
     search(office)
     office.goals.conclude("found")
-    keeper = Keeper(tmp_path / "home.map", lambda *_: None)
-    keeper.keep(voxel_map, office.goals)
-    kept = read_kept(tmp_path / "home.map", CONFIG)
+    persistence = StatePersistence(tmp_path / "home.map", lambda *_: None)
+    persistence.keep(voxel_map, office.goals)
+    kept = read_saved_state(tmp_path / "home.map", CONFIG)
     assert kept.requests == ()
     assert kept.voxel_map is None, "it is too early for the map"
 
@@ -143,13 +143,13 @@ def test_a_goal_that_is_over_is_not_taken_up(open_office, voxel_map, tmp_path):
 def test_a_disk_that_is_full_is_told_once(open_office, voxel_map, tmp_path):
     told = []
     goals = open_office().goals
-    keeper = Keeper(
+    persistence = StatePersistence(
         tmp_path / "missing" / "home.map", lambda *event: told.append(event), every_s=0.0
     )
     for _ in range(4):
-        keeper.keep(voxel_map, goals)
-        if keeper._writer is not None:
-            keeper._writer.join()
+        persistence.keep(voxel_map, goals)
+        if persistence._writer is not None:
+            persistence._writer.join()
     assert [kind for kind, _ in told] == ["error"]
     assert "kept in home.map" in told[0][1]
     assert "No such file" in told[0][1]
@@ -159,13 +159,13 @@ def test_what_is_no_map_is_refused_with_a_reason(voxel_map, tmp_path):
     path = tmp_path / "home.map"
     path.write_bytes(b"hello")
     with pytest.raises(MapFileError, match="not a map file"):
-        read_kept(path, CONFIG)
+        read_saved_state(path, CONFIG)
     voxel_map.save(path)
     with pytest.raises(MapFileError, match=r"voxel_size_m 0\.2; asked for 0\.1"):
-        read_kept(path, MapConfig())
+        read_saved_state(path, MapConfig())
     (tmp_path / "home.map.goals.json").write_text('[{"object": 3}]')
     with pytest.raises(MapFileError, match="holds no goals"):
-        read_kept(path, CONFIG)
+        read_saved_state(path, CONFIG)
     (tmp_path / "home.map.goals.json").write_text('[{"object": "hat", "levels": {"bed": "high"}}]')
     with pytest.raises(MapFileError, match="holds no goals: Invalid enum value 'high'"):
-        read_kept(path, CONFIG)
+        read_saved_state(path, CONFIG)

@@ -5,13 +5,13 @@ from typing import Final
 
 from app.messages import keys
 
-THINNED: Final = frozenset({keys.DEPTH, keys.DEPTH_RAW, keys.HEATMAP})
+SUBSAMPLED: Final = frozenset({keys.DEPTH, keys.DEPTH_RAW, keys.HEATMAP})
 """Nine tenths of what a robot sends."""
 _STAMP: Final = struct.Struct("<iI")
 _STAMP_AT: Final = 4
 
 
-class Thinning:
+class SensorSubsampling:
     """Keeps the first depth image and heatmap of each period of the robot's clock.
 
     The periods are those of the clock, so that what is kept of either belongs together. Whatever
@@ -25,7 +25,7 @@ class Thinning:
 
     def keeps(self, key: str, payload: bytes) -> bool:
         """Tell whether a message is written."""
-        if self._period_ns == 0 or key not in THINNED:
+        if self._period_ns == 0 or key not in SUBSAMPLED:
             return True
         if len(payload) < _STAMP_AT + _STAMP.size:
             return True

@@ -13,7 +13,7 @@ RULES = "rules"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Answer:
+class LevelsAnswer:
     """Levels, and what was said to get them."""
 
     guidance: Guidance
@@ -40,7 +40,7 @@ class SentenceAnswer:
 
 
 @dataclass(frozen=True, slots=True)
-class Sighting:
+class ObjectNames:
     """Things in an image that were not told apart yet."""
 
     labels: tuple[str, ...]
@@ -48,7 +48,7 @@ class Sighting:
     """Why there is no answer; empty when there is one."""
 
 
-class Adviser(Protocol):
+class LanguageModelInterface(Protocol):
     """Whoever answers in a model's place where it does not: never raises, may take its time."""
 
     @property
@@ -58,7 +58,7 @@ class Adviser(Protocol):
 
     def levels(
         self, ooi: ResolvedObject | str, context: str, vocabulary: Sequence[str], *, scenario: str
-    ) -> Answer:
+    ) -> LevelsAnswer:
         """Rate the proximity of every common object to a goal."""
         ...
 
@@ -66,7 +66,7 @@ class Adviser(Protocol):
         """Read object and context from one sentence."""
         ...
 
-    def name_things(self, jpeg: bytes, vocabulary: Sequence[str]) -> Sighting:
+    def name_objects(self, jpeg: bytes, vocabulary: Sequence[str]) -> ObjectNames:
         """Name things in an image that a vocabulary lacks; for models that take images."""
         ...
 

@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 import zenoh
 
-from app.links.network.latched import Latched
+from app.links.network.latched_topic import LatchedTopic
 from app.links.network.sender import Sender
 from app.messages import keys
-from app.messages.control import GlimpsedPlaces, encode
+from app.messages.control import FarEvidenceCells, encode
 from app.messages.motion import StampedPath, encode_path
 from app.messages.scene import Detection, VoxelCloud, encode_detections, encode_tree, encode_voxels
 from ippon.mapping.objects.surface_changes import SurfaceDelta, SurfaceTracker
@@ -56,8 +56,8 @@ class MapPublisher:
         )
         self._keyframe = session.declare_publisher(self._keyframe_key, congestion_control=block)
         self._plan = {
-            key: Latched(session, f"{robot}/{key}", sender)
-            for key in (keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.GLIMPSES)
+            key: LatchedTopic(session, f"{robot}/{key}", sender)
+            for key in (keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.FAR_EVIDENCE)
         }
 
     def publish(self, snapshot: Snapshot) -> None:
@@ -138,13 +138,13 @@ def plan_messages(snapshot: Snapshot, before: Snapshot | None) -> Iterator[tuple
         return
     rows: list[list[float]] = np.round(snapshot.glimpsed.astype(np.float64), 3).tolist()
     runs: list[list[int]] = snapshot.looked_over.tolist()
-    places = GlimpsedPlaces(
+    places = FarEvidenceCells(
         stamp_ns=stamp,
         cell_m=snapshot.glimpsed_cell_m,
         cells=[(x, y, nat) for x, y, nat in rows],
         covered=[(i, j, n) for i, j, n in runs],
     )
-    yield keys.GLIMPSES, encode(places)
+    yield keys.FAR_EVIDENCE, encode(places)
 
 
 def _shows_the_same(before: Snapshot, now: Snapshot) -> bool:

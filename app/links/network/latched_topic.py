@@ -8,7 +8,7 @@ import zenoh
 from app.links.network.sender import Sender
 
 
-class Latched:
+class LatchedTopic:
     """Publishes, and answers queries of the same key with the last message."""
 
     def __init__(self, session: zenoh.Session, key: str, sender: Sender) -> None:

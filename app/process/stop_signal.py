@@ -6,7 +6,7 @@ import signal
 from typing import Protocol
 
 
-class Stop(Protocol):
+class StopSignal(Protocol):
     """What a loop asks; `threading.Event` is one, too."""
 
     def is_set(self) -> bool:
@@ -18,7 +18,7 @@ class Stop(Protocol):
         ...
 
 
-class SignalledStop:
+class ProcessStopSignal:
     """Set by SIGINT and SIGTERM.
 
     Not a `threading.Event`: setting one from a signal handler waits for ever when the signal comes

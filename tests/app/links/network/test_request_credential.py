@@ -2,11 +2,11 @@
 
 import pytest
 
-from app.links.network.control_holder import in_name_of
+from app.links.network.request_credential import request_credential
 from app.links.network.requests import RequestRefusedError, ask, serve
 from app.messages.control import Accepted, FeedbackRequest
 from app.messages.lease import Credential, LeaseReply, LeaseRequest
-from app.nodes.navigator.services.control_service import LeaseDesk
+from app.nodes.navigator.services.control_service import ControlService
 
 ANNA = Credential(session="a" * 20, name="Anna")
 CONFIRM = FeedbackRequest(verdict="confirm")
@@ -15,8 +15,8 @@ CONFIRM = FeedbackRequest(verdict="confirm")
 @pytest.fixture
 def desk(sessions):
     router, client = sessions
-    desk = LeaseDesk(router, "r", lambda: 0.0)
-    serve(router, "r/feedback", FeedbackRequest, lambda _: Accepted(), desk.permit)
+    desk = ControlService(router, "r", lambda: 0.0)
+    serve(router, "r/feedback", FeedbackRequest, lambda _: Accepted(), desk.authorize)
     ask(client, "r/lease", LeaseRequest(action="request"), LeaseReply, 2.0, ANNA)
     return desk
 
@@ -24,7 +24,7 @@ def desk(sessions):
 def test_without_taking_it_a_held_control_stays_held(sessions, desk):
     _, client = sessions
     with (
-        in_name_of(client, "r", "ippon ask", 2.0, take=False) as who,
+        request_credential(client, "r", "ippon ask", 2.0, take=False) as who,
         pytest.raises(RequestRefusedError, match="Anna holds control: ask for it"),
     ):
         ask(client, "r/feedback", CONFIRM, Accepted, 2.0, who)
@@ -33,7 +33,7 @@ def test_without_taking_it_a_held_control_stays_held(sessions, desk):
 
 def test_what_was_taken_is_released(sessions, desk):
     _, client = sessions
-    with in_name_of(client, "r", "ippon ask", 2.0, take=True) as who:
+    with request_credential(client, "r", "ippon ask", 2.0, take=True) as who:
         assert desk.status().holder == "ippon ask"
         ask(client, "r/feedback", CONFIRM, Accepted, 2.0, who)
     assert desk.status().state == "free"

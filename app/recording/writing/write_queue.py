@@ -10,7 +10,7 @@ MAX_WAITING_BYTES: Final = 128 * 2**20
 
 
 @dataclass(frozen=True, slots=True)
-class Arrival:
+class QueuedMessage:
     """One message and when it came."""
 
     key: str
@@ -19,7 +19,7 @@ class Arrival:
     now_s: float
 
 
-class Backlog:
+class WriteQueue:
     """Messages between the network's thread and the one that writes, within a bound."""
 
     def __init__(self, limit_bytes: int = MAX_WAITING_BYTES) -> None:
@@ -27,12 +27,12 @@ class Backlog:
         """Messages that found no room."""
         self._limit = limit_bytes
         self._size = 0
-        self._waiting: deque[Arrival] = deque()
+        self._waiting: deque[QueuedMessage] = deque()
         self._arrived = threading.Condition()
 
     def put(self, key: str, payload: bytes) -> None:
         """Hand over a message; never waits."""
-        arrival = Arrival(key, payload, time.time_ns(), time.monotonic())
+        arrival = QueuedMessage(key, payload, time.time_ns(), time.monotonic())
         with self._arrived:
             if self._size + len(payload) > self._limit:
                 self.dropped += 1
@@ -46,7 +46,7 @@ class Backlog:
         with self._arrived:
             self._arrived.notify()
 
-    def take(self, timeout_s: float) -> list[Arrival]:
+    def take(self, timeout_s: float) -> list[QueuedMessage]:
         """Return everything, after waiting for a first message at most so long."""
         with self._arrived:
             if not self._waiting:

@@ -36,7 +36,7 @@ NEEDED: Final = ("colour", "depth", "pose")
 """Streams without which there is no frame."""
 
 
-class Intake:
+class FrameIntake:
     """Callbacks only put bytes aside; `take` decodes in the caller's thread."""
 
     def __init__(self, session: zenoh.Session, robot: str, report: Callable[[str], None]) -> None:

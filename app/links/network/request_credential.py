@@ -13,7 +13,7 @@ from app.messages.lease import Credential, LeaseReply, LeaseRequest, TakeRequest
 
 
 @contextmanager
-def in_name_of(
+def request_credential(
     session: zenoh.Session, robot: str, name: str, timeout_s: float, *, take: bool
 ) -> Generator[Credential]:
     """Yield what requests carry.

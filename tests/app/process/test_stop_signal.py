@@ -5,18 +5,18 @@ import time
 
 import pytest
 
-from app.process.stopping import SignalledStop
+from app.process.stop_signal import ProcessStopSignal
 
 
 @pytest.fixture
 def stop():
     before = {n: signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)}
-    yield SignalledStop()
+    yield ProcessStopSignal()
     for number, handler in before.items():
         signal.signal(number, handler)
 
 
-def test_a_signal_ends_the_wait_at_once(stop: SignalledStop) -> None:
+def test_a_signal_ends_the_wait_at_once(stop: ProcessStopSignal) -> None:
     threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGTERM)).start()
     began = time.monotonic()
     assert stop.wait(20.0)
@@ -24,7 +24,7 @@ def test_a_signal_ends_the_wait_at_once(stop: SignalledStop) -> None:
     assert stop.is_set()
 
 
-def test_a_storm_of_signals_does_not_block(stop: SignalledStop) -> None:
+def test_a_storm_of_signals_does_not_block(stop: ProcessStopSignal) -> None:
     for _ in range(2000):
         os.kill(os.getpid(), signal.SIGTERM)
         os.kill(os.getpid(), signal.SIGINT)
@@ -32,6 +32,6 @@ def test_a_storm_of_signals_does_not_block(stop: SignalledStop) -> None:
     assert stop.is_set()
 
 
-def test_without_a_signal_the_wait_runs_out(stop: SignalledStop) -> None:
+def test_without_a_signal_the_wait_runs_out(stop: ProcessStopSignal) -> None:
     assert not stop.wait(0.01)
     assert not stop.is_set()

@@ -1,4 +1,4 @@
-"""A hand-held camera as that of a robot: the world upright, the floor at 0, a base below it."""
+"""Aligns the world of a hand-held camera with gravity and the floor, and puts a base below it."""
 
 import math
 from typing import Final
@@ -13,7 +13,7 @@ EVERY_PIXEL: Final = 16
 FLOOR_PERCENTILE: Final = 2.0
 
 
-def upright(dataset: Dataset, floor_m: float | None = None) -> Float64Array:
+def align_to_floor(dataset: Dataset, floor_m: float | None = None) -> Float64Array:
     """Return T_map_world: z up, the floor at 0, the first camera above the origin.
 
     Args:

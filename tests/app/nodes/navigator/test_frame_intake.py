@@ -6,7 +6,7 @@ import pytest
 from app.messages import keys
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import StampedTransform, encode_flag, encode_transforms
-from app.nodes.navigator.intake import WAITING, Intake, Stopwatch
+from app.nodes.navigator.frame_intake import WAITING, FrameIntake, Stopwatch
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
 from ippon.robot import ZED
@@ -23,7 +23,7 @@ def complaints():
 
 @pytest.fixture
 def intake(sessions, complaints):
-    return Intake(sessions[0], "r", complaints.append)
+    return FrameIntake(sessions[0], "r", complaints.append)
 
 
 @pytest.fixture
