@@ -1,1 +1,1 @@
-"""The navigator: a thin shell round one mission."""
+"""The navigator: the mission as a process on the network."""

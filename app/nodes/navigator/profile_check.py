@@ -1,10 +1,14 @@
-"""Where a robot's messages contradict the profile that it is navigated by.
+"""Compares a robot's messages with its profile.
 
-The planner believes the profile: a camera that is elsewhere, or sees less, makes it search in
-vain.
+The planner relies on the profile: a camera with another mounting or field of view makes the gains
+of viewpoints wrong.
 """
 
+import logging
 import math
+import re
+import time
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -13,21 +17,53 @@ from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform
 from ippon.robot import RobotProfile
 
+logger = logging.getLogger(__name__)
+
+CHECK_EVERY_S: Final = 5.0
 HEIGHT_M: Final = 0.15
 FORWARD_M: Final = 0.3
 ANGLE_DEG: Final = 10.0
 STEEP_DEG: Final = 80.0
-"""A camera that looks so far up or down has no left and right to speak of."""
+"""With a steeper camera, up or down, roll and yaw are not compared."""
 OPTICAL: Final = "does camera_info name the optical frame (z ahead, x to the right)?"
 SHARE: Final = 0.1
-"""By which field of view and shape of the images may differ."""
+"""Relative difference of field of view and aspect ratio that is accepted."""
+_DIGITS: Final = re.compile(r"[\d.]+")
+
+
+class ProfileCheck:
+    """Checks frames at intervals, and reports each new contradiction once."""
+
+    def __init__(self, profile: RobotProfile, report_event: Callable[[str, str], None]) -> None:
+        self._profile = profile
+        self._report_event = report_event
+        self._mismatches: tuple[str, ...] = ()
+        self._checked_at = -math.inf
+
+    def check(self, frame: Frame) -> None:
+        """Compare a frame with the profile, at most once in `CHECK_EVERY_S`."""
+        now = time.monotonic()
+        if now - self._checked_at < CHECK_EVERY_S:
+            return
+        self._checked_at = now
+        # A measured value varies a little: texts that differ in digits alone are the same.
+        reported = {_DIGITS.sub("", text) for text in self._mismatches}
+        self._mismatches = profile_mismatches(self._profile, frame)
+        for text in self._mismatches:
+            if _DIGITS.sub("", text) not in reported:
+                logger.warning("profile %s: %s", self._profile.name, text)
+                self._report_event("error", f"robot profile {self._profile.name}: {text}")
+
+    def notes(self) -> tuple[str, ...]:
+        """Return the lines of the status that concern the profile."""
+        return tuple(f"robot profile: {text}" for text in self._mismatches)
 
 
 def profile_mismatches(profile: RobotProfile, frame: Frame) -> tuple[str, ...]:
-    """Compare a frame's camera with the profile's.
+    """Return where a frame's camera differs from the profile's.
 
     Returns:
-        One sentence each, with both values; empty where they agree.
+        One sentence for each difference, with both values; empty where they agree.
     """
     T_base_camera: Float64Array = invert_transform(frame.T_world_base) @ frame.T_world_camera
     ahead = T_base_camera[:3, 2]

@@ -20,7 +20,7 @@ def run_navigator(
     config: NavigatorConfig,
     progress: Callable[[float], None],
     model: LanguageModelInterface | None = None,
-    kept: SavedState | None = None,
+    saved: SavedState | None = None,
 ) -> None:
     """Compile, listen, and navigate until SIGINT or SIGTERM.
 
@@ -28,8 +28,8 @@ def run_navigator(
         config: Where to listen and how to search.
         progress: Called with the fraction of the preparation that is done; 1 means ready.
         model: Asked for levels beside the embedded prior; closed at the end.
-        kept: What an earlier navigator left: its map is gone on with, and its goals are taken up
-            with the robot stopped, until the operator lets it go.
+        saved: State of an earlier navigator: its map is continued, and its goals are restored
+            with the robot stopped until the operator resumes.
 
     Raises:
         LinkError: The endpoint is taken.
@@ -39,7 +39,7 @@ def run_navigator(
     entry = None
     try:
         warm_up(config, lambda fraction: progress(0.98 * fraction))
-        navigator = Navigator(config, session, model, kept)
+        navigator = Navigator(config, session, model, saved)
         entry = register(
             RunningNavigator(pid=os.getpid(), robot=config.robot, endpoint=config.listen)
         )

@@ -181,7 +181,7 @@ def find_report(find: Find, goal: Goal) -> FindReport:
     )
 
 
-def proximity_table(search: PlannedSearch, by_room: str = "") -> LevelTable:
+def level_table(search: PlannedSearch, by_room: str = "") -> LevelTable:
     """Return the levels of a search, and how they came about.
 
     Args:

@@ -1,8 +1,8 @@
-"""The helm: one command out of the planner's and the operator's, at the operator's pace.
+"""Multiplexes the commands of the planner and of the operator.
 
-The mission answers frames, a few a second; a hand on the keys wants an answer at once. So the helm
-keeps what the last frame taught, where the robot stands and what is near it, and filters what the
-operator holds down against that, in its own thread and with every message that comes.
+The mission commands once a frame, a few times a second; teleoperation needs a shorter latency. The
+multiplexer keeps the pose and the obstacles of the latest frame, and filters the operator's input
+against them, at a fixed rate and whenever a message arrives.
 """
 
 import dataclasses
@@ -35,46 +35,46 @@ logger = logging.getLogger(__name__)
 
 TICK_S: Final = 0.05
 HAND_S: Final = 0.3
-"""A hand that is not heard of for so long has let go."""
+"""Silence after which the operator's input counts as released."""
 HORIZON_S: Final = 0.4
-"""How long a command may hold, the age of the last picture included."""
+"""Time over which a command is checked for collisions, the age of the frame included."""
 REACH_M: Final = 2.5
-"""How far round the robot obstacles are kept for the filter: its braking way and more."""
+"""Radius in which obstacles are kept for the filter; more than the braking distance."""
 HAND_ROOM_M: Final = 0.03
-"""Room that a hand's command leaves beside the body, above half a voxel."""
+"""Clearance beside the body under teleoperation, added to half a voxel."""
 
-Refuse = Callable[[TeleopTag], str | None]
+Refusal = Callable[[TeleopTag], str | None]
 
 
 class CommandMux:
-    """Blends, filters and hands on; safe from any thread."""
+    """Blends, filters and sends commands; safe from any thread."""
 
     def __init__(
         self,
         session: zenoh.Session,
         robot: str,
         profile: RobotProfile,
-        commander: CommandStream,
+        stream: CommandStream,
         stale_s: float,
         *,
-        refuse: Refuse,
+        refusal: Refusal,
         on_takeover: Callable[[], None],
     ) -> None:
-        """Listen for the operator's hand.
+        """Subscribe to teleoperation.
 
         Args:
             session: An open session.
             robot: Key prefix.
             profile: The robot's limits and body.
-            commander: Where commands go.
-            stale_s: A picture older than this allows no driving.
-            refuse: Says why a hand's message must not count; None when it does.
-            on_takeover: Called when a hand drives while the robot is on its way to a point.
+            stream: Sends the commands.
+            stale_s: Largest age of a frame with which teleoperation may drive.
+            refusal: Returns why a message is refused, None when it is accepted.
+            on_takeover: Called when the operator drives while the robot goes to a waypoint.
         """
         self._profile = profile
-        self._commander = commander
+        self._stream = stream
         self._stale_s = stale_s
-        self._refuse = refuse
+        self._refusal = refusal
         self._on_takeover = on_takeover
         self._lock = threading.RLock()
         self._mode = DriveMode.AUTO
@@ -83,7 +83,7 @@ class CommandMux:
         self._hand_at = -math.inf
         self._last_tag = TeleopTag(sender="", epoch=0, seq=-1)
         self._planned = Command()
-        self._going: tuple[float, float] | None = None
+        self._waypoint: tuple[float, float] | None = None
         self._pose: Float64Array | None = None
         self._obstacles: Float64Array | None = None
         self._voxel_m = 0.05
@@ -98,7 +98,7 @@ class CommandMux:
         self._closed = False
         handler = zenoh.handlers.Callback(self._receive, indirect=False)
         self._subscriber = session.declare_subscriber(f"{robot}/{keys.TELEOP}", handler)  # pyright: ignore[reportArgumentType, reportCallIssue]
-        self._thread = threading.Thread(target=self._run, name="helm", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="command mux", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
@@ -108,7 +108,7 @@ class CommandMux:
         self._thread.join(timeout=2.0)
 
     def set_mode(self, mode: DriveMode, speed_limit: float) -> None:
-        """Set who drives from now on; whatever was held down is let go."""
+        """Set drive mode and speed limit; the operator's input is released."""
         with self._lock:
             self._mode, self._limit = mode, speed_limit
             self._hand = RESTING
@@ -120,35 +120,39 @@ class CommandMux:
                 self._tick(time.monotonic())
 
     def let_go(self) -> None:
-        """The operator is gone: nothing is held down any more."""
+        """Release the operator's input, as when the lease is lost."""
         with self._lock:
             self._hand = RESTING
             if self._mode is not DriveMode.AUTO:
                 self._tick(time.monotonic())
 
     def by_hand(self) -> Command | None:
-        """Return what the robot was told last, where that was the operator's own, not the plan."""
+        """Return the last command if it came from the operator, None if from the plan."""
         with self._lock:
-            return self._commander.sent if self._by_hand else None
+            return self._stream.sent if self._by_hand else None
 
     def follow(
-        self, planned: Command, frame: Frame, arrays: MapArrays, going: tuple[float, float] | None
+        self,
+        planned: Command,
+        frame: Frame,
+        arrays: MapArrays,
+        waypoint: tuple[float, float] | None,
     ) -> Command:
-        """Take over what a frame taught, and command.
+        """Update pose and obstacles from a frame, and command.
 
         Args:
-            planned: What the mission wants, filtered already.
-            frame: What it answers.
-            arrays: The map with that frame in it.
-            going: Where the operator sent the robot, None for nowhere.
+            planned: Command of the mission, already filtered.
+            frame: The frame that it answers.
+            arrays: The map that includes the frame.
+            waypoint: Point that the operator sent the robot to, None for none.
 
         Returns:
-            What was commanded.
+            The command that was sent.
         """
-        # Nobody else may touch the map, so what is near is copied here, in the mission's thread.
+        # Only the mission's thread may read the map, so the obstacles are copied here.
         obstacles = near_obstacles(arrays, self._profile, frame.T_world_base, REACH_M)
         with self._lock:
-            self._planned, self._going = planned, going
+            self._planned, self._waypoint = planned, waypoint
             self._pose, self._obstacles = frame.T_world_base, obstacles
             self._voxel_m = arrays.voxel_size
             self._stamp_ns = frame.stamp_ns
@@ -158,7 +162,7 @@ class CommandMux:
             return self._tick(self._framed_at)
 
     def status(self) -> DriveStatus:
-        """Return who drives, and what the filter did."""
+        """Return drive mode, waypoint, limits and the filter's last intervention."""
         with self._lock:
             fresh = time.monotonic() - self._hand_at < HAND_S
             return DriveStatus(
@@ -166,13 +170,13 @@ class CommandMux:
                 speed_limit=self._limit,
                 by_hand=fresh and self._hand.drives,
                 intervention=self._intervention,
-                waypoint=self._going,
+                waypoint=self._waypoint,
                 top_linear_m_s=self._profile.max_linear_m_s,
                 top_yaw_rate_rad_s=self._profile.max_yaw_rate_rad_s,
                 top_tilt_rate_rad_s=self._profile.max_tilt_rate_rad_s,
             )
 
-    # -- the operator's hand -----------------------------------------------------------------
+    # -- teleoperation ------------------------------------------------------------------------
 
     def _receive(self, sample: zenoh.Sample) -> None:
         try:
@@ -182,18 +186,18 @@ class CommandMux:
             )
             hand = self._hand_of(decode_twist(sample.payload.to_bytes()))
         except (MessageError, msgspec.DecodeError) as error:
-            logger.debug("a hand's message is skipped: %s", error)
+            logger.debug("a teleoperation message is skipped: %s", error)
             return
         with self._lock:
             if self._mode is DriveMode.AUTO or not tag.follows(self._last_tag):
                 return
-            if (problem := self._refuse(tag)) is not None:
+            if (problem := self._refusal(tag)) is not None:
                 self._intervention = problem
                 return
             self._last_tag = tag
             self._hand, self._hand_at = hand, time.monotonic()
-            if hand.drives and self._going is not None:
-                self._going = None
+            if hand.drives and self._waypoint is not None:
+                self._waypoint = None
                 self._on_takeover()
             self._tick(self._hand_at)
 
@@ -220,18 +224,18 @@ class CommandMux:
             time.sleep(TICK_S)
 
     def _tick(self, now: float) -> Command:
-        self._reckon(now)
+        self._dead_reckon(now)
         if now - self._hand_at > HAND_S:
             self._hand = RESTING
         command = self._command(now)
         self._given, self._given_at = command, now
         if self._framed_at > -math.inf:
-            self._commander.give(command, self._stamp_ns)
+            self._stream.give(command, self._stamp_ns)
         return command
 
     def _command(self, now: float) -> Command:
-        by_itself = self._going is not None and not self._hand.drives
-        if self._mode is DriveMode.AUTO or by_itself:
+        to_waypoint = self._waypoint is not None and not self._hand.drives
+        if self._mode is DriveMode.AUTO or to_waypoint:
             self._intervention = ""
             self._by_hand = False
             self._tilt_rad = self._planned.tilt_rad
@@ -250,10 +254,10 @@ class CommandMux:
         return self._filtered(wanted, now, as_planned=planned_tilt)
 
     def _eased(self, wanted: Command, now: float) -> Command:
-        """Speed up as fast as the robot can; what slows down does so at once."""
+        """Limit the acceleration; braking is immediate."""
         dt_s = min(now - self._given_at, 2 * TICK_S)
         return within_acceleration(
-            wanted, self._commander.sent, self._profile, dt_s, brakes_at_once=True
+            wanted, self._stream.sent, self._profile, dt_s, brakes_at_once=True
         )
 
     def _filtered(self, wanted: Command, now: float, *, as_planned: bool) -> Command:
@@ -275,8 +279,8 @@ class CommandMux:
             self._tilt_rad + rate * min(now - self._given_at, TICK_S * 2)
         )
 
-    def _reckon(self, now: float) -> None:
-        """Move the pose on by what was commanded since it was measured."""
+    def _dead_reckon(self, now: float) -> None:
+        """Advance the pose by dead reckoning with the commands since it was measured."""
         if self._pose is None or self._framed_at == now:
             return
         dt_s = min(now - max(self._given_at, self._framed_at), 2 * TICK_S)

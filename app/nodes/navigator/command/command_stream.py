@@ -1,4 +1,4 @@
-"""The command stream: the latest command while it is fresh, zero otherwise."""
+"""Publishes the latest command while it is fresh, and zero velocity otherwise."""
 
 import dataclasses
 import threading
@@ -12,7 +12,7 @@ from ippon.command import Command
 
 
 class CommandStream:
-    """Publishes at a fixed rate from its own thread, and at once when a new command comes."""
+    """Publishes at a fixed rate from its own thread, and immediately on a new command."""
 
     def __init__(self, session: zenoh.Session, robot: str, rate_hz: float, stale_s: float) -> None:
         self._twist = session.declare_publisher(
@@ -37,14 +37,14 @@ class CommandStream:
         self._halted = False
         self._halts = 0
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._repeat, name="commander", daemon=True)
+        self._thread = threading.Thread(target=self._repeat, name="command stream", daemon=True)
         self._thread.start()
 
     def give(self, command: Command, stamp_ns: int) -> None:
         """Send a command now, and repeat it until it is stale.
 
         Args:
-            command: What to do.
+            command: Velocities and tilt.
             stamp_ns: Stamp of the frame that it answers.
         """
         with self._lock:
@@ -54,12 +54,12 @@ class CommandStream:
 
     @property
     def sent(self) -> Command:
-        """What the robot was told last: zero also where a command was halted, dropped or stale."""
+        """The last command sent; its velocities are zero after a halt, a drop or when stale."""
         with self._lock:
             return self._sent
 
     def halt(self) -> None:
-        """Send zero now and until `release`, whatever is given."""
+        """Send zero now and until `release`, whatever command is given."""
         with self._lock:
             self._halted = True
             self._halts += 1
@@ -67,15 +67,15 @@ class CommandStream:
 
     @property
     def halts(self) -> int:
-        """How often it was halted so far: what a later `release` is meant for."""
+        """Number of halts so far; `release` refers to it."""
         with self._lock:
             return self._halts
 
     def release(self, if_count: int) -> bool:
-        """Let commands pass again, from the next one on.
+        """Pass commands again, beginning with the next one.
 
         Args:
-            if_count: `halts` when the release was asked for; a halt since then stands.
+            if_count: `halts` when the release was requested; a later halt stays in force.
 
         Returns:
             Whether commands pass.
@@ -88,13 +88,13 @@ class CommandStream:
             return True
 
     def drop(self) -> None:
-        """Send zero now: what the last command was for is gone."""
+        """Discard the last command and send zero now."""
         with self._lock:
             self._command = None
             self._send_zero()
 
     def close(self) -> None:
-        """Send zero and end."""
+        """End the thread and send zero."""
         self._closed.set()
         self._thread.join(timeout=2.0)
         with self._lock:
@@ -115,7 +115,7 @@ class CommandStream:
         if self._halted:
             self._send_zero()
             return
-        # The tilt first: the twist is what a robot in lock-step waits for.
+        # The tilt first: a robot in lock-step waits for the twist.
         self._tilt.put(encode_number(command.tilt_rad))
         self._sent = command
         self._put_twist(command.linear_m_s, command.yaw_rate_rad_s)

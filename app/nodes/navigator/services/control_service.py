@@ -1,4 +1,4 @@
-"""The lease on the network: requests for control in, permission for everything else out."""
+"""The control lease on the network: serves lease requests and authorizes commands."""
 
 import threading
 import time
@@ -17,14 +17,14 @@ from app.nodes.navigator.state.lease import Lease
 
 Clock = Callable[[], float]
 
-_NAMELESS: Final = (
-    "control is asked for with a credential attached: a JSON object with session (16 to 64 "
-    "letters and digits, drawn at random), name, and epoch"
+_NO_CREDENTIAL: Final = (
+    "a request for control needs a credential attached: a JSON object with session (16 to 64 "
+    "random letters and digits), name, and epoch"
 )
 
 
 class ControlService:
-    """Keeps the lease; safe from any thread."""
+    """Owns the lease; safe from any thread."""
 
     def __init__(self, session: zenoh.Session, robot: str, clock: Clock = time.monotonic) -> None:
         self._lease = Lease()
@@ -38,7 +38,7 @@ class ControlService:
 
     def ask(self, request: LeaseRequest, who: Credential | None) -> LeaseReply:
         """Answer a request for control."""
-        who = _known(who)
+        who = _required(who)
         lease = self._lease
         act = {
             "request": lease.request,
@@ -52,12 +52,12 @@ class ControlService:
 
     def take(self, _: TakeRequest, who: Credential | None) -> LeaseReply:
         """Take control from its holder."""
-        who = _known(who)
+        who = _required(who)
         with self._lock:
             return self._lease.take(who, self._clock())
 
     def authorize(self, message: msgspec.Struct, who: Credential | None) -> None:
-        """Let a command pass; Stop is everyone's, always.
+        """Accept a command of the lease's holder, and Stop of anybody.
 
         Raises:
             RequestRefusedError: Somebody else holds control.
@@ -69,32 +69,32 @@ class ControlService:
         if problem is not None:
             raise RequestRefusedError(problem)
 
-    def refuse_hand(self, tag: TeleopTag) -> str | None:
-        """Return why a hand on the wheels must not count, None when it does."""
+    def teleop_refusal(self, tag: TeleopTag) -> str | None:
+        """Return why a teleoperation message is refused, None when it is accepted."""
         with self._lock:
-            return self._lease.refusal_of_hand(tag.sender, tag.epoch, self._clock())
+            return self._lease.teleop_refusal(tag.sender, tag.epoch, self._clock())
 
     def status(self) -> LeaseStatus:
-        """Return who holds control."""
+        """Return the holder and the requester of control."""
         with self._lock:
             return self._lease.status(self._clock())
 
     def watch(self) -> tuple[tuple[str, ...], bool, bool]:
-        """Take note of what has changed since the last call.
+        """Return the changes since the last call.
 
         Returns:
-            What happened, one line each; whether the status has changed; whether whoever held
-            control does no more.
+            One line for each event; whether the status changed; whether the former holder lost
+            control.
         """
         with self._lock:
             status = self._lease.status(self._clock())
-            news = self._lease.take_news()
+            events = self._lease.take_events()
         before, self._shown = self._shown, status
         lost = before.state != "free" and (status.epoch != before.epoch or status.state == "free")
-        return news, status != before, lost
+        return events, status != before, lost
 
 
-def _known(who: Credential | None) -> Credential:
+def _required(who: Credential | None) -> Credential:
     if who is None:
-        raise RequestRefusedError(_NAMELESS)
+        raise RequestRefusedError(_NO_CREDENTIAL)
     return who

@@ -1,4 +1,4 @@
-"""The operator's wishes for where to go and what to weigh: drive, goto, paint."""
+"""Requests that direct the robot: drive mode, waypoint, order of goals, painted regions."""
 
 from functools import partial
 
@@ -17,7 +17,7 @@ from app.messages.driving import (
     PaintRequest,
 )
 from app.nodes.navigator.command.command_mux import CommandMux
-from app.nodes.navigator.services.mission_queries import Enqueue, MissionQueries
+from app.nodes.navigator.services.mission_queue import MissionQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.control.drive import DriveMode
 from ippon.mission.mission import Mission
@@ -27,22 +27,21 @@ MAX_STROKES = 200
 
 
 class DriveService:
-    """Answers in threads of its own, so that a request that takes its time holds up no Stop."""
+    """Handles requests in zenoh's threads; the mission's thread runs the operations."""
 
     def __init__(
         self,
         session: zenoh.Session,
         robot: str,
-        helm: CommandMux,
-        put: Enqueue,
+        mux: CommandMux,
+        operations: MissionQueue,
         sender: Sender,
         goals: GoalQueue,
         authorize: Authorize = allow_all,
     ) -> None:
-        self._helm = helm
-        self._put = put
+        self._mux = mux
+        self._operations = operations
         self._goals = goals
-        self._questions = MissionQueries(put)
         self._strokes: list[PaintedStroke] = []
         self._painted = LatchedTopic(session, f"{robot}/{keys.PAINTED}", sender)
         self._queryables = [
@@ -55,16 +54,16 @@ class DriveService:
     def drive(self, request: DriveRequest) -> Accepted:
         """Set the drive mode and speed limit."""
         mode = DriveMode(request.mode)
-        self._put(lambda mission: mission.drive(mode))
-        self._helm.set_mode(mode, request.speed_limit)
+        self._operations.enqueue(lambda mission: mission.drive(mode))
+        self._mux.set_mode(mode, request.speed_limit)
         return Accepted(detail=f"{request.mode}, at most {request.speed_limit:.0%} of the speed")
 
     def go_to(self, request: GotoRequest) -> Accepted:
-        """Send the robot to a point, if there is a way."""
+        """Send the robot to a point that a known path leads to."""
         if request.cancel:
-            self._put(lambda mission: mission.cancel_go_to())
+            self._operations.enqueue(lambda mission: mission.cancel_go_to())
             return Accepted(detail="going nowhere")
-        way_m = self._questions.ask(lambda mission: mission.go_to((request.x_m, request.y_m)))
+        way_m = self._operations.ask(lambda mission: mission.go_to((request.x_m, request.y_m)))
         if way_m is None:
             raise RequestRefusedError(
                 f"no way is known to ({request.x_m:.1f}, {request.y_m:.1f}); choose a point on "
@@ -73,7 +72,7 @@ class DriveService:
         return Accepted(detail=f"going there, {way_m:.1f} m")
 
     def queue(self, request: QueueRequest) -> Accepted:
-        """Let a waiting goal come next, or none."""
+        """Move a waiting goal to the front of the queue, or remove it."""
         first = request.action == "first"
         change = self._goals.move_first if first else self._goals.remove
         if not change(request.goal_id):
@@ -81,12 +80,12 @@ class DriveService:
         return Accepted(detail="it comes next" if first else "it is cancelled")
 
     def paint(self, request: PaintRequest) -> Accepted:
-        """Weigh a part of the floor, or take that back."""
+        """Add, undo or clear painted regions, which weigh the gain of viewpoints."""
         detail = self._repaint(request)
         strokes = [
             Stroke(wish=s.kind, points=tuple(s.strokes), radius_m=s.radius_m) for s in self._strokes
         ]
-        self._put(partial(_weigh, RegionWeights(strokes) if strokes else None))
+        self._operations.enqueue(partial(_weigh, RegionWeights(strokes) if strokes else None))
         self._painted.put(encode(PaintedRegions(regions=list(self._strokes))))
         return Accepted(detail=detail)
 

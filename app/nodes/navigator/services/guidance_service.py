@@ -39,6 +39,7 @@ from app.messages.control import (
     SentenceRequest,
     VocabularyRequest,
 )
+from app.nodes.navigator.services.mission_queue import MissionQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
 from ippon.guidance.language.sentence import read_query
@@ -59,7 +60,6 @@ _ASKERS: Final = 2
 """MissionQueries under way at the same time: one that hangs does not hold up the next goal."""
 _LABEL: Final = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+){0,3}")
 
-Enqueue = Callable[[Callable[[Mission], None]], None]
 ReportEvent = Callable[[str, str], None]
 
 
@@ -75,8 +75,8 @@ class GuidanceService:
         *,
         model: LanguageModelInterface | None,
         look_every_s: float = 0.0,
-        put: Enqueue,
-        say: ReportEvent,
+        operations: MissionQueue,
+        report_event: ReportEvent,
         authorize: Authorize = allow_all,
     ) -> None:
         self._goals = goals
@@ -85,8 +85,8 @@ class GuidanceService:
         self._looked_at = -math.inf
         self._looking = False
         self._learned = 0
-        self._put = put
-        self._say = say
+        self._operations = operations
+        self._report_event = report_event
         self._prior = EmbeddedPrior()
         self._lock = threading.Lock()
         self._labels = labels
@@ -203,7 +203,7 @@ class GuidanceService:
                 f"no common object {request.label!r}; there are {', '.join(labels)}"
             )
         edit = _edit_of(label, request.level)
-        self._put(partial(self._edit, active.goal.goal_id, edit))
+        self._operations.enqueue(partial(self._edit, active.goal.goal_id, edit))
         return Accepted(detail=f"{label} is {request.level} now")
 
     def read(self, request: SentenceRequest) -> SentenceReading:
@@ -224,7 +224,7 @@ class GuidanceService:
         resolved = self._resolve(request.label)
         label = resolved.canonical
         self._check_new(request.label, label)
-        self._put(partial(self._extend, label))
+        self._operations.enqueue(partial(self._extend, label))
         return Accepted(detail=f"{resolved.display} is told apart from now on")
 
     def _resolve(self, text: str) -> ResolvedObject:
@@ -258,7 +258,7 @@ class GuidanceService:
         answer = model.levels(
             search.resolved, search.goal.context, labels, scenario=search.scenario
         )
-        self._put(partial(self._take, goal_id, search.questions, answer))
+        self._operations.enqueue(partial(self._take, goal_id, search.questions, answer))
 
     def _name_things(self, model: LanguageModelInterface, color: NDArray[np.uint8]) -> None:
         try:
@@ -267,7 +267,7 @@ class GuidanceService:
             if sighting.failed:
                 logger.info("no things were named: %s", sighting.failed)
             for label in sighting.labels[: MAX_LEARNED - self._learned]:
-                self._put(partial(self._learn, label))
+                self._operations.enqueue(partial(self._learn, label))
         finally:
             self._looking = False
 
@@ -293,7 +293,7 @@ class GuidanceService:
         search = self.fitted(self._goals.amend(goal_id, partial(_answered, answer)) or known)
         if self._is_active(search):
             mission.set_guidance(search.guidance)
-            self._say("guidance", _told(answer))
+            self._report_event("guidance", _told(answer))
 
     def _edit(self, goal_id: int, edit: LabelLevel, mission: Mission) -> None:
         active = self._goals.active()
@@ -302,7 +302,9 @@ class GuidanceService:
         search = self._goals.amend(goal_id, partial(_edited, edit))
         if search is not None:
             mission.set_guidance(search.guidance)
-            self._say("level_changed", f"{edit.label} is {edit.level.name.lower()}: {edit.reason}")
+            self._report_event(
+                "level_changed", f"{edit.label} is {edit.level.name.lower()}: {edit.reason}"
+            )
 
     def _extend(self, label: str, mission: Mission) -> None:
         """Let the map tell a label apart, and rate it for the present goal."""
@@ -315,7 +317,7 @@ class GuidanceService:
         mission.voxel_map.add_label(label)
         if guidance is not None:
             mission.set_guidance(guidance)
-        self._say("vocabulary", f"{label.replace('_', ' ')} is told apart from now on")
+        self._report_event("vocabulary", f"{label.replace('_', ' ')} is told apart from now on")
         if active is not None:
             self.consult(active.goal.goal_id)
 

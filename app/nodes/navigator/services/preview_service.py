@@ -1,4 +1,4 @@
-"""Answers that change nothing: what a voxel is, and what would be chosen with other levels."""
+"""Requests that change nothing: the content of a voxel, and the target under other levels."""
 
 import numpy as np
 import zenoh
@@ -12,7 +12,7 @@ from app.messages.control import (
     PreviewReply,
     PreviewRequest,
 )
-from app.nodes.navigator.services.mission_queries import Enqueue, MissionQueries
+from app.nodes.navigator.services.mission_queue import MissionQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.levels import Guidance, LabelLevel, Level
@@ -20,16 +20,18 @@ from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.inspection import inspect_voxel
 from ippon.vocabulary import canonical_label
 
-PATIENCE_S = 8.0
-"""Nobody drives by these answers: they may wait for a slow step and many viewpoints."""
+TIMEOUT_S = 8.0
+"""Time that a request waits for an answer; evaluating many viewpoints may take seconds."""
 
 
 class PreviewService:
-    """Everybody may ask."""
+    """Answers every requester, whoever holds control."""
 
-    def __init__(self, session: zenoh.Session, robot: str, goals: GoalQueue, put: Enqueue) -> None:
+    def __init__(
+        self, session: zenoh.Session, robot: str, goals: GoalQueue, operations: MissionQueue
+    ) -> None:
         self._goals = goals
-        self._questions = MissionQueries(put, PATIENCE_S)
+        self._operations = operations
         self._prior = EmbeddedPrior()
         self._queryables = [
             serve(session, f"{robot}/{keys.INSPECT}", InspectRequest, self.inspect),
@@ -37,12 +39,12 @@ class PreviewService:
         ]
 
     def inspect(self, request: InspectRequest) -> InspectReply:
-        """Return what the map knows of a voxel."""
+        """Return label probabilities, object probability and level of a voxel."""
         point = np.array(request.point_world)
         if not np.isfinite(point).all():
             raise RequestRefusedError(f"a point has three finite numbers; got {point.tolist()}")
-        report = self._questions.ask(
-            lambda mission: inspect_voxel(mission.voxel_map, point, mission.rooms)
+        report = self._operations.ask(
+            lambda mission: inspect_voxel(mission.voxel_map, point, mission.rooms), TIMEOUT_S
         )
         if report is None:
             raise RequestRefusedError("the map has no surface there")
@@ -54,12 +56,12 @@ class PreviewService:
         )
 
     def preview(self, request: PreviewRequest) -> PreviewReply:
-        """Return what would be chosen next with another context or other levels."""
+        """Return the next target under another context or other levels."""
         active = self._goals.active()
         if active is None:
             raise RequestRefusedError("levels belong to a goal, and there is none")
-        guidance = self._imagined(active, request)
-        preview = self._questions.ask(lambda mission: mission.preview(guidance))
+        guidance = self._with_changes(active, request)
+        preview = self._operations.ask(lambda mission: mission.preview(guidance), TIMEOUT_S)
         if preview is None:
             raise RequestRefusedError("there is no plan yet; ask again once the robot searches")
         before, after = preview.before, preview.after
@@ -73,7 +75,7 @@ class PreviewService:
             changed=_changes(active.guidance, guidance),
         )
 
-    def _imagined(self, active: PlannedSearch, request: PreviewRequest) -> Guidance:
+    def _with_changes(self, active: PlannedSearch, request: PreviewRequest) -> Guidance:
         guidance = active.guidance
         labels = tuple(row.label for row in guidance.rows)
         if request.context is not None:

@@ -1,4 +1,4 @@
-"""The goals: which is searched for, which wait, which are over."""
+"""The active goal, the queued goals and the finished ones."""
 
 import dataclasses
 import threading
@@ -16,20 +16,20 @@ HISTORY = 50
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class PlannedSearch:
-    """A goal, and the levels that count for it now."""
+    """A goal and its current levels."""
 
     goal: Goal
     resolved: ResolvedObject
     scenario: str = ""
     guidance: Guidance
     elapsed_ms: float
-    """How long the levels took."""
+    """Time that the levels took."""
     edits: tuple[LabelLevel, ...] = ()
-    """Levels that the operator set: they win over every answer."""
+    """Levels that the operator set; they override every answer."""
     questions: int = 0
-    """How often a language model was asked: an answer to an earlier question is too late."""
+    """Number of questions to a language model; answers to earlier ones are discarded."""
     asking: str = ""
-    """Language model whose answer is still to come."""
+    """Language model whose answer is pending."""
     failed: str = ""
     """Why the language model gave no answer."""
     from_cache: bool = False
@@ -40,11 +40,11 @@ class PlannedSearch:
     asked_at: float = 0.0
     """Monotonic time of the request."""
     waited: bool = False
-    """Other goals came first."""
+    """Whether the goal was queued behind others."""
 
 
 class GoalQueue:
-    """Hands out goal numbers and keeps the order; safe from any thread."""
+    """Numbers and orders the goals; safe from any thread."""
 
     def __init__(self, max_queue: int) -> None:
         self._lock = threading.Lock()
@@ -72,7 +72,7 @@ class GoalQueue:
         """Make the first waiting goal the active one, where none is active; returns it.
 
         Args:
-            hold: A find is kept in view for now: goals that waited for it go on waiting.
+            hold: A find waits to be confirmed: queued goals do not start yet.
         """
         with self._lock:
             if not self._queue or (self._active is not None and self._active_is_over is None):

@@ -1,6 +1,6 @@
-"""One holds control, others watch: a lease that its holder renews, or loses.
+"""The control lease: one client holds it and renews it, the others watch.
 
-free ──request──▶ held ──1 s of silence──▶ stale ──1 s more──▶ free, or whoever asked
+free ──request──▶ held ──1 s of silence──▶ stale ──1 s more──▶ free, or the requester
                    │ release, grant, take                       ▲
                    └────────────────────────────────────────────┘
 """
@@ -12,9 +12,9 @@ from app.messages.lease import Credential, LeaseReply, LeaseStatus
 
 STALE_S: Final = 1.0
 EXPIRY_S: Final = 2.0
-"""A holder who is silent for so long holds no more: four renewals."""
-PATIENCE_S: Final = 10.0
-"""A request whose page is silent for so long is forgotten: a slow page may still be there."""
+"""Silence after which the holder loses the lease: four renewals."""
+REQUEST_EXPIRY_S: Final = 10.0
+"""Silence after which a request is dropped; longer than a lease, as a slow page may be alive."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,22 +25,22 @@ class _Party:
 
 
 class Lease:
-    """Time is an argument, seconds of any steady clock; not safe from several threads."""
+    """State machine of the lease. Times are seconds of a monotonic clock; not thread-safe."""
 
     def __init__(self) -> None:
         self._holder: _Party | None = None
         self._requester: _Party | None = None
         self._denied: tuple[str, str] | None = None
         self._epoch = 0
-        self._news: list[str] = []
+        self._events: list[str] = []
 
-    def take_news(self) -> tuple[str, ...]:
-        """Return what has happened since the last call, one line each."""
-        news, self._news = tuple(self._news), []
-        return news
+    def take_events(self) -> tuple[str, ...]:
+        """Return the events since the last call, one line each."""
+        events, self._events = tuple(self._events), []
+        return events
 
     def status(self, now_s: float) -> LeaseStatus:
-        """Return who holds control."""
+        """Return state, holder, requester and epoch."""
         self._expire(now_s)
         holder, requester = self._holder, self._requester
         if holder is None:
@@ -54,17 +54,17 @@ class Lease:
         )
 
     def request(self, who: Credential, now_s: float) -> LeaseReply:
-        """Take control where it is free; else ask its holder."""
+        """Acquire the lease if it is free, otherwise request it from the holder."""
         self._expire(now_s)
         party = _Party(who.session, who.name, now_s)
         if self._holder is None:
-            self._hand_to(party, "took control")
+            self._assign(party, "took control")
         elif self._is(self._holder, who):
             self._holder = replace(self._holder, heard_s=now_s)
         elif self._requester is None:
             self._requester = party
             self._denied = None
-            self._news.append(f"{who.name} asks {self._holder.name} for control")
+            self._events.append(f"{who.name} asks {self._holder.name} for control")
         elif self._is(self._requester, who):
             self._requester = replace(self._requester, heard_s=now_s)
         return self._reply(who)
@@ -84,43 +84,43 @@ class Lease:
         """Give up a lease or a request."""
         self._expire(now_s)
         if self._holds(who):
-            self._news.append(f"{who.name} released control")
-            self._pass_on(now_s)
+            self._events.append(f"{who.name} released control")
+            self._assign_next(now_s)
         elif self._is(self._requester, who):
             self._requester = None
-            self._news.append(f"{who.name} asks for control no more")
+            self._events.append(f"{who.name} asks for control no more")
         return self._reply(who)
 
     def grant(self, who: Credential, now_s: float) -> LeaseReply:
-        """Hand control to whoever asks for it."""
+        """Pass the lease from its holder to the requester."""
         self._expire(now_s)
         if self._holds(who) and self._requester is not None:
-            self._hand_to(
+            self._assign(
                 replace(self._requester, heard_s=now_s), f"was given control by {who.name}"
             )
         return self._reply(who)
 
     def deny(self, who: Credential, now_s: float) -> LeaseReply:
-        """Keep control although somebody asks for it."""
+        """Refuse the requester; the holder keeps the lease."""
         self._expire(now_s)
         if self._holds(who) and self._requester is not None:
             self._denied = (self._requester.session, who.name)
-            self._news.append(f"{who.name} keeps control; {self._requester.name} had asked")
+            self._events.append(f"{who.name} keeps control; {self._requester.name} had asked")
             self._requester = None
         return self._reply(who)
 
     def take(self, who: Credential, now_s: float) -> LeaseReply:
-        """Take control from whoever has it: for supervisors."""
+        """Take the lease from its holder: for supervisors."""
         self._expire(now_s)
         if not self._is(self._holder, who):
             whose = f" from {self._holder.name}" if self._holder is not None else ""
-            self._hand_to(_Party(who.session, who.name, now_s), f"took control{whose}")
+            self._assign(_Party(who.session, who.name, now_s), f"took control{whose}")
         return self._reply(who)
 
     def refusal(self, who: Credential | None, now_s: float) -> str | None:
-        """Return why a command must not count, None when it does.
+        """Return why a command is refused, None when it is accepted.
 
-        While nobody holds control a command is its own lease: it counts, whoever it is from.
+        While the lease is free, commands of everybody are accepted.
         """
         self._expire(now_s)
         holder = self._holder
@@ -133,8 +133,8 @@ class Lease:
             "(ippon ask --take)"
         )
 
-    def refusal_of_hand(self, session: str, epoch: int, now_s: float) -> str | None:
-        """Return why a hand on the wheels must not count: driving needs the lease, always."""
+    def teleop_refusal(self, session: str, epoch: int, now_s: float) -> str | None:
+        """Return why teleoperation is refused, None when accepted: it always needs the lease."""
         self._expire(now_s)
         if self._holder is None:
             return "nobody holds control: take it to drive"
@@ -149,27 +149,27 @@ class Lease:
     def _is(party: _Party | None, who: Credential) -> bool:
         return party is not None and party.session == who.session
 
-    def _hand_to(self, party: _Party, how: str) -> None:
+    def _assign(self, party: _Party, how: str) -> None:
         self._holder = party
         self._epoch += 1
         self._denied = None
         if self._requester is not None and self._requester.session == party.session:
             self._requester = None
-        self._news.append(f"{party.name} {how}")
+        self._events.append(f"{party.name} {how}")
 
-    def _pass_on(self, now_s: float) -> None:
-        heir, self._holder, self._requester = self._requester, None, None
-        if heir is not None:
-            # Who waits speaks seldom; from now on silence counts as a holder's.
-            self._hand_to(replace(heir, heard_s=now_s), "has control now")
+    def _assign_next(self, now_s: float) -> None:
+        successor, self._holder, self._requester = self._requester, None, None
+        if successor is not None:
+            # Requesters renew rarely: the time of the last renewal starts anew for the holder.
+            self._assign(replace(successor, heard_s=now_s), "has control now")
 
     def _expire(self, now_s: float) -> None:
         requester, holder = self._requester, self._holder
-        if requester is not None and now_s - requester.heard_s > PATIENCE_S:
+        if requester is not None and now_s - requester.heard_s > REQUEST_EXPIRY_S:
             self._requester = None
         if holder is not None and now_s - holder.heard_s > EXPIRY_S:
-            self._news.append(f"{holder.name} is gone: control ran out")
-            self._pass_on(now_s)
+            self._events.append(f"{holder.name} is gone: control ran out")
+            self._assign_next(now_s)
 
     def _reply(self, who: Credential) -> LeaseReply:
         holder = self._holder

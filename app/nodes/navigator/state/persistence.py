@@ -1,7 +1,7 @@
-"""Yesterday's map, and the goals of a navigator that was killed, for its next start.
+"""Saves the map and the unfinished goals for the next start of the navigator.
 
-The map is one file (see `ippon.mapping.map_file`), the goals lie beside it as JSON. Both are
-replaced whole, so that a crash leaves the ones before.
+The map is one file (see `ippon.mapping.map_file`), the goals are JSON beside it. Both are replaced
+atomically, so that a crash leaves the previous version.
 """
 
 import logging
@@ -24,33 +24,33 @@ from ippon.mapping.voxel_map import VoxelMap
 
 logger = logging.getLogger(__name__)
 
-EVERY_S: Final = 10.0
+SAVE_EVERY_S: Final = 10.0
 FIRST_AFTER_S: Final = 5.0
 
 
 class SavedGoal(SearchRequest, frozen=True, kw_only=True):
-    """A goal as it was asked for, and what the operator knew better."""
+    """A goal as requested, with the levels that the operator set."""
 
     levels: dict[str, LevelName] = msgspec.field(default_factory=dict[str, LevelName])
-    """By label, those that the operator set."""
+    """Levels that the operator set, by label."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SavedState:
-    """What a navigator left behind."""
+    """Map and goals of an earlier navigator."""
 
     voxel_map: VoxelMap | None
-    """None where it was killed before it had written one."""
+    """None if no map was written before it ended."""
     requests: tuple[SavedGoal, ...]
-    """The goal that was searched for, and those that waited, in their order."""
+    """The active goal and the queued ones, in order."""
 
 
 def read_saved_state(path: Path, config: MapConfig) -> SavedState | None:
-    """Read what was kept in a file; None where nothing was.
+    """Read map and goals; None where neither file exists.
 
     Raises:
-        MapFileError: The file is damaged, no map, or of another voxel size; or the goals beside it
-            are none.
+        MapFileError: The file is damaged, no map, or of another voxel size; or the goals cannot be
+            decoded.
         OSError: It cannot be read.
     """
     goals = _goals_path(path)
@@ -70,42 +70,42 @@ def read_saved_state(path: Path, config: MapConfig) -> SavedState | None:
 
 
 class StatePersistence:
-    """Writes the map now and then, in a thread of its own, and the goals with it."""
+    """Writes the map at intervals in a thread of its own, and the goals when they change."""
 
     def __init__(
-        self, path: Path, say: Callable[[str, str], None], every_s: float = EVERY_S
+        self, path: Path, report_event: Callable[[str, str], None], every_s: float = SAVE_EVERY_S
     ) -> None:
-        """Keep in a file; `say` tells the operator of an error, once until it works again."""
+        """Write to a file; `report_event` reports an error once, until writing works again."""
         self._path = path
-        self._say = say
+        self._report_event = report_event
         self._every_s = every_s
         self._due_at = time.monotonic() + min(FIRST_AFTER_S, every_s)
         self._revision = -1
         self._goals: bytes | None = None
         self._writer: threading.Thread | None = None
         self._problem = ""
-        self._told = False
+        self._reported = False
 
     def keep(self, voxel_map: VoxelMap, goals: GoalQueue) -> None:
-        """Write what changed, if it is time: called after every step, in the mission's thread."""
-        if self._problem and not self._told:
-            self._told = True
-            self._say("error", self._problem)
+        """Write what changed, if it is due: called by the mission's thread after every step."""
+        if self._problem and not self._reported:
+            self._reported = True
+            self._report_event("error", self._problem)
         self._keep_goals(goals)
         if time.monotonic() < self._due_at or (self._writer and self._writer.is_alive()):
             return
         self._due_at = time.monotonic() + self._every_s
         if voxel_map.revision != self._revision:
             self._revision = voxel_map.revision
-            # Copied here, where nothing changes it; packed and written beside the mission.
+            # Copied in the mission's thread; compressed and written in another.
             content = voxel_map.capture()
             self._writer = threading.Thread(
-                target=self._write, args=content, name="map keeper", daemon=True
+                target=self._write, args=content, name="map writer", daemon=True
             )
             self._writer.start()
 
     def close(self, voxel_map: VoxelMap, goals: GoalQueue) -> None:
-        """Write everything once more, and wait for it."""
+        """Write map and goals, and wait until they are written."""
         if self._writer is not None:
             self._writer.join()
         self._keep_goals(goals)
@@ -120,7 +120,7 @@ class StatePersistence:
             self._problem = f"the map is not kept in {self._path.name}: {error.strerror or error}"
             self._revision = -1
         else:
-            self._problem, self._told = "", False
+            self._problem, self._reported = "", False
 
     def _keep_goals(self, goals: GoalQueue) -> None:
         content = msgspec.json.encode([_request_of(search) for search in goals.unfinished()])

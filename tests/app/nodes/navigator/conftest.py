@@ -88,8 +88,8 @@ def open_office(sessions):
             goals,
             model=model,
             look_every_s=look_every_s,
-            put=operations.put,
-            say=lambda kind, text: events.append((kind, text)),
+            operations=SimpleNamespace(enqueue=operations.put, wake=lambda: None),
+            report_event=lambda kind, text: events.append((kind, text)),
         )
         config = MissionConfig(map=MapConfig(voxel_size_m=0.2, memory_limit_mb=128.0))
         mission = Mission(config, ZED, MATTERPORT_40, seed=0)

@@ -43,7 +43,7 @@ class Bench:
             ZED,
             self.stream,
             STALE_S,
-            refuse=lambda _: self.refusal,
+            refusal=lambda _: self.refusal,
             on_takeover=self._took_over,
         )
         self._publisher = client.declare_publisher(f"{ROBOT}/{keys.TELEOP}", express=True)

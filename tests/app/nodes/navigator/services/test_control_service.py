@@ -133,16 +133,16 @@ def test_what_changes_is_told_once(office):
     assert office.service.watch() == ((), True, False), "stale"
     office.clock.now += 1.0
     assert office.service.watch() == (("Anna is gone: control ran out",), True, True)
-    assert office.service.refuse_hand(TeleopTag(sender=anna.session, epoch=anna.epoch, seq=1))
+    assert office.service.teleop_refusal(TeleopTag(sender=anna.session, epoch=anna.epoch, seq=1))
 
 
 def test_a_handover_takes_the_hand_off_the_wheels(office):
     holding(office, ANNA)
     office.service.watch()
-    assert office.service.refuse_hand(TeleopTag(sender=ANNA.session, epoch=1, seq=1)) is None
+    assert office.service.teleop_refusal(TeleopTag(sender=ANNA.session, epoch=1, seq=1)) is None
     office.service.take(TakeRequest(), BERT)
     assert office.service.watch() == (("Bert took control from Anna",), True, True)
-    assert office.service.refuse_hand(TeleopTag(sender=ANNA.session, epoch=1, seq=2))
+    assert office.service.teleop_refusal(TeleopTag(sender=ANNA.session, epoch=1, seq=2))
 
 
 def test_of_many_who_press_at_once_one_holds_and_one_waits(office):

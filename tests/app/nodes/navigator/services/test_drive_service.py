@@ -20,6 +20,7 @@ from app.messages.control import (
 )
 from app.messages.driving import DriveRequest, GotoRequest, PaintedRegions, PaintRequest
 from app.nodes.navigator.services.drive_service import DriveService
+from app.nodes.navigator.services.mission_queue import MissionQueue
 from app.nodes.navigator.services.preview_service import PreviewService
 from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.control.drive import DriveMode
@@ -60,13 +61,16 @@ def service(sessions):
     router, client = sessions
     mission, sender = Missionary(), Sender()
 
-    def put(operation) -> None:
-        threading.Thread(target=operation, args=(mission,)).start()
+    class ThreadPerOperation(MissionQueue):
+        def enqueue(self, operation) -> None:
+            threading.Thread(target=operation, args=(mission,)).start()
+
+    operations = ThreadPerOperation(wake=lambda: None)
 
     mux: Any = SimpleNamespace(set_mode=lambda mode, _: mission.modes.append(mode))
     goals = GoalQueue(3)
-    drive = DriveService(router, ROBOT, mux, put, sender, goals)
-    what_if = PreviewService(router, ROBOT, goals, put)
+    drive = DriveService(router, ROBOT, mux, operations, sender, goals)
+    what_if = PreviewService(router, ROBOT, goals, operations)
 
     def request(key, message, kind=Accepted):
         return ask(client, f"{ROBOT}/{key}", message, kind, 3.0)
@@ -77,7 +81,7 @@ def service(sessions):
     sender.close()
 
 
-def test_the_mode_reaches_helm_and_mission(service):
+def test_the_mode_reaches_mux_and_mission(service):
     reply = service.request(keys.DRIVE, DriveRequest(mode="manual", speed_limit=0.5))
     assert reply.detail == "manual, at most 50% of the speed"
     assert DriveMode.MANUAL in service.mission.modes

@@ -12,6 +12,7 @@ from app.messages.control import (
 )
 from app.nodes.navigator.services.goal_service import GoalService
 from app.nodes.navigator.services.guidance_service import GuidanceService
+from app.nodes.navigator.services.mission_queue import MissionQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.guidance.levels import Level
 from ippon.vocabulary import MATTERPORT_40
@@ -62,12 +63,24 @@ def office(sessions):
     router, client = sessions
     goals = GoalQueue(max_queue=3)
     wheels = StopLatch()
+    operations = MissionQueue(wake=lambda: None)
     guidance = GuidanceService(
-        router, "r", MATTERPORT_40, goals, model=None, put=lambda _: None, say=lambda *_: None
+        router,
+        "r",
+        MATTERPORT_40,
+        goals,
+        model=None,
+        operations=MissionQueue(wake=lambda: None),
+        report_event=lambda *_: None,
     )
-    service = GoalService(router, "r", goals, guidance, wheels=wheels, wake=lambda: None)
+    service = GoalService(router, "r", goals, guidance, stop_latch=wheels, operations=operations)
     yield SimpleNamespace(
-        service=service, goals=goals, wheels=wheels, mission=Recorder(), client=client
+        service=service,
+        operations=operations,
+        goals=goals,
+        wheels=wheels,
+        mission=Recorder(),
+        client=client,
     )
     guidance.close()
 
@@ -102,34 +115,34 @@ def test_an_empty_object_and_a_full_queue_are_refused(office):
 def test_stop_reaches_the_wheels_before_the_mission(office):
     reply = office.service.control(ControlRequest(action="stop"))
     assert (reply.state, office.wheels.calls, office.mission.calls) == ("stopped", ["halt"], [])
-    office.service.run_queued(office.mission)
+    office.operations.run_queued(office.mission)
     assert office.mission.names() == ["stop"]
 
 
 def test_a_stop_right_after_a_resume_holds(office):
     office.service.control(ControlRequest(action="resume"))
     office.service.control(ControlRequest(action="stop"))
-    office.service.run_queued(office.mission)
+    office.operations.run_queued(office.mission)
     assert office.mission.names() == ["stop"]
     assert office.wheels.halted
 
 
 def test_a_stop_in_the_middle_of_a_resume_is_never_undone(office):
     office.service.control(ControlRequest(action="stop"))
-    office.service.run_queued(office.mission)
+    office.operations.run_queued(office.mission)
     office.service.control(ControlRequest(action="resume"))
     # The request comes in another thread, just before the mission's thread lets commands pass.
     office.wheels.before_release = lambda: office.service.control(ControlRequest(action="stop"))
-    office.service.run_queued(office.mission)
+    office.operations.run_queued(office.mission)
     assert office.wheels.calls == ["halt", "halt"]
     assert office.wheels.halted
     assert office.mission.names() == ["stop", "stop"]
 
 
 def test_an_operation_that_fails_is_logged_and_the_next_one_runs(office, caplog):
-    office.service.put(lambda _: 1 // 0)
+    office.operations.enqueue(lambda _: 1 // 0)
     office.service.control(ControlRequest(action="pause"))
-    office.service.run_queued(office.mission)
+    office.operations.run_queued(office.mission)
     assert office.mission.names() == ["pause"]
     assert "ZeroDivisionError" in caplog.text
 
@@ -138,10 +151,10 @@ def test_only_resume_releases_the_wheels(office):
     office.service.control(ControlRequest(action="stop"))
     office.service.control(ControlRequest(action="pause"))
     start(office)
-    office.service.run_queued(office.mission)
+    office.operations.run_queued(office.mission)
     assert "release" not in office.wheels.calls
     office.service.control(ControlRequest(action="resume"))
-    office.service.run_queued(office.mission)
+    office.operations.run_queued(office.mission)
     assert not office.wheels.halted
 
 
@@ -153,7 +166,7 @@ def test_cancel_ends_the_goal_it_was_said_of_and_no_other(office):
     # Before the mission's thread gets to it, the goal is found and the next one starts.
     office.goals.conclude("found")
     assert start(office, "mug").goal.object == "mug"
-    office.service.run_queued(office.mission)
+    office.operations.run_queued(office.mission)
     assert office.mission.calls == []
     assert office.goals.active().goal.object == "mug"
 
@@ -161,7 +174,7 @@ def test_cancel_ends_the_goal_it_was_said_of_and_no_other(office):
 def test_cancel(office):
     start(office)
     office.service.control(ControlRequest(action="cancel"))
-    office.service.run_queued(office.mission)
+    office.operations.run_queued(office.mission)
     assert office.mission.names() == ["cancel_goal"]
     assert office.goals.active() is None
 
@@ -171,7 +184,7 @@ def test_a_cancelled_find_stays_a_find(office):
     office.goals.conclude("found")
     reply = office.service.control(ControlRequest(action="cancel"))
     assert reply.detail == "the search for hat was over: found"
-    office.service.run_queued(office.mission)
+    office.operations.run_queued(office.mission)
     active, _, history = office.goals.statuses()
     assert active is None
     assert [goal.outcome for goal in history] == ["found"]
@@ -184,10 +197,10 @@ def test_feedback_belongs_to_a_find(office):
     office.goals.conclude("found")
     office.service.state = "found"
     office.service.feedback(FeedbackRequest(verdict="confirm"))
-    office.service.run_queued(office.mission)
+    office.operations.run_queued(office.mission)
     assert office.goals.statuses()[0].outcome == "found"
     office.service.feedback(FeedbackRequest(verdict="reject"))
-    office.service.run_queued(office.mission)
+    office.operations.run_queued(office.mission)
     assert "reject_find" in office.mission.names()
     assert office.goals.statuses()[0].outcome == "active"
 

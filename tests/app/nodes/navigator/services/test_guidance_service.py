@@ -13,7 +13,7 @@ from app.messages.control import (
     VocabularyRequest,
 )
 from app.nodes.navigator.services import guidance_service as counsel_module
-from app.nodes.navigator.status_report import proximity_table
+from app.nodes.navigator.status_report import level_table
 from ippon.guidance.levels import Level
 from ippon.guidance.prior import PROVIDER, EmbeddedPrior
 from ippon.vocabulary import MATTERPORT_40
@@ -26,14 +26,14 @@ def test_navigation_starts_on_the_prior_and_swaps_when_the_answer_comes(open_off
     assert levels(office)["sofa"] is Level.CERTAIN
     (note,) = office.guidance.notes()
     assert note == f"asking {MODEL}; the embedded prior guides until then"
-    table = proximity_table(office.goals.active())
+    table = level_table(office.goals.active())
     assert (table.provider, table.asking, table.prompt) == (PROVIDER, MODEL, "")
     revision = office.mission.voxel_map.revision
     office.model.may_answer.release()
     run_next(office)
     assert set(levels(office).values()) == {Level.NEAR}
     assert office.mission.voxel_map.revision > revision
-    table = proximity_table(office.goals.active())
+    table = level_table(office.goals.active())
     assert (table.provider, table.asking, table.elapsed_ms) == (MODEL, "", 1234.0)
     assert (table.prompt, table.reply) == ("the question", "the answer")
     assert office.events == [("guidance", f"levels of {MODEL} after 1234 ms")]
@@ -60,7 +60,7 @@ def test_a_model_that_fails_is_told_of(open_office):
     run_next(office)
     assert office.guidance.notes() == ("no answer of the language model: HTTP 500",)
     assert office.events[0][1].endswith("the embedded prior answered instead")
-    assert proximity_table(office.goals.active()).provider == PROVIDER
+    assert level_table(office.goals.active()).provider == PROVIDER
 
 
 def test_an_answer_for_a_goal_that_is_over_is_dropped(open_office):

@@ -48,27 +48,27 @@ def test_what_is_free_is_taken(lease: Lease) -> None:
 def test_while_it_is_free_every_command_counts(lease: Lease) -> None:
     assert lease.refusal(None, 0.0) is None
     assert lease.refusal(ANNA, 0.0) is None
-    assert lease.refusal_of_hand(ANNA.session, 0, 0.0) == "nobody holds control: take it to drive"
+    assert lease.teleop_refusal(ANNA.session, 0, 0.0) == "nobody holds control: take it to drive"
 
 
 def test_the_holders_commands_count_and_nobody_elses(held: Lease) -> None:
     assert held.refusal(ANNA_1, 0.1) is None
-    assert held.refusal_of_hand(ANNA.session, 1, 0.1) is None
+    assert held.teleop_refusal(ANNA.session, 1, 0.1) is None
     refused = (
         "Anna holds control: ask for it, wait until it is released, or take it over "
         "(ippon ask --take)"
     )
     assert held.refusal(None, 0.1) == refused
     assert held.refusal(of_epoch(BERT, 1), 0.1) == refused
-    assert held.refusal_of_hand(BERT.session, 1, 0.1) == "Anna holds control"
+    assert held.teleop_refusal(BERT.session, 1, 0.1) == "Anna holds control"
 
 
 def test_an_old_epoch_counts_no_more(held: Lease) -> None:
     held.release(ANNA_1, 0.1)
     assert held.request(ANNA, 0.2).epoch == 2
     assert "ended" in str(held.refusal(ANNA_1, 0.3))
-    assert held.refusal_of_hand(ANNA.session, 1, 0.3) == "this control has ended"
-    assert held.refusal_of_hand(ANNA.session, 2, 0.3) is None
+    assert held.teleop_refusal(ANNA.session, 1, 0.3) == "this control has ended"
+    assert held.teleop_refusal(ANNA.session, 2, 0.3) is None
 
 
 def test_renewals_keep_it_and_silence_ends_it(held: Lease) -> None:
@@ -81,7 +81,7 @@ def test_renewals_keep_it_and_silence_ends_it(held: Lease) -> None:
     assert held.status(last + EXPIRY_S + 0.01).state == "free"
     assert held.take_news() == ("Anna is gone: control ran out",)
     assert held.renew(ANNA_1, last + 3.0).standing == "watches"
-    assert held.refusal_of_hand(ANNA.session, 1, last + 3.0) is not None
+    assert held.teleop_refusal(ANNA.session, 1, last + 3.0) is not None
 
 
 def test_asking_shows_and_the_holder_grants(held: Lease) -> None:
@@ -196,5 +196,5 @@ def test_whatever_happens_one_at_most_commands(steps: list[tuple[str, int, float
                 if lease.refusal(of_epoch(p, e), now) is None
             ]
             assert allowed == [(status.holder, status.epoch)]
-            driving = [p for p in PEOPLE if not lease.refusal_of_hand(p.session, last_epoch, now)]
+            driving = [p for p in PEOPLE if not lease.teleop_refusal(p.session, last_epoch, now)]
             assert [p.name for p in driving] == [status.holder]

@@ -1,0 +1,56 @@
+"""Publishes what late joiners are told as well: configuration, labels, levels, status."""
+
+import time
+
+import msgspec
+import zenoh
+
+from app.links.network.latched_topic import LatchedTopic
+from app.links.network.sender import Sender
+from app.messages import keys
+from app.messages.control import SegmentationLabels, Status, encode
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.state.goal_queue import PlannedSearch
+from app.nodes.navigator.status_report import level_table
+from ippon.mission.mission import Mission
+
+
+class StatePublisher:
+    """Publishes labels and levels when they change, and the status when it is given one."""
+
+    def __init__(self, session: zenoh.Session, config: NavigatorConfig, sender: Sender) -> None:
+        """Declare the topics and publish the configuration."""
+        robot = config.robot
+        self.status_at = 0.0
+        """Monotonic time of the latest status."""
+        self._status = LatchedTopic(session, f"{robot}/{keys.STATUS}", sender)
+        self._labels = LatchedTopic(session, f"{robot}/{keys.LABELS}", sender)
+        self._levels = LatchedTopic(session, f"{robot}/{keys.LEVELS}", sender)
+        self._configuration = LatchedTopic(session, f"{robot}/{keys.CONFIGURATION}", sender)
+        self._configuration.put(msgspec.json.encode(config))
+        self._published_labels: SegmentationLabels | None = None
+        self._published_search: PlannedSearch | None = None
+
+    def publish_labels(self, mission: Mission) -> None:
+        """Publish the labels that the segmentation has to distinguish, if they changed."""
+        goal = mission.goal
+        ooi = goal.object if goal is not None else None
+        if ooi is None and self._published_labels is not None:
+            # The object stays after the end of its search: another request would change nothing.
+            ooi = self._published_labels.ooi
+        labels = SegmentationLabels(labels=list(mission.voxel_map.labels), ooi=ooi)
+        if labels != self._published_labels:
+            self._published_labels = labels
+            self._labels.put(encode(labels))
+
+    def publish_levels(self, active: PlannedSearch | None, mission: Mission) -> None:
+        """Publish the levels of the active search, if they changed."""
+        if active is None or active is self._published_search:
+            return
+        self._published_search = active
+        self._levels.put(encode(level_table(active, mission.rooms.note)))
+
+    def publish_status(self, status: Status) -> None:
+        """Publish a status."""
+        self.status_at = time.monotonic()
+        self._status.put(encode(status))
