@@ -9,7 +9,7 @@ from app.cli.options.commands import Levels
 from app.cli.tools.language_model import make_model
 from app.cli.tools.levels_table import as_json, print_levels, print_question, said_by
 from app.errors import UsageError
-from app.links.language_model.interface import Answer
+from app.links.language_model.interface import LevelsAnswer
 from app.messages.control import SearchRequest
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
@@ -42,7 +42,7 @@ def run_levels(command: Levels) -> int:
     return 0
 
 
-def _answer(command: Levels) -> Answer:
+def _answer(command: Levels) -> LevelsAnswer:
     vocabulary = MATTERPORT_40 if command.vocabulary == "matterport" else LABORATORY_40
     model = make_model(command.llm, os.environ)
     try:
@@ -62,7 +62,7 @@ def _answer(command: Levels) -> Answer:
         raise UsageError(str(error)) from error
     guidance = prior.levels(resolved, command.context, vocabulary)
     elapsed_ms = 1e3 * (time.perf_counter() - started)
-    return Answer(
+    return LevelsAnswer(
         guidance=guidance, prompt="", reply="", elapsed_ms=elapsed_ms, from_cache=False, failed=""
     )
 

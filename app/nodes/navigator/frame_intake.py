@@ -1,4 +1,4 @@
-"""The navigator's ears: messages of the robot in, frames out."""
+"""Receives the robot's messages and assembles them into frames."""
 
 import threading
 import time
@@ -17,10 +17,10 @@ from app.messages.images import decode_color
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 
-WAITING: Final = 4
-"""Messages of one topic that may wait to be decoded; older ones are dropped and counted."""
+MAX_WAITING: Final = 4
+"""Messages of one topic that may wait for decoding; older ones are dropped and counted."""
 ARRIVALS: Final = 64
-"""Colour images whose time of arrival is remembered."""
+"""Number of colour images whose time of arrival is kept."""
 _STREAM_OF: Final = {
     keys.TF: "pose",
     keys.TF_STATIC: "",
@@ -32,12 +32,12 @@ _STREAM_OF: Final = {
     keys.COLOR: "colour",
 }
 """Stream that counts the messages of each topic, "" for none; decoded in this order."""
-NEEDED: Final = ("colour", "depth", "pose")
+REQUIRED: Final = ("colour", "depth", "pose")
 """Streams without which there is no frame."""
 
 
 class FrameIntake:
-    """Callbacks only put bytes aside; `take` decodes in the caller's thread."""
+    """Callbacks only store the bytes; `take` decodes them in the caller's thread."""
 
     def __init__(self, session: zenoh.Session, robot: str, report: Callable[[str], None]) -> None:
         self.assembler = FrameAssembler()
@@ -49,15 +49,15 @@ class FrameIntake:
         self.arrived_at = 0.0
         """`time.perf_counter` when the colour image of the last frame arrived."""
         self.refused = ""
-        """Why the last frame was refused, empty once one was accepted."""
+        """Why the last frame was refused; empty after one was accepted."""
         self._framed_at = self._came_at = 0.0
         self._report = report
         self._arrived = threading.Condition()
         self._waiting: dict[str, deque[tuple[float, bytes]]] = {}
         self._arrivals: dict[int, float] = {}
         for topic, stream in _STREAM_OF.items():
-            # Poses come faster than images, and each is needed to place an image between two.
-            size = 100 if topic in (keys.TF, keys.CONTACT) else WAITING
+            # Poses arrive faster than images, and interpolation needs each of them.
+            size = 100 if topic in (keys.TF, keys.CONTACT) else MAX_WAITING
             self._waiting[topic] = deque(maxlen=size)
             kept = topic == keys.TF_STATIC
             subscribe(session, f"{robot}/{topic}", self._receiver(topic, stream), kept=kept)
@@ -79,7 +79,7 @@ class FrameIntake:
         return receive
 
     def wake(self) -> None:
-        """End a wait for a frame early: there is something else to do."""
+        """End a wait for a frame early."""
         with self._arrived:
             self._arrived.notify()
 
@@ -107,19 +107,19 @@ class FrameIntake:
         return frame
 
     def take_late(self) -> Frame | None:
-        """Return an older frame whose heatmap has come only now, None while there is none."""
+        """Return an earlier frame whose heatmap arrived late, None while there is none."""
         return self.assembler.take_late()
 
     def accept(self) -> None:
-        """Take note that the last frame could be used."""
+        """Clear `refused` after a frame was used."""
         self.refused = ""
 
     def refuse_frame(self, problem: str, stamp_ns: int | None = None) -> None:
-        """Count a frame that could not be used, under the stream that the problem lies in.
+        """Count a refused frame under the stream that caused it.
 
         Args:
             problem: What is wrong with it.
-            stamp_ns: Its stamp, where it had become a frame: no late heatmap belongs to it.
+            stamp_ns: Its stamp if it was assembled, so that no late heatmap is joined to it.
         """
         if stamp_ns is not None:
             self.assembler.forget(stamp_ns)
@@ -131,16 +131,16 @@ class FrameIntake:
         self.refuse(stream, problem)
 
     def refuse(self, stream: str, problem: str) -> None:
-        """Count a message or frame that could not be used, and say so the first time."""
+        """Count a message or frame that could not be used, and report the first one."""
         if self.monitors[stream].rejected(problem) == 1:
             self._report(f"{stream}: {problem}")
 
     def lost(self, after_s: float) -> list[tuple[str, float | None]]:
-        """Return the needed streams that are silent, each with its age.
+        """Return the required streams that are silent, each with its age.
 
-        Where all of them speak and yet no frame comes of it, what they lack counts as silent.
+        If all arrive and no frame results, the part that the frame lacks counts as silent.
         """
-        ages = [(name, self.monitors[name].age_s()) for name in NEEDED]
+        ages = [(name, self.monitors[name].age_s()) for name in REQUIRED]
         silent = [(name, age) for name, age in ages if age is None or age > after_s]
         unframed_s = time.monotonic() - self._framed_at
         if not silent and self.frames and unframed_s > after_s and self.assembler.missing():

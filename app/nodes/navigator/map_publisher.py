@@ -1,4 +1,4 @@
-"""What the navigator shows: map, tree, path, detections."""
+"""Publishes the map, the viewpoint tree, the path and the detections."""
 
 import threading
 import time
@@ -21,13 +21,13 @@ from ippon.mission.snapshot import Find, Snapshot
 
 MAX_DETECTIONS: Final = 20
 MAX_BACKLOG_BYTES: Final = 4 * 2**20
-"""With more than this waiting for a slow link, changes of the map gather in the tracker instead."""
+"""Unsent bytes above which changes of the map accumulate in the tracker instead."""
 MAX_WAITING: Final = 16
-"""Requests for the whole map that may wait for one answer; more are left without one."""
+"""Largest number of pending requests for the whole map; more are dropped."""
 
 
 class MapPublisher:
-    """Publishes what changed, and the whole map when somebody needs it."""
+    """Publishes changes with each step, and the whole map at intervals and on request."""
 
     def __init__(
         self,
@@ -42,14 +42,14 @@ class MapPublisher:
         self._waiting: list[zenoh.Query] = []
         self._waiting_lock = threading.Lock()
         self._last: Snapshot | None = None
-        self._tell_all = 0
+        self._republish = 0
         self._voxel_m = voxel_map.config.voxel_size_m
         self._tracker = SurfaceTracker(voxel_map)
         self._keyframe_every_s = keyframe_every_s
         self._keyframe_at = time.monotonic()
         self._frame_ns = 0
         self._stamp_ns = -1
-        # A lost delta would leave a wrong voxel behind until it changes again.
+        # After a lost delta, subscribers would show a wrong voxel until its next change.
         block = zenoh.CongestionControl.BLOCK
         self._voxels = session.declare_publisher(
             f"{robot}/{keys.MAP_VOXELS}", congestion_control=block
@@ -69,18 +69,18 @@ class MapPublisher:
                 self._keyframe_at = time.monotonic()
                 self._put(self._keyframe, self.keyframe())
         if self._last is not None and snapshot.stamp_ns < self._last.stamp_ns:
-            # Who watches forgets with the next status: all is told once more after that.
-            self._tell_all = 2
-        before = self._last if self._tell_all == 0 else None
+            # Viewers clear their state with the next status: publish everything after it.
+            self._republish = 2
+        before = self._last if self._republish == 0 else None
         for key, payload in plan_messages(snapshot, before):
             self._plan[key].put(payload)
-        self._last, self._tell_all = snapshot, max(0, self._tell_all - 1)
+        self._last, self._republish = snapshot, max(0, self._republish - 1)
 
     def ask(self, query: zenoh.Query) -> bool:
-        """Keep a request for the whole map until `answer`; safe from any thread.
+        """Queue a request for the whole map until `answer`; safe from any thread.
 
         Returns:
-            Whether it will be answered: False where too many wait.
+            Whether it will be answered; False if too many are pending.
         """
         with self._waiting_lock:
             if len(self._waiting) >= MAX_WAITING:
@@ -89,7 +89,7 @@ class MapPublisher:
             return True
 
     def answer(self) -> None:
-        """Make the whole map once, for all who asked for it."""
+        """Answer all pending requests with one encoding of the whole map."""
         with self._waiting_lock:
             queries, self._waiting = self._waiting, []
         if queries:
@@ -99,7 +99,7 @@ class MapPublisher:
                 self._sender.put(len(payload), reply)
 
     def keyframe(self) -> bytes:
-        """Return the whole map as it is now; those who follow the changes get the last ones."""
+        """Return the whole map, and publish the latest changes to subscribers."""
         self._publish_changes()
         return encode_voxels(self._cloud(self._tracker.keyframe()))
 
@@ -112,18 +112,18 @@ class MapPublisher:
         self._sender.put(len(payload), partial(publisher.put, payload))
 
     def _cloud(self, delta: SurfaceDelta) -> VoxelCloud:
-        # The map may change between two frames, and a whole map may follow a change of the same
-        # frame: each message gets a newer stamp than the one before, so that order shows.
+        # Several messages may belong to one frame: each gets a newer stamp than the one before, so
+        # that receivers can order them.
         self._stamp_ns = max(self._frame_ns, self._stamp_ns + 1)
         return cloud_of(delta, self._stamp_ns, self._voxel_m)
 
 
 def plan_messages(snapshot: Snapshot, before: Snapshot | None) -> Iterator[tuple[str, bytes]]:
-    """Yield key and payload of one step's tree, where it has one, path, detections, glimpses.
+    """Yield key and payload of a step's tree (if any), path, detections and far evidence.
 
     Args:
         snapshot: The step's.
-        before: Of the step before it, None for none: what images show is told when it changes.
+        before: Snapshot of the previous step, None for none: far evidence is sent when it changes.
     """
     stamp = snapshot.stamp_ns
     path = np.empty((0, 3))
@@ -134,7 +134,7 @@ def plan_messages(snapshot: Snapshot, before: Snapshot | None) -> Iterator[tuple
     label = snapshot.goal.object if snapshot.goal is not None else ""
     finds = [detection_of(find, label) for find in snapshot.candidates[:MAX_DETECTIONS]]
     yield keys.DETECTIONS, encode_detections(finds, stamp)
-    if before is not None and _shows_the_same(before, snapshot):
+    if before is not None and _same_far_evidence(before, snapshot):
         return
     rows: list[list[float]] = np.round(snapshot.glimpsed.astype(np.float64), 3).tolist()
     runs: list[list[int]] = snapshot.looked_over.tolist()
@@ -147,13 +147,13 @@ def plan_messages(snapshot: Snapshot, before: Snapshot | None) -> Iterator[tuple
     yield keys.FAR_EVIDENCE, encode(places)
 
 
-def _shows_the_same(before: Snapshot, now: Snapshot) -> bool:
-    """Tell whether nothing has changed in what images show; unchanged arrays are handed on."""
+def _same_far_evidence(before: Snapshot, now: Snapshot) -> bool:
+    """Tell whether far evidence is unchanged; unchanged arrays keep their identity."""
     return before.glimpsed is now.glimpsed and before.looked_over is now.looked_over
 
 
 def cloud_of(delta: SurfaceDelta, stamp_ns: int, voxel_m: float) -> VoxelCloud:
-    """Return changed voxels as they travel."""
+    """Return changed voxels as a message."""
     return VoxelCloud(
         stamp_ns=stamp_ns,
         centers_world=(delta.index.astype(np.float32) + np.float32(0.5)) * np.float32(voxel_m),
@@ -173,7 +173,7 @@ def _reply(query: zenoh.Query, key: str, payload: bytes) -> None:
 
 
 def detection_of(find: Find, label: str) -> Detection:
-    """Return a find as it travels."""
+    """Return a find as a message."""
     return Detection(
         label=label,
         probability=find.probability,

@@ -113,6 +113,7 @@ class Navigator:
         self._services.mux.close()
         self._stream.close()
         self._services.guidance.close()
+        self._services.sentences.close()
         self._sender.close()
         if self._persistence is not None:
             self._persistence.close(self._mission.voxel_map, self._goals)

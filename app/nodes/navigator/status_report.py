@@ -1,4 +1,4 @@
-"""The status message: what the navigator says of itself, twice a second and after each step."""
+"""Assembles the status message, which is published twice a second and after each step."""
 
 import time
 from collections import deque
@@ -24,16 +24,15 @@ from ippon.mission.mission import Mission
 from ippon.mission.snapshot import Find, Snapshot
 from ippon.planning.plan import Plan
 
-PLANNED: Final = 50
-"""Frames over which it is counted how often planning ran out of time: ten seconds at five a second;
-in half of them the operator is told."""
+PLAN_WINDOW: Final = 50
+"""Frames over which truncated plans are counted; if half are truncated, the operator is told."""
 STILL = 1e-3
 ENDS = ("found", "exhausted")
 GOES_ON = ("looking_around", "searching", "approaching", "manual")
 
 
 class StatusReport:
-    """Puts the status together, and times how soon a query moves the robot."""
+    """Assembles the status, and measures the time from a query to the first motion."""
 
     def __init__(self, config: NavigatorConfig, version: str) -> None:
         self._config = config
@@ -43,19 +42,19 @@ class StatusReport:
         self.first_motion_s: float | None = None
         self._last_tilt: float | None = None
         self._took_s: float | None = None
-        """How long the search took that ended, while its find waits to be judged."""
+        """Duration of the search that ended, while its find waits for confirmation."""
         self._plan: Plan | None = None
-        self._cut_short: deque[bool] = deque(maxlen=PLANNED)
+        self._cut_short: deque[bool] = deque(maxlen=PLAN_WINDOW)
 
     def goal_set(self, since: float) -> None:
-        """Another goal, asked for at a monotonic time: its first motion is still to come."""
+        """Start measuring the time to first motion of a goal requested at a monotonic time."""
         self._since = since
         self.first_motion_s = None
 
     def command_given(self, command: Command) -> None:
-        """Take note of a command, for the time from query to first motion.
+        """Record a command, for the time from query to first motion.
 
-        A robot that was not there yet when the query came is waited for off the clock.
+        Time before the robot's first command does not count.
         """
         now = time.monotonic()
         self._first_command_at = self._first_command_at or now
@@ -66,7 +65,7 @@ class StatusReport:
             self.first_motion_s = now - max(self._since, self._first_command_at)
 
     def planned(self, plan: Plan | None) -> None:
-        """Take note of the latest plan, whether it is of the latest frame or an older one."""
+        """Record the latest plan; a plan that was recorded before counts once."""
         if plan is not None and plan is not self._plan:
             self._cut_short.append(plan.cut_short)
         self._plan = plan
@@ -84,7 +83,7 @@ class StatusReport:
         lease: LeaseStatus,
         notes: tuple[str, ...] = (),
     ) -> Status:
-        """Return the navigator's state as it is now."""
+        """Return the current status."""
         active, queue, history = goals.statuses()
         state, why = _state(snapshot, mission, lost, intake)
         find = snapshot.find if snapshot is not None and mission.goal is not None else None
@@ -116,28 +115,28 @@ class StatusReport:
             surface_voxels=_surface_voxels(mission),
             voxel_size_m=mission.config.map.voxel_size_m,
             map_revision=mission.voxel_map.revision,
-            notes=[*notes, *self._slowness()],
+            notes=[*notes, *self._slow_planning()],
             drive=drive,
             lease=lease,
         )
 
-    def _slowness(self) -> tuple[str, ...]:
+    def _slow_planning(self) -> tuple[str, ...]:
         budget_s, often = self._config.mission.planner.step_budget_s, sum(self._cut_short)
-        if budget_s is None or 2 * often < PLANNED:
+        if budget_s is None or 2 * often < PLAN_WINDOW:
             return ()
         text = (
-            f"planning ran out of its {1e3 * budget_s:g} ms in {often} of the last {PLANNED} "
-            "frames: this machine is slow or busy, and the robot chooses among fewer places"
+            f"planning exceeded its {1e3 * budget_s:g} ms in {often} of the last {PLAN_WINDOW} "
+            "frames: this machine is slow or busy, and fewer viewpoints are evaluated"
         )
         return (text,)
 
     def _elapsed_s(self, state: MissionState, snapshot: Snapshot | None) -> float:
-        """Return the time since the search began, or what it took if it ended."""
+        """Return the time since the search began, or its duration if it ended."""
         elapsed_s = snapshot.elapsed_s if snapshot else 0.0
         if state in GOES_ON:
             self._took_s = None
         elif state in ENDS or self._took_s is not None:
-            # The lesser, because the next search may have ended before anything was said of it.
+            # The smaller value: the next search may end before a status of it was published.
             self._took_s = min(self._took_s or elapsed_s, elapsed_s)
             return self._took_s
         return elapsed_s
@@ -168,7 +167,7 @@ def _surface_voxels(mission: Mission) -> int:
 
 
 def find_report(find: Find, goal: Goal) -> FindReport:
-    """Return a find as the status tells it."""
+    """Return a find as the status reports it."""
     return FindReport(
         goal_id=goal.goal_id,
         object=goal.object,
@@ -182,11 +181,11 @@ def find_report(find: Find, goal: Goal) -> FindReport:
 
 
 def level_table(search: PlannedSearch, by_room: str = "") -> LevelTable:
-    """Return the levels of a search, and how they came about.
+    """Return the levels of a search and their origin.
 
     Args:
-        search: What is searched for.
-        by_room: What types of room change, in words; empty for nothing.
+        search: Goal and levels.
+        by_room: Levels that types of room change, in words; empty for none.
     """
     guidance = search.guidance
     return LevelTable(

@@ -1,8 +1,8 @@
-"""Common sense for the goals: the embedded prior at once, a language model when it answers.
+"""Levels of the goals: from the embedded prior at once, from a language model when it answers.
 
-Navigation never waits: a search starts on the prior. The model is asked in a thread of its own, its
-answer is taken by the mission's thread, and one that comes too late is dropped. What the operator
-sets wins over every answer for that goal.
+A search starts on the prior without waiting. The model is asked in a thread of its own; the
+mission's thread applies the answer and discards one to an earlier question. Levels that the
+operator sets override every answer for that goal.
 """
 
 import dataclasses
@@ -13,7 +13,6 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from concurrent.futures import TimeoutError as LateError
 from functools import partial
 from typing import Final
 
@@ -22,12 +21,7 @@ import simplejpeg
 import zenoh
 from numpy.typing import NDArray
 
-from app.links.language_model.interface import (
-    RULES,
-    LanguageModelInterface,
-    LevelsAnswer,
-    SentenceAnswer,
-)
+from app.links.language_model.interface import LanguageModelInterface, LevelsAnswer
 from app.links.network.requests import Authorize, RequestRefusedError, allow_all, serve
 from app.messages import keys
 from app.messages.control import (
@@ -35,14 +29,11 @@ from app.messages.control import (
     GuidanceRequest,
     LevelName,
     SearchRequest,
-    SentenceReading,
-    SentenceRequest,
     VocabularyRequest,
 )
 from app.nodes.navigator.services.mission_queue import MissionQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
-from ippon.guidance.language.sentence import read_query
 from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.objects.object_layers import MAX_LABELS
@@ -52,19 +43,17 @@ from ippon.vocabulary import canonical_label
 
 logger = logging.getLogger(__name__)
 
-SENTENCE_S: Final = 8.0
-"""A sentence that the model has not read by then is read by rules: somebody waits for it."""
 MAX_LEARNED: Final = 20
-"""Labels that the model may add by itself; each makes the map's rows longer."""
-_ASKERS: Final = 2
-"""MissionQueries under way at the same time: one that hangs does not hold up the next goal."""
+"""Largest number of labels that the model may add; each takes memory in every voxel."""
+_CONCURRENT_QUESTIONS: Final = 2
+"""Concurrent questions, so that one without an answer does not delay the next goal."""
 _LABEL: Final = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+){0,3}")
 
 ReportEvent = Callable[[str, str], None]
 
 
 class GuidanceService:
-    """Answers requests in zenoh's threads, questions in its own; touches the mission in none."""
+    """Handles requests in zenoh's threads and asks the model in its own."""
 
     def __init__(
         self,
@@ -90,12 +79,10 @@ class GuidanceService:
         self._prior = EmbeddedPrior()
         self._lock = threading.Lock()
         self._labels = labels
-        self._askers = ThreadPoolExecutor(_ASKERS, thread_name_prefix="counsel")
-        self._readers = ThreadPoolExecutor(1, thread_name_prefix="sentence")
-        self._lookers = ThreadPoolExecutor(1, thread_name_prefix="look")
+        self._levels_pool = ThreadPoolExecutor(_CONCURRENT_QUESTIONS, thread_name_prefix="levels")
+        self._image_pool = ThreadPoolExecutor(1, thread_name_prefix="look")
         self._queryables = [
             serve(session, f"{robot}/{keys.GUIDANCE}", GuidanceRequest, self.set_level, authorize),
-            serve(session, f"{robot}/{keys.SENTENCE}", SentenceRequest, self.read),
             serve(
                 session, f"{robot}/{keys.VOCABULARY}", VocabularyRequest, self.add_label, authorize
             ),
@@ -108,16 +95,16 @@ class GuidanceService:
             return self._labels
 
     def close(self) -> None:
-        """End the questions that are under way."""
+        """Cancel pending questions."""
         if self._model is not None:
             self._model.close()
-        for pool in (self._askers, self._readers, self._lookers):
+        for pool in (self._levels_pool, self._image_pool):
             pool.shutdown(wait=False, cancel_futures=True)
 
     # -- a goal ------------------------------------------------------------------------------
 
     def plan(self, request: SearchRequest, asked_at: float) -> PlannedSearch:
-        """Return the search that a request asks for, on the embedded prior.
+        """Return the search of a request, with levels of the embedded prior.
 
         Raises:
             RequestRefusedError: The object holds no word.
@@ -141,7 +128,7 @@ class GuidanceService:
         )
 
     def consult(self, goal_id: int) -> None:
-        """Ask the language model, where there is one, for the levels of a goal."""
+        """Ask the language model, if there is one, for the levels of a goal."""
         if self._model is None:
             return
         name = self._model.name
@@ -149,15 +136,15 @@ class GuidanceService:
             goal_id, lambda s: dataclasses.replace(s, asking=name, questions=s.questions + 1)
         )
         if search is not None:
-            self._askers.submit(self._ask, self._model, search)
+            self._levels_pool.submit(self._ask, self._model, search)
 
     def restore(self, goal_id: int, levels: Mapping[str, LevelName]) -> None:
-        """Set levels of a goal that does not count yet, as the operator had them before."""
+        """Set levels of a queued goal that the operator had set in an earlier run."""
         for label, level in levels.items():
             self._goals.amend(goal_id, partial(_edited, _edit_of(label, level)))
 
     def fitted(self, search: PlannedSearch) -> PlannedSearch:
-        """Return a search whose levels are those of the present labels, the new ones rated."""
+        """Return a search with levels for all present labels; new labels are rated by the prior."""
         labels = self.labels
         if tuple(row.label for row in search.guidance.rows) == labels:
             return search
@@ -169,7 +156,7 @@ class GuidanceService:
         return fitted or search
 
     def look(self, color: NDArray[np.uint8]) -> None:
-        """Have the model name things in an image, when it is time; more labels may come of it.
+        """Ask the model, when due, for objects in an image; their labels may be added.
 
         Args:
             color: (H, W, 3) RGB.
@@ -179,10 +166,10 @@ class GuidanceService:
         if self._model is None or not due or self._looking or self._learned >= MAX_LEARNED:
             return
         self._looked_at, self._looking = now, True
-        self._lookers.submit(self._name_things, self._model, color)
+        self._image_pool.submit(self._name_objects, self._model, color)
 
     def notes(self) -> tuple[str, ...]:
-        """Return who guides the present search, where that is not who was to."""
+        """Return a line for the status while the model's answer is pending or has failed."""
         search = self._goals.active()
         if search is None:
             return ()
@@ -206,21 +193,8 @@ class GuidanceService:
         self._operations.enqueue(partial(self._edit, active.goal.goal_id, edit))
         return Accepted(detail=f"{label} is {request.level} now")
 
-    def read(self, request: SentenceRequest) -> SentenceReading:
-        """Read a sentence, by the model where there is one; nothing is searched for yet."""
-        started = time.monotonic()
-        answer = self._read(request.sentence)
-        return SentenceReading(
-            object=answer.query.object,
-            context=answer.query.context,
-            doubtful=answer.query.doubtful,
-            provider=answer.provider,
-            elapsed_ms=1e3 * (time.monotonic() - started),
-            note=answer.failed,
-        )
-
     def add_label(self, request: VocabularyRequest) -> Accepted:
-        """Tell one more common object apart from now on."""
+        """Add a common object to the map's labels."""
         resolved = self._resolve(request.label)
         label = resolved.canonical
         self._check_new(request.label, label)
@@ -249,7 +223,7 @@ class GuidanceService:
                 f"{label} is what is searched for, and told apart by that; add it afterwards"
             )
 
-    # -- in threads of the model's -----------------------------------------------------------
+    # -- in the threads of the model ---------------------------------------------------------
 
     def _ask(self, model: LanguageModelInterface, search: PlannedSearch) -> None:
         goal_id, labels = search.goal.goal_id, self.labels
@@ -260,7 +234,7 @@ class GuidanceService:
         )
         self._operations.enqueue(partial(self._take, goal_id, search.questions, answer))
 
-    def _name_things(self, model: LanguageModelInterface, color: NDArray[np.uint8]) -> None:
+    def _name_objects(self, model: LanguageModelInterface, color: NDArray[np.uint8]) -> None:
         try:
             jpeg = simplejpeg.encode_jpeg(np.ascontiguousarray(color), 80, "RGB", "420")
             sighting = model.name_objects(jpeg, self.labels)
@@ -271,21 +245,10 @@ class GuidanceService:
         finally:
             self._looking = False
 
-    def _read(self, sentence: str) -> SentenceAnswer:
-        failed = ""
-        if self._model is not None:
-            reading = self._readers.submit(self._model.read_query, sentence)
-            try:
-                return reading.result(timeout=SENTENCE_S)
-            except LateError:
-                reading.cancel()
-                failed = f"no answer within {SENTENCE_S:g} s"
-        return SentenceAnswer(read_query(sentence), RULES, "", "", failed)
-
     # -- in the mission's thread -------------------------------------------------------------
 
     def _take(self, goal_id: int, question: int, answer: LevelsAnswer, mission: Mission) -> None:
-        """Swap the model's levels in, unless the goal is gone or was asked about again."""
+        """Apply the model's levels, unless the goal ended or a newer question was asked."""
         known = self._goals.find(goal_id)
         if known is None or known.questions != question:
             logger.info("an answer for goal %d came too late and is dropped", goal_id)
@@ -293,7 +256,7 @@ class GuidanceService:
         search = self.fitted(self._goals.amend(goal_id, partial(_answered, answer)) or known)
         if self._is_active(search):
             mission.set_guidance(search.guidance)
-            self._report_event("guidance", _told(answer))
+            self._report_event("guidance", _describe(answer))
 
     def _edit(self, goal_id: int, edit: LabelLevel, mission: Mission) -> None:
         active = self._goals.active()
@@ -307,7 +270,7 @@ class GuidanceService:
             )
 
     def _extend(self, label: str, mission: Mission) -> None:
-        """Let the map tell a label apart, and rate it for the present goal."""
+        """Add a label to the map, and rate it for the active goal."""
         if label in mission.voxel_map.labels:
             return
         with self._lock:
@@ -322,7 +285,7 @@ class GuidanceService:
             self.consult(active.goal.goal_id)
 
     def _learn(self, label: str, mission: Mission) -> None:
-        """Add a label that the model saw, unless it would be refused to the operator."""
+        """Add a label that the model proposed, under the rules for the operator's."""
         try:
             self._check_new(label, label)
         except RequestRefusedError as error:
@@ -358,7 +321,7 @@ def _edited(edit: LabelLevel, search: PlannedSearch) -> PlannedSearch:
     return dataclasses.replace(search, edits=edits, guidance=search.guidance.changed(edits))
 
 
-def _told(answer: LevelsAnswer) -> str:
+def _describe(answer: LevelsAnswer) -> str:
     if answer.failed:
         return answer.guidance.notes[0]
     where = "from the cache" if answer.from_cache else f"after {answer.elapsed_ms:.0f} ms"

@@ -1,4 +1,4 @@
-"""All services that answer requests, wired to one mission, one goal queue and one command stream."""
+"""All services that answer requests, wired to one goal queue and one command stream."""
 
 import zenoh
 
@@ -14,6 +14,7 @@ from app.nodes.navigator.services.goal_service import GoalService
 from app.nodes.navigator.services.guidance_service import GuidanceService
 from app.nodes.navigator.services.mission_queue import MissionQueue
 from app.nodes.navigator.services.preview_service import PreviewService
+from app.nodes.navigator.services.sentence_service import SentenceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
 
 
@@ -65,4 +66,5 @@ class RequestServices:
             on_takeover=lambda: operations.enqueue(lambda mission: mission.cancel_go_to()),
         )
         self.drive = DriveService(session, robot, self.mux, operations, sender, goals, authorize)
+        self.sentences = SentenceService(session, robot, model)
         self.preview = PreviewService(session, robot, goals, operations)

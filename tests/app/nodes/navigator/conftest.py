@@ -11,6 +11,7 @@ from app.messages.control import (
     SearchRequest,
 )
 from app.nodes.navigator.services.guidance_service import GuidanceService
+from app.nodes.navigator.services.sentence_service import SentenceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.guidance.language.sentence import Query
 from ippon.guidance.levels import Guidance, LabelLevel, Level
@@ -95,6 +96,7 @@ def open_office(sessions):
         mission = Mission(config, ZED, MATTERPORT_40, seed=0)
         office = SimpleNamespace(
             guidance=guidance,
+            sentences=SentenceService(router, "r", model),
             goals=goals,
             mission=mission,
             events=events,
@@ -108,6 +110,7 @@ def open_office(sessions):
     yield make
     for office in opened:
         office.guidance.close()
+        office.sentences.close()
 
 
 def search(office, wanted="hat", context="on the sofa", start=True):

@@ -8,7 +8,7 @@ from app.messages.lease import LeaseStatus
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.frame_intake import Stopwatch
 from app.nodes.navigator.state.goal_queue import GoalQueue
-from app.nodes.navigator.status_report import PLANNED, StatusReport
+from app.nodes.navigator.status_report import PLAN_WINDOW, StatusReport
 from ippon.command import Command
 from ippon.mission.config import MissionConfig
 from ippon.mission.mission import Mission
@@ -67,14 +67,14 @@ def test_planning_that_runs_out_of_time_often_is_told(mission):
             report.planned(SimpleNamespace(cut_short=cut))
         return state_of(report, mission, notes=("n",)).notes
 
-    assert notes_after(*[True] * (PLANNED // 2 - 1)) == ["n"]
+    assert notes_after(*[True] * (PLAN_WINDOW // 2 - 1)) == ["n"]
     same = SimpleNamespace(cut_short=True)
-    for _ in range(PLANNED):
+    for _ in range(PLAN_WINDOW):
         report.planned(same)  # A robot that is held does not plan.
-    note = "planning ran out of its 40 ms in 25 of the last 50 frames"
+    note = "planning exceeded its 40 ms in 25 of the last 50 frames"
     first, second = notes_after()
     assert (first, second.split(":")[0]) == ("n", note)
-    assert notes_after(*[False] * PLANNED) == ["n"]
+    assert notes_after(*[False] * PLAN_WINDOW) == ["n"]
 
 
 STILL = Command(tilt_rad=-0.2)

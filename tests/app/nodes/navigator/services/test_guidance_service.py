@@ -1,18 +1,13 @@
-"""Levels, labels and sentences, with a stand-in for the model and a real map."""
+"""Levels and labels, with a stand-in for the model and a real map."""
 
 import numpy as np
 import pytest
 
-from app.links.language_model.interface import RULES
-from app.links.network.requests import RequestRefusedError, ask
-from app.messages import keys
+from app.links.network.requests import RequestRefusedError
 from app.messages.control import (
     GuidanceRequest,
-    SentenceReading,
-    SentenceRequest,
     VocabularyRequest,
 )
-from app.nodes.navigator.services import guidance_service as counsel_module
 from app.nodes.navigator.status_report import level_table
 from ippon.guidance.levels import Level
 from ippon.guidance.prior import PROVIDER, EmbeddedPrior
@@ -122,25 +117,6 @@ def test_a_level_for_a_goal_that_is_over_changes_nothing(open_office):
     before = office.goals.active().guidance
     run_next(office)
     assert office.goals.active().guidance is before
-
-
-def test_a_sentence_is_read_by_rules_where_there_is_no_model(open_office):
-    office = open_office()
-    request = SentenceRequest(sentence="find my hat, I think I left it on the sofa")
-    reading = ask(office.client, f"r/{keys.SENTENCE}", request, SentenceReading, 5.0)
-    assert (reading.object, reading.context) == ("hat", "I think I left it on the sofa")
-    assert (reading.provider, reading.doubtful, reading.note) == (RULES, False, "")
-
-
-def test_a_sentence_is_read_by_the_model_within_its_time(open_office, monkeypatch):
-    office = open_office(Model())
-    office.model.may_answer.release()
-    reading = office.guidance.read(SentenceRequest(sentence="the thing for my head"))
-    assert (reading.object, reading.provider) == ("hat", MODEL)
-    monkeypatch.setattr(counsel_module, "SENTENCE_S", 0.05)
-    reading = office.guidance.read(SentenceRequest(sentence="find my mug"))
-    assert (reading.object, reading.provider) == ("mug", RULES)
-    assert reading.note == "no answer within 0.05 s"
 
 
 def test_closing_ends_the_model(open_office):

@@ -28,7 +28,7 @@ def lease() -> Lease:
 def held(lease: Lease) -> Lease:
     """Anna holds, with epoch 1, since 0."""
     assert lease.request(ANNA, 0.0).standing == "holds"
-    lease.take_news()
+    lease.take_events()
     return lease
 
 
@@ -41,8 +41,8 @@ def test_what_is_free_is_taken(lease: Lease) -> None:
     assert (reply.standing, reply.epoch, reply.detail) == ("holds", 1, "You hold control.")
     status = lease.status(0.0)
     assert (status.state, status.holder, status.epoch) == ("held", "Anna", 1)
-    assert lease.take_news() == ("Anna took control",)
-    assert lease.take_news() == ()
+    assert lease.take_events() == ("Anna took control",)
+    assert lease.take_events() == ()
 
 
 def test_while_it_is_free_every_command_counts(lease: Lease) -> None:
@@ -79,7 +79,7 @@ def test_renewals_keep_it_and_silence_ends_it(held: Lease) -> None:
     assert held.status(last + STALE_S + 0.01).state == "stale"
     assert held.refusal(ANNA_1, last + EXPIRY_S) is None
     assert held.status(last + EXPIRY_S + 0.01).state == "free"
-    assert held.take_news() == ("Anna is gone: control ran out",)
+    assert held.take_events() == ("Anna is gone: control ran out",)
     assert held.renew(ANNA_1, last + 3.0).standing == "watches"
     assert held.teleop_refusal(ANNA.session, 1, last + 3.0) is not None
 
@@ -88,13 +88,13 @@ def test_asking_shows_and_the_holder_grants(held: Lease) -> None:
     reply = held.request(BERT, 0.1)
     assert (reply.standing, reply.detail) == ("waits", "You have asked Anna for control.")
     assert held.status(0.1).requester == "Bert"
-    assert held.take_news() == ("Bert asks Anna for control",)
+    assert held.take_events() == ("Bert asks Anna for control",)
     assert held.grant(ANNA_1, 0.2).standing == "watches"
     reply = held.renew(BERT, 0.3)
     assert (reply.standing, reply.epoch) == ("holds", 2)
     assert held.refusal(of_epoch(BERT, 2), 0.3) is None
     assert held.refusal(ANNA_1, 0.3) is not None
-    assert held.take_news() == ("Bert was given control by Anna",)
+    assert held.take_events() == ("Bert was given control by Anna",)
 
 
 def test_the_holder_denies_and_may_be_asked_again(held: Lease) -> None:
@@ -147,7 +147,7 @@ def test_a_supervisor_takes_it(held: Lease) -> None:
     assert held.take(CARL, 0.2).epoch == 2
     assert str(held.refusal(ANNA_1, 0.2)).startswith("Carl holds control: ask for it")
     assert held.status(0.2).requester == "Bert"
-    assert held.take_news()[-1] == "Carl took control from Anna"
+    assert held.take_events()[-1] == "Carl took control from Anna"
     assert held.take(of_epoch(CARL, 2), 0.3).epoch == 2, "taking one's own changes nothing"
 
 
