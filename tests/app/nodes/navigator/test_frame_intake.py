@@ -6,7 +6,7 @@ import pytest
 from app.messages import keys
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import StampedTransform, encode_flag, encode_transforms
-from app.nodes.navigator.frame_intake import WAITING, FrameIntake, Stopwatch
+from app.nodes.navigator.frame_intake import MAX_WAITING, FrameIntake, Stopwatch
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
 from ippon.robot import ZED
@@ -113,7 +113,7 @@ def test_a_flood_is_dropped_and_counted_and_the_newest_wins(intake, send):
     for k in range(2, 30):
         send(k * PERIOD)
     deadline = time.monotonic() + 5.0
-    while intake.monitors["colour"].status().dropped < 28 - WAITING:
+    while intake.monitors["colour"].status().dropped < 28 - MAX_WAITING:
         assert time.monotonic() < deadline
         time.sleep(0.01)
     assert take(intake).stamp_ns == 29 * PERIOD

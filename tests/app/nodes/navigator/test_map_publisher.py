@@ -13,7 +13,7 @@ from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import FarEvidenceCells, decode
 from app.messages.scene import decode_voxels
-from app.nodes.navigator import publisher
+from app.nodes.navigator import map_publisher as publisher
 from app.nodes.navigator.map_publisher import MAX_WAITING, MapPublisher, plan_messages
 from ippon.camera import PinholeCamera
 from ippon.mission.config import MissionConfig

@@ -65,7 +65,7 @@ def test_map_and_goals_are_there_for_the_next_start(open_office, voxel_map, tmp_
     wall = np.array([[2.1, 0.0, 1.0]])
     assert kept.voxel_map.state_at(wall) == voxel_map.state_at(wall)
     config = NavigatorConfig(robot="r", labels=kept.voxel_map.labels)
-    navigator = Navigator(config, sessions[0], kept=kept)
+    navigator = Navigator(config, sessions[0], saved=kept)
     try:
         stop = threading.Event()
         thread = threading.Thread(target=navigator.run, args=(stop,))
@@ -95,7 +95,7 @@ def test_levels_that_the_operator_set_are_there_for_the_next_start(
     StatePersistence(path, lambda *_: None).keep(voxel_map, office.goals)
     kept = read_saved_state(path, CONFIG)
     assert [r.levels for r in kept.requests] == [{"toilet": "near", "sofa": "average"}, {}]
-    navigator, stop = Navigator(NavigatorConfig(robot="s"), router, kept=kept), threading.Event()
+    navigator, stop = Navigator(NavigatorConfig(robot="s"), router, saved=kept), threading.Event()
     tables = queue.SimpleQueue()
     subscribe(client, f"s/{keys.LEVELS}", lambda p: tables.put(decode(p, LevelTable)))
     assert is_alive(client, f"s/{keys.NAVIGATOR_ALIVE}", 60.0), (
