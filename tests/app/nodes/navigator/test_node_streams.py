@@ -12,7 +12,7 @@ from app.messages import keys
 from app.messages.control import Event, SearchRequest, Status, decode, encode
 from app.messages.images import encode_camera, encode_color, encode_depth, encode_heatmap
 from app.messages.motion import StampedTransform, encode_transforms
-from app.nodes.navigator import node
+from app.nodes.navigator import profile_check
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator
 from ippon.camera import PinholeCamera
@@ -142,7 +142,7 @@ def test_a_heatmap_that_comes_late_counts_once_and_its_depth_not_again(robot):
 
 
 def test_a_robot_that_is_not_what_its_profile_says_is_told_and_forgiven(robot, monkeypatch):
-    monkeypatch.setattr(node, "COMPARE_EVERY_S", 0.5)
+    monkeypatch.setattr(profile_check, "CHECK_EVERY_S", 0.5)
     status = robot.send_until(lambda s: bool(s.notes), lift_m=0.5)
     (note,) = status.notes
     assert note.startswith("robot profile: by tf the camera is 1.70 m above the base, the profile")
