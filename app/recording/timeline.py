@@ -1,7 +1,7 @@
-"""What a timeline shows of a whole session, gathered message by message.
+"""Timeline of a session: trajectory, statuses, events and marks.
 
-The recorder puts it into the file, so that an hour is opened without being read; of a file without
-one it is made by reading the file.
+The recorder attaches it to the file, so that a long recording opens without being read. For a file
+without one it is built by reading the messages.
 """
 
 import math
@@ -45,11 +45,11 @@ MARKS: Final[dict[str, MarkKind]] = {
     "stream_lost": "lost",
     "error": "error",
 }
-"""Kinds of events that stand on the timeline, and as what."""
+"""Kind of mark for each kind of event that is marked on the timeline."""
 
 
 class TrailPoint(msgspec.Struct, frozen=True, array_like=True):
-    """Where the robot was."""
+    """Position of the robot, world frame, metres."""
 
     time_ns: int
     x: float
@@ -58,21 +58,21 @@ class TrailPoint(msgspec.Struct, frozen=True, array_like=True):
 
 
 class TimedStatus(msgspec.Struct, frozen=True, array_like=True):
-    """A status, without what only the moment itself needs."""
+    """A status, without streams, queue, history, notes and `why`."""
 
     time_ns: int
     status: Status
 
 
 class TimedEvent(msgspec.Struct, frozen=True, array_like=True):
-    """An event and when it came."""
+    """An event and its time."""
 
     time_ns: int
     event: Event
 
 
 class Mark(msgspec.Struct, frozen=True):
-    """Something on the timeline."""
+    """A mark on the timeline."""
 
     time_ns: int
     kind: MarkKind
@@ -80,7 +80,7 @@ class Mark(msgspec.Struct, frozen=True):
 
 
 class SessionTimeline(msgspec.Struct, kw_only=True):
-    """A session in brief; `take` every message of `TIMELINE_KEYS` in order."""
+    """Summary of a session over time; built by `take` of every message of `TIMELINE_KEYS`."""
 
     trail: list[TrailPoint] = []
     statuses: list[TimedStatus] = []
@@ -94,7 +94,7 @@ class SessionTimeline(msgspec.Struct, kw_only=True):
     """Goal of the last table of levels."""
 
     def take(self, key: str, payload: bytes, time_ns: int) -> None:
-        """Take one message; what cannot be read is left out."""
+        """Add one message; ignore it if it cannot be decoded."""
         try:
             if key == keys.STATUS:
                 self._take_status(decode(payload, Status), time_ns)
@@ -105,7 +105,7 @@ class SessionTimeline(msgspec.Struct, kw_only=True):
             elif key == keys.LEVELS:
                 self._take_levels(decode(payload, LevelTable), time_ns)
         except (MessageError, msgspec.DecodeError):
-            # The reader of the file counts broken messages; here they say nothing.
+            # The reader of the file counts broken messages.
             return
 
     def _take_status(self, status: Status, time_ns: int) -> None:
@@ -129,7 +129,7 @@ class SessionTimeline(msgspec.Struct, kw_only=True):
             self.found_ns = time_ns
 
     def _take_levels(self, table: LevelTable, time_ns: int) -> None:
-        # The first table of a goal comes with its query; a later one is an edit, or an answer.
+        # The first table of a goal belongs to its query; later ones are edits or answers.
         if table.goal_id == self.levels_of:
             self.marks.append(Mark(time_ns, "levels", f"levels changed ({table.provider})"))
         self.levels_of = table.goal_id
@@ -145,7 +145,7 @@ class SessionTimeline(msgspec.Struct, kw_only=True):
 
 
 def pack_timeline(timeline: SessionTimeline) -> bytes:
-    """Return a timeline as it stands in a file."""
+    """Encode a timeline as an attachment."""
     return zstandard.ZstdCompressor(level=3).compress(msgspec.json.encode(timeline))
 
 
@@ -153,7 +153,7 @@ def unpack_timeline(packed: bytes) -> SessionTimeline:
     """Read `pack_timeline`.
 
     Raises:
-        RecordingError: It is none, or of another version.
+        RecordingError: The data cannot be decoded, or are of another version.
     """
     try:
         text = zstandard.ZstdDecompressor().decompress(packed, max_output_size=_MAX_BYTES)
@@ -163,7 +163,7 @@ def unpack_timeline(packed: bytes) -> SessionTimeline:
 
 
 def timeline_of(recording: Recording) -> SessionTimeline:
-    """Return the timeline in a file, made by reading the file where there is none."""
+    """Return the timeline attached to a file, or build it from the messages."""
     packed = recording.attachment(TIMELINE_ATTACHMENT)
     if packed is not None:
         try:

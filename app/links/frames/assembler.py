@@ -20,17 +20,17 @@ from app.messages.images import (
     decompress_color,
 )
 from app.messages.motion import StampedTransform, decode_flag, decode_transforms
-from ippon.frame import Frame
+from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import invert_transform
 
-KEPT: Final = 16
-"""Messages of each stream that wait for their partners."""
-MOST_WITHOUT: Final = 100
-"""Frames that went without heatmap and are kept for a late one: 20 s at 5 Hz."""
-BYTES_WITHOUT: Final = 200_000_000
-"""Memory that these may take."""
-LATE: Final = 4
-"""Frames with late heatmaps that wait to be taken."""
+MAX_PENDING: Final = 16
+"""Messages of each stream that wait for the others of their frame."""
+MAX_WITHOUT_HEATMAP: Final = 100
+"""Frames taken without heatmap that wait for a late one: 20 s at 5 Hz."""
+MAX_BYTES_WITHOUT_HEATMAP: Final = 200_000_000
+"""Largest memory of these frames."""
+MAX_LATE: Final = 4
+"""Frames with late heatmaps that wait for `take_late`."""
 T = TypeVar("T", CompressedColor, DepthImage, StampedHeatmap)
 
 
@@ -46,15 +46,15 @@ class AssemblerConfig:
     """Frames go without heatmap once the last one is this much older, in robot time. Longer keeps
     more frames and heatmaps together, and lets commands age while they wait."""
     backwards_s: float = 1.0
-    """A stamp so far before the last frame's means that the robot's clock started anew."""
+    """Step back of a stamp from which the robot's clock counts as restarted."""
 
 
 class FrameAssembler:
-    """Takes messages in any order; gives the newest frame that is complete."""
+    """Accepts messages in any order; returns the newest complete frame."""
 
     def __init__(self, config: AssemblerConfig | None = None) -> None:
         self._config = config or AssemblerConfig()
-        self._tolerance_ns = round(1e9 * self._config.tolerance_s)
+        self._tolerance_ns = round(NANOSECONDS * self._config.tolerance_s)
         self._colors: dict[int, CompressedColor] = {}
         self._depths: dict[int, DepthImage] = {}
         self._heatmaps: dict[int, StampedHeatmap] = {}
@@ -63,14 +63,14 @@ class FrameAssembler:
         self._contact = False
         self._taken_ns = -1
         self._without: dict[int, Frame] = {}
-        self._late: deque[Frame] = deque(maxlen=LATE)
+        self._late: deque[Frame] = deque(maxlen=MAX_LATE)
         self.skipped = 0
-        """Colour images that never became a frame: newer ones overtook them."""
+        """Colour images that became no frame, because a newer one was complete first."""
         self.restarts = 0
-        """How often the robot's clock started anew."""
+        """Number of restarts of the robot's clock."""
 
     def missing(self) -> str:
-        """Say what the newest colour image still needs to become a frame, empty for nothing."""
+        """Return what the newest colour image lacks to become a frame; empty for nothing."""
         config = self._config
         if not self._colors:
             return "" if self._taken_ns >= 0 else "colour images"
@@ -95,7 +95,7 @@ class FrameAssembler:
         self._put(self._depths, depth)
 
     def add_heatmap(self, heatmap: StampedHeatmap) -> None:
-        """Take a heatmap, be it of a frame that went without it."""
+        """Take a heatmap, also of a frame that was taken without it."""
         self._check_clock(heatmap.stamp_ns)
         self._put(self._heatmaps, heatmap)
         frame = self._frame_without(heatmap.stamp_ns)
@@ -103,7 +103,7 @@ class FrameAssembler:
             self._late.append(replace(frame, heatmap=heatmap.heatmap))
 
     def add_camera(self, camera: StampedCamera) -> None:
-        """Take intrinsics; the last ones count."""
+        """Take intrinsics; the latest apply."""
         self._camera = camera
 
     def add_transforms(
@@ -114,14 +114,14 @@ class FrameAssembler:
             self._transforms.add(transform, fixed=fixed)
 
     def add_contact(self, pressed: bool) -> None:
-        """Take the bumper's state; a press counts until a frame has carried it."""
+        """Take the bumper's state; a press is kept until the next frame."""
         self._contact = self._contact or pressed
 
     def take(self) -> Frame | None:
         """Return the newest complete frame that was not taken yet, None while there is none.
 
         Raises:
-            FrameRejectedError: Its parts contradict one another; it is not offered again.
+            FrameRejectedError: Its parts are inconsistent; it is discarded.
         """
         for stamp in sorted(self._colors, reverse=True):
             if stamp <= self._taken_ns:
@@ -140,17 +140,20 @@ class FrameAssembler:
     def take_late(self) -> Frame | None:
         """Return a frame that was taken before, with the heatmap that came after it; else None.
 
-        It teaches the map what the camera saw then; it says nothing about now.
+        It updates the map, and must not be used as the current observation.
         """
         return self._late.popleft() if self._late else None
 
     def forget(self, stamp_ns: int) -> None:
-        """Keep a frame for no late heatmap: the map refused it."""
+        """Discard a frame that the map refused, so that no late heatmap is joined to it."""
         self._without.pop(stamp_ns, None)
 
     def _await_heatmap(self, frame: Frame) -> None:
         self._without[frame.stamp_ns] = frame
-        most = min(MOST_WITHOUT, BYTES_WITHOUT // (frame.color.nbytes + frame.depth.nbytes))
+        most = min(
+            MAX_WITHOUT_HEATMAP,
+            MAX_BYTES_WITHOUT_HEATMAP // (frame.color.nbytes + frame.depth.nbytes),
+        )
         while len(self._without) > most:
             del self._without[next(iter(self._without))]
 
@@ -158,7 +161,7 @@ class FrameAssembler:
         near = min(self._without, key=lambda s: abs(s - stamp_ns), default=None)
         if near is None or abs(near - stamp_ns) > self._tolerance_ns:
             return None
-        # Segmentations see every image once, in order: older ones are not awaited any more.
+        # Segmentations process images in order: heatmaps of older frames will not come.
         found = self._without[near]
         self._without = {s: f for s, f in self._without.items() if s > near}
         return found
@@ -181,9 +184,9 @@ class FrameAssembler:
         return depth, heatmap
 
     def _heatmaps_come(self) -> bool:
-        """Tell whether the stream of heatmaps keeps up, so that one is worth waiting for."""
+        """Return whether heatmaps keep up, so that waiting for one is worthwhile."""
         behind_ns = max(self._colors) - max(self._heatmaps, default=-(2**62))
-        return behind_ns < 1e9 * self._config.heatmap_wait_s
+        return behind_ns < NANOSECONDS * self._config.heatmap_wait_s
 
     def _frame(
         self, color: CompressedColor, depth: DepthImage, heatmap: StampedHeatmap | None
@@ -209,7 +212,7 @@ class FrameAssembler:
         )
 
     def _check_clock(self, stamp_ns: int) -> None:
-        if self._taken_ns - stamp_ns > 1e9 * self._config.backwards_s:
+        if self._taken_ns - stamp_ns > NANOSECONDS * self._config.backwards_s:
             self._colors.clear()
             self._depths.clear()
             self._heatmaps.clear()
@@ -221,8 +224,8 @@ class FrameAssembler:
     def _put(self, store: dict[int, T], message: T) -> None:
         store.pop(message.stamp_ns, None)
         store[message.stamp_ns] = message
-        while len(store) > KEPT:
-            # The first that came, not the least stamp: stamps from the future must not stay.
+        while len(store) > MAX_PENDING:
+            # The first to arrive, not the smallest stamp: stamps from the future must not stay.
             oldest = next(iter(store))
             if store is self._colors and oldest > self._taken_ns:
                 self.skipped += 1
@@ -240,21 +243,21 @@ class FrameAssembler:
         self.skipped += sum(1 for s in self._colors if s < stamp_ns)
         self._colors = {s: m for s, m in self._colors.items() if s > stamp_ns}
         self._depths = {s: m for s, m in self._depths.items() if s > stamp_ns}
-        # The last heatmap stays: that there are heatmaps is why a frame waits for its own.
+        # The last heatmap stays: frames wait for a heatmap only while some arrive.
         newest = max(self._heatmaps, default=-1)
         self._heatmaps = {s: m for s, m in self._heatmaps.items() if s > stamp_ns or s == newest}
 
 
 def assemble(assembler: FrameAssembler, key: str, payload: bytes) -> None:
-    """Decode a message of a robot and hand it over; other messages are none of its business.
+    """Decode a message of a robot and add it; other messages are ignored.
 
     Args:
-        assembler: Takes it.
-        key: What it is, without the robot's prefix.
-        payload: As it came, or was recorded.
+        assembler: Receives the message.
+        key: Its key, without the robot's prefix.
+        payload: Encoded message, live or recorded.
 
     Raises:
-        MessageError: It cannot be read.
+        MessageError: It cannot be decoded.
     """
     match key:
         case keys.TF:

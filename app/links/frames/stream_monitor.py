@@ -1,4 +1,4 @@
-"""How the incoming streams do: age, rate, what was dropped or refused."""
+"""Age, rate, dropped and refused messages of the incoming streams."""
 
 import threading
 import time
@@ -28,7 +28,7 @@ class StreamMonitor:
             self._arrivals.append(time.monotonic())
 
     def dropped(self, count: int = 1) -> None:
-        """Count messages that newer ones replaced before they were used."""
+        """Count messages that were replaced by newer ones before use."""
         with self._lock:
             self._dropped += count
 
@@ -45,7 +45,7 @@ class StreamMonitor:
             return time.monotonic() - self._arrivals[-1] if self._arrivals else None
 
     def status(self) -> StreamStatus:
-        """Return what the status message says of this stream."""
+        """Return the stream's entry of the status message."""
         with self._lock:
             arrivals = list(self._arrivals)
             dropped, rejected = self._dropped, self._rejected

@@ -9,25 +9,26 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from app.messages.cdr import MessageError
 from app.messages.motion import StampedTransform
+from ippon.frame import NANOSECONDS
 from ippon.geometry import Float64Array, make_transform
 
 HISTORY: Final = 200
 MAX_CHAIN: Final = 20
-BACKWARDS_NS: Final = 1_000_000_000
-"""A stamp so far before the last one means that the clock started anew; less is bad order."""
+BACKWARDS_NS: Final = NANOSECONDS
+"""Step back from which the clock counts as restarted; smaller ones are messages out of order."""
 MAX_FRAMES: Final = 500
 
 
 class TransformBuffer:
-    """Looks poses up at a stamp; interpolates between two messages, never guesses ahead."""
+    """Looks up poses at a stamp; interpolates between messages and does not extrapolate."""
 
     def __init__(self, tolerance_s: float = 0.05) -> None:
-        self._tolerance_ns = round(1e9 * tolerance_s)
+        self._tolerance_ns = round(NANOSECONDS * tolerance_s)
         self._moving: dict[str, deque[StampedTransform]] = {}
         self._fixed: dict[str, StampedTransform] = {}
 
     def add(self, transform: StampedTransform, *, fixed: bool = False) -> None:
-        """Take a transform; `fixed` ones hold for ever.
+        """Take a transform; `fixed` ones are valid at every stamp.
 
         Raises:
             MessageError: It names yet another frame, and there are too many already.

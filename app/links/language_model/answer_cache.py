@@ -18,7 +18,7 @@ _VERSION = 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CachedAnswer:
-    """An answer as it is kept."""
+    """A stored answer."""
 
     rows: tuple[LabelLevel, ...]
     prompt: str
@@ -27,7 +27,7 @@ class CachedAnswer:
 
 
 class AnswerCache:
-    """One small file an answer; files of a damaged or other format count as absent."""
+    """One file for each answer; damaged files and other formats count as absent."""
 
     def __init__(self, folder: Path, *, endpoint: str, model: str) -> None:
         self._folder = folder
@@ -52,7 +52,7 @@ class AnswerCache:
         return answer if same else None
 
     def store(self, question: str, answer: CachedAnswer) -> None:
-        """Keep an answer; a full disk costs the cache, not the answer."""
+        """Store an answer; failures are logged."""
         file = self._file(question)
         kept = {
             "model": self._scope[-1],

@@ -1,4 +1,4 @@
-"""HTTP that ends: a bound on the time and on the size of every answer, whoever sends it."""
+"""HTTP transport that bounds the duration and the size of every answer."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -7,11 +7,11 @@ import httpx2
 
 
 class BoundError(Exception):
-    """An answer was given up."""
+    """An answer exceeded a bound."""
 
 
 class AnswerTooLongError(BoundError):
-    """The answer is longer than the transport takes."""
+    """The answer is longer than the limit."""
 
 
 class AnswerTooLateError(BoundError):
@@ -23,10 +23,10 @@ class AnswerCompressedError(BoundError):
 
 
 class BoundedTransport(httpx2.BaseTransport):
-    """Passes requests on; their answers end at a deadline and at a size.
+    """Forwards requests; ends their answers at a deadline and at a size.
 
-    A server that trickles never runs into the time-out of a single read, and an SDK that reads the
-    body of an error reads all of it.
+    The timeout of a single read does not end an answer that arrives in small pieces, and an SDK
+    reads the whole body of an error.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class BoundedTransport(httpx2.BaseTransport):
         self._clock = clock
 
     def handle_request(self, request: httpx2.Request) -> httpx2.Response:
-        """Send a request; its read time-out counts for the whole answer."""
+        """Send a request; its read timeout bounds the whole answer."""
         deadline = self._clock() + float(request.extensions["timeout"]["read"])
         request.headers["Accept-Encoding"] = "identity"
         response = self._inner.send(request, stream=True)

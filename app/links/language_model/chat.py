@@ -80,7 +80,7 @@ class ChatReply:
     complete: bool
     """False where the endpoint cut the answer at its length limit."""
     form: ResponseForm
-    """What the endpoint was held to."""
+    """Form of structured output that was requested."""
 
 
 Message = dict[str, Any]
@@ -90,7 +90,7 @@ Message = dict[str, Any]
 class ChatEndpoint:
     """A connection to one endpoint and model; may be used by several threads.
 
-    Finds out which form of structured output the endpoint takes, and remembers it.
+    Detects which form of structured output the endpoint accepts, and keeps it.
     """
 
     def __init__(self, config: ChatConfig, *, clock: Callable[[], float] = time.monotonic) -> None:
@@ -127,7 +127,7 @@ class ChatEndpoint:
             status, body, headers = self._post(self._body(form, messages(form), schema), deadline)
             if status == 200:
                 return self._completion(body, form)
-            if status in _REFUSED_PARAMETER and self._give_way(body):
+            if status in _REFUSED_PARAMETER and self._drop_parameter(body):
                 continue
             raise self._error(status, body, headers)
 
@@ -169,13 +169,15 @@ class ChatEndpoint:
             case bounded.AnswerTooLongError():
                 return ChatError("the answer is longer than 1 MB", retry=False)
             case bounded.AnswerCompressedError():
-                return ChatError("the answer is compressed, which nobody asked for", retry=False)
+                return ChatError(
+                    "the answer is compressed, although that was not requested", retry=False
+                )
             case _:
                 reason = str(error) or type(error).__name__
                 return ChatError(self._clean(f"no connection: {reason}"), retry=True)
 
-    def _give_way(self, body: bytes) -> bool:
-        """Drop what the endpoint does not take; False when there is nothing left to drop."""
+    def _drop_parameter(self, body: bytes) -> bool:
+        """Drop a parameter that the endpoint refuses; return False if none is left."""
         text = body[:4000].decode("utf-8", "replace").lower()
         if "temperature" in text and self._temperature is not None:
             self._temperature = None
@@ -217,7 +219,7 @@ def _connect(config: ChatConfig, clock: Callable[[], float]) -> OpenAI:
     http_client = httpx2.Client(
         transport=bounded.BoundedTransport(inner, MAX_REPLY_BYTES, clock), timeout=config.timeout_s
     )
-    # Without a key the SDK would take one of the environment that is meant for somebody else.
+    # Without a key the SDK would take one from the environment, meant for another endpoint.
     return OpenAI(
         base_url=config.base_url,
         api_key=config.api_key or "none",

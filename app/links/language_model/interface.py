@@ -1,4 +1,4 @@
-"""What a language model is asked for, and its answers; loads no client of one."""
+"""Interface of a language model and its answers, without importing a client."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,12 +9,12 @@ from ippon.guidance.language.sentence import Query
 from ippon.guidance.levels import Guidance
 
 RULES = "rules"
-"""Provider of a sentence that no model read."""
+"""Provider of a sentence that was read by rules."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LevelsAnswer:
-    """Levels, and what was said to get them."""
+    """Levels, with the exact prompt and reply."""
 
     guidance: Guidance
     prompt: str
@@ -24,24 +24,24 @@ class LevelsAnswer:
     elapsed_ms: float
     from_cache: bool
     failed: str
-    """Why the embedded prior answered in the model's place; empty when the model did."""
+    """Why the embedded prior answered in place of the model; empty if the model answered."""
 
 
 @dataclass(frozen=True, slots=True)
 class SentenceAnswer:
-    """Object and context of one sentence, and who read them."""
+    """Object and context of one sentence, and their provider."""
 
     query: Query
     provider: str
     prompt: str
     reply: str
     failed: str
-    """Why rules read it in the model's place; empty when the model did."""
+    """Why rules read it in place of the model; empty if the model answered."""
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectNames:
-    """Things in an image that were not told apart yet."""
+    """Names of objects in an image that the vocabulary lacks."""
 
     labels: tuple[str, ...]
     failed: str = ""
@@ -49,11 +49,11 @@ class ObjectNames:
 
 
 class LanguageModelInterface(Protocol):
-    """Whoever answers in a model's place where it does not: never raises, may take its time."""
+    """A language model with fallbacks: its methods do not raise, and may block for seconds."""
 
     @property
     def name(self) -> str:
-        """What the operator sees as provider."""
+        """Name of the provider that the operator sees."""
         ...
 
     def levels(
@@ -67,9 +67,9 @@ class LanguageModelInterface(Protocol):
         ...
 
     def name_objects(self, jpeg: bytes, vocabulary: Sequence[str]) -> ObjectNames:
-        """Name things in an image that a vocabulary lacks; for models that take images."""
+        """Name objects in an image that a vocabulary lacks; needs a model that takes images."""
         ...
 
     def close(self) -> None:
-        """End what is under way."""
+        """Cancel pending requests."""
         ...

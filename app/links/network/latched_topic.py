@@ -1,4 +1,4 @@
-"""A topic that remembers its last message for those who join late."""
+"""A topic that answers late joiners with its last message."""
 
 import threading
 from functools import partial
@@ -9,7 +9,7 @@ from app.links.network.sender import Sender
 
 
 class LatchedTopic:
-    """Publishes, and answers queries of the same key with the last message."""
+    """Publisher, and queryable of the same key that replies with the last message."""
 
     def __init__(self, session: zenoh.Session, key: str, sender: Sender) -> None:
         self._key = key
@@ -23,12 +23,12 @@ class LatchedTopic:
 
     @property
     def last(self) -> bytes | None:
-        """What was published last."""
+        """The last message, None before the first."""
         with self._lock:
             return self._last
 
     def put(self, payload: bytes) -> None:
-        """Remember, and publish unless the next one comes sooner than the link is free."""
+        """Store and publish a message; a newer one replaces it while the link is busy."""
         with self._lock:
             self._last = payload
         self._sender.put_latest(self._key, partial(self._publisher.put, payload))

@@ -1,4 +1,4 @@
-"""Which navigators run on this machine, so that `ippon ask` needs no address."""
+"""Registry of the navigators on this machine, so that `ippon ask` needs no address."""
 
 import contextlib
 import logging
@@ -14,7 +14,7 @@ logger = logging.getLogger(__name__)
 
 
 class RunningNavigator(msgspec.Struct, frozen=True, kw_only=True):
-    """One navigator and how to reach it."""
+    """One navigator and its address."""
 
     pid: int
     robot: str
@@ -76,7 +76,7 @@ def running_navigators() -> list[RunningNavigator]:
 
 
 def resolve_address(connect: str | None, robot: str | None) -> tuple[str, str]:
-    """Fill in what was not named of a navigator's address.
+    """Return a navigator's endpoint and prefix, completed from the registry.
 
     Args:
         connect: zenoh endpoint; None for that of the navigator started last on this machine, else

@@ -1,4 +1,4 @@
-"""Control of the robot for the time of a few requests, from a program without a page."""
+"""Credential for the requests of a program, with temporary control of the robot if wanted."""
 
 import secrets
 from collections.abc import Generator
@@ -16,18 +16,18 @@ from app.messages.lease import Credential, LeaseReply, LeaseRequest, TakeRequest
 def request_credential(
     session: zenoh.Session, robot: str, name: str, timeout_s: float, *, take: bool
 ) -> Generator[Credential]:
-    """Yield what requests carry.
+    """Yield the credential that requests carry.
 
     Args:
         session: An open session.
         robot: Key prefix.
-        name: What others read.
-        timeout_s: How long to wait for an answer.
-        take: Take control from whoever holds it, and release it at the end. Without, requests are
-            taken while nobody holds control.
+        name: Name of the requester that others see.
+        timeout_s: Time to wait for each reply.
+        take: Take control from its holder, and release it at the end. Without it, requests are
+            accepted only while nobody holds control.
 
     Raises:
-        RequestRefusedError: The navigator says why not.
+        RequestRefusedError: The navigator refused; the text says why.
         LinkError: No reply.
     """
     who = Credential(session=secrets.token_urlsafe(24), name=name)

@@ -1,4 +1,4 @@
-"""Requests over zenoh: a JSON message in, a JSON message out, always a reply."""
+"""Requests over zenoh: a JSON request and a JSON reply; every request gets a reply."""
 
 import itertools
 import logging
@@ -20,20 +20,20 @@ logger = logging.getLogger(__name__)
 R = TypeVar("R", bound=msgspec.Struct)
 
 Authorize = Callable[[msgspec.Struct, Credential | None], None]
-"""Lets a request pass, or raises `RequestRefusedError`."""
+"""Accepts a request, or raises `RequestRefusedError`."""
 
 MAX_QUOTED = 500
 """Bytes of a malformed request that its record keeps."""
 _TIMED_OUT = b"Timeout"
-"""What zenoh itself replies when the time is up."""
+"""Error reply of zenoh at a timeout."""
 
 
 class RequestRefusedError(Exception):
-    """The request was understood and cannot be met; the text says why."""
+    """A valid request was refused; the text says why."""
 
 
 def allow_all(_: msgspec.Struct, __: Credential | None) -> None:
-    """Let every request pass."""
+    """Accept every request."""
 
 
 def serve(
@@ -43,7 +43,7 @@ def serve(
     handle: Callable[[M], msgspec.Struct],
     authorize: Authorize = allow_all,
 ) -> "zenoh.Queryable[None]":
-    """Answer requests on a key; what is malformed or refused gets an `ErrorReply`.
+    """Answer requests on a key; malformed and refused ones get an `ErrorReply`.
 
     Args:
         session: An open session.
@@ -51,10 +51,10 @@ def serve(
         kind: What a request must be.
         handle: Returns the reply, or raises `RequestRefusedError`. Called in a thread of zenoh:
             it must be quick.
-        authorize: Looks at a request, and at who sends it, before it is handled.
+        authorize: Checks the request and its credential before `handle` is called.
 
-    What was asked and answered is published on `key`/exchange, for those who record. There a
-    message may be lost behind a slow listener, which its number shows: a Stop never waits for one.
+    Request and reply are published on `key`/exchange, for recordings. A slow subscriber may lose
+    one, which shows in its number; a Stop never waits for a subscriber.
     """
 
     def handle_permitted(message: M, who: Credential | None) -> msgspec.Struct:
@@ -70,7 +70,7 @@ def serve_with_credential(
     kind: type[M],
     handle: Callable[[M, Credential | None], msgspec.Struct],
 ) -> "zenoh.Queryable[None]":
-    """Answer requests on a key as `serve` does, told who asks."""
+    """Answer requests on a key as `serve` does; the handler gets the credential as well."""
     numbers = itertools.count(1)
     exchanges = session.declare_publisher(
         f"{key}/{keys.EXCHANGE}", congestion_control=zenoh.CongestionControl.DROP
@@ -89,7 +89,7 @@ def serve_with_credential(
 
 
 def _exchange(number: int, name: str, payload: bytes, reply: bytes) -> bytes:
-    """Write an exchange; a request that is no JSON stands in it as text."""
+    """Encode an exchange; a request that is not JSON is included as text."""
     try:
         msgspec.json.decode(payload)
     except (msgspec.DecodeError, UnicodeDecodeError):
@@ -111,7 +111,7 @@ def _answer(
     kind: type[M],
     handle: Callable[[M, Credential | None], msgspec.Struct],
 ) -> tuple[Credential | None, msgspec.Struct]:
-    """Return who asked, where that is known, and the reply."""
+    """Return the credential, if there is one, and the reply."""
     who = None
     try:
         who = _credential(query)
@@ -122,7 +122,7 @@ def _answer(
         return who, ErrorReply(error=text)
     except RequestRefusedError as error:
         return who, ErrorReply(error=str(error))
-    except Exception:  # The asker must get an answer whatever is wrong here.
+    except Exception:  # The requester must get a reply to every request.
         logger.exception("request on %s", query.key_expr)
         text = "the navigator failed to handle this request; see its log"
         return who, ErrorReply(error=text)
@@ -148,13 +148,13 @@ def ask(
     timeout_s: float,
     who: Credential | None = None,
 ) -> R:
-    """Send a request, in somebody's name where given, and return its reply.
+    """Send a request, with a credential if given, and return its reply.
 
-    It is sent once: where the line breaks, nobody knows whether it was taken.
+    It is sent once: after a broken connection it is unknown whether it was accepted.
 
     Raises:
-        RequestRefusedError: The other side says what is wrong.
-        LinkError: No reply, or one that is not understood.
+        RequestRefusedError: The request was refused.
+        LinkError: No reply, or one that cannot be decoded.
     """
     replies: Any = session.get(
         key,
@@ -185,7 +185,7 @@ def ask(
 
 
 def last_message(session: zenoh.Session, key: str, timeout_s: float) -> bytes | None:
-    """Return what was published last on a latched key, None when nobody answers."""
+    """Return the last message of a latched topic, None without a reply."""
     replies: Any = session.get(key, timeout=timeout_s)
     for reply in replies:
         if reply.ok is not None:

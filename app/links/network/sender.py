@@ -1,4 +1,4 @@
-"""One thread that puts messages on the network, so that a slow link keeps nobody else waiting."""
+"""A thread that sends messages, so that a slow link does not block the caller."""
 
 import logging
 import threading
@@ -15,10 +15,10 @@ FLUSH_S: Final = 1.0
 
 
 class Sender:
-    """Takes messages at once and sends them one by one; safe from any thread.
+    """Queues messages and sends them one by one; safe from any thread.
 
-    A put that must arrive blocks for up to five seconds behind a subscriber that does not keep up.
-    That time is this thread's, not that of the one who steers.
+    A reliable put blocks for up to five seconds behind a slow subscriber; it blocks this thread and
+    not the caller.
     """
 
     def __init__(self) -> None:
@@ -32,25 +32,25 @@ class Sender:
 
     @property
     def backlog_bytes(self) -> int:
-        """Size of what was `put` and is not sent yet: who puts much looks here first."""
+        """Bytes queued by `put` and not sent yet."""
         with self._changed:
             return self._backlog_bytes
 
     def put_latest(self, key: str, send: Send) -> None:
-        """Send soon, in place of what still waits under the same key."""
+        """Queue a message, replacing one that waits under the same key."""
         with self._changed:
             self._latest[key] = send
             self._changed.notify()
 
     def put(self, size_bytes: int, send: Send) -> None:
-        """Send in the order of these calls; nothing is left out."""
+        """Queue a message; all are sent, in the order of the calls."""
         with self._changed:
             self._queue.append((size_bytes, send))
             self._backlog_bytes += size_bytes
             self._changed.notify()
 
     def close(self) -> None:
-        """Send what waits, for a moment, and end."""
+        """Send what is queued, for at most `FLUSH_S`, and end the thread."""
         with self._changed:
             self._closed = True
             self._changed.notify()
@@ -63,7 +63,7 @@ class Sender:
                     self._changed.wait()
                 if self._closed and not (self._latest or self._queue):
                     return
-                # One of each kind in turn: a long queue does not hold up the status.
+                # Alternating, so that a long queue does not delay the latest-wins messages.
                 latest = self._latest.pop(next(iter(self._latest))) if self._latest else None
                 size, queued = self._queue.popleft() if self._queue else (0, None)
             for send in (latest, queued):

@@ -8,21 +8,21 @@ from typing import Any, Final
 import zenoh
 
 LEASE_MS: Final = 1000
-"""After this long without a sign of life a peer counts as gone."""
+"""Silence after which a peer counts as gone."""
 PROFILE: Final = "IPPON_ZENOH_PROFILE"
 """Environment variable: a zenoh configuration file (JSON5) that every session starts from, for TLS
 and access control. Endpoints and time-outs stay ours."""
 
 
 class LinkError(Exception):
-    """No session; the text says what was tried and what would work."""
+    """No connection; the text says what was tried and what would work."""
 
 
 _ENDPOINT: Final = re.compile(r"(tcp|tls|quic|udp|ws|unixsock-stream)/\S+")
 
 
 def check_endpoint(endpoint: str) -> None:
-    """Refuse what zenoh cannot read as an endpoint.
+    """Refuse an invalid zenoh endpoint.
 
     Raises:
         LinkError: With what would do.

@@ -1,4 +1,4 @@
-"""Subscriptions that keep the order in which one sender spoke, over all its keys."""
+"""Subscriptions that keep the order of one sender's messages over all its keys."""
 
 import threading
 from collections.abc import Callable
@@ -13,16 +13,16 @@ def subscribe(
 ) -> None:
     """Hand every message of a key to `take`, for as long as the session is open.
 
-    zenoh's Python binding gives each subscription a thread of its own by default, so that messages
-    of two keys overtake one another: of 2000 sent in turn, up to 240 did. A command is a tilt and
-    a twist and a frame is five messages, so their order matters.
+    By default, zenoh's Python binding gives each subscription its own thread, and messages of two
+    keys can overtake one another. A command is a tilt and a twist, and a frame is five messages:
+    their order matters.
 
     Args:
         session: An open session.
         key: Key, wildcards included.
         take: Called in zenoh's network thread: it must return at once and not use the session.
-        kept: Ask publishers, too, for what they keep for those who come late: what ROS 2 calls
-            transient local, and a bridge sends once, such as `tf_static`.
+        kept: Also request messages from before the subscription: ROS 2's transient local, which a
+            bridge sends once, such as `tf_static`.
     """
 
     def receive(sample: zenoh.Sample) -> None:
@@ -37,7 +37,7 @@ def subscribe(
 
 
 def is_alive(session: zenoh.Session, token: str, timeout_s: float) -> bool:
-    """Wait until somebody declares a liveliness token; tell whether it is there in time."""
+    """Wait for a liveliness token; return whether it appeared in time."""
     there = threading.Event()
 
     def receive(sample: zenoh.Sample) -> None:
@@ -53,10 +53,10 @@ def is_alive(session: zenoh.Session, token: str, timeout_s: float) -> bool:
 
 
 def on_token_lost(session: zenoh.Session, token: str, take: Callable[[], None]) -> None:
-    """Tell whenever who declared a liveliness token is gone, or the line to it broke.
+    """Call `take` whenever a liveliness token disappears or the connection to it breaks.
 
-    A line that is silent for a second is given up (`session.LEASE_MS`), and zenoh opens it again by
-    itself: subscriptions go on as if nothing had been, and what was said meanwhile is lost.
+    A connection that is silent for `session.LEASE_MS` is closed, and zenoh opens it again by itself:
+    subscriptions continue, and the messages in between are lost.
 
     Args:
         session: An open session.
@@ -69,5 +69,5 @@ def on_token_lost(session: zenoh.Session, token: str, take: Callable[[], None]) 
             take()
 
     handler: Any = zenoh.handlers.Callback(receive, indirect=False)
-    # Of a token that was there before, and not asked for, its end would not be told.
+    # Without history, the end of a token that was declared before would not be reported.
     session.liveliness().declare_subscriber(token, handler, history=True)

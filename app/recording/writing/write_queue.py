@@ -1,4 +1,4 @@
-"""Messages on their way from the network's thread to the one that writes."""
+"""Bounded queue of messages from the network's thread to the writing thread."""
 
 import threading
 import time
@@ -11,7 +11,7 @@ MAX_WAITING_BYTES: Final = 128 * 2**20
 
 @dataclass(frozen=True, slots=True)
 class QueuedMessage:
-    """One message and when it came."""
+    """One message and its time of arrival."""
 
     key: str
     payload: bytes
@@ -20,18 +20,18 @@ class QueuedMessage:
 
 
 class WriteQueue:
-    """Messages between the network's thread and the one that writes, within a bound."""
+    """First-in, first-out queue bounded in bytes; new messages are dropped while it is full."""
 
     def __init__(self, limit_bytes: int = MAX_WAITING_BYTES) -> None:
         self.dropped = 0
-        """Messages that found no room."""
+        """Messages dropped because the queue was full."""
         self._limit = limit_bytes
         self._size = 0
         self._waiting: deque[QueuedMessage] = deque()
         self._arrived = threading.Condition()
 
     def put(self, key: str, payload: bytes) -> None:
-        """Hand over a message; never waits."""
+        """Queue a message without blocking."""
         arrival = QueuedMessage(key, payload, time.time_ns(), time.monotonic())
         with self._arrived:
             if self._size + len(payload) > self._limit:
@@ -42,12 +42,12 @@ class WriteQueue:
             self._arrived.notify()
 
     def wake(self) -> None:
-        """Let `take` return."""
+        """End a wait in `take`."""
         with self._arrived:
             self._arrived.notify()
 
     def take(self, timeout_s: float) -> list[QueuedMessage]:
-        """Return everything, after waiting for a first message at most so long."""
+        """Return all queued messages; wait at most `timeout_s` for the first."""
         with self._arrived:
             if not self._waiting:
                 self._arrived.wait(timeout_s)
