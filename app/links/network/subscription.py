@@ -55,7 +55,7 @@ def is_alive(session: zenoh.Session, token: str, timeout_s: float) -> bool:
 def on_token_lost(session: zenoh.Session, token: str, take: Callable[[], None]) -> None:
     """Call `take` whenever a liveliness token disappears or the connection to it breaks.
 
-    A connection that is silent for `session.LEASE_MS` is closed, and zenoh opens it again by itself:
+    A connection that is silent for `session.LEASE_MS` is closed, and zenoh opens it again:
     subscriptions continue, and the messages in between are lost.
 
     Args:
