@@ -224,7 +224,9 @@ class LanguageModel:
         if parsed.missing:
             notes.append(f"the model left out: {', '.join(parsed.missing)}; taken as average")
         if parsed.unknown:
-            notes.append(f"the model rated what nobody asked for: {', '.join(parsed.unknown)}")
+            notes.append(
+                f"the model rated categories that were not requested: {', '.join(parsed.unknown)}"
+            )
         return self._guidance(goal, context, rows, tuple(notes))
 
     def _guidance(

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from app.links.frames.assembler import KEPT, FrameAssembler
+from app.links.frames.assembler import MAX_PENDING, FrameAssembler
 from app.messages.cdr import MessageError
 from app.messages.images import (
     CompressedColor,
@@ -184,17 +184,17 @@ def test_damaged_images_are_refused_once(assembler):
 
 
 def test_stamps_from_the_future_do_not_block_the_present(assembler):
-    for k in range(3 * KEPT):
+    for k in range(3 * MAX_PENDING):
         future = 2_000_000_000 * 1_000_000_000 + k
         assembler.add_color(color(future))
         assembler.add_depth(depth(future - 10**12))
         assembler.add_heatmap(heatmap(future))
     taken = []
-    for k in range(1, 3 * KEPT):
+    for k in range(1, 3 * MAX_PENDING):
         feed(assembler, k * PERIOD)
         taken.append(assembler.take())
     assert any(frame is not None and frame.heatmap is not None for frame in taken)
-    assert sum(frame is not None for frame in taken) > KEPT
+    assert sum(frame is not None for frame in taken) > MAX_PENDING
 
 
 def test_a_single_missing_heatmap_costs_one_frame(assembler):

@@ -84,7 +84,7 @@ def test_missing_categories_are_asked_for_once(
     assert levels == [Level.FAR] * 30 + [Level.NEAR] * 8 + [Level.AVERAGE] * 2
     assert answer.guidance.notes == (
         "the model left out: objects, others; taken as average",
-        "the model rated what nobody asked for: unicorn",
+        "the model rated categories that were not requested: unicorn",
     )
     reminder = chat_server.requests[1]["messages"]
     assert [message["role"] for message in reminder] == ["user", "assistant", "user"]
@@ -214,7 +214,7 @@ def test_a_compressed_answer_is_not_unpacked(
     bomb = gzip.compress(b" " * 10_000_000)
     chat_server.script = reply_with(200, bomb, Content_Encoding="gzip")
     answer = make_model().levels("hat", "", MATTERPORT_40)
-    assert answer.failed == "the answer is compressed, which nobody asked for"
+    assert answer.failed == "the answer is compressed, although that was not requested"
     assert chat_server.headers[0]["Accept-Encoding"] == "identity"
 
 
