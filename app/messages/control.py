@@ -330,7 +330,7 @@ class Event(_Message, frozen=True):
     goal_id: int | None = None
 
 
-class GlimpsedPlaces(_Message, frozen=True):
+class FarEvidenceCells(_Message, frozen=True):
     """Where images show what may be the object, and what they have covered; for late joiners."""
 
     stamp_ns: int

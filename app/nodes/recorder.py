@@ -35,7 +35,7 @@ REPLY_S: Final = 5.0
 BEFORE_US: Final = (
     keys.CONFIGURATION, keys.STATUS, keys.LABELS, keys.PROXIMITY, keys.TF_STATIC, keys.CAMERA_INFO,
     keys.MAP_KEYFRAME, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS,
-    keys.GLIMPSES,
+    keys.FAR_EVIDENCE,
 )  # fmt: skip
 """Topics whose last message is asked for when a recording begins."""
 

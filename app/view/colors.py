@@ -29,7 +29,7 @@ PURPLE: Final[Rgb] = (0xCC, 0x79, 0xA7)
 FOUND: Final = GREEN
 CERTAIN_BRUSH: Final = VERMILION
 """What is painted "look here", and what is pointed at in a picture."""
-GLIMPSED: Final = PURPLE
+FAR_EVIDENCE: Final = PURPLE
 NEVER_BRUSH: Final = BLUE
 ROBOT: Final = SKY
 """The robot, what it sees, and the floor that it has looked over."""

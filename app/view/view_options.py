@@ -15,7 +15,7 @@ Layer = Literal[
     "trail",
     "finds",
     "labels",
-    "glimpses",
+    "far_evidence",
     "covered",
     "clearance",
 ]

@@ -12,7 +12,7 @@ from ippon.frame import Frame, Heatmap
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
 from ippon.mapping.blocks import BlockDirectory, make_pools
 from ippon.mapping.config import MapConfig
-from ippon.mapping.far_evidence.far_evidence import GlimpseConfig, Glimpses
+from ippon.mapping.far_evidence.far_evidence import FarEvidence, FarEvidenceConfig
 from ippon.mapping.integration import FrameIntegrator
 from ippon.mapping.objects.object_layers import ObjectLayers
 from ippon.mapping.objects.surface_changes import SurfaceTracker
@@ -62,11 +62,11 @@ def warm_up_objects() -> None:
     _change(voxel_map)
 
 
-def warm_up_glimpses() -> None:
-    """Compile what a glimpse of the object needs: a search may go on for long before its first."""
-    glimpses = Glimpses(GlimpseConfig(), "hat", near_m=1.0)
-    glimpses.look(_frame("hat"))
-    glimpses.ahead(np.zeros((1, 2)), np.zeros(1), np.ones((1, 1), np.float32))
+def warm_up_far_evidence() -> None:
+    """Compile the kernels of far evidence, which may be needed only minutes into a search."""
+    far_evidence = FarEvidence(FarEvidenceConfig(), "hat", near_m=1.0)
+    far_evidence.integrate(_frame("hat"))
+    far_evidence.ahead(np.zeros((1, 2)), np.zeros(1), np.ones((1, 1), np.float32))
 
 
 def _change(voxel_map: VoxelMap) -> None:

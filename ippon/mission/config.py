@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from ippon.control.follower import FollowerConfig
 from ippon.guidance.levels import LevelProbabilities
 from ippon.guidance.rooms import RoomConfig
-from ippon.mapping.far_evidence.far_evidence import GlimpseConfig
+from ippon.mapping.far_evidence.far_evidence import FarEvidenceConfig
 from ippon.mapping.voxel_map import MapConfig
 from ippon.mission.behaviors.floor_check import GlanceConfig
 from ippon.mission.behaviors.look_around import LookAroundConfig
@@ -21,7 +21,7 @@ class MissionConfig:
 
     map: MapConfig = field(default_factory=MapConfig)
     levels: LevelProbabilities = field(default_factory=LevelProbabilities)
-    glimpses: GlimpseConfig = field(default_factory=GlimpseConfig)
+    far_evidence: FarEvidenceConfig = field(default_factory=FarEvidenceConfig)
     rooms: RoomConfig = field(default_factory=RoomConfig)
     planner: PlannerConfig = field(default_factory=PlannerConfig)
     follower: FollowerConfig = field(default_factory=FollowerConfig)

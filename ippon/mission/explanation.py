@@ -14,7 +14,7 @@ from ippon.planning.plan import NodeKind, Plan, Viewpoint
 
 NEARBY_M = 2.5
 """Common objects within this distance of a viewpoint are named as what it is by."""
-_GLIMPSED_NAT = 0.5
+_FAR_EVIDENCE_NAT = 0.5
 """What images from afar say beyond this is named as the reason."""
 _UNSEEN = "in unseen space"
 _AHEAD = "ahead"
@@ -52,7 +52,7 @@ def explain(
         )
     if plan.closer_look:
         return f"going closer to what may be {goal.display}, {target.path_cost_s:.1f} s away"
-    if target.glimpsed >= _GLIMPSED_NAT:
+    if target.far_evidence_nat >= _FAR_EVIDENCE_NAT:
         return (
             f"going to see whether that is {goal.display}, farther off: "
             f"gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
@@ -63,7 +63,7 @@ def explain(
     if target.cued and certain and place == _AHEAD:
         names = [label.replace("_", " ") for label in certain]
         place = f"by what may be the {' or the '.join(names[:_MOST_NAMED])}, farther off"
-    if target.glimpsed <= _COVERED_NAT:
+    if target.far_evidence_nat <= _COVERED_NAT:
         where = "for what is left unseen" + (f" {place}" if place != _UNSEEN else "")
     else:
         where = f"to the viewpoint {place}"

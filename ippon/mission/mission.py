@@ -117,7 +117,7 @@ class Mission:
         if not self._looked_around_for(goal):
             self._look_around = LookAround(self.config.look_around, self.robot)
         self._search = Search(goal, guidance, self.config)
-        self._planner.follow_glimpses(self._search.glimpses)
+        self._planner.set_far_evidence(self._search.far_evidence)
         self.voxel_map.set_ooi(
             goal.object,
             load_knowledge().highest_m(goal.category or goal.object),
@@ -139,7 +139,7 @@ class Mission:
         if self._search is None:
             raise ValueError("levels belong to a goal, and there is none; set a goal first")
         self._search.guidance = guidance
-        self._search.glimpses.set_cues(guidance.labels_of(Level.CERTAIN))
+        self._search.far_evidence.set_cues(guidance.labels_of(Level.CERTAIN))
         probabilities = self.config.levels.as_array()
         self.voxel_map.set_levels(guidance.levels(), probabilities)
         self.rooms.set_guidance(guidance)
@@ -154,7 +154,7 @@ class Mission:
                 "cancelled", f"the search for {self._search.goal.display} was cancelled"
             )
         self._search = None
-        self._planner.follow_glimpses(None)
+        self._planner.set_far_evidence(None)
         self._plan = None
         self._state = MissionState.STARTING
         self._journal.why = WAITING
@@ -424,5 +424,5 @@ class Mission:
             state=self.state,
             why=f"{why}; {reason}" if reason else why,
             events=self._journal.take(),
-            glimpsed_cell_m=self.config.glimpses.cell_m,
+            far_evidence_cell_m=self.config.far_evidence.cell_m,
         )

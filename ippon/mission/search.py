@@ -10,7 +10,7 @@ from ippon.geometry import Float64Array
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.levels import Guidance
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import Glimpses
+from ippon.mapping.far_evidence.far_evidence import FarEvidence
 from ippon.mapping.objects.object_layers import RuledOut
 from ippon.mapping.objects.ooi_voxels import OoiVoxels
 from ippon.mission.config import MissionConfig
@@ -85,7 +85,9 @@ class Search:
             outline_voxels=config.second_look.outline_voxels * scale,
         )
         near_m = min(config.map.ooi_max_range_m, config.map.max_range_m)
-        self.glimpses = Glimpses(config.glimpses, goal.object, near_m, config.map.max_valid_depth_m)
+        self.far_evidence = FarEvidence(
+            config.far_evidence, goal.object, near_m, config.map.max_valid_depth_m
+        )
         self._started_ns: int | None = None
 
     def elapsed_s(self, stamp_ns: int) -> float:
@@ -123,7 +125,7 @@ class Search:
         The heatmap may have come late.
         """
         self.second_look.note(frame, self._centres, self.candidates)
-        self.glimpses.look(frame)
+        self.far_evidence.integrate(frame)
 
     def rests_of_ruled_out(self) -> list[tuple[Ball, Doubted | None]]:
         """Take what continues a rejected or doubted find from the candidates: the rest of it.

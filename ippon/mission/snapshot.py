@@ -71,12 +71,12 @@ class Snapshot:
     """The find that ended the search, in state `found`."""
     candidates: tuple[Find, ...]
     """Clusters that look like the object, most voxels first."""
-    glimpsed: NDArray[np.float32]
+    far_evidence: NDArray[np.float32]
     """(M, 3) cells of the floor where images from afar show what may be the object: world x and y
     in metres, and the log of how much likelier that makes it."""
-    glimpsed_cell_m: float
+    far_evidence_cell_m: float
     looked_over: NDArray[np.int32]
-    """(R, 3) floor that was in view from nearby: runs of such cells, see `Glimpses.looked_over`."""
+    """(R, 3) floor that was in view from nearby: runs of cells, see `FarEvidence.looked_over`."""
     T_world_base: Float64Array
     path_length_m: float
     """Driven since the goal was set."""

@@ -23,7 +23,7 @@ def snapshot_of(
     state: MissionState,
     why: str,
     events: tuple[MissionEvent, ...],
-    glimpsed_cell_m: float,
+    far_evidence_cell_m: float,
 ) -> Snapshot:
     """Put together what others see of a step.
 
@@ -35,7 +35,7 @@ def snapshot_of(
         state: What the robot is doing.
         why: And why.
         events: What happened in the step.
-        glimpsed_cell_m: Edge of the cells of `Snapshot.glimpsed`.
+        far_evidence_cell_m: Edge of the cells of `Snapshot.far_evidence`.
     """
     return Snapshot(
         stamp_ns=frame.stamp_ns,
@@ -45,9 +45,9 @@ def snapshot_of(
         plan=plan,
         find=search.find if search else None,
         candidates=search.candidates if search else (),
-        glimpsed=_NOWHERE if search is None or state in OVER else search.glimpses.places(),
-        glimpsed_cell_m=glimpsed_cell_m,
-        looked_over=_NO_RUNS if search is None else search.glimpses.looked_over(frame.stamp_ns),
+        far_evidence=_NOWHERE if search is None or state in OVER else search.far_evidence.places(),
+        far_evidence_cell_m=far_evidence_cell_m,
+        looked_over=_NO_RUNS if search is None else search.far_evidence.looked_over(frame.stamp_ns),
         T_world_base=frame.T_world_base,
         path_length_m=search.path_length_m if search else 0.0,
         elapsed_s=search.elapsed_s(frame.stamp_ns) if search else 0.0,

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ippon.command import Command
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import Glimpses
+from ippon.mapping.far_evidence.far_evidence import FarEvidence
 from ippon.planning.plan import Plan
 
 
@@ -28,12 +28,11 @@ class Planner(Protocol):
         """Take another T_min for the goal that there is; all else stays."""
         ...
 
-    def follow_glimpses(self, glimpses: Glimpses | None) -> None:
-        """Take note of where images show the object beyond the map's range.
+    def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
+        """Set the evidence from beyond the map's range; a planner may ignore it.
 
         Args:
-            glimpses: Of the present goal; they go on changing. None for nothing. A planner that has
-                no use for them leaves them alone.
+            far_evidence: Evidence for the present goal, updated with every image; None for none.
         """
         ...
 

@@ -40,7 +40,7 @@ class Viewpoint:
     """G(P_n), gain summed over the path from the robot."""
     path_cost_s: float
     """C(P_n), travel time from the robot, turning included."""
-    glimpsed: float = 0.0
+    far_evidence_nat: float = 0.0
     """Nat by which images make the object likelier ahead; below 0 where the floor there was in view
     from nearby before."""
     cued: bool = False

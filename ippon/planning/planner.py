@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ippon.command import Command
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import Glimpses
+from ippon.mapping.far_evidence.far_evidence import FarEvidence
 from ippon.mapping.objects.ooi_voxels import OoiVoxels
 from ippon.planning.config import PlannerConfig
 from ippon.planning.deadline import UNLIMITED, Clock, Deadline
@@ -111,9 +111,9 @@ class ViewpointPlanner:
         """See `Planner.set_termination_min`."""
         self._termination_min = termination_min
 
-    def follow_glimpses(self, glimpses: Glimpses | None) -> None:
+    def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
         """Weigh every viewpoint by what images show beyond the map's range, from now on."""
-        self._views.set_glimpses(glimpses)
+        self._views.set_far_evidence(far_evidence)
 
     def set_regions(self, regions: RegionWeights | None) -> None:
         """Weigh every viewpoint by what the operator painted; None for nothing painted."""

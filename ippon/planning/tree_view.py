@@ -54,7 +54,7 @@ class TreePicture:
         kinds = self._kinds(nodes)
         yaw, tilt = self._facing(nodes, kinds)[0]
         x, y = self._xy[node]
-        glimpsed, cued = self._views.glimpsed_by(node)
+        far_evidence_nat, cued = self._views.far_evidence_at(node)
         return Viewpoint(
             position_world=(float(x), float(y), self._floor_z_m),
             yaw_rad=float(yaw),
@@ -65,7 +65,7 @@ class TreePicture:
             kind=NodeKind(int(kinds[0])),
             path_gain=float(self._scores.path_gain[node]),
             path_cost_s=float(self._scores.path_cost[node]),
-            glimpsed=glimpsed,
+            far_evidence_nat=far_evidence_nat,
             cued=cued,
         )
 

@@ -143,8 +143,10 @@ def _in_vain(
     config: TrialConfig, scene: Scene, method: Method, seed: int, judge: Judge, start: StartPose
 ) -> tuple[SimulatedWorld, Mission]:
     """Put a robot at the start that looks for what it will never find."""
-    glimpses = dataclasses.replace(config.mission.glimpses, enabled=False)
-    mission_config = method.configure(dataclasses.replace(config.mission, glimpses=glimpses))
+    far_evidence = dataclasses.replace(config.mission.far_evidence, enabled=False)
+    mission_config = method.configure(
+        dataclasses.replace(config.mission, far_evidence=far_evidence)
+    )
     resolved = resolve_object(IN_VAIN, config.labels)
     guidance = EmbeddedPrior().levels(resolved, "", config.labels)
     guidance = METHODS["no_guidance"].guide(guidance)

@@ -194,7 +194,7 @@ def note_viewpoints(config: TrialConfig, scene: Scene, spec: EpisodeSpec) -> lis
                 for of in (views._sums, in_rooms._sums)
             )
             x, y = (float(c) for c in views._at[node])
-            nat = float(views.glimpsed[node, heading])
+            nat = float(views.far_evidence_nat[node, heading])
             found = finds(x, y, float(views.yaw[node]))
             noted.append(Noted(time_s, level, level_by_room, nat, promise, found))
 

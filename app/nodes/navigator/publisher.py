@@ -12,7 +12,7 @@ import zenoh
 from app.links.network.latched import Latched
 from app.links.network.sender import Sender
 from app.messages import keys
-from app.messages.control import GlimpsedPlaces, encode
+from app.messages.control import FarEvidenceCells, encode
 from app.messages.motion import StampedPath, encode_path
 from app.messages.scene import Detection, VoxelCloud, encode_detections, encode_tree, encode_voxels
 from ippon.mapping.objects.surface_changes import SurfaceDelta, SurfaceTracker
@@ -57,7 +57,7 @@ class MapPublisher:
         self._keyframe = session.declare_publisher(self._keyframe_key, congestion_control=block)
         self._plan = {
             key: Latched(session, f"{robot}/{key}", sender)
-            for key in (keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.GLIMPSES)
+            for key in (keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.FAR_EVIDENCE)
         }
 
     def publish(self, snapshot: Snapshot) -> None:
@@ -119,7 +119,7 @@ class MapPublisher:
 
 
 def plan_messages(snapshot: Snapshot, before: Snapshot | None) -> Iterator[tuple[str, bytes]]:
-    """Yield key and payload of one step's tree, where it has one, path, detections, glimpses.
+    """Yield key and payload of one step's tree, where it has one, path, detections, far_evidence.
 
     Args:
         snapshot: The step's.
@@ -136,20 +136,20 @@ def plan_messages(snapshot: Snapshot, before: Snapshot | None) -> Iterator[tuple
     yield keys.DETECTIONS, encode_detections(finds, stamp)
     if before is not None and _shows_the_same(before, snapshot):
         return
-    rows: list[list[float]] = np.round(snapshot.glimpsed.astype(np.float64), 3).tolist()
+    rows: list[list[float]] = np.round(snapshot.far_evidence.astype(np.float64), 3).tolist()
     runs: list[list[int]] = snapshot.looked_over.tolist()
-    places = GlimpsedPlaces(
+    places = FarEvidenceCells(
         stamp_ns=stamp,
-        cell_m=snapshot.glimpsed_cell_m,
+        cell_m=snapshot.far_evidence_cell_m,
         cells=[(x, y, nat) for x, y, nat in rows],
         covered=[(i, j, n) for i, j, n in runs],
     )
-    yield keys.GLIMPSES, encode(places)
+    yield keys.FAR_EVIDENCE, encode(places)
 
 
 def _shows_the_same(before: Snapshot, now: Snapshot) -> bool:
     """Tell whether nothing has changed in what images show; unchanged arrays are handed on."""
-    return before.glimpsed is now.glimpsed and before.looked_over is now.looked_over
+    return before.far_evidence is now.far_evidence and before.looked_over is now.looked_over
 
 
 def cloud_of(delta: SurfaceDelta, stamp_ns: int, voxel_m: float) -> VoxelCloud:

@@ -21,7 +21,7 @@ from ippon.frame import Frame
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.mapping.objects.surface_changes import SurfaceTracker
 from ippon.mapping.warm_up import warm_up as warm_up_map
-from ippon.mapping.warm_up import warm_up_glimpses
+from ippon.mapping.warm_up import warm_up_far_evidence
 from ippon.mission.explanation import NEARBY_M, label_census
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
@@ -73,7 +73,7 @@ def _use_the_rest(mission: Mission, frame: Frame, guidance: Guidance) -> None:
     mission.go_to((float(frame.T_world_base[0, 3]), float(frame.T_world_base[1, 3])))
     mission.step(frame)
     label_census(mission.voxel_map, frame.T_world_base[:3, 3], NEARBY_M)
-    warm_up_glimpses()
+    warm_up_far_evidence()
     warm_up_planning(mission.voxel_map.arrays(), mission.robot, frame.T_world_base)
 
 

@@ -22,7 +22,7 @@ TF_NS: Final = 1_000_000_000
 """Poses of so long before the last one place every frame of a robot."""
 LATEST: Final = (
     keys.CAMERA_INFO, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.PROXIMITY,
-    keys.GLIMPSES,
+    keys.FAR_EVIDENCE,
 )  # fmt: skip
 PLAYED: Final = (
     keys.COLOR, keys.STATUS, keys.EVENT, keys.MAP_VOXELS, keys.TF, keys.TF_STATIC, *LATEST,

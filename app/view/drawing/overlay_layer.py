@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages.driving import PaintedStroke
-from app.view.colors import CERTAIN_BRUSH, GLIMPSED, NEVER_BRUSH, ROBOT, Rgb, linear
+from app.view.colors import CERTAIN_BRUSH, FAR_EVIDENCE, NEVER_BRUSH, ROBOT, Rgb, linear
 
 _LIFT_M: Final = 0.035
 _ABOVE_M: Final = 0.11
@@ -20,7 +20,7 @@ _Sheet = tuple[NDArray[np.float32], NDArray[np.uint32]]
 """Vertices and faces."""
 _MAX_CELLS: Final = 4000
 _MAX_RUNS, _MAX_RUN = 20_000, 10_000
-_GLIMPSED: Final = (("faint", 0.25, -math.inf, 2.0), ("strong", 0.55, 2.0, math.inf))
+_FAR_EVIDENCE: Final = (("faint", 0.25, -math.inf, 2.0), ("strong", 0.55, 2.0, math.inf))
 """Names, opacities, and from which to which evidence in nat."""
 _CUBE: Final = np.array(
     [[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)], dtype=np.float32
@@ -69,15 +69,15 @@ class OverlayLayer:
             sheet = _discs(chosen, floor_z_m + lift) if chosen else None
             self._lay(f"/painted/{kind}", sheet, color, 0.42)
 
-    def draw_glimpsed(self, cells: Sequence[tuple[float, float, float]], cell_m: float) -> None:
+    def draw_far_evidence(self, cells: Sequence[tuple[float, float, float]], cell_m: float) -> None:
         """Lay a translucent sheet where images from afar show what may be the object."""
         half = np.float32(0.5 * cell_m)
-        for name, opacity, low, high in _GLIMPSED:
+        for name, opacity, low, high in _FAR_EVIDENCE:
             chosen = [(x, y) for x, y, nat in cells[:_MAX_CELLS] if low <= nat < high]
             middle = np.array(chosen, np.float32)
             edges = (middle - half, middle + half, 1.15 * _ABOVE_M)
             sheet = _rectangles(*edges) if chosen else None
-            self._lay(f"/glimpsed/{name}", sheet, GLIMPSED, opacity)
+            self._lay(f"/far_evidence/{name}", sheet, FAR_EVIDENCE, opacity)
 
     def draw_looked_over(self, runs: Sequence[tuple[int, int, int]], cell_m: float) -> None:
         """Lay a translucent sheet over floor that was in view from nearby."""
@@ -86,7 +86,7 @@ class OverlayLayer:
         high = [((i + 1) * cell_m, (j + n) * cell_m) for i, j, n in known]
         edges = (np.array(low, np.float32), np.array(high, np.float32), _ABOVE_M)
         sheet = _rectangles(*edges) if known else None
-        self._lay("/glimpsed/looked_over", sheet, ROBOT, 0.4)
+        self._lay("/far_evidence/looked_over", sheet, ROBOT, 0.4)
 
     def _lay(self, name: str, sheet: _Sheet | None, color: Rgb, opacity: float) -> None:
         """Put a sheet in place of the one that lay there; None takes it away."""

@@ -21,7 +21,7 @@ GAINS_S: Final = 2.0
 """Between two recolourings of the map by gain."""
 ROOTS: Final = (
     "/map", "/object_voxels", "/skin", "/clearance", "/tree", "/path", "/trail", "/camera",
-    "/robot", "/finds", "/painted", "/glimpsed", "/pointed",
+    "/robot", "/finds", "/painted", "/far_evidence", "/pointed",
 )  # fmt: skip
 """Above every node of the drawing; not of the lights and the floor."""
 ALL_PARTS: Final[frozenset[Part]] = frozenset(
@@ -35,7 +35,7 @@ ALL_PARTS: Final[frozenset[Part]] = frozenset(
         "status",
         "detections",
         "painted",
-        "glimpsed",
+        "far_evidence",
         "looked_over",
     }
 )
@@ -107,12 +107,12 @@ class ViserScene:
                 self._draw_robot(model, changed, options)
             if "painted" in changed:
                 self.overlay.draw_painted(model.painted, 0.0)
-            if "glimpsed" in changed:
-                places = model.glimpsed.cells if "glimpses" in layers else []
-                self.overlay.draw_glimpsed(places, model.glimpsed.cell_m)
+            if "far_evidence" in changed:
+                places = model.far_evidence.cells if "far_evidence" in layers else []
+                self.overlay.draw_far_evidence(places, model.far_evidence.cell_m)
             if "looked_over" in changed:
-                runs = model.glimpsed.covered if "covered" in layers else []
-                self.overlay.draw_looked_over(runs, model.glimpsed.cell_m)
+                runs = model.far_evidence.covered if "covered" in layers else []
+                self.overlay.draw_looked_over(runs, model.far_evidence.cell_m)
             if changed & {"status", "detections"}:
                 self._finds.draw(_marks(model), "finds" in layers, "labels" in layers)
 

@@ -11,7 +11,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from app.messages.control import Event, FindReport, GlimpsedPlaces, ProximityTable, Status
+from app.messages.control import Event, FarEvidenceCells, FindReport, ProximityTable, Status
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
@@ -38,7 +38,7 @@ Part = Literal[
     "events",
     "detections",
     "painted",
-    "glimpsed",
+    "far_evidence",
     "looked_over",
     "recording",
 ]
@@ -46,7 +46,7 @@ Part = Literal[
 WORLD_FRAME: Final = "map"
 BASE_FRAME: Final = "base_link"
 
-NO_GLIMPSES: Final = GlimpsedPlaces(stamp_ns=0, cell_m=0.25, cells=[])
+NO_FAR_EVIDENCE: Final = FarEvidenceCells(stamp_ns=0, cell_m=0.25, cells=[])
 
 _MAX_CELL_M: Final = 10.0
 _MAX_HELD: Final = 256
@@ -81,7 +81,7 @@ class SceneModel:
         self.pictures = PictureStore()
         """Pictures from where the robot was, for explanations."""
         self.painted: tuple[PaintedStroke, ...] = ()
-        self.glimpsed = NO_GLIMPSES
+        self.far_evidence = NO_FAR_EVIDENCE
         """Where images from afar show what may be the object."""
         self.recording: RecordingStatus | None = None
         """None while nobody records."""
@@ -178,17 +178,17 @@ class SceneModel:
             self.pictures.add(image.stamp_ns, image.encoded, self.camera, self.T_world_camera)
         self._changed.add("image")
 
-    def on_glimpses(self, glimpsed: GlimpsedPlaces) -> None:
+    def on_far_evidence(self, far_evidence: FarEvidenceCells) -> None:
         """Replace where images show what may be the object, and what was looked over."""
-        before = self.glimpsed
-        if not 0.0 < glimpsed.cell_m < _MAX_CELL_M:
+        before = self.far_evidence
+        if not 0.0 < far_evidence.cell_m < _MAX_CELL_M:
             return
-        resized = glimpsed.cell_m != before.cell_m
-        if resized or glimpsed.cells != before.cells:
-            self.glimpsed = glimpsed
-            self._changed.add("glimpsed")
-        if resized or glimpsed.covered != before.covered:
-            self.glimpsed = glimpsed
+        resized = far_evidence.cell_m != before.cell_m
+        if resized or far_evidence.cells != before.cells:
+            self.far_evidence = far_evidence
+            self._changed.add("far_evidence")
+        if resized or far_evidence.covered != before.covered:
+            self.far_evidence = far_evidence
             self._changed.add("looked_over")
 
     def on_painted(self, painted: PaintedRegions) -> None:
@@ -253,11 +253,11 @@ class SceneModel:
         self.history.clear()
         self.pictures.clear()
         self.painted, self.rejected, self._last_find = (), (), None
-        self.glimpsed = NO_GLIMPSES
+        self.far_evidence = NO_FAR_EVIDENCE
         self._candidates = None
         self.tree, self.path_world, self.detections = None, np.empty((0, 3)), ()
         self._changed |= {"voxels", "tree", "path", "pose", "detections"}
-        self._changed |= {"painted", "glimpsed", "looked_over"}
+        self._changed |= {"painted", "far_evidence", "looked_over"}
 
     def _store(self, cloud: VoxelCloud) -> None:
         if self.voxel_size_m is None:

@@ -36,7 +36,7 @@ class SceneReader:
             keys.MAP_KEYFRAME: lambda p: model.on_keyframe(decode_voxels(p)),
             keys.PLAN_TREE: lambda p: model.on_tree(decode_tree(p)[1]),
             keys.PLAN_PATH: lambda p: model.on_path(decode_path(p)),
-            keys.GLIMPSES: lambda p: model.on_glimpses(_json(p, control.GlimpsedPlaces)),
+            keys.FAR_EVIDENCE: lambda p: model.on_far_evidence(_json(p, control.FarEvidenceCells)),
             keys.DETECTIONS: lambda p: model.on_detections(decode_detections(p)[1]),
             keys.TF: lambda p: model.on_transforms(decode_transforms(p)),
             keys.TF_STATIC: lambda p: model.on_transforms(decode_transforms(p)),

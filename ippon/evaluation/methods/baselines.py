@@ -15,7 +15,7 @@ from ippon.frame import Frame
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import Glimpses
+from ippon.mapping.far_evidence.far_evidence import FarEvidence
 from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind, Plan, Viewpoint
 from ippon.planning.planner import ViewpointPlanner
@@ -116,7 +116,7 @@ class BaselinePlanner:
         """See `Planner.set_termination_min`."""
         self._tree.set_termination_min(termination_min)
 
-    def follow_glimpses(self, glimpses: Glimpses | None) -> None:
+    def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
         """Leave them alone: no method in the literature that is compared here has them."""
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:

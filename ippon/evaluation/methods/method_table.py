@@ -109,11 +109,11 @@ def _max_fusion(config: MissionConfig) -> MissionConfig:
 
 
 def _near_sighted(config: MissionConfig) -> MissionConfig:
-    return replace(config, glimpses=replace(config.glimpses, enabled=False))
+    return replace(config, far_evidence=replace(config.far_evidence, enabled=False))
 
 
 def _covered(config: MissionConfig) -> MissionConfig:
-    return replace(config, glimpses=replace(config.glimpses, covered_share=0.9))
+    return replace(config, far_evidence=replace(config.far_evidence, covered_share=0.9))
 
 
 def _shallow(config: MissionConfig) -> MissionConfig:
@@ -182,7 +182,7 @@ _ALL: Final = (
         equip=_viewpoint_planner,
     ),
     Method(
-        name="no_glimpses",
+        name="no_far_evidence",
         summary="what images show beyond the map's range does not count, as in the paper",
         configure=_near_sighted,
         equip=_viewpoint_planner,
@@ -269,7 +269,7 @@ METHODS: Final[Mapping[str, Method]] = {method.name: method for method in _ALL}
 BASELINES: Final = ("nearest_frontier", "semantic_frontier", "greedy_nbv")
 ABLATIONS: Final = (
     "no_bayes", "no_guidance", "no_local_planner", "hard_clearance", "no_initial_yaw",
-    "no_travel_pitch", "no_glimpses", "covered", "shallow", "plain_ratio",
+    "no_travel_pitch", "no_far_evidence", "covered", "shallow", "plain_ratio",
     "paper",
 )  # fmt: skip
 

@@ -71,7 +71,7 @@ SIDE: Final = 512
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GlimpseConfig:
+class FarEvidenceConfig:
     """How far images are believed beyond the map's range."""
 
     enabled: bool = True
@@ -129,12 +129,12 @@ class GlimpseConfig:
                 )
 
 
-class Glimpses:
+class FarEvidence:
     """Remembers, for one object of interest, where images showed it from afar, and what is done."""
 
     def __init__(
         self,
-        config: GlimpseConfig,
+        config: FarEvidenceConfig,
         ooi: str,
         near_m: float,
         max_valid_m: float = 20.0,
@@ -152,7 +152,7 @@ class Glimpses:
         self._revision = 0
         self._config = config
         self._ooi, self._labels = ooi, labels
-        self._cues: Glimpses | None = None
+        self._cues: FarEvidence | None = None
         self._near_m, self._max_valid_m = near_m, max_valid_m
         self._corner: Float64Array | None = None
         self._log = np.zeros((SIDE, SIDE), np.float32)
@@ -189,7 +189,7 @@ class Glimpses:
         if wanted and self._config.enabled:
             config = replace(self._config, covered_share=0.0, least_nat=self._config.cue_nat)
             reach = (self._near_m, self._max_valid_m)
-            self._cues = Glimpses(config, self._ooi, *reach, wanted)
+            self._cues = FarEvidence(config, self._ooi, *reach, wanted)
             if self._corner is not None:
                 self._cues._go_on_in(self._corner, self._near)  # noqa: SLF001
 
@@ -202,10 +202,10 @@ class Glimpses:
         """The common objects that are remembered, too."""
         return () if self._cues is None else self._cues._labels  # noqa: SLF001
 
-    def look(self, frame: Frame) -> None:
+    def integrate(self, frame: Frame) -> None:
         """Take an image; one without a heatmap of the object says nothing."""
         if self._cues is not None:
-            self._cues.look(frame)
+            self._cues.integrate(frame)
         heatmap, config = frame.heatmap, self._config
         if heatmap is None or heatmap.ooi != self._ooi:
             return
@@ -296,7 +296,7 @@ class Glimpses:
 
         Returns:
             (M, 3) runs of cells along y: index of the first cell in x and in y, and how many. Cell
-            (i, j) reaches from (i, j) to (i + 1, j + 1) times `GlimpseConfig.cell_m`.
+            (i, j) reaches from (i, j) to (i + 1, j + 1) times `FarEvidenceConfig.cell_m`.
         """
         last = self._looked_over_ns
         waits = last is not None and 0 <= stamp_ns - last < SHOWN_NS

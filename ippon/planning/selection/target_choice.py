@@ -153,6 +153,6 @@ class TargetChoice:
         commitment = self._commitment
         if commitment is None or commitment.node != self.node:
             return 1.0
-        nat, cued = self._views.glimpsed_by(commitment.node)
+        nat, cued = self._views.far_evidence_at(commitment.node)
         # What images show from afar is looked at from nearby, however little is unseen there.
         return 1.0 if nat > 0.0 or cued else commitment.left(scores)

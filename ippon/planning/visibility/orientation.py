@@ -170,7 +170,7 @@ def choose_view(
     sums: ViewSums,
     probabilities: NDArray[np.float32],
     min_level_voxels: int,
-    glimpsed: NDArray[np.float32],
+    far_evidence_nat: NDArray[np.float32],
     cued: NDArray[np.bool_],
     weights: NDArray[np.float32],
 ) -> ViewChoice:
@@ -180,26 +180,26 @@ def choose_view(
         sums: Of the viewpoint.
         probabilities: (4,) p_img of each level.
         min_level_voxels: Voxels below which a level counts as empty.
-        glimpsed: (A,) nat by which images make the object likelier in what each heading shows.
+        far_evidence_nat: (A,) nat, log-likelihood ratio of the object in each heading's view.
         cued: (A,) headings that look at what images show to be certainly near the object.
         weights: (A,) what the gain of each heading is multiplied by.
     """
     by_heading = np.empty(sums.known.shape[0], dtype=np.float32)
     rules = (probabilities, min_level_voxels)
     gain, heading, tilt, level, potential = _choose_kernel(
-        sums.known, sums.unknown, sums.levels, rules, glimpsed, cued, weights, by_heading
+        sums.known, sums.unknown, sums.levels, rules, far_evidence_nat, cued, weights, by_heading
     )
     return ViewChoice(gain, heading, tilt, level, potential, by_heading)
 
 
 @njit(cache=True, nogil=True)
-def _choose_kernel(known, unknown, levels, rules, glimpsed, cued, weights, by_heading):
+def _choose_kernel(known, unknown, levels, rules, far_evidence_nat, cued, weights, by_heading):
     probabilities, minimum = rules
     best, best_a, best_b, best_level = -1.0, 0, 0, 1
     potential = 0.0
     for a in range(known.shape[0]):
         level = 3 if cued[a] else imagined_level(levels[a], minimum)
-        p_img = with_evidence(probabilities[level], glimpsed[a])
+        p_img = with_evidence(probabilities[level], far_evidence_nat[a])
         top = -1.0
         for b in range(known.shape[1]):
             gain = weights[a] * (known[a, b] + p_img * unknown[a, b])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import FRESH, Glimpses
+from ippon.mapping.far_evidence.far_evidence import FRESH, FarEvidence
 from ippon.planning.surface_scale import surface_scale
 from ippon.planning.visibility.orientation import (
     ViewSums,
@@ -124,9 +124,9 @@ class Viewpoints:
         self._at = np.zeros((capacity, 2))
         self._regions: RegionWeights | None = None
         self._unweighted = np.ones(headings, dtype=np.float32)
-        self._glimpses: Glimpses | None = None
-        self._glimpses_at = 0
-        self.glimpsed = np.zeros((capacity, headings), dtype=np.float32)
+        self._far_evidence: FarEvidence | None = None
+        self._far_evidence_revision = 0
+        self.far_evidence_nat = np.zeros((capacity, headings), dtype=np.float32)
         """Nat by which images make the object likelier, or below 0 less likely, ahead."""
         self.cued = np.zeros((capacity, headings), dtype=np.bool_)
         """Headings that look at what images show to be certainly near the object."""
@@ -177,7 +177,7 @@ class Viewpoints:
         assert self._table is not None, "_prepare() sets it"
         assert self._rules is not None, "_prepare() sets it"
         self.memory.follow(arrays, self._layers, self._rules)
-        self._follow_glimpses()
+        self._update_far_evidence()
         T_world_camera = T_world_base @ self._robot.T_base_camera(tilt_rad)
         ahead = T_world_camera[:3, 2]
         shown = in_frustum(
@@ -212,8 +212,8 @@ class Viewpoints:
         self._framing[node] = framing if framing is not None else (math.nan, math.nan)
         self.evaluated[node] = self.memory.step
         self._at[node], self._voxel_m = xy, arrays.voxel_size
-        glimpsed, cued = self._glimpsed_from(np.array([node]))
-        self.glimpsed[node], self.cued[node] = glimpsed[0], cued[0]
+        far_evidence_nat, cued = self._far_evidence_from(np.array([node]))
+        self.far_evidence_nat[node], self.cued[node] = far_evidence_nat[0], cued[0]
         self._choose(node)
 
     def set_probabilities(self, probabilities: NDArray[np.float32]) -> None:
@@ -228,10 +228,10 @@ class Viewpoints:
         for node in self._sums:
             self._choose(node)
 
-    def set_glimpses(self, glimpses: Glimpses | None) -> None:
+    def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
         """Follow what images show beyond the map's range; None for nothing."""
-        self._glimpses, self._glimpses_at = glimpses, 0
-        self.glimpsed[:] = 0.0
+        self._far_evidence, self._far_evidence_revision = far_evidence, 0
+        self.far_evidence_nat[:] = 0.0
         self.cued[:] = False
         for node in self._sums:
             self._choose(node)
@@ -298,11 +298,11 @@ class Viewpoints:
             return float(self.yaw[node]), float(self.tilt[node])
         return float(yaw), float(tilt)
 
-    def glimpsed_by(self, node: int) -> tuple[float, bool]:
+    def far_evidence_at(self, node: int) -> tuple[float, bool]:
         """Return what images say of what a viewpoint looks at: nat, and whether it is a cue."""
         assert self._orientations is not None, "follow() comes first"
         heading = int(np.argmin(np.abs(self._orientations.yaws - self.yaw[node])))
-        return float(self.glimpsed[node, heading]), bool(self.cued[node, heading])
+        return float(self.far_evidence_nat[node, heading]), bool(self.cued[node, heading])
 
     def eye_z_m(self, arrays: MapArrays) -> float:
         """Height of the camera in the world, metres."""
@@ -324,33 +324,37 @@ class Viewpoints:
         # A ray may graze the voxel beside the one that is meant.
         return abs(depth) >= far - 1.8
 
-    def _follow_glimpses(self) -> None:
+    def _update_far_evidence(self) -> None:
         """Weigh anew what looks at places that images showed since."""
-        glimpses = self._glimpses
-        if glimpses is None or glimpses.revision == self._glimpses_at or not self._sums:
+        far_evidence = self._far_evidence
+        if (
+            far_evidence is None
+            or far_evidence.revision == self._far_evidence_revision
+            or not self._sums
+        ):
             return
-        self._glimpses_at = glimpses.revision
+        self._far_evidence_revision = far_evidence.revision
         nodes = np.array(list(self._sums))
-        now, cued = self._glimpsed_from(nodes)
-        changed = np.abs(now - self.glimpsed[nodes]).max(axis=1) > FRESH
+        now, cued = self._far_evidence_from(nodes)
+        changed = np.abs(now - self.far_evidence_nat[nodes]).max(axis=1) > FRESH
         changed |= (cued != self.cued[nodes]).any(axis=1)
         # The others stay as they were weighed last: what fades slowly adds up.
-        self.glimpsed[nodes[changed]] = now[changed]
+        self.far_evidence_nat[nodes[changed]] = now[changed]
         self.cued[nodes[changed]] = cued[changed]
         for node in nodes[changed]:
             self._choose(int(node))
 
-    def _glimpsed_from(
+    def _far_evidence_from(
         self, nodes: NDArray[np.int64]
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
         """What images say of what each heading of some nodes shows: nat, and whether a cue."""
-        if self._glimpses is None:
-            size = (len(nodes), self.glimpsed.shape[1])
+        if self._far_evidence is None:
+            size = (len(nodes), self.far_evidence_nat.shape[1])
             return np.zeros(size, np.float32), np.zeros(size, np.bool_)
         assert self._orientations is not None, "follow() comes first"
         reach_m = self._reach[nodes][:, :: self._orientations.stride] * np.float32(self._voxel_m)
         where = (self._at[nodes], self._orientations.yaws, reach_m)
-        return self._glimpses.ahead(*where), self._glimpses.cued(*where)
+        return self._far_evidence.ahead(*where), self._far_evidence.cued(*where)
 
     def _choose(self, node: int) -> None:
         assert self._orientations is not None
@@ -362,7 +366,7 @@ class Viewpoints:
             self._sums[node],
             self._probabilities,
             self.config.min_level_voxels,
-            self.glimpsed[node],
+            self.far_evidence_nat[node],
             self.cued[node],
             weights,
         )

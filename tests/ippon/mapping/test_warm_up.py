@@ -39,20 +39,20 @@ def test_the_process_beside_compiles_what_a_map_uses():
     assert _printed_by(code).split() == ["1", "True"]
 
 
-def test_a_first_glimpse_finds_its_kernels_compiled():
+def test_the_first_far_evidence_finds_its_kernels_compiled():
     # The planner's arrays, in a process of its own.
     code = (
         "import numpy as np\n"
-        "from ippon.mapping import glimpses as g\n"
-        "from ippon.mapping.warm_up import _frame, warm_up_glimpses\n"
+        "from ippon.mapping.far_evidence import far_evidence as g\n"
+        "from ippon.mapping.warm_up import _frame, warm_up_far_evidence\n"
         "kernels = [g._columns_kernel, g._mark_kernel, g._widen_kernel, g._ahead_kernel]\n"
-        "warm_up_glimpses()\n"
+        "warm_up_far_evidence()\n"
         "before = [len(k.overloads) for k in kernels]\n"
-        "glimpses = g.Glimpses(g.GlimpseConfig(), 'hat', 1.0, 20.0)\n"
-        "glimpses.look(_frame('hat'))\n"
+        "far_evidence = g.FarEvidence(g.FarEvidenceConfig(), 'hat', 1.0, 20.0)\n"
+        "far_evidence.integrate(_frame('hat'))\n"
         "reach = np.ones((9, 80), np.float32)[[1, 2]][:, ::2] * np.float32(0.1)\n"
-        "glimpses.ahead(np.ones((9, 2))[[1, 2]], np.linspace(0.0, 6.0, 40), reach)\n"
-        "print(glimpses.revision, before, [len(k.overloads) for k in kernels])\n"
+        "far_evidence.ahead(np.ones((9, 2))[[1, 2]], np.linspace(0.0, 6.0, 40), reach)\n"
+        "print(far_evidence.revision, before, [len(k.overloads) for k in kernels])\n"
     )
     assert _printed_by(code).strip() == "1 [1, 1, 1, 1] [1, 1, 1, 1]"
 

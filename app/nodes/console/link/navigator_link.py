@@ -34,7 +34,7 @@ LATCHED: Final = (
     keys.PLAN_TREE,
     keys.PLAN_PATH,
     keys.DETECTIONS,
-    keys.GLIMPSES,
+    keys.FAR_EVIDENCE,
     keys.PAINTED,
     keys.CAMERA_INFO,
     keys.TF_STATIC,

@@ -26,7 +26,7 @@ LAYER_WORDS: Final[dict[Layer, str]] = {
     "trail": "Trail",
     "finds": "Finds",
     "labels": "Names",
-    "glimpses": "Distant candidates",
+    "far_evidence": "Distant candidates",
     "covered": "Inspected floor",
     "clearance": "Clearance",
 }
@@ -34,7 +34,7 @@ LAYER_HINTS: Final[dict[Layer, str]] = {
     "mesh": "The same surfaces as a mesh instead of voxels",
     "object": "Boxes around voxels that are likely to be the object",
     "tree": "White: can end the search; black: little gain; blue to red: low to high gain",
-    "glimpses": "Directions in which images show a possible object beyond the range of the map",
+    "far_evidence": "Directions in which images show a possible object beyond the range of the map",
     "covered": "Floor that the camera has seen from close by during this search",
     "clearance": "Distance to the nearest obstacle at the height of the robot's body",
     "labels": "The text above found objects",

@@ -11,7 +11,7 @@ import pytest
 from app.links.network.sender import Sender
 from app.links.network.subscription import subscribe
 from app.messages import keys
-from app.messages.control import GlimpsedPlaces, decode
+from app.messages.control import FarEvidenceCells, decode
 from app.messages.scene import decode_voxels
 from app.nodes.navigator import publisher
 from app.nodes.navigator.publisher import MAX_WAITING, MapPublisher, plan_messages
@@ -114,22 +114,24 @@ def test_on_a_slow_link_changes_gather_and_nothing_is_lost(
 
 def test_what_images_show_is_told_when_it_changes(steps):
     first = steps()
-    told = decode(dict(plan_messages(first, None))[keys.GLIMPSES], GlimpsedPlaces)
+    told = decode(dict(plan_messages(first, None))[keys.FAR_EVIDENCE], FarEvidenceCells)
     assert (told.cells, told.covered) == ([], [])
-    assert keys.GLIMPSES not in dict(plan_messages(first, first))
+    assert keys.FAR_EVIDENCE not in dict(plan_messages(first, first))
     cells = np.array([[3.125, -1.375, 2.5], [3.375, -1.375, 0.75]], np.float32)
-    seen = dataclasses.replace(first, glimpsed=cells, glimpsed_cell_m=0.25)
-    told = decode(dict(plan_messages(seen, first))[keys.GLIMPSES], GlimpsedPlaces)
+    seen = dataclasses.replace(first, far_evidence=cells, far_evidence_cell_m=0.25)
+    told = decode(dict(plan_messages(seen, first))[keys.FAR_EVIDENCE], FarEvidenceCells)
     np.testing.assert_allclose(told.cells, cells, atol=0.006)
     assert (told.cell_m, told.stamp_ns) == (0.25, first.stamp_ns)
     over = dataclasses.replace(seen, looked_over=np.array([[-3, 4, 2]], np.int32))
-    told = decode(dict(plan_messages(over, seen))[keys.GLIMPSES], GlimpsedPlaces)
+    told = decode(dict(plan_messages(over, seen))[keys.FAR_EVIDENCE], FarEvidenceCells)
     assert told.covered == [(-3, 4, 2)]
 
 
 def test_what_images_show_is_told_anew_after_the_clock_has(sessions, shown, steps):
     came = queue.SimpleQueue()
-    subscribe(sessions[1], f"r/{keys.GLIMPSES}", lambda p: came.put(decode(p, GlimpsedPlaces)))
+    subscribe(
+        sessions[1], f"r/{keys.FAR_EVIDENCE}", lambda p: came.put(decode(p, FarEvidenceCells))
+    )
     list(sessions[1].get(f"r/{keys.PLAN_TREE}", timeout=5.0))
     first = steps()
     second = 1_000_000_000

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import viser
 
-from app.messages.control import GlimpsedPlaces
+from app.messages.control import FarEvidenceCells
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.scene import Detection
@@ -150,27 +150,27 @@ def test_a_new_map_replaces_the_old_one(server, model, make):
 
 def test_what_was_seen_from_afar_lies_on_the_floor_in_two_strengths(server, model):
     cells = [(3.0, 1.0, 1.0), (3.25, 1.0, 3.0), (3.5, 1.0, 3.5)]
-    model.on_glimpses(GlimpsedPlaces(stamp_ns=1, cell_m=0.25, cells=cells))
+    model.on_far_evidence(FarEvidenceCells(stamp_ns=1, cell_m=0.25, cells=cells))
     scene = _draw(server, model)
-    strong = _node(server, "/glimpsed/strong")
+    strong = _node(server, "/far_evidence/strong")
     assert strong.vertices.shape == (8, 3)
     np.testing.assert_allclose(strong.vertices[:, :2].min(axis=0), [3.125, 0.875])
     np.testing.assert_allclose(strong.vertices[:, :2].max(axis=0), [3.625, 1.125])
-    assert _node(server, "/glimpsed/faint").opacity < strong.opacity
-    model.on_glimpses(GlimpsedPlaces(stamp_ns=2, cell_m=0.25, cells=cells[:1]))
-    scene.draw(model, frozenset({"glimpsed"}), ViewOptions())
-    assert _node(server, "/glimpsed/strong") is None
-    scene.draw(model, frozenset(), ViewOptions(layers=frozenset(LAYERS) - {"glimpses"}))
-    assert _node(server, "/glimpsed/faint") is None
+    assert _node(server, "/far_evidence/faint").opacity < strong.opacity
+    model.on_far_evidence(FarEvidenceCells(stamp_ns=2, cell_m=0.25, cells=cells[:1]))
+    scene.draw(model, frozenset({"far_evidence"}), ViewOptions())
+    assert _node(server, "/far_evidence/strong") is None
+    scene.draw(model, frozenset(), ViewOptions(layers=frozenset(LAYERS) - {"far_evidence"}))
+    assert _node(server, "/far_evidence/faint") is None
 
 
 def test_what_was_looked_over_lies_on_the_floor_where_one_wants_to_see_it(server, model):
     runs = [(-4, 0, 8), (-3, 2, 1), (9, 9, 0), (9, 9, 10**9)]
-    model.on_glimpses(GlimpsedPlaces(stamp_ns=1, cell_m=0.25, cells=[], covered=runs))
+    model.on_far_evidence(FarEvidenceCells(stamp_ns=1, cell_m=0.25, cells=[], covered=runs))
     scene = _draw(server, model)
-    assert _node(server, "/glimpsed/looked_over") is None, "not unless it is asked for"
+    assert _node(server, "/far_evidence/looked_over") is None, "not unless it is asked for"
     scene.draw(model, frozenset(), ViewOptions(layers=frozenset(LAYERS)))
-    sheet = _node(server, "/glimpsed/looked_over")
+    sheet = _node(server, "/far_evidence/looked_over")
     assert sheet.vertices.shape == (8, 3), "runs that cannot be are left out"
     np.testing.assert_allclose(sheet.vertices[:, :2].min(axis=0), [-1.0, 0.0])
     np.testing.assert_allclose(sheet.vertices[:, :2].max(axis=0), [-0.5, 2.0])

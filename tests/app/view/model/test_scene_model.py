@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from app.messages.control import Event, GlimpsedPlaces, GoalStatus
+from app.messages.control import Event, FarEvidenceCells, GoalStatus
 from app.messages.images import StampedCamera
 from app.messages.motion import StampedTransform
 from app.view.model.scene_model import SceneModel
@@ -163,17 +163,17 @@ def test_places_are_worked_out_once_for_a_state(model, make):
     assert model.candidates()[0].probability == pytest.approx(200 / 254)
 
 
-def test_glimpses_are_drawn_anew_only_when_they_differ(model, make):
-    places = GlimpsedPlaces(stamp_ns=1, cell_m=0.25, cells=[(4.0, 1.0, 2.5)])
-    model.on_glimpses(places)
-    assert model.take_changes() == {"glimpsed"}
-    model.on_glimpses(GlimpsedPlaces(stamp_ns=2, cell_m=0.25, cells=places.cells))
+def test_far_evidence_is_drawn_again_only_when_it_changes(model, make):
+    places = FarEvidenceCells(stamp_ns=1, cell_m=0.25, cells=[(4.0, 1.0, 2.5)])
+    model.on_far_evidence(places)
+    assert model.take_changes() == {"far_evidence"}
+    model.on_far_evidence(FarEvidenceCells(stamp_ns=2, cell_m=0.25, cells=places.cells))
     assert model.take_changes() == frozenset()
-    over = GlimpsedPlaces(stamp_ns=2, cell_m=0.25, cells=places.cells, covered=[(1, 2, 3)])
-    model.on_glimpses(over)
+    over = FarEvidenceCells(stamp_ns=2, cell_m=0.25, cells=places.cells, covered=[(1, 2, 3)])
+    model.on_far_evidence(over)
     assert model.take_changes() == {"looked_over"}
     for edge in (0.0, -1.0, 1e9):
-        model.on_glimpses(GlimpsedPlaces(stamp_ns=3, cell_m=edge, cells=[]))
-    assert model.glimpsed is over, "cells without a size are no cells"
+        model.on_far_evidence(FarEvidenceCells(stamp_ns=3, cell_m=edge, cells=[]))
+    assert model.far_evidence is over, "cells without a size are no cells"
     model.on_status(make.status(robot="other"))
-    assert model.glimpsed.cells == []
+    assert model.far_evidence.cells == []

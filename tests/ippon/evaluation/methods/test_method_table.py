@@ -47,8 +47,8 @@ def _changes(one, other, prefix=""):
         ),
         ("no_initial_yaw", {"look_around.turn"}),
         ("no_travel_pitch", {"travel_pitch.sweep"}),
-        ("no_glimpses", {"glimpses.enabled"}),
-        ("covered", {"glimpses.covered_share"}),
+        ("no_far_evidence", {"far_evidence.enabled"}),
+        ("covered", {"far_evidence.covered_share"}),
         ("shallow", {"planner.view.unknown_depth_m"}),
         (
             "plain_ratio",
@@ -57,7 +57,7 @@ def _changes(one, other, prefix=""):
         (
             "paper",
             {
-                "glimpses.enabled",
+                "far_evidence.enabled",
                 "planner.selection.cost_power",
                 "planner.selection.framing_cap",
                 "planner.selection.look_s",

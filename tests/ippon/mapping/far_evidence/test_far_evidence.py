@@ -9,7 +9,12 @@ import pytest
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame, Heatmap
 from ippon.geometry import make_transform, rotation_z
-from ippon.mapping.far_evidence.far_evidence import COVERED_POWER, SPREAD_M, GlimpseConfig, Glimpses
+from ippon.mapping.far_evidence.far_evidence import (
+    COVERED_POWER,
+    SPREAD_M,
+    FarEvidence,
+    FarEvidenceConfig,
+)
 from ippon.robot import ZED
 
 CAMERA = PinholeCamera.from_horizontal_fov(160, 100, math.radians(74.0))
@@ -49,70 +54,70 @@ def rows_at(distance_m, height_m=0.0, spread=4):
 AHEAD = (rows_at(7.0), slice(76, 84))
 
 
-FROM_AFAR = GlimpseConfig()
+FROM_AFAR = FarEvidenceConfig()
 """What images show from afar, alone."""
-COVERED = GlimpseConfig(covered_share=0.9)
-ONLY_COVERED = GlimpseConfig(covered_share=0.9, enabled=False)
+COVERED = FarEvidenceConfig(covered_share=0.9)
+ONLY_COVERED = FarEvidenceConfig(covered_share=0.9, enabled=False)
 
 
 def made(images, config=FROM_AFAR):
-    glimpses = Glimpses(config, "hat", NEAR_M)
+    far_evidence = FarEvidence(config, "hat", NEAR_M)
     for image in images:
-        glimpses.look(image)
-    return glimpses
+        far_evidence.integrate(image)
+    return far_evidence
 
 
-def seen_from(glimpses, x, y):
-    return glimpses.ahead(np.array([[x, y]]), HEADINGS, FAR)[0]
+def seen_from(far_evidence, x, y):
+    return far_evidence.ahead(np.array([[x, y]]), HEADINGS, FAR)[0]
 
 
-def shown(glimpses):
-    return len(glimpses.places()) if glimpses.revision else 0
+def shown(far_evidence):
+    return len(far_evidence.places()) if far_evidence.revision else 0
 
 
 def test_what_stands_far_ahead_draws_those_who_would_look_at_it():
-    glimpses = made([frame_of(AHEAD)] * 8)
-    ahead = seen_from(glimpses, 2.0, 0.0)
+    far_evidence = made([frame_of(AHEAD)] * 8)
+    ahead = seen_from(far_evidence, 2.0, 0.0)
     assert ahead[0] > 2.0
     assert (ahead[6:19] == 0.0).all(), "to the sides and behind there is nothing"
-    assert (seen_from(glimpses, -3.0, 0.0) == 0.0).all(), "from here it is still too far"
+    assert (seen_from(far_evidence, -3.0, 0.0) == 0.0).all(), "from here it is still too far"
 
 
 def test_where_it_meets_the_floor_bounds_how_far_it_is():
-    glimpses = made([frame_of(AHEAD)] * 8)
-    assert seen_from(glimpses, 6.0, 0.0)[0] > 2.0
+    far_evidence = made([frame_of(AHEAD)] * 8)
+    assert seen_from(far_evidence, 6.0, 0.0)[0] > 2.0
     beyond = 7.0 + SPREAD_M + 1.0
-    assert seen_from(glimpses, beyond, 0.0)[0] == 0.0
+    assert seen_from(far_evidence, beyond, 0.0)[0] == 0.0
     # What may stand on a table is bounded by the reach alone.
     level = (rows_at(7.0, height_m=1.2), slice(76, 84))
     assert seen_from(made([frame_of(level)] * 8), 8.5, 0.0)[0] > 2.0
 
 
 def test_far_depth_says_where_it_is():
-    glimpses = made([frame_of((rows_at(7.0, 1.2), slice(76, 84)), depth=7.0)] * 8)
+    far_evidence = made([frame_of((rows_at(7.0, 1.2), slice(76, 84)), depth=7.0)] * 8)
     at = np.array([[x, 0.0] for x in (3.0, 6.0, 9.5)])
-    ahead = glimpses.ahead(at, HEADINGS[:1], np.full((3, 1), 1.0, np.float32))[:, 0]
+    ahead = far_evidence.ahead(at, HEADINGS[:1], np.full((3, 1), 1.0, np.float32))[:, 0]
     assert ahead[1] > 2.0
     assert ahead[0] == ahead[2] == 0.0
 
 
 def test_what_is_within_the_maps_range_is_the_maps_matter():
     assert shown(made([frame_of(AHEAD, depth=2.0)] * 20)) == 0
-    glimpses = made([frame_of(AHEAD)] * 8)
-    assert seen_from(glimpses, 4.0, 0.0)[0] > 2.0
+    far_evidence = made([frame_of(AHEAD)] * 8)
+    assert seen_from(far_evidence, 4.0, 0.0)[0] > 2.0
     for x in (2.0, 3.0, 4.5) * 3:
-        glimpses.look(frame_of(AHEAD, depth=3.9, at=(x, 0.0)))
-    assert seen_from(glimpses, 4.0, 0.0)[0] == 0.0
+        far_evidence.integrate(frame_of(AHEAD, depth=3.9, at=(x, 0.0)))
+    assert seen_from(far_evidence, 4.0, 0.0)[0] == 0.0
     for _ in range(8):
-        glimpses.look(frame_of(AHEAD))
-    assert seen_from(glimpses, 4.0, 0.0)[0] == 0.0, "and stays so, from afar, too"
+        far_evidence.integrate(frame_of(AHEAD))
+    assert seen_from(far_evidence, 4.0, 0.0)[0] == 0.0, "and stays so, from afar, too"
 
 
 def test_a_place_behind_something_near_was_not_looked_at():
-    glimpses = made([frame_of(AHEAD)] * 8)
+    far_evidence = made([frame_of(AHEAD)] * 8)
     for _ in range(5):
-        glimpses.look(frame_of(AHEAD, depth=0.5, at=(5.0, 0.0)))
-    assert seen_from(glimpses, 4.5, 0.0)[0] > 2.0
+        far_evidence.integrate(frame_of(AHEAD, depth=0.5, at=(5.0, 0.0)))
+    assert seen_from(far_evidence, 4.5, 0.0)[0] > 2.0
 
 
 def test_images_of_one_thing_are_no_independent_witnesses():
@@ -120,35 +125,35 @@ def test_images_of_one_thing_are_no_independent_witnesses():
     once, often = seen_from(few, 4.0, 0.0)[0], seen_from(many, 4.0, 0.0)[0]
     assert 0.5 < once <= often < once + 0.3
     sure = seen_from(made([frame_of(AHEAD, p=1.0)] * 200), 4.0, 0.0)[0]
-    config = GlimpseConfig()
+    config = FarEvidenceConfig()
     assert sure == pytest.approx(config.most_nat - config.least_nat, abs=0.05)
 
 
 def test_images_that_show_it_no_more_take_it_back():
-    glimpses = made([frame_of(AHEAD)] * 8)
+    far_evidence = made([frame_of(AHEAD)] * 8)
     for _ in range(8):
-        glimpses.look(frame_of(AHEAD, p=0.0))
-    assert seen_from(glimpses, 4.0, 0.0)[0] == 0.0
+        far_evidence.integrate(frame_of(AHEAD, p=0.0))
+    assert seen_from(far_evidence, 4.0, 0.0)[0] == 0.0
 
 
 def test_what_no_image_shows_any_more_fades():
-    glimpses = made([frame_of(AHEAD)] * 8)
-    before = glimpses.places()
+    far_evidence = made([frame_of(AHEAD)] * 8)
+    before = far_evidence.places()
     elsewhere = {"yaw": math.pi, "depth": 3.0}
     for k in range(1, 61):
-        glimpses.look(frame_of(AHEAD, stamp_s=k, **elsewhere))
+        far_evidence.integrate(frame_of(AHEAD, stamp_s=k, **elsewhere))
     assert 0 < before[:, 2].max() < 4.01
-    assert len(glimpses.places()) == 0
-    assert (seen_from(glimpses, 4.0, 0.0) == 0.0).all()
+    assert len(far_evidence.places()) == 0
+    assert (seen_from(far_evidence, 4.0, 0.0) == 0.0).all()
 
 
 def test_a_clock_that_starts_anew_forgets_nothing_at_once_and_all_in_time():
-    glimpses = made([frame_of(AHEAD, stamp_s=1e6)] * 8)
-    glimpses.look(frame_of(AHEAD, stamp_s=0.0))
-    assert seen_from(glimpses, 4.0, 0.0)[0] > 2.0
+    far_evidence = made([frame_of(AHEAD, stamp_s=1e6)] * 8)
+    far_evidence.integrate(frame_of(AHEAD, stamp_s=0.0))
+    assert seen_from(far_evidence, 4.0, 0.0)[0] > 2.0
     for k in range(1, 61):
-        glimpses.look(frame_of(AHEAD, stamp_s=k, yaw=math.pi, depth=3.0))
-    assert len(glimpses.places()) == 0
+        far_evidence.integrate(frame_of(AHEAD, stamp_s=k, yaw=math.pi, depth=3.0))
+    assert len(far_evidence.places()) == 0
 
 
 def with_holes(depth_m, share):
@@ -162,21 +167,21 @@ def test_holes_in_what_is_near_show_nothing_far():
 
 @pytest.mark.parametrize("depth", [with_holes(1.5, 0.03), 4.5], ids=["holes", "a wall beyond"])
 def test_what_hides_a_place_does_not_speak_against_it(depth):
-    glimpses = made([frame_of(AHEAD)] * 8)
-    before = glimpses.places()
+    far_evidence = made([frame_of(AHEAD)] * 8)
+    before = far_evidence.places()
     hidden = before[before[:, 0] > 6.0]
     assert len(hidden)
     for _ in range(8):
-        glimpses.look(frame_of(AHEAD, p=0.0, depth=depth))
-    left = {(x, y): nat for x, y, nat in glimpses.places().tolist()}
+        far_evidence.integrate(frame_of(AHEAD, p=0.0, depth=depth))
+    left = {(x, y): nat for x, y, nat in far_evidence.places().tolist()}
     assert all(left.get((x, y), 0.0) >= nat for x, y, nat in hidden.tolist())
 
 
 def test_images_without_depth_leave_nothing_to_the_map():
-    glimpses = made([frame_of(AHEAD)] * 8)
+    far_evidence = made([frame_of(AHEAD)] * 8)
     for _ in range(5):
-        glimpses.look(frame_of(AHEAD, at=(4.0, 0.0)))
-    assert seen_from(glimpses, 4.0, 0.0)[0] > 2.0
+        far_evidence.integrate(frame_of(AHEAD, at=(4.0, 0.0)))
+    assert seen_from(far_evidence, 4.0, 0.0)[0] > 2.0
 
 
 @pytest.mark.parametrize(
@@ -193,99 +198,99 @@ def test_what_says_nothing(image):
 
 def test_floor_that_was_in_view_nearby_draws_less():
     config = ONLY_COVERED
-    glimpses = made([frame_of(AHEAD, p=0.0, depth=3.9)] * 2, config)
-    assert (seen_from(glimpses, 0.0, 0.0) == 0.0).all(), "twice is not enough"
-    glimpses.look(frame_of(AHEAD, p=0.0, depth=3.9))
-    ahead = seen_from(glimpses, 0.0, 0.0)
+    far_evidence = made([frame_of(AHEAD, p=0.0, depth=3.9)] * 2, config)
+    assert (seen_from(far_evidence, 0.0, 0.0) == 0.0).all(), "twice is not enough"
+    far_evidence.integrate(frame_of(AHEAD, p=0.0, depth=3.9))
+    ahead = seen_from(far_evidence, 0.0, 0.0)
     assert ahead[0] < math.log(0.6)
     assert (ahead[6:19] == 0.0).all(), "to the sides and behind nothing was looked at"
-    assert seen_from(glimpses, 3.5, 0.0)[0] > math.log(0.9), "beyond it hardly anything"
+    assert seen_from(far_evidence, 3.5, 0.0)[0] > math.log(0.9), "beyond it hardly anything"
     # Two of the five places ahead are in view: nearer ones lie below the image, the last too far.
     assert ahead[0] == pytest.approx(COVERED_POWER * math.log(1.0 - 0.4 * config.covered_share))
 
 
-def over(glimpses, stamp_s):
-    runs = glimpses.looked_over(round(stamp_s * 1e9)).tolist()
+def over(far_evidence, stamp_s):
+    runs = far_evidence.looked_over(round(stamp_s * 1e9)).tolist()
     return {(i, j + k) for i, j, n in runs for k in range(n)}
 
 
 def test_what_was_looked_over_is_told_in_runs_once_a_second():
     image = frame_of(AHEAD, p=0.0, depth=3.9)
-    glimpses = made([image] * 2)
-    assert over(glimpses, 0.0) == set()
-    glimpses.look(image)
-    cells = over(glimpses, 0.1)
+    far_evidence = made([image] * 2)
+    assert over(far_evidence, 0.0) == set()
+    far_evidence.integrate(image)
+    cells = over(far_evidence, 0.1)
     assert (12, 0) in cells, "3 m ahead"
     assert cells.isdisjoint({(-12, 0), (20, 0), (12, 12)}), "behind, too far, beside the image"
     for _ in range(3):
-        glimpses.look(frame_of(AHEAD, p=0.0, depth=3.9, yaw=math.pi))
-    assert over(glimpses, 1.0) == cells, "not yet"
-    now = over(glimpses, 1.2)
+        far_evidence.integrate(frame_of(AHEAD, p=0.0, depth=3.9, yaw=math.pi))
+    assert over(far_evidence, 1.0) == cells, "not yet"
+    now = over(far_evidence, 1.2)
     assert now > cells
     assert (-12, 0) in now
-    assert glimpses.looked_over(9_000_000_000) is glimpses.looked_over(99_000_000_000)
-    glimpses.look(frame_of(AHEAD, p=0.0, depth=3.9, yaw=1.5, stamp_s=9.0))
-    assert glimpses.looked_over(0) is glimpses.looked_over(1), "a clock that starts anew"
+    assert far_evidence.looked_over(9_000_000_000) is far_evidence.looked_over(99_000_000_000)
+    far_evidence.integrate(frame_of(AHEAD, p=0.0, depth=3.9, yaw=1.5, stamp_s=9.0))
+    assert far_evidence.looked_over(0) is far_evidence.looked_over(1), "a clock that starts anew"
 
 
 def test_what_was_first_seen_through_holes_is_looked_over_once_it_is_surely_in_view():
-    glimpses = made([frame_of(AHEAD, p=0.0, depth=with_holes(3.9, 0.7))] * 4)
-    few = over(glimpses, 1.0)
+    far_evidence = made([frame_of(AHEAD, p=0.0, depth=with_holes(3.9, 0.7))] * 4)
+    few = over(far_evidence, 1.0)
     for _ in range(4):
-        glimpses.look(frame_of(AHEAD, p=0.0, depth=3.9))
-    assert len(over(glimpses, 3.0)) > len(few) + 20
+        far_evidence.integrate(frame_of(AHEAD, p=0.0, depth=3.9))
+    assert len(over(far_evidence, 3.0)) > len(few) + 20
 
 
 @pytest.mark.parametrize("code", [65.535, math.inf, math.nan, 0.0])
 def test_a_sensors_code_for_no_depth_covers_nothing(code):
-    glimpses = made([frame_of(AHEAD, p=0.0, depth=code)] * 6, COVERED)
-    assert (seen_from(glimpses, 0.0, 0.0) == 0.0).all()
-    assert over(glimpses, 5.0) == set()
+    far_evidence = made([frame_of(AHEAD, p=0.0, depth=code)] * 6, COVERED)
+    assert (seen_from(far_evidence, 0.0, 0.0) == 0.0).all()
+    assert over(far_evidence, 5.0) == set()
 
 
 def test_places_are_the_same_until_they_change():
-    glimpses = made([frame_of(AHEAD)] * 8, COVERED)
-    places = glimpses.places()
+    far_evidence = made([frame_of(AHEAD)] * 8, COVERED)
+    places = far_evidence.places()
     assert len(places)
-    revision = glimpses.revision
+    revision = far_evidence.revision
     for n in range(12):
-        glimpses.look(frame_of(AHEAD, depth=3.0, at=(-8.0, 0.1 * n), yaw=math.pi))
-    assert glimpses.revision > revision, "floor was covered"
-    assert glimpses.places() is places
+        far_evidence.integrate(frame_of(AHEAD, depth=3.0, at=(-8.0, 0.1 * n), yaw=math.pi))
+    assert far_evidence.revision > revision, "floor was covered"
+    assert far_evidence.places() is places
 
 
 def test_floor_that_was_in_view_counts_like_any_other_unless_asked_for():
-    glimpses = made([frame_of(AHEAD, p=0.0, depth=3.9)] * 9)
-    assert len(over(glimpses, 1.0)) > 20
-    assert glimpses.revision == 0
-    assert (seen_from(glimpses, 0.0, 0.0) == 0.0).all()
+    far_evidence = made([frame_of(AHEAD, p=0.0, depth=3.9)] * 9)
+    assert len(over(far_evidence, 1.0)) > 20
+    assert far_evidence.revision == 0
+    assert (seen_from(far_evidence, 0.0, 0.0) == 0.0).all()
 
 
 def test_floor_that_was_in_view_from_too_far_counts_in_full():
-    glimpses = made([frame_of(AHEAD, p=0.0, depth=0.0)] * 20, ONLY_COVERED)
-    assert (seen_from(glimpses, 0.0, 0.0) == 0.0).all(), "without depth nothing is covered"
+    far_evidence = made([frame_of(AHEAD, p=0.0, depth=0.0)] * 20, ONLY_COVERED)
+    assert (seen_from(far_evidence, 0.0, 0.0) == 0.0).all(), "without depth nothing is covered"
     behind = made([frame_of(AHEAD, p=0.0, depth=1.0)] * 20, ONLY_COVERED)
     assert (seen_from(behind, 2.0, 0.0) == 0.0).all(), "behind something nothing is covered"
 
 
 def test_a_glimpse_outweighs_floor_that_is_covered_before_it():
-    glimpses = made([frame_of(AHEAD, depth=0.0)] * 8, COVERED)
+    far_evidence = made([frame_of(AHEAD, depth=0.0)] * 8, COVERED)
     for _ in range(4):
-        glimpses.look(frame_of(AHEAD, depth=7.0))
-    ahead = seen_from(glimpses, 2.0, 0.0)[0]
+        far_evidence.integrate(frame_of(AHEAD, depth=7.0))
+    ahead = seen_from(far_evidence, 2.0, 0.0)[0]
     assert 0.5 < ahead < seen_from(made([frame_of(AHEAD)] * 8), 2.0, 0.0)[0]
 
 
-def cued_from(glimpses, x, y):
-    return glimpses.cued(np.array([[x, y]]), HEADINGS, FAR)[0]
+def cued_from(far_evidence, x, y):
+    return far_evidence.cued(np.array([[x, y]]), HEADINGS, FAR)[0]
 
 
 def with_cues(labels, images, config=FROM_AFAR):
-    glimpses = Glimpses(config, "cup", NEAR_M)
-    glimpses.set_cues(labels)
+    far_evidence = FarEvidence(config, "cup", NEAR_M)
+    far_evidence.set_cues(labels)
     for image in images:
-        glimpses.look(image)
-    return glimpses
+        far_evidence.integrate(image)
+    return far_evidence
 
 
 def sofa_at(pixels, p=0.9, ooi="cup"):
@@ -298,39 +303,39 @@ def sofa_at(pixels, p=0.9, ooi="cup"):
 
 
 def test_what_the_object_is_certainly_near_is_a_cue_from_afar():
-    glimpses = with_cues(("sofa", "bed"), [sofa_at(AHEAD)] * 8)
-    assert glimpses.cue_labels == ("sofa", "bed")
-    cued = cued_from(glimpses, 2.0, 0.0)
+    far_evidence = with_cues(("sofa", "bed"), [sofa_at(AHEAD)] * 8)
+    assert far_evidence.cue_labels == ("sofa", "bed")
+    cued = cued_from(far_evidence, 2.0, 0.0)
     assert cued[0]
     assert not cued[6:19].any()
-    assert (seen_from(glimpses, 2.0, 0.0) == 0.0).all(), "it is not the object"
-    assert shown(glimpses) == 0
+    assert (seen_from(far_evidence, 2.0, 0.0) == 0.0).all(), "it is not the object"
+    assert shown(far_evidence) == 0
     assert not cued_from(with_cues(("sofa",), [sofa_at(AHEAD, p=0.1)] * 8), 2.0, 0.0).any()
     assert not cued_from(with_cues(("bed",), [sofa_at(AHEAD)] * 8), 2.0, 0.0).any()
 
 
 def test_other_cues_begin_anew_and_the_same_ones_go_on():
-    glimpses = with_cues(("sofa",), [sofa_at(AHEAD)] * 8)
-    before = glimpses.revision
-    glimpses.set_cues(["sofa"])
-    assert glimpses.revision == before
-    assert cued_from(glimpses, 2.0, 0.0)[0]
-    glimpses.set_cues([])
-    assert glimpses.revision > before, "viewpoints are weighed anew"
-    assert not cued_from(glimpses, 2.0, 0.0).any()
-    glimpses.set_cues(["cup"])
-    assert glimpses.cue_labels == (), "the object is not its own cue"
+    far_evidence = with_cues(("sofa",), [sofa_at(AHEAD)] * 8)
+    before = far_evidence.revision
+    far_evidence.set_cues(["sofa"])
+    assert far_evidence.revision == before
+    assert cued_from(far_evidence, 2.0, 0.0)[0]
+    far_evidence.set_cues([])
+    assert far_evidence.revision > before, "viewpoints are weighed anew"
+    assert not cued_from(far_evidence, 2.0, 0.0).any()
+    far_evidence.set_cues(["cup"])
+    assert far_evidence.cue_labels == (), "the object is not its own cue"
 
 
 def test_what_is_the_maps_matter_stays_so_when_cues_change():
     def search(looked):
-        glimpses = with_cues(
+        far_evidence = with_cues(
             (), [frame_of(AHEAD, p=0.0, depth=3.9, ooi="cup")] * 4 if looked else []
         )
-        glimpses.set_cues(("sofa",))
+        far_evidence.set_cues(("sofa",))
         for _ in range(8):
-            glimpses.look(replace(sofa_at(AHEAD), **pose(-1.5)))
-        return cued_from(glimpses, -1.0, 0.0)[0]
+            far_evidence.integrate(replace(sofa_at(AHEAD), **pose(-1.5)))
+        return cued_from(far_evidence, -1.0, 0.0)[0]
 
     assert search(looked=False)
     assert not search(looked=True)
@@ -358,10 +363,10 @@ def test_switched_off_nothing_is_remembered():
 
 
 def test_a_robot_far_from_its_start_goes_on_without_what_is_farther():
-    glimpses = made([frame_of(AHEAD)])
+    far_evidence = made([frame_of(AHEAD)])
     for _ in range(8):
-        glimpses.look(frame_of(AHEAD, at=(1e4, 1e4)))
-    assert (seen_from(glimpses, 1e4 + 4.0, 1e4) == 0.0).all()
+        far_evidence.integrate(frame_of(AHEAD, at=(1e4, 1e4)))
+    assert (seen_from(far_evidence, 1e4 + 4.0, 1e4) == 0.0).all()
 
 
 @pytest.mark.parametrize(
@@ -380,4 +385,4 @@ def test_a_robot_far_from_its_start_goes_on_without_what_is_farther():
 )
 def test_numbers_without_meaning_are_refused(change):
     with pytest.raises(ValueError, match=next(iter(change))):
-        GlimpseConfig(**change)
+        FarEvidenceConfig(**change)

@@ -31,7 +31,7 @@ class Views:
         self.gain = np.array(gain, dtype=np.float32)
         self.anew = dict(anew or {})
         self.evaluated: list[int] = []
-        self.glimpsed: tuple[float, bool] = (0.0, False)
+        self.far_evidence_nat: tuple[float, bool] = (0.0, False)
         self.yaw = np.zeros(3)
         self.termination = np.zeros(3, dtype=np.float32)
 
@@ -50,8 +50,8 @@ class Views:
         self.gain[node] = self.anew.pop(node)
         self.evaluated.append(node)
 
-    def glimpsed_by(self, node):
-        return self.glimpsed
+    def far_evidence_at(self, node):
+        return self.far_evidence_nat
 
     def frames_object(self, node):
         return math.pi, 0.0
@@ -112,9 +112,9 @@ def test_a_target_is_held_as_long_as_its_way_keeps_its_promise():
     assert choose(choice)[0] == 0, "hardly better"
     views.gain[:] = [2.0, 3.0, 2.0]
     assert choose(choice)[0] == 1, "little of the promise is left"
-    views.glimpsed = (0.5, False)
+    views.far_evidence_nat = (0.5, False)
     assert choose(choice)[0] == 0, "but images show something there"
-    views.glimpsed = (0.0, True)
+    views.far_evidence_nat = (0.0, True)
     assert choose(choice)[0] == 0
 
 

@@ -26,8 +26,8 @@ NOTHING = np.zeros(10, np.float32)
 NO_CUE = np.zeros(10, np.bool_)
 
 
-def chosen(sums, *, probabilities=PROBABILITIES, glimpsed=NOTHING, cued=NO_CUE):
-    return choose_view(sums, probabilities, 10, glimpsed, cued, np.ones(10, np.float32))
+def chosen(sums, *, probabilities=PROBABILITIES, far_evidence_nat=NOTHING, cued=NO_CUE):
+    return choose_view(sums, probabilities, 10, far_evidence_nat, cued, np.ones(10, np.float32))
 
 
 @pytest.fixture(scope="module")
@@ -117,13 +117,13 @@ def test_what_images_show_from_afar_raises_p_img_of_that_heading_alone(table, or
     panorama.unknown[table.pitch_bins // 2, :] = 1.0
     sums = sum_views(panorama, orientations, 4)
     before = chosen(sums)
-    glimpsed = NOTHING.copy()
-    heading = (before.heading + 5) % len(glimpsed)
-    glimpsed[heading] = 2.0
-    choice = chosen(sums, glimpsed=glimpsed)
+    far_evidence_nat = NOTHING.copy()
+    heading = (before.heading + 5) % len(far_evidence_nat)
+    far_evidence_nat[heading] = 2.0
+    choice = chosen(sums, far_evidence_nat=far_evidence_nat)
     assert choice.heading == heading
     assert choice.gain / before.by_heading[heading] == pytest.approx(math.exp(2.0))
-    others = np.delete(np.arange(len(glimpsed)), heading)
+    others = np.delete(np.arange(len(far_evidence_nat)), heading)
     np.testing.assert_array_equal(choice.by_heading[others], before.by_heading[others])
     assert choice.potential == before.potential, "what ends a search is not moved by it"
 

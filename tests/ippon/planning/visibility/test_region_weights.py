@@ -70,8 +70,8 @@ def test_a_painted_heading_counts_by_its_own_level_and_what_images_show_there():
     there = _choose(sums, weights=weights)
     assert (there.heading, there.tilt, there.level) == (1, 0, 1)
     assert there.gain == pytest.approx(30.0)
-    glimpsed = np.array([0.0, 3.0], np.float32)
-    there = _choose(sums, weights=weights, glimpsed=glimpsed)
+    far_evidence_nat = np.array([0.0, 3.0], np.float32)
+    there = _choose(sums, weights=weights, far_evidence_nat=far_evidence_nat)
     assert (there.heading, there.tilt) == (1, 1), "turned to where images showed it"
     assert there.gain > 60.0
 
@@ -80,9 +80,9 @@ def _choose(
     sums: ViewSums,
     *,
     weights: NDArray[np.float32],
-    glimpsed: NDArray[np.float32] | None = None,
+    far_evidence_nat: NDArray[np.float32] | None = None,
 ) -> ViewChoice:
     probabilities = np.array([0.02, 0.1, 0.25, 0.6], np.float32)
     nothing = np.zeros(len(weights), np.float32)
-    said = nothing if glimpsed is None else glimpsed
+    said = nothing if far_evidence_nat is None else far_evidence_nat
     return choose_view(sums, probabilities, 10, said, nothing > 0.0, weights)

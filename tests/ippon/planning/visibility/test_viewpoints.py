@@ -125,7 +125,7 @@ def test_rasters_and_probabilities_that_cannot_work_are_refused(values, text):
 
 
 class Fading:
-    """Glimpses straight ahead that get fainter little by little."""
+    """FarEvidence straight ahead that get fainter little by little."""
 
     def __init__(self):
         self.revision, self.nat = 1, 3.0
@@ -142,19 +142,19 @@ class Fading:
         self.revision += 1
 
 
-def test_glimpses_draw_and_as_they_fade_little_by_little_so_does_the_gain(dense_map):
+def test_far_evidence_raises_the_gain_and_the_gain_falls_as_it_fades(dense_map):
     volume = room_with_door(dense_map)
-    views, glimpses = make(volume), Fading()
+    views, far_evidence = make(volume), Fading()
     views.evaluate(0, XY[0], volume.arrays())
     plain, potential = float(views.gain[0]), float(views.potential[0])
-    views.set_glimpses(glimpses)
+    views.set_far_evidence(far_evidence)
     views.follow(volume.arrays(), 0.0, POSE, 0.0)
     assert views.gain[0] > 3.0 * plain
-    assert views.glimpsed_by(0) == (pytest.approx(3.0), False)
+    assert views.far_evidence_at(0) == (pytest.approx(3.0), False)
     assert views.potential[0] == pytest.approx(potential), "what ends a search is not moved by it"
     for _ in range(30):
-        glimpses.fade(0.1)
+        far_evidence.fade(0.1)
         views.follow(volume.arrays(), 0.0, POSE, 0.0)
     assert views.gain[0] == pytest.approx(plain, rel=0.3)
-    views.set_glimpses(None)
+    views.set_far_evidence(None)
     assert views.gain[0] == pytest.approx(plain)

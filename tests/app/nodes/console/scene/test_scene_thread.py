@@ -44,7 +44,7 @@ def test_what_is_told_on_change_alone_is_fetched_with_the_map_after_a_clock_rest
     model = scene_thread.model
     model.on_status(status_of(stamp_ns=60_000_000_000))
     model.needs_keyframe = False
-    on_map = {keys.MAP_KEYFRAME, keys.GLIMPSES, keys.PAINTED}
+    on_map = {keys.MAP_KEYFRAME, keys.FAR_EVIDENCE, keys.PAINTED}
     assert on_map.isdisjoint(scene_thread._missing())
     stroke = PaintedStroke(kind="look_here", radius_m=0.5, strokes=[(1.0, 2.0)])
     model.on_painted(PaintedRegions(regions=[stroke]))

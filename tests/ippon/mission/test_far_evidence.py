@@ -38,26 +38,26 @@ def test_it_goes_straight_there_and_says_why(hall):
     assert robot.last.path_length_m < 1.5 * straight
     assert min(s.T_world_base[0, 3] for s in snapshots) > START[0] - 0.5, "never the other way"
 
-    first = next(s for s in snapshots if len(s.glimpsed))
-    away = np.hypot(*(first.glimpsed[:, :2] - AT).T)
+    first = next(s for s in snapshots if len(s.far_evidence))
+    away = np.hypot(*(first.far_evidence[:, :2] - AT).T)
     assert first.T_world_base[0, 3] < AT[0] - 6.0, "long before the map knows of it"
     assert away.min() < 1.0
 
 
 def test_another_goal_begins_without_them(hall):
     robot = hall()
-    robot.search(60.0, lambda r: len(r.snapshot.glimpsed) > 0)
-    assert len(robot.last.glimpsed)
+    robot.search(60.0, lambda r: len(r.snapshot.far_evidence) > 0)
+    assert len(robot.last.far_evidence)
     robot.ask("bed", goal_id=2)
     robot.search(60.0, lambda r: r.snapshot.goal.object == "bed")
-    assert len(robot.last.glimpsed) == 0
+    assert len(robot.last.far_evidence) == 0
 
 
 def test_switched_off_it_knows_of_nothing_beyond_its_map(hall):
     config = MissionConfig()
-    robot = hall(replace(config, glimpses=replace(config.glimpses, enabled=False)))
+    robot = hall(replace(config, far_evidence=replace(config.far_evidence, enabled=False)))
     robot.search(60.0)
-    assert all(len(result.snapshot.glimpsed) == 0 for result in robot.results)
+    assert all(len(result.snapshot.far_evidence) == 0 for result in robot.results)
     assert not any("farther off" in result.snapshot.why for result in robot.results)
 
 
