@@ -331,16 +331,14 @@ class Event(_Message, frozen=True):
 
 
 class FarEvidenceCells(_Message, frozen=True):
-    """Where images show what may be the object, and what they have covered; for late joiners."""
+    """Cells with evidence of the object from beyond the map's range; kept for late joiners."""
 
     stamp_ns: int
     cell_m: float
     cells: list[tuple[float, float, float]]
-    """World x and y of a cell's centre in metres, and the log of how much likelier the object is
-    there than elsewhere."""
+    """World x and y of a cell's centre in metres; log-likelihood ratio of the object in nat."""
     covered: list[tuple[int, int, int]] = []
-    """Floor that was in view from nearby: runs of cells along y, as the index of the first in x and
-    in y, and how many. Cell (i, j) begins at (i, j) times `cell_m`."""
+    """Present in recordings of earlier versions; ignored."""
 
 
 class LabelRequest(_Message, frozen=True):

@@ -32,7 +32,7 @@ CERTAIN_BRUSH: Final = VERMILION
 FAR_EVIDENCE: Final = PURPLE
 NEVER_BRUSH: Final = BLUE
 ROBOT: Final = SKY
-"""The robot, what it sees, and the floor that it has looked over."""
+"""The robot and what it sees."""
 PATH: Final = YELLOW
 QUIET: Final[Rgb] = (0x46, 0x4E, 0x5A)
 """A button that is not what to look at now."""

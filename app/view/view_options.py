@@ -16,11 +16,10 @@ Layer = Literal[
     "finds",
     "labels",
     "far_evidence",
-    "covered",
     "clearance",
 ]
 LAYERS: Final[tuple[Layer, ...]] = get_args(Layer)
-SHOWN_FIRST: Final[frozenset[Layer]] = frozenset(LAYERS) - {"mesh", "clearance", "covered"}
+SHOWN_FIRST: Final[frozenset[Layer]] = frozenset(LAYERS) - {"mesh", "clearance"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

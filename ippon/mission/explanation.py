@@ -19,8 +19,6 @@ _FAR_EVIDENCE_NAT = 0.5
 _UNSEEN = "in unseen space"
 _AHEAD = "ahead"
 _MOST_NAMED = 3
-_COVERED_NAT = -1.0
-"""Below this most of what lies ahead was in view before."""
 _PERVASIVE = frozenset({"wall", "floor", "ceiling", "beam", "column", "others", "objects"})
 
 
@@ -63,11 +61,10 @@ def explain(
     if target.cued and certain and place == _AHEAD:
         names = [label.replace("_", " ") for label in certain]
         place = f"by what may be the {' or the '.join(names[:_MOST_NAMED])}, farther off"
-    if target.far_evidence_nat <= _COVERED_NAT:
-        where = "for what is left unseen" + (f" {place}" if place != _UNSEEN else "")
-    else:
-        where = f"to the viewpoint {place}"
-    return f"going {where} ({level}): gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
+    where = f"{place} ({level})"
+    return (
+        f"going to the viewpoint {where}: gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
+    )
 
 
 def _place(target: Viewpoint, voxel_map: VoxelMap, guidance: Guidance, rooms: RoomLevels) -> str:

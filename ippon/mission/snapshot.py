@@ -75,8 +75,6 @@ class Snapshot:
     """(M, 3) cells of the floor where images from afar show what may be the object: world x and y
     in metres, and the log of how much likelier that makes it."""
     far_evidence_cell_m: float
-    looked_over: NDArray[np.int32]
-    """(R, 3) floor that was in view from nearby: runs of cells, see `FarEvidence.looked_over`."""
     T_world_base: Float64Array
     path_length_m: float
     """Driven since the goal was set."""

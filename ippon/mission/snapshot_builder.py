@@ -11,7 +11,6 @@ from ippon.mission.snapshot import OVER, MissionEvent, MissionState, Snapshot
 from ippon.planning.plan import Plan
 
 _NOWHERE: Final = np.zeros((0, 3), np.float32)
-_NO_RUNS: Final = np.zeros((0, 3), np.int32)
 
 
 def snapshot_of(
@@ -47,7 +46,6 @@ def snapshot_of(
         candidates=search.candidates if search else (),
         far_evidence=_NOWHERE if search is None or state in OVER else search.far_evidence.places(),
         far_evidence_cell_m=far_evidence_cell_m,
-        looked_over=_NO_RUNS if search is None else search.far_evidence.looked_over(frame.stamp_ns),
         T_world_base=frame.T_world_base,
         path_length_m=search.path_length_m if search else 0.0,
         elapsed_s=search.elapsed_s(frame.stamp_ns) if search else 0.0,

@@ -41,10 +41,9 @@ class Viewpoint:
     path_cost_s: float
     """C(P_n), travel time from the robot, turning included."""
     far_evidence_nat: float = 0.0
-    """Nat by which images make the object likelier ahead; below 0 where the floor there was in view
-    from nearby before."""
+    """Nat, log-likelihood ratio of the object in this view, from `FarEvidence`."""
     cued: bool = False
-    """Images from afar show there what the object is certainly near: the level comes from that."""
+    """The level comes from far evidence of a common object that the goal is certainly near."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -37,7 +37,7 @@ LONGEST_S = 300.0
 LEAST_WAYS_M = (1.0, 4.0, 8.0)
 IN_VAIN = "umbrella"
 EVERYWHERE_M = 1e3
-METHODS_COMPARED = ("ippon", "plain_ratio", "nearest_frontier", "greedy_nbv")
+METHODS_COMPARED = ("ippon", "paper", "nearest_frontier", "greedy_nbv")
 
 
 @dataclass(frozen=True, kw_only=True)

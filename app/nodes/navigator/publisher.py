@@ -119,7 +119,7 @@ class MapPublisher:
 
 
 def plan_messages(snapshot: Snapshot, before: Snapshot | None) -> Iterator[tuple[str, bytes]]:
-    """Yield key and payload of one step's tree, where it has one, path, detections, far_evidence.
+    """Yield key and payload of one step's tree, where it has one, path, detections, far evidence.
 
     Args:
         snapshot: The step's.
@@ -137,19 +137,17 @@ def plan_messages(snapshot: Snapshot, before: Snapshot | None) -> Iterator[tuple
     if before is not None and _shows_the_same(before, snapshot):
         return
     rows: list[list[float]] = np.round(snapshot.far_evidence.astype(np.float64), 3).tolist()
-    runs: list[list[int]] = snapshot.looked_over.tolist()
     places = FarEvidenceCells(
         stamp_ns=stamp,
         cell_m=snapshot.far_evidence_cell_m,
         cells=[(x, y, nat) for x, y, nat in rows],
-        covered=[(i, j, n) for i, j, n in runs],
     )
     yield keys.FAR_EVIDENCE, encode(places)
 
 
 def _shows_the_same(before: Snapshot, now: Snapshot) -> bool:
     """Tell whether nothing has changed in what images show; unchanged arrays are handed on."""
-    return before.far_evidence is now.far_evidence and before.looked_over is now.looked_over
+    return before.far_evidence is now.far_evidence
 
 
 def cloud_of(delta: SurfaceDelta, stamp_ns: int, voxel_m: float) -> VoxelCloud:

@@ -19,7 +19,6 @@ _MAX_BOXES: Final = 2500
 _Sheet = tuple[NDArray[np.float32], NDArray[np.uint32]]
 """Vertices and faces."""
 _MAX_CELLS: Final = 4000
-_MAX_RUNS, _MAX_RUN = 20_000, 10_000
 _FAR_EVIDENCE: Final = (("faint", 0.25, -math.inf, 2.0), ("strong", 0.55, 2.0, math.inf))
 """Names, opacities, and from which to which evidence in nat."""
 _CUBE: Final = np.array(
@@ -78,15 +77,6 @@ class OverlayLayer:
             edges = (middle - half, middle + half, 1.15 * _ABOVE_M)
             sheet = _rectangles(*edges) if chosen else None
             self._lay(f"/far_evidence/{name}", sheet, FAR_EVIDENCE, opacity)
-
-    def draw_looked_over(self, runs: Sequence[tuple[int, int, int]], cell_m: float) -> None:
-        """Lay a translucent sheet over floor that was in view from nearby."""
-        known = [run for run in runs[:_MAX_RUNS] if 0 < run[2] <= _MAX_RUN]
-        low = [(i * cell_m, j * cell_m) for i, j, _ in known]
-        high = [((i + 1) * cell_m, (j + n) * cell_m) for i, j, n in known]
-        edges = (np.array(low, np.float32), np.array(high, np.float32), _ABOVE_M)
-        sheet = _rectangles(*edges) if known else None
-        self._lay("/far_evidence/looked_over", sheet, ROBOT, 0.4)
 
     def _lay(self, name: str, sheet: _Sheet | None, color: Rgb, opacity: float) -> None:
         """Put a sheet in place of the one that lay there; None takes it away."""

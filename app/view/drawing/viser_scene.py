@@ -36,7 +36,6 @@ ALL_PARTS: Final[frozenset[Part]] = frozenset(
         "detections",
         "painted",
         "far_evidence",
-        "looked_over",
     }
 )
 
@@ -110,9 +109,6 @@ class ViserScene:
             if "far_evidence" in changed:
                 places = model.far_evidence.cells if "far_evidence" in layers else []
                 self.overlay.draw_far_evidence(places, model.far_evidence.cell_m)
-            if "looked_over" in changed:
-                runs = model.far_evidence.covered if "covered" in layers else []
-                self.overlay.draw_looked_over(runs, model.far_evidence.cell_m)
             if changed & {"status", "detections"}:
                 self._finds.draw(_marks(model), "finds" in layers, "labels" in layers)
 

@@ -39,7 +39,6 @@ Part = Literal[
     "detections",
     "painted",
     "far_evidence",
-    "looked_over",
     "recording",
 ]
 
@@ -179,7 +178,7 @@ class SceneModel:
         self._changed.add("image")
 
     def on_far_evidence(self, far_evidence: FarEvidenceCells) -> None:
-        """Replace where images show what may be the object, and what was looked over."""
+        """Replace the cells with evidence from beyond the map's range."""
         before = self.far_evidence
         if not 0.0 < far_evidence.cell_m < _MAX_CELL_M:
             return
@@ -187,9 +186,6 @@ class SceneModel:
         if resized or far_evidence.cells != before.cells:
             self.far_evidence = far_evidence
             self._changed.add("far_evidence")
-        if resized or far_evidence.covered != before.covered:
-            self.far_evidence = far_evidence
-            self._changed.add("looked_over")
 
     def on_painted(self, painted: PaintedRegions) -> None:
         """Replace what the operator painted on the floor."""
@@ -257,7 +253,7 @@ class SceneModel:
         self._candidates = None
         self.tree, self.path_world, self.detections = None, np.empty((0, 3)), ()
         self._changed |= {"voxels", "tree", "path", "pose", "detections"}
-        self._changed |= {"painted", "far_evidence", "looked_over"}
+        self._changed |= {"painted", "far_evidence"}
 
     def _store(self, cloud: VoxelCloud) -> None:
         if self.voxel_size_m is None:

@@ -108,31 +108,22 @@ def _max_fusion(config: MissionConfig) -> MissionConfig:
     return replace(config, map=replace(config.map, fusion="max"))
 
 
-def _near_sighted(config: MissionConfig) -> MissionConfig:
+def _without_far_evidence(config: MissionConfig) -> MissionConfig:
     return replace(config, far_evidence=replace(config.far_evidence, enabled=False))
-
-
-def _covered(config: MissionConfig) -> MissionConfig:
-    return replace(config, far_evidence=replace(config.far_evidence, covered_share=0.9))
-
-
-def _shallow(config: MissionConfig) -> MissionConfig:
-    planner = config.planner
-    view = replace(planner.view, unknown_depth_m=1.5)
-    return replace(config, planner=replace(planner, view=view))
-
-
-def _plain_ratio(config: MissionConfig) -> MissionConfig:
-    plain = {"cost_power": 1.0, "look_s": 1.0, "stay_power": 0.0}
-    selection = replace(config.planner.selection, **plain)
-    return replace(config, planner=replace(config.planner, selection=selection))
 
 
 def _papers_scores(config: MissionConfig) -> MissionConfig:
     """Score viewpoints as the paper does: G(P_n) / C(P_n), the whole sum, and T(n) within reach."""
-    config = _near_sighted(_plain_ratio(config))
+    config = _without_far_evidence(config)
     planner = config.planner
-    selection = replace(planner.selection, passing_weight=1.0, framing_cap=_NO_CAP)
+    selection = replace(
+        planner.selection,
+        cost_power=1.0,
+        look_s=1.0,
+        stay_power=0.0,
+        passing_weight=1.0,
+        framing_cap=_NO_CAP,
+    )
     view = replace(planner.view, termination_depth_m=0.0)
     return replace(config, planner=replace(planner, selection=selection, view=view))
 
@@ -184,25 +175,7 @@ _ALL: Final = (
     Method(
         name="no_far_evidence",
         summary="what images show beyond the map's range does not count, as in the paper",
-        configure=_near_sighted,
-        equip=_viewpoint_planner,
-    ),
-    Method(
-        name="covered",
-        summary="floor that was in view from nearby counts less",
-        configure=_covered,
-        equip=_viewpoint_planner,
-    ),
-    Method(
-        name="shallow",
-        summary="of unknown space only the first 1.5 m of a ray count",
-        configure=_shallow,
-        equip=_viewpoint_planner,
-    ),
-    Method(
-        name="plain_ratio",
-        summary="gain over cost, as in the paper, and no more firmness on a long way",
-        configure=_plain_ratio,
+        configure=_without_far_evidence,
         equip=_viewpoint_planner,
     ),
     Method(
@@ -269,8 +242,7 @@ METHODS: Final[Mapping[str, Method]] = {method.name: method for method in _ALL}
 BASELINES: Final = ("nearest_frontier", "semantic_frontier", "greedy_nbv")
 ABLATIONS: Final = (
     "no_bayes", "no_guidance", "no_local_planner", "hard_clearance", "no_initial_yaw",
-    "no_travel_pitch", "no_far_evidence", "covered", "shallow", "plain_ratio",
-    "paper",
+    "no_travel_pitch", "no_far_evidence", "paper",
 )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import FRESH, FarEvidence
+from ippon.mapping.far_evidence.far_evidence import MIN_CHANGE_NAT, FarEvidence
 from ippon.planning.surface_scale import surface_scale
 from ippon.planning.visibility.orientation import (
     ViewSums,
@@ -127,7 +127,7 @@ class Viewpoints:
         self._far_evidence: FarEvidence | None = None
         self._far_evidence_revision = 0
         self.far_evidence_nat = np.zeros((capacity, headings), dtype=np.float32)
-        """Nat by which images make the object likelier, or below 0 less likely, ahead."""
+        """(capacity, A) nat, log-likelihood ratio of the object ahead, from far evidence."""
         self.cued = np.zeros((capacity, headings), dtype=np.bool_)
         """Headings that look at what images show to be certainly near the object."""
         self._voxel_m = 0.0
@@ -336,7 +336,7 @@ class Viewpoints:
         self._far_evidence_revision = far_evidence.revision
         nodes = np.array(list(self._sums))
         now, cued = self._far_evidence_from(nodes)
-        changed = np.abs(now - self.far_evidence_nat[nodes]).max(axis=1) > FRESH
+        changed = np.abs(now - self.far_evidence_nat[nodes]).max(axis=1) > MIN_CHANGE_NAT
         changed |= (cued != self.cued[nodes]).any(axis=1)
         # The others stay as they were weighed last: what fades slowly adds up.
         self.far_evidence_nat[nodes[changed]] = now[changed]

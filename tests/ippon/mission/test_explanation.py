@@ -5,7 +5,6 @@ import numpy as np
 from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.guidance.rooms import RoomConfig
-from ippon.mapping.far_evidence.far_evidence import FarEvidenceConfig
 from ippon.mission.config import MissionConfig
 from ippon.mission.inspection import inspect_voxel
 from ippon.vocabulary import MATTERPORT_40
@@ -39,19 +38,3 @@ def test_a_level_that_comes_from_a_room_names_it_everywhere(searcher, room):
     preview = mission.preview(mug.changed([far]))
     assert wanted in preview.now
     assert "cabinet in the kitchen" not in preview.then
-
-
-def test_corners_of_what_was_in_view_are_called_that(searcher, room):
-    boxes = [
-        ("counter", "counter", (2.5, 2.4, 0.0), (4.5, 3.0, 0.9)),
-        ("cabinet", "cabinet", (6.5, 0.8, 0.0), (7.1, 2.4, 1.8)),
-    ]
-    config = MissionConfig(far_evidence=FarEvidenceConfig(covered_share=0.9))
-    robot = searcher([*room(9.0, 5.0), *boxes], 1.2, 1.2, config=config)
-    robot.ask("hat")
-    results = robot.search(120.0, lambda r: "what is left unseen" in r.snapshot.why)
-    plan = results[-1].snapshot.plan
-    assert plan is not None
-    assert plan.target is not None
-    assert plan.target.far_evidence_nat < -1.0
-    assert any("to the viewpoint" in result.snapshot.why for result in results)

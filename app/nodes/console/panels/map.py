@@ -27,7 +27,6 @@ LAYER_WORDS: Final[dict[Layer, str]] = {
     "finds": "Finds",
     "labels": "Names",
     "far_evidence": "Distant candidates",
-    "covered": "Inspected floor",
     "clearance": "Clearance",
 }
 LAYER_HINTS: Final[dict[Layer, str]] = {
@@ -35,7 +34,6 @@ LAYER_HINTS: Final[dict[Layer, str]] = {
     "object": "Boxes around voxels that are likely to be the object",
     "tree": "White: can end the search; black: little gain; blue to red: low to high gain",
     "far_evidence": "Directions in which images show a possible object beyond the range of the map",
-    "covered": "Floor that the camera has seen from close by during this search",
     "clearance": "Distance to the nearest obstacle at the height of the robot's body",
     "labels": "The text above found objects",
 }

@@ -115,16 +115,13 @@ def test_on_a_slow_link_changes_gather_and_nothing_is_lost(
 def test_what_images_show_is_told_when_it_changes(steps):
     first = steps()
     told = decode(dict(plan_messages(first, None))[keys.FAR_EVIDENCE], FarEvidenceCells)
-    assert (told.cells, told.covered) == ([], [])
+    assert told.cells == []
     assert keys.FAR_EVIDENCE not in dict(plan_messages(first, first))
     cells = np.array([[3.125, -1.375, 2.5], [3.375, -1.375, 0.75]], np.float32)
     seen = dataclasses.replace(first, far_evidence=cells, far_evidence_cell_m=0.25)
     told = decode(dict(plan_messages(seen, first))[keys.FAR_EVIDENCE], FarEvidenceCells)
     np.testing.assert_allclose(told.cells, cells, atol=0.006)
     assert (told.cell_m, told.stamp_ns) == (0.25, first.stamp_ns)
-    over = dataclasses.replace(seen, looked_over=np.array([[-3, 4, 2]], np.int32))
-    told = decode(dict(plan_messages(over, seen))[keys.FAR_EVIDENCE], FarEvidenceCells)
-    assert told.covered == [(-3, 4, 2)]
 
 
 def test_what_images_show_is_told_anew_after_the_clock_has(sessions, shown, steps):
@@ -140,8 +137,8 @@ def test_what_images_show_is_told_anew_after_the_clock_has(sessions, shown, step
         shown.publish(dataclasses.replace(first, stamp_ns=stamp_s * second))
         if told:
             assert came.get(timeout=10.0).stamp_ns == stamp_s * second
-    over = np.array([[1, 2, 3]], np.int32)
-    shown.publish(dataclasses.replace(first, stamp_ns=4 * second, looked_over=over))
+    other = np.array([[1.0, 2.0, 3.0]], np.float32)
+    shown.publish(dataclasses.replace(first, stamp_ns=4 * second, far_evidence=other))
     assert came.get(timeout=10.0).stamp_ns == 4 * second, "and nothing in between"
 
 

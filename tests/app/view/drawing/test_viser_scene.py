@@ -164,18 +164,6 @@ def test_what_was_seen_from_afar_lies_on_the_floor_in_two_strengths(server, mode
     assert _node(server, "/far_evidence/faint") is None
 
 
-def test_what_was_looked_over_lies_on_the_floor_where_one_wants_to_see_it(server, model):
-    runs = [(-4, 0, 8), (-3, 2, 1), (9, 9, 0), (9, 9, 10**9)]
-    model.on_far_evidence(FarEvidenceCells(stamp_ns=1, cell_m=0.25, cells=[], covered=runs))
-    scene = _draw(server, model)
-    assert _node(server, "/far_evidence/looked_over") is None, "not unless it is asked for"
-    scene.draw(model, frozenset(), ViewOptions(layers=frozenset(LAYERS)))
-    sheet = _node(server, "/far_evidence/looked_over")
-    assert sheet.vertices.shape == (8, 3), "runs that cannot be are left out"
-    np.testing.assert_allclose(sheet.vertices[:, :2].min(axis=0), [-1.0, 0.0])
-    np.testing.assert_allclose(sheet.vertices[:, :2].max(axis=0), [-0.5, 2.0])
-
-
 def test_every_layer_can_be_hidden(server, model, make):
     scene = _draw_everything(server, model, make)
     assert all(_node(server, name).visible for name in NODES.values())

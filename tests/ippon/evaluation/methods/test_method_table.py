@@ -48,12 +48,6 @@ def _changes(one, other, prefix=""):
         ("no_initial_yaw", {"look_around.turn"}),
         ("no_travel_pitch", {"travel_pitch.sweep"}),
         ("no_far_evidence", {"far_evidence.enabled"}),
-        ("covered", {"far_evidence.covered_share"}),
-        ("shallow", {"planner.view.unknown_depth_m"}),
-        (
-            "plain_ratio",
-            {f"planner.selection.{name}" for name in ("cost_power", "look_s", "stay_power")},
-        ),
         (
             "paper",
             {
