@@ -17,22 +17,19 @@ LINES_OF_A_FUNCTION = 60
 LINES_OF_A_KERNEL = 120
 SCENARIOS = "scenarios"
 
+LARGE_FOLDERS = {"app/evaluation"}
+"""Folders that may hold more modules; one that no longer does fails the test, too."""
 LONG_MODULES: set[str] = {
     "app/cli/options/commands.py",
     "app/messages/control.py",
-    "app/nodes/navigator/node.py",
-    "app/nodes/navigator/services/guidance_service.py",
-    "ippon/mapping/far_evidence/far_evidence.py",
     "ippon/mapping/integration.py",
     "ippon/mapping/objects/object_layers.py",
-    "ippon/mission/mission.py",
     "ippon/planning/visibility/viewpoints.py",
 }
-"""Modules that may be longer; one that no longer is fails the test, too."""
+"""Modules that may be longer; likewise exact."""
 LONG_FUNCTIONS: set[str] = {
     "app/cli/main.py:_dispatch",
     "app/cli/processes/navigate.py:run_navigate",
-    "app/nodes/navigator/node.py:__init__",
     "ippon/evaluation/search.py:search",
     "ippon/evaluation/trial.py:_row",
     "ippon/mapping/objects/surface_fusion.py:fuse_kernel",
@@ -68,7 +65,7 @@ def test_a_folder_holds_a_dozen_modules_or_so():
             if path.name != "__init__.py":
                 folder = path.parent.as_posix()
                 count[folder] = count.get(folder, 0) + 1
-    assert {folder: n for folder, n in count.items() if n > MODULES_IN_A_FOLDER} == {}
+    assert {folder for folder, n in count.items() if n > MODULES_IN_A_FOLDER} == LARGE_FOLDERS
 
 
 def test_modules_are_short():

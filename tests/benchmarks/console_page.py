@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import viser
-from tests.app.view.test_view_benchmark import cloud_of_home, home_of, sent_by, view_of
+from tests.app.view.scenarios.test_view_benchmark import cloud_of_home, home_of, sent_by, view_of
 
 from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
 from app.view.model.scene_model import SceneModel
