@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import viser
-from tests.app.view.scenarios.test_view_benchmark import cloud_of_home, home_of, sent_by, view_of
 
 from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
 from app.view.model.scene_model import SceneModel
@@ -18,6 +17,7 @@ from app.view.view_options import ViewOptions
 from tests.app.nodes.console.drawn_home import status_of
 from tests.app.nodes.console.published_home import PublishedHome
 from tests.app.nodes.console.served import ConsoleProcess, free_port
+from tests.app.view.scenarios.test_view_benchmark import cloud_of_home, home_of, sent_by, view_of
 from tests.benchmarks.rows import Row
 from tests.chromium import open_browser
 

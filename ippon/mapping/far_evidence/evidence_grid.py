@@ -87,19 +87,21 @@ class EvidenceGrid:
         near_m, reach_m, max_valid_m = ranges
         camera, T = frame.camera, frame.T_world_camera
         self._images += 1
-        return _integrate_kernel(
-            columns,
-            (camera.fx, camera.fy, camera.cx, camera.cy),
-            size,
-            frame.depth,
-            T,
-            invert_transform(T),
-            float(frame.T_world_base[2, 3]),
-            self.corner,
-            (self._cell_m, near_m, reach_m, max_valid_m),
-            (share, most_nat, self._images_near),
-            (self._log, self._published, self.near, self._best, self._stamp),
-            self._images,
+        return float(
+            _integrate_kernel(
+                columns,
+                (camera.fx, camera.fy, camera.cx, camera.cy),
+                size,
+                frame.depth,
+                T,
+                invert_transform(T),
+                float(frame.T_world_base[2, 3]),
+                self.corner,
+                (self._cell_m, near_m, reach_m, max_valid_m),
+                (share, most_nat, self._images_near),
+                (self._log, self._published, self.near, self._best, self._stamp),
+                self._images,
+            )
         )
 
     def publish(self, least_nat: float) -> None:
