@@ -76,7 +76,7 @@ def _load(config: SegmentationConfig, folder: Path) -> "tuple[Segmenter, str]":
     try:
         return load_segmenter(config, folder), config.model or config.backend
     except CheckpointError:
-        from ippon.segmentation.san.architecture import RELEASED
+        from ippon.segmentation.backends.san.architecture import RELEASED
 
         name = config.model or "san_vit_b_16"
         if config.backend != "san" or name not in RELEASED:
@@ -86,11 +86,11 @@ def _load(config: SegmentationConfig, folder: Path) -> "tuple[Segmenter, str]":
 
 def random_san(name: str, config: SegmentationConfig) -> "Segmenter":
     """Return a released architecture with random weights; they take the same time."""
+    from ippon.segmentation.backends.san.architecture import RELEASED
+    from ippon.segmentation.backends.san.random_weights import random_network
+    from ippon.segmentation.backends.san.segmenter import SanSegmenter
+    from ippon.segmentation.backends.san.tokenizer import ClipTokenizer
     from ippon.segmentation.loading import with_second_passes
-    from ippon.segmentation.san.architecture import RELEASED
-    from ippon.segmentation.san.random_weights import random_network
-    from ippon.segmentation.san.segmenter import SanSegmenter
-    from ippon.segmentation.san.tokenizer import ClipTokenizer
 
     network = random_network(RELEASED[name], seed=0)
     return with_second_passes(SanSegmenter(network, ClipTokenizer([]), config), config)

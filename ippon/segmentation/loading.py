@@ -43,14 +43,14 @@ def _network(config: SegmentationConfig, folder: Path) -> Segmenter:
     # Imported only now: the library does without them.
     match config.backend:
         case "san":
-            from ippon.segmentation.san import loading  # noqa: PLC0415
+            from ippon.segmentation.backends.san import loading  # noqa: PLC0415
 
             return loading.load_san(config, folder)
         case "clipseg":
-            from ippon.segmentation.transformers_models.clipseg import ClipSegSegmenter  # noqa: PLC0415
+            from ippon.segmentation.backends.clipseg import ClipSegSegmenter  # noqa: PLC0415
 
             return ClipSegSegmenter(config, folder)
         case "owlv2":
-            from ippon.segmentation.transformers_models.owlv2 import Owlv2Segmenter  # noqa: PLC0415
+            from ippon.segmentation.backends.owlv2 import Owlv2Segmenter  # noqa: PLC0415
 
             return Owlv2Segmenter(config, folder)

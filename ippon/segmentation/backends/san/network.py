@@ -3,10 +3,10 @@
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ippon.segmentation.san.architecture import SanArchitecture
-from ippon.segmentation.san.clip import FeatureTower, MaskRecogniser
-from ippon.segmentation.san.side_adapter import SideAdapter
-from ippon.segmentation.san.text import TextClassifier
+from ippon.segmentation.backends.san.architecture import SanArchitecture
+from ippon.segmentation.backends.san.clip import FeatureTower, MaskRecogniser
+from ippon.segmentation.backends.san.side_adapter import SideAdapter
+from ippon.segmentation.backends.san.text import TextClassifier
 
 PIXEL_MEAN = (0.48145466, 0.4578275, 0.40821073)
 PIXEL_STD = (0.26862954, 0.26130258, 0.27577711)

@@ -17,9 +17,9 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
 
-from ippon.segmentation.san.architecture import RELEASED, SanArchitecture  # noqa: E402
-from ippon.segmentation.san.checkpoint import network_of  # noqa: E402
-from ippon.segmentation.san.network import SanNetwork, normalised  # noqa: E402
+from ippon.segmentation.backends.san.architecture import RELEASED, SanArchitecture  # noqa: E402
+from ippon.segmentation.backends.san.checkpoint import network_of  # noqa: E402
+from ippon.segmentation.backends.san.network import SanNetwork, normalised  # noqa: E402
 
 REFERENCE = json.loads((Path(__file__).parent / "san_reference.json").read_text())
 TINY = SanArchitecture(

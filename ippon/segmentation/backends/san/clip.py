@@ -4,7 +4,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ippon.segmentation.san.architecture import SanArchitecture
+from ippon.segmentation.backends.san.architecture import SanArchitecture
 
 NOT_LOOKED_AT = -100.0
 """Added to the attention between tokens that must not look at one another."""

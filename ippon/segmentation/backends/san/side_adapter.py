@@ -8,8 +8,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ippon.segmentation.san.architecture import SanArchitecture
-from ippon.segmentation.san.clip import resized_positions
+from ippon.segmentation.backends.san.architecture import SanArchitecture
+from ippon.segmentation.backends.san.clip import resized_positions
 
 
 class SideAttention(nn.Module):

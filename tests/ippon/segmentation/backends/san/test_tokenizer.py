@@ -10,8 +10,8 @@ transformers = pytest.importorskip(
     "transformers", reason="the extra ippon[segmentation] is not installed"
 )
 
+from ippon.segmentation.backends.san.tokenizer import MERGES, ClipTokenizer, _byte_symbols  # noqa: E402
 from ippon.segmentation.errors import CheckpointError  # noqa: E402
-from ippon.segmentation.san.tokenizer import MERGES, ClipTokenizer, _byte_symbols  # noqa: E402
 
 FEW = (
     ("c", "h"), ("a", "i"), ("ai", "r</w>"), ("ch", "air</w>"), ("o", "f</w>"), ("s", "o"),

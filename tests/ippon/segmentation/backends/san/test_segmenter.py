@@ -9,6 +9,10 @@ torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is no
 
 from safetensors.torch import save_file  # noqa: E402
 
+from ippon.segmentation.backends.san.checkpoint import load_network, network_of  # noqa: E402
+from ippon.segmentation.backends.san.network import SanNetwork  # noqa: E402
+from ippon.segmentation.backends.san.segmenter import SanSegmenter, label_probabilities  # noqa: E402
+from ippon.segmentation.backends.san.tokenizer import ClipTokenizer  # noqa: E402
 from ippon.segmentation.config import SegmentationConfig  # noqa: E402
 from ippon.segmentation.errors import (  # noqa: E402
     CheckpointError,
@@ -16,11 +20,7 @@ from ippon.segmentation.errors import (  # noqa: E402
     SegmentationError,
 )
 from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from ippon.segmentation.san.checkpoint import load_network, network_of  # noqa: E402
-from ippon.segmentation.san.network import SanNetwork  # noqa: E402
-from ippon.segmentation.san.segmenter import SanSegmenter, label_probabilities  # noqa: E402
-from ippon.segmentation.san.tokenizer import ClipTokenizer  # noqa: E402
-from tests.ippon.segmentation.san.test_network import TINY  # noqa: E402
+from tests.ippon.segmentation.backends.san.test_network import TINY  # noqa: E402
 
 TOKENIZER = ClipTokenizer([])
 SMALL = dataclasses.replace(TINY, text_vocabulary=514)

@@ -12,17 +12,17 @@ from torch.nn import functional
 from transformers import CLIPSegForImageSegmentation
 
 from ippon.frame import Heatmap
-from ippon.segmentation.config import SegmentationConfig
-from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
-from ippon.segmentation.label_probabilities import normalised, probabilities_of, resized
-from ippon.segmentation.prompts import PLAIN_TEMPLATES, words_of
-from ippon.segmentation.segmenter import checked_channels, heatmap_of, heatmap_size
-from ippon.segmentation.transformers_models.pretrained import (
+from ippon.segmentation.backends.pretrained import (
     IMAGENET_MEAN,
     IMAGENET_STD,
     Pretrained,
     tokens_of,
 )
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
+from ippon.segmentation.label_probabilities import normalised, probabilities_of, resized
+from ippon.segmentation.prompts import PLAIN_TEMPLATES, words_of
+from ippon.segmentation.segmenter import checked_channels, heatmap_of, heatmap_size
 
 USUAL = "CIDAS/clipseg-rd64-refined"
 LABELS_AT_ONCE = 8

@@ -6,12 +6,12 @@ torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is no
 
 from app.doctor.segmentation_speed import FEWEST, measure, measure_network  # noqa: E402
 from ippon.frame import Heatmap  # noqa: E402
+from ippon.segmentation.backends.san.architecture import SanArchitecture  # noqa: E402
+from ippon.segmentation.backends.san.random_weights import random_network  # noqa: E402
+from ippon.segmentation.backends.san.segmenter import SanSegmenter  # noqa: E402
+from ippon.segmentation.backends.san.tokenizer import ClipTokenizer  # noqa: E402
 from ippon.segmentation.config import SegmentationConfig  # noqa: E402
 from ippon.segmentation.errors import CheckpointError  # noqa: E402
-from ippon.segmentation.san.architecture import SanArchitecture  # noqa: E402
-from ippon.segmentation.san.random_weights import random_network  # noqa: E402
-from ippon.segmentation.san.segmenter import SanSegmenter  # noqa: E402
-from ippon.segmentation.san.tokenizer import ClipTokenizer  # noqa: E402
 
 SMALL = SanArchitecture(
     clip_layers=3,

@@ -10,13 +10,13 @@ from torch import Tensor
 from torch.nn import functional
 
 from ippon.frame import Heatmap
+from ippon.segmentation.backends.san.architecture import SIZE_MULTIPLE_PX
+from ippon.segmentation.backends.san.network import SanNetwork, normalised
+from ippon.segmentation.backends.san.tokenizer import ClipTokenizer
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
 from ippon.segmentation.label_probabilities import probabilities_of, resized
 from ippon.segmentation.prompts import VILD_TEMPLATES, words_of
-from ippon.segmentation.san.architecture import SIZE_MULTIPLE_PX
-from ippon.segmentation.san.network import SanNetwork, normalised
-from ippon.segmentation.san.tokenizer import ClipTokenizer
 from ippon.segmentation.segmenter import checked_channels, heatmap_of, heatmap_size
 
 KEPT_LABELS: Final = 4096

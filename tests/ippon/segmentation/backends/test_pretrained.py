@@ -10,12 +10,12 @@ transformers = pytest.importorskip(
     "transformers", reason="the extra ippon[segmentation] is not installed"
 )
 
+from ippon.segmentation.backends.clipseg import ClipSegSegmenter  # noqa: E402
+from ippon.segmentation.backends.owlv2 import MOST_BOXES, Owlv2Segmenter, distinct_boxes  # noqa: E402
+from ippon.segmentation.backends.san.tokenizer import _byte_symbols  # noqa: E402
 from ippon.segmentation.config import SegmentationConfig  # noqa: E402
 from ippon.segmentation.errors import CheckpointError, MissingPackageError  # noqa: E402
 from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from ippon.segmentation.san.tokenizer import _byte_symbols  # noqa: E402
-from ippon.segmentation.transformers_models.clipseg import ClipSegSegmenter  # noqa: E402
-from ippon.segmentation.transformers_models.owlv2 import MOST_BOXES, Owlv2Segmenter, distinct_boxes  # noqa: E402
 
 LABELS = ("wall", "chest_of_drawers", "others")
 TEXT = {

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from ippon.segmentation.backends.san.checkpoint import find_checkpoint, find_tokenizer, load_network
+from ippon.segmentation.backends.san.segmenter import SanSegmenter
 from ippon.segmentation.config import SegmentationConfig
-from ippon.segmentation.san.checkpoint import find_checkpoint, find_tokenizer, load_network
-from ippon.segmentation.san.segmenter import SanSegmenter
 
 
 def load_san(config: SegmentationConfig, folder: Path) -> SanSegmenter:

@@ -3,9 +3,9 @@
 import torch
 from torch import Tensor
 
-from ippon.segmentation.san.architecture import SanArchitecture
-from ippon.segmentation.san.checkpoint import network_of
-from ippon.segmentation.san.network import SanNetwork
+from ippon.segmentation.backends.san.architecture import SanArchitecture
+from ippon.segmentation.backends.san.checkpoint import network_of
+from ippon.segmentation.backends.san.network import SanNetwork
 
 
 def random_network(architecture: SanArchitecture, seed: int) -> SanNetwork:

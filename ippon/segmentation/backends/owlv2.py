@@ -12,12 +12,7 @@ from torch.nn import functional
 from transformers import Owlv2ForObjectDetection, SamModel
 
 from ippon.frame import Heatmap
-from ippon.segmentation.config import SegmentationConfig
-from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
-from ippon.segmentation.label_probabilities import normalised, probabilities_of, resized
-from ippon.segmentation.prompts import PLAIN_TEMPLATES, words_of
-from ippon.segmentation.segmenter import checked_channels, heatmap_of, heatmap_size
-from ippon.segmentation.transformers_models.pretrained import (
+from ippon.segmentation.backends.pretrained import (
     CLIP_MEAN,
     CLIP_STD,
     IMAGENET_MEAN,
@@ -25,6 +20,11 @@ from ippon.segmentation.transformers_models.pretrained import (
     Pretrained,
     tokens_of,
 )
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
+from ippon.segmentation.label_probabilities import normalised, probabilities_of, resized
+from ippon.segmentation.prompts import PLAIN_TEMPLATES, words_of
+from ippon.segmentation.segmenter import checked_channels, heatmap_of, heatmap_size
 
 USUAL: Final = "google/owlv2-base-patch16-ensemble"
 USUAL_MASKS: Final = "facebook/sam-vit-base"

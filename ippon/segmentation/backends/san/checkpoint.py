@@ -10,10 +10,10 @@ from safetensors import SafetensorError
 from safetensors.torch import load_file
 from torch import Tensor
 
+from ippon.segmentation.backends.san.architecture import RELEASED, SanArchitecture
+from ippon.segmentation.backends.san.network import SanNetwork
+from ippon.segmentation.backends.san.tokenizer import FILE_NAMES, ClipTokenizer
 from ippon.segmentation.errors import WITHOUT_NETWORK, CheckpointError
-from ippon.segmentation.san.architecture import RELEASED, SanArchitecture
-from ippon.segmentation.san.network import SanNetwork
-from ippon.segmentation.san.tokenizer import FILE_NAMES, ClipTokenizer
 
 PROJECT_PAGE: Final = "https://github.com/MendelXu/SAN"
 WEIGHTS_PAGE: Final = "https://huggingface.co/Mendel192/san"

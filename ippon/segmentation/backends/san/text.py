@@ -4,8 +4,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ippon.segmentation.san.architecture import SanArchitecture
-from ippon.segmentation.san.clip import ClipBlock
+from ippon.segmentation.backends.san.architecture import SanArchitecture
+from ippon.segmentation.backends.san.clip import ClipBlock
 
 
 class TextTransformer(nn.Module):

@@ -1,1 +1,0 @@
-"""Segmentation networks of the `transformers` library."""
