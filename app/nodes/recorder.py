@@ -1,4 +1,4 @@
-"""The recorder as a process: everything a robot's network says, as it came, into a file."""
+"""The recorder as a process: writes every message of a robot's network to a file, unchanged."""
 
 import logging
 import threading
@@ -19,7 +19,7 @@ from app.messages.control import Event, encode
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.recording.errors import RecordingError
-from app.recording.notes import Note, add_note
+from app.recording.notes import Note
 from app.recording.writing.limits import RecordingLimits
 from app.recording.writing.session import Session
 from app.recording.writing.write_queue import QueuedMessage, WriteQueue
@@ -29,20 +29,20 @@ logger = logging.getLogger(__name__)
 STATUS_EVERY_S: Final = 0.5
 LIMITS_EVERY_S: Final = 1.0
 SILENT_S: Final = 4.0
-"""After so long without a message the session is opened again."""
+"""Silence after which the connection is opened again."""
 IDLE_S: Final = 0.1
 REPLY_S: Final = 5.0
-BEFORE_US: Final = (
+LATCHED_TOPICS: Final = (
     keys.CONFIGURATION, keys.STATUS, keys.LABELS, keys.LEVELS, keys.TF_STATIC, keys.CAMERA_INFO,
     keys.MAP_KEYFRAME, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS,
     keys.FAR_EVIDENCE,
 )  # fmt: skip
-"""Topics whose last message is asked for when a recording begins."""
+"""Topics whose last message is requested when a recording begins."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecorderConfig:
-    """What is recorded, and where to."""
+    """Endpoint, folder and limits of the recorder."""
 
     connect: str = "tcp/127.0.0.1:7447"
     robot: str = "ippon"
@@ -52,21 +52,21 @@ class RecorderConfig:
     sensor_hz: float = 2.0
     """Depth images and heatmaps a second of the robot's clock that are kept; 0 keeps all."""
     wait: bool = False
-    """Record only when somebody asks for it."""
+    """Record only on request."""
 
     def __post_init__(self) -> None:
-        """Refuse a prefix that is none, and a rate."""
+        """Refuse an invalid prefix or rate."""
         keys.check_prefix(self.robot)
         if not 0.0 <= self.sensor_hz <= 1000.0:
             raise ValueError(f"0 to 1000 images a second are kept; got {self.sensor_hz:g}")
 
 
 class Recorder:
-    """Writes what comes; the thread that calls `run` owns the file."""
+    """Writes received messages; the thread that calls `run` owns the file."""
 
     def __init__(self, config: RecorderConfig) -> None:
         self._config = config
-        self._backlog = WriteQueue()
+        self._queue = WriteQueue()
         self._network: zenoh.Session | None = None
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._requests: deque[tuple[RecordRequest, Future[RecordingStatus]]] = deque()
@@ -74,7 +74,7 @@ class Recorder:
         self._status = RecordingStatus(state="off", text="nothing is recorded")
         self._heard_at = 0.0
         self._stamp_ns = 0
-        self._told_at = self._checked_at = 0.0
+        self._published_at = self._checked_at = 0.0
 
     def run(self, stop: StopSignal) -> None:
         """Record until stopped.
@@ -93,7 +93,7 @@ class Recorder:
             self._close_network()
 
     def _step(self) -> None:
-        for arrival in self._backlog.take(IDLE_S):
+        for arrival in self._queue.take(IDLE_S):
             self._heard_at = arrival.now_s
             self._write(arrival)
         while self._requests:
@@ -108,9 +108,9 @@ class Recorder:
         if now - self._checked_at >= LIMITS_EVERY_S:
             self._checked_at = now
             self._check_limits()
-        if now - self._told_at >= STATUS_EVERY_S:
-            self._told_at = now
-            self._tell()
+        if now - self._published_at >= STATUS_EVERY_S:
+            self._published_at = now
+            self._publish_status()
         if now - self._heard_at > SILENT_S:
             self._reopen()
 
@@ -128,20 +128,22 @@ class Recorder:
         folder = str(self._session.writer.folder)
         self._status = RecordingStatus(state="recording", text="recording", session=folder)
         logger.info("recording to %s", folder)
-        threading.Thread(target=self._ask_for_the_past, name="past", daemon=True).start()
+        threading.Thread(
+            target=self._request_last_messages, name="last messages", daemon=True
+        ).start()
 
-    def _ask_for_the_past(self) -> None:
+    def _request_last_messages(self) -> None:
         network = self._network
         if network is None:
             return
-        for key in BEFORE_US:
+        for key in LATCHED_TOPICS:
             try:
                 payload = last_message(network, self._key(key), 2.0)
             except zenoh.ZError as error:
                 logger.debug("%s: %s", key, error)
                 return
             if payload is not None:
-                self._backlog.put(key, payload)
+                self._queue.put(key, payload)
 
     def _write(self, arrival: QueuedMessage) -> None:
         if arrival.key != keys.RECORDING:
@@ -152,7 +154,7 @@ class Recorder:
             )
 
     def _guarded(self, work: Callable[[Session], None]) -> None:
-        """Do something with the file; a disk that refuses ends the recording and nothing else."""
+        """Write to the file; an error of the disk ends the recording, not the recorder."""
         session = self._session
         if session is None:
             return
@@ -185,7 +187,7 @@ class Recorder:
             seconds=(time.time_ns() - session.start_ns) * 1e-9,
             written_bytes=self._status.written_bytes if verdict.stop else writer.written_bytes,
             messages=writer.messages,
-            dropped=self._backlog.dropped,
+            dropped=self._queue.dropped,
             warning=verdict.text,
         )
 
@@ -208,7 +210,7 @@ class Recorder:
             seconds=(time.time_ns() - session.start_ns) * 1e-9,
             written_bytes=size,
             messages=count,
-            dropped=self._backlog.dropped,
+            dropped=self._queue.dropped,
         )
         logger.info("%s: %d messages, %.1f MB; %s", folder, count, size / 1e6, reason)
 
@@ -220,10 +222,10 @@ class Recorder:
     # -- requests ----------------------------------------------------------------------------
 
     def _handle(self, request: RecordRequest) -> RecordingStatus:
-        """Answer a request, in zenoh's thread: the writing thread does what it asks for."""
+        """Answer a request, in zenoh's thread, after the writing thread has executed it."""
         reply: Future[RecordingStatus] = Future()
         self._requests.append((request, reply))
-        self._backlog.wake()
+        self._queue.wake()
         try:
             return reply.result(timeout=REPLY_S)
         except TimeoutError:
@@ -236,11 +238,11 @@ class Recorder:
         elif request.action == "stop":
             self._end(f"ended by {request.requester or 'a request'}")
         else:
-            self._note(request)
-        self._tell()
+            self._add_note(request)
+        self._publish_status()
         return self._status
 
-    def _note(self, request: RecordRequest) -> None:
+    def _add_note(self, request: RecordRequest) -> None:
         session = self._session
         if session is None:
             raise RequestRefusedError(
@@ -264,7 +266,7 @@ class Recorder:
         skipped = len(self._config.robot) + 1
 
         def receive(sample: zenoh.Sample) -> None:
-            self._backlog.put(str(sample.key_expr)[skipped:], sample.payload.to_bytes())
+            self._queue.put(str(sample.key_expr)[skipped:], sample.payload.to_bytes())
 
         handler: Any = zenoh.handlers.Callback(receive, indirect=False)
         network.declare_subscriber(self._key("**"), handler)
@@ -284,8 +286,10 @@ class Recorder:
             self._heard_at = time.monotonic()
             return
         if self._session is not None:
-            # What is told on change alone may have changed meanwhile.
-            threading.Thread(target=self._ask_for_the_past, name="past", daemon=True).start()
+            # Topics that are published on change alone may have changed meanwhile.
+            threading.Thread(
+                target=self._request_last_messages, name="last messages", daemon=True
+            ).start()
 
     def _close_network(self) -> None:
         network, self._network = self._network, None
@@ -297,7 +301,7 @@ class Recorder:
         with query:
             query.reply(self._key(keys.RECORDING), encode(self._status))
 
-    def _tell(self) -> None:
+    def _publish_status(self) -> None:
         self._put(keys.RECORDING, encode(self._status))
 
     def _announce(self, text: str) -> None:

@@ -1,4 +1,4 @@
-"""The simulated robot as a process: a camera, a pose and wheels on zenoh."""
+"""The simulated robot as a process: publishes camera and pose, follows velocity commands."""
 
 import logging
 import queue
@@ -29,7 +29,7 @@ from app.messages.motion import (
 )
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from ippon.command import Command
-from ippon.frame import Frame
+from ippon.frame import NANOSECONDS, Frame
 from ippon.guidance.language.naming import is_instance_of
 from ippon.robot import ZED, RobotProfile
 from ippon.simulation.robot.mobile_base import BaseConfig, camera_of
@@ -41,20 +41,20 @@ logger = logging.getLogger(__name__)
 PHYSICS_HZ: Final = 50.0
 TF_HZ: Final = 25.0
 WATCHDOG_S: Final = 0.25
-"""Silence after which the robot brakes: it must stand 0.5 s after the last command."""
+"""Silence after which the robot brakes, so that it stands 0.5 s after the last command."""
 LABELS_WAIT_S: Final = 20.0
 ANSWER_WAIT_S: Final = 30.0
-"""In lock-step: after so long without an answer the navigator counts as gone."""
+"""Time without an answer, in lock-step, after which the navigator counts as gone."""
 CAMERA_FRAME: Final = "camera_color_optical_frame"
 
 
 class SimulatedRobotError(Exception):
-    """The simulated robot cannot go on; the text says why."""
+    """The simulated robot cannot continue; the text says why."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotSimConfig:
-    """Where the navigator is, and how the simulation runs."""
+    """Endpoint of the navigator, and speed and camera of the simulation."""
 
     connect: str
     robot: str
@@ -67,7 +67,7 @@ class RobotSimConfig:
     """Pixels; the height follows from the robot's camera."""
 
     def __post_init__(self) -> None:
-        """Refuse cameras that the simulation cannot be."""
+        """Refuse cameras that cannot be simulated."""
         keys.check_prefix(self.robot)
         if not 0.5 <= self.rate_hz <= PHYSICS_HZ:
             raise ValueError(
@@ -78,7 +78,7 @@ class RobotSimConfig:
 
 
 class GroundTruth(msgspec.Struct, frozen=True, kw_only=True):
-    """What really happened, for scoring: the reply on `sim/truth`."""
+    """Ground truth for scoring: the reply on `sim/truth`."""
 
     trajectory: list[tuple[float, float, float]]
     collisions: int
@@ -87,7 +87,7 @@ class GroundTruth(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RobotSim:
-    """Steps the world and exchanges its messages."""
+    """Steps the simulated world and exchanges messages with the navigator."""
 
     def __init__(
         self, config: RobotSimConfig, session: zenoh.Session, scene: Scene, start: StartPose
@@ -112,10 +112,10 @@ class RobotSim:
         self._truth = session.declare_queryable(self._key(keys.SIM_TRUTH), self._answer_truth)
 
     def await_labels(self, timeout_s: float = LABELS_WAIT_S) -> None:
-        """Ask the navigator what to tell apart, until it answers.
+        """Request the labels to distinguish from the navigator until it replies.
 
         Raises:
-            SimulatedRobotError: It does not.
+            SimulatedRobotError: No reply within the time.
         """
         deadline = time.monotonic() + timeout_s
         while time.monotonic() < deadline:
@@ -130,7 +130,7 @@ class RobotSim:
         )
 
     def run_real_time(self, stop: StopSignal) -> None:
-        """Step the physics by the clock and take pictures at the camera's rate until stopped."""
+        """Step the physics in real time and publish frames at the camera's rate until stopped."""
         factor = float(self._config.speed)
         dt = 1.0 / PHYSICS_HZ
         frame_every = max(1, round(PHYSICS_HZ / self._config.rate_hz))
@@ -153,7 +153,7 @@ class RobotSim:
                 stop.wait(-late)
 
     def run_lock_step(self, stop: StopSignal) -> None:
-        """Take a picture, wait for the command that answers it, step; as fast as answers come.
+        """Publish a frame, wait for the command that answers it, step; as fast as answers come.
 
         Raises:
             SimulatedRobotError: The navigator stopped answering.
@@ -193,7 +193,7 @@ class RobotSim:
             except queue.Empty:
                 if time.monotonic() > deadline:
                     raise SimulatedRobotError(
-                        f"no command answered the frame of {stamp_ns / 1e9:.1f} s within "
+                        f"no command answered the frame of {stamp_ns / NANOSECONDS:.1f} s within "
                         f"{ANSWER_WAIT_S:g} s: the navigator is gone"
                     ) from None
                 continue
@@ -202,7 +202,7 @@ class RobotSim:
         return None
 
     def _fresh_command(self) -> Command | None:
-        """Return what arrived since the last step; silence lets the base's watchdog count."""
+        """Return the command since the last step; None lets the base's watchdog count."""
         with self._lock:
             twist, self._twist = self._twist, None
         return None if twist is None else self._command(twist)

@@ -28,30 +28,30 @@ IDLE_S: Final = 0.2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SegmentConfig:
-    """Where the navigator is, and what is sent."""
+    """Endpoint of the navigator, and size of the heatmaps."""
 
     connect: str
     robot: str
     keep: int = 4
-    """Labels of each pixel that are sent, the object of interest among them; more lose less and
-    send more bytes."""
+    """Labels sent for each pixel, including the object of interest; more lose less information and
+    take more bandwidth."""
     wait_s: float = 300.0
-    """How long to wait for the navigator: it compiles its kernels before it answers."""
+    """Time to wait for the navigator, which compiles its kernels before it answers."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be sent."""
+        """Refuse an invalid prefix or number of labels."""
         keys.check_prefix(self.robot)
         if not 1 <= self.keep <= 512:
             raise ValueError(f"1 to 512 labels of each pixel are sent; got {self.keep}")
 
 
 class SegmentNode:
-    """Segments the newest image; those that came meanwhile are skipped."""
+    """Segments the newest image; images that arrive during a segmentation are skipped."""
 
     def __init__(self, config: SegmentConfig, session: zenoh.Session, segmenter: Segmenter) -> None:
         self.segmented = 0
         self.skipped = 0
-        """Images that a newer one overtook."""
+        """Images replaced by a newer one before they were segmented."""
         self.failed = 0
         """Images and messages that could not be used."""
         self._config = config
@@ -104,7 +104,7 @@ class SegmentNode:
 
     def _fail(self, problem: str) -> None:
         self.failed += 1
-        # An image that fails is often followed by others that fail alike.
+        # The same error often repeats with every image: it is logged once.
         if problem != self._problem:
             logger.error("an image was not segmented: %s", problem)
             self._problem = problem

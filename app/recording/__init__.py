@@ -1,1 +1,1 @@
-"""Sessions written to disk and read again."""
+"""Recordings of sessions: writing and reading."""

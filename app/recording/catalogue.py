@@ -1,4 +1,4 @@
-"""The sessions in a folder, each in brief, remembered so that a thousand are listed at once."""
+"""List of the sessions in a folder, cached so that long lists load quickly."""
 
 import logging
 import time
@@ -30,7 +30,7 @@ class SessionEntry(msgspec.Struct, frozen=True, kw_only=True):
     size: int
     changed_ns: int
     picture_offset: int
-    """Where in the file its picture is, so that it is shown without the file being searched."""
+    """Offset of the picture in the file, so that it is read without scanning the file."""
     picture_bytes: int
     """0 without a picture."""
     when: str = ""
@@ -46,14 +46,14 @@ class SessionEntry(msgspec.Struct, frozen=True, kw_only=True):
 def list_sessions(
     folder: Path, progress: Callable[[int, int], None] | None = None
 ) -> list[SessionEntry]:
-    """Return the sessions in a folder, the newest first; what was read before is not read again.
+    """Return the sessions in a folder, newest first; unchanged files come from the cache.
 
     Raises:
         RecordingError: There is no such folder.
     """
     if not folder.is_dir():
         raise RecordingError(f"there is no folder {folder}")
-    known = {entry.id: entry for entry in _remembered(folder)}
+    known = {entry.id: entry for entry in _read_cache(folder)}
     files = _recordings(folder)
     entries: list[SessionEntry] = []
     fresh = 0
@@ -68,19 +68,19 @@ def list_sessions(
         if progress is not None:
             progress(n + 1, len(files))
     if fresh or len(known) != len(entries):
-        _remember(folder, entries)
+        _write_cache(folder, entries)
     return sorted(entries, key=lambda entry: entry.when, reverse=True)
 
 
 def path_of(folder: Path, name: str, entries: list[SessionEntry]) -> Path | None:
-    """Return the file of a listed session; names that are not in the list are never a path."""
+    """Return the file of a listed session, None for any other name."""
     if not any(entry.id == name for entry in entries):
         return None
     return folder / name
 
 
 def picture_of(folder: Path, name: str, entries: list[SessionEntry]) -> bytes | None:
-    """Return the small picture of a listed session, None where there is none, or no longer."""
+    """Return the thumbnail of a listed session, None if it has none or the file is gone."""
     entry = next((entry for entry in entries if entry.id == name), None)
     if entry is None:
         return None
@@ -149,16 +149,16 @@ def _number(summary: dict[str, str], name: str) -> float:
         return 0.0
 
 
-def _remembered(folder: Path) -> list[SessionEntry]:
+def _read_cache(folder: Path) -> list[SessionEntry]:
     try:
         return msgspec.json.decode((folder / CACHE_NAME).read_bytes(), type=list[SessionEntry])
     except (OSError, msgspec.DecodeError):
-        # Without a memory, or with one of another version, the files are read.
+        # Without a cache, or with one of another version, the files are read.
         return []
 
 
-def _remember(folder: Path, entries: list[SessionEntry]) -> None:
+def _write_cache(folder: Path, entries: list[SessionEntry]) -> None:
     try:
         replace_file(folder / CACHE_NAME, msgspec.json.encode(entries))
     except OSError as error:
-        logger.info("the list of sessions is not remembered in %s: %s", folder, error.strerror)
+        logger.info("the list of sessions is not cached in %s: %s", folder, error.strerror)

@@ -1,7 +1,7 @@
-"""What stands in a recording for a key: its ROS topic, its type, and the bytes.
+"""Mapping between keys and the ROS topics, types and payloads of a recording.
 
-The control plane's JSON travels in std_msgs/String: `ros2 bag` refuses a bag whose topics differ in
-serialisation, and a String is what every reader of bags can show.
+JSON messages are recorded as std_msgs/String: `ros2 bag` refuses bags with mixed serialisations,
+and every reader of bags can show a String.
 """
 
 import re
@@ -16,7 +16,7 @@ from app.recording.errors import RecordingError
 
 STRING: Final = "std_msgs/msg/String"
 MARKERS_KEY: Final = "plan/markers"
-"""The tree and the finds as markers, which viewers without our types draw."""
+"""Tree and finds as markers, for viewers that lack our message types."""
 MARKERS_TYPE: Final = "visualization_msgs/msg/MarkerArray"
 KEY: Final = "ippon_key"
 """Metadata of a channel: the key under the robot's prefix."""
@@ -34,10 +34,10 @@ class Topic:
 
     key: str
     name: str
-    """Of the ROS topic."""
+    """Name of the ROS topic."""
     type: str
     schema: str
-    """Definition of the type with all that it holds, in the words of ROS."""
+    """ROS definition of the type and of all types that it contains."""
     type_hash: str
     latched: bool
 
@@ -64,9 +64,9 @@ def ros_name(path: str) -> str:
 
 
 def key_of(name: str, metadata: dict[str, str]) -> str | None:
-    """Return the key that a recorded topic stands for, None for a topic that is not ours.
+    """Return the key of a recorded topic, None for an unknown topic.
 
-    Bags of other programs have no metadata of ours: there the end of the name counts.
+    In bags of other programs, which lack our metadata, the end of the name decides.
     """
     if KEY in metadata:
         return metadata[KEY]
@@ -76,15 +76,15 @@ def key_of(name: str, metadata: dict[str, str]) -> str | None:
 
 
 def to_recorded(topic: Topic, payload: bytes) -> bytes:
-    """Return what is written for a payload of the wire."""
+    """Return the recorded form of a payload."""
     return payload if topic.type != STRING else encode_text(payload)
 
 
 def to_wire(kind: str, data: bytes) -> bytes:
-    """Return the payload of the wire that was recorded.
+    """Return the payload of a recorded message.
 
     Raises:
-        RecordingError: Text that is none.
+        RecordingError: The text cannot be decoded.
     """
     return data if kind != STRING else decode_text(data)
 
@@ -98,7 +98,7 @@ def decode_text(data: bytes) -> bytes:
     """Read a std_msgs/String.
 
     Raises:
-        RecordingError: It is none.
+        RecordingError: The data are not a String.
     """
     if len(data) < 9 or data[:2] not in (b"\x00\x01", b"\x00\x00"):
         raise RecordingError(f"{len(data)} bytes are no std_msgs/String")
@@ -109,7 +109,7 @@ def decode_text(data: bytes) -> bytes:
 
 
 def quality_of_service(topic: Topic) -> dict[str, Any]:
-    """Return the offered quality of service, as rosbag2 notes it."""
+    """Return the offered quality of service, as rosbag2 stores it."""
     return {
         "history": "keep_last",
         "depth": 1 if topic.latched else 10,

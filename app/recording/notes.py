@@ -1,4 +1,4 @@
-"""Notes and marks of people, kept beside a recording: the recording itself is never changed."""
+"""Notes and marks of users, stored beside a recording, which stays unchanged."""
 
 from pathlib import Path
 from typing import Annotated, Final, Literal
@@ -13,7 +13,7 @@ MAX_NOTES: Final = 10_000
 
 
 class Note(msgspec.Struct, frozen=True, kw_only=True):
-    """What somebody wrote about one moment."""
+    """A user's note on one moment of a recording."""
 
     time_ns: int
     """Of the recording, nanoseconds since 1970."""
@@ -23,7 +23,7 @@ class Note(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def notes_path(recording: Path) -> Path:
-    """Return where the notes of a recording's file are."""
+    """Return the path of a recording's notes."""
     return recording.with_suffix(".notes.json")
 
 
@@ -31,7 +31,7 @@ def read_notes(recording: Path) -> list[Note]:
     """Return the notes of a recording, ordered by time.
 
     Raises:
-        RecordingError: The file of notes is none.
+        RecordingError: The file cannot be decoded.
     """
     path = notes_path(recording)
     try:
@@ -44,10 +44,10 @@ def read_notes(recording: Path) -> list[Note]:
 
 
 def add_note(recording: Path, note: Note) -> list[Note]:
-    """Add a note; a crash leaves the notes as they were or as they are now.
+    """Add a note atomically; return all notes.
 
     Raises:
-        RecordingError: The notes that are there cannot be read, or the new ones not written.
+        RecordingError: The present notes cannot be read, or the new ones cannot be written.
     """
     notes = sorted([*read_notes(recording), note], key=lambda n: n.time_ns)
     if len(notes) > MAX_NOTES:

@@ -1,4 +1,4 @@
-"""Where sessions are kept."""
+"""Default folder of the sessions."""
 
 from pathlib import Path
 
@@ -6,5 +6,5 @@ import platformdirs
 
 
 def sessions_folder() -> Path:
-    """Return the folder that sessions are recorded to where nobody names another."""
+    """Return the default folder that sessions are recorded to."""
     return platformdirs.user_data_path("ippon") / "sessions"

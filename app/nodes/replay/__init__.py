@@ -1,1 +1,1 @@
-"""Recorded images as a robot: datasets of others, and bags."""
+"""Replays datasets and bags as the messages of a robot."""

@@ -1,4 +1,4 @@
-"""RGB-D datasets in the folders that they come in."""
+"""Readers of RGB-D datasets in their original folders."""
 
 import json
 import re
@@ -29,7 +29,7 @@ TUM_DEFAULT: Final = (525.0, 525.0, 319.5, 239.5)
 
 
 class DatasetError(Exception):
-    """A folder is no dataset that can be played; the text says what is wrong with it."""
+    """A folder cannot be replayed; the text says why."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,22 +45,22 @@ class DatasetFrame:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dataset:
-    """A sequence of a camera with poses."""
+    """A sequence of RGB-D images with poses."""
 
     name: str
     camera: PinholeCamera
     """Of the depth image; colour of another size is scaled to it."""
     depth_unit_m: float
     up_world: tuple[float, float, float]
-    """Which way is up in the world of the poses."""
+    """Up direction in the world frame of the poses."""
     frames: tuple[DatasetFrame, ...]
 
 
 def open_dataset(folder: Path) -> Dataset:
-    """Recognise a dataset by its files.
+    """Read a dataset, recognised by its files.
 
     Raises:
-        DatasetError: It is none of those known, or is damaged.
+        DatasetError: The format is unknown, or the data are damaged.
     """
     readers: tuple[tuple[str, Callable[[Path], Dataset]], ...] = (
         ("sequence.json", _read_sequence),
@@ -78,7 +78,7 @@ def open_dataset(folder: Path) -> Dataset:
                 raise DatasetError(f"{folder} has no frame with colour, depth and pose")
             return dataset
     raise DatasetError(
-        f"{folder} is no dataset that is known: TUM RGB-D has groundtruth.txt, 7-Scenes "
+        f"{folder} is not a known dataset: TUM RGB-D has groundtruth.txt, 7-Scenes "
         "frame-000000.pose.txt, ScanNet intrinsic/intrinsic_depth.txt, ours sequence.json; a bag "
         "is a .mcap file or a folder with metadata.yaml"
     )
@@ -184,7 +184,7 @@ def _tum_pose(row: list[float]) -> Float64Array:
 
 
 def _nearest(entries: list[tuple[float, Any]], at: float) -> Any:
-    """Return what belongs to the nearest time, None where that is too far."""
+    """Return the entry of the nearest time, None if it is too far."""
     k = bisect_left(entries, at, key=lambda entry: entry[0])
     near = min(entries[max(0, k - 1) : k + 1], key=lambda e: abs(e[0] - at), default=None)
     return near[1] if near is not None and abs(near[0] - at) <= TUM_APART_S else None
@@ -205,7 +205,7 @@ def _read_seven_scenes(folder: Path) -> Dataset:
         name=folder.resolve().name,
         camera=KINECT,
         depth_unit_m=MILLIMETRE,
-        # The world is the first camera's, held about level: y points down.
+        # The world frame is that of the first camera, held about level: y points down.
         up_world=(0.0, -1.0, 0.0),
         frames=_with_poses(frames),
     )

@@ -38,7 +38,7 @@ def base_below(T_map_camera: Float64Array) -> Float64Array:
     x, y, _ = T_map_camera[:3, 3]
     ahead = T_map_camera[:3, 2]
     if math.hypot(ahead[0], ahead[1]) < 1e-3:
-        # It looks straight up or down: the image's upper edge tells where ahead is.
+        # The camera looks straight up or down: the upper edge of the image points ahead.
         ahead = -T_map_camera[:3, 1]
     return base_pose(float(x), float(y), 0.0, math.atan2(ahead[1], ahead[0]))
 
@@ -60,7 +60,7 @@ def _rotation_to_z(up: Float64Array) -> Float64Array:
 
 
 def _floor_height(dataset: Dataset, T_up_world: Float64Array) -> float:
-    """Return the height below which only a few of the points seen lie."""
+    """Return the height of the floor: a low percentile of the heights of the points."""
     camera = dataset.camera
     v, u = np.mgrid[0 : camera.height : EVERY_PIXEL, 0 : camera.width : EVERY_PIXEL]
     every = max(1, len(dataset.frames) // SAMPLED_FRAMES)

@@ -1,4 +1,4 @@
-"""What a robot would have sent: of a dataset, or of a bag, in order and with its times."""
+"""The messages of a robot, from a dataset or a bag, in order and with their times."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,6 +15,7 @@ from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_
 from app.recording.channels import key_of
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
+from ippon.frame import NANOSECONDS
 
 CAMERA_FRAME: Final = "camera_color_optical_frame"
 FROM_ROBOT: Final = (
@@ -28,7 +29,7 @@ class RobotMessage:
     """One message of the robot."""
 
     at_s: float
-    """Since the first."""
+    """Time since the first message."""
     key: str
     payload: bytes
 
@@ -40,7 +41,7 @@ def dataset_messages(
 
     Args:
         dataset: The frames.
-        start_s: Frames before are left out.
+        start_s: Earlier frames are left out.
         first_stamp_ns: Stamp of time 0.
         floor_m: See `align_to_floor`.
 
@@ -51,7 +52,7 @@ def dataset_messages(
     for frame in dataset.frames:
         if frame.time_s < start_s:
             continue
-        stamp, at = first_stamp_ns + round(1e9 * frame.time_s), frame.time_s - start_s
+        stamp, at = first_stamp_ns + round(NANOSECONDS * frame.time_s), frame.time_s - start_s
         T_map_camera = T_map_world @ frame.T_world_camera
         T_map_base = base_below(T_map_camera)
         links = (
@@ -71,15 +72,15 @@ def dataset_messages(
 
 
 def bag_messages(path: Path, start_s: float, *, heatmaps: bool) -> Iterator[RobotMessage]:
-    """Yield what the robot of a bag sent, as it was recorded.
+    """Yield the recorded messages of the robot of a bag.
 
     Args:
         path: An MCAP file, a session's folder, or a rosbag2 folder.
-        start_s: Messages before are left out, but for fixed transforms.
-        heatmaps: Whether to send recorded heatmaps, too.
+        start_s: Earlier messages are left out, except fixed transforms.
+        heatmaps: Whether to send recorded heatmaps.
 
     Raises:
-        DatasetError: It is no bag, or lacks what a frame needs.
+        DatasetError: It is not a bag, or lacks a topic that a frame needs.
     """
     wanted = [key for key in FROM_ROBOT if heatmaps or key != keys.HEATMAP]
     if path.is_dir() and not any(path.glob("*.mcap")):
@@ -119,10 +120,10 @@ def _rosbag_messages(path: Path, start_s: float, wanted: list[str]) -> Iterator[
 
 
 def _check(path: Path, found: tuple[str, ...]) -> None:
-    """Refuse a bag that can never give a frame.
+    """Refuse a bag without the topics of a frame.
 
     Raises:
-        DatasetError: It names what is missing.
+        DatasetError: Names the missing topics.
     """
     missing = [key for key in (keys.COLOR, keys.CAMERA_INFO, keys.TF) if key not in found]
     if keys.DEPTH not in found and keys.DEPTH_RAW not in found:

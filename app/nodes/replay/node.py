@@ -1,4 +1,4 @@
-"""A dataset as a robot on the network; it goes its way, whatever it is told."""
+"""Publishes a dataset or a bag as a robot; commands have no effect."""
 
 import logging
 import time
@@ -18,27 +18,27 @@ from app.process.stop_signal import ProcessStopSignal, StopSignal
 logger = logging.getLogger(__name__)
 
 PAUSE_S: Final = 1.5
-"""Between two rounds of a loop: a stamp that goes back so far is a clock that starts anew."""
+"""Pause between two rounds of a loop."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReplayConfig:
-    """What is played, how, and to whom."""
+    """Path, rate and endpoint of a replay."""
 
     path: Path
     connect: str = "tcp/127.0.0.1:7447"
     robot: str = "ippon"
     rate: float = 1.0
-    """Times real time."""
+    """Speed as a multiple of real time."""
     start_s: float = 0.0
     loop: bool = False
     heatmaps: bool = True
-    """Send the heatmaps of a bag; off where another segmentation runs."""
+    """Send the heatmaps of a bag; switch it off where another segmentation runs."""
     floor_m: float | None = None
     """Height of a dataset's floor along up; estimated without."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be played."""
+        """Refuse an invalid prefix, rate or start."""
         keys.check_prefix(self.robot)
         if not 0.01 <= self.rate <= 100.0:
             raise ValueError(f"the rate is 0.01 to 100 times real time; got {self.rate:g}")
@@ -47,10 +47,10 @@ class ReplayConfig:
 
 
 def messages_of(config: ReplayConfig, first_stamp_ns: int) -> Iterator[RobotMessage]:
-    """Yield what the robot sends in one round.
+    """Yield the messages of one round.
 
     Raises:
-        DatasetError: There is nothing that can be played.
+        DatasetError: The path cannot be replayed.
     """
     path = config.path
     if not path.exists():
@@ -64,10 +64,10 @@ def messages_of(config: ReplayConfig, first_stamp_ns: int) -> Iterator[RobotMess
 def play(
     config: ReplayConfig, put: Callable[[str, bytes], None], stop: StopSignal, first_stamp_ns: int
 ) -> int:
-    """Send one round at its own times; return how many colour images were sent.
+    """Send one round at the recorded times; return the number of colour images sent.
 
     Raises:
-        DatasetError: There is nothing that can be played.
+        DatasetError: The path cannot be replayed.
     """
     began = time.monotonic()
     images = 0
@@ -86,11 +86,11 @@ def run_replay(config: ReplayConfig) -> None:
     """Play until the end, or with `loop` until SIGINT or SIGTERM.
 
     Raises:
-        DatasetError: There is nothing that can be played.
+        DatasetError: The path cannot be replayed.
         LinkError: No navigator answers.
     """
     stop = ProcessStopSignal()
-    # Before the network is opened, so that a wrong folder is said at once.
+    # Before the network is opened, so that a wrong folder is reported immediately.
     next(messages_of(config, 0), None)
     session = open_client(config.connect)
     publishers: dict[str, zenoh.Publisher] = {}

@@ -1,8 +1,7 @@
-"""Where in an MCAP file each message is: found from the record heads, whole or cut off.
+"""Index of the messages of an MCAP file, built from the record headers.
 
-The file's own index stands at its end and is missing when the recorder was killed, so it is never
-used: the heads of the chunks and of their message indexes say the same, and an hour is scanned in
-a fraction of a second.
+The index at the end of the file is missing if the recorder was killed, so it is not used: the
+headers of the chunks and their message indexes contain the same, and scanning them is fast.
 """
 
 import mmap
@@ -30,10 +29,11 @@ from app.recording.reading.mcap_records import (
     read_schema,
     unpack_chunk,
 )
+from ippon.frame import NANOSECONDS
 
 MAGIC: Final = b"\x89MCAP0\r\n"
-BACKWARDS_NS: Final = 1_000_000_000
-"""Messages of one chunk may be older than those of the last by so much: they came on many ways."""
+BACKWARDS_NS: Final = NANOSECONDS
+"""Largest step back in time from one chunk to the next that is accepted as disorder."""
 _ENTRY: Final = np.dtype([("time", "<u8"), ("offset", "<u8")])
 _WORDS: Final = struct.Struct("<HI")
 
@@ -59,7 +59,7 @@ class Entries:
 
 @dataclass(slots=True, kw_only=True)
 class FileIndex:
-    """What a file holds, and where."""
+    """Channels, chunks, messages and attachments of a file."""
 
     channels: dict[int, Channel] = field(default_factory=dict[int, Channel])
     chunks: list[Chunk] = field(default_factory=list[Chunk])
@@ -68,7 +68,7 @@ class FileIndex:
     metadata: dict[str, dict[str, str]] = field(default_factory=dict[str, dict[str, str]])
     profile: str = ""
     complete: bool = False
-    """The file ends as its writer meant it to."""
+    """Whether the file was ended properly."""
     end: int = 0
     """Where the last whole record of the data ends."""
     problems: list[str] = field(default_factory=list[str])
@@ -82,7 +82,7 @@ def _not_ours(path: Path) -> str:
 
 
 class Scanner:
-    """Finds everything in a file; of one that is being written, later what has come since."""
+    """Scans a file; repeated calls continue with what was appended since."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -101,10 +101,10 @@ class Scanner:
         self._clock_set_back = False
 
     def scan(self, progress: Callable[[float], None] | None = None) -> FileIndex:
-        """Go on where the last call ended, and return what is in the file.
+        """Continue where the last call ended, and return the index.
 
         Raises:
-            RecordingError: It cannot be read, or is no MCAP file.
+            RecordingError: The file cannot be read, or is not an MCAP file.
         """
         try:
             with self._path.open("rb") as file:

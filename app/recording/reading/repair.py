@@ -1,4 +1,4 @@
-"""A recording whose recorder was killed, made whole: its messages in a file that has its index."""
+"""Repair of recordings that were not ended: rewrites their messages with an index."""
 
 import os
 from collections import Counter
@@ -18,36 +18,35 @@ from app.recording.writing.session import CONFIGURATION, SUMMARY, THUMBNAIL, sum
 from app.recording.writing.writer import PROFILE, register
 
 EXPECTED: Final = (keys.STATUS, keys.TF, keys.COLOR, keys.DEPTH, keys.MAP_VOXELS, keys.MAP_KEYFRAME)
-"""What a session of a robot and a navigator has."""
+"""Topics of a complete session."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordingCheck:
-    """What was found in a recording."""
+    """Result of checking a recording."""
 
     messages: int
     duration_s: float
     complete: bool
-    """The recorder ended it."""
+    """Whether the file was ended properly."""
     repaired: bool
     problems: tuple[str, ...]
     missing: tuple[str, ...]
-    """Topics of a session that it does not have."""
+    """Expected topics that it lacks."""
 
 
 def check(path: Path, *, repair: bool) -> RecordingCheck:
-    """Look through a recording, and write it anew where it was cut off.
+    """Check a recording, and rewrite it if it was not ended.
 
-    The new file takes the place of the old one only once it is whole, so that another crash costs
-    nothing.
+    The new file replaces the old one only when it is complete, so that a crash loses nothing.
 
     Args:
         path: The file, or a session's folder.
-        repair: Whether to mend.
+        repair: Whether to rewrite the file.
 
     Raises:
-        RecordingError: It is none, holds nothing, is another program's and cut, or the mended one
-            cannot be written.
+        RecordingError: It is not a recording, is empty, is a damaged file of another program, or
+            the repaired file cannot be written.
     """
     recording = Recording(path)
     try:
@@ -75,7 +74,7 @@ def _rewrite(recording: Recording) -> None:
     versions = recording.index.metadata.get("ippon/versions", {})
     if "robot" not in versions:
         raise RecordingError(
-            f"{path} was cut off and is not of ippon: `mcap recover` mends any MCAP file"
+            f"{path} was cut off and was not written by ippon: `mcap recover` repairs any MCAP file"
         )
     partial = path.with_name(path.name + ".partial")
     try:
@@ -83,7 +82,7 @@ def _rewrite(recording: Recording) -> None:
         partial.replace(path)
         write_bag_metadata(path.parent, path.name, counts, recording.start_ns, recording.end_ns)
     except OSError as error:
-        raise RecordingError(f"the mended {path} cannot be written: {error.strerror}") from error
+        raise RecordingError(f"the repaired {path} cannot be written: {error.strerror}") from error
 
 
 def _copy(recording: Recording, target: Path, versions: dict[str, str]) -> Counter[Topic]:

@@ -16,7 +16,7 @@ _VERSION: Final = 9
 def write_bag_metadata(
     folder: Path, file_name: str, counts: Mapping[Topic, int], start_ns: int, end_ns: int
 ) -> None:
-    """Write the file that `ros2 bag` opens a folder by.
+    """Write the metadata file that `ros2 bag` needs.
 
     Args:
         folder: The session.

@@ -1,4 +1,4 @@
-"""When to stop recording: before the disk is full, and before a file is larger than wanted."""
+"""Limits of a recording: size of the file and free space of the disk."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -9,12 +9,12 @@ WARN_SHARE: Final = 0.9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordingLimits:
-    """How much may be written."""
+    """Largest file and smallest free space."""
 
     max_gb: float = 8.0
-    """A recording that is larger ends."""
+    """Size at which a recording ends."""
     min_free_gb: float = 2.0
-    """With less free on the disk a recording ends."""
+    """Free space on the disk below which a recording ends."""
 
     def __post_init__(self) -> None:
         """Refuse limits under which nothing could be recorded."""
@@ -26,15 +26,15 @@ class RecordingLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitCheck:
-    """Whether recording may go on."""
+    """Result of a check of the limits."""
 
     stop: bool
     text: str
-    """For the operator; empty while all is well."""
+    """Text for the operator; empty within the limits."""
 
 
 def check_limits(limits: RecordingLimits, written_bytes: int, free_bytes: int) -> LimitCheck:
-    """Compare what is written and what is free with the limits."""
+    """Compare written and free bytes with the limits."""
     written_gb, free_gb = written_bytes / GB, free_bytes / GB
     if written_gb >= limits.max_gb:
         text = f"the recording has its limit of {limits.max_gb:g} GB; the robot goes on"

@@ -1,4 +1,4 @@
-"""One session being recorded: the file, its timeline, its limits, and what it is called."""
+"""A session that is being recorded: file, timeline, limits, name."""
 
 import io
 import itertools
@@ -42,13 +42,13 @@ _PACKAGES: Final = ("ippon", "numpy", "numba", "ompl", "eclipse-zenoh", "mcap")
 
 
 def session_name(robot: str, wall_s: float) -> str:
-    """Return the folder of a session that begins now: sorted by name is sorted by time."""
+    """Return the name of a new session's folder; sorting by name sorts by time."""
     when = time.strftime("%Y-%m-%d_%H-%M-%S", time.localtime(wall_s))
     return f"{when}_{re.sub(r'[^A-Za-z0-9.-]+', '_', robot)[:60]}"
 
 
 class Session:
-    """Takes every message of a robot; one thread owns it."""
+    """Records the messages of a robot; owned by one thread."""
 
     def __init__(
         self,
@@ -63,12 +63,12 @@ class Session:
         Args:
             root: Folder of the sessions.
             robot: Key prefix.
-            limits: How much may be written.
-            wall_ns: Now.
+            limits: Limits of the recording.
+            wall_ns: Present time, nanoseconds since 1970.
             sensor_hz: See `SensorSubsampling`.
 
         Raises:
-            OSError: It cannot be written there.
+            OSError: The folder cannot be written.
         """
         self.writer = SessionWriter(_unused(root / session_name(robot, wall_ns * 1e-9)), robot)
         self.timeline = SessionTimeline()
@@ -84,10 +84,10 @@ class Session:
         self.writer.flush()
 
     def add(self, key: str, payload: bytes, wall_ns: int, now_s: float) -> None:
-        """Write a message as it came.
+        """Write a message unchanged.
 
         Raises:
-            OSError: The disk refuses.
+            OSError: The disk cannot be written.
         """
         if not self._thinning.keeps(key, payload):
             return
@@ -113,7 +113,7 @@ class Session:
         """Compare with the limits.
 
         Raises:
-            OSError: The disk is gone.
+            OSError: The disk is not available.
         """
         free = shutil.disk_usage(self.writer.folder).free
         return check_limits(self._limits, self.writer.written_bytes, free)
@@ -134,13 +134,13 @@ class Session:
             stamp_ns, tree = decode_tree(self._tree or b"")
             finds = decode_detections(self._finds)[1] if self._finds is not None else ()
         except MessageError:
-            # What cannot be read cannot be drawn; the bytes themselves are recorded.
+            # Undecodable messages have no markers; their bytes are recorded.
             return
         self.writer.add(MARKERS_KEY, encode_markers(tree, finds, stamp_ns), wall_ns, now_s)
 
 
 def summary_of(timeline: SessionTimeline, duration_s: float) -> dict[str, str]:
-    """Return what a list of sessions shows, as text by name."""
+    """Return the entries of a session for a list, as text by name."""
     last = timeline.last
     summary = {"duration_s": f"{duration_s:.1f}"}
     if last is None:
@@ -160,7 +160,7 @@ def summary_of(timeline: SessionTimeline, duration_s: float) -> dict[str, str]:
 
 
 def thumbnail(color: bytes | None) -> bytes | None:
-    """Return a colour image's payload as a small JPEG, None where there is none to be read."""
+    """Return a colour image's payload as a small JPEG, None if it cannot be decoded."""
     if color is None:
         return None
     try:

@@ -1,4 +1,4 @@
-"""Messages into an MCAP that rosbag2 opens; whatever happens, all but the last second is in it."""
+"""Writes messages to an MCAP file that rosbag2 opens; a crash loses at most the last second."""
 
 from collections import Counter
 from pathlib import Path
@@ -13,7 +13,7 @@ from app.recording.writing.bag_metadata import write_bag_metadata
 FILE_NAME: Final = "session_0.mcap"
 CHUNK_BYTES: Final = 1 << 20
 CHUNK_S: Final = 0.5
-"""A chunk is closed after so long: only what is in the open one is lost with the process."""
+"""Age at which a chunk is closed: a crash loses only the open chunk."""
 PROFILE: Final = "ros2"
 
 
@@ -55,9 +55,9 @@ class SessionWriter:
 
         Args:
             key: Under the robot's prefix.
-            payload: As it came.
-            log_ns: When, nanoseconds since 1970.
-            now_s: The same moment on a clock that never goes back.
+            payload: Encoded message.
+            log_ns: Time of arrival, nanoseconds since 1970.
+            now_s: The same time on a monotonic clock.
         """
         channel, topic = self._channel(key)
         if self._open_since is None:
@@ -99,11 +99,11 @@ class SessionWriter:
         write_bag_metadata(self.folder, FILE_NAME, self._counts, start_ns, self._end_ns)
 
     def abandon(self) -> None:
-        """Let go of a file that can be written no more."""
+        """Close a file that can no longer be written."""
         try:
             self._file.close()
         except OSError:
-            # The same disk that refused the last chunk refuses what is left of it.
+            # After a failed write, closing fails for the same reason.
             return
 
     def _channel(self, key: str) -> tuple[int, Topic]:
@@ -115,7 +115,7 @@ class SessionWriter:
 
 
 def register(mcap: Writer, topic: Topic, schemas: dict[str, int]) -> int:
-    """Announce a topic in a file, and its type the first time; return the channel's number."""
+    """Register a topic, and its type if new; return the number of the channel."""
     schema = schemas.get(topic.type)
     if schema is None:
         schema = mcap.register_schema(topic.type, "ros2msg", topic.schema.encode())
