@@ -19,7 +19,7 @@ from app.messages.control import Event, encode
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.recording.errors import RecordingError
-from app.recording.notes import Note
+from app.recording.notes import Note, add_note
 from app.recording.writing.limits import RecordingLimits
 from app.recording.writing.session import Session
 from app.recording.writing.write_queue import QueuedMessage, WriteQueue

@@ -56,7 +56,7 @@ def test_mcap_finds_chunks_indexes_and_what_stands_beside_the_messages(session_f
         assert reader.get_header().profile == "ros2"
         names = {attachment.name for attachment in reader.iter_attachments()}
         assert names == {
-            "ippon/configuration.json", "ippon/timeline.json.zst", "ippon/thumbnail.jpg",
+            "ippon/configuration.json", "ippon/digest.json.zst", "ippon/thumbnail.jpg",
         }  # fmt: skip
         metadata = {record.name: record.metadata for record in reader.iter_metadata()}
     assert metadata["ippon/versions"]["robot"] == "home/3"
