@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from ippon.evaluation.methods.method_table import METHODS
 from tests.locations import ROOT
 
 DOCUMENTS = sorted(
@@ -76,3 +77,9 @@ def test_pictures_are_small():
     for picture in (ROOT / "docs").rglob("*"):
         if picture.suffix in (".png", ".webp", ".svg"):
             assert picture.stat().st_size <= LARGEST_PICTURE, name(picture)
+
+
+def test_the_methods_of_the_guide_are_those_of_the_evaluation():
+    text = (ROOT / "docs" / "guides" / "researcher.md").read_text("utf-8")
+    section = text.split("## Methods")[1].split("\n## ")[0]
+    assert set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE)) == set(METHODS)
