@@ -81,7 +81,11 @@ def outputs(architecture, expected, weights_by_formula, image_by_formula):
 
 @pytest.mark.parametrize(
     "name",
-    ["tiny", "san_vit_b_16", pytest.param("san_vit_large_14", marks=pytest.mark.large)],
+    [
+        "tiny",
+        pytest.param("san_vit_b_16", marks=pytest.mark.slow),
+        pytest.param("san_vit_large_14", marks=pytest.mark.large),
+    ],
 )
 def test_the_reference_implementation_gives_the_same(name, weights_by_formula, image_by_formula):
     expected = REFERENCE[name]
