@@ -54,7 +54,7 @@ def own_runtime(runtime, monkeypatch):
         (["navigate", "--step-budget-s", "-1"], "0 for no bound but its counts; got -1"),
         (["navigate", "--step-budget-s", "inf"], "0 for no bound but its counts; got inf"),
         (["console", "--port", "99999"], "a port lies in 0 to 65535"),
-        (["console", "--host", "0.0.0.0"], "demands a login"),
+        (["console", "--host", "0.0.0.0"], "requires a login"),
         (["ask", ""], "no object given"),
         (["ask", "hat"], "no navigator runs on this machine; start one with `ippon demo`"),
         (["ask", "hat", "--timeout-s", "-1"], "--timeout-s is a positive number"),

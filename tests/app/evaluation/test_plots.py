@@ -1,10 +1,19 @@
-from app.evaluation.plots import _DASHES, _MARKS, goal_plot, legend, style_of, success_curves
+from app.evaluation.plots import (
+    _COLOURS,
+    _DASHES,
+    _MARKS,
+    goal_plot,
+    legend,
+    style_of,
+    success_curves,
+)
 from ippon.evaluation.methods.method_table import METHODS
 
 
 def test_no_method_looks_like_another():
-    styles = style_of([*METHODS, "new", "newer"])
-    assert len(set(styles.values())) == len(METHODS) + 2
+    most = len(_COLOURS) * len(_DASHES)
+    styles = style_of([*METHODS, *(f"new {k}" for k in range(most - len(METHODS)))])
+    assert len(set(styles.values())) == most
     # In black and white, or where two colours look alike, lines and marks still differ.
     assert set(_DASHES) == set(_MARKS) == {style.line for style in styles.values()}
 

@@ -117,7 +117,7 @@ def test_looks_around_anew_for_another_object_but_not_for_the_same_one(scene) ->
 def test_looks_around_anew_for_the_same_object_somewhere_else(scene) -> None:
     world, mission = looked_around(scene, "sofa")
     # The search is over, and somebody else drives.
-    mission._conclude(MissionState.FOUND, "found")
+    mission.search.state = MissionState.FOUND
     for _ in range(8):
         world.step(Command(linear_m_s=0.5), 0.2)
         mission.step(world.observe())
@@ -149,13 +149,14 @@ def test_a_find_without_voxels_can_be_rejected_too(scene) -> None:
     ask(mission, "sofa")
     for _ in run_episode(world, mission, EpisodeLimits(max_time_s=2.0)):
         pass
-    mission._conclude(MissionState.FOUND, "found the sofa, whose voxels have gone meanwhile")
+    # Its voxels have gone meanwhile.
+    mission.search.state = MissionState.FOUND
     revision = mission.voxel_map.revision
     assert mission.goals.reject_find()
     assert mission.voxel_map.revision > revision, "what it looked at is ruled out"
     assert mission.state is MissionState.SEARCHING
     assert not mission.goals.reject_find()
-    mission._conclude(MissionState.FOUND, "found")
+    mission.search.state = MissionState.FOUND
     assert mission.goals.confirm_find()
     mission.goals.cancel_goal()
     kinds = [e.kind for e in mission.step(world.observe()).snapshot.events]

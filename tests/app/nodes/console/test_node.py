@@ -19,7 +19,7 @@ from app.view.view_options import ViewOptions
 @pytest.mark.parametrize(
     ("fields", "text"),
     [
-        ({"host": "0.0.0.0"}, "demands a login: make a file of users"),
+        ({"host": "0.0.0.0"}, "requires a login: make a file of users"),
         ({"host": "192.168.1.5"}, "IPPON_CONSOLE_PASSWORD"),
         ({"tls_certificate": Path("a.pem")}, "both a certificate and its key"),
         ({"port": 70_000}, "a port lies in 0 to 65535"),

@@ -40,6 +40,7 @@ class Missionary:
         self.regions: list[object] = []
         self.voxel_map = VoxelMap(MapConfig(), ["wall"])
         self.floor_z_m = 0.0
+        self.operator = self.goals = self
 
     def drive(self, mode) -> None:
         self.modes.append(mode)

@@ -24,6 +24,7 @@ class Recorder:
     def __init__(self):
         self.calls = []
         self.has_find = True
+        self.operator = self.goals = self
 
     def __getattr__(self, name):
         def call(*arguments):
