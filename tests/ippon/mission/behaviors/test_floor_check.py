@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from ippon.geometry import make_transform
 from ippon.guidance.levels import Level
 from ippon.mission.behaviors.config import FloorCheckConfig
 from ippon.mission.behaviors.floor_check import FloorCheck
+from ippon.mission.snapshot import MissionState
 from ippon.planning.plan import NodeKind, Plan, TreeView, Viewpoint
 from ippon.robot import HABITAT
 
@@ -38,11 +40,11 @@ def base(yaw: float, x: float = 0.0) -> np.ndarray:
     return make_transform(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), (x, 0.0, 0.0))
 
 
-def look(glance: FloorCheck, plan: Plan, *, turns: bool = True) -> tuple[float, float, float]:
+def look(check: FloorCheck, plan: Plan, *, turns: bool = True) -> tuple[float, float, float]:
     """Carry a look out; returns heading and tilt at its end, and how long it took."""
     yaw, tilt = 0.0, 0.0
     for k in range(400):
-        command = glance.step(plan, base(yaw), tilt, DT_S)
+        command = check.step(plan, base(yaw), tilt, DT_S)
         if command is None:
             return yaw, tilt, k * DT_S
         assert command.linear_m_s == 0.0
@@ -53,17 +55,17 @@ def look(glance: FloorCheck, plan: Plan, *, turns: bool = True) -> tuple[float, 
 
 
 def test_looks_along_the_straight_way_once():
-    glance, plan = (
+    check, plan = (
         FloorCheck(FloorCheckConfig(), HABITAT),
         plan_to(0.0, 2.0, cost_s=30.0, unseen_m=1.5),
     )
-    yaw, tilt, took_s = look(glance, plan)
+    yaw, tilt, took_s = look(check, plan)
     assert yaw == pytest.approx(0.5 * math.pi, abs=0.1)
     assert tilt == pytest.approx(-0.7, abs=0.06)
     assert took_s < 0.5 * math.pi / HABITAT.max_yaw_rate_rad_s + 2.0
-    assert glance.step(plan, base(0.0), 0.0, DT_S) is None
+    assert check.step(plan, base(0.0), 0.0, DT_S) is None
     elsewhere = plan_to(0.0, -2.0, cost_s=30.0, unseen_m=1.5)
-    assert glance.step(elsewhere, base(0.0), 0.0, DT_S) is not None
+    assert check.step(elsewhere, base(0.0), 0.0, DT_S) is not None
 
 
 @pytest.mark.parametrize(
@@ -80,23 +82,27 @@ def test_goes_on_where_a_look_would_not_pay(plan: Plan):
 
 
 def test_is_given_up_where_the_robot_cannot_turn():
-    glance = FloorCheck(FloorCheckConfig(), HABITAT)
-    _, _, took_s = look(glance, plan_to(0.0, 2.0, cost_s=30.0, unseen_m=1.5), turns=False)
+    check = FloorCheck(FloorCheckConfig(), HABITAT)
+    _, _, took_s = look(check, plan_to(0.0, 2.0, cost_s=30.0, unseen_m=1.5), turns=False)
     assert took_s < 15.0
 
 
 def test_looks_down_at_what_keeps_it_from_a_room_once():
     plan = replace(plan_to(4.0, 0.0, cost_s=14.0, unseen_m=0.0), floor_gap=(0.0, -1.2))
-    glance = FloorCheck(FloorCheckConfig(), HABITAT)
-    assert glance.why == ""
-    assert glance.step(plan, base(0.0), 0.0, DT_S) is not None
-    assert glance.why == "looking at the floor that may lead to a room"
-    yaw, tilt, took_s = look(glance, plan)
+    check = FloorCheck(FloorCheckConfig(), HABITAT)
+    assert check.step(plan, base(0.0), 0.0, DT_S) is not None
+    frame = SimpleNamespace(T_world_base=base(0.0), tilt_rad=0.0)
+    action = FloorCheck(FloorCheckConfig(), HABITAT).act(
+        SimpleNamespace(plan=plan, frame=frame, dt_s=DT_S)
+    )
+    assert action.why == "looking at the floor that may lead to a room"
+    assert action.state is MissionState.SEARCHING
+    yaw, tilt, took_s = look(check, plan)
     assert yaw == pytest.approx(-0.5 * math.pi, abs=0.1)
     assert tilt == pytest.approx(-0.7, abs=0.06)
     assert took_s < 0.5 * math.pi / HABITAT.max_yaw_rate_rad_s + 2.0
-    assert glance.step(plan, base(0.0), 0.0, DT_S) is None
-    assert glance.step(plan, base(0.0, x=1.0), 0.0, DT_S) is not None
+    assert check.step(plan, base(0.0), 0.0, DT_S) is None
+    assert check.step(plan, base(0.0, x=1.0), 0.0, DT_S) is not None
 
 
 @pytest.mark.parametrize("closer", [True, False])
@@ -109,9 +115,9 @@ def test_what_may_be_the_object_comes_before_a_room(closer):
 
 
 def test_is_dropped_when_the_robot_was_taken_elsewhere():
-    glance = FloorCheck(FloorCheckConfig(), HABITAT)
-    assert glance.step(plan_to(0.0, 2.0, 30.0, 1.5), base(0.0), 0.0, DT_S) is not None
-    assert glance.step(plan_to(3.0, 0.0, 2.0, 0.0), base(0.0, x=1.0), 0.0, DT_S) is None
+    check = FloorCheck(FloorCheckConfig(), HABITAT)
+    assert check.step(plan_to(0.0, 2.0, 30.0, 1.5), base(0.0), 0.0, DT_S) is not None
+    assert check.step(plan_to(3.0, 0.0, 2.0, 0.0), base(0.0, x=1.0), 0.0, DT_S) is None
 
 
 def test_times_without_meaning_are_refused():
