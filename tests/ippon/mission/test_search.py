@@ -98,10 +98,10 @@ def test_so_little_must_surely_be_it(searching, share, probability, doubt):
 
 def test_the_reason_of_a_doubt_is_the_one_that_decides(searching):
     find = speck(voxels=5)
-    assert searching(0.1).doubt(find, elsewhere=False) == "hardly looks like it"
-    assert searching(0.4).doubt(find, elsewhere=False) is None
-    assert searching(0.4).doubt(find, elsewhere=True) == "is not where you said"
-    assert searching(0.6).doubt(find, elsewhere=True) is None
+    assert searching(0.1).objection(find, elsewhere=False) == "hardly looks like it"
+    assert searching(0.4).objection(find, elsewhere=False) is None
+    assert searching(0.4).objection(find, elsewhere=True) == "is not where you said"
+    assert searching(0.6).objection(find, elsewhere=True) is None
 
 
 @pytest.mark.parametrize(("voxel_m", "against"), [(0.1, True), (0.05, False)])

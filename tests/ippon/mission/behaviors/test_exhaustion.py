@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from ippon.mission.behaviors.config import ExhaustionConfig
 from ippon.mission.behaviors.exhaustion import Exhaustion
 from ippon.mission.config import MissionConfig
 from ippon.mission.journal import Journal
@@ -44,3 +45,9 @@ def test_steps_without_time_neither_end_a_search_nor_count_for_its_going_on(last
     assert counted(nothing, promising) == (1, 0)
     target = last_plan.target
     assert counted(dataclasses.replace(promising, target=target)) == (0, 0)
+
+
+@pytest.mark.parametrize("wrong", [{"idle_gain": -0.1}, {"idle_steps": 0}])
+def test_an_end_of_exploring_without_meaning_is_refused(wrong):
+    with pytest.raises(ValueError, match="idle_gain must not be negative"):
+        ExhaustionConfig(**wrong)
