@@ -86,4 +86,4 @@ def test_a_search_that_found_nothing_says_what_it_could_not_get_to():
     plain = "hat not found: everything reachable was seen"
     assert exhausted_text("hat", ()) == plain
     text = exhausted_text("hat", (find(3.0, 9), find(1.0, 2)))
-    assert text == f"{plain}; no way leads close to what looks most like it, at (3.0, 2.0) m"
+    assert text == f"{plain}; no path leads close to the most likely candidate, at (3.0, 2.0) m"
