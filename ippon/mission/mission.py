@@ -1,9 +1,9 @@
 """One search after another on one map: the loop of the paper.
 
-Each frame passes through the stages once: the map fuses it (Sec. Object Probability Mapping), its
-voxels give the candidates for the object, the planner weighs gain against travel time under the
-levels of the goal (Sec. Semantic Guidance, Sec. Informative Path Planning), the first behavior with
-something to do gives the command, and limits and the collision filter make it safe.
+A frame passes each stage once: the map fuses it (Sec. Object Probability Mapping), its voxels give
+the candidates for the object, the planner weighs gain against travel time under the levels of the
+goal (Sec. Semantic Guidance, Sec. Informative Path Planning), the first behavior that has something
+to do commands, and limits and the collision filter make the command safe.
 """
 
 from collections.abc import Sequence
@@ -75,7 +75,7 @@ class Mission:
 
     @property
     def search(self) -> Search | None:
-        """The present search or the one that ended last; None without a goal."""
+        """The present search or the last one; None without a goal."""
         return self.goals.search
 
     @property
@@ -151,7 +151,8 @@ class Mission:
             update_candidates(self.search, self.voxel_map, frame)
         self._follower.resume_from(self.motion.last)
         action = self._act(frame, dt_s)
-        wanted = self.motion.accelerate(action, dt_s, brakes_at_once=self._brakes_at_once)
+        stops = self.operator.held is not None or self._behaviors.recovery.active
+        wanted = self.motion.accelerate(action, dt_s, brakes_at_once=stops)
         self._behaviors.recovery.watch(frame, wanted if self.operator.follows_mission else None)
         command, reason = self.motion.avoid_collision(wanted, frame, dt_s)
         if moves_base(wanted) and not moves_base(command):
@@ -189,10 +190,6 @@ class Mission:
         if search is not None and action.state is not None:
             search.state = action.state
         return action.command
-
-    @property
-    def _brakes_at_once(self) -> bool:
-        return self.operator.held is not None or self._behaviors.recovery.active
 
     def _advance(self, frame: Frame) -> float:
         """Add time and path of this frame to the search; returns seconds since the last frame."""
