@@ -91,6 +91,7 @@ def _room_scene(boxes) -> Scene:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", [ZED, HABITAT], ids=lambda robot: robot.name)
 def test_a_thousand_random_commands_at_walls_touch_nothing(floor_with, robot):
     """The map knows walls to half a voxel; the hand jumps from one extreme to another."""

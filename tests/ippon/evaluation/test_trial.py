@@ -66,6 +66,7 @@ def test_the_same_seed_gives_the_same_row(config, scene, goal):
     assert _plain(used.run(other, METHODS["ippon"])) != _plain(one)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", list(METHODS))
 def test_every_method_finds_a_chair_in_one_room(config, scene, method):
     spec = _episode(scene, config, "chair")
@@ -176,6 +177,7 @@ def test_a_couch_answers_the_search_for_a_sofa(config, make_scene, flat_boxes):
     assert (row.goal, row.success) == ("sofa", True)
 
 
+@pytest.mark.slow
 def test_a_second_object_is_searched_for_on_the_map_of_the_first(config, scene):
     catalogue = CatalogueConfig(goals=("chair", "hat"), second_object=True)
     episodes, _ = list_episodes(scene, "7", config.robot, catalogue)

@@ -105,6 +105,7 @@ def test_the_world_grows_in_any_direction_and_forgets_nothing(tools):
     assert (high >= (71, 55, 6)).all()
 
 
+@pytest.mark.slow
 def test_the_bound_on_memory_holds_and_distances_stay_exact(tools):
     config = MapConfig(memory_limit_mb=15.0, max_range_m=3.0)
     voxel_map = VoxelMap(config, LABELS)

@@ -30,6 +30,7 @@ def round_about(tools, x, y, radii=(1.2, 2.5, 4.0), height=1.2, steps=8):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("voxel_size", [0.1, 0.07])
 @pytest.mark.parametrize("sigma", [0.0, 0.01])
 def test_agrees_with_the_plain_twin(tools, voxel_size, sigma):

@@ -50,6 +50,7 @@ def test_what_is_elsewhere_is_passed_by_for_what_is_where_the_operator_said(sear
     assert doubts == ["what seemed to be hat is not where you said: going on"]
 
 
+@pytest.mark.slow
 def test_an_operator_who_errs_gets_it_when_nothing_better_is_left(searching):
     robot, events = searching([TABLE, ON_TABLE, BED], "I left it on the bed.")
     assert _at(robot) == pytest.approx([3.35, 2.85], abs=0.2)
@@ -67,6 +68,7 @@ def mapped():
     return robot.mission.voxel_map
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("context", "elsewhere"),
     [

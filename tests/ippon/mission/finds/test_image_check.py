@@ -166,6 +166,7 @@ def doubter(searcher, room):
     return search
 
 
+@pytest.mark.slow
 def test_a_search_goes_on_from_what_the_images_deny(doubter):
     robot, results, events = doubter(60.0, reconsidered_share=1.0)
     doubted = [event for event in events if event.kind == "doubted"]
@@ -185,6 +186,7 @@ def test_what_the_images_deny_is_gone_back_to_when_nothing_better_is_left(doubte
     assert "exhausted" not in kinds
 
 
+@pytest.mark.slow
 def test_a_second_doubt_is_final(doubter):
     robot, _, events = doubter(200.0, reconsidered_share=1.0)
     kinds = [event.kind for event in events]

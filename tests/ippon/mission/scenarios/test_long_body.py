@@ -22,6 +22,7 @@ def parted(room, gap_m, *, thick_m=0.2, at_x=4.0):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap_m", [0.65, 0.75, 0.9])
 def test_a_door_too_narrow_to_turn_in_is_passed(searcher, room, gap_m):
     assert gap_m < 2.0 * LONG.radius_m
@@ -33,6 +34,7 @@ def test_a_door_too_narrow_to_turn_in_is_passed(searcher, room, gap_m):
     assert robot.world.collisions == 0
 
 
+@pytest.mark.slow
 def test_a_door_narrower_than_the_body_is_not(searcher, room):
     robot = searcher(parted(room, 0.4), 1.5, 3.0, 1.0, robot=LONG)
     robot.ask("toilet")
@@ -43,6 +45,7 @@ def test_a_door_narrower_than_the_body_is_not(searcher, room):
         assert robot.last.find.out_of_reach_m is not None
 
 
+@pytest.mark.slow
 def test_a_way_that_closes_in_a_passage_is_backed_out_of(searcher, room):
     home = parted(room, 0.75, thick_m=0.8, at_x=4.2)
     robot = searcher(home, 1.5, 3.0, 1.0, robot=LONG)

@@ -12,6 +12,8 @@ from ippon.mission.config import MissionConfig
 from ippon.mission.snapshot import MissionState
 from ippon.robot import ZED, RobotProfile, upright_body
 
+pytestmark = pytest.mark.slow
+
 
 def toilet(x, y, z=0.0):
     return ("toilet", "toilet", (x, y, z), (x + 0.5, y + 0.5, z + 0.8))

@@ -124,6 +124,7 @@ def distance_to(scene, category, world) -> float:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", [ZED, HABITAT])
 def test_the_object_in_the_other_room_is_found(robot):
     scene = home()

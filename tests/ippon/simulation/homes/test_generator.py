@@ -31,6 +31,7 @@ def _area(polygon) -> float:
     return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 3, 17])
 def test_the_same_seed_gives_the_same_home_in_every_process(seed):
     code = (
@@ -196,6 +197,7 @@ def test_homes_vary(home):
     assert len({tuple(c.round(-1)) for c in colors}) > len(scenes) // 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_large_floor_has_forty_rooms_that_a_robot_reaches(seed):
     config = HomeConfig(layout="floor", start_count=24)
