@@ -67,7 +67,6 @@ class Search:
         """Steps at a terminating viewpoint, less those elsewhere."""
         self.empty_steps = self.idle_steps = 0
         """Steps in a row without a viewpoint, and without one that promises much."""
-        self._size_config = config.size_check
         self._size = SizeCheck(config.size_check, goal, config.map.voxel_size_m)
         self._ooi_voxels = OoiVoxels(config.planner.ooi_threshold)
         self._centres: Float64Array = np.zeros((0, 3))
@@ -147,7 +146,7 @@ class Search:
     @property
     def termination_min(self) -> float:
         """T_min: viewpoints that show more object voxels end the search."""
-        share = self._size_config.relaxed_share if self.relaxed_termination else 1.0
+        share = self._size.config.relaxed_share if self.relaxed_termination else 1.0
         return self._size.termination_min * share
 
     def shows_single_voxel(self, T_world_base: Float64Array) -> bool:
@@ -158,7 +157,7 @@ class Search:
         """
         return any(
             self._size.is_single_voxel(c)
-            and distance_m(T_world_base, c) <= self._size_config.near_m
+            and distance_m(T_world_base, c) <= self._size.config.near_m
             and self.image_check.confirms(c)
             for c in self.candidates
         )

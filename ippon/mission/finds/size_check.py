@@ -28,7 +28,7 @@ class SizeCheck:
     """Compares finds with the size of the object."""
 
     def __init__(self, config: SizeCheckConfig, goal: Goal, voxel_size_m: float) -> None:
-        self._config = config
+        self.config = config
         self.small = is_small(goal.object, goal.category)
         """The object is one that a single voxel of the map may hold."""
         self.termination_min = termination_voxels(goal.object, goal.category, voxel_size_m)
@@ -47,7 +47,7 @@ class SizeCheck:
             find: Where the search would end.
             sure: The posterior of its voxels is sure.
         """
-        factor = 1.0 if sure else self._config.unsure_factor
+        factor = 1.0 if sure else self.config.unsure_factor
         return not self.small and find.voxels <= factor * self.termination_min
 
     def is_single_voxel(self, find: Find) -> bool:
