@@ -20,17 +20,17 @@ def test_the_object_that_a_level_comes_from_is_named_and_so_is_its_room(searcher
     robot = searcher([*room(9.0, 4.0), *KITCHEN], 1.5, 2.0)
     robot.ask("mug")
     mission = robot.mission
-    wanted = "by the cabinet (near)"
+    wanted = "by the counter (near)"
     results = robot.search(60.0, lambda r: wanted in r.snapshot.why)
     assert wanted in results[-1].snapshot.why
 
-    front = np.array([4.2, 0.35, 1.0])
+    front = np.array([2.2, 3.45, 0.6])
     report = inspect_voxel(mission.voxel_map, front, mission.floor_z_m)
-    assert report.labels[0][0] == "cabinet"
+    assert report.labels[0][0] == "counter"
     assert (report.level, report.room) == (Level.NEAR, "kitchen")
 
     mug = EmbeddedPrior().levels("mug", "", MATTERPORT_40)
-    far = LabelLevel(label="cabinet", level=Level.FAR, reason=BY_OPERATOR)
+    far = LabelLevel(label="counter", level=Level.FAR, reason=BY_OPERATOR)
     preview = mission.preview(mug.changed([far]))
     assert wanted in preview.now
-    assert "cabinet (near)" not in preview.then
+    assert "counter (near)" not in preview.then
