@@ -15,7 +15,7 @@ from PIL import UnidentifiedImageError
 from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
 from app.messages.heatmaps import TOP, WHOLE, pack_top, pack_whole, unpack
 from ippon.camera import PinholeCamera
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 
 MAX_PIXELS: Final = 4096 * 4096
 MAX_LABELS: Final = 512

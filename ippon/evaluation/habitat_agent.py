@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
 from ippon.command import Command
-from ippon.frame import Frame, Heatmap
+from ippon.frame import Frame
 from ippon.geometry import base_pose
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
 from ippon.guidance.levels import Guidance
@@ -22,6 +22,7 @@ from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import MissionState
+from ippon.observation import Heatmap
 from ippon.robot import HABITAT, RobotProfile
 from ippon.segmentation.segmenter import Segmenter
 from ippon.vocabulary import MATTERPORT_40

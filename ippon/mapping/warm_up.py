@@ -8,7 +8,7 @@ import numpy as np
 
 from ippon.camera import PinholeCamera
 from ippon.compiling import compile_beside
-from ippon.frame import Frame, Heatmap
+from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
 from ippon.mapping.blocks import BlockDirectory, make_pools
 from ippon.mapping.config import MapConfig
@@ -17,6 +17,7 @@ from ippon.mapping.integration import FrameIntegrator
 from ippon.mapping.objects.object_layers import ObjectLayers
 from ippon.mapping.objects.surface_changes import SurfaceTracker
 from ippon.mapping.voxel_map import VoxelMap
+from ippon.observation import Heatmap
 
 _CONFIG: Final = MapConfig(memory_limit_mb=64.0)
 _LABELS: Final = ("wall", "floor")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 from ippon.segmentation.segmenter import Segmenter
 
 

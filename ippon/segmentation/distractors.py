@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 from ippon.segmentation.segmenter import MAX_LABELS, Segmenter, checked_channels
 
 DISTRACTORS: Final[tuple[tuple[str, ...], ...]] = (

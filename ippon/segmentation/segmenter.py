@@ -6,7 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 from ippon.segmentation.errors import SegmentationError
 
 MAX_LABELS = 512

@@ -9,8 +9,9 @@ import numpy as np
 
 from ippon.camera import PinholeCamera
 from ippon.command import Command
-from ippon.frame import Frame, Heatmap
+from ippon.frame import Frame
 from ippon.geometry import Float64Array
+from ippon.observation import Heatmap
 from ippon.robot import RobotProfile
 from ippon.simulation.camera.renderer import Rendering, SceneRenderer
 from ippon.simulation.camera.sensor_noise import NoiseConfig, SensorNoise

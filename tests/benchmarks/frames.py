@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ippon.camera import PinholeCamera
-from ippon.frame import Frame, Heatmap
+from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform, rotation_y, rotation_z
+from ippon.observation import Heatmap
 from ippon.simulation.camera.renderer import SceneRenderer
 from ippon.simulation.camera.sensor_noise import NoiseConfig, SensorNoise
 from ippon.simulation.homes.generator import generate_home

@@ -12,7 +12,7 @@ import numpy as np
 
 from app.messages.images import decode_heatmap, encode_heatmap
 from ippon.camera import PinholeCamera
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 from ippon.robot import ZED
 from ippon.segmentation.config import SegmentationConfig
 from ippon.simulation.homes.generator import generate_home

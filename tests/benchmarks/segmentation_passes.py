@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ippon.camera import PinholeCamera
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 from ippon.segmentation.crop_segmenter import CropSegmenter
 from ippon.segmentation.distractors import DistractorSegmenter
 from ippon.segmentation.segmenter import Segmenter

@@ -3,7 +3,8 @@ import pytest
 
 from ippon.camera import PinholeCamera
 from ippon.errors import FrameRejectedError
-from ippon.frame import Frame, Heatmap
+from ippon.frame import Frame
+from ippon.observation import Heatmap
 
 
 def frame(**change: object) -> Frame:

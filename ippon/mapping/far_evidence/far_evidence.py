@@ -15,10 +15,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.frame import Frame, Heatmap
+from ippon.frame import Frame
 from ippon.geometry import Float64Array
 from ippon.mapping.far_evidence.evidence_grid import SIDE, EvidenceGrid, corner_around
 from ippon.mapping.far_evidence.image_columns import read_columns
+from ippon.observation import Heatmap
 
 MOST_PX: Final = 320
 """Larger heatmaps are subsampled to this many pixels along their longer side."""

@@ -8,7 +8,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ippon.frame import Heatmap
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, INNER, NOT_MAPPED, read_only
 from ippon.mapping.blocks import N_ROWS, NO_SLAB, BlockDirectory, Pools
 from ippon.mapping.config import SURFACE_ROWS_PER_BLOCK, MapConfig
@@ -36,6 +35,7 @@ from ippon.mapping.objects.surface_rows import (
     make_surface_rows,
     norm_code,
 )
+from ippon.observation import Heatmap
 
 AVERAGE_LEVEL: Final = 1
 MAX_LABELS: Final = 255

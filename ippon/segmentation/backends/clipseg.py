@@ -11,7 +11,7 @@ from torch import Tensor
 from torch.nn import functional
 from transformers import CLIPSegForImageSegmentation
 
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 from ippon.segmentation.backends.pretrained import (
     IMAGENET_MEAN,
     IMAGENET_STD,

@@ -11,7 +11,7 @@ from torch import Tensor
 from torch.nn import functional
 from transformers import Owlv2ForObjectDetection, SamModel
 
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 from ippon.segmentation.backends.pretrained import (
     CLIP_MEAN,
     CLIP_STD,

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.frame import Heatmap
 from ippon.geometry import Float64Array
+from ippon.observation import Heatmap
 from ippon.simulation.camera.renderer import Rendering
 from ippon.simulation.scene import Instance, Scene
 from ippon.simulation.segmentation.confusion import affinity, is_vague, ooi_affinity

@@ -7,7 +7,7 @@ import zstandard
 from app.messages.cdr import MessageError
 from app.messages.heatmaps import pack_top, unpack
 from app.messages.images import decode_heatmap, encode_heatmap
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ from app.messages.images import (
     encode_heatmap,
 )
 from ippon.camera import PinholeCamera
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 
 STAMP = 12_345_678_901
 FRAME = "camera_color_optical_frame"

@@ -13,7 +13,7 @@ from app.messages import keys
 from app.messages.control import SegmentationLabels, encode
 from app.messages.images import decode_heatmap, encode_color
 from app.nodes.segment import SegmentConfig, SegmentNode
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 from ippon.segmentation.errors import OutOfMemoryError
 
 OPTICAL = "camera_color_optical_frame"

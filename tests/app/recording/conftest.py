@@ -38,8 +38,8 @@ from app.messages.scene import (
 from app.recording.writing.limits import RecordingLimits
 from app.recording.writing.session import Session
 from ippon.camera import PinholeCamera
-from ippon.frame import Heatmap
 from ippon.geometry import base_pose
+from ippon.observation import Heatmap
 from ippon.planning.plan import TreeView
 from ippon.robot import ZED
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from ippon.evaluation.habitat_agent import HM3D_GOALS, HabitatAgentConfig, IpponAgent
-from ippon.frame import Heatmap
 from ippon.guidance.prior import EmbeddedPrior
+from ippon.observation import Heatmap
 
 _PRIOR = EmbeddedPrior()
 

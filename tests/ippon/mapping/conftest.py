@@ -8,10 +8,11 @@ import pytest
 from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
-from ippon.frame import Frame, Heatmap
+from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform, rotation_y, rotation_z
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.queries import to_metres
+from ippon.observation import Heatmap
 
 
 @dataclass

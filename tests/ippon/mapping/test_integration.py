@@ -10,12 +10,12 @@ from scipy.ndimage import distance_transform_edt
 
 from ippon.camera import PinholeCamera
 from ippon.errors import FrameRejectedError
-from ippon.frame import Heatmap
 from ippon.mapping.arrays import FREE, OCCUPIED
 from ippon.mapping.blocks import N_FREE, N_ROWS, N_SLABS
 from ippon.mapping.config import MapConfig
 from ippon.mapping.objects.surface_rows import N_USED
 from ippon.mapping.voxel_map import VoxelMap
+from ippon.observation import Heatmap
 
 LABELS = ("wall", "floor")
 

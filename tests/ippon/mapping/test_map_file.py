@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from ippon.errors import MapFileError
-from ippon.frame import Heatmap
 from ippon.mapping.config import MapConfig
 from ippon.mapping.map_file import decode, encode
 from ippon.mapping.objects.surface_changes import SurfaceTracker
 from ippon.mapping.voxel_map import VoxelMap
+from ippon.observation import Heatmap
 
 LABELS = ("wall", "floor", "chair")
 

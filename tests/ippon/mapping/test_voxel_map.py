@@ -7,11 +7,11 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from ippon.errors import FrameRejectedError
-from ippon.frame import Heatmap
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, UNKNOWN
 from ippon.mapping.blocks import N_ROWS
 from ippon.mapping.objects.surface_rows import N_USED
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
+from ippon.observation import Heatmap
 
 LABELS = ("floor", "wall", "chair", "table")
 

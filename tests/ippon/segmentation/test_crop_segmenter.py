@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 from ippon.segmentation.crop_segmenter import CropConfig, CropSegmenter, Window, pasted
 
 LABELS = ("wall",)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 from ippon.segmentation.distractors import DISTRACTORS, DistractorSegmenter, folded
 
 IMAGE = np.zeros((2, 2, 3), np.uint8)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
-from ippon.frame import Heatmap
+from ippon.observation import Heatmap
 from ippon.segmentation.backends.san.architecture import SIZE_MULTIPLE_PX
 from ippon.segmentation.backends.san.network import SanNetwork, normalised
 from ippon.segmentation.backends.san.tokenizer import ClipTokenizer

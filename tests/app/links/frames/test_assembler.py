@@ -16,8 +16,8 @@ from app.messages.images import (
 from app.messages.motion import StampedTransform
 from ippon.camera import PinholeCamera
 from ippon.errors import FrameRejectedError
-from ippon.frame import Heatmap
 from ippon.geometry import base_pose
+from ippon.observation import Heatmap
 from ippon.robot import ZED
 
 CAMERA = PinholeCamera.from_horizontal_fov(16, 10, 1.2)

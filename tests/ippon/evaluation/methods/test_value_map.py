@@ -5,8 +5,9 @@ import pytest
 
 from ippon.camera import PinholeCamera
 from ippon.evaluation.methods.value_map import ValueMap
-from ippon.frame import Frame, Heatmap
+from ippon.frame import Frame
 from ippon.geometry import base_pose
+from ippon.observation import Heatmap
 from ippon.robot import ZED
 
 _LABELS = ("wall", "sofa")

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from ippon.camera import PinholeCamera
-from ippon.frame import Frame, Heatmap
+from ippon.frame import Frame
 from ippon.geometry import make_transform, rotation_z
 from ippon.mapping.far_evidence.evidence_grid import SPREAD_M
 from ippon.mapping.far_evidence.far_evidence import FarEvidence, FarEvidenceConfig
+from ippon.observation import Heatmap
 from ippon.robot import ZED
 
 CAMERA = PinholeCamera.from_horizontal_fov(160, 100, math.radians(74.0))

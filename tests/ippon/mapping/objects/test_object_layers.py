@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from ippon.frame import Heatmap
 from ippon.mapping.arrays import NOT_MAPPED
 from ippon.mapping.config import MapConfig
 from ippon.mapping.objects.bayes_filter import LOG_ODDS_MAX, ooi_code
 from ippon.mapping.voxel_map import VoxelMap
+from ippon.observation import Heatmap
 from tests.reference import object_layers as plain
 
 LABELS = ("wall", "floor", "chair", "sofa")

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ippon.frame import Heatmap
 from ippon.mapping.config import MapConfig
 from ippon.mapping.objects.surface_changes import SurfaceThresholds, SurfaceTracker
 from ippon.mapping.voxel_map import VoxelMap
+from ippon.observation import Heatmap
 from tests.reference import surface as plain
 
 LABELS = ("wall", "floor", "chair")

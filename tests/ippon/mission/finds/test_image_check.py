@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from ippon.camera import PinholeCamera
-from ippon.frame import Frame, Heatmap
+from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
 from ippon.mission.behaviors.config import ExhaustionConfig
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.image_check import ImageCheck, ImageCheckConfig, votes
 from ippon.mission.snapshot import Find, MissionState
+from ippon.observation import Heatmap
 
 CAMERA = PinholeCamera.from_horizontal_fov(64, 48, 1.2)
 LABELS = ("wall", "chair")

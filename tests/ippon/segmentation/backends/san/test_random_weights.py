@@ -5,7 +5,7 @@ import pytest
 torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
 
 from app.doctor.segmentation_speed import FEWEST, measure, measure_network  # noqa: E402
-from ippon.frame import Heatmap  # noqa: E402
+from ippon.observation import Heatmap  # noqa: E402
 from ippon.segmentation.backends.san.architecture import SanArchitecture  # noqa: E402
 from ippon.segmentation.backends.san.random_weights import random_network  # noqa: E402
 from ippon.segmentation.backends.san.segmenter import SanSegmenter  # noqa: E402
