@@ -47,13 +47,9 @@ def make_detections(
     shapes = boxes_px.shape, scores.shape, count if masks is None else len(masks)
     if shapes != ((count, 4), (count,), count):
         raise ValueError(f"boxes, scores, masks and {count} names differ: {shapes}")
-    height, width = image_size
+    inside, good = _inside(np.asarray(boxes_px, np.float64), image_size)
+    good &= (scores >= 0.0) & (scores <= 1.0)
     looked_for = set(labels)
-    boxes = np.asarray(boxes_px, np.float64)
-    finite = np.isfinite(boxes).all(axis=1) & np.isfinite(scores)
-    inside = boxes.clip([0, 0, 0, 0], [width, height, width, height])
-    extent = inside[:, 2:] - inside[:, :2]
-    good = finite & (scores >= 0.0) & (scores <= 1.0) & (extent >= SMALLEST_PX).all(axis=1)
     asked = np.array([name in looked_for for name in names], np.bool_)
     rows = np.flatnonzero(good & asked)
     rows = rows[np.argsort(-np.asarray(scores)[rows], kind="stable")]
@@ -75,6 +71,16 @@ def make_detections(
         instances=instances,
         dropped=dropped,
     )
+
+
+def _inside(
+    boxes: NDArray[np.float64], image_size: tuple[int, int]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return (N, 4) boxes cut off at the border, and (N,) whether each is a box in the image."""
+    height, width = image_size
+    finite = np.isfinite(boxes).all(axis=1)
+    inside = np.where(finite[:, None], boxes, 0.0).clip(0, [width, height, width, height])
+    return inside, finite & (inside[:, 2:] - inside[:, :2] >= SMALLEST_PX).all(axis=1)
 
 
 def _box(row: NDArray[np.float64]) -> tuple[float, float, float, float]:
