@@ -8,7 +8,10 @@ from ippon.mapping.blocks import BYTES_PER_VOXEL
 
 SURFACE_ROWS_PER_BLOCK: Final = 64
 """Surface voxels that the map's bound allows for each block, on average."""
-BYTES_PER_SURFACE_ROW: Final = 64
+BYTES_PER_SURFACE_ROW: Final = 76
+
+
+Fusion = Literal["places", "paper", "max"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,8 +37,10 @@ class MapConfig:
     look."""
     distance_max_m: float = 1.0
     """Distances to obstacles are cut off here; larger costs time with its square."""
-    fusion: Literal["bayes", "max"] = "bayes"
-    """"bayes": the paper's filter. "max": keep the highest probability seen (ablation)."""
+    fusion: Fusion = "places"
+    """"places": scores of a detector by its observation model, images from one place as one
+    witness; heatmaps by the paper's filter. "paper": the paper's filter, for which all images are
+    independent, for both (ablation). "max": keep the highest probability seen (ablation)."""
     likelihood_floor: float = 1.0 / 255.0
     """No single image makes a label less likely than this; smaller trusts images more."""
     weight_max: int = 32

@@ -149,13 +149,15 @@ class FrameIntegrator:
         Returns:
             How many of them a heatmap updated.
         """
-        heat, surface = layers.fusion_input(frame.heatmap, self.floor_z_m), layers.surface
+        x, y, z = (float(c) for c in frame.T_world_camera[:3, 3])
+        heat = layers.fusion_input(frame.heatmap, self.floor_z_m, (x, y, z))
+        surface = layers.surface
         color = read_only(frame.color)
         heat_size, length = heat.probabilities.shape[:2], surface.energy.shape[1]
         work = make_fusion_work(color.shape[:2], strides, heat_size, length)
         labelled = fuse_kernel(
             entries, n, work, depth, color, heat, len(layers.labels),
-            self._config.voxel_size_m, self._pools, surface, revision,
+            self._config.voxel_size_m, self._pools, surface, layers.witnesses, revision,
         )  # fmt: skip
         return int(labelled)
 

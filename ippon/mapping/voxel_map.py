@@ -18,6 +18,7 @@ from ippon.mapping.config import MapConfig
 from ippon.mapping.integration import FrameIntegrator, IntegrationReport
 from ippon.mapping.objects.object_layers import ObjectLayers, RuledOut
 from ippon.mapping.objects.surface_rows import SurfaceRows
+from ippon.observation_model import ObservationModels
 
 
 class VoxelMap:
@@ -27,6 +28,11 @@ class VoxelMap:
     surface inside a voxel, the object probabilities follow the filter of `object_filter`, and the
     distance field is exact up to `MapConfig.distance_max_m`.
 
+    Args:
+        config: How observations become a map.
+        labels: Names of the common objects.
+        models: What the scores of networks are worth; without them, the shipped defaults.
+
     Where the object of interest is one of the common labels, a voxel labelled so before the search
     starts with that probability. A heatmap that was asked for another object of interest teaches
     common objects only. `level` of a voxel is that of its most probable common label, also where
@@ -34,12 +40,17 @@ class VoxelMap:
     being the object of interest.
     """
 
-    def __init__(self, config: MapConfig, labels: Sequence[str]) -> None:
+    def __init__(
+        self,
+        config: MapConfig,
+        labels: Sequence[str],
+        models: ObservationModels | None = None,
+    ) -> None:
         self.config = config
         self.revision = 0
         """Grows by one with each change."""
         self.pools: Pools = make_pools(config.max_blocks)
-        self._layers = ObjectLayers(config, labels, self.pools)
+        self._layers = ObjectLayers(config, labels, self.pools, models)
         self._directory = BlockDirectory(config.directory_max_cells)
         self._integrator = FrameIntegrator(config, self.pools, self._directory)
 
@@ -246,7 +257,7 @@ class VoxelMap:
         """
         header, arrays = map_file.read(path)
         try:
-            saved = MapConfig(**header["config"])
+            saved = MapConfig(**_known_fusion(header["config"]))
             voxel_map = cls(config or saved, header["labels"])
             voxel_map._restore(header, arrays)
         except (KeyError, TypeError, ValueError) as error:
@@ -254,6 +265,8 @@ class VoxelMap:
         same = ("voxel_size_m", "distance_max_m", "truncation_voxels", "fusion")
         for name in same:
             mine, theirs = getattr(voxel_map.config, name), getattr(saved, name)
+            if {mine, theirs} == {"places", "paper"}:
+                continue  # Both keep the same posterior.
             if mine != theirs:
                 raise MapFileError(f"{path.name} was made with {name} {theirs}; asked for {mine}")
         return voxel_map
@@ -281,3 +294,8 @@ class VoxelMap:
     @property
     def _block_m(self) -> float:
         return BLOCK_EDGE * self.config.voxel_size_m
+
+
+def _known_fusion(config: dict[str, Any]) -> dict[str, Any]:
+    """Return a saved configuration; up to 0.1.0 the paper's filter was called "bayes"."""
+    return {**config, "fusion": "paper"} if config.get("fusion") == "bayes" else config

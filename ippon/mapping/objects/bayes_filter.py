@@ -33,8 +33,10 @@ _SUMS: Final = njit(
     **INNER_OPTIONS,
     fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"},
 )
-BAYES: Final = 0
-MAXIMUM: Final = 1
+PLACES: Final = 0
+PAPER: Final = 1
+MAXIMUM: Final = 2
+MODES: Final = {"places": PLACES, "paper": PAPER, "max": MAXIMUM}
 NONE: Final = -1
 
 
@@ -56,10 +58,18 @@ class FusionInput(NamedTuple):
     """See `prior_log_odds`."""
     energy_of: NDArray[np.float32]
     """(256,) -log of a heatmap value in steps of 1 / `STEPS_PER_NAT`."""
+    likelihood_of: NDArray[np.float32]
+    """(T, 256) likelihood ratio of a heatmap value, by the observation model."""
+    table_of: NDArray[np.int64]
+    """(N + 1,) row of `likelihood_of` of each map label, and of the OOI."""
+    unsaid: bool
+    """A label that the heatmap lacks has likelihood 1; else the mean of those that it has."""
+    camera_at: tuple[float, float, float]
+    """Position of the camera in the world, metres."""
     common_max_m: float
     ooi_max_m: float
     mode: int
-    """`BAYES` or `MAXIMUM`."""
+    """`PLACES`, `PAPER` or `MAXIMUM`."""
     levels: NDArray[np.uint8]
     """(N,) proximity level of each label."""
     level_probability: NDArray[np.float32]

@@ -12,10 +12,10 @@ from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, INNER, NOT_MAPPED, re
 from ippon.mapping.blocks import N_ROWS, NO_SLAB, BlockDirectory, Pools
 from ippon.mapping.config import SURFACE_ROWS_PER_BLOCK, MapConfig
 from ippon.mapping.objects.bayes_filter import (
-    BAYES,
     LOG_ODDS_MAX,
-    MAXIMUM,
+    MODES,
     NONE,
+    PAPER,
     FusionInput,
     describe,
     energy_table,
@@ -23,6 +23,13 @@ from ippon.mapping.objects.bayes_filter import (
     may_be_ooi,
     ooi_code,
     prior_log_odds,
+)
+from ippon.mapping.objects.likelihood_tables import LikelihoodTables
+from ippon.mapping.objects.places import (
+    MAX_WITNESSES,
+    close_places,
+    forget_places,
+    make_witnesses,
 )
 from ippon.mapping.objects.surface_rows import (
     ENERGY_MAX,
@@ -36,6 +43,7 @@ from ippon.mapping.objects.surface_rows import (
     norm_code,
 )
 from ippon.observation import Heatmap
+from ippon.observation_model import ObservationModels
 
 AVERAGE_LEVEL: Final = 1
 MAX_LABELS: Final = 255
@@ -61,7 +69,13 @@ class RuledOut(NamedTuple):
 class ObjectLayers:
     """Surface rows and what they mean; see `VoxelMap` for the methods of the same names."""
 
-    def __init__(self, config: MapConfig, labels: Sequence[str], pools: Pools) -> None:
+    def __init__(
+        self,
+        config: MapConfig,
+        labels: Sequence[str],
+        pools: Pools,
+        models: ObservationModels | None = None,
+    ) -> None:
         if isinstance(labels, str):
             raise TypeError(f"labels are a sequence of names; got the one text {labels!r}")
         if not 1 <= len(labels) <= MAX_LABELS or len(set(labels)) != len(labels):
@@ -84,6 +98,10 @@ class ObjectLayers:
         self._config = config
         self._pools = pools
         self._energy_of = energy_table(config.likelihood_floor)
+        self._likelihoods = LikelihoodTables(models or ObservationModels())
+        self.witnesses = make_witnesses(
+            MAX_WITNESSES if config.fusion == "places" else 1, self.surface.energy.shape[1]
+        )
 
     def has_room_for(self, blocks: int) -> bool:
         """Tell whether every voxel on the surface of so many blocks would find a row."""
@@ -103,6 +121,7 @@ class ObjectLayers:
         """Start anew for another object of interest."""
         self.ooi, self.ooi_highest_m, self.ooi_lowest_m = ooi, highest_m, lowest_m
         self.suppressed = np.empty((0, 4), np.float64)
+        forget_places(self.surface, slice(0, int(self.surface.tally[N_USED])))
         rows = int(self._pools.tally[N_ROWS])
         n, alias = len(self.labels), self._alias()
         prior = prior_log_odds(n, alias)
@@ -139,6 +158,8 @@ class ObjectLayers:
             wider[:used] = ENERGY_MAX
             wider[:used, :n] = self.surface.energy[:used]
             self.surface = self.surface._replace(energy=wider)
+            self.witnesses = make_witnesses(len(self.witnesses.owner) - 1, wider.shape[1])
+        close_places(self.surface, slice(0, int(self.surface.tally[N_USED])))
         _give_prior_share(self.surface, n)
         self.labels = (*self.labels, label)
         self.levels = np.append(self.levels, np.uint8(AVERAGE_LEVEL))
@@ -184,6 +205,7 @@ class ObjectLayers:
         slots = pools.slot[pools.slab[rows]]
         inside &= slots != 0
         # What was first seen in the meantime starts anew.
+        forget_places(self.surface, slots[inside])
         fresh = slots[inside][log_odds[slots[inside]] == -LOG_ODDS_MAX]
         log_odds[fresh] = prior_log_odds(len(self.labels), self._alias())
         if not len(ruled_out.voxel) or not inside.any():
@@ -243,8 +265,16 @@ class ObjectLayers:
         )
         return low, high, top
 
-    def fusion_input(self, heatmap: Heatmap | None, floor_z_m: float) -> FusionInput:
-        """Return a frame's heatmap as the kernel takes it; the floor's height in metres."""
+    def fusion_input(
+        self, heatmap: Heatmap | None, floor_z_m: float, camera_at: tuple[float, float, float]
+    ) -> FusionInput:
+        """Return a frame's heatmap as the kernel takes it.
+
+        Args:
+            heatmap: What the image says; None for nothing.
+            floor_z_m: Height of the floor, metres.
+            camera_at: Where the image was taken, metres.
+        """
         cfg, n = self._config, len(self.labels)
         channel = np.full(n, NONE, np.int64)
         ooi_channel = NONE
@@ -256,6 +286,7 @@ class ObjectLayers:
             if self.ooi is not None and heatmap.ooi == self.ooi:
                 at = heatmap.ooi_channel
                 ooi_channel = NONE if at is None else at
+        likelihood_of, table_of = self._likelihoods.of(heatmap, self.labels, self.ooi)
         return FusionInput(
             probabilities=read_only(probabilities),
             has_heatmap=heatmap is not None,
@@ -267,7 +298,11 @@ class ObjectLayers:
             energy_of=self._energy_of,
             common_max_m=cfg.common_max_range_m,
             ooi_max_m=cfg.ooi_max_range_m,
-            mode=BAYES if cfg.fusion == "bayes" else MAXIMUM,
+            mode=_mode(cfg, heatmap),
+            likelihood_of=likelihood_of,
+            table_of=table_of,
+            unsaid=heatmap is not None and heatmap.kind == "scores",
+            camera_at=camera_at,
             levels=self.levels,
             level_probability=self.level_probabilities[self.levels],
             suppressed=self.suppressed,
@@ -357,6 +392,13 @@ def _relevel_kernel(pools, surface, labels, levels, level_probability, revision)
         if pools.level[pools.slab[row], k] != level:
             pools.level[pools.slab[row], k] = level
             pools.revision[row] = revision
+
+
+def _mode(config: MapConfig, heatmap: Heatmap | None) -> int:
+    """Return how a heatmap is fused: distributions stay with the paper's filter."""
+    if config.fusion == "places" and (heatmap is None or heatmap.kind == "distribution"):
+        return PAPER
+    return MODES[config.fusion]
 
 
 def _give_prior_share(surface: SurfaceRows, labels: int) -> None:

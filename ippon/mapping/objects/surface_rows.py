@@ -44,6 +44,10 @@ class SurfaceRows(NamedTuple):
     """(R,) its probability in units of 1/254."""
     proximity: NDArray[np.uint8]
     """(R,) l(v) in units of 1/254, `NO_LABEL` before the first heatmap."""
+    places: NDArray[np.uint64]
+    """(R,) one bit for each place that the voxel was seen from, see `places.place_of`."""
+    witness: NDArray[np.int32]
+    """(R,) row of `places.Witnesses` while the present place is open, 0 for none."""
     free: NDArray[np.int32]
     """(R,) stack of rows that were given back."""
     tally: NDArray[np.int64]
@@ -52,7 +56,9 @@ class SurfaceRows(NamedTuple):
 
 _RECORD: Final = np.dtype(
     [
+        ("places", np.uint64),
         ("log_odds", np.float32),
+        ("witness", np.int32),
         ("voxel", np.int32),
         ("log_norm", np.int16),
         ("color", np.uint8, 3),
@@ -83,6 +89,8 @@ def make_surface_rows(max_rows: int, labels: int) -> SurfaceRows:
         label=record["label"],
         confidence=record["confidence"],
         proximity=record["proximity"],
+        places=record["places"],
+        witness=record["witness"],
         free=np.zeros(max_rows, np.int32),
         tally=np.zeros(2, np.int64),
     )
@@ -118,4 +126,6 @@ def take_surface_row(surface, voxel, labels, start_energy, prior_log_odds):
     surface.label[row] = NO_LABEL
     surface.confidence[row] = 0
     surface.proximity[row] = NO_LABEL
+    surface.places[row] = 0
+    surface.witness[row] = 0
     return row

@@ -131,7 +131,7 @@ def test_the_bound_on_memory_holds_and_distances_stay_exact(tools):
     assert np.abs(exact - distance)[has_block].max() < 1e-6
 
 
-@pytest.mark.parametrize("fusion", ["bayes", "max"])
+@pytest.mark.parametrize("fusion", ["places", "paper", "max"])
 def test_rolling_frames_keep_memory_flat(tools, world, fusion):
     voxel_map = VoxelMap(MapConfig(fusion=fusion), LABELS)
     voxel_map.set_ooi("hat")

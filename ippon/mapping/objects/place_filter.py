@@ -1,0 +1,109 @@
+"""The filter by places: what the images from one place say of a voxel, added to what it knew.
+
+With q and L from before the place (see `bayes_filter`), and h the mean over the place's images of
+each label's likelihood,
+
+    q_j <- q_j h_j / sum_i q_i h_i        L <- L + log h_O - log sum_i q_i h_i
+
+which is the paper's filter where there is one image from each place.
+"""
+
+import math
+from typing import Final
+
+import numpy as np
+from numba import njit
+
+from ippon.mapping.arrays import INNER_OPTIONS
+from ippon.mapping.objects.bayes_filter import exp_of_steps
+from ippon.mapping.objects.surface_rows import STEPS_PER_NAT
+from ippon.observation_model import MOST_NATS
+
+_SUMS: Final = njit(
+    **INNER_OPTIONS,
+    fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"},
+)
+_OFFSET: Final = 2.0 * STEPS_PER_NAT * MOST_NATS
+_LN_2: Final = math.log(2.0)
+_SQRT_HALF_BITS: Final = 0x3F3504F3
+_MANTISSA_BITS: Final = 0x7FFFFF
+
+
+@_SUMS
+def likelihoods(heat, v, u, channel, in_order, table, table_of, unsaid, base, w, alias, out, n):
+    """Write the likelihood that pixel (v, u) gives each label to `out`.
+
+    Labels that the heatmap lacks get 1 where `unsaid`, else the mean over those that it has.
+
+    Returns:
+        Mean of the likelihoods of the labels other than `alias`, by their probability in
+        `base[w]`.
+    """
+    if in_order:
+        for j in range(n):
+            out[j] = table[table_of[j], heat[v, u, j]]
+    else:
+        total, weighted = np.float32(0.0), np.float32(0.0)
+        for j in range(n):
+            out[j] = np.float32(1.0)
+            if channel[j] >= 0:
+                out[j] = table[table_of[j], heat[v, u, channel[j]]]
+                q = exp_of_steps(np.float32(base[w, j]))
+                total += q
+                weighted += q * out[j]
+        if not unsaid and total > 0.0:
+            for j in range(n):
+                if channel[j] < 0:
+                    out[j] = weighted / total
+    total, weighted = np.float32(0.0), np.float32(0.0)
+    for j in range(n):
+        q = exp_of_steps(np.float32(base[w, j]))
+        total += q
+        weighted += q * out[j]
+    if alias >= 0:
+        q = exp_of_steps(np.float32(base[w, alias]))
+        total, weighted = np.float32(0.0), np.float32(0.0)
+        for j in range(n):
+            if j != alias:
+                q = exp_of_steps(np.float32(base[w, j]))
+                total += q
+                weighted += q * out[j]
+    return weighted / max(total, np.float32(1e-30))
+
+
+@_SUMS
+def pool(sums, base, w, images, likelihood, after, bits, mantissa, mantissa_bits, n):
+    """Add an image to its place, and write the row's energies with the place to `after`.
+
+    All energies are `_OFFSET` too high, which makes them positive.
+    `bits` is `after` seen as int32, one longer than a row, and `mantissa_bits` likewise. Energy is
+    -24 log; x = 2^e m with m around 1, and log m = 2 artanh((m - 1) / (m + 1)), to 0.002 steps.
+
+    Returns:
+        The least energy.
+    """
+    share = np.float32(1.0) / np.float32(images)
+    for j in range(n):
+        sums[w, j] += likelihood[j]
+    for j in range(n):
+        after[j] = sums[w, j] * share
+    low_bits = np.int32(_SQRT_HALF_BITS)
+    for j in range(n):
+        shifted = np.int32(bits[j] - low_bits)
+        mantissa_bits[j] = np.int32(np.int32(shifted & np.int32(_MANTISSA_BITS)) + low_bits)
+        bits[j] = np.int32(shifted >> np.int32(23))
+    one, two = np.float32(1.0), np.float32(2.0)
+    c3, c5 = np.float32(2.0 / 3.0), np.float32(2.0 / 5.0)
+    steps, ln_2, offset = np.float32(-STEPS_PER_NAT), np.float32(_LN_2), np.float32(_OFFSET)
+    for j in range(n):
+        s = (mantissa[j] - one) / (mantissa[j] + one)
+        q = s * s
+        log = np.float32(bits[j]) * ln_2 + s * (two + q * (c3 + q * c5))
+        after[j] = np.float32(base[w, j]) + (steps * log + offset)
+    # Positive floats have the order of their bits; see `observe`.
+    low = np.int32(0x7FFFFFFF)
+    for j in range(n):
+        low = min(low, bits[j])
+    last = after.shape[0] - 1
+    bits[last] = low
+    return after[last]
