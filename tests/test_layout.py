@@ -32,7 +32,8 @@ LONG_FUNCTIONS: set[str] = {
     "app/cli/processes/navigate.py:run_navigate",
     "ippon/evaluation/search.py:search",
     "ippon/evaluation/trial.py:_row",
-    "ippon/mapping/objects/surface_fusion.py:fuse_kernel",
+    "ippon/mapping/objects/voxel_update.py:update_by_images",
+    "ippon/mapping/objects/voxel_update.py:update_by_places",
 }
 """Functions that may be longer, as `module:function`; likewise exact."""
 

@@ -101,6 +101,10 @@ def _dispatch(command: options.Command) -> int:
             from app.cli.processes.replay import run_replay_command
 
             return run_replay_command(command)
+        case options.Recognise():
+            from app.cli.tools.recognise import run_recognise
+
+            return run_recognise(command)
         case options.Ask():
             from app.cli.tools.ask import run_ask
 

@@ -42,3 +42,12 @@ class NavigatorSegmentation(Segmentation):
     where: Literal["robot", "here"] = "robot"
     """robot: heatmaps come from the robot, or from `ippon segment` anywhere; here: a process beside
     the navigator makes them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecogniseSegmentation(Segmentation):
+    """A network for recordings; needs the extra segmentation, or detector."""
+
+    backend: Literal["detector", "san", "clipseg", "owlv2"] = "san"  # pyright: ignore[reportIncompatibleVariableOverride]
+    """detector: a NanoDet-Plus in ncnn files, --segmentation.model FILE.param with FILE.bin beside
+    it; san and clipseg judge every pixel; owlv2 finds boxes that SAM outlines."""

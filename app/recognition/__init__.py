@@ -1,0 +1,1 @@
+"""Recognises objects in a recording, without a robot: `recognition` is the entry."""

@@ -1,0 +1,211 @@
+"""A recording through network and map: where the objects are that were asked for."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.recognition.frames import FrameSource
+from ippon.camera import PinholeCamera
+from ippon.errors import FrameRejectedError
+from ippon.frame import Frame
+from ippon.geometry import Float64Array, invert_transform, transform_points
+from ippon.mapping.config import MapConfig
+from ippon.mapping.objects.ooi_voxels import OoiVoxels
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.mission.finds.clusters import cluster_finds
+from ippon.mission.finds.size_check import SizeCheck, SizeCheckConfig
+from ippon.mission.goal import Goal
+from ippon.mission.snapshot import Find
+from ippon.observation import Detections, Heatmap, Observation
+from ippon.observation_model import ObservationModels
+from ippon.segmentation.painting import paint
+from ippon.vocabulary import MATTERPORT_40
+
+VOXEL_SIZE_M: Final = 0.05
+FIND_THRESHOLD: Final = 0.5
+"""Voxels that are more probably the object than not."""
+SURE: Final = 0.99
+SEEN_SCORE: Final = 0.3
+"""An image counts as one that shows a find where an instance with this score contains it."""
+_BEHIND_M: Final = 0.3
+
+Observe = Callable[[Frame, Sequence[str]], Observation]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecognisedFind:
+    """An object that the images show."""
+
+    position_world: tuple[float, float, float]
+    """Metres, in the recording's own world."""
+    size_m: float
+    """Longest side of the box round its voxels, metres."""
+    probability: float
+    """Mean over its voxels."""
+    images: int
+    """Images that show it; 0 with a network that gives no instances."""
+    voxels: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the find as `ippon recognise --json` prints it."""
+        return {
+            "position_world": [round(x, 3) for x in self.position_world],
+            "size_m": round(self.size_m, 3),
+            "probability": round(self.probability, 4),
+            "images": self.images,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class _View:
+    """What is kept of an image."""
+
+    T_camera_world: Float64Array
+    camera: PinholeCamera
+    depth: NDArray[np.float16]
+    """(H, W) metres."""
+    detections: Detections
+
+
+class Recognition:
+    """Fuses frames, then tells where objects are.
+
+    Args:
+        objects: Canonical labels that are asked for.
+        models: What the scores of networks are worth.
+        voxel_size_m: Edge of a voxel.
+        memory_limit_mb: Bound on the map.
+    """
+
+    def __init__(
+        self,
+        objects: Sequence[str],
+        models: ObservationModels | None = None,
+        *,
+        voxel_size_m: float = VOXEL_SIZE_M,
+        memory_limit_mb: float = 1024.0,
+    ) -> None:
+        self.labels = tuple(dict.fromkeys((*MATTERPORT_40, *objects)))
+        config = MapConfig(voxel_size_m=voxel_size_m, memory_limit_mb=memory_limit_mb)
+        self._map = VoxelMap(config, self.labels, models)
+        self._views: list[_View] = []
+        self._last: Frame | None = None
+        self.refused = 0
+        """Frames that contradicted themselves or the map."""
+
+    def add(self, frame: Frame, observation: Observation) -> None:
+        """Fuse a frame with what the network says of it."""
+        try:
+            self._map.integrate(replace(frame, heatmap=_heatmap(observation, frame)))
+        except FrameRejectedError:
+            self.refused += 1
+            return
+        self._last = frame
+        if isinstance(observation, Detections):
+            # Of an image only depth and instances are kept: 0.6 MB at 640x480.
+            depth = frame.depth.astype(np.float16)
+            T_camera_world = invert_transform(frame.T_world_camera)
+            self._views.append(_View(T_camera_world, frame.camera, depth, observation))
+
+    def finds(self, label: str) -> tuple[Find, ...]:
+        """Return what would end a search for an object, most probable first.
+
+        Args:
+            label: One of the objects.
+        """
+        if self._last is None:
+            return ()
+        self._map.set_ooi(label)
+        centres, probabilities = OoiVoxels(FIND_THRESHOLD).update(self._map.arrays())
+        size = self._map.config.voxel_size_m
+        finds = cluster_finds(
+            centres,
+            probabilities,
+            size,
+            camera=self._last.camera,
+            T_world_camera=self._last.T_world_camera,
+        )
+        goal = Goal(goal_id=0, object=label, display=label, category=label)
+        check = SizeCheck(SizeCheckConfig(), goal, size)
+        right = [find for find in finds if _is_large_enough(check, find)]
+        return tuple(sorted(right, key=lambda find: -find.probability))
+
+    def images(self, label: str, find: Find) -> int:
+        """Return how many images show a find."""
+        return sum(_shows(view, label, find) for view in self._views)
+
+
+def recognise(
+    source: FrameSource,
+    recognition: Recognition,
+    observe: Observe,
+    progress: Callable[[int], None],
+) -> None:
+    """Fuse all frames of a recording.
+
+    Args:
+        source: The recording.
+        recognition: Receives the frames.
+        observe: The network, asked for the recognition's labels.
+        progress: Called with the number of frames that are done.
+
+    Raises:
+        DatasetError: The recording cannot be read.
+        SegmentationError: The network failed.
+    """
+    for n, frame in enumerate(source.frames(), 1):
+        recognition.add(frame, observe(frame, recognition.labels))
+        progress(n)
+
+
+def in_own_world(
+    recognition: Recognition, label: str, T_map_world: Float64Array
+) -> list[RecognisedFind]:
+    """Return the finds of an object in the recording's own world, most probable first."""
+    T_world_map = invert_transform(T_map_world)
+    found: list[RecognisedFind] = []
+    for find in recognition.finds(label):
+        x, y, z = transform_points(T_world_map, np.array([find.position_world]))[0]
+        found.append(
+            RecognisedFind(
+                position_world=(float(x), float(y), float(z)),
+                size_m=max(find.size_m),
+                probability=find.probability,
+                images=recognition.images(label, find),
+                voxels=find.voxels,
+            )
+        )
+    return found
+
+
+def _heatmap(observation: Observation, frame: Frame) -> Heatmap:
+    return observation if isinstance(observation, Heatmap) else paint(observation, frame.depth)
+
+
+def _is_large_enough(check: SizeCheck, find: Find) -> bool:
+    if check.small:
+        return find.voxels >= check.termination_min and not check.is_too_large(find)
+    return not check.is_too_little(find, sure=find.probability >= SURE)
+
+
+def _shows(view: _View, label: str, find: Find) -> bool:
+    point = transform_points(view.T_camera_world, np.array([find.position_world]))
+    camera = view.camera
+    if point[0, 2] < 0.1:
+        return False
+    u, v = (float(x[0]) for x in camera.project(point))
+    if not (0 <= u < camera.width and 0 <= v < camera.height):
+        return False
+    depth = float(view.depth[int(v), int(u)])
+    if depth > 0.0 and depth < point[0, 2] - _BEHIND_M:
+        return False
+    return any(
+        one.label == label
+        and one.score >= SEEN_SCORE
+        and one.box_px[0] <= u <= one.box_px[2]
+        and one.box_px[1] <= v <= one.box_px[3]
+        for one in view.detections.instances
+    )

@@ -1,0 +1,208 @@
+"""What an image says of a number of surface voxels, taken into their rows."""
+
+from typing import Final
+
+import numpy as np
+
+from ippon.mapping.arrays import INNER, NOT_MAPPED
+from ippon.mapping.objects.bayes_filter import (
+    MAXIMUM,
+    alias_log_mean,
+    exp_of_steps,
+    fill_missing,
+    fuse_maximum,
+    gather,
+    maximum_log_odds,
+    may_be_ooi,
+    observe,
+    rounding_of,
+    store,
+    sum_after,
+)
+from ippon.mapping.objects.place_filter import likelihoods, pool
+from ippon.mapping.objects.places import open_place, place_of
+from ippon.mapping.objects.surface_rows import NORM_STEPS, STEPS_PER_NAT
+
+COLOR_MEMORY: Final = 8
+"""Observations that the running mean of the colour remembers."""
+_NEVER: Final = np.float32(-1e9)
+"""Log-odds of what is not the object of interest, before they are cut off."""
+
+
+@INNER
+def _is_suppressed(coord, row, k, suppressed, voxel_size):
+    for s in range(suppressed.shape[0]):
+        x = (coord[row, 0] * 8 + (k >> 6) + 0.5) * voxel_size - suppressed[s, 0]
+        y = (coord[row, 1] * 8 + ((k >> 3) & 7) + 0.5) * voxel_size - suppressed[s, 1]
+        z = (coord[row, 2] * 8 + (k & 7) + 0.5) * voxel_size - suppressed[s, 2]
+        if x * x + y * y + z * z <= suppressed[s, 3] * suppressed[s, 3]:
+            return True
+    return False
+
+
+@INNER
+def _blend_color(mean, count, row, pixels, at):
+    """Move a surface row's colour towards a pixel's."""
+    n = min(int(count[row]) + 1, COLOR_MEMORY)
+    share = np.float32(1.0) / np.float32(n)
+    for c in range(3):
+        old = np.float32(mean[row, c])
+        new = old + (np.float32(pixels[at, c]) - old) * share + np.float32(0.5)
+        mean[row, c] = np.uint8(new)
+    count[row] = n
+
+
+@INNER
+def update_by_images(
+    entries, first, ahead, work, fusion, labels, voxel_size, pools, surface, revision
+):
+    """Update the entries' rows, every image for itself; return how many a heatmap updated."""
+    after, bits, gathered = work.after, work.bits, work.gathered
+    per_norm_step = np.float32(1.0 / NORM_STEPS)
+    table, weights, alias = fusion.energy_of, fusion.level_probability, fusion.ooi_alias
+    bayes, heat, ooi_channel = fusion.mode != MAXIMUM, fusion.probabilities, fusion.ooi_channel
+    energy, log_odds, log_norm = surface.energy, surface.log_odds, surface.log_norm
+    colors, color_count = surface.color, surface.color_count
+    slab_of, codes = pools.slab, pools.ooi
+    channel, suppressed = fusion.channel, fusion.suppressed
+    has_heatmap, in_order = fusion.has_heatmap, fusion.in_order
+    common_max, ooi_max, bounds = fusion.common_max_m, fusion.ooi_max_m, fusion.ooi_bounds
+    appearance, coord = pools.appearance, pools.coord
+    asked, measured, pixels = work.ahead, work.measured, work.pixels
+    # A plain 0 is a type of its own, for which `observe` would be compiled again.
+    only = np.int64(0)
+    chunk = work.chunk
+    number, is_common, is_ooi, best = chunk.number, chunk.is_common, chunk.is_ooi, chunk.best
+    top, total, weighted = chunk.top, chunk.total, chunk.weighted
+    mean, shift = chunk.mean, chunk.shift
+    per_step = np.float32(-1.0 / STEPS_PER_NAT)
+    n = 0
+    for a in range(ahead):
+        slot = asked[a, 0]
+        if slot == 0:
+            # Bound reached; the blocks' share of rows makes room before the next frame.
+            continue
+        row, k = entries[first + a, 0], entries[first + a, 1]
+        _blend_color(colors, color_count, slot, pixels, a)
+        appearance[row] = revision
+        if not has_heatmap:
+            continue
+        d, v, u = measured[a], asked[a, 1], asked[a, 2]
+        common, ooi = d <= common_max, d <= ooi_max and ooi_channel >= 0
+        if not common and not ooi:
+            continue
+        missing = False
+        if in_order:
+            low = observe(energy, slot, heat, v, u, table, after, bits, labels)
+        else:
+            missing = gather(heat, v, u, channel, gathered, labels)
+            low = observe(energy, slot, gathered, only, only, table, after, bits, labels)
+        if missing:
+            low = fill_missing(energy, slot, channel, after, labels)
+        if ooi:
+            log_h = table[heat[v, u, ooi_channel]] * per_step
+            mean[n] = np.float32(1.0)
+            if not bayes:
+                is_first = codes[slab_of[row], k] == NOT_MAPPED
+                shift[n] = maximum_log_odds(log_h, log_odds[slot], is_first)
+            elif alias >= 0:
+                likelihood = alias_log_mean(energy, slot, after, labels, alias)
+                shift[n] = log_odds[slot] + log_h - likelihood
+            else:
+                mean[n] = sum_after(after, low, labels)
+                before = log_norm[slot] * per_norm_step
+                shift[n] = log_odds[slot] + log_h - low * per_step + before
+            layer = coord[row, 2] * 8 + (k & 7)
+            if not may_be_ooi(layer, bounds) or (
+                len(suppressed) > 0 and _is_suppressed(coord, row, k, suppressed, voxel_size)
+            ):
+                shift[n] = _NEVER
+        if common:
+            if bayes:
+                rounding = rounding_of(revision, k)
+                total[n], weighted[n], least = store(
+                    energy, slot, after, low, rounding, weights, labels
+                )
+            else:
+                total[n], weighted[n], least = fuse_maximum(energy, slot, after, weights, labels)
+            top[n] = np.float32(1.0)
+            if least > 255:
+                top[n] = exp_of_steps(np.float32(least >> 8))
+            best[n] = least & 255
+        number[n], is_common[n], is_ooi[n] = a, common, ooi
+        n += 1
+    return n
+
+
+@INNER
+def update_by_places(
+    entries, first, ahead, work, fusion, labels, voxel_size, pools, surface, witnesses, revision
+):
+    """Update the entries' rows by places; return how many a heatmap updated."""
+    after, bits, likelihood = work.after, work.bits, work.likelihood
+    mantissa, mantissa_bits = work.mantissa, work.mantissa_bits
+    weights, alias, ooi_channel = fusion.level_probability, fusion.ooi_alias, fusion.ooi_channel
+    heat, channel, unsaid = fusion.probabilities, fusion.channel, fusion.unsaid
+    table, table_of = fusion.likelihood_of, fusion.table_of
+    sums, base, count = witnesses.sums, witnesses.base, witnesses.count
+    ooi_sum, other_sum = witnesses.ooi_sum, witnesses.other_sum
+    base_log_odds = witnesses.base_log_odds
+    energy, colors, color_count = surface.energy, surface.color, surface.color_count
+    suppressed, common_max, ooi_max = fusion.suppressed, fusion.common_max_m, fusion.ooi_max_m
+    appearance, coord, bounds = pools.appearance, pools.coord, fusion.ooi_bounds
+    asked, measured, pixels = work.ahead, work.measured, work.pixels
+    x, y, z = fusion.camera_at
+    half = np.float32(0.5)
+    chunk = work.chunk
+    n = 0
+    for a in range(ahead):
+        slot = asked[a, 0]
+        if slot == 0:
+            # Bound reached; the blocks' share of rows makes room before the next frame.
+            continue
+        row, k = entries[first + a, 0], entries[first + a, 1]
+        _blend_color(colors, color_count, slot, pixels, a)
+        appearance[row] = revision
+        if not fusion.has_heatmap:
+            continue
+        d, v, u = measured[a], asked[a, 1], asked[a, 2]
+        common, ooi = d <= common_max, d <= ooi_max and ooi_channel >= 0
+        if not common and not ooi:
+            continue
+        place = place_of(
+            x - (coord[row, 0] * 8 + (k >> 6) + 0.5) * voxel_size,
+            y - (coord[row, 1] * 8 + ((k >> 3) & 7) + 0.5) * voxel_size,
+            z - (coord[row, 2] * 8 + (k & 7) + 0.5) * voxel_size,
+        )
+        w = open_place(surface, witnesses, slot, place, labels)
+        if w == 0:
+            continue
+        others = likelihoods(
+            heat, v, u, channel, fusion.in_order, table, table_of, unsaid, base, w, alias,
+            likelihood, labels,
+        )  # fmt: skip
+        if ooi:
+            ooi_sum[w] += table[table_of[labels], heat[v, u, ooi_channel]]
+            other_sum[w] += others
+            chunk.mean[n] = other_sum[w]
+            chunk.shift[n] = base_log_odds[w] + np.log(ooi_sum[w])
+            layer = coord[row, 2] * 8 + (k & 7)
+            if not may_be_ooi(layer, bounds) or (
+                len(suppressed) > 0 and _is_suppressed(coord, row, k, suppressed, voxel_size)
+            ):
+                chunk.shift[n], chunk.mean[n] = _NEVER, np.float32(1.0)
+        if common:
+            count[w] += 1
+            low = pool(
+                sums, base, w, count[w], likelihood, after, bits, mantissa, mantissa_bits, labels
+            )
+            chunk.total[n], chunk.weighted[n], least = store(
+                energy, slot, after, low, half, weights, labels
+            )
+            chunk.top[n] = np.float32(1.0)
+            if least > 255:
+                chunk.top[n] = exp_of_steps(np.float32(least >> 8))
+            chunk.best[n] = least & 255
+        chunk.number[n], chunk.is_common[n], chunk.is_ooi[n] = a, common, ooi
+        n += 1
+    return n

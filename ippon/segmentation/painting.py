@@ -1,0 +1,133 @@
+"""Instances become pixels: by their mask, or by the depth inside their box."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.observation import Detections, Heatmap, Instance
+from ippon.observation_model import LEAST_SCORE, NOT_RECOGNISED, NOTHING_SAID
+
+WELL_SEEN_M: Final = 3.0
+"""Farther away, that a label was not recognised says nothing."""
+BORDER_SHARE: Final = 0.05
+"""Rim of the image, as a share of its side, in which things are cut off and not recognised."""
+WINS_FROM: Final = 0.5
+"""A smaller instance wins a pixel from a larger one with at least this share of its score."""
+_EXTENT_SHARE: Final = 0.6
+"""Depth of a thing on either side of its middle, as a share of its shorter side."""
+_LEAST_EXTENT_M: Final = 0.08
+_EDGE_M: Final = 0.15
+"""Pixels whose depths differ by more lie on different surfaces."""
+MIDDLE_PERCENTILE: Final = 50.0
+
+
+def paint(detections: Detections, depth: NDArray[np.float32], longest_px: int = 160) -> Heatmap:
+    """Return the score of each label at each pixel.
+
+    A box covers the pixels whose depth is near that of its middle. Instances are painted from the
+    largest to the smallest: what lies on something wins its pixels, and of the covered thing
+    nothing is said there.
+
+    Args:
+        detections: Of an image.
+        depth: (H, W) metres, registered to the image; 0 or not finite for no return.
+        longest_px: Longer side of the heatmap.
+
+    Returns:
+        A heatmap of kind `scores`.
+
+    Raises:
+        ValueError: The depth image has other proportions than the image.
+    """
+    rows, columns = detections.image_size
+    if abs(depth.shape[0] * columns - depth.shape[1] * rows) > max(depth.shape):
+        raise ValueError(
+            f"depth of {depth.shape[1]}x{depth.shape[0]} does not fit an image of {columns}x{rows}"
+        )
+    step = max(1, -(-max(depth.shape) // longest_px))
+    near = depth[step // 2 :: step, step // 2 :: step]
+    near = np.where(np.isfinite(near), near, np.float32(0.0))
+    common = tuple(label for label in detections.labels if label != detections.ooi)
+    channels = common if detections.ooi is None else (*common, detections.ooi)
+    mixed = _is_mixed(depth, near, step)
+    out = np.full((*near.shape, len(channels)), NOTHING_SAID, np.uint8)
+    out[_well_seen(near) & ~mixed] = NOT_RECOGNISED
+    scale = depth.shape[1] / columns / step
+    for one in sorted(detections.instances, key=_area, reverse=True):
+        pixels = _pixels(one, near, scale)
+        if pixels is None:
+            continue
+        window, inside = pixels
+        inside = inside & ~mixed[window]
+        block = out[window]
+        value = max(LEAST_SCORE, round(255.0 * one.score))
+        loses = (block >= LEAST_SCORE) & (WINS_FROM * block <= value) & inside[..., None]
+        mine = channels.index(one.label)
+        before = block[..., mine].copy()
+        block[loses] = NOTHING_SAID
+        block[..., mine] = np.where(inside, np.maximum(before, value), before)
+    return Heatmap(
+        labels=common,
+        ooi=detections.ooi,
+        probabilities=out,
+        kind="scores",
+        source=detections.source,
+    )
+
+
+def _area(one: Instance) -> float:
+    left, top, right, bottom = one.box_px
+    return (right - left) * (bottom - top)
+
+
+def _is_mixed(
+    depth: NDArray[np.float32], near: NDArray[np.float32], step: int
+) -> NDArray[np.bool_]:
+    """Return (h, w) whether a pixel of the heatmap holds pixels of more than one surface."""
+    mixed = np.zeros(near.shape, np.bool_)
+    h, w = near.shape
+    for v in range(step):
+        for u in range(step):
+            other = depth[v::step, u::step][:h, :w]
+            rows, columns = other.shape
+            far = (other > 0.0) & (np.abs(other - near[:rows, :columns]) > _EDGE_M)
+            mixed[:rows, :columns] |= far
+    return mixed
+
+
+def _well_seen(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
+    seen = (depth > 0.0) & (depth <= WELL_SEEN_M)
+    margin = max(1, round(BORDER_SHARE * max(depth.shape)))
+    inner = np.zeros_like(seen)
+    inner[margin:-margin, margin:-margin] = True
+    return seen & inner
+
+
+def _pixels(
+    one: Instance, depth: NDArray[np.float32], scale: float
+) -> tuple[tuple[slice, slice], NDArray[np.bool_]] | None:
+    """Return the window of an instance's box, and which of its pixels belong to the instance."""
+    left, top, right, bottom = (x * scale for x in one.box_px)
+    window = (
+        slice(max(0, int(np.ceil(top - 0.5))), int(np.floor(bottom - 0.5)) + 1),
+        slice(max(0, int(np.ceil(left - 0.5))), int(np.floor(right - 0.5)) + 1),
+    )
+    box = depth[window]
+    if box.size == 0:
+        return None
+    if one.mask is not None:
+        h, w = one.mask.shape
+        v = np.arange(depth.shape[0]) * h // depth.shape[0]
+        u = np.arange(depth.shape[1]) * w // depth.shape[1]
+        return window, one.mask[np.ix_(v[window[0]], u[window[1]])] & (box > 0.0)
+    h, w = box.shape
+    middle = box[h // 4 : max(h // 4 + 1, h - h // 4), w // 4 : max(w // 4 + 1, w - w // 4)]
+    known = middle[middle > 0.0]
+    if known.size == 0:
+        return None
+    at = float(np.percentile(known, MIDDLE_PERCENTILE))
+    # One radian of the image is about as many pixels as it is wide: good for 45 to 75 degrees.
+    shorter_m = min(bottom - top, right - left) / depth.shape[1] * at
+    extent = max(_LEAST_EXTENT_M, _EXTENT_SHARE * shorter_m)
+    return window, (box > 0.0) & (np.abs(box - at) <= extent)

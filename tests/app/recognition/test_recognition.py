@@ -1,0 +1,67 @@
+"""`ippon recognise` on real images through a trained detector."""
+
+import json
+import math
+import subprocess
+import sys
+
+import pytest
+
+from tests.locations import ROOT, SHARED
+
+SEQUENCE = SHARED / "rgbd/redkitchen_a"
+MODEL = SHARED / "models/nanodet_plus_m_416/nanodet-plus-m_416.param"
+ABSENT = ("sofa", "bed", "toilet", "teddy_bear", "refrigerator", "backpack", "vase", "laptop")
+
+
+def recognise(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "app", "recognise", *arguments],
+        cwd=ROOT, capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not (SEQUENCE.exists() and MODEL.exists()), reason="needs the shared images")
+def test_a_real_kitchen_holds_what_is_in_it_and_nothing_that_is_not():
+    pytest.importorskip("ncnn")
+    kinds = ("cup", "tv", "chair", "table", "bottle", *ABSENT, "hat")
+    ran = recognise(
+        str(SEQUENCE), "--find", ",".join(kinds), "--json",
+        "--segmentation.backend", "detector", "--segmentation.model", str(MODEL),
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stderr
+    lines = [json.loads(line) for line in ran.stdout.splitlines()]
+    assert [line["object"] for line in lines] == list(kinds)
+    assert "'hat' is none of them" in ran.stderr
+    finds = {line["object"]: [f["position_world"] for f in line["finds"]] for line in lines}
+    truth = json.loads((SEQUENCE / "objects.json").read_text())["objects"]
+
+    def near(kind, position, within_m):
+        return [
+            n for n, o in enumerate(truth)
+            if o["label"] == kind and math.dist(o["centre_world"], position) < within_m
+        ]  # fmt: skip
+
+    assert near("cup", finds["cup"][0], 0.3)
+    assert all(near("cup", at, 0.3) for at in finds["cup"])
+    assert all(near("tv", at, 0.7) for at in finds["tv"])
+    assert len(finds["tv"]) == len(finds["table"]) == 1
+    assert all(near("chair", at, 0.45) for at in finds["chair"])
+    assert len({n for at in finds["chair"] for n in near("chair", at, 0.45)}) >= 3
+    assert all(finds[kind] == [] for kind in (*ABSENT, "hat", "bottle"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("/nowhere", "--find", "cup"), "/nowhere does not exist"),
+        ((str(ROOT / "docs"), "--find", "cup"), "is not a known dataset"),
+        ((str(ROOT), "--find", " , "), "--find names the objects"),
+    ],
+)
+def test_what_cannot_be_recognised_says_why(arguments, text):
+    ran = recognise(*arguments)
+    assert ran.returncode == 2
+    assert text in ran.stderr
+    assert "Traceback" not in ran.stderr

@@ -1,0 +1,84 @@
+"""Properties of the fusion by places, on a wall that a camera looks at."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ippon.mapping.config import MapConfig
+from ippon.mapping.objects.places import place_of
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.observation import Heatmap
+
+LABELS = ("wall", "floor", "cup")
+
+
+def wall(tools, value, *, y=1.0, n=0):
+    """A wall seen from 1.5 m before it, with one score for cup everywhere."""
+    world = tools.World.room()
+
+    def heat(seen):
+        scores = np.full((*seen.shape, 1), value, np.uint8)
+        return Heatmap(labels=("cup",), ooi=None, probabilities=scores, kind="scores", source="x")
+
+    pose = tools.look(2.5, y, 1.2, 0.0)
+    return replace(world.frame(pose, stamp_ns=n * 10**8, heatmap=heat), contact=False)
+
+
+def cup_probability(frames, fusion="places"):
+    voxel_map = VoxelMap(MapConfig(fusion=fusion, memory_limit_mb=64.0), LABELS)
+    for frame in frames:
+        voxel_map.integrate(frame)
+    voxel_map.set_ooi("cup")
+    arrays = voxel_map.arrays()
+    codes = arrays.ooi[1 : int(voxel_map.pools.tally[3])]
+    return np.sort(codes[codes != 255].astype(float) / 254.0)
+
+
+def test_a_place_is_one_direction_near_or_far():
+    angles = np.radians(np.arange(0.5, 360.0, 1.0))
+    places = [place_of(np.cos(a), np.sin(a), 0.2) for a in angles]
+    changes = np.count_nonzero(np.diff([*places, places[0]]))
+    assert len(set(places)) == 24
+    assert changes == 24
+    assert all(place_of(3 * np.cos(a), 3 * np.sin(a), 0.2) == p + 1
+               for a, p in zip(angles, places, strict=True))  # fmt: skip
+    assert place_of(0.1, 0.0, 1.0) != place_of(0.1, 0.0, -1.0)
+    assert max(place_of(x, y, z) for x in (-9, 0, 9) for y in (-9, 0, 9) for z in (-9, 0, 9)) < 64
+
+
+def test_a_higher_score_never_makes_a_label_less_probable(tools):
+    medians = [np.median(cup_probability([wall(tools, v)])) for v in (0, 1, 13, 64, 90, 128, 255)]
+    unseen, unsaid, *scored = medians
+    assert unseen < unsaid
+    assert scored == sorted(scored)
+    assert medians[-1] > 0.9
+
+
+def test_weak_scores_from_one_place_never_make_a_find(tools):
+    frames = [wall(tools, 85, n=n) for n in range(40)]
+    one, many = cup_probability(frames[:1]), cup_probability(frames)
+    assert many.max() < 0.8
+    assert many == pytest.approx(one, abs=0.03)
+
+
+def test_more_places_add_up(tools):
+    here = cup_probability([wall(tools, 85)])
+    around = cup_probability([wall(tools, 85, y=y, n=n) for n, y in enumerate((0.4, 1.4, 2.4))])
+    assert np.median(around) > np.median(here) + 0.1
+
+
+def test_the_order_of_images_within_a_place_does_not_matter(tools):
+    frames = [wall(tools, v, n=n) for n, v in enumerate((0, 150, 90, 1, 110))]
+    again = [replace(f, stamp_ns=n * 10**8) for n, f in enumerate(reversed(frames))]
+    # Voxels become surface with the second image: the first two count where they are surface.
+    assert cup_probability([frames[0], *frames]) == pytest.approx(
+        cup_probability([frames[0], *again]), abs=0.05
+    )
+
+
+def test_a_place_that_was_left_teaches_no_more(tools):
+    there_and_back = [wall(tools, 100, y=1.0), wall(tools, 100, y=2.6, n=1)]
+    twice = [*there_and_back, wall(tools, 100, y=1.0, n=2), wall(tools, 100, y=2.6, n=3)]
+    once = cup_probability(there_and_back)
+    assert np.median(cup_probability(twice)) <= np.median(once) + 0.03

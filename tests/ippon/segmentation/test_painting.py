@@ -1,0 +1,59 @@
+import numpy as np
+import pytest
+
+from ippon.observation import Detections, Instance
+from ippon.observation_model import NOT_RECOGNISED, NOTHING_SAID
+from ippon.segmentation.painting import paint
+
+
+def detections(*instances, labels=("cup", "table"), ooi="cup", size=(120, 160)):
+    return Detections(source="x", labels=labels, ooi=ooi, image_size=size, instances=instances)
+
+
+def scene():
+    """A table at 1.5 m before a wall at 3 m; a cup of the table's depth stands in it."""
+    depth = np.full((120, 160), 2.9, np.float32)
+    depth[40:100, 20:140] = 1.5
+    return depth
+
+
+def test_a_box_covers_what_is_as_near_as_its_middle():
+    heat = paint(detections(Instance(label="table", score=0.8, box_px=(10, 30, 150, 110))), scene())
+    table = heat.probabilities[..., heat.labels.index("table")]
+    assert (table[41:99, 21:139] == 204).all()
+    assert table[32, 80] == NOT_RECOGNISED
+    assert heat.kind == "scores"
+
+
+def test_what_lies_on_something_wins_its_pixels():
+    table = Instance(label="table", score=0.8, box_px=(20, 40, 140, 100))
+    cup = Instance(label="cup", score=0.6, box_px=(70, 60, 90, 80))
+    heat = paint(detections(table, cup), scene()).probabilities
+    assert heat[70, 80].tolist() == [NOTHING_SAID, 153]
+    weak = Instance(label="cup", score=0.2, box_px=(70, 60, 90, 80))
+    heat = paint(detections(table, weak), scene()).probabilities
+    assert heat[70, 80].tolist() == [204, 51]
+
+
+def test_nothing_is_said_without_depth_far_away_at_edges_and_at_the_border():
+    depth = scene()
+    depth[50:60, 50:60] = 0.0
+    depth[70:80, 60:70] = 4.0
+    heat = paint(detections(), depth).probabilities
+    for v, u in ((55, 55), (75, 65), (1, 80), (60, 1)):
+        assert (heat[v, u] == NOTHING_SAID).all()
+    assert (heat[90, 100] == NOT_RECOGNISED).all()
+
+
+def test_a_mask_takes_the_place_of_the_box():
+    mask = np.zeros((60, 80), np.bool_)
+    mask[30:40, 30:60] = True
+    one = Instance(label="cup", score=0.5, box_px=(20, 40, 140, 100), mask=mask)
+    cup = paint(detections(one), scene()).probabilities[..., -1]
+    assert (cup[62:78, 62:118] > 100).all()
+    assert (cup[42:58, 30:130] <= NOTHING_SAID).all()
+
+
+def test_depth_of_another_shape_is_refused():
+    with pytest.raises(ValueError, match="does not fit an image of 160x120"):
+        paint(detections(), np.ones((100, 100), np.float32))
