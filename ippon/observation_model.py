@@ -134,11 +134,11 @@ class ObservationModel:
 
 
 def _kind(text: object) -> HeatmapKind:
-    match text:
-        case "scores" | "distribution":
-            return text
-        case _:
-            raise ValueError(f"kind is scores or distribution; got {text!r}")
+    if text == "scores":
+        return "scores"
+    if text == "distribution":
+        return "distribution"
+    raise ValueError(f"kind is scores or distribution; got {text!r}")
 
 
 def _table_dict(table: ScoreTable) -> dict[str, Any]:

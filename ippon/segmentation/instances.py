@@ -55,10 +55,10 @@ def make_detections(
     rows = rows[np.argsort(-np.asarray(scores)[rows], kind="stable")]
     instances = tuple(
         Instance(
-            label=names[row],
+            label=str(names[int(row)]),
             score=float(scores[row]),
             box_px=_box(inside[row]),
-            mask=None if masks is None else masks[row],
+            mask=None if masks is None else masks[int(row)],
         )
         for row in rows[:MAX_INSTANCES]
     )
@@ -78,9 +78,11 @@ def _inside(
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return (N, 4) boxes cut off at the border, and (N,) whether each is a box in the image."""
     height, width = image_size
-    finite = np.isfinite(boxes).all(axis=1)
+    finite = np.asarray(np.isfinite(boxes).all(axis=1), np.bool_)
     inside = np.where(finite[:, None], boxes, 0.0).clip(0, [width, height, width, height])
-    return inside, finite & (inside[:, 2:] - inside[:, :2] >= SMALLEST_PX).all(axis=1)
+    extent = inside[:, 2:] - inside[:, :2]
+    large = np.asarray((extent >= SMALLEST_PX).all(axis=1), np.bool_)
+    return inside, finite & large
 
 
 def _box(row: NDArray[np.float64]) -> tuple[float, float, float, float]:

@@ -66,13 +66,17 @@ def test_a_model_is_read_as_it_was_written(tmp_path):
         ("{}", "'source' is missing|'kind' is missing"),
         ('{"source": "x", "kind": "odd", "provenance": "p", "table": {}}', "got 'odd'"),
         (
-            ('{"source": "x", "kind": "scores", "provenance": "p",'
-            ' "table": {"scores": [0, 1], "nats": [1, 0]}}'),
+            (
+                '{"source": "x", "kind": "scores", "provenance": "p",'
+                ' "table": {"scores": [0, 1], "nats": [1, 0]}}'
+            ),
             "nats never fall",
         ),
         (
-            ('{"source": "x", "kind": "scores", "provenance": "p",'
-            ' "table": {"scores": [1, 0], "nats": [0, 1]}}'),
+            (
+                '{"source": "x", "kind": "scores", "provenance": "p",'
+                ' "table": {"scores": [1, 0], "nats": [0, 1]}}'
+            ),
             "scores rise",
         ),
     ],

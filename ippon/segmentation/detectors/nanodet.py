@@ -54,7 +54,7 @@ class NanoDetSegmenter:
         self.vocabulary = vocabulary or Vocabulary()
         self.source = "nanodet-plus"
         self._ncnn: Any = ncnn
-        self._net: Any = ncnn.Net()
+        self._net: Any = self._ncnn.Net()
         self._net.opt.num_threads = threads
         if self._net.load_param(str(model)) != 0:
             raise CheckpointError(f"{model} cannot be read by ncnn {ncnn.__version__}")
