@@ -41,7 +41,7 @@ class Witnesses(NamedTuple):
     """(W,) sum of the images' likelihoods of the object of interest."""
     other_sum: NDArray[np.float32]
     """(W,) sum of those of the common objects, weighted by their probability before this place."""
-    count: NDArray[np.int32]
+    images: NDArray[np.int32]
     """(W,) images in `sums`."""
     place: NDArray[np.uint8]
     """(W,) the place."""
@@ -64,7 +64,7 @@ def make_witnesses(rows: int, row_length: int) -> Witnesses:
         base_log_odds=np.zeros(rows + 1, np.float32),
         ooi_sum=np.zeros(rows + 1, np.float32),
         other_sum=np.zeros(rows + 1, np.float32),
-        count=np.zeros(rows + 1, np.int32),
+        images=np.zeros(rows + 1, np.int32),
         place=np.zeros(rows + 1, np.uint8),
         owner=np.zeros(rows + 1, np.int32),
         tally=np.zeros(1, np.int64),
@@ -121,7 +121,7 @@ def open_place(surface, witnesses, slot, place, labels):
     witnesses.owner[row] = slot
     surface.witness[slot] = row
     witnesses.place[row] = place
-    witnesses.count[row] = 0
+    witnesses.images[row] = 0
     witnesses.ooi_sum[row] = witnesses.other_sum[row] = 0.0
     witnesses.base_log_odds[row] = surface.log_odds[slot]
     for j in range(labels):

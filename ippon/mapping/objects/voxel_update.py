@@ -144,7 +144,7 @@ def update_by_places(
     weights, alias, ooi_channel = fusion.level_probability, fusion.ooi_alias, fusion.ooi_channel
     heat, channel, unsaid = fusion.probabilities, fusion.channel, fusion.unsaid
     table, table_of = fusion.likelihood_of, fusion.table_of
-    sums, base, count = witnesses.sums, witnesses.base, witnesses.count
+    sums, base, count = witnesses.sums, witnesses.base, witnesses.images
     ooi_sum, other_sum = witnesses.ooi_sum, witnesses.other_sum
     base_log_odds = witnesses.base_log_odds
     energy, colors, color_count = surface.energy, surface.color, surface.color_count
