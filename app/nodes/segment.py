@@ -17,7 +17,9 @@ from app.messages.cdr import MessageError
 from app.messages.control import SegmentationLabels, decode
 from app.messages.images import decode_color, decompress_color, encode_heatmap
 from app.process.stop_signal import ProcessStopSignal, StopSignal
+from ippon.observation import Heatmap
 from ippon.segmentation.errors import SegmentationError
+from ippon.segmentation.instance_heatmap import distribution_of
 from ippon.segmentation.segmenter import Segmenter
 
 logger = logging.getLogger(__name__)
@@ -87,9 +89,10 @@ class SegmentNode:
     def _segment(self, payload: bytes, request: SegmentationLabels) -> None:
         try:
             color = decode_color(payload)
-            heatmap = self._segmenter.segment(
+            seen = self._segmenter.segment(
                 decompress_color(color.encoded), request.labels, request.ooi
             )
+            heatmap = seen if isinstance(seen, Heatmap) else distribution_of(seen, request.labels)
             message = encode_heatmap(
                 heatmap, color.stamp_ns, color.frame_id, keep=self._config.keep
             )

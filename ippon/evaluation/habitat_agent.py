@@ -24,6 +24,7 @@ from ippon.mission.mission import Mission
 from ippon.mission.snapshot import MissionState
 from ippon.observation import Heatmap
 from ippon.robot import HABITAT, RobotProfile
+from ippon.segmentation.painting import paint
 from ippon.segmentation.segmenter import Segmenter
 from ippon.vocabulary import MATTERPORT_40
 
@@ -177,12 +178,13 @@ class IpponAgent:
             T_world_camera=T_world_base @ robot.T_base_camera(self._tilt_rad),
             T_world_base=T_world_base,
             tilt_rad=self._tilt_rad,
-            heatmap=self._segment(color),
+            heatmap=self._segment(color, depth),
             contact=contact,
         )
 
-    def _segment(self, color: NDArray[np.uint8]) -> Heatmap:
-        return self._segmenter.segment(color, self._config.labels, self._ooi)
+    def _segment(self, color: NDArray[np.uint8], depth: NDArray[np.float32]) -> Heatmap:
+        seen = self._segmenter.segment(color, self._config.labels, self._ooi)
+        return seen if isinstance(seen, Heatmap) else paint(seen, depth)
 
     def _action(self, *, stop: bool) -> Action:
         """Scale the command to -1 to 1, and follow the tilt, which no sensor reports."""

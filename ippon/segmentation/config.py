@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-Backend = Literal["san", "clipseg", "owlv2"]
+Backend = Literal["san", "clipseg", "owlv2", "sam3", "sam3-lite", "grounding-dino"]
 Precision = Literal["auto", "float32", "float16", "bfloat16"]
 
 
@@ -12,11 +12,13 @@ class SegmentationConfig:
     """A network, where it runs, and what is done about small and unknown things."""
 
     backend: Backend = "san"
-    """`san` and `clipseg` judge every pixel; `owlv2` finds boxes that SAM outlines."""
+    """`san` and `clipseg` judge every pixel; `owlv2` finds boxes that SAM outlines; `sam3` and
+    `sam3-lite` find instances with masks; `grounding-dino` finds boxes that SAM 2 outlines."""
     model: str = ""
     """Name or path of the checkpoint; empty takes the backend's usual one."""
     masks_model: str = ""
-    """Name or folder of the SAM that outlines what `owlv2` finds; empty takes the usual one."""
+    """Name or folder of the SAM that outlines what `owlv2` finds, or of the SAM 2 or EdgeTAM for
+    `grounding-dino`, where `none` leaves boxes alone; empty takes the usual one."""
     device: str = "auto"
     """`auto` takes a GPU where there is one; else `cpu`, `cuda`, `cuda:1` and so on."""
     precision: Precision = "auto"

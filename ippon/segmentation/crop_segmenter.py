@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.observation import Heatmap
-from ippon.segmentation.segmenter import Segmenter
+from ippon.segmentation.segmenter import DenseSegmenter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +88,7 @@ class CropSegmenter:
     whole image is seen after a few frames. Each image costs two passes at most.
     """
 
-    def __init__(self, segmenter: Segmenter, config: CropConfig | None = None) -> None:
+    def __init__(self, segmenter: DenseSegmenter, config: CropConfig | None = None) -> None:
         self._segmenter = segmenter
         self._config = config or CropConfig()
         self._turn = 0

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.observation import Heatmap
-from ippon.segmentation.segmenter import MAX_LABELS, Segmenter, checked_channels
+from ippon.segmentation.segmenter import MAX_LABELS, DenseSegmenter, checked_channels
 
 DISTRACTORS: Final[tuple[tuple[str, ...], ...]] = (
     ("button", "push_button", "emergency_button"),
@@ -56,7 +56,9 @@ class DistractorSegmenter:
     label, else to all common labels alike, which teaches a Bayes filter nothing about which.
     """
 
-    def __init__(self, segmenter: Segmenter, groups: Sequence[Sequence[str]] = DISTRACTORS) -> None:
+    def __init__(
+        self, segmenter: DenseSegmenter, groups: Sequence[Sequence[str]] = DISTRACTORS
+    ) -> None:
         self._segmenter = segmenter
         self._groups = tuple(tuple(group) for group in groups)
 

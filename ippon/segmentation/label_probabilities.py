@@ -1,6 +1,8 @@
 """From how well each label fits to probabilities per pixel."""
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
@@ -20,6 +22,13 @@ def probabilities_of(scores: Tensor) -> Tensor:
     lacking = (1.0 - scores.sum(dim=0, keepdim=True)).clamp(min=0.0)
     scores = scores + lacking / len(scores)
     return scores / scores.sum(dim=0, keepdim=True)
+
+
+def as_tensor(color: NDArray[np.uint8], device: torch.device) -> Tensor:
+    """Return an (H, W, 3) image as (1, 3, H, W) float32, 0 to 255, on a device."""
+    # Images of a message cannot be written to, of which torch would warn.
+    owned = np.require(color, requirements=("C", "W"))
+    return torch.from_numpy(owned).to(device).permute(2, 0, 1)[None].float()
 
 
 def resized(color: Tensor, size: tuple[int, int]) -> Tensor:

@@ -1,4 +1,4 @@
-"""What every segmentation does: labels and an image in, a heatmap out."""
+"""What every segmentation does: labels and an image in, what it sees of them out."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -6,20 +6,22 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.observation import Heatmap
+from ippon.observation import Heatmap, Observation
 from ippon.segmentation.errors import SegmentationError
 
 MAX_LABELS = 512
 
 
 class Segmenter(Protocol):
-    """An open-vocabulary segmentation.
+    """Anything that recognises labels in images.
 
     Labels may differ from call to call; what depends on a label alone is computed once.
     """
 
-    def segment(self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None) -> Heatmap:
-        """Tell how probable each label is at each pixel.
+    def segment(
+        self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None
+    ) -> Observation:
+        """Tell what an image shows of some labels.
 
         Args:
             color: (H, W, 3) uint8 RGB, of any size.
@@ -27,12 +29,23 @@ class Segmenter(Protocol):
             ooi: Canonical label of the object of interest, None for none.
 
         Returns:
-            Probabilities; the channels of a pixel sum to 255. Its sides are in proportion to the
-            image's, and smaller.
+            A heatmap or instances. A heatmap's sides are in proportion to the image's, and smaller.
 
         Raises:
             ValueError: Not an image, or labels that are no vocabulary.
             SegmentationError: The network failed.
+        """
+        ...
+
+
+class DenseSegmenter(Protocol):
+    """A segmenter that judges every pixel; it takes any word as a label."""
+
+    def segment(self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None) -> Heatmap:
+        """Tell how probable each label is at each pixel; see `Segmenter.segment`.
+
+        Returns:
+            Probabilities; the channels of a pixel sum to 255.
         """
         ...
 

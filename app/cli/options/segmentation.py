@@ -9,13 +9,15 @@ from typing import Literal
 class Segmentation:
     """A segmentation network; needs the extra: scripts/setup --segmentation."""
 
-    backend: Literal["san", "clipseg", "owlv2"] = "san"
-    """san, the paper's, and clipseg judge every pixel; owlv2 finds boxes that SAM outlines."""
+    backend: Literal["san", "clipseg", "owlv2", "sam3", "sam3-lite", "grounding-dino"] = "san"
+    """san, the paper's, and clipseg judge every pixel; owlv2 finds boxes that SAM outlines; sam3
+    and sam3-lite find instances with masks; grounding-dino finds boxes that SAM 2 outlines."""
     model: str = ""
     """Name or path of the checkpoint: san_vit_b_16, san_vit_large_14, a file or a folder. Empty
     takes the backend's usual one."""
     masks_model: str = ""
-    """Name or folder of the SAM that outlines what owlv2 finds; empty takes the usual one."""
+    """Name or folder of the SAM that outlines what owlv2 finds, or of the SAM 2 or EdgeTAM for
+    grounding-dino, where none leaves boxes alone; empty takes the usual one."""
     models: Path | None = None
     """Folder of the checkpoints that are given by name; without one, the user's data folder."""
     device: str = "auto"
@@ -48,6 +50,9 @@ class NavigatorSegmentation(Segmentation):
 class RecogniseSegmentation(Segmentation):
     """A network for recordings; needs the extra segmentation, or detector."""
 
-    backend: Literal["detector", "san", "clipseg", "owlv2"] = "san"  # pyright: ignore[reportIncompatibleVariableOverride]
+    backend: Literal[  # pyright: ignore[reportIncompatibleVariableOverride]
+        "detector", "san", "clipseg", "owlv2", "sam3", "sam3-lite", "grounding-dino"
+    ] = "san"
     """detector: a NanoDet-Plus in ncnn files, --segmentation.model FILE.param with FILE.bin beside
-    it; san and clipseg judge every pixel; owlv2 finds boxes that SAM outlines."""
+    it; san and clipseg judge every pixel; owlv2 finds boxes that SAM outlines; sam3 and sam3-lite
+    find instances with masks; grounding-dino finds boxes that SAM 2 outlines."""

@@ -20,11 +20,11 @@ from ippon.segmentation.backends.pretrained import (
 )
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
-from ippon.segmentation.label_probabilities import normalised, probabilities_of, resized
+from ippon.segmentation.label_probabilities import as_tensor, normalised, probabilities_of, resized
 from ippon.segmentation.prompts import PLAIN_TEMPLATES, words_of
+from ippon.segmentation.published import USUAL
 from ippon.segmentation.segmenter import checked_channels, heatmap_of, heatmap_size
 
-USUAL = "CIDAS/clipseg-rd64-refined"
 LABELS_AT_ONCE = 8
 """The decoder runs once for each label; more at once take more memory."""
 
@@ -38,7 +38,7 @@ class ClipSegSegmenter:
         Raises:
             CheckpointError: It is not on this machine, or not a CLIPSeg.
         """
-        files = Pretrained(model=config.model or USUAL, folder=folder)
+        files = Pretrained(model=config.model or USUAL["clipseg"], folder=folder)
         self.device = choose_device(config.device)
         self.dtype = choose_dtype(config.precision, self.device)
         self._config = config
@@ -92,6 +92,6 @@ class ClipSegSegmenter:
     def _prepare(self, color: NDArray[np.uint8]) -> Tensor:
         """Squeeze the image into the square that the model was trained with."""
         side = self._model.config.vision_config.image_size
-        image = torch.from_numpy(np.ascontiguousarray(color)).to(self.device)
-        square = resized(image.permute(2, 0, 1)[None].float(), (side, side))
+        image = as_tensor(color, self.device)
+        square = resized(image, (side, side))
         return normalised(square, *self._normalisation).to(self.dtype)

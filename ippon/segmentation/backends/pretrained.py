@@ -6,11 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from huggingface_hub import try_to_load_from_cache
 from safetensors import SafetensorError
 from transformers import AutoTokenizer
 from transformers.utils.logging import disable_progress_bar
 
 from ippon.segmentation.errors import WITHOUT_NETWORK, CheckpointError
+from ippon.segmentation.published import terms_of
 
 IMAGENET_MEAN = (0.485, 0.456, 0.406)
 IMAGENET_STD = (0.229, 0.224, 0.225)
@@ -35,20 +37,45 @@ class Pretrained:
                 return str(path)
         return self.model
 
-    def load(self, model_class: Any) -> Any:
+    @property
+    def kind(self) -> str:
+        """The model's type as its config.json names it, such as `sam2_video`.
+
+        Raises:
+            CheckpointError: The model is not on this machine, or the file is damaged.
+        """
+        said = self._settings("config.json")
+        if said is None:
+            raise self._error(FileNotFoundError("it holds no config.json"))
+        return str(said.get("model_type", ""))
+
+    def load(self, model_class: Any, *also: str) -> Any:
         """Load weights, all of them.
 
         Args:
             model_class: A model class of `transformers`.
+            also: Further model types that are expected: those whose files hold its weights, too.
 
         Raises:
             CheckpointError: They are not on this machine, damaged, or of another model.
         """
+        # Checked first: of a foreign file the library would make a network of the usual size.
+        expected = dict.fromkeys((model_class.config_class.model_type, *also))
+        if self.kind not in expected:
+            raise CheckpointError(
+                f"{self.source} is another model: its config.json says {self.kind!r}; expected "
+                f"{' or '.join(map(repr, expected))}"
+            )
         # The library prints nothing; by default its bars would.
         disable_progress_bar()
         try:
+            # Pickles can run code, so weights are read from safetensors and from nothing else.
             model, info = model_class.from_pretrained(
-                self.source, local_files_only=True, output_loading_info=True, dtype=torch.float32
+                self.source,
+                local_files_only=True,
+                use_safetensors=True,
+                output_loading_info=True,
+                dtype=torch.float32,
             )
         except (OSError, ValueError, RuntimeError, KeyError, SafetensorError) as error:
             raise self._error(error) from error
@@ -75,11 +102,41 @@ class Pretrained:
         self, mean: tuple[float, ...], std: tuple[float, ...]
     ) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return mean and standard deviation of the training images; those given if unsaid."""
-        path = Path(self.source) / "preprocessor_config.json"
-        if not path.is_file():
-            return mean, std
-        said = json.loads(path.read_text())
+        said = self.preprocessing()
         return tuple(said.get("image_mean", mean)), tuple(said.get("image_std", std))
+
+    def preprocessing(self) -> dict[str, Any]:
+        """Return how images are prepared, as the files say it; empty where they do not.
+
+        Raises:
+            CheckpointError: The file is damaged.
+        """
+        said = self._settings("preprocessor_config.json")
+        if said is None:
+            said = (self._settings("processor_config.json") or {}).get("image_processor", {})
+        return said
+
+    def _settings(self, name: str) -> dict[str, Any] | None:
+        """Read a JSON file of the folder or the hub's local cache; None where there is none."""
+        if Path(self.source).is_dir():
+            path = Path(self.source) / name
+        else:
+            try:
+                path = try_to_load_from_cache(self.source, name)
+            except ValueError:  # Not a name that the hub could know.
+                return None
+            if not isinstance(path, str):
+                return None
+            path = Path(path)
+        if not path.is_file():
+            return None
+        try:
+            said = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise CheckpointError(f"{path} is damaged: {error}") from error
+        if not isinstance(said, dict):
+            raise CheckpointError(f"{path} is damaged: expected a JSON object")
+        return said
 
     def _error(self, error: Exception) -> CheckpointError:
         reason = str(error).strip().split("\n", maxsplit=1)[0][:200]
@@ -87,8 +144,9 @@ class Pretrained:
             return CheckpointError(f"{self.source} is no folder of such a model: {reason}")
         name = Path(self.model).name
         return CheckpointError(
-            f"the weights of {self.model} are not on this machine: fetch its folder (config.json, "
-            f"model.safetensors, the tokenizer's files) from https://huggingface.co/{self.model}, "
+            f"the weights of {self.model}{terms_of(self.model)} are not on this machine: fetch its "
+            f"folder (config.json, model.safetensors, the tokenizer's files) from "
+            f"https://huggingface.co/{self.model}, "
             f'for example with "hf download {self.model} --local-dir {self.folder / name}". '
             f"{WITHOUT_NETWORK}"
         )

@@ -15,7 +15,7 @@ from ippon.segmentation.backends.san.network import SanNetwork, normalised
 from ippon.segmentation.backends.san.tokenizer import ClipTokenizer
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
-from ippon.segmentation.label_probabilities import probabilities_of, resized
+from ippon.segmentation.label_probabilities import as_tensor, probabilities_of, resized
 from ippon.segmentation.prompts import VILD_TEMPLATES, words_of
 from ippon.segmentation.segmenter import checked_channels, heatmap_of, heatmap_size
 
@@ -93,8 +93,7 @@ class SanSegmenter:
 
     def _prepare(self, color: NDArray[np.uint8]) -> tuple[Tensor, tuple[float, float]]:
         """Resize, normalise and pad; return also which share of both sides is image."""
-        image = torch.from_numpy(np.ascontiguousarray(color)).to(self.device)
-        image = image.permute(2, 0, 1)[None].float()
+        image = as_tensor(color, self.device)
         scale = self._config.short_side_px / min(image.shape[2:])
         h, w = (max(1, round(side * scale)) for side in image.shape[2:])
         bottom, right = -h % SIZE_MULTIPLE_PX, -w % SIZE_MULTIPLE_PX

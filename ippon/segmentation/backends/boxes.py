@@ -1,0 +1,92 @@
+"""Boxes as a network gives them: which are distinct things, and what each is."""
+
+from typing import Final
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from ippon.observation import Detections
+from ippon.segmentation.errors import SegmentationError
+from ippon.segmentation.instances import MAX_INSTANCES, make_detections
+
+SAME_OVERLAP: Final = 0.7
+"""Boxes that share so much of their union are one thing."""
+
+
+def labelled_boxes(
+    boxes_px: Tensor,
+    fits: Tensor,
+    least: float,
+    *,
+    source: str,
+    channels: tuple[str, ...],
+    ooi: str | None,
+    image_size: tuple[int, int],
+) -> Detections:
+    """Return the distinct things in boxes, each of the label that fits it best.
+
+    Args:
+        boxes_px: (N, 4) left, top, right, bottom in pixels.
+        fits: (N, C) how well each label fits, 0 to 1.
+        least: Boxes that no label fits better are left out.
+        source: Name of the network.
+        channels: One label a column, the object of interest among them.
+        ooi: Object of interest, or None.
+        image_size: (H, W) pixels.
+
+    Raises:
+        SegmentationError: Scores are not numbers.
+    """
+    best, numbers = fits.max(dim=1)
+    # Chosen first, so that scores which are no numbers are refused.
+    kept = distinct_boxes(boxes_px, best)
+    kept = kept[best[kept] > least]
+    return make_detections(
+        boxes_px[kept].cpu().numpy(),
+        best[kept].cpu().numpy(),
+        [channels[k] for k in numbers[kept].tolist()],
+        source=source,
+        labels=channels,
+        ooi=ooi,
+        image_size=image_size,
+    )
+
+
+def distinct_boxes(boxes: Tensor, scores: Tensor) -> Tensor:
+    """Choose boxes, best first, leaving out those that a better one covers.
+
+    A thing that fits several labels is one instance, of the label that fits it best.
+
+    Args:
+        boxes: (N, 4) left, top, right, bottom; only the best `MAX_INSTANCES` are considered.
+        scores: (N,).
+
+    Returns:
+        (K,) int64 rows.
+
+    Raises:
+        SegmentationError: Scores are not numbers, as where half precision overflowed.
+    """
+    if not torch.isfinite(scores).all():
+        raise SegmentationError(
+            "the network gave values that are not numbers; try --segmentation.precision float32"
+        )
+    order = scores.argsort(descending=True, stable=True)[:MAX_INSTANCES]
+    same = (_overlaps(boxes[order].float()) >= SAME_OVERLAP).cpu().numpy()
+    left = np.ones(len(order), np.bool_)
+    kept: list[int] = []
+    for k in range(len(order)):
+        if left[k]:
+            kept.append(k)
+            left &= ~same[k]
+    return order[kept]
+
+
+def _overlaps(boxes: Tensor) -> Tensor:
+    """Return (N, N) the intersection of each two of (N, 4) boxes, over their union."""
+    low = torch.maximum(boxes[:, None, :2], boxes[None, :, :2])
+    high = torch.minimum(boxes[:, None, 2:], boxes[None, :, 2:])
+    shared = (high - low).clamp(min=0.0).prod(dim=-1)
+    areas = (boxes[:, 2:] - boxes[:, :2]).clamp(min=0.0).prod(dim=-1)
+    return shared / (areas[:, None] + areas[None, :] - shared).clamp(min=1e-9)

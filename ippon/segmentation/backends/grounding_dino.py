@@ -1,0 +1,177 @@
+"""Grounding DINO: boxes of what words name."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+from transformers import GroundingDinoForObjectDetection, MMGroundingDinoForObjectDetection
+
+from ippon.observation import Detections
+from ippon.segmentation.backends.boxes import labelled_boxes
+from ippon.segmentation.backends.pretrained import IMAGENET_MEAN, IMAGENET_STD, Pretrained
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
+from ippon.segmentation.errors import CheckpointError
+from ippon.segmentation.label_probabilities import as_tensor, normalised, resized
+from ippon.segmentation.prompts import words_of
+from ippon.segmentation.published import USUAL
+from ippon.segmentation.segmenter import checked_channels
+
+LEAST_SCORE: Final = 0.1
+"""Boxes below are left out: a default observation model takes a score of 0.25 for none at all."""
+SHORTEST_PX: Final = 800
+LONGEST_PX: Final = 1333
+"""Sides of the images that it was trained with, where the files do not say others."""
+_KINDS: Final[dict[str, Any]] = {
+    "mm-grounding-dino": MMGroundingDinoForObjectDetection,
+    "grounding-dino": GroundingDinoForObjectDetection,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Text:
+    """Labels as one text of the network, a full stop behind each."""
+
+    tokens: Tensor
+    """(1, T) int64."""
+    spans: tuple[slice, ...]
+    """Tokens of each label's words."""
+    channels: tuple[int, ...]
+    """Number of each label."""
+
+
+class GroundingDinoSegmenter:
+    """MM-Grounding-DINO (Zhao et al., 2024), Grounding DINO (Liu et al., ECCV 2024), or LLMDet.
+
+    Implements `Segmenter`. All labels are one text and one pass, as long as the text fits into
+    the network's 256 tokens; more labels take more passes.
+    """
+
+    source = "grounding-dino"
+
+    def __init__(self, config: SegmentationConfig, folder: Path) -> None:
+        """Load the model.
+
+        Raises:
+            CheckpointError: It is not on this machine, or is another model.
+        """
+        files = Pretrained(model=config.model or USUAL["grounding-dino"], folder=folder)
+        self.device = choose_device(config.device)
+        self.dtype = choose_dtype(config.precision, self.device)
+        # Another kind is refused by the loading itself, which says what was expected.
+        model: Any = files.load(_KINDS.get(files.kind, MMGroundingDinoForObjectDetection), *_KINDS)
+        self._tokenizer = files.tokenizer()
+        self._normalisation = files.normalisation(IMAGENET_MEAN, IMAGENET_STD)
+        said = files.preprocessing().get("size", {})
+        self._sides = said.get("shortest_edge", SHORTEST_PX), said.get("longest_edge", LONGEST_PX)
+        self._stop, begin, end = self._tokenizer.convert_tokens_to_ids([".", "[CLS]", "[SEP]"])
+        known = set(model.model.special_tokens.tolist())
+        if not {self._stop, begin, end} <= known:
+            raise CheckpointError(
+                f"{files.source} holds the tokenizer of another model: its full stop, [CLS] and "
+                f"[SEP] are {self._stop}, {begin} and {end}; the network knows {sorted(known)}"
+            )
+        self._ends = begin, end
+        with memory_guard("moving Grounding DINO to its device"):
+            self._model = model.to(self.device, self.dtype)
+        if config.compile:
+            self._model.model.backbone = torch.compile(self._model.model.backbone)
+        self._words: dict[str, list[int]] = {}
+
+    def segment(
+        self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None
+    ) -> Detections:
+        """Find the instances of each label; see `Segmenter.segment`."""
+        channels = checked_channels(color, labels, ooi)
+        height, width = color.shape[:2]
+        with torch.inference_mode(), memory_guard(f"Grounding DINO on {width}x{height} pixels"):
+            boxes, scores = self.find(color, channels)
+            return labelled_boxes(
+                boxes * boxes.new_tensor([width, height, width, height]),
+                scores,
+                LEAST_SCORE,
+                source=self.source,
+                channels=channels,
+                ooi=ooi,
+                image_size=(height, width),
+            )
+
+    def find(self, color: NDArray[np.uint8], channels: tuple[str, ...]) -> tuple[Tensor, Tensor]:
+        """Find boxes.
+
+        Args:
+            color: (H, W, 3) uint8 RGB.
+            channels: One label a channel.
+
+        Returns:
+            (N, 4) left, top, right, bottom as shares of the image; (N, C) how well each label fits,
+            0 to 1: the mean over the tokens of its words, all of which the network was taught to
+            find where the label is. 0 for labels that stood in another text than the box's.
+        """
+        image = self._prepare(color)
+        parts = [self._decode(image, text, len(channels)) for text in self._texts(channels)]
+        return torch.cat([boxes for boxes, _ in parts]), torch.cat([fits for _, fits in parts])
+
+    def _decode(self, image: Tensor, text: _Text, count: int) -> tuple[Tensor, Tensor]:
+        given = self._model(pixel_values=image, input_ids=text.tokens)
+        each = given.logits[0].float().sigmoid()
+        fits = each.new_zeros(len(each), count)
+        for span, channel in zip(text.spans, text.channels, strict=True):
+            fits[:, channel] = each[:, span].mean(dim=1)
+        middle, extent = given.pred_boxes[0].float().split(2, dim=-1)
+        return torch.cat([middle - extent / 2, middle + extent / 2], dim=-1), fits
+
+    def _texts(self, channels: tuple[str, ...]) -> list[_Text]:
+        """Put labels together to texts, each as long as the network takes."""
+        room = self._model.config.max_text_len - 2
+        texts: list[_Text] = []
+        tokens: list[int] = []
+        spans: list[slice] = []
+        first = 0
+        for number, name in enumerate(channels):
+            words = self._tokens_of(name)[: room - 1]
+            if len(tokens) + len(words) + 1 > room:
+                texts.append(self._text(tokens, spans, first))
+                tokens, spans, first = [], [], number
+            # Behind the token that begins the text.
+            spans.append(slice(len(tokens) + 1, len(tokens) + 1 + len(words)))
+            tokens += [*words, self._stop]
+        return [*texts, self._text(tokens, spans, first)]
+
+    def _text(self, tokens: list[int], spans: list[slice], first: int) -> _Text:
+        begin, end = self._ends
+        return _Text(
+            tokens=torch.tensor([[begin, *tokens, end]], device=self.device),
+            spans=tuple(spans),
+            channels=tuple(range(first, first + len(spans))),
+        )
+
+    def _tokens_of(self, name: str) -> list[int]:
+        if name not in self._words:
+            # Full stops and question marks would end the label within its words.
+            words = words_of(name).lower().replace(".", " ").replace("?", " ")
+            self._words[name] = self._tokenizer(words, add_special_tokens=False)["input_ids"]
+        # A label without any known character is looked for as what it is: unknown.
+        return self._words[name] or [self._tokenizer.unk_token_id]
+
+    def _prepare(self, color: NDArray[np.uint8]) -> Tensor:
+        image = as_tensor(color, self.device)
+        size = fitted_size((color.shape[0], color.shape[1]), *self._sides)
+        seen = resized(image, size)
+        return normalised(seen, *self._normalisation).to(self.dtype)
+
+
+def fitted_size(shape: tuple[int, int], shortest: int, longest: int) -> tuple[int, int]:
+    """Return the size of an (H, W) image whose shorter side is as asked for.
+
+    It is less where the longer side would become more than `longest`.
+    """
+    small, large = min(shape), max(shape)
+    side = min(float(shortest), longest * small / large)
+    least, most = max(1, round(side)), max(1, int(side * large / small))
+    return (least, most) if shape[0] <= shape[1] else (most, least)
