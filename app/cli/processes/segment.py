@@ -14,6 +14,7 @@ from app.process.parent_watch import end_with_parent
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.loading import load_segmenter
+from ippon.segmentation.published import models_of
 
 if TYPE_CHECKING:
     from ippon.segmentation.segmenter import Segmenter
@@ -49,10 +50,20 @@ def segmenter_of(options: Segmentation) -> "Segmenter":
     folder = options.models or models_folder()
     try:
         config = config_of(options)
+        fetch_models(config, folder)
         logger.info("loading %s", config.model or config.backend)
         return load_segmenter(config, folder)
     except (SegmentationError, ValueError) as error:
         raise UsageError(str(error)) from error
+
+
+def fetch_models(config: SegmentationConfig, folder: Path) -> None:
+    """Fetch those models from the hub that are not on this machine, where there is a network."""
+    try:
+        from app.links.model_hub import fetch_missing
+    except ImportError:  # Loading says which packages are missing.
+        return
+    fetch_missing(models_of(config), folder)
 
 
 def config_of(options: Segmentation) -> SegmentationConfig:

@@ -1,0 +1,107 @@
+"""Fetches models from the Hugging Face hub, saying first what is fetched and under which terms."""
+
+import logging
+import re
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Final
+
+from huggingface_hub import HfApi, snapshot_download, try_to_load_from_cache
+from huggingface_hub.errors import GatedRepoError, RepositoryNotFoundError
+from huggingface_hub.utils import httpx
+
+logger = logging.getLogger(__name__)
+
+HUB: Final = "https://huggingface.co"
+_NAME: Final = re.compile(r"[A-Za-z0-9][\w.-]*/[A-Za-z0-9][\w.-]*")
+_FILES: Final = ("*.json", "*.txt", "*.safetensors")
+"""Configuration, tokenizer and weights; pickles, which can run code, stay there."""
+_WEIGHTS: Final = ".safetensors"
+_ANSWER_S: Final = 10.0
+_PARTIAL: Final = ".partial"
+
+
+class ModelHubError(Exception):
+    """A model could not be fetched; the text says why."""
+
+
+def fetch_missing(names: Iterable[str], folder: Path, hub: str = HUB) -> None:
+    """Fetch those models that are not on this machine.
+
+    What cannot be fetched is logged: whoever loads the model then says what is missing.
+
+    Args:
+        names: Names on the hub; folders and other paths are left alone.
+        folder: Where models lie that are given by name.
+        hub: Address.
+    """
+    for name in names:
+        if not _NAME.fullmatch(name) or is_here(name, folder):
+            continue
+        try:
+            _fetch(name, folder, hub)
+        except ModelHubError as error:
+            logger.warning("%s was not fetched: %s", name, error)
+
+
+def is_here(name: str, folder: Path) -> bool:
+    """Return whether a model lies in a folder, or in the hub's local cache."""
+    if Path(name).is_dir() or (folder / Path(name).name).is_dir():
+        return True
+    return isinstance(try_to_load_from_cache(name, "config.json"), str)
+
+
+def _fetch(name: str, folder: Path, hub: str) -> None:
+    """Fetch a model into a folder of its own, which is there as a whole or not at all.
+
+    Raises:
+        ModelHubError: It cannot be had.
+    """
+    target = folder / Path(name).name
+    partial = target.with_name(target.name + _PARTIAL)
+    try:
+        said = HfApi(endpoint=hub).model_info(name, files_metadata=True, timeout=_ANSWER_S)
+        files = {one.rfilename: one.size or 0 for one in said.siblings or ()}
+        files = {path: size for path, size in files.items() if _is_taken(path)}
+        licence = (said.card_data or {}).get("license") or "not stated"
+        _check(files, folder)
+        logger.info(
+            "fetching %s: %.0f MB, licence %s (%s/%s), into %s",
+            name,
+            sum(files.values()) / 1e6,
+            licence,
+            hub,
+            name,
+            target,
+        )
+        snapshot_download(
+            name, revision=said.sha, local_dir=partial, allow_patterns=list(files), endpoint=hub
+        )
+    except GatedRepoError as error:
+        raise ModelHubError(
+            f"its owners grant access: ask for it at {hub}/{name}, then run `hf auth login`"
+        ) from error
+    except RepositoryNotFoundError as error:
+        raise ModelHubError(f"{hub} knows no such model") from error
+    except (httpx.HTTPError, OSError, ValueError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise ModelHubError(f"{hub} cannot be reached or gave an error: {reason}") from error
+    shutil.rmtree(partial / ".cache", ignore_errors=True)
+    partial.rename(target)
+
+
+def _is_taken(path: str) -> bool:
+    # Folders within a model's hold other formats of it.
+    return "/" not in path and any(Path(path).match(pattern) for pattern in _FILES)
+
+
+def _check(files: dict[str, int], folder: Path) -> None:
+    if not any(path.endswith(_WEIGHTS) for path in files):
+        raise ModelHubError("it holds no weights in safetensors, and pickles can run code")
+    folder.mkdir(parents=True, exist_ok=True)
+    free, needed = shutil.disk_usage(folder).free, sum(files.values())
+    if free < needed:
+        raise ModelHubError(
+            f"it needs {needed / 1e6:.0f} MB, and {folder} has {free / 1e6:.0f} MB left"
+        )
