@@ -17,7 +17,6 @@ from app.messages.cdr import MessageError
 from app.messages.control import SegmentationLabels, decode
 from app.messages.images import decode_color, decompress_color, encode_heatmap
 from app.process.stop_signal import ProcessStopSignal, StopSignal
-from ippon.observation import Heatmap
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.instance_heatmap import distribution_of
 from ippon.segmentation.segmenter import Segmenter
@@ -92,7 +91,8 @@ class SegmentNode:
             seen = self._segmenter.segment(
                 decompress_color(color.encoded), request.labels, request.ooi
             )
-            heatmap = seen if isinstance(seen, Heatmap) else distribution_of(seen, request.labels)
+            # Messages carry probabilities alone.
+            heatmap = distribution_of(seen, request.labels)
             message = encode_heatmap(
                 heatmap, color.stamp_ns, color.frame_id, keep=self._config.keep
             )

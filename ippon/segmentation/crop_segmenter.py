@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,7 +153,7 @@ def pasted(whole: Heatmap, part: Heatmap, window: Window, margin: float) -> Heat
     u = _inside(columns, w, (window.left, window.width), width)
     probabilities = whole.probabilities.copy()
     probabilities[rows, columns] = part.probabilities[v[:, None], u]
-    return Heatmap(labels=whole.labels, ooi=whole.ooi, probabilities=probabilities)
+    return replace(whole, probabilities=probabilities)
 
 
 def _inside(

@@ -1,12 +1,14 @@
 """Labels for what is in no vocabulary, so that it is not taken for the object of interest."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ippon.observation import Heatmap
+from ippon.observation_model import LEAST_SCORE, NOTHING_SAID
 from ippon.segmentation.segmenter import MAX_LABELS, DenseSegmenter, checked_channels
 
 DISTRACTORS: Final[tuple[tuple[str, ...], ...]] = (
@@ -86,15 +88,19 @@ class DistractorSegmenter:
 def folded(heatmap: Heatmap, count: int) -> Heatmap:
     """Hand what fell to the labels after the first `count` on to those.
 
+    Of scores, those that a label to be left out exceeds say nothing; a catch-all label takes its.
+
     Args:
         heatmap: With at least one label more than `count`.
         count: Labels to keep.
 
     Returns:
-        A heatmap of the kept labels and the object of interest; the sums of pixels stay.
+        A heatmap of the kept labels and the object of interest; sums of probabilities stay.
     """
     kept = heatmap.labels[:count]
     p = heatmap.probabilities
+    if heatmap.kind == "scores":
+        return replace(heatmap, labels=kept, probabilities=_outdone(heatmap, count))
     extra = p[..., count : len(heatmap.labels)].sum(axis=2, dtype=np.int64)
     common = p[..., :count].astype(np.int64)
     into = next((kept.index(name) for name in CATCH_ALL if name in kept), None)
@@ -105,7 +111,19 @@ def folded(heatmap: Heatmap, count: int) -> Heatmap:
     channels = [common.clip(max=255).astype(np.uint8)]
     if heatmap.ooi is not None and heatmap.ooi not in heatmap.labels:
         channels.append(p[..., -1:])
-    return Heatmap(labels=kept, ooi=heatmap.ooi, probabilities=np.concatenate(channels, axis=2))
+    return replace(heatmap, labels=kept, probabilities=np.concatenate(channels, axis=2))
+
+
+def _outdone(heatmap: Heatmap, count: int) -> NDArray[np.uint8]:
+    """Return the scores of the kept labels, without those that another label exceeds."""
+    p, kept = heatmap.probabilities, heatmap.labels[:count]
+    others = p[..., count : len(heatmap.labels)].max(axis=2, keepdims=True)
+    scores = np.concatenate([p[..., :count], p[..., len(heatmap.labels) :]], axis=2)
+    scores = np.where((scores >= LEAST_SCORE) & (scores < others), np.uint8(NOTHING_SAID), scores)
+    into = next((kept.index(name) for name in CATCH_ALL if name in kept), None)
+    if into is not None:
+        scores[..., into] = np.maximum(p[..., into], others[..., 0])
+    return scores
 
 
 def _shared_out(amounts: NDArray[np.int64], count: int) -> NDArray[np.int64]:

@@ -1,17 +1,16 @@
-"""Instances as a heatmap, where there is neither depth nor a way to send them as they are."""
+"""Any observation as probabilities, where scores and instances cannot be sent as they are."""
 
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.observation import Detections, Heatmap, Instance
+from ippon.observation import Detections, Heatmap, Instance, Observation
+from ippon.observation_model import LEAST_SCORE
 from ippon.segmentation.segmenter import heatmap_size, quantise
 
 
-def distribution_of(
-    detections: Detections, labels: Sequence[str], longest_px: int = 160
-) -> Heatmap:
+def distribution_of(seen: Observation, labels: Sequence[str], longest_px: int = 160) -> Heatmap:
     """Return how probable each label is at each pixel.
 
     Instances that overlap add up as independent evidence. What the scores lack to 1 goes to all
@@ -19,13 +18,25 @@ def distribution_of(
     without a mask covers its box, its corners included: with depth, `painting.paint` is better.
 
     Args:
-        detections: Of an image.
-        labels: Common labels of the heatmap; those that were not looked for have no evidence.
+        seen: Of an image.
+        labels: Common labels for instances; those that were not looked for have no evidence.
         longest_px: Longer side of the heatmap.
 
     Returns:
         A heatmap of kind `distribution`.
     """
+    if isinstance(seen, Detections):
+        return _of_instances(seen, labels, longest_px)
+    if seen.kind == "distribution":
+        return seen
+    p = seen.probabilities.transpose(2, 0, 1)
+    scores = np.where(p >= LEAST_SCORE, p / np.float32(255.0), np.float32(0.0))
+    return Heatmap(
+        labels=seen.labels, ooi=seen.ooi, probabilities=_divided(scores), source=seen.source
+    )
+
+
+def _of_instances(detections: Detections, labels: Sequence[str], longest_px: int) -> Heatmap:
     h, w = heatmap_size(detections.image_size, longest_px)
     ooi = detections.ooi
     channels = tuple(labels) if ooi is None or ooi in labels else (*labels, ooi)
@@ -34,15 +45,18 @@ def distribution_of(
         if one.label in channels:
             inside = _pixels(one, (h, w), detections.image_size)
             missed[channels.index(one.label)][inside] *= 1.0 - one.score
-    scores = 1.0 - missed
-    total = scores.sum(axis=0)
-    scores += np.maximum(0.0, 1.0 - total) / len(channels)
     return Heatmap(
         labels=tuple(labels),
         ooi=ooi,
-        probabilities=quantise(scores / scores.sum(axis=0)),
+        probabilities=_divided(1.0 - missed),
         source=detections.source,
     )
+
+
+def _divided(scores: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Turn (C, h, w) scores into (h, w, C) probabilities in units of 1/255."""
+    scores = scores + np.maximum(0.0, 1.0 - scores.sum(axis=0)) / len(scores)
+    return quantise(scores / scores.sum(axis=0))
 
 
 def _pixels(one: Instance, size: tuple[int, int], image: tuple[int, int]) -> NDArray[np.bool_]:

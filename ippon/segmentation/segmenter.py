@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.observation import Heatmap, Observation
+from ippon.observation_model import LEAST_SCORE
 from ippon.segmentation.errors import SegmentationError
 
 MAX_LABELS = 512
@@ -45,7 +46,7 @@ class DenseSegmenter(Protocol):
         """Tell how probable each label is at each pixel; see `Segmenter.segment`.
 
         Returns:
-            Probabilities; the channels of a pixel sum to 255.
+            Probabilities, the channels of a pixel summing to 255; or scores of each label.
         """
         ...
 
@@ -77,7 +78,7 @@ def checked_channels(
 
 
 def heatmap_of(
-    probabilities: NDArray[np.float32], labels: Sequence[str], ooi: str | None
+    probabilities: NDArray[np.float32], labels: Sequence[str], ooi: str | None, source: str = ""
 ) -> Heatmap:
     """Make a heatmap of probabilities that sum to 1.
 
@@ -85,15 +86,48 @@ def heatmap_of(
         probabilities: (C, h, w) float32, in the order of `checked_channels`.
         labels: Common labels.
         ooi: Object of interest, or None.
+        source: Name of the network.
 
     Raises:
         SegmentationError: They are not finite numbers, as where half precision overflowed.
     """
-    if not np.isfinite(probabilities).all():
+    _check_finite(probabilities)
+    return Heatmap(
+        labels=tuple(labels), ooi=ooi, probabilities=quantise(probabilities), source=source
+    )
+
+
+def score_heatmap_of(
+    scores: NDArray[np.float32], labels: Sequence[str], ooi: str | None, source: str
+) -> Heatmap:
+    """Make a heatmap of kind `scores`, in which each label has a score at each pixel.
+
+    Args:
+        scores: (C, h, w) float32, 0 to 1, in the order of `checked_channels`.
+        labels: Common labels.
+        ooi: Object of interest, or None.
+        source: Name of the network.
+
+    Raises:
+        SegmentationError: They are not finite numbers.
+    """
+    _check_finite(scores)
+    # The values below stand for what was not recognised, or not looked at.
+    values = np.maximum(np.rint(255.0 * scores.transpose(1, 2, 0)), LEAST_SCORE)
+    return Heatmap(
+        labels=tuple(labels),
+        ooi=ooi,
+        probabilities=values.astype(np.uint8),
+        kind="scores",
+        source=source,
+    )
+
+
+def _check_finite(values: NDArray[np.float32]) -> None:
+    if not np.isfinite(values).all():
         raise SegmentationError(
             "the network gave values that are not numbers; try --segmentation.precision float32"
         )
-    return Heatmap(labels=tuple(labels), ooi=ooi, probabilities=quantise(probabilities))
 
 
 def quantise(probabilities: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -20,10 +20,10 @@ from ippon.segmentation.backends.pretrained import (
 )
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
-from ippon.segmentation.label_probabilities import as_tensor, normalised, probabilities_of, resized
+from ippon.segmentation.label_probabilities import as_tensor, normalised, resized
 from ippon.segmentation.prompts import PLAIN_TEMPLATES, words_of
 from ippon.segmentation.published import USUAL
-from ippon.segmentation.segmenter import checked_channels, heatmap_of, heatmap_size
+from ippon.segmentation.segmenter import checked_channels, heatmap_size, score_heatmap_of
 
 LABELS_AT_ONCE = 8
 """The decoder runs once for each label; more at once take more memory."""
@@ -51,7 +51,7 @@ class ClipSegSegmenter:
         self._embeddings: dict[str, Tensor] = {}
 
     def segment(self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None) -> Heatmap:
-        """Tell how probable each label is at each pixel; see `Segmenter.segment`."""
+        """Score each label at each pixel, by itself; see `Segmenter.segment`."""
         channels = checked_channels(color, labels, ooi)
         height, width = color.shape[:2]
         size = heatmap_size((height, width), self._config.longest_side_px)
@@ -61,8 +61,7 @@ class ClipSegSegmenter:
             small = functional.interpolate(
                 logits[None].float(), size=size, mode="bilinear", align_corners=False
             )[0]
-            probabilities = probabilities_of(small.sigmoid())
-            return heatmap_of(probabilities.cpu().numpy(), labels, ooi)
+            return score_heatmap_of(small.sigmoid().cpu().numpy(), labels, ooi, "clipseg")
 
     def _logits(self, image: Tensor, conditions: Tensor) -> Tensor:
         """Return (C, h, w): the image is encoded once, decoded for each label."""

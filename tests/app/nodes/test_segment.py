@@ -13,7 +13,7 @@ from app.messages import keys
 from app.messages.control import SegmentationLabels, encode
 from app.messages.images import decode_heatmap, encode_color
 from app.nodes.segment import SegmentConfig, SegmentNode
-from ippon.observation import Heatmap
+from ippon.observation import Detections, Heatmap, Instance
 from ippon.segmentation.errors import OutOfMemoryError
 
 OPTICAL = "camera_color_optical_frame"
@@ -83,6 +83,28 @@ def test_the_newest_image_is_segmented_and_keeps_its_stamp(wired):
     assert [h.stamp_ns for h in heatmaps] == [1, 4]
     assert heatmaps[0].heatmap.ooi == "hat"
     assert (heatmaps[0].heatmap.probabilities[..., -1] == 255).all()
+
+
+def test_instances_are_sent_as_probabilities(wired, monkeypatch):
+    router, _, heatmaps, network, _ = wired
+    one = Instance(label="hat", score=0.9, box_px=(0.0, 0.0, 32.0, 24.0))
+
+    def segment(color, labels, ooi):
+        return Detections(
+            source="boxes",
+            labels=(*labels, ooi),
+            ooi=ooi,
+            image_size=color.shape[:2],
+            instances=(one,),
+        )
+
+    monkeypatch.setattr(network, "segment", segment)
+    router.put(f"r/{keys.COLOR}", image(1))
+    wait_until(lambda: heatmaps)
+    seen = heatmaps[0].heatmap
+    assert (seen.labels, seen.ooi) == (("wall", "sofa"), "hat")
+    assert seen.probabilities[5, 5].argmax() == 2
+    assert seen.probabilities[40, 60].max() < 100
 
 
 def test_labels_change_from_one_image_to_the_next(wired):

@@ -74,3 +74,23 @@ def test_folding_keeps_the_sum_of_every_pixel():
 def test_no_label_stands_in_two_groups():
     names = [name for group in DISTRACTORS for name in group]
     assert len(names) == len(set(names))
+
+
+def test_scores_that_a_distractor_exceeds_say_nothing():
+    """Channels: wall, others, two distractors, hat."""
+    values = np.array([[[200, 30, 90, 100, 60], [10, 30, 5, 6, 60]]], np.uint8)
+    seen = Heatmap(
+        labels=("wall", "others", "button", "cable"),
+        ooi="hat",
+        probabilities=values,
+        kind="scores",
+        source="clipseg",
+    )
+    kept = folded(seen, 2)
+    assert (kept.labels, kept.ooi, kept.kind, kept.source) == (
+        ("wall", "others"),
+        "hat",
+        "scores",
+        "clipseg",
+    )
+    assert kept.probabilities.tolist() == [[[200, 100, 1], [10, 30, 60]]]

@@ -1,8 +1,8 @@
-"""Instances as a heatmap without depth."""
+"""Scores and instances as probabilities."""
 
 import numpy as np
 
-from ippon.observation import Detections, Instance
+from ippon.observation import Detections, Heatmap, Instance
 from ippon.segmentation.instance_heatmap import distribution_of
 
 LABELS = ("cup", "tv", "wall")
@@ -57,3 +57,14 @@ def test_channels_are_those_asked_for():
     # A label that is not asked for is left out.
     heatmap = distribution_of(seen(cup(0.9)), ("wall", "tv"))
     assert np.ptp(heatmap.probabilities.astype(int), axis=2).max() <= 1
+
+
+def test_scores_become_probabilities_and_probabilities_stay():
+    values = np.array([[[204, 0, 1], [255, 255, 2]]], np.uint8)
+    scores = Heatmap(labels=LABELS, ooi=None, probabilities=values, kind="scores", source="c")
+    heatmap = distribution_of(scores, LABELS)
+    assert (heatmap.kind, heatmap.source) == ("distribution", "c")
+    assert heatmap.probabilities[0, 0].tolist() == [221, 17, 17]
+    assert heatmap.probabilities[0, 1].argmin() == 2
+    assert (heatmap.probabilities.sum(axis=2, dtype=int) == 255).all()
+    assert distribution_of(heatmap, LABELS) is heatmap

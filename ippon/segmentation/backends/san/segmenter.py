@@ -66,7 +66,7 @@ class SanSegmenter:
             image, seen = self._prepare(color)
             class_logits, mask_logits = self._run(image, weights)
             probabilities = label_probabilities(class_logits[0], mask_logits[0], seen, size)
-            return heatmap_of(probabilities.cpu().numpy(), labels, ooi)
+            return heatmap_of(probabilities.cpu().numpy(), labels, ooi, "san")
 
     def _class_weights(self, channels: tuple[str, ...]) -> Tensor:
         if self._weights is None or self._weights[0] != channels:
