@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -138,6 +139,18 @@ def test_instances_get_masks_and_keep_the_rest(folder, image_by_formula):
         assert (one.label, one.score, one.box_px) == (bare.label, bare.score, bare.box_px)
         assert one.mask is None or (one.mask.shape == (24, 32) and one.mask.any())
     assert any(one.mask is not None for one in seen.instances)
+
+
+@pytest.mark.parametrize("precision", ["float16", "bfloat16"])
+def test_half_precision_outlines_about_the_same(folder, image_by_formula, precision):
+    color = image_by_formula(48, 64)
+    half = replace(CONFIG, precision=precision)
+    with torch.inference_mode():
+        one, other = (
+            BoxMasks("sam2", which, folder).outline(color, BOXES, (24, 32))
+            for which in (CONFIG, half)
+        )
+    assert (one != other).float().mean() < 0.05
 
 
 def test_masks_that_are_there_stay_and_no_box_is_no_work(folder, image_by_formula, monkeypatch):

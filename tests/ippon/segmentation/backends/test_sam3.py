@@ -108,6 +108,16 @@ def test_detections_lie_in_the_image_and_carry_the_labels(segmenter, image_by_fo
     assert segmenter.segment(image_by_formula(48, 64), ("wall",), None).labels == ("wall",)
 
 
+@pytest.mark.parametrize("precision", ["float16", "bfloat16"])
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_half_precision_finds_about_the_same(folder, image_by_formula, backend, precision):
+    color = image_by_formula(48, 64)
+    full = Sam3Segmenter(config(backend), folder).segment(color, LABELS, None)
+    half = Sam3Segmenter(config(backend, precision=precision), folder).segment(color, LABELS, None)
+    assert half.instances[0].score == pytest.approx(full.instances[0].score, abs=0.03)
+    assert abs(len(half.instances) - len(full.instances)) <= 0.3 * len(full.instances)
+
+
 def test_an_image_that_cannot_be_written_to_is_taken(segmenter, image_by_formula):
     color = image_by_formula(48, 64)
     color.flags.writeable = False
