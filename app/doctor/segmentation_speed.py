@@ -1,5 +1,6 @@
 """The speed of a segmentation network on this machine."""
 
+import os
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -97,6 +98,9 @@ def random_san(name: str, config: SegmentationConfig) -> "Segmenter":
 
 
 def _where(config: SegmentationConfig) -> str:
+    if config.backend == "detector":
+        cores = config.threads or os.cpu_count()
+        return f"{config.device}, {cores} threads of the processor at most"
     import torch
 
     from ippon.segmentation.device import choose_device, choose_dtype

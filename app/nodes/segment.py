@@ -135,6 +135,17 @@ class SegmentNode:
             self._changed.notify()
 
 
+def checked_heatmap(seen: Observation) -> Heatmap:
+    """Return an observation that is a heatmap.
+
+    Raises:
+        SegmentationError: It is another kind.
+    """
+    if not isinstance(seen, Heatmap):
+        raise SegmentationError(f"heatmaps are sent; {seen.source} finds boxes")
+    return seen
+
+
 def run_segment(config: SegmentConfig, segmenter: Segmenter) -> None:
     """Segment a robot's images until SIGINT or SIGTERM.
 

@@ -22,10 +22,14 @@ def load_segmenter(config: SegmentationConfig, folder: Path) -> Segmenter:
         CheckpointError: The weights are missing, damaged or of another network.
         SegmentationError: There is no such device.
     """
+    # Imported only now: the library does without them.
+    if config.backend == "detector":
+        from ippon.segmentation.detectors.detector import Detector  # noqa: PLC0415
+
+        return Detector(config, folder)
     _check_packages()
     match config.backend:
         case "owlv2" | "sam3" | "sam3-lite" | "grounding-dino":
-            # Imported only now: the library does without them.
             from ippon.segmentation.backends.finders import load_finder  # noqa: PLC0415
 
             return load_finder(config.backend, config, folder)

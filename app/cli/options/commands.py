@@ -8,7 +8,7 @@ import tyro
 
 from app.cli.options.evaluation import Eval
 from app.cli.options.language_model import Llm
-from app.cli.options.segmentation import NavigatorSegmentation, RecogniseSegmentation, Segmentation
+from app.cli.options.segmentation import NavigatorSegmentation, Segmentation
 
 Positional = tyro.conf.Positional
 Speed = Literal["1", "2", "max"]
@@ -298,7 +298,7 @@ class Recognise:
     """JSON file that says what the network's scores are worth; without one, the shipped default."""
     floor_m: float | None = None
     """Height of a dataset's floor along its up; estimated without."""
-    segmentation: RecogniseSegmentation = field(default_factory=RecogniseSegmentation)
+    segmentation: Segmentation = field(default_factory=Segmentation)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

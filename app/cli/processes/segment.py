@@ -83,6 +83,10 @@ def config_of(options: Segmentation) -> SegmentationConfig:
         short_side_px=options.short_side_px,
         small_objects=options.small_objects,
         distractors=options.distractors,
+        labels_file=options.labels_file,
+        family=options.family,
+        threads=options.threads,
+        input_px=options.input_px,
     )
 
 
@@ -97,6 +101,10 @@ def arguments_of(options: Segmentation) -> list[str]:
         "longest-side-px": str(options.longest_side_px),
         "short-side-px": str(options.short_side_px),
         "models": str(options.models or ""),
+        "labels-file": options.labels_file,
+        "family": options.family,
+        "threads": str(options.threads),
+        "input-px": str(options.input_px),
     }
     flags = {
         "compile": options.compile,

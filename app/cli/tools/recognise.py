@@ -2,19 +2,17 @@
 
 import json
 import sys
-from pathlib import Path
+from collections.abc import Sequence
 
 from rich.console import Console
 from rich.progress import Progress
 
 from app.cli.options.commands import Recognise
-from app.cli.options.segmentation import RecogniseSegmentation, Segmentation
 from app.cli.processes.segment import segmenter_of
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError
 from app.recognition.frames import open_source
 from app.recognition.recognition import (
-    Observe,
     RecognisedFind,
     Recognition,
     in_own_world,
@@ -25,8 +23,9 @@ from ippon.observation_model import (
     ObservationModels,
     read_observation_model,
 )
-from ippon.segmentation.detectors.nanodet import NanoDetSegmenter
+from ippon.segmentation.detectors.vocabulary import closed_vocabulary
 from ippon.segmentation.errors import SegmentationError
+from ippon.segmentation.segmenter import Segmenter
 from ippon.vocabulary import canonical_label
 
 
@@ -40,37 +39,40 @@ def run_recognise(command: Recognise) -> int:
         own = command.observation_model
         models = ObservationModels([] if own is None else [read_observation_model(own)])
         recognition = Recognition(objects, models, voxel_size_m=command.voxel_size_m)
-        observe, unknown = _network(command.segmentation, objects)
+        segmenter = segmenter_of(command.segmentation)
+        label_of = _labels_of(segmenter, objects, recognition.labels)
         with Progress(console=Console(file=sys.stderr), transient=True) as progress:
             task = progress.add_task("frames", total=source.count)
-            recognise(source, recognition, observe, lambda n: progress.update(task, completed=n))
+            recognise(
+                source,
+                recognition,
+                lambda frame, labels: segmenter.segment(frame.color, labels, None),
+                lambda n: progress.update(task, completed=n),
+            )
         for name in objects:
-            _print(name, in_own_world(recognition, name, source.T_map_world), as_json=command.json)
+            label = label_of.get(name)
+            finds = [] if label is None else in_own_world(recognition, label, source.T_map_world)
+            _print(name, finds, as_json=command.json)
     except (DatasetError, SegmentationError, ObservationModelError, ValueError) as error:
         raise UsageError(str(error)) from error
     if recognition.refused:
         print(f"ippon: {recognition.refused} frames were refused", file=sys.stderr)
-    return 2 if len(unknown) == len(objects) else 0
+    return 0 if label_of else 2
 
 
-def _network(options: RecogniseSegmentation, objects: list[str]) -> tuple[Observe, list[str]]:
-    """Load the network; returns it and the objects that it cannot tell, which are said."""
-    if options.backend != "detector":
-        plain = Segmentation(
-            **{name: getattr(options, name) for name in Segmentation.__dataclass_fields__}
-        )
-        segmenter = segmenter_of(plain)
-        return lambda frame, labels: segmenter.segment(frame.color, labels, None), []
-    if not options.model:
-        raise UsageError(
-            "the detector needs its file: --segmentation.model FILE.param, with FILE.bin beside it"
-        )
-    detector = NanoDetSegmenter(Path(options.model).expanduser())
-    reasons = {name: detector.vocabulary.cannot_see(name) for name in objects}
-    unknown = [name for name, reason in reasons.items() if reason is not None]
-    for name in unknown:
-        print(f"ippon: {reasons[name]}", file=sys.stderr)
-    return lambda frame, labels: detector.detect(frame.color, labels, None), unknown
+def _labels_of(segmenter: Segmenter, objects: list[str], labels: Sequence[str]) -> dict[str, str]:
+    """Return the labels under which objects are found; those that cannot be told are said."""
+    vocabulary = closed_vocabulary(segmenter)
+    if vocabulary is None:
+        return {name: name for name in objects}
+    label_of: dict[str, str] = {}
+    for name in objects:
+        label = vocabulary.label_for(name, labels)
+        if label is None:
+            print(f"ippon: {vocabulary.refusal(name)}", file=sys.stderr)
+        else:
+            label_of[name] = label
+    return label_of
 
 
 def _print(name: str, finds: list[RecognisedFind], *, as_json: bool) -> None:

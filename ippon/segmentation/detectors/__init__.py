@@ -1,1 +1,1 @@
-"""Detectors from files: `nanodet` runs ncnn files, `vocabulary` names what they can tell."""
+"""Detectors with a fixed list of kinds of thing, from ONNX and ncnn files."""

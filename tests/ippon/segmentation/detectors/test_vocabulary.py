@@ -1,17 +1,114 @@
-from ippon.segmentation.detectors.vocabulary import COCO_80, SAME, Vocabulary
+"""What a closed vocabulary knows, and what it says of the rest."""
+
+import pytest
+
+from ippon.guidance.language.naming import resolve_object, same_object
+from ippon.segmentation.detectors.coco import ALSO, COCO_80, COCO_91, NO_CLASS, SAME, answers_of
+from ippon.segmentation.detectors.vocabulary import (
+    ClosedVocabulary,
+    closed_vocabulary,
+    refusal_of,
+)
+from ippon.vocabulary import LABORATORY_40, MATTERPORT_40
+
+COCO = ClosedVocabulary.of(COCO_80)
+NOT_READ_AS_WRITTEN = {"traffic_light", "parking_meter", "hot_dog"}
+"""Words that the text of a goal turns into others: a hot dog is a dog that is hot."""
 
 
-def test_every_other_name_stands_for_a_class_of_coco():
-    assert len(COCO_80) == len(set(COCO_80)) == 80
-    assert set(SAME) <= set(COCO_80)
-    vocabulary = Vocabulary()
-    assert vocabulary.class_of("sofa") == COCO_80.index("couch")
-    assert vocabulary.cannot_see("mug") is None
+def test_the_numbers_of_coco_are_those_of_its_categories():
+    assert (len(COCO_80), len(COCO_91), len(set(COCO_80))) == (80, 91, 80)
+    assert [COCO_91[k] for k in (1, 47, 62, 67, 72, 90)] == [
+        "person", "cup", "chair", "dining_table", "tv", "toothbrush",
+    ]  # fmt: skip
+    assert tuple(name for name in COCO_91 if name != NO_CLASS) == COCO_80
 
 
-def test_what_it_cannot_see_is_said_with_what_can():
-    assert Vocabulary().cannot_see("hat") == (
-        "this detector knows 80 kinds of thing, and 'hat' is none of them; an open-vocabulary "
-        "network takes any word: --segmentation.backend san, clipseg or owlv2"
+@pytest.mark.parametrize("vocabulary", [MATTERPORT_40, LABORATORY_40, ()])
+def test_a_person_who_asks_for_a_class_is_answered_by_it(vocabulary):
+    for name in COCO_80:
+        if name in NOT_READ_AS_WRITTEN:
+            continue
+        ooi = resolve_object(name.replace("_", " "), vocabulary).canonical
+        assigned = COCO.assign(vocabulary or ("wall",), ooi)
+        assert assigned.ooi == ooi, name
+        assert assigned.label_of_class[COCO_80.index(name)] == ooi
+
+
+def test_synonyms_are_those_of_the_words_that_people_ask_with():
+    unknown = {"motorbike", "aeroplane", "doughnut", "tennis_racquet", "microwave_oven"}
+    for first, *rest in SAME:
+        for other in rest:
+            assert other in unknown or same_object(first, other), (first, other)
+    assert set(ALSO) <= {name for group in SAME for name in group} | set(COCO_80)
+
+
+def test_labels_are_those_that_were_asked_for_and_can_be_told():
+    assigned = COCO.assign(("wall", "sofa", "table", "fridge", "appliances"), "mug")
+    assert assigned.labels == ("sofa", "table", "fridge", "mug")
+    assert assigned.ooi == "mug"
+    told = dict(zip(COCO_80, assigned.label_of_class, strict=True))
+    assert told["couch"] == "sofa"
+    assert told["dining_table"] == "table"
+    assert told["refrigerator"] == "fridge"
+    assert told["oven"] is None
+    assert told["cup"] == "mug"
+    assert told["person"] is None
+
+
+def test_the_object_of_interest_comes_before_common_labels():
+    assigned = COCO.assign(("tv", "chair"), "monitor")
+    assert (assigned.labels, assigned.ooi) == (("chair", "monitor"), "monitor")
+    assigned = COCO.assign(("tv", "monitor"), "tv")
+    assert (assigned.labels, assigned.ooi) == (("tv",), "tv")
+
+
+def test_what_cannot_be_seen_is_said():
+    assert COCO.assign(("chair",), "hat").ooi is None
+    assert COCO.assign(("wall", "floor"), "hat").labels == ()
+    assert COCO.unseen(("wall", "chair", "hat", "television")) == ("wall", "hat")
+    assert not COCO.knows("")
+
+
+@pytest.mark.parametrize(
+    ("label", "near"),
+    [
+        ("desk_chair", ("chair",)),
+        ("coffee_table", ("dining_table",)),
+        ("beer_bottle", ("bottle",)),
+        ("bakpack", ("backpack",)),
+        ("keybord", ("keyboard",)),
+        ("stuffed_bear", ("bear", "teddy_bear")),
+        ("hat", ()),
+    ],
+)
+def test_the_nearest_kinds_share_a_word_or_are_misspelt(label, near):
+    assert COCO.nearest(label) == near
+
+
+def test_a_refusal_says_what_would_do():
+    assert ClosedVocabulary.of(["cup", "office chair", "", "cup"]).refusal("arm_chair") == (
+        "this detector knows 2 kinds of thing and 'arm_chair' is none of them; nearest to it: "
+        "office_chair; it knows: cup, office_chair; an open-vocabulary network "
+        "(--segmentation.backend san or owlv2) takes any word"
     )
-    assert "teddy_bear" in (Vocabulary().cannot_see("teddy_bears") or "")
+    many = ClosedVocabulary.of([f"thing {k}" for k in range(365)]).refusal("hat")
+    assert "knows 365 kinds of thing" in many
+    assert "thing_99 and 265 more; an open" in many
+
+
+def test_only_closed_vocabularies_refuse():
+    class Closed:
+        vocabulary = COCO
+
+    assert closed_vocabulary(Closed()) is COCO
+    assert refusal_of(Closed(), "couch") is None
+    assert "'hat' is none of them" in (refusal_of(Closed(), "hat") or "")
+    assert closed_vocabulary(object()) is None
+    assert refusal_of(object(), "hat") is None
+
+
+def test_a_class_answers_to_its_own_name_first():
+    assert answers_of("couch") == ("couch", "sofa")
+    assert answers_of("television") == ("television", "tv", "monitor", "screen")
+    assert answers_of("forklift") == ("forklift",)

@@ -1,0 +1,79 @@
+"""The classes of COCO (Lin et al., ECCV 2014), and what labels they answer to."""
+
+from typing import Final
+
+NO_CLASS: Final = ""
+"""Stands where an output of a network belongs to no class."""
+
+_NAMES: Final = """
+    person bicycle car motorcycle airplane bus train truck boat traffic_light fire_hydrant
+    stop_sign parking_meter bench bird cat dog horse sheep cow elephant bear zebra giraffe backpack
+    umbrella handbag tie suitcase frisbee skis snowboard sports_ball kite baseball_bat
+    baseball_glove skateboard surfboard tennis_racket bottle wine_glass cup fork knife spoon bowl
+    banana apple sandwich orange broccoli carrot hot_dog pizza donut cake chair couch potted_plant
+    bed dining_table toilet tv laptop mouse remote keyboard cell_phone microwave oven toaster sink
+    refrigerator book clock vase scissors teddy_bear hair_drier toothbrush
+"""
+COCO_80: Final[tuple[str, ...]] = tuple(_NAMES.split())
+"""The classes in the order of most detectors."""
+
+_NUMBERS_WITHOUT_CLASS: Final = frozenset({0, 12, 26, 29, 30, 45, 66, 68, 69, 71, 83})
+"""Numbers up to 90 that the data set's list of categories leaves out."""
+
+
+def _by_category_number() -> tuple[str, ...]:
+    classes = iter(COCO_80)
+    return tuple(
+        NO_CLASS if number in _NUMBERS_WITHOUT_CLASS else next(classes) for number in range(91)
+    )
+
+
+COCO_91: Final = _by_category_number()
+"""The classes by the data set's own numbers, 0 to 90, as DETR and RF-DETR have them."""
+
+SAME: Final[tuple[tuple[str, ...], ...]] = (
+    ("sofa", "couch"),
+    ("plant", "potted_plant", "houseplant"),
+    ("tv", "television"),
+    ("refrigerator", "fridge"),
+    ("microwave", "microwave_oven"),
+    ("computer_mouse", "mouse"),
+    ("remote_control", "remote"),
+    ("hair_dryer", "hair_drier"),
+    ("cell_phone", "mobile_phone", "smartphone"),
+    ("bicycle", "bike"),
+    ("motorcycle", "motorbike"),
+    ("airplane", "aeroplane"),
+    ("donut", "doughnut"),
+    ("backpack", "rucksack"),
+    ("tennis_racket", "tennis_racquet"),
+)
+"""Names of one thing. They agree with the table of the words that people ask with."""
+
+ALSO: Final[dict[str, tuple[str, ...]]] = {
+    "cup": ("mug", "coffee_cup", "coffee_mug", "teacup"),
+    "tv": ("monitor", "screen", "tv_monitor", "computer_monitor"),
+    "couch": ("settee",),
+    "dining_table": ("table", "desk"),
+    "potted_plant": ("flower_pot",),
+    "cell_phone": ("phone",),
+    "remote": ("tv_remote",),
+    "sports_ball": ("ball",),
+    "teddy_bear": ("teddy",),
+    "airplane": ("plane",),
+    "handbag": ("purse",),
+}
+"""Labels that a class answers to beside its own names: the annotators of COCO gave these things its
+name. Broader words (seating, appliances) are not among them: of a chair, a weak score for a bench
+would then speak for seating."""
+
+
+def answers_of(name: str) -> tuple[str, ...]:
+    """Return the labels that a class answers to, best first, its own name before all.
+
+    Args:
+        name: Canonical name of the class.
+    """
+    same = next((group for group in SAME if name in group), (name,))
+    also = [label for one in same for label in ALSO.get(one, ())]
+    return tuple(dict.fromkeys((name, *same, *also)))

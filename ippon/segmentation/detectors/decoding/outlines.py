@@ -1,0 +1,44 @@
+"""Masks of things as pictures of the network's input, cut to the image."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.segmentation.detectors.image_input import Placement
+
+_INSIDE: Final = 0.5
+"""Probability from which a pixel belongs to the thing."""
+
+
+def outlined(
+    chance: NDArray[np.float64], place: Placement, box: NDArray[np.float64] | None = None
+) -> NDArray[np.bool_]:
+    """Return which part of the image a thing fills.
+
+    Args:
+        chance: (h, w) probability that each part of the network's input belongs to it.
+        place: Where the image lies in the input.
+        box: (4,) left, top, right, bottom in pixels of the input, which the thing does not leave.
+
+    Returns:
+        (h', w') over the image and in proportion to it, about as fine as `chance`.
+    """
+    inside = chance >= _INSIDE
+    if box is not None:
+        height, width = chance.shape
+        v = (np.arange(height) + 0.5) * place.input_size[0] / height
+        u = (np.arange(width) + 0.5) * place.input_size[1] / width
+        inside &= ((v >= box[1]) & (v < box[3]))[:, None] & ((u >= box[0]) & (u < box[2]))
+    part = inside[place.share_of_input(*chance.shape)]
+    return _in_proportion(part, place.image_size)
+
+
+def _in_proportion(part: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.bool_]:
+    """Bring an (h, w) picture of an (H, W) image to its proportions, by the nearest pixels."""
+    longest = max(part.shape)
+    scale = longest / max(size)
+    height, width = (max(1, round(side * scale)) for side in size)
+    v = np.arange(height) * part.shape[0] // height
+    u = np.arange(width) * part.shape[1] // width
+    return part[v[:, None], u]

@@ -1,0 +1,213 @@
+"""A detector with a fixed list of kinds of thing, as a segmenter."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.observation import Detections
+from ippon.segmentation.config import DetectorFamily, SegmentationConfig
+from ippon.segmentation.detectors.decoding.candidates import Candidates
+from ippon.segmentation.detectors.errors import OutputError
+from ippon.segmentation.detectors.families import HABITS, Layout, decode, recognise
+from ippon.segmentation.detectors.image_input import ImageInput, Placement
+from ippon.segmentation.detectors.labels import (
+    described,
+    fitted,
+    labels_beside,
+    read_labels_file,
+)
+from ippon.segmentation.detectors.model_file import find_model, open_network
+from ippon.segmentation.detectors.network import Network, Tensors
+from ippon.segmentation.detectors.suppression import suppressed
+from ippon.segmentation.detectors.vocabulary import Assignment
+from ippon.segmentation.errors import CheckpointError
+from ippon.segmentation.instances import MAX_INSTANCES, make_detections
+from ippon.segmentation.segmenter import checked_channels
+
+LEAST_SCORE: Final = 0.05
+"""Boxes below are left out. Low, since the observation model decides what a score is worth; lower
+ones are hundreds an image."""
+_SIDE_PX: Final = 640
+"""Side of the input where a file leaves it open, as most detectors have it."""
+_SIZES: Final = ("orig_target_sizes", "images_sizes", "orig_size")
+"""Input of RT-DETR's and D-FINE's own exports: the size that boxes refer to."""
+_MASK: Final = "pixel_mask"
+"""Input of DETR's exports: which pixels are image."""
+
+
+class Detector:
+    """Finds the kinds of thing that a network was trained on; implements `Segmenter`."""
+
+    def __init__(self, config: SegmentationConfig, folder: Path) -> None:
+        """Load a network and recognise its family.
+
+        Args:
+            config: `model`, `device`, `labels_file`, `family`, `threads` and `input_px` count.
+            folder: Where models lie that are given by name.
+
+        Raises:
+            CheckpointError: A file is missing, damaged, or of no detector that is known.
+            MissingPackageError: onnxruntime or ncnn is not installed.
+            SegmentationError: There is no such device.
+        """
+        path = find_model(config.model, folder)
+        self._network: Network = open_network(
+            path, device=config.device, threads=config.threads, input_px=config.input_px
+        )
+        self.source = source_name(path)
+        self._image, size = image_name_and_size(self._network, config.input_px)
+        if self._network.notes.get("head") == "RTDETRDecoder":
+            raise CheckpointError(
+                f"{path.name} is RT-DETR as Ultralytics exports it, which is not known here: export"
+                " it with its authors' repository or with optimum (transformers)"
+            )
+        said = (
+            read_labels_file(Path(config.labels_file))
+            if config.labels_file
+            else labels_beside(path, self._network.notes)
+        )
+        # An image of zeros shows the shapes of the outputs, also where the file leaves them open.
+        outputs = self._network.run(self._feeds(np.zeros((3, *size), np.float32)))
+        self.layout: Layout = recognise(
+            outputs, size, _family(config.family, path), None if said is None else len(said.classes)
+        )
+        self.vocabulary = fitted(said, self.layout)
+        """The kinds of thing that it finds."""
+        self.image_input = image_input(self.layout, size, path)
+        self._read(outputs)
+
+    def segment(
+        self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None
+    ) -> Detections:
+        """Find instances of those labels that the network can tell; see `Segmenter.segment`."""
+        checked_channels(color, labels, ooi)
+        values, place = self.image_input.prepare(color)
+        found = self._read(self._network.run(self._feeds(values)))
+        return self._detections(found, place, self.vocabulary.assign(labels, ooi))
+
+    def _feeds(self, values: NDArray[np.float32]) -> Tensors:
+        """Return the inputs of the network for one prepared image."""
+        feeds: dict[str, NDArray[Any]] = {}
+        for name in self._network.inputs:
+            if name == self._image:
+                feeds[name] = values[None]
+            elif name in _SIZES:
+                # Width before height; boxes then are in pixels of the input.
+                feeds[name] = np.array([values.shape[:0:-1]], np.int64)
+            elif name == _MASK:
+                feeds[name] = np.ones((1, *values.shape[1:]), np.int64)
+        return feeds
+
+    def _read(self, outputs: Tensors) -> Candidates:
+        found = decode(outputs, self.layout, len(self.vocabulary.classes), self.image_input.size)
+        if found.scores.shape[1] != len(self.vocabulary.classes):
+            raise OutputError(
+                f"the network gives {found.scores.shape[1]} scores a box and has "
+                f"{len(self.vocabulary.classes)} classes"
+            )
+        return found
+
+    def _detections(self, found: Candidates, place: Placement, assigned: Assignment) -> Detections:
+        """Keep what was asked for and is likely enough, one box a thing."""
+        columns = [k for k, one in enumerate(assigned.label_of_class) if one is not None]
+        rows, picked = np.nonzero(found.scores[:, columns] >= LEAST_SCORE)
+        classes = np.array(columns, np.int64)[picked]
+        # Classes that stand for one label are one kind of thing.
+        kinds = np.array(
+            [assigned.labels.index(str(assigned.label_of_class[k])) for k in classes], np.int64
+        )
+        scores = found.scores[rows, classes]
+        boxes = found.boxes[rows]
+        keep = np.argsort(-scores, kind="stable")
+        if not found.distinct:
+            finite = np.flatnonzero(np.isfinite(boxes).all(axis=1))
+            overlap = HABITS[self.layout.family].overlap
+            keep = finite[suppressed(boxes[finite], scores[finite], kinds[finite], overlap)]
+        keep = keep[:MAX_INSTANCES]
+        masks = None if found.masks is None else found.masks([int(rows[k]) for k in keep], place)
+        return make_detections(
+            place.boxes_in_image(boxes[keep]),
+            scores[keep],
+            [assigned.labels[kinds[k]] for k in keep],
+            source=self.source,
+            labels=assigned.labels,
+            ooi=assigned.ooi,
+            image_size=place.image_size,
+            masks=masks,
+        )
+
+
+def source_name(path: Path) -> str:
+    """Return the name of a network: its file's, or its folder's where all files are called alike.
+
+    Exports of `transformers` are called model.onnx, those of Ultralytics model.ncnn.param.
+    """
+    stem = path.stem.removesuffix(".ncnn")
+    return path.absolute().parent.name if stem.split("_", maxsplit=1)[0] == "model" else stem
+
+
+def image_name_and_size(network: Network, input_px: int) -> tuple[str, tuple[int, int]]:
+    """Return the name of the input that takes the image, and its (H, W).
+
+    Args:
+        network: Loaded.
+        input_px: Side where the file leaves it open; 0 for the usual.
+
+    Raises:
+        CheckpointError: The network takes something else, or images of another size.
+    """
+    images = {name: shape for name, shape in network.inputs.items() if len(shape) == 4}
+    others = set(network.inputs) - set(images) - {*_SIZES, _MASK}
+    name, shape = next(iter(images.items()), ("", ()))
+    if len(images) != 1 or others or shape[0] not in {None, 1} or shape[1] not in {None, 3}:
+        said = ", ".join(f"{one} {size}" for one, size in network.inputs.items())
+        raise CheckpointError(
+            f"this network takes {said}; a detector takes one image, (1, 3, height, width)"
+        )
+    side = input_px or _SIDE_PX
+    height, width = shape[2] or side, shape[3] or side
+    if input_px and {height, width} != {input_px}:
+        raise CheckpointError(
+            f"this network takes images of {width}x{height} alone; leave out "
+            "--segmentation.input-px"
+        )
+    return name, (height, width)
+
+
+def _family(wanted: DetectorFamily, model: Path) -> DetectorFamily:
+    """Return the family that a person or `config.json` beside the model names."""
+    if wanted != "auto":
+        return wanted
+    kinds: dict[object, DetectorFamily] = {"detr": "detr", "yolos": "detr", "rf_detr": "rf-detr"}
+    return kinds.get(described(model).get("model_type"), "auto")
+
+
+def image_input(layout: Layout, size: tuple[int, int], model: Path) -> ImageInput:
+    """Return what the network expects of its images.
+
+    The family's habits hold, except where `preprocessor_config.json` beside the model says other
+    means and deviations.
+    """
+    habits = HABITS[layout.family]
+    mean, factor = habits.mean, habits.factor
+    said = described(model, "preprocessor_config.json")
+    if said.get("do_normalize") is True:
+        mean = _triple([255.0 * x for x in said.get("image_mean", [])], mean)
+        factor = _triple([1.0 / (255.0 * x) for x in said.get("image_std", [])], factor)
+    elif said.get("do_normalize") is False:
+        mean, factor = (0.0, 0.0, 0.0), (1 / 255, 1 / 255, 1 / 255)
+    return ImageInput(
+        size=size,
+        fit=habits.fit,
+        channels=habits.channels,
+        mean=mean,
+        factor=factor,
+        padding=habits.padding,
+    )
+
+
+def _triple(said: list[float], usual: tuple[float, float, float]) -> tuple[float, float, float]:
+    return (said[0], said[1], said[2]) if len(said) == 3 else usual

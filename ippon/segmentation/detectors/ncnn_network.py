@@ -1,0 +1,93 @@
+"""Networks that ncnn runs, from a .param file with its .bin beside it."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.segmentation.detectors.ncnn_files import check_weights, read_structure, try_out
+from ippon.segmentation.detectors.network import Shape, Tensors
+from ippon.segmentation.errors import CheckpointError, SegmentationError
+
+_SIDE_PX: Final = 640
+"""Side of the input of most detectors where their files say none."""
+_NANODET_SIDE_PX: Final = 416
+
+
+class NcnnNetwork:
+    """A network of one image as input; implements `Network`."""
+
+    def __init__(
+        self, path: Path, *, device: str = "auto", threads: int = 0, input_px: int = 0
+    ) -> None:
+        """Load a network after checking its files.
+
+        Args:
+            path: The .param file.
+            device: `auto` or `cpu`; ncnn runs here on the processor.
+            threads: Cores it uses; 0 for all.
+            input_px: Side of the square input; 0 for what the file says, else the usual.
+
+        Raises:
+            CheckpointError: A file is missing, damaged, or of another network.
+            SegmentationError: There is no such device.
+        """
+        if device not in {"auto", "cpu"}:
+            raise SegmentationError(
+                f"ncnn files run on the processor; got the device {device!r}: take "
+                "--segmentation.device cpu, or an ONNX file for a GPU"
+            )
+        weights = path.with_suffix(".bin")
+        if not weights.is_file():
+            raise CheckpointError(
+                f"{path.name} needs its weights beside it: there is no {weights.name} in "
+                f"{path.parent}"
+            )
+        layers = read_structure(path)
+        check_weights(weights, layers)
+        inputs = [layer for layer in layers if layer.kind == "Input"]
+        if len(inputs) != 1:
+            raise CheckpointError(f"{path.name} takes {len(inputs)} inputs; a detector takes one")
+        said = inputs[0].number(1), inputs[0].number(0)
+        usual = _NANODET_SIDE_PX if "nanodet" in path.name.lower() else _SIDE_PX
+        side = input_px or usual
+        size = said if min(said) > 0 and not input_px else (side, side)
+        try_out(path, weights, size)
+        self._net = _load(path, weights, threads)
+        name = str(self._net.input_names()[0])
+        self._outputs = tuple(str(one) for one in self._net.output_names())
+        self.inputs: Mapping[str, Shape] = {name: (1, 3, *size)}
+        self.notes: Mapping[str, str] = {}
+
+    def run(self, inputs: Tensors) -> dict[str, NDArray[Any]]:
+        """Compute the outputs; see `Network.run`."""
+        import ncnn  # noqa: PLC0415, an optional package
+
+        extractor: Any = self._net.create_extractor()
+        # ncnn reads the arrays themselves, so they have to outlive the extractor.
+        held = {
+            name: np.ascontiguousarray(values[0], np.float32) for name, values in inputs.items()
+        }
+        for name, values in held.items():
+            extractor.input(name, ncnn.Mat(values))
+        outputs: dict[str, NDArray[Any]] = {}
+        for name in self._outputs:
+            failed, output = extractor.extract(name)
+            if failed:
+                raise SegmentationError(f"ncnn failed on an image (status {failed} for {name})")
+            outputs[name] = np.array(output, np.float32)
+        return outputs
+
+
+def _load(param: Path, weights: Path, threads: int) -> Any:
+    import ncnn  # noqa: PLC0415, an optional package
+
+    net: Any = ncnn.Net()
+    net.opt.use_vulkan_compute = False
+    if threads:
+        net.opt.num_threads = threads
+    if net.load_param(str(param)) or net.load_model(str(weights)):
+        raise CheckpointError(f"ncnn does not load {param.name} with {weights.name}")
+    return net
