@@ -17,6 +17,7 @@ from app.messages.cdr import MessageError
 from app.messages.control import SegmentationLabels, decode
 from app.messages.images import decode_color, decompress_color, encode_heatmap
 from app.process.stop_signal import ProcessStopSignal, StopSignal
+from ippon.segmentation.detectors.vocabulary import refusal_of
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.instance_heatmap import distribution_of
 from ippon.segmentation.segmenter import Segmenter
@@ -62,6 +63,7 @@ class SegmentNode:
         self._image: bytes | None = None
         self._labels: SegmentationLabels | None = None
         self._problem = ""
+        self._refusal: str | None = None
         self._publisher = session.declare_publisher(
             f"{config.robot}/{keys.HEATMAP}", congestion_control=zenoh.CongestionControl.DROP
         )
@@ -124,6 +126,10 @@ class SegmentNode:
             self.failed += 1
             logger.warning("labels skipped: %s", error)
             return
+        refusal = None if request.ooi is None else refusal_of(self._segmenter, request.ooi)
+        if refusal is not None and refusal != self._refusal:
+            logger.warning("%s", refusal)
+        self._refusal = refusal
         with self._changed:
             self._labels = request
             self._changed.notify()
@@ -133,17 +139,6 @@ class SegmentNode:
             self.skipped += self._image is not None
             self._image = payload
             self._changed.notify()
-
-
-def checked_heatmap(seen: Observation) -> Heatmap:
-    """Return an observation that is a heatmap.
-
-    Raises:
-        SegmentationError: It is another kind.
-    """
-    if not isinstance(seen, Heatmap):
-        raise SegmentationError(f"heatmaps are sent; {seen.source} finds boxes")
-    return seen
 
 
 def run_segment(config: SegmentConfig, segmenter: Segmenter) -> None:

@@ -125,7 +125,9 @@ class Detector:
         if not found.distinct:
             finite = np.flatnonzero(np.isfinite(boxes).all(axis=1))
             overlap = HABITS[self.layout.family].overlap
-            keep = finite[suppressed(boxes[finite], scores[finite], kinds[finite], overlap)]
+            keep = finite[
+                suppressed(boxes[finite], scores[finite], kinds[finite], overlap, MAX_INSTANCES)
+            ]
         keep = keep[:MAX_INSTANCES]
         masks = None if found.masks is None else found.masks([int(rows[k]) for k in keep], place)
         return make_detections(
@@ -161,8 +163,9 @@ def image_name_and_size(network: Network, input_px: int) -> tuple[str, tuple[int
     """
     images = {name: shape for name, shape in network.inputs.items() if len(shape) == 4}
     others = set(network.inputs) - set(images) - {*_SIZES, _MASK}
-    name, shape = next(iter(images.items()), ("", ()))
-    if len(images) != 1 or others or shape[0] not in {None, 1} or shape[1] not in {None, 3}:
+    name, shape = next(iter(images.items()), ("", None))
+    fits = shape is not None and shape[0] in {None, 1} and shape[1] in {None, 3}
+    if shape is None or not fits or len(images) != 1 or others:
         said = ", ".join(f"{one} {size}" for one, size in network.inputs.items())
         raise CheckpointError(
             f"this network takes {said}; a detector takes one image, (1, 3, height, width)"

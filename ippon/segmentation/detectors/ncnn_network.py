@@ -1,5 +1,6 @@
 """Networks that ncnn runs, from a .param file with its .bin beside it."""
 
+import importlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -55,7 +56,8 @@ class NcnnNetwork:
         side = input_px or usual
         size = said if min(said) > 0 and not input_px else (side, side)
         try_out(path, weights, size)
-        self._net = _load(path, weights, threads)
+        self._ncnn: Any = importlib.import_module("ncnn")
+        self._net = _load(self._ncnn, path, weights, threads)
         name = str(self._net.input_names()[0])
         self._outputs = tuple(str(one) for one in self._net.output_names())
         self.inputs: Mapping[str, Shape] = {name: (1, 3, *size)}
@@ -63,15 +65,13 @@ class NcnnNetwork:
 
     def run(self, inputs: Tensors) -> dict[str, NDArray[Any]]:
         """Compute the outputs; see `Network.run`."""
-        import ncnn  # noqa: PLC0415, an optional package
-
         extractor: Any = self._net.create_extractor()
         # ncnn reads the arrays themselves, so they have to outlive the extractor.
         held = {
             name: np.ascontiguousarray(values[0], np.float32) for name, values in inputs.items()
         }
         for name, values in held.items():
-            extractor.input(name, ncnn.Mat(values))
+            extractor.input(name, self._ncnn.Mat(values))
         outputs: dict[str, NDArray[Any]] = {}
         for name in self._outputs:
             failed, output = extractor.extract(name)
@@ -81,9 +81,7 @@ class NcnnNetwork:
         return outputs
 
 
-def _load(param: Path, weights: Path, threads: int) -> Any:
-    import ncnn  # noqa: PLC0415, an optional package
-
+def _load(ncnn: Any, param: Path, weights: Path, threads: int) -> Any:
     net: Any = ncnn.Net()
     net.opt.use_vulkan_compute = False
     if threads:
