@@ -12,6 +12,8 @@ from ippon.vocabulary import canonical_label
 
 _NEAR_RATIO: Final = 75.0
 """Share of equal letters, in percent, from which two labels may be one misspelt."""
+_SHARED_WORD: Final = 0.5
+"""Likeness of a label to a class with which it shares a word; a misspelling comes nearer."""
 _MOST_NAMES: Final = 100
 """Names that a message lists; longer lists are cut."""
 
@@ -67,6 +69,8 @@ class ClosedVocabulary:
         rated: list[tuple[float, str]] = []
         for name, answers in zip(self.classes, self.answers, strict=True):
             rating = max((_likeness(wanted, answer) for answer in answers), default=0.0)
+            if not rating and set(wanted.split("_")) & set(name.split("_")):
+                rating = _SHARED_WORD
             if rating > 0.0:
                 rated.append((-rating, name))
         return tuple(dict.fromkeys(name for _, name in sorted(rated)))[:limit]
@@ -155,7 +159,5 @@ def _likeness(one: str, other: str) -> float:
     first, second = one.split("_"), other.split("_")
     if first[-1] == second[-1]:
         return 2.0 + 1.0 / (len(first) + len(second))
-    if set(first) & set(second):
-        return 1.0
     ratio = fuzz.ratio(one, other)
     return ratio / 100.0 if ratio >= _NEAR_RATIO else 0.0

@@ -109,6 +109,6 @@ def test_only_closed_vocabularies_refuse():
 
 
 def test_a_class_answers_to_its_own_name_first():
-    assert answers_of("couch") == ("couch", "sofa")
-    assert answers_of("television") == ("television", "tv", "monitor", "screen")
+    assert answers_of("couch") == ("couch", "sofa", "settee")
+    assert answers_of("television")[:4] == ("television", "tv", "monitor", "screen")
     assert answers_of("forklift") == ("forklift",)
