@@ -63,6 +63,13 @@ def test_the_object_of_interest_comes_before_common_labels():
     assert (assigned.labels, assigned.ooi) == (("tv",), "tv")
 
 
+def test_two_words_for_a_class_are_found_under_the_same_label():
+    labels = (*MATTERPORT_40, "cup", "mug", "monitor", "hat")
+    found = {name: COCO.label_for(name, labels) for name in ("cup", "mug", "monitor", "tv", "hat")}
+    assert found == {"cup": "cup", "mug": "cup", "monitor": "tv", "tv": "tv", "hat": None}
+    assert COCO.label_for("mug", (*MATTERPORT_40, "mug")) == "mug"
+
+
 def test_what_cannot_be_seen_is_said():
     assert COCO.assign(("chair",), "hat").ooi is None
     assert COCO.assign(("wall", "floor"), "hat").labels == ()
