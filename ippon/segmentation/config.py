@@ -32,7 +32,8 @@ class SegmentationConfig:
     file, or an ncnn .param file with its .bin beside it."""
     masks_model: str = ""
     """Name or folder of the SAM that outlines what `owlv2` finds, or of the SAM 2 or EdgeTAM for
-    `grounding-dino`, where `none` leaves boxes alone; empty takes the usual one."""
+    `grounding-dino`, where `none` leaves boxes alone; empty takes the usual one. Behind
+    `detector` only where one is named."""
     device: str = "auto"
     """`auto` takes a GPU where there is one; else `cpu`, `cuda`, `cuda:1` and so on."""
     precision: Precision = "auto"

@@ -7,6 +7,7 @@ from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.crop_segmenter import CropSegmenter
 from ippon.segmentation.distractors import DistractorSegmenter
 from ippon.segmentation.errors import INSTALL_HINT, WITHOUT_NETWORK, MissingPackageError
+from ippon.segmentation.published import masks_model_of
 from ippon.segmentation.segmenter import DenseSegmenter, Segmenter
 
 
@@ -26,7 +27,13 @@ def load_segmenter(config: SegmentationConfig, folder: Path) -> Segmenter:
     if config.backend == "detector":
         from ippon.segmentation.detectors.detector import Detector  # noqa: PLC0415
 
-        return Detector(config, folder)
+        detector = Detector(config, folder)
+        if masks_model_of(config) is None:
+            return detector
+        _check_packages()
+        from ippon.segmentation.backends.finders import outlined_detector  # noqa: PLC0415
+
+        return outlined_detector(detector, config, folder)
     _check_packages()
     match config.backend:
         case "owlv2" | "sam3" | "sam3-lite" | "grounding-dino":

@@ -50,11 +50,10 @@ def masks_model_of(config: SegmentationConfig) -> str | None:
 
 def models_of(config: SegmentationConfig) -> tuple[str, ...]:
     """Return names or folders of the models of `transformers` that a configuration takes."""
-    if config.backend not in USUAL:
-        return ()
-    masks = masks_model_of(config) if config.backend in USUAL_MASKS else None
-    model = config.model or USUAL[config.backend]
-    return (model,) if masks is None else (model, masks)
+    own = (config.model or USUAL[config.backend],) if config.backend in USUAL else ()
+    takes_masks = config.backend == "detector" or config.backend in USUAL_MASKS
+    masks = masks_model_of(config) if takes_masks else None
+    return own if masks is None else (*own, masks)
 
 
 def terms_of(name: str) -> str:

@@ -21,7 +21,8 @@ class Segmentation:
     beside it."""
     masks_model: str = ""
     """Name or folder of the SAM that outlines what owlv2 finds, or of the SAM 2 or EdgeTAM for
-    grounding-dino, where none leaves boxes alone; empty takes the usual one."""
+    grounding-dino, where none leaves boxes alone; empty takes the usual one. Behind detector only
+    where one is named."""
     models: Path | None = None
     """Folder of the checkpoints that are given by name; without one, the user's data folder."""
     device: str = "auto"

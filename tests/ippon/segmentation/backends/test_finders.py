@@ -1,0 +1,74 @@
+"""A network for masks behind a detector."""
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
+pytest.importorskip("transformers", reason="the extra ippon[segmentation] is not installed")
+pytest.importorskip("onnxruntime", reason="the extra ippon[detector] is not installed")
+pytest.importorskip("onnx", reason="the extra ippon[dev] is not installed")
+
+from ippon.segmentation.backends.finders import outlined_detector  # noqa: E402
+from ippon.segmentation.config import SegmentationConfig  # noqa: E402
+from ippon.segmentation.detectors.detector import Detector  # noqa: E402
+from ippon.segmentation.detectors.vocabulary import refusal_of  # noqa: E402
+from ippon.segmentation.errors import CheckpointError  # noqa: E402
+from ippon.segmentation.loading import load_segmenter  # noqa: E402
+from ippon.segmentation.published import models_of  # noqa: E402
+from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
+from tests.onnx_graphs import bright_box_network  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    root = tmp_path_factory.mktemp("models")
+    tiny_models.save_sam2(root / "sam2")
+    bright_box_network(root / "bright.onnx", 64, 0.5)
+    return root
+
+
+def config(folder, masks_model):
+    return SegmentationConfig(
+        backend="detector",
+        model=str(folder / "bright.onnx"),
+        masks_model=masks_model,
+        device="cpu",
+        longest_side_px=32,
+    )
+
+
+def scene():
+    color = np.zeros((48, 64, 3), np.uint8)
+    color[10:30, 20:45] = 255
+    return color
+
+
+def test_boxes_of_a_detector_become_masks(folder):
+    bare = load_segmenter(config(folder, ""), folder).segment(scene(), ("cup", "tv"), None)
+    segmenter = load_segmenter(config(folder, "sam2"), folder)
+    seen = segmenter.segment(scene(), ("cup", "tv"), None)
+    assert [one.label for one in seen.instances] == ["cup"]
+    assert seen.instances[0].box_px == bare.instances[0].box_px
+    assert bare.instances[0].mask is None
+    assert seen.instances[0].mask.shape == (24, 32)
+    assert seen.source == bare.source
+
+
+def test_the_detector_still_says_what_it_cannot_see(folder):
+    segmenters = [load_segmenter(config(folder, name), folder) for name in ("none", "sam2")]
+    one, other = (refusal_of(segmenter, "screwdriver") for segmenter in segmenters)
+    assert one
+    assert one == other
+
+
+def test_the_network_for_masks_must_be_there(folder):
+    with pytest.raises(CheckpointError, match=r"the weights of facebook/sam2.1-hiera-tiny \("):
+        load_segmenter(config(folder, "facebook/sam2.1-hiera-tiny"), folder)
+    detector = Detector(config(folder, ""), folder)
+    with pytest.raises(ValueError, match="no network for masks is named; masks_model names one"):
+        outlined_detector(detector, config(folder, ""), folder)
+
+
+def test_only_a_network_for_masks_that_is_named_is_fetched(folder):
+    assert models_of(config(folder, "")) == ()
+    assert models_of(config(folder, "yonigozlan/EdgeTAM-hf")) == ("yonigozlan/EdgeTAM-hf",)
