@@ -29,20 +29,22 @@ def suppressed(
         (K,) rows, best score first.
     """
     order = np.argsort(-scores, kind="stable")[:MOST_CANDIDATES]
+    if not len(order):
+        return order
+    chosen = boxes[order]
+    # Boxes of different classes are moved apart, so that they share nothing.
+    apart = (np.ptp(chosen) + 1.0) * classes[order]
+    left, top, right, bottom = (chosen + apart[:, None]).T.copy()
+    areas = (right - left).clip(min=0.0) * (bottom - top).clip(min=0.0)
     kept: list[int] = []
     while len(order) and len(kept) < most:
-        best = order[0]
-        kept.append(int(best))
-        rest = order[1:]
-        covered = (classes[rest] == classes[best]) & (overlaps(boxes[best], boxes[rest]) > overlap)
-        order = rest[~covered]
+        kept.append(int(order[0]))
+        across = np.minimum(right, right[0]) - np.maximum(left, left[0])
+        down = np.minimum(bottom, bottom[0]) - np.maximum(top, top[0])
+        shared = np.maximum(across, 0.0) * np.maximum(down, 0.0)
+        stays = shared <= overlap * (areas + areas[0] - shared)
+        stays[0] = False
+        if not stays.all():
+            order, areas = order[stays], areas[stays]
+            left, top, right, bottom = left[stays], top[stays], right[stays], bottom[stays]
     return np.array(kept, np.int64)
-
-
-def overlaps(box: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (K,) the intersection of a (4,) box with each of (K, 4), over their union."""
-    low, high = np.maximum(box[:2], others[:, :2]), np.minimum(box[2:], others[:, 2:])
-    shared = (high - low).clip(min=0.0).prod(axis=1)
-    areas = (others[:, 2:] - others[:, :2]).clip(min=0.0).prod(axis=1)
-    union = (box[2:] - box[:2]).clip(min=0.0).prod() + areas - shared
-    return shared / np.maximum(union, 1e-9)
