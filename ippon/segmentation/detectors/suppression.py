@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 MOST_CANDIDATES: Final = 10_000
 """Boxes that are compared, those of the best scores: with more, an image takes seconds."""
 
+_FARTHEST_PX: Final = 1e6
+"""Boxes end here on every side: wider ones are noise, and their areas overflow."""
+
 
 def suppressed(
     boxes: NDArray[np.float64],
@@ -31,7 +34,7 @@ def suppressed(
     order = np.argsort(-scores, kind="stable")[:MOST_CANDIDATES]
     if not len(order):
         return order
-    chosen = boxes[order]
+    chosen = boxes[order].clip(-_FARTHEST_PX, _FARTHEST_PX)
     # Boxes of different classes are moved apart, so that they share nothing.
     apart = (np.ptp(chosen) + 1.0) * classes[order]
     left, top, right, bottom = (chosen + apart[:, None]).T.copy()
