@@ -14,6 +14,7 @@ from app.messages.control import SegmentationLabels, encode
 from app.messages.images import decode_heatmap, encode_color
 from app.nodes.segment import SegmentConfig, SegmentNode
 from ippon.observation import Detections, Heatmap, Instance
+from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
 from ippon.segmentation.errors import OutOfMemoryError
 
 OPTICAL = "camera_color_optical_frame"
@@ -105,6 +106,17 @@ def test_instances_are_sent_as_probabilities(wired, monkeypatch):
     assert (seen.labels, seen.ooi) == (("wall", "sofa"), "hat")
     assert seen.probabilities[5, 5].argmax() == 2
     assert seen.probabilities[40, 60].max() < 100
+
+
+def test_what_a_detector_cannot_tell_is_said_once(wired, caplog):
+    _, labels, _, network, node = wired
+    network.vocabulary = ClosedVocabulary.of(["cup", "chair"])
+    for ooi, others in (("crown", ["wall"]), ("crown", ["wall", "bed"]), ("mug", ["wall"])):
+        labels.put(encode(SegmentationLabels(labels=others, ooi=ooi)))
+        wait_until(lambda o=ooi, n=others: (node._labels.ooi, node._labels.labels) == (o, n))
+    said = [r.getMessage() for r in caplog.records if "is none of them" in r.getMessage()]
+    assert said == [network.vocabulary.refusal("crown")]
+    assert said[0].startswith("this detector knows 2 kinds of thing and 'crown' is none of them")
 
 
 def test_labels_change_from_one_image_to_the_next(wired):
