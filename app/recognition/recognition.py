@@ -1,6 +1,8 @@
 """A recording through network and map: where the objects are that were asked for."""
 
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -73,11 +75,14 @@ class _View:
 class Recognition:
     """Fuses frames, then tells where objects are.
 
+    Each object has a map of its own, in which it is what is searched for from the first frame on:
+    what is believed is what a search would believe.
+
     Args:
         objects: Canonical labels that are asked for.
         models: What the scores of networks are worth.
         voxel_size_m: Edge of a voxel.
-        memory_limit_mb: Bound on the map.
+        memory_limit_mb: Bound on the map of each object.
     """
 
     def __init__(
@@ -86,20 +91,35 @@ class Recognition:
         models: ObservationModels | None = None,
         *,
         voxel_size_m: float = VOXEL_SIZE_M,
-        memory_limit_mb: float = 1024.0,
+        memory_limit_mb: float = 512.0,
     ) -> None:
         self.labels = tuple(dict.fromkeys((*MATTERPORT_40, *objects)))
-        config = MapConfig(voxel_size_m=voxel_size_m, memory_limit_mb=memory_limit_mb)
-        self._map = VoxelMap(config, self.labels, models)
+        self._config = MapConfig(voxel_size_m=voxel_size_m, memory_limit_mb=memory_limit_mb)
+        self._maps = {name: self._map_for(name, models) for name in dict.fromkeys(objects)}
         self._views: list[_View] = []
         self._last: Frame | None = None
         self.refused = 0
         """Frames that contradicted themselves or the map."""
+        self.dropped = 0
+        """Blocks of the maps that were given up for lack of memory."""
+
+    def _map_for(self, name: str, models: ObservationModels | None) -> VoxelMap:
+        others = [label for label in self.labels if label != name]
+        voxel_map = VoxelMap(self._config, others, models)
+        voxel_map.set_ooi(name)
+        return voxel_map
 
     def add(self, frame: Frame, observation: Observation) -> None:
         """Fuse a frame with what the network says of it."""
+        heatmap = _heatmap(observation, frame)
+
+        def fuse(name: str) -> int:
+            own = replace(frame, heatmap=asked_for(heatmap, name))
+            return self._maps[name].integrate(own).blocks_dropped
+
         try:
-            self._map.integrate(replace(frame, heatmap=_heatmap(observation, frame)))
+            with ThreadPoolExecutor(os.cpu_count()) as pool:
+                self.dropped += sum(pool.map(fuse, self._maps))
         except FrameRejectedError:
             self.refused += 1
             return
@@ -118,9 +138,8 @@ class Recognition:
         """
         if self._last is None:
             return ()
-        self._map.set_ooi(label)
-        centres, probabilities = OoiVoxels(FIND_THRESHOLD).update(self._map.arrays())
-        size = self._map.config.voxel_size_m
+        centres, probabilities = OoiVoxels(FIND_THRESHOLD).update(self._maps[label].arrays())
+        size = self._config.voxel_size_m
         finds = cluster_finds(
             centres,
             probabilities,
@@ -179,6 +198,22 @@ def in_own_world(
             )
         )
     return found
+
+
+def asked_for(heatmap: Heatmap, name: str) -> Heatmap:
+    """Return a heatmap whose object of interest is one of its labels; as it is where it lacks it.
+
+    Args:
+        heatmap: Without an object of interest.
+        name: The label.
+    """
+    if name not in heatmap.labels:
+        return heatmap
+    at = heatmap.labels.index(name)
+    others = (*heatmap.labels[:at], *heatmap.labels[at + 1 :])
+    order = [*(k for k in range(len(heatmap.labels)) if k != at), at]
+    channels = np.ascontiguousarray(heatmap.probabilities[..., order])
+    return replace(heatmap, labels=others, ooi=name, probabilities=channels)
 
 
 def _heatmap(observation: Observation, frame: Frame) -> Heatmap:

@@ -62,8 +62,6 @@ class FusionInput(NamedTuple):
     """(T, 256) likelihood ratio of a heatmap value, by the observation model."""
     table_of: NDArray[np.int64]
     """(N + 1,) row of `likelihood_of` of each map label, and of the OOI."""
-    unsaid: bool
-    """A label that the heatmap lacks has likelihood 1; else the mean of those that it has."""
     camera_at: tuple[float, float, float]
     """Position of the camera in the world, metres."""
     common_max_m: float

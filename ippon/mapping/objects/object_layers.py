@@ -301,7 +301,6 @@ class ObjectLayers:
             mode=_mode(cfg, heatmap),
             likelihood_of=likelihood_of,
             table_of=table_of,
-            unsaid=heatmap is not None and heatmap.kind == "scores",
             camera_at=camera_at,
             levels=self.levels,
             level_probability=self.level_probabilities[self.levels],

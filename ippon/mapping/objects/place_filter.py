@@ -1,11 +1,13 @@
 """The filter by places: what the images from one place say of a voxel, added to what it knew.
 
 With q and L from before the place (see `bayes_filter`), and h the mean over the place's images of
-each label's likelihood,
+each label's likelihood ratio,
 
-    q_j <- q_j h_j / sum_i q_i h_i        L <- L + log h_O - log sum_i q_i h_i
+    q_j <- q_j h_j / sum_i q_i h_i        L <- L + log h_O
 
-which is the paper's filter where there is one image from each place.
+The common labels share a surface, which is one of them. The object of interest is judged by its own
+scores alone: a detector scores each label by itself, and where a cup stands, the table under it is
+recognised as well, so that a score of another label says nothing against the object.
 """
 
 import math
@@ -15,7 +17,6 @@ import numpy as np
 from numba import njit
 
 from ippon.mapping.arrays import INNER_OPTIONS
-from ippon.mapping.objects.bayes_filter import exp_of_steps
 from ippon.mapping.objects.surface_rows import STEPS_PER_NAT
 from ippon.observation_model import MOST_NATS
 
@@ -30,45 +31,19 @@ _MANTISSA_BITS: Final = 0x7FFFFF
 
 
 @_SUMS
-def likelihoods(heat, v, u, channel, in_order, table, table_of, unsaid, base, w, alias, out, n):
-    """Write the likelihood that pixel (v, u) gives each label to `out`.
+def likelihoods(heat, v, u, channel, in_order, table, table_of, out, n):
+    """Write the likelihood ratio that pixel (v, u) gives each label to `out`.
 
-    Labels that the heatmap lacks get 1 where `unsaid`, else the mean over those that it has.
-
-    Returns:
-        Mean of the likelihoods of the labels other than `alias`, by their probability in
-        `base[w]`.
+    Of labels that the heatmap lacks nothing is known: theirs is 1.
     """
     if in_order:
         for j in range(n):
             out[j] = table[table_of[j], heat[v, u, j]]
     else:
-        total, weighted = np.float32(0.0), np.float32(0.0)
         for j in range(n):
             out[j] = np.float32(1.0)
             if channel[j] >= 0:
                 out[j] = table[table_of[j], heat[v, u, channel[j]]]
-                q = exp_of_steps(np.float32(base[w, j]))
-                total += q
-                weighted += q * out[j]
-        if not unsaid and total > 0.0:
-            for j in range(n):
-                if channel[j] < 0:
-                    out[j] = weighted / total
-    total, weighted = np.float32(0.0), np.float32(0.0)
-    for j in range(n):
-        q = exp_of_steps(np.float32(base[w, j]))
-        total += q
-        weighted += q * out[j]
-    if alias >= 0:
-        q = exp_of_steps(np.float32(base[w, alias]))
-        total, weighted = np.float32(0.0), np.float32(0.0)
-        for j in range(n):
-            if j != alias:
-                q = exp_of_steps(np.float32(base[w, j]))
-                total += q
-                weighted += q * out[j]
-    return weighted / max(total, np.float32(1e-30))
 
 
 @_SUMS

@@ -39,8 +39,8 @@ class Witnesses(NamedTuple):
     """(W,) `SurfaceRows.log_odds` before this place."""
     ooi_sum: NDArray[np.float32]
     """(W,) sum of the images' likelihoods of the object of interest."""
-    other_sum: NDArray[np.float32]
-    """(W,) sum of those of the common objects, weighted by their probability before this place."""
+    ooi_images: NDArray[np.int32]
+    """(W,) images in `ooi_sum`, which are taken from nearer than those in `sums`."""
     images: NDArray[np.int32]
     """(W,) images in `sums`."""
     place: NDArray[np.uint8]
@@ -63,7 +63,7 @@ def make_witnesses(rows: int, row_length: int) -> Witnesses:
         base=np.zeros((rows + 1, row_length), np.uint8),
         base_log_odds=np.zeros(rows + 1, np.float32),
         ooi_sum=np.zeros(rows + 1, np.float32),
-        other_sum=np.zeros(rows + 1, np.float32),
+        ooi_images=np.zeros(rows + 1, np.int32),
         images=np.zeros(rows + 1, np.int32),
         place=np.zeros(rows + 1, np.uint8),
         owner=np.zeros(rows + 1, np.int32),
@@ -121,8 +121,8 @@ def open_place(surface, witnesses, slot, place, labels):
     witnesses.owner[row] = slot
     surface.witness[slot] = row
     witnesses.place[row] = place
-    witnesses.images[row] = 0
-    witnesses.ooi_sum[row] = witnesses.other_sum[row] = 0.0
+    witnesses.images[row] = witnesses.ooi_images[row] = 0
+    witnesses.ooi_sum[row] = 0.0
     witnesses.base_log_odds[row] = surface.log_odds[slot]
     for j in range(labels):
         witnesses.base[row, j] = surface.energy[slot, j]

@@ -141,11 +141,11 @@ def update_by_places(
     """Update the entries' rows by places; return how many a heatmap updated."""
     after, bits, likelihood = work.after, work.bits, work.likelihood
     mantissa, mantissa_bits = work.mantissa, work.mantissa_bits
-    weights, alias, ooi_channel = fusion.level_probability, fusion.ooi_alias, fusion.ooi_channel
-    heat, channel, unsaid = fusion.probabilities, fusion.channel, fusion.unsaid
+    weights, ooi_channel = fusion.level_probability, fusion.ooi_channel
+    heat, channel, in_order = fusion.probabilities, fusion.channel, fusion.in_order
     table, table_of = fusion.likelihood_of, fusion.table_of
     sums, base, count = witnesses.sums, witnesses.base, witnesses.images
-    ooi_sum, other_sum = witnesses.ooi_sum, witnesses.other_sum
+    ooi_sum, ooi_count = witnesses.ooi_sum, witnesses.ooi_images
     base_log_odds = witnesses.base_log_odds
     energy, colors, color_count = surface.energy, surface.color, surface.color_count
     suppressed, common_max, ooi_max = fusion.suppressed, fusion.common_max_m, fusion.ooi_max_m
@@ -177,14 +177,10 @@ def update_by_places(
         w = open_place(surface, witnesses, slot, place, labels)
         if w == 0:
             continue
-        others = likelihoods(
-            heat, v, u, channel, fusion.in_order, table, table_of, unsaid, base, w, alias,
-            likelihood, labels,
-        )  # fmt: skip
         if ooi:
             ooi_sum[w] += table[table_of[labels], heat[v, u, ooi_channel]]
-            other_sum[w] += others
-            chunk.mean[n] = other_sum[w]
+            ooi_count[w] += 1
+            chunk.mean[n] = np.float32(ooi_count[w])
             chunk.shift[n] = base_log_odds[w] + np.log(ooi_sum[w])
             layer = coord[row, 2] * 8 + (k & 7)
             if not may_be_ooi(layer, bounds) or (
@@ -193,6 +189,7 @@ def update_by_places(
                 chunk.shift[n], chunk.mean[n] = _NEVER, np.float32(1.0)
         if common:
             count[w] += 1
+            likelihoods(heat, v, u, channel, in_order, table, table_of, likelihood, labels)
             low = pool(
                 sums, base, w, count[w], likelihood, after, bits, mantissa, mantissa_bits, labels
             )

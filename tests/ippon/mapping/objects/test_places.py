@@ -82,3 +82,20 @@ def test_a_place_that_was_left_teaches_no_more(tools):
     twice = [*there_and_back, wall(tools, 100, y=1.0, n=2), wall(tools, 100, y=2.6, n=3)]
     once = cup_probability(there_and_back)
     assert np.median(cup_probability(twice)) <= np.median(once) + 0.03
+
+
+def test_a_score_of_another_label_says_nothing_against_the_object(tools):
+    def probability(table_value):
+        voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), ("wall", "table"))
+        voxel_map.set_ooi("cup")
+        for y in (1.0, 1.6):
+            frame = wall(tools, 0, y=y)
+            scores = np.full((*frame.heatmap.probabilities.shape[:2], 2), table_value, np.uint8)
+            scores[..., 1] = 150
+            heatmap = Heatmap(
+                labels=("table",), ooi="cup", probabilities=scores, kind="scores", source="x"
+            )
+            voxel_map.integrate(replace(frame, heatmap=heatmap, stamp_ns=round(y * 1e9)))
+        return voxel_map.best_ooi()
+
+    assert probability(230) == probability(1) > 0.9
