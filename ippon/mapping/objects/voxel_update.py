@@ -20,7 +20,7 @@ from ippon.mapping.objects.bayes_filter import (
     sum_after,
 )
 from ippon.mapping.objects.place_filter import likelihoods, pool
-from ippon.mapping.objects.places import open_place, place_of
+from ippon.mapping.objects.places import TAN_MARGIN, open_place, place_of
 from ippon.mapping.objects.surface_rows import NORM_STEPS, STEPS_PER_NAT
 
 COLOR_MEMORY: Final = 8
@@ -169,12 +169,13 @@ def update_by_places(
         common, ooi = d <= common_max, d <= ooi_max and ooi_channel >= 0
         if not common and not ooi:
             continue
-        place = place_of(
-            x - (coord[row, 0] * 8 + (k >> 6) + 0.5) * voxel_size,
-            y - (coord[row, 1] * 8 + ((k >> 3) & 7) + 0.5) * voxel_size,
-            z - (coord[row, 2] * 8 + (k & 7) + 0.5) * voxel_size,
-        )
-        w = open_place(surface, witnesses, slot, place, labels)
+        dx = x - (coord[row, 0] * 8 + (k >> 6) + 0.5) * voxel_size
+        dy = y - (coord[row, 1] * 8 + ((k >> 3) & 7) + 0.5) * voxel_size
+        dz = z - (coord[row, 2] * 8 + (k & 7) + 0.5) * voxel_size
+        place = place_of(dx, dy, dz)
+        left = place_of(dx + TAN_MARGIN * dy, dy - TAN_MARGIN * dx, dz)
+        right = place_of(dx - TAN_MARGIN * dy, dy + TAN_MARGIN * dx, dz)
+        w = open_place(surface, witnesses, slot, place, left, right, labels)
         if w == 0:
             continue
         if ooi:

@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numba import njit
 
 from ippon.mapping.config import MapConfig
-from ippon.mapping.objects.places import place_of
+from ippon.mapping.objects.places import make_witnesses, open_place, place_of
+from ippon.mapping.objects.surface_rows import make_surface_rows
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
 
@@ -99,3 +101,23 @@ def test_a_score_of_another_label_says_nothing_against_the_object(tools):
         return voxel_map.best_ooi()
 
     assert probability(230) == probability(1) > 0.9
+
+
+def test_a_camera_that_shakes_at_a_border_does_not_leave_the_place():
+    surface, witnesses = make_surface_rows(4, len(LABELS)), make_witnesses(8, 16)
+
+    @njit
+    def open_it(surface, witnesses, slot, place, left, right, labels):
+        return open_place(surface, witnesses, slot, place, left, right, labels)
+
+    def opened(degrees):
+        angles = np.radians([degrees, degrees - 5.0, degrees + 5.0])
+        places = [place_of(np.cos(a), np.sin(a), 0.2) for a in angles]
+        return open_it(surface, witnesses, 1, *places, len(LABELS))
+
+    first = opened(14.0)
+    assert [opened(angle) for angle in (16.0, 14.0, 19.0, 15.5)] == [first] * 4
+    assert opened(21.0) == first + 1
+    assert opened(12.0) == first + 1, "5 degrees back is not enough"
+    assert opened(9.0) == 0, "a place that was left teaches no more"
+    assert witnesses.tally[0] == 2
