@@ -185,10 +185,14 @@ class ObservationModels:
 
     def of(self, heatmap: Heatmap) -> ObservationModel:
         """Return the model of a heatmap's source and kind."""
-        model = self._models.get(heatmap.source)
-        if model is not None and model.kind == heatmap.kind:
+        return self.of_source(heatmap.source, heatmap.kind)
+
+    def of_source(self, source: str, kind: HeatmapKind) -> ObservationModel:
+        """Return the model of a network's heatmaps; the default of their kind where it has none."""
+        model = self._models.get(source)
+        if model is not None and model.kind == kind:
             return model
-        return self._models[f"any {heatmap.kind}"]
+        return self._models[f"any {kind}"]
 
 
 @cache

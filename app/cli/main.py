@@ -105,6 +105,10 @@ def _dispatch(command: options.Command) -> int:
             from app.cli.tools.recognise import run_recognise
 
             return run_recognise(command)
+        case options.Calibrate():
+            from app.cli.tools.calibrate import run_calibrate
+
+            return run_calibrate(command)
         case options.Ask():
             from app.cli.tools.ask import run_ask
 

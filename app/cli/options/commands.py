@@ -8,6 +8,7 @@ import tyro
 
 from app.cli.options.evaluation import Eval
 from app.cli.options.language_model import Llm
+from app.cli.options.recognition import Calibrate, Recognise
 from app.cli.options.segmentation import NavigatorSegmentation, Segmentation
 
 Positional = tyro.conf.Positional
@@ -278,30 +279,6 @@ class Replay:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Recognise:
-    """Find objects in a recording or RGB-D dataset, without a robot: try a network before driving.
-
-    Runs every frame through the network and the map and prints what would end a search. TUM RGB-D,
-    7-Scenes, ScanNet as its tools extract it, sequence.json folders, MCAP files, rosbag2 folders.
-    """
-
-    path: Positional[Path]
-    """The dataset's folder, a recording, or a bag."""
-    find: str
-    """Objects with commas between: cup,tv,sofa."""
-    json: bool = False
-    """Print one object a line as JSON, finds most probable first, positions in metres in the
-    recording's own world frame."""
-    voxel_size_m: float = 0.05
-    """Edge of a voxel."""
-    observation_model: Path | None = None
-    """JSON file that says what the network's scores are worth; without one, the shipped default."""
-    floor_m: float | None = None
-    """Height of a dataset's floor along its up; estimated without."""
-    segmentation: Segmentation = field(default_factory=Segmentation)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Ask:
     """Ask a running navigator to look for something, from any terminal that reaches it."""
 
@@ -402,6 +379,7 @@ Command = (
     | Annotated[Export, tyro.conf.subcommand("export")]
     | Annotated[Replay, tyro.conf.subcommand("replay")]
     | Annotated[Recognise, tyro.conf.subcommand("recognise")]
+    | Annotated[Calibrate, tyro.conf.subcommand("calibrate")]
     | Annotated[Ask, tyro.conf.subcommand("ask")]
     | Annotated[Levels, tyro.conf.subcommand("levels")]
     | Annotated[Eval, tyro.conf.subcommand("eval")]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.progress import Progress
 
-from app.cli.options.commands import Recognise
+from app.cli.options.recognition import Recognise
 from app.cli.processes.segment import segmenter_of
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError

@@ -1,0 +1,119 @@
+"""`ippon calibrate`: what a network's scores are worth, from recordings with known objects."""
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from app.cli.options.recognition import Calibrate
+from app.cli.processes.segment import segmenter_of
+from app.errors import UsageError
+from app.nodes.replay.datasets import DatasetError
+from app.recognition.calibration import (
+    Calibrated,
+    CalibrationError,
+    Recording,
+    calibrate,
+    read_known_objects,
+)
+from app.recognition.frames import open_source
+from ippon.atomic_file import replace_file
+from ippon.calibration.known_objects import KnownObjectsError
+from ippon.segmentation.detectors.vocabulary import closed_vocabulary
+from ippon.segmentation.errors import SegmentationError
+from ippon.segmentation.segmenter import Segmenter
+from ippon.vocabulary import MATTERPORT_40
+
+KNOWN_OBJECTS: Final = "objects.json"
+
+
+def run_calibrate(command: Calibrate) -> int:
+    """Run every frame through the network, fit a table, write it and show it."""
+    if not command.out.parent.is_dir():
+        raise UsageError(f"--out: the folder {command.out.parent} does not exist")
+    try:
+        sources = [open_source(path, command.floor_m) for path in command.recordings]
+        files = [command.known or path / KNOWN_OBJECTS for path in command.recordings]
+        known = [read_known_objects(path) for path in files]
+        every = tuple(dict.fromkeys(label for one in known for label in one.labels))
+        labels = tuple(dict.fromkeys((*MATTERPORT_40, *every)))
+        segmenter = segmenter_of(command.segmentation)
+        told = _told(segmenter, every, labels)
+        recordings = [
+            Recording(source, one, [name for name in one.labels if name in told], command.voxel_m)
+            for source, one in zip(sources, known, strict=True)
+        ]
+        _read(recordings, segmenter, labels)
+        result = calibrate(recordings, len(labels))
+    except (
+        DatasetError, SegmentationError, KnownObjectsError, CalibrationError, ValueError,
+    ) as error:  # fmt: skip
+        raise UsageError(str(error)) from error
+    content = json.dumps(result.model.as_dict(), indent=2) + "\n"
+    try:
+        replace_file(command.out, content.encode())
+    except OSError as error:
+        raise UsageError(f"cannot write {command.out}: {error}") from error
+    _show(result, command.out)
+    return 0
+
+
+def _told(segmenter: Segmenter, names: Sequence[str], labels: Sequence[str]) -> set[str]:
+    """Return the known labels that the network can tell; the others are said."""
+    vocabulary = closed_vocabulary(segmenter)
+    if vocabulary is None:
+        return set(names)
+    told = {name for name in names if vocabulary.label_for(name, labels) == name}
+    if len(told) < len(set(names)):
+        others = ", ".join(sorted(set(names) - told))
+        print(f"ippon: this network cannot tell {others}: not used", file=sys.stderr)
+    if not told:
+        raise CalibrationError("the network can tell none of the known objects")
+    return told
+
+
+def _read(recordings: Sequence[Recording], segmenter: Segmenter, labels: Sequence[str]) -> None:
+    with Progress(console=Console(file=sys.stderr), transient=True) as progress:
+        for one in recordings:
+            task = progress.add_task(one.name, total=one.source.count)
+            one.read(
+                lambda frame: segmenter.segment(frame.color, labels, None),
+                lambda n, task=task: progress.update(task, completed=n),
+            )
+
+
+def _show(result: Calibrated, out: Path) -> None:
+    console = Console()
+    table = Table("score", "nats before", "nats now", title=result.model.source)
+    new, old = result.model.table, result.before.table
+    before = old.log_ratios("scores")
+    table.add_row("not recognised", f"{old.not_recognised:+.1f}", f"{new.not_recognised:+.1f}")
+    for score, nats in zip(new.scores, new.nats, strict=True):
+        table.add_row(f"{score:.1f}", f"{before[round(255 * score)]:+.1f}", f"{nats:+.1f}")
+    console.print(table)
+    held = Table("held out", "log loss before", "now", "objects believed", "voxels wrong")
+    for one in result.folds:
+        a, b = one.before, one.fitted
+        held.add_row(
+            one.held_out,
+            f"{a.log_loss:.1f}",
+            f"{b.log_loss:.1f}",
+            f"{a.believed} → {b.believed} of {b.objects}",
+            f"{a.wrong_voxels} → {b.wrong_voxels}",
+        )
+    if result.folds:
+        console.print(held)
+    print(f"written to {out}; use it with --observation-model {out}")
+    if not result.folds:
+        print("ippon: too little was seen to test it: record more", file=sys.stderr)
+    elif not result.helps:
+        print(
+            "ippon: it explains what it was not fitted to no better than the table before: keep "
+            "that one, or calibrate with more objects",
+            file=sys.stderr,
+        )

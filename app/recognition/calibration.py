@@ -1,0 +1,217 @@
+"""An observation model from recordings in which some objects are known."""
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from app.recognition.frames import FrameSource
+from ippon.calibration.evidence import Evidence, EvidenceCollector
+from ippon.calibration.fit import Score, fit_table, score_of
+from ippon.calibration.known_objects import KnownObjects, KnownObjectsError
+from ippon.errors import IpponError
+from ippon.frame import Frame
+from ippon.mapping.config import MapConfig
+from ippon.observation import Detections, Observation
+from ippon.observation_model import ObservationModel, ObservationModels
+from ippon.segmentation.painting import paint
+
+ENOUGH_OBJECTS: Final = 5
+"""A label with so many known objects gets a table of its own."""
+
+Observe = Callable[[Frame], Observation]
+
+
+class CalibrationError(IpponError):
+    """Nothing can be fitted; the text says why."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fold:
+    """A table that was fitted without a part of the recordings, on that part."""
+
+    held_out: str
+    """What it was not fitted to."""
+    before: Score
+    """Of the table that applied before."""
+    fitted: Score
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Calibrated:
+    """What was fitted, and how good it is on what it was not fitted to."""
+
+    model: ObservationModel
+    before: ObservationModel
+    folds: tuple[Fold, ...]
+    objects: dict[str, int]
+    """Known objects of each label that were seen."""
+
+    @property
+    def helps(self) -> bool:
+        """Whether the fit explains what it was not fitted to better than the table before."""
+        return sum(one.fitted.log_loss for one in self.folds) < sum(
+            one.before.log_loss for one in self.folds
+        )
+
+
+class Recording:
+    """What a network says of a recording in which some objects are known.
+
+    Args:
+        source: The recording.
+        known: Positions in its own world.
+        labels: Those of `known` that the network can tell.
+        voxel_size_m: Edge of a voxel.
+    """
+
+    def __init__(
+        self, source: FrameSource, known: KnownObjects, labels: Sequence[str], voxel_size_m: float
+    ) -> None:
+        self.source = source
+        self._known = known
+        range_m = MapConfig().ooi_max_range_m
+        self._collector = EvidenceCollector(labels, voxel_size_m, range_m)
+        self.network = ""
+
+    @property
+    def name(self) -> str:
+        """Name of its folder or file."""
+        return self.source.path.name
+
+    def read(self, observe: Observe, progress: Callable[[int], None]) -> None:
+        """Run every frame through the network.
+
+        Raises:
+            DatasetError: The recording cannot be read.
+            SegmentationError: The network failed.
+            CalibrationError: The network gives no scores.
+        """
+        for n, frame in enumerate(self.source.frames(), 1):
+            said = observe(frame)
+            heatmap = paint(said, frame.depth) if isinstance(said, Detections) else said
+            if heatmap.kind != "scores":
+                raise CalibrationError(
+                    f"{heatmap.source or 'this network'} gives probabilities that sum to 1, which "
+                    "the map takes as they are: only networks that score each label by itself "
+                    "(detector, sam3, grounding-dino, owlv2, clipseg) are calibrated"
+                )
+            self.network = heatmap.source
+            self._collector.add(frame, heatmap)
+            progress(n)
+
+    def evidence(self) -> list[Evidence]:
+        """Return what was said of each label."""
+        return self._collector.evidence(self._known, self.source.T_map_world)
+
+    def halves(self) -> tuple[list[Evidence], list[Evidence]]:
+        """Return what the first and the second half of the images said."""
+        middle = self._collector.frames // 2
+        T_map_world = self.source.T_map_world
+        first, second = (
+            self._collector.evidence(self._known, T_map_world, part)
+            for part in (slice(middle), slice(middle, None))
+        )
+        return first, second
+
+
+def read_known_objects(path: Path) -> KnownObjects:
+    """Read where objects are.
+
+    Raises:
+        KnownObjectsError: It cannot be read, or does not say where objects are.
+    """
+    try:
+        content = json.loads(path.read_text("utf-8"))
+    except (OSError, ValueError) as error:
+        raise KnownObjectsError(f"cannot read {path}: {error}") from error
+    try:
+        return KnownObjects.parse(content)
+    except KnownObjectsError as error:
+        raise KnownObjectsError(f"{path}: {error}") from error
+
+
+def calibrate(recordings: Sequence[Recording], labels: int) -> Calibrated:
+    """Fit a model to recordings that were read.
+
+    It is tested on each recording with the others, or, of a single one, on each half with the
+    other.
+
+    Args:
+        recordings: Of the same network.
+        labels: That the map tells apart, which sets the prior.
+
+    Raises:
+        CalibrationError: None of the known objects was seen.
+    """
+    prior = -math.log(labels - 1)
+    every = [one.evidence() for one in recordings]
+    evidence = [part for parts in every for part in parts]
+    objects: dict[str, int] = {}
+    for one in evidence:
+        objects[one.label] = objects.get(one.label, 0) + one.objects
+    if not any(objects.values()):
+        raise CalibrationError(
+            "none of the known objects was seen within range: are their positions in the "
+            "recording's own world, in metres?"
+        )
+    source = recordings[0].network
+    before = ObservationModels().of_source(source, "scores")
+    pooled = fit_table(evidence, before.table, prior)
+    own = {
+        label: fit_table([one for one in evidence if one.label == label], pooled, prior)
+        for label, n in objects.items()
+        if n >= ENOUGH_OBJECTS
+    }
+    folds: list[Fold] = []
+    for held_out, train, test in _folds(recordings, every):
+        if not train or not test:
+            continue
+        table = fit_table(train, before.table, prior)
+        folds.append(
+            Fold(
+                held_out=held_out,
+                before=score_of(test, before.table, prior),
+                fitted=score_of(test, table, prior),
+            )
+        )
+    model = ObservationModel(
+        source=source,
+        kind="scores",
+        table=pooled,
+        labels=own,
+        provenance=_provenance(recordings, objects, folds),
+    )
+    return Calibrated(model=model, before=before, folds=tuple(folds), objects=objects)
+
+
+def _folds(
+    recordings: Sequence[Recording], every: list[list[Evidence]]
+) -> list[tuple[str, list[Evidence], list[Evidence]]]:
+    """Return what is held out, what is fitted to, and what is tested on."""
+    if len(recordings) == 1:
+        first, second = recordings[0].halves()
+        return [("second half", first, second), ("first half", second, first)]
+    return [
+        (recordings[n].name, [part for k, one in enumerate(every) if k != n for part in one], parts)
+        for n, parts in enumerate(every)
+    ]
+
+
+def _provenance(
+    recordings: Sequence[Recording], objects: dict[str, int], folds: Sequence[Fold]
+) -> str:
+    names = ", ".join(one.name for one in recordings)
+    counts = ", ".join(f"{n} {label}" for label, n in sorted(objects.items()) if n)
+    none = ", ".join(sorted(label for label, n in objects.items() if not n))
+    tested = "; ".join(
+        f"{one.held_out}: {one.fitted.log_loss:.1f}, before {one.before.log_loss:.1f}"
+        for one in folds
+    )
+    return (
+        f"Fitted by ippon calibrate to {names}: {counts}"
+        + (f"; known to be absent or complete: {none}" if none else "")
+        + f". Log loss on what it was not fitted to: {tested or 'not tested'}."
+    )

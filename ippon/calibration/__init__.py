@@ -1,0 +1,1 @@
+"""Observation models fitted to recordings in which some objects are known."""

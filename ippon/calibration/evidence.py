@@ -1,0 +1,204 @@
+"""What images said of surface voxels of which it is known whether they are an object."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from ippon.calibration.known_objects import KnownObjects
+from ippon.frame import Frame
+from ippon.geometry import Float64Array, transform_points
+from ippon.mapping.objects.places import place_of
+from ippon.observation import Heatmap
+from ippon.observation_model import NOTHING_SAID
+
+CORE_SHARE: Final = 0.3
+"""Surface within this share of an object's size of its centre is certainly the object."""
+_LEAST_CORE_M: Final = 0.08
+"""Centres are known to about this."""
+_AROUND_M: Final = 0.3
+"""Surface this far beyond an object's half size is certainly not the object."""
+_PLACES: Final = 64
+_HALF_BITS: Final = 20
+"""Voxel coordinates are packed to 21 bits each: 50 km at 5 cm."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Evidence:
+    """What the images of a recording said of one label."""
+
+    label: str
+    values: Any
+    """(G, 256) CSR float32: for each place of each voxel, the share of its images in which the
+    heatmap had each value."""
+    first: NDArray[np.int64]
+    """(V,) first row of `values` of each voxel."""
+    of_object: NDArray[np.int64]
+    """(V,) number of the known object that the voxel belongs to, -1 for no such object."""
+    objects: int
+    """Known objects of the label that were seen."""
+
+
+_ALL: Final = slice(None)
+
+
+class EvidenceCollector:
+    """Collects what heatmaps of scores say of the surface, as the map's filter would read them.
+
+    Args:
+        labels: Labels of which anything is known.
+        voxel_size_m: Edge of a voxel.
+        range_m: Surface farther away is not read.
+    """
+
+    def __init__(self, labels: Sequence[str], voxel_size_m: float, range_m: float) -> None:
+        self.labels = tuple(labels)
+        self._size = voxel_size_m
+        self._range = range_m
+        self._keys: list[NDArray[np.int64]] = []
+        self._places: list[NDArray[np.uint8]] = []
+        self._values: list[NDArray[np.uint8]] = []
+
+    def add(self, frame: Frame, heatmap: Heatmap) -> None:
+        """Read a frame; a label that the heatmap lacks was not looked for, and nothing is said.
+
+        Args:
+            frame: Depth and pose.
+            heatmap: Of kind `scores`, as `paint` makes it of this depth.
+        """
+        h, w, _ = heatmap.probabilities.shape
+        rows, columns = frame.depth.shape
+        v = ((2 * np.arange(h) + 1) * rows) // (2 * h)
+        u = ((2 * np.arange(w) + 1) * columns) // (2 * w)
+        depth = frame.depth[np.ix_(v, u)]
+        at_v, at_u = np.nonzero(np.isfinite(depth) & (depth > 0.0) & (depth <= self._range))
+        z, c = depth[at_v, at_u].astype(np.float64), frame.camera
+        rays = np.stack([(u[at_u] - c.cx) / c.fx, (v[at_v] - c.cy) / c.fy, np.ones(len(z))], 1)
+        points = transform_points(frame.T_world_camera, rays * z[:, None])
+        voxels = np.floor(points / self._size).astype(np.int64)
+        keys, one = np.unique(_pack(voxels), return_index=True)
+        away = frame.T_world_camera[:3, 3] - (voxels[one] + 0.5) * self._size
+        asked = [*heatmap.labels, *([heatmap.ooi] if heatmap.ooi not in heatmap.labels else [])]
+        values = np.full((len(one), len(self.labels)), NOTHING_SAID, np.uint8)
+        for k, label in enumerate(self.labels):
+            if label in asked:
+                channel = asked.index(label)
+                values[:, k] = heatmap.probabilities[at_v[one], at_u[one], channel]
+        self._keys.append(keys)
+        self._places.append(_places_of(away))
+        self._values.append(values)
+
+    @property
+    def frames(self) -> int:
+        """Number of frames that were read."""
+        return len(self._keys)
+
+    def evidence(
+        self, known: KnownObjects, T_map_world: Float64Array, frames: slice = _ALL
+    ) -> list[Evidence]:
+        """Return the evidence of each label of which something was seen.
+
+        Args:
+            known: Positions in the recording's own world.
+            T_map_world: From there to the frames' world.
+            frames: Those that count.
+        """
+        if not self._keys[frames]:
+            return []
+        keys, places = np.concatenate(self._keys[frames]), np.concatenate(self._places[frames])
+        values = np.concatenate(self._values[frames])
+        order = np.argsort(keys, kind="stable")
+        order = order[_taught(keys[order], places[order])]
+        voxels, voxel_of = np.unique(keys[order], return_inverse=True)
+        groups, group_of = np.unique(voxel_of * _PLACES + places[order], return_inverse=True)
+        shares = (1.0 / np.bincount(group_of)).astype(np.float32)[group_of]
+        owner = groups // _PLACES
+        centres = (_unpack(voxels).astype(np.float64) + 0.5) * self._size
+        found: list[Evidence] = []
+        for k, label in enumerate(self.labels):
+            of_object, objects = _objects_at(centres, known, label, T_map_world)
+            used = (of_object >= 0) | ((of_object == _NO_OBJECT) & known.is_complete(label))
+            if not used.any():
+                continue
+            all_values = csr_matrix(
+                (shares, (group_of, values[order, k])), shape=(len(groups), 256), dtype=np.float32
+            )
+            rows = used[owner]
+            owners = owner[rows]
+            found.append(
+                Evidence(
+                    label=label,
+                    values=all_values[rows],
+                    first=np.flatnonzero(np.diff(owners, prepend=-1)),
+                    of_object=of_object[used],
+                    objects=objects,
+                )
+            )
+        return found
+
+
+_NO_OBJECT: Final = -1
+_NEITHER: Final = -2
+
+
+def _objects_at(
+    centres: Float64Array, known: KnownObjects, label: str, T_map_world: Float64Array
+) -> tuple[NDArray[np.int64], int]:
+    """Return (V,) the known object of each voxel, and how many of them have a voxel."""
+    of_object = np.full(len(centres), _NO_OBJECT, np.int64)
+    cores: list[NDArray[np.bool_]] = []
+    for one in (*known.objects, *known.unclear):
+        if one.label != label:
+            continue
+        at = transform_points(T_map_world, np.array([one.centre_world]))[0]
+        away = np.linalg.norm(centres - at, axis=1)
+        of_object[away <= 0.5 * one.about_m + _AROUND_M] = _NEITHER
+        if one in known.objects:
+            cores.append(away <= max(CORE_SHARE * one.about_m, _LEAST_CORE_M))
+    seen = [core for core in cores if core.any()]
+    for n, core in enumerate(seen):
+        of_object[core] = n
+    return of_object, len(seen)
+
+
+def _taught(keys: NDArray[np.int64], places: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Return which images of voxels count: a place that was left teaches no more.
+
+    Args:
+        keys: (N,) voxels, sorted, each one's images in their order.
+        places: (N,) from where.
+    """
+    opens = np.ones(len(keys), np.bool_)
+    opens[1:] = (np.diff(keys) != 0) | (np.diff(places.astype(np.int16)) != 0)
+    visit = np.cumsum(opens)
+    order = np.lexsort((visit, places, keys))
+    k, p, n = keys[order], places[order], visit[order]
+    begins = np.ones(len(k), np.bool_)
+    begins[1:] = (np.diff(k) != 0) | (np.diff(p.astype(np.int16)) != 0)
+    first = n[np.flatnonzero(begins)][np.cumsum(begins) - 1]
+    counts = np.empty(len(keys), np.bool_)
+    counts[order] = n == first
+    return counts
+
+
+def _pack(voxels: NDArray[np.int64]) -> NDArray[np.int64]:
+    x, y, z = (voxels + (1 << _HALF_BITS)).T
+    return (x << (2 * _HALF_BITS + 2)) | (y << (_HALF_BITS + 1)) | z
+
+
+def _unpack(keys: NDArray[np.int64]) -> NDArray[np.int64]:
+    mask = (1 << (_HALF_BITS + 1)) - 1
+    columns = (keys >> (2 * _HALF_BITS + 2), (keys >> (_HALF_BITS + 1)) & mask, keys & mask)
+    return np.stack(columns, axis=1) - (1 << _HALF_BITS)
+
+
+@njit(cache=True)
+def _places_of(away):
+    out = np.empty(len(away), np.uint8)
+    for n in range(len(away)):
+        out[n] = place_of(away[n, 0], away[n, 1], away[n, 2])
+    return out

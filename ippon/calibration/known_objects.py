@@ -1,0 +1,109 @@
+"""What is known of a recorded place: where objects are, and of which kinds there are none."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from ippon.errors import IpponError
+from ippon.vocabulary import canonical_label
+
+MAX_SIZE_M = 20.0
+
+
+class KnownObjectsError(IpponError):
+    """A file does not say where objects are; the text says why."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnownObject:
+    """An object whose place is known."""
+
+    label: str
+    """Canonical."""
+    centre_world: tuple[float, float, float]
+    """Metres, in the recording's own world."""
+    about_m: float
+    """Its size, metres."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnownObjects:
+    """Everything that is known of a recorded place."""
+
+    objects: tuple[KnownObject, ...]
+    complete_for: frozenset[str] = field(default_factory=frozenset[str])
+    """Labels all of whose objects are known: elsewhere there is none."""
+    absent: frozenset[str] = field(default_factory=frozenset[str])
+    """Labels of which there is none."""
+    unclear: tuple[KnownObject, ...] = ()
+    """What may be one or not; it counts neither way."""
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of which anything is known."""
+        named = {one.label for one in self.objects} | self.complete_for | self.absent
+        return tuple(sorted(named))
+
+    def is_complete(self, label: str) -> bool:
+        """Tell whether surface away from the known objects is none of this label."""
+        return label in self.complete_for or label in self.absent
+
+    @classmethod
+    def parse(cls, content: object) -> "KnownObjects":
+        """Read `{"objects": [{"label", "centre_world", "about_m"}], "complete_for", "absent"}`.
+
+        `unclear` lists objects as `objects` does. Further fields are notes.
+
+        Raises:
+            KnownObjectsError: A field is missing, of another type, or contradicts another.
+        """
+        if not isinstance(content, Mapping):
+            raise KnownObjectsError(
+                'known objects are {"objects": [{"label", "centre_world", "about_m"}, ...], '
+                f'"complete_for": [...], "absent": [...]}}; got {type(content).__name__}'
+            )
+        fields: Mapping[str, Any] = content
+        known = cls(
+            objects=_objects(fields, "objects"),
+            complete_for=_labels(fields, "complete_for"),
+            absent=_labels(fields, "absent"),
+            unclear=_objects(fields, "unclear"),
+        )
+        both = known.absent & ({one.label for one in known.objects} | known.complete_for)
+        if both:
+            raise KnownObjectsError(
+                f"{', '.join(sorted(both))}: listed as absent, and in objects or complete_for"
+            )
+        if not known.labels:
+            raise KnownObjectsError("nothing is known: objects, complete_for and absent are empty")
+        return known
+
+
+def _labels(content: Mapping[str, Any], name: str) -> frozenset[str]:
+    names = content.get(name, [])
+    if not isinstance(names, list) or not all(isinstance(one, str) for one in names):
+        raise KnownObjectsError(f"{name} is a list of labels; got {names!r}")
+    return frozenset(canonical_label(one) for one in names)
+
+
+def _objects(content: Mapping[str, Any], name: str) -> tuple[KnownObject, ...]:
+    items = content.get(name, [])
+    if not isinstance(items, list):
+        raise KnownObjectsError(f"{name} is a list; got {type(items).__name__}")
+    return tuple(_object(item, f"{name}[{n}]") for n, item in enumerate(items))
+
+
+def _object(item: Any, where: str) -> KnownObject:
+    try:
+        x, y, z = (float(c) for c in item["centre_world"])
+        label, size_m = canonical_label(str(item["label"])), float(item.get("about_m", 0.3))
+    except (KeyError, TypeError, ValueError) as error:
+        what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        raise KnownObjectsError(f"{where}: {what}") from error
+    if not (label and all(math.isfinite(c) for c in (x, y, z)) and 0.0 < size_m <= MAX_SIZE_M):
+        raise KnownObjectsError(
+            f"{where}: an object has a label, a finite centre_world in metres and about_m within "
+            f"0 to {MAX_SIZE_M:g}; got {item!r}"
+        )
+    return KnownObject(label=label, centre_world=(x, y, z), about_m=size_m)

@@ -1,0 +1,66 @@
+"""`ippon calibrate` on real images, and on what nothing can be fitted to."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from ippon.observation_model import read_observation_model
+from tests.locations import ROOT, SHARED
+
+SEQUENCE = SHARED / "rgbd/redkitchen_a"
+MODEL = SHARED / "models/nanodet_plus_m_416/nanodet-plus-m_416.param"
+
+
+def calibrate(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "app", "calibrate", *map(str, arguments)],
+        cwd=ROOT, capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not (SEQUENCE.exists() and MODEL.exists()), reason="needs the shared images")
+def test_a_table_fitted_to_half_of_a_real_kitchen_explains_the_other_half_better(tmp_path):
+    pytest.importorskip("ncnn")
+    out = tmp_path / "table.json"
+    ran = calibrate(
+        SEQUENCE, "--out", out, "--segmentation.backend", "detector", "--segmentation.model", MODEL
+    )
+    assert ran.returncode == 0, ran.stderr
+    assert "no better" not in ran.stderr
+    assert "second half" in ran.stdout
+    model = read_observation_model(out)
+    assert model.source == "nanodet-plus-m_416"
+    assert model.kind == "scores"
+    table = model.table
+    assert table.nats[-1] > 5.0 > table.nats[1] < 0.0 > table.not_recognised
+    assert "2 cup" in model.provenance
+
+
+@pytest.mark.parametrize(
+    ("known", "text"),
+    [
+        (None, "cannot read"),
+        ("{", "cannot read"),
+        ("[]", "known objects are"),
+        (json.dumps({"objects": [{"label": "cup"}]}), "'centre_world' is missing"),
+    ],
+)
+@pytest.mark.skipif(not SEQUENCE.exists(), reason="needs the shared images")
+def test_known_objects_that_cannot_be_read(tmp_path, known, text):
+    file = tmp_path / "objects.json"
+    if known is not None:
+        file.write_text(known)
+    ran = calibrate(SEQUENCE, "--known", file, "--out", tmp_path / "table.json")
+    assert ran.returncode == 2
+    assert text in ran.stderr
+    assert "objects.json" in ran.stderr
+    assert "Traceback" not in ran.stderr
+
+
+def test_a_folder_that_is_not_there(tmp_path):
+    ran = calibrate(tmp_path, "--out", tmp_path / "none/table.json")
+    assert ran.returncode == 2
+    assert "does not exist" in ran.stderr
