@@ -11,6 +11,7 @@ from urllib.parse import quote
 from app.evaluation.plots import failure_plot, goal_plot, interval_plot, success_curves
 from app.evaluation.report_data import ReportData
 from app.evaluation.results_folder import SESSIONS
+from app.report_style import REPORT_STYLE
 from ippon.evaluation.catalogue import home_name
 from ippon.evaluation.methods.method_table import METHODS
 from ippon.evaluation.outcome import FAILURES, Failure
@@ -30,21 +31,10 @@ ENOUGH_EPISODES: Final = 200
 """Below this the page says that the sample is small."""
 
 _STYLE: Final = """
-:root{color-scheme:dark;--back:#14161a;--text:#e8eaed;--dim:#9aa0a6;--line:#33373d}
-@media print{:root{color-scheme:light;--back:#fff;--text:#111;--dim:#555;--line:#ccc}}
-body{background:var(--back);color:var(--text);font:15px/1.5 system-ui,sans-serif;
-max-width:1120px;margin:32px auto;padding:0 16px;font-variant-numeric:tabular-nums}
-h1{font-size:24px}h2{font-size:18px;margin-top:40px}
-table{border-collapse:collapse;width:100%;font-size:14px;margin:8px 0}
-th,td{text-align:right;padding:4px 8px;border-bottom:1px solid var(--line);white-space:nowrap}
-th:first-child,td:first-child{text-align:left}td.wide{white-space:normal;text-align:left}
-a{color:#56b4e9}
-.dim{color:var(--dim)}.warn{border-left:4px solid #E69F00;padding:8px 12px;background:#E69F0018}
 .legend span{margin-right:16px;white-space:nowrap}.legend i{display:inline-block;width:12px;
 height:12px;margin-right:6px}
 .legend b{display:inline-block;min-width:24px;margin-right:6px;vertical-align:middle}
 .legend b+b{min-width:0}svg{width:100%;height:auto}
-code{font-size:12px;overflow-wrap:anywhere;white-space:normal}
 """
 _CAUSES: Final[Mapping[Failure, str]] = {
     "never_seen": "the object never came into view within mapping range",
@@ -96,7 +86,7 @@ def report_page(data: ReportData) -> str:
     ]
     return (
         '<!doctype html><html lang="en"><meta charset="utf-8"><title>IPPON evaluation</title>'
-        f"<style>{_STYLE}</style><body>{''.join(parts)}</body></html>\n"
+        f"<style>{REPORT_STYLE}{_STYLE}</style><body>{''.join(parts)}</body></html>\n"
     )
 
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.recognition.frames import FrameSource
-from ippon.camera import PinholeCamera
+from app.recognition.views import View
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform, transform_points
@@ -21,7 +20,7 @@ from ippon.mission.finds.clusters import cluster_finds
 from ippon.mission.finds.size_check import SizeCheck, SizeCheckConfig
 from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find
-from ippon.observation import Detections, Heatmap, Observation
+from ippon.observation import Heatmap, Observation
 from ippon.observation_model import ObservationModels
 from ippon.segmentation.painting import paint
 from ippon.vocabulary import MATTERPORT_40
@@ -30,9 +29,6 @@ VOXEL_SIZE_M: Final = 0.05
 FIND_THRESHOLD: Final = 0.5
 """Voxels that are more probably the object than not."""
 SURE: Final = 0.99
-SEEN_SCORE: Final = 0.3
-"""An image counts as one that shows a find where an instance with this score contains it."""
-_BEHIND_M: Final = 0.3
 
 Observe = Callable[[Frame, Sequence[str]], Observation]
 
@@ -61,17 +57,6 @@ class RecognisedFind:
         }
 
 
-@dataclass(frozen=True, slots=True)
-class _View:
-    """What is kept of an image."""
-
-    T_camera_world: Float64Array
-    camera: PinholeCamera
-    depth: NDArray[np.float16]
-    """(H, W) metres."""
-    detections: Detections
-
-
 class Recognition:
     """Fuses frames, then tells where objects are.
 
@@ -94,23 +79,28 @@ class Recognition:
         memory_limit_mb: float = 512.0,
     ) -> None:
         self.labels = tuple(dict.fromkeys((*MATTERPORT_40, *objects)))
+        self.models = models or ObservationModels()
         self._config = MapConfig(voxel_size_m=voxel_size_m, memory_limit_mb=memory_limit_mb)
-        self._maps = {name: self._map_for(name, models) for name in dict.fromkeys(objects)}
-        self._views: list[_View] = []
+        self._maps = {name: self._map_for(name) for name in dict.fromkeys(objects)}
+        self.views: list[View] = []
+        """Of the frames that were fused."""
         self._last: Frame | None = None
+        self.frames = 0
+        """Frames that were given."""
         self.refused = 0
         """Frames that contradicted themselves or the map."""
         self.dropped = 0
         """Blocks of the maps that were given up for lack of memory."""
 
-    def _map_for(self, name: str, models: ObservationModels | None) -> VoxelMap:
+    def _map_for(self, name: str) -> VoxelMap:
         others = [label for label in self.labels if label != name]
-        voxel_map = VoxelMap(self._config, others, models)
+        voxel_map = VoxelMap(self._config, others, self.models)
         voxel_map.set_ooi(name)
         return voxel_map
 
     def add(self, frame: Frame, observation: Observation) -> None:
         """Fuse a frame with what the network says of it."""
+        number, self.frames = self.frames, self.frames + 1
         heatmap = _heatmap(observation, frame)
 
         def fuse(name: str) -> int:
@@ -124,11 +114,11 @@ class Recognition:
             self.refused += 1
             return
         self._last = frame
-        if isinstance(observation, Detections):
-            # Of an image only depth and instances are kept: 0.6 MB at 640x480.
-            depth = frame.depth.astype(np.float16)
-            T_camera_world = invert_transform(frame.T_world_camera)
-            self._views.append(_View(T_camera_world, frame.camera, depth, observation))
+        self.views.append(View.of(number, frame, observation))
+
+    def map_of(self, label: str) -> VoxelMap:
+        """Return the map of an object."""
+        return self._maps[label]
 
     def finds(self, label: str) -> tuple[Find, ...]:
         """Return what would end a search for an object, most probable first.
@@ -154,7 +144,7 @@ class Recognition:
 
     def images(self, label: str, find: Find) -> int:
         """Return how many images show a find."""
-        return sum(_shows(view, label, find) for view in self._views)
+        return sum(view.shows(label, find.position_world) for view in self.views)
 
 
 def recognise(
@@ -224,23 +214,3 @@ def _is_large_enough(check: SizeCheck, find: Find) -> bool:
     if check.small:
         return find.voxels >= check.termination_min and not check.is_too_large(find)
     return not check.is_too_little(find, sure=find.probability >= SURE)
-
-
-def _shows(view: _View, label: str, find: Find) -> bool:
-    point = transform_points(view.T_camera_world, np.array([find.position_world]))
-    camera = view.camera
-    if point[0, 2] < 0.1:
-        return False
-    u, v = (float(x[0]) for x in camera.project(point))
-    if not (0 <= u < camera.width and 0 <= v < camera.height):
-        return False
-    depth = float(view.depth[int(v), int(u)])
-    if depth > 0.0 and depth < point[0, 2] - _BEHIND_M:
-        return False
-    return any(
-        one.label == label
-        and one.score >= SEEN_SCORE
-        and one.box_px[0] <= u <= one.box_px[2]
-        and one.box_px[1] <= v <= one.box_px[3]
-        for one in view.detections.instances
-    )

@@ -35,6 +35,10 @@ class Evidence:
     values: Any
     """(G, 256) CSR float32: for each place of each voxel, the share of its images in which the
     heatmap had each value."""
+    place: NDArray[np.uint8]
+    """(G,) of each row of `values`, see `ippon.mapping.objects.places.place_of`."""
+    images: NDArray[np.int64]
+    """(G,) images from there."""
     first: NDArray[np.int64]
     """(V,) first row of `values` of each voxel."""
     of_object: NDArray[np.int64]
@@ -115,7 +119,8 @@ class EvidenceCollector:
         order = order[_taught(keys[order], places[order])]
         voxels, voxel_of = np.unique(keys[order], return_inverse=True)
         groups, group_of = np.unique(voxel_of * _PLACES + places[order], return_inverse=True)
-        shares = (1.0 / np.bincount(group_of)).astype(np.float32)[group_of]
+        images = np.bincount(group_of)
+        shares = (1.0 / images).astype(np.float32)[group_of]
         owner = groups // _PLACES
         centres = (_unpack(voxels).astype(np.float64) + 0.5) * self._size
         found: list[Evidence] = []
@@ -133,6 +138,8 @@ class EvidenceCollector:
                 Evidence(
                     label=label,
                     values=all_values[rows],
+                    place=(groups[rows] % _PLACES).astype(np.uint8),
+                    images=images[rows],
                     first=np.flatnonzero(np.diff(owners, prepend=-1)),
                     of_object=of_object[used],
                     objects=objects,

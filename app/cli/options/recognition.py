@@ -25,6 +25,8 @@ class Recognise:
     json: bool = False
     """Print one object a line as JSON, finds most probable first, positions in metres in the
     recording's own world frame."""
+    page: Path | None = None
+    """HTML file to write: each find, its images, and why it is believed."""
     voxel_size_m: float = 0.05
     """Edge of a voxel."""
     observation_model: Path | None = None

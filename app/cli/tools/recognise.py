@@ -3,6 +3,7 @@
 import json
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from rich.console import Console
 from rich.progress import Progress
@@ -12,12 +13,14 @@ from app.cli.processes.segment import segmenter_of
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError
 from app.recognition.frames import open_source
+from app.recognition.page import page_of
 from app.recognition.recognition import (
     RecognisedFind,
     Recognition,
     in_own_world,
     recognise,
 )
+from ippon.atomic_file import replace_file
 from ippon.observation_model import (
     ObservationModelError,
     ObservationModels,
@@ -32,6 +35,8 @@ from ippon.vocabulary import canonical_label
 def run_recognise(command: Recognise) -> int:
     """Run every frame through network and map, and print the finds."""
     objects = [name for name in map(canonical_label, command.find.split(",")) if name]
+    if command.page is not None and not command.page.parent.is_dir():
+        raise UsageError(f"--page: the folder {command.page.parent} does not exist")
     if not objects:
         raise UsageError("--find names the objects, with commas between, such as cup,tv")
     try:
@@ -53,10 +58,23 @@ def run_recognise(command: Recognise) -> int:
             label = label_of.get(name)
             finds = [] if label is None else in_own_world(recognition, label, source.T_map_world)
             _print(name, finds, as_json=command.json)
+        if command.page is not None:
+            network = command.segmentation.model or command.segmentation.backend
+            page = page_of(recognition, source, objects, label_of, Path(network).stem)
+            replace_file(command.page, page.encode())
+            print(f"ippon: {command.page} shows why", file=sys.stderr)
     except (DatasetError, SegmentationError, ObservationModelError, ValueError) as error:
         raise UsageError(str(error)) from error
+    except OSError as error:
+        raise UsageError(f"cannot write {command.page}: {error}") from error
     if recognition.refused:
         print(f"ippon: {recognition.refused} frames were refused", file=sys.stderr)
+    if recognition.dropped:
+        print(
+            "ippon: the recording is larger than the maps' memory, the oldest parts were dropped: "
+            "ask for fewer objects a run, or use --voxel-size-m 0.1",
+            file=sys.stderr,
+        )
     return 0 if label_of else 2
 
 

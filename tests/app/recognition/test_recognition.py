@@ -23,11 +23,11 @@ def recognise(*arguments):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not (SEQUENCE.exists() and MODEL.exists()), reason="needs the shared images")
-def test_a_real_kitchen_holds_what_is_in_it_and_nothing_that_is_not():
+def test_a_real_kitchen_holds_what_is_in_it_and_nothing_that_is_not(tmp_path):
     pytest.importorskip("ncnn")
     kinds = ("cup", "tv", "chair", "table", "book", "bottle", *ABSENT, "hat")
     ran = recognise(
-        str(SEQUENCE), "--find", ",".join(kinds), "--json",
+        str(SEQUENCE), "--find", ",".join(kinds), "--json", "--page", str(tmp_path / "page.html"),
         "--segmentation.backend", "detector", "--segmentation.model", str(MODEL),
     )  # fmt: skip
     assert ran.returncode == 0, ran.stderr
@@ -35,6 +35,11 @@ def test_a_real_kitchen_holds_what_is_in_it_and_nothing_that_is_not():
     assert [line["object"] for line in lines] == list(kinds)
     assert "'hat' is none of them" in ran.stderr
     finds = {line["object"]: [f["position_world"] for f in line["finds"]] for line in lines}
+    page = (tmp_path / "page.html").read_text()
+    assert page.count('class="find"') == sum(map(len, finds.values()))
+    assert page.count("<figure>") > 20
+    assert "this network cannot tell it" in page
+    assert "together: p 0.9" in page
     truth = json.loads((SEQUENCE / "objects.json").read_text())["objects"]
 
     def near(kind, position, within_m):
@@ -59,6 +64,7 @@ def test_a_real_kitchen_holds_what_is_in_it_and_nothing_that_is_not():
         (("/nowhere", "--find", "cup"), "/nowhere does not exist"),
         ((str(ROOT / "docs"), "--find", "cup"), "is not a known dataset"),
         ((str(ROOT), "--find", " , "), "--find names the objects"),
+        (("/nowhere", "--find", "cup", "--page", "/nowhere/page.html"), "folder /nowhere does not"),
     ],
 )
 def test_what_cannot_be_recognised_says_why(arguments, text):

@@ -23,6 +23,8 @@ def drawn(seed, *, objects, others, places=3, mean=(0.55, 0.25)):
     return Evidence(
         label="cup",
         values=csr_matrix((np.ones(len(rows), np.float32), (rows, columns)), (len(rows), 256)),
+        place=np.tile(np.arange(places, dtype=np.uint8), len(is_object)),
+        images=np.ones(len(rows), int),
         first=np.arange(0, len(rows), places),
         of_object=np.where(is_object, np.arange(len(is_object)), -1),
         objects=objects,
@@ -60,7 +62,8 @@ def test_the_slope_is_that_of_the_loss():
 def test_a_large_object_weighs_as_much_as_a_small_one():
     small = drawn(3, objects=2, others=0, places=1)
     large = Evidence(
-        label="cup", values=small.values[[0, 0, 0, 0, 1]], first=np.arange(5),
+        label="cup", values=small.values[[0, 0, 0, 0, 1]], place=np.zeros(5, np.uint8),
+        images=np.ones(5, int), first=np.arange(5),
         of_object=np.array([0, 0, 0, 0, 1]), objects=2,
     )  # fmt: skip
     table = ScoreTable(scores=(0.1, 0.9), nats=(-1.0, 3.0))

@@ -1,0 +1,204 @@
+"""The page of `ippon recognise --page`: each find, its images, and why it is believed."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.recognition.explanation import Explanation, Sighting, best_detection, explain
+from app.recognition.frames import FrameSource
+from app.recognition.pictures import crop, plan
+from app.recognition.recognition import FIND_THRESHOLD, RecognisedFind, Recognition, in_own_world
+from app.report_style import REPORT_STYLE
+
+_MOST_PLACES: Final = 8
+"""Rows of the table of places; the rest is summed up."""
+_STYLE: Final = """
+.images{display:flex;flex-wrap:wrap;gap:12px;margin:8px 0}
+figure{margin:0;font-size:13px;color:var(--dim)}figure img{display:block;border-radius:4px}
+.plan{max-width:100%;border-radius:4px;image-rendering:pixelated}
+.find{border-top:1px solid var(--line);padding-top:8px;margin-top:24px}
+.find table{width:auto;min-width:420px}
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class _Section:
+    """What the page says of an object."""
+
+    name: str
+    finds: list[RecognisedFind]
+    explanations: list[Explanation]
+    best: Sighting | None
+    """The highest score of an object that was not found."""
+
+
+def page_of(
+    recognition: Recognition,
+    source: FrameSource,
+    objects: Sequence[str],
+    label_of: Mapping[str, str],
+    network: str,
+) -> str:
+    """Return the page of a recording that was fused.
+
+    Args:
+        recognition: Has fused it.
+        source: The recording, read once more for its images.
+        objects: Those that were asked for.
+        label_of: The label under which each of them is found; those that the network cannot tell
+            are not in it.
+        network: Its name.
+
+    Raises:
+        DatasetError: The recording cannot be read any more.
+    """
+    sections: list[_Section] = []
+    marks: list[tuple[str, tuple[float, float, float]]] = []
+    for name, label in label_of.items():
+        in_map = recognition.finds(label)
+        finds = in_own_world(recognition, label, source.T_map_world)
+        explanations = explain(recognition, label, in_map)
+        best = None if finds else best_detection(recognition, label)
+        sections.append(_Section(name, finds, explanations, best))
+        marks += [(str(len(marks) + k), one.position_world) for k, one in enumerate(in_map, 1)]
+    images = _images(source, sections)
+    numbers = iter(range(1, len(marks) + 1))
+    parts = [
+        f"<h1>{escape(source.path.name)}</h1>",
+        f'<p class="dim">{recognition.frames} images through {escape(network)}'
+        + (f", {recognition.refused} refused" if recognition.refused else "")
+        + f". A find is surface with a probability of {FIND_THRESHOLD:g} or more, of a size that "
+        "the object can have.</p>",
+        _overview(sections, [name for name in objects if name not in label_of]),
+        _plan(recognition, next(iter(label_of.values()), None), marks),
+        *(_section(one, images, numbers) for one in sections),
+    ]
+    return (
+        '<!doctype html><html lang="en"><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width">'
+        f"<title>{escape(source.path.name)}: what was recognised</title>"
+        f"<style>{REPORT_STYLE}{_STYLE}</style><body>{''.join(parts)}</body></html>\n"
+    )
+
+
+def _images(source: FrameSource, sections: Sequence[_Section]) -> dict[int, NDArray[np.uint8]]:
+    """Return the images that the page shows, by their number."""
+    wanted = {
+        one.view.number
+        for section in sections
+        for explanation in section.explanations
+        for one in explanation.sightings
+    } | {section.best.view.number for section in sections if section.best is not None}
+    if not wanted:
+        return {}
+    images: dict[int, NDArray[np.uint8]] = {}
+    for n, frame in enumerate(source.frames()):
+        if n in wanted:
+            images[n] = np.asarray(frame.color)
+        if len(images) == len(wanted):
+            break
+    return images
+
+
+def _overview(sections: Sequence[_Section], untold: Sequence[str]) -> str:
+    rows: list[str] = []
+    for one in sections:
+        best = f"{one.finds[0].probability:.2f}" if one.finds else "–"
+        rows.append(
+            f"<tr><td>{escape(one.name)}</td><td>{len(one.finds) or 'none'}</td><td>{best}</td>"
+            f"<td>{one.finds[0].images if one.finds else '–'}</td></tr>"
+        )
+    rows += [
+        f'<tr><td>{escape(name)}</td><td colspan="3">this network cannot tell it</td></tr>'
+        for name in untold
+    ]
+    return (
+        "<table><tr><th>object</th><th>finds</th><th>probability of the first</th>"
+        f"<th>images that show it</th></tr>{''.join(rows)}</table>"
+    )
+
+
+def _plan(
+    recognition: Recognition,
+    label: str | None,
+    marks: Sequence[tuple[str, tuple[float, float, float]]],
+) -> str:
+    picture = None if label is None else plan(recognition.map_of(label), marks)
+    if picture is None:
+        return ""
+    return (
+        "<h2>From above</h2>"
+        f'<img class="plan" src="{picture}" alt="The place from above, with the finds">'
+        '<p class="dim">Surface below 1.9 m in its colour; x to the right, y up. Numbers are those '
+        "of the finds below.</p>"
+    )
+
+
+def _section(
+    section: _Section, images: Mapping[int, NDArray[np.uint8]], numbers: Iterator[int]
+) -> str:
+    head = f"<h2>{escape(section.name)}</h2>"
+    if section.finds:
+        return head + "".join(
+            _find(next(numbers), find, why, images)
+            for find, why in zip(section.finds, section.explanations, strict=True)
+        )
+    if section.best is None or section.best.instance is None:
+        return head + "<p>No find. The network recognised none in any image.</p>"
+    return (
+        head + f"<p>No find. The highest score in any image is {section.best.instance.score:.2f}:"
+        f'</p><div class="images">{_figure(section.best, images)}</div>'
+    )
+
+
+def _find(
+    number: int,
+    find: RecognisedFind,
+    why: Explanation,
+    images: Mapping[int, NDArray[np.uint8]],
+) -> str:
+    x, y, z = find.position_world
+    figures = "".join(_figure(one, images) for one in why.sightings)
+    return (
+        f'<div class="find"><b>{number}. p {find.probability:.2f}</b> at ({x:.2f}, {y:.2f}, '
+        f"{z:.2f}) m, {find.size_m:.2f} m long. In view in {why.in_view} images, recognised in "
+        f'{find.images}.<div class="images">{figures}</div>{_reasons(why)}</div>'
+    )
+
+
+def _reasons(why: Explanation) -> str:
+    if not why.places:
+        return ""
+    total = why.prior_nats + sum(one.nats for one in why.places)
+    rows = [("before any image", "", why.prior_nats)]
+    rows += [(one.direction, str(one.images), one.nats) for one in why.places[:_MOST_PLACES]]
+    rest = why.places[_MOST_PLACES:]
+    if rest:
+        images = str(sum(one.images for one in rest))
+        rows.append((f"{len(rest)} more places", images, sum(one.nats for one in rest)))
+    rows.append((f"together: p {1.0 / (1.0 + math.exp(-total)):.3f}", "", total))
+    body = "".join(
+        f"<tr><td>{text}</td><td>{images}</td><td>{nats:+.1f}</td></tr>"
+        for text, images, nats in rows
+    )
+    return (
+        "<table><tr><th>a voxel in its middle, by where it was seen from</th><th>images</th>"
+        f"<th>nats</th></tr>{body}</table>"
+    )
+
+
+def _figure(sighting: Sighting, images: Mapping[int, NDArray[np.uint8]]) -> str:
+    color = images.get(sighting.view.number)
+    if color is None:
+        return ""
+    score = "" if sighting.instance is None else f", score {sighting.instance.score:.2f}"
+    distance = f", {sighting.distance_m:.1f} m away" if sighting.distance_m > 0.0 else ""
+    return (
+        f'<figure><img src="{crop(color, sighting)}" alt="">image {sighting.view.number}{score}'
+        f"{distance}</figure>"
+    )

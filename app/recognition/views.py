@@ -1,0 +1,78 @@
+"""The images of a recording, as far as they are kept to tell which of them show a thing."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.camera import PinholeCamera
+from ippon.frame import Frame
+from ippon.geometry import Float64Array, invert_transform, transform_points
+from ippon.observation import Detections, Instance, Observation
+
+SEEN_SCORE: Final = 0.3
+"""An image counts as one that shows a find where an instance with this score contains it."""
+_BEHIND_M: Final = 0.3
+_NEAREST_M: Final = 0.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class View:
+    """What is kept of an image: 0.6 MB at 640x480."""
+
+    number: int
+    """Of the frame in its recording, from 0."""
+    T_camera_world: Float64Array
+    camera: PinholeCamera
+    depth: NDArray[np.float16]
+    """(H, W) metres."""
+    detections: Detections | None
+    """None of a network that gives no instances."""
+
+    @classmethod
+    def of(cls, number: int, frame: Frame, observation: Observation) -> "View":
+        """Keep what is needed of a frame."""
+        return cls(
+            number=number,
+            T_camera_world=invert_transform(frame.T_world_camera),
+            camera=frame.camera,
+            depth=frame.depth.astype(np.float16),
+            detections=observation if isinstance(observation, Detections) else None,
+        )
+
+    def pixel_of(
+        self, point_world: tuple[float, float, float]
+    ) -> tuple[float, float, float] | None:
+        """Return (u, v, metres) of a point; None where it is out of view or covered."""
+        point = transform_points(self.T_camera_world, np.array([point_world]))
+        z = float(point[0, 2])
+        if z < _NEAREST_M:
+            return None
+        u, v = (float(x[0]) for x in self.camera.project(point))
+        if not (0 <= u < self.camera.width and 0 <= v < self.camera.height):
+            return None
+        depth = float(self.depth[int(v), int(u)])
+        if depth > 0.0 and depth < z - _BEHIND_M:
+            return None
+        return u, v, z
+
+    def instance_at(self, label: str, u: float, v: float) -> Instance | None:
+        """Return the best instance of a label whose box contains a pixel."""
+        instances = () if self.detections is None else self.detections.instances
+        here = [
+            one
+            for one in instances
+            if one.label == label
+            and one.box_px[0] <= u <= one.box_px[2]
+            and one.box_px[1] <= v <= one.box_px[3]
+        ]
+        return max(here, key=lambda one: one.score, default=None)
+
+    def shows(self, label: str, point_world: tuple[float, float, float]) -> bool:
+        """Tell whether an instance of a label, with `SEEN_SCORE`, is at a point."""
+        at = self.pixel_of(point_world)
+        if at is None:
+            return False
+        one = self.instance_at(label, at[0], at[1])
+        return one is not None and one.score >= SEEN_SCORE
