@@ -105,6 +105,7 @@ def trial_of_row(settings: dict[str, Any], row: EpisodeRow) -> TrialConfig:
         image_width=row.image_width,
         voxel_size_m=float(fixed.get("voxel_size_m", 0.1)),
         max_time_s=fixed.get("max_time_s"),
+        segmentation_errors=fixed.get("segmentation_errors", "paper"),
     )
     try:
         return trial_of(config, _profile(settings, row), fixed.get("mission"))

@@ -72,7 +72,8 @@ def trial_of(
     if robot not in PROFILES.values():
         voxels = map_config(robot, config.voxel_size_m)
     mission = changed(MissionConfig(map=voxels), mission_changes or {}, ("mission",))
-    return dataclasses.replace(trial, mission=mission)
+    world = dataclasses.replace(trial.world, segmentation_errors=config.segmentation_errors)
+    return dataclasses.replace(trial, mission=mission, world=world)
 
 
 def catalogue_of(config: EvaluationConfig) -> CatalogueConfig:
@@ -113,8 +114,13 @@ def settings_of(
     """Return the settings that are stored beside the rows; they suffice to repeat the run."""
     return {
         "fixed": {
-            # Absent without changes, as in the folders of earlier versions.
+            # Absent without changes and with the paper's errors, as in earlier versions' folders.
             **({"mission": dict(mission_changes)} if mission_changes else {}),
+            **(
+                {"segmentation_errors": config.segmentation_errors}
+                if config.segmentation_errors != "paper"
+                else {}
+            ),
             "seed": config.seed,
             "robot": config.robot,
             "image_width": trial.image_width,

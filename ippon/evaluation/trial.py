@@ -67,6 +67,9 @@ def config_hash(config: TrialConfig, method: Method) -> str:
     if trial["mission"]["planner"]["step_budget_s"] is None:
         # The work is counted alone, as it was before there was such a budget.
         del trial["mission"]["planner"]["step_budget_s"]
+    if config.world.segmentation_errors == "paper":
+        # Likewise: there was no other.
+        del trial["world"]["segmentation_errors"], trial["world"]["detector"]
     shown = {"trial": trial, "method": method.name}
     return hashlib.sha256(json.dumps(shown, sort_keys=True).encode()).hexdigest()[:12]
 

@@ -4,8 +4,10 @@ import math
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
 from ippon.command import Command
@@ -13,16 +15,19 @@ from ippon.frame import Frame
 from ippon.geometry import Float64Array
 from ippon.observation import Heatmap
 from ippon.robot import RobotProfile
+from ippon.segmentation.painting import paint
 from ippon.simulation.camera.renderer import Rendering, SceneRenderer
 from ippon.simulation.camera.sensor_noise import NoiseConfig, SensorNoise
 from ippon.simulation.robot.mobile_base import BaseConfig, SimulatedBase
 from ippon.simulation.robot.odometry_drift import DriftConfig, OdometryDrift
 from ippon.simulation.scene import Scene, StartPose
-from ippon.simulation.segmentation.segmenter import (
-    NamePredicate,
-    SegmenterConfig,
-    SimulatedSegmenter,
-)
+from ippon.simulation.segmentation.detector import DetectorConfig, SimulatedDetector
+from ippon.simulation.segmentation.segmenter import SegmenterConfig, SimulatedSegmenter
+from ippon.simulation.segmentation.truth import NamePredicate
+
+SegmentationErrors = Literal["detector", "paper"]
+"""`detector`: boxes with scores, wrong as often as those of a real network. `paper`: label
+probabilities of each pixel, with the kind of errors that the paper describes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +36,12 @@ class WorldConfig:
 
     base: BaseConfig = field(default_factory=BaseConfig)
     noise: NoiseConfig = field(default_factory=NoiseConfig)
+    segmentation_errors: SegmentationErrors = "paper"
+    """Which simulated network sees."""
     segmenter: SegmenterConfig = field(default_factory=SegmenterConfig)
+    """For `paper`."""
+    detector: DetectorConfig = field(default_factory=DetectorConfig)
+    """For `detector`."""
     drift: DriftConfig = field(default_factory=DriftConfig)
 
     @classmethod
@@ -70,7 +80,7 @@ class SimulatedWorld:
         self._renderer = SceneRenderer(scene)
         self._noise = SensorNoise(camera, robot.min_depth_m, robot.max_depth_m, self.config.noise)
         self._drift = OdometryDrift(self.base.T_world_base, self.config.drift, seed)
-        self._segmenter: SimulatedSegmenter | None = None
+        self._segmenter: SimulatedSegmenter | SimulatedDetector | None = None
 
     @property
     def T_world_base_estimated(self) -> Float64Array:  # noqa: N802
@@ -98,7 +108,13 @@ class SimulatedWorld:
             self._segmenter = None
             return
         old = self._segmenter
-        if old is None or (old.labels, old.ooi) != (tuple(labels), ooi):
+        if old is not None and (old.labels, old.ooi) == (tuple(labels), ooi):
+            return
+        if self.config.segmentation_errors == "detector":
+            self._segmenter = SimulatedDetector(
+                self.scene, labels, ooi, self.config.detector, self._seed, self._is_instance_of
+            )
+        else:
             self._segmenter = SimulatedSegmenter(
                 self.scene, labels, ooi, self.config.segmenter, self._seed, self._is_instance_of
             )
@@ -121,15 +137,17 @@ class SimulatedWorld:
         T_world_camera = self.base.T_world_base @ T_base_camera
         rendering = self.rendering = self._renderer.render(self.camera, T_world_camera)
         T_world_base = self._drift.T_world_base
+        color = self._noise.corrupt_color(rendering.color, rng)
+        depth = self._noise.corrupt_depth(rendering.depth, rng)
         return Frame(
             stamp_ns=self.stamp_ns,
-            color=self._noise.corrupt_color(rendering.color, rng),
-            depth=self._noise.corrupt_depth(rendering.depth, rng),
+            color=color,
+            depth=depth,
             camera=self.camera,
             T_world_camera=T_world_base @ T_base_camera,
             T_world_base=T_world_base,
             tilt_rad=self.base.tilt_rad,
-            heatmap=self._segment(rendering, T_world_camera, index),
+            heatmap=self._segment(rendering, depth, T_world_camera, index),
             contact=self.base.contact,
         )
 
@@ -139,8 +157,15 @@ class SimulatedWorld:
         return math.fsum(np.linalg.norm(steps, axis=1))
 
     def _segment(
-        self, rendering: Rendering, T_world_camera: Float64Array, index: int
+        self,
+        rendering: Rendering,
+        depth: NDArray[np.float32],
+        T_world_camera: Float64Array,
+        index: int,
     ) -> Heatmap | None:
         if self._segmenter is None:
             return None
+        if isinstance(self._segmenter, SimulatedDetector):
+            found = self._segmenter.detect(rendering, self.camera, T_world_camera, index)
+            return paint(found, depth)
         return self._segmenter.segment(rendering, T_world_camera[:3, 3], index)

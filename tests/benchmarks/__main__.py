@@ -42,6 +42,13 @@ def console_rows(_: int, quick: bool) -> Iterator[Row]:
     yield from console_load.load_rows(300 if quick else 3600)
 
 
+def detector_rows(_: int, __: bool) -> Iterator[Row]:
+    """Measure the errors of a real detector, and of the simulated one."""
+    from tests.benchmarks import detector_errors
+
+    yield from detector_errors.detector_rows()
+
+
 def planner_rows(_: int, __: bool) -> Iterator[Row]:
     """Measure single viewpoints, and the planner on a large floor; there is nothing to choose."""
     from tests.benchmarks import large_floor, viewpoint_cost
@@ -66,6 +73,7 @@ def exploring_rows(_: int, quick: bool) -> Iterator[Row]:
 
 BENCHMARKS = {
     "console": console_rows,
+    "detector": detector_rows,
     "exploring": exploring_rows,
     "guidance": guidance_rows,
     "levels": level_rows,

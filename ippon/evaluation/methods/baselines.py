@@ -1,7 +1,7 @@
 """Other ways to choose where to go, on the same map, body, controller and termination rule."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final, Protocol
 
@@ -204,8 +204,8 @@ class NearestFrontier:
 class SemanticFrontier:
     """Goes to the frontier of highest value (VLFM, Yokoyama et al. 2024)."""
 
-    def __init__(self, level_of: NDArray[np.float64]) -> None:
-        """Value what is seen by l(O | C) of each common label, (N,)."""
+    def __init__(self, level_of: Mapping[str, float]) -> None:
+        """Value what is seen by l(O | C) of each common label."""
         self._values = ValueMap(level_of)
 
     def observe(self, frame: Frame) -> None:

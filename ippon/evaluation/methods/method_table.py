@@ -79,7 +79,8 @@ def _by_rule(make: Callable[[Situation], Rule]) -> Callable[[Situation], Equipme
 
 def _semantic(s: Situation) -> Rule:
     probabilities = s.config.levels.as_array().astype(np.float64)
-    return SemanticFrontier(probabilities[s.guidance.levels()])
+    rows = s.guidance.rows
+    return SemanticFrontier({row.label: float(probabilities[row.level]) for row in rows})
 
 
 def _oracle(s: Situation) -> Equipment:

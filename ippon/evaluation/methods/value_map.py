@@ -1,10 +1,10 @@
 """Which directions looked promising: the value map of VLFM, fed from heatmaps and levels."""
 
 import math
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ippon.frame import Frame
 from ippon.geometry import Float64Array
@@ -24,14 +24,14 @@ class ValueMap:
     optical axis, weighted against what they had.
     """
 
-    def __init__(self, level_of: NDArray[np.float64], max_range_m: float = 5.0) -> None:
+    def __init__(self, level_of: Mapping[str, float], max_range_m: float = 5.0) -> None:
         """Start empty.
 
         Args:
-            level_of: (N,) l(O | C) of each common label.
+            level_of: l(O | C) of each common label.
             max_range_m: Cells farther away learn nothing from an image.
         """
-        self._level_of = np.asarray(level_of, dtype=np.float64)
+        self._level_of = dict(level_of)
         self._max_range_m = max_range_m
         size = round(2.0 * _HALF_EXTENT_M / _CELL_M)
         self._value = np.zeros((size, size), dtype=np.float32)
@@ -41,11 +41,12 @@ class ValueMap:
     def image_value(self, frame: Frame) -> float:
         """Return how much an image speaks for the goal ahead, 0 to 1; 0 without a heatmap."""
         heatmap = frame.heatmap
-        if heatmap is None or len(heatmap.labels) != len(self._level_of):
+        if heatmap is None:
             return 0.0
         mean = heatmap.probabilities.reshape(-1, heatmap.probabilities.shape[2]).mean(axis=0)
-        weights = np.ones(len(mean))
-        weights[: len(self._level_of)] = self._level_of
+        # A detector's heatmap lacks the labels that it cannot tell; others tell nothing here.
+        weights = np.zeros(len(mean))
+        weights[: len(heatmap.labels)] = [self._level_of.get(x, 0.0) for x in heatmap.labels]
         if heatmap.ooi_channel is not None:
             weights[heatmap.ooi_channel] = 1.0
         return float(mean @ weights) / max(1e-9, float(mean.sum()))

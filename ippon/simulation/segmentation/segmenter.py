@@ -3,7 +3,7 @@
 import math
 import operator
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,15 +25,12 @@ from ippon.simulation.segmentation.heatmap import (
     sigmoid,
 )
 from ippon.simulation.segmentation.smooth_noise import SmoothNoise, mixed
-from ippon.vocabulary import canonical_label
+from ippon.simulation.segmentation.truth import NamePredicate, true_label
 
 _AZIMUTHS = 8
 _FIELD_SHAPE = (6, 9)
 _WARP_SHAPE = (12, 18, 2)
 _BEYOND_RANGE_M = 8.0
-
-NamePredicate = Callable[[str, str], bool]
-"""Tells whether a thing of the first name answers the question for the second."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -212,13 +209,8 @@ class SimulatedSegmenter:
         return Heatmap(labels=self.labels, ooi=self.ooi, probabilities=probabilities)
 
     def _true_channel(self, instance: Instance) -> int:
-        names = (canonical_label(instance.label), instance.category)
-        if self.ooi is not None and any(self._is_instance_of(name, self.ooi) for name in names):
-            return self._channels.index(self.ooi)
-        for name in names:
-            if name in self.labels:
-                return self.labels.index(name)
-        return -1
+        name = true_label(instance, self.labels, self.ooi, self._is_instance_of)
+        return -1 if name is None else self._channels.index(name)
 
     def _is_vague(self, k: int) -> bool:
         channel = self._truth[k]

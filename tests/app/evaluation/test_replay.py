@@ -9,7 +9,7 @@ from app.evaluation.config import EvaluationConfig
 from app.evaluation.replay import differences, replay_episode, trial_of_row
 from app.evaluation.results_folder import EvaluationFolder
 from app.evaluation.run import run_evaluation
-from app.evaluation.setup import trial_of
+from app.evaluation.setup import settings_of, trial_of
 from app.messages import keys
 from app.messages.control import Status, decode
 from app.recording.reading.recording import Recording
@@ -63,6 +63,19 @@ def test_the_robot_of_a_row_is_known_when_its_file_has_changed(make_row, tmp_pat
     kept["configurations"]["ippon"]["trial"]["robot"]["max_depth_m"] = -1.0
     with pytest.raises(UsageError, match="cannot be read"):
         trial_of_row(kept, row)
+
+
+@pytest.mark.parametrize("errors", ["paper", "detector"])
+def test_a_replay_has_the_errors_of_the_run(make_row, errors, tmp_path):
+    config = EvaluationConfig(out=tmp_path, segmentation_errors=errors)
+    settings = settings_of(config, trial_of(config), ("ippon",), "1")
+    row = make_row(method="ippon", robot="habitat", image_width=240)
+    assert trial_of_row(settings, row).world.segmentation_errors == errors
+
+
+def test_a_folder_without_a_word_of_errors_has_those_of_the_paper(make_row):
+    row = make_row(method="ippon", robot="habitat", image_width=240)
+    assert trial_of_row({}, row).world.segmentation_errors == "paper"
 
 
 @pytest.mark.slow

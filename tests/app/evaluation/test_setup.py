@@ -4,9 +4,10 @@ import pytest
 
 from app.errors import UsageError
 from app.evaluation.config import EvaluationConfig
-from app.evaluation.setup import catalogue_of, expand_methods, trial_of
+from app.evaluation.setup import catalogue_of, expand_methods, settings_of, trial_of
 from app.robot_file import template
-from ippon.evaluation.methods.method_table import ABLATIONS, METHODS
+from ippon.evaluation.methods.method_table import ABLATIONS, METHODS, method_named
+from ippon.evaluation.trial import config_hash
 from ippon.robot import ZED
 
 
@@ -50,3 +51,22 @@ def test_a_robot_of_ones_own_is_measured_with_its_own_body_and_camera(tmp_path):
     assert trial.limits == trial_of(EvaluationConfig(out=tmp_path, robot="zed")).limits
     with pytest.raises(ValueError, match="no robot profile 'nobody': give zed, habitat or a YAML"):
         trial_of(EvaluationConfig(out=tmp_path, robot="nobody"))
+
+
+def test_the_errors_of_the_paper_leave_set_up_and_settings_as_they_were(tmp_path):
+    ippon = method_named("ippon")
+    paper = EvaluationConfig(out=tmp_path, segmentation_errors="paper")
+    # Of rows that were made before there were other errors.
+    assert config_hash(trial_of(paper), ippon) == "273dd49e189f"
+    fixed = settings_of(paper, trial_of(paper), ("ippon",), "1")["fixed"]
+    assert "segmentation_errors" not in fixed
+
+
+def test_the_errors_of_a_detector_are_another_set_up(tmp_path):
+    ippon = method_named("ippon")
+    measured = EvaluationConfig(out=tmp_path, segmentation_errors="detector")
+    trial = trial_of(measured)
+    assert trial.world.segmentation_errors == "detector"
+    assert config_hash(trial, ippon) != "273dd49e189f"
+    fixed = settings_of(measured, trial, ("ippon",), "1")["fixed"]
+    assert fixed["segmentation_errors"] == "detector"

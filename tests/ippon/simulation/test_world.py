@@ -140,3 +140,27 @@ def test_other_robots_look_and_reach_as_their_profile_says(furnished, camera):
     assert frame.T_world_camera[2, 3] == pytest.approx(HABITAT.camera_height_m)
     assert frame.heatmap.probabilities.shape == (160, 120, 41)
     assert frame.depth[frame.depth > 0.0].min() >= HABITAT.min_depth_m
+
+
+DETECTOR = WorldConfig(segmentation_errors="detector")
+
+
+def test_the_simulated_detector_gives_scores(furnished, camera):
+    frames = list(drive(world_of(furnished, camera, config=DETECTOR)))
+    assert {frame.heatmap.kind for frame in frames} == {"scores"}
+    assert {frame.heatmap.source for frame in frames} == {"simulated detector"}
+    assert {frame.heatmap.ooi for frame in frames} == {"hat"}
+    one, two, other = (
+        digest(drive(world_of(furnished, camera, s, config=DETECTOR))) for s in (3, 3, 4)
+    )
+    assert one == two
+    assert one != other
+
+
+def test_labels_may_be_taken_away_from_a_detector_and_given_back(furnished, camera):
+    world = world_of(furnished, camera, config=DETECTOR)
+    world.set_labels((), None)
+    assert world.observe().heatmap is None
+    world.set_labels(("chair",), None)
+    heatmap = world.observe().heatmap
+    assert (heatmap.labels, heatmap.ooi) == (("chair",), None)

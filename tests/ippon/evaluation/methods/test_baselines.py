@@ -71,11 +71,11 @@ def test_a_frontier_is_kept_until_it_is_gone(hall):
 
 def test_no_frontier_means_nothing_left(hall):
     assert NearestFrontier().choose(_plan(), hall, None, lambda _: False) is None
-    assert SemanticFrontier(np.array([0.1])).choose(_plan(), hall, None, lambda _: False) is None
+    assert SemanticFrontier({"wall": 0.1}).choose(_plan(), hall, None, lambda _: False) is None
 
 
 def test_the_semantic_frontier_is_the_one_of_highest_value(hall, monkeypatch):
-    rule = SemanticFrontier(np.array([0.1, 0.6]))
+    rule = SemanticFrontier({"wall": 0.1, "sofa": 0.6})
     monkeypatch.setattr(rule._values, "value_near", lambda x, _y: 0.4 if x > 1.5 else 0.3)
     aim = rule.choose(_plan(), hall, None, _all)
     assert aim is not None
@@ -89,7 +89,7 @@ def test_the_semantic_frontier_is_the_one_of_highest_value(hall, monkeypatch):
 
 
 def test_frontiers_of_equal_value_are_visited_nearest_first(hall):
-    aim = SemanticFrontier(np.array([0.1])).choose(_plan(), hall, None, _all)
+    aim = SemanticFrontier({"wall": 0.1}).choose(_plan(), hall, None, _all)
     assert aim is not None
     assert aim.stand[0] < 0.5
 

@@ -11,7 +11,7 @@ from ippon.observation import Heatmap
 from ippon.robot import ZED
 
 _LABELS = ("wall", "sofa")
-_LEVELS = np.array([0.1, 0.6])
+_LEVELS = {"wall": 0.1, "sofa": 0.6}
 
 
 def _frame(shares, *, yaw=0.0, depth=4.0, ooi="hat", tilt=0.0):
@@ -42,6 +42,13 @@ def test_an_image_is_worth_what_it_shows():
 
 def test_a_common_object_is_its_own_evidence():
     assert ValueMap(_LEVELS).image_value(_frame([0.0, 1.0], ooi="sofa")) == pytest.approx(1.0)
+
+
+def test_labels_that_an_image_lacks_change_nothing():
+    more = {"door": 0.9, **_LEVELS}
+    frame = _frame([0.6, 0.4, 0.0])
+    assert ValueMap(more).image_value(frame) == ValueMap(_LEVELS).image_value(frame)
+    assert ValueMap({"wall": 0.1}).image_value(frame) == pytest.approx(0.06)
 
 
 def test_the_floor_ahead_takes_the_value_over_and_nothing_else_does():
