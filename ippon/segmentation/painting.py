@@ -3,6 +3,7 @@
 from typing import Final
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from ippon.observation import Detections, Heatmap, Instance
@@ -60,13 +61,8 @@ def paint(detections: Detections, depth: NDArray[np.float32], longest_px: int = 
             continue
         window, inside = pixels
         inside = inside & ~mixed[window]
-        block = out[window]
         value = max(LEAST_SCORE, round(255.0 * one.score))
-        loses = (block >= LEAST_SCORE) & (WINS_FROM * block <= value) & inside[..., None]
-        mine = channels.index(one.label)
-        before = block[..., mine].copy()
-        block[loses] = NOTHING_SAID
-        block[..., mine] = np.where(inside, np.maximum(before, value), before)
+        _paint_kernel(inside, value, channels.index(one.label), out[window])
     return Heatmap(
         labels=common,
         ooi=detections.ooi,
@@ -74,6 +70,21 @@ def paint(detections: Detections, depth: NDArray[np.float32], longest_px: int = 
         kind="scores",
         source=detections.source,
     )
+
+
+@njit(cache=True, nogil=True)
+def _paint_kernel(inside, value, mine, out):
+    """Write `value` to a channel of some pixels, and clear what loses against it there."""
+    h, w, channels = out.shape
+    for i in range(h):
+        for j in range(w):
+            if not inside[i, j]:
+                continue
+            before = out[i, j, mine]
+            for c in range(channels):
+                if out[i, j, c] >= LEAST_SCORE and WINS_FROM * out[i, j, c] <= value:
+                    out[i, j, c] = NOTHING_SAID
+            out[i, j, mine] = max(before, value)
 
 
 def _area(one: Instance) -> float:

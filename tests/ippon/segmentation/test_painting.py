@@ -3,7 +3,8 @@ import pytest
 
 from ippon.observation import Detections, Instance
 from ippon.observation_model import NOT_RECOGNISED, NOTHING_SAID
-from ippon.segmentation.painting import paint
+from ippon.segmentation.painting import _paint_kernel, paint
+from tests.reference import painting as reference
 
 
 def detections(*instances, labels=("cup", "table"), ooi="cup", size=(120, 160)):
@@ -57,3 +58,17 @@ def test_a_mask_takes_the_place_of_the_box():
 def test_depth_of_another_shape_is_refused():
     with pytest.raises(ValueError, match="does not fit an image of 160x120"):
         paint(detections(), np.ones((100, 100), np.float32))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_an_instance_is_painted_as_the_slow_way_does(seed):
+    rng = np.random.default_rng(seed)
+    image = rng.integers(0, 256, (12, 14, 5)).astype(np.uint8)
+    image[rng.random(image.shape) < 0.5] = NOTHING_SAID
+    image[rng.random(image.shape) < 0.3] = NOT_RECOGNISED
+    inside = rng.random((6, 7)) < 0.7
+    value, mine = int(rng.integers(2, 256)), int(rng.integers(5))
+    expected = image.copy()
+    expected[3:9, 2:9] = reference.painted(image[3:9, 2:9], inside, value, mine)
+    _paint_kernel(inside, value, mine, image[3:9, 2:9])
+    np.testing.assert_array_equal(image, expected)
