@@ -20,6 +20,8 @@ from ippon.observation import Heatmap
 MAX_PIXELS: Final = 4096 * 4096
 MAX_LABELS: Final = 512
 MAX_HEATMAP_BYTES: Final = 128 * 2**20
+GREY_16: Final = frozenset({"I;16", "I;16B", "I"})
+"""Modes that Pillow gives to grey PNG of 16 bits."""
 _COMPRESSED: Final = "sensor_msgs/msg/CompressedImage"
 _IMAGE: Final = "sensor_msgs/msg/Image"
 _INFO: Final = "sensor_msgs/msg/CameraInfo"
@@ -105,10 +107,10 @@ def decompress_color(encoded: bytes) -> NDArray[np.uint8]:
         MessageError: Damaged, or more than `MAX_PIXELS` pixels.
     """
     if encoded.startswith(b"\x89PNG"):
-        return _read_png(encoded, "RGB").astype(np.uint8, copy=False)
+        return read_png(encoded).astype(np.uint8, copy=False)
     try:
         height, width, _, _ = simplejpeg.decode_jpeg_header(encoded)
-        _check_size(int(width), int(height))
+        check_size(int(width), int(height))
         return simplejpeg.decode_jpeg(encoded, colorspace="RGB")
     except (ValueError, OSError) as error:
         raise MessageError(f"damaged JPEG of {len(encoded)} bytes: {error}") from error
@@ -141,7 +143,8 @@ def decode_depth(payload: bytes) -> DepthImage:
     data = message.data.tobytes()
     if len(data) <= len(_DEPTH_HEADER):
         raise MessageError(f"compressed depth of {len(data)} bytes holds no image")
-    millimetres = _read_png(data[len(_DEPTH_HEADER) :], "I;16")
+    png = data[len(_DEPTH_HEADER) :]
+    millimetres = read_png(png, modes=GREY_16, expected="depth is a 16-bit grey PNG")
     return DepthImage(
         stamp_ns=stamp_ns_of(message.header),
         frame_id=message.header.frame_id,
@@ -171,7 +174,6 @@ def decode_depth_raw(payload: bytes) -> DepthImage:
         MessageError: Not such a message, or sizes that contradict each other.
     """
     message = decode(payload, _IMAGE)
-    _check_size(message.width, message.height)
     kinds = {"16UC1": ("u2", 1e-3), "mono16": ("u2", 1e-3), "32FC1": ("f4", 1.0)}
     if message.encoding not in kinds:
         raise MessageError(
@@ -179,14 +181,7 @@ def decode_depth_raw(payload: bytes) -> DepthImage:
         )
     code, scale = kinds[message.encoding]
     dtype = np.dtype((">" if message.is_bigendian else "<") + code)
-    row = message.width * dtype.itemsize
-    if message.step < row or message.data.size != message.step * message.height:
-        raise MessageError(
-            f"{message.encoding} {message.width}x{message.height} with rows of {message.step} "
-            f"bytes does not come in {message.data.size} bytes"
-        )
-    rows = message.data.reshape(message.height, message.step)[:, :row]
-    values = np.ascontiguousarray(rows).view(dtype).astype(np.float32) * np.float32(scale)
+    values = image_rows(message, dtype).astype(np.float32) * np.float32(scale)
     values[~(np.isfinite(values) & (values > 0.0))] = 0.0
     return DepthImage(
         stamp_ns=stamp_ns_of(message.header), frame_id=message.header.frame_id, depth=values
@@ -291,7 +286,7 @@ def decode_heatmap(payload: bytes) -> StampedHeatmap:
     channels = len(labels) + (ooi is not None and ooi not in labels)
     if not 1 <= channels <= MAX_LABELS:
         raise MessageError(f"a heatmap has 1 to {MAX_LABELS} channels; got {channels}")
-    _check_size(message.width, message.height)
+    check_size(message.width, message.height)
     expected = message.height * message.width * channels
     if expected > MAX_HEATMAP_BYTES:
         raise MessageError(
@@ -315,20 +310,52 @@ def _to_millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
     return np.rint(np.where(valid, depth, 0.0) * 1000.0).astype(np.uint16)
 
 
-def _check_size(width: int, height: int) -> None:
+def check_size(width: int, height: int) -> None:
+    """Refuse an image without pixels, or with more than `MAX_PIXELS`.
+
+    Raises:
+        MessageError: With the size.
+    """
     if width < 1 or height < 1 or width * height > MAX_PIXELS:
         raise MessageError(f"an image of {width}x{height} pixels is not accepted")
 
 
-def _read_png(data: bytes, mode: str) -> NDArray[Any]:
+def image_rows(message: Any, dtype: np.dtype[Any]) -> NDArray[Any]:
+    """Return the (H, W) pixels of a sensor_msgs/Image, a copy without what pads its rows.
+
+    Raises:
+        MessageError: Sizes that contradict each other, or that are not accepted.
+    """
+    check_size(message.width, message.height)
+    row = message.width * dtype.itemsize
+    if message.step < row or message.data.size != message.step * message.height:
+        raise MessageError(
+            f"{message.encoding} {message.width}x{message.height} with rows of {message.step} "
+            f"bytes does not come in {message.data.size} bytes"
+        )
+    rows = message.data.reshape(message.height, message.step)[:, :row]
+    return np.ascontiguousarray(rows).view(dtype)
+
+
+def read_png(
+    data: bytes, *, modes: frozenset[str] = frozenset(), expected: str = ""
+) -> NDArray[Any]:
+    """Decompress a PNG.
+
+    Args:
+        data: The file.
+        modes: Pillow's modes that are accepted as they are; without any, the image becomes RGB.
+        expected: Which images are accepted, for the error.
+
+    Raises:
+        MessageError: Damaged, too large, or of another mode.
+    """
     try:
         with PillowImage.open(io.BytesIO(data), formats=("PNG",)) as image:
-            _check_size(*image.size)
-            if mode == "I;16":
-                if image.mode not in {"I;16", "I;16B", "I"}:
-                    raise MessageError(f"depth is a 16-bit grey PNG; got mode {image.mode}")
-                return np.asarray(image)
-            return np.asarray(image.convert(mode))
+            check_size(*image.size)
+            if modes and image.mode not in modes:
+                raise MessageError(f"{expected}; got mode {image.mode}")
+            return np.asarray(image if modes else image.convert("RGB"))
     except (UnidentifiedImageError, OSError, SyntaxError, ValueError, EOFError) as error:
         raise MessageError(f"damaged PNG of {len(data)} bytes: {error}") from error
     except PillowImage.DecompressionBombError as error:

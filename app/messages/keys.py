@@ -25,6 +25,15 @@ CAMERA_INFO = "camera/color/camera_info"
 TF = "tf"
 TF_STATIC = "tf_static"
 HEATMAP = "camera/heatmap"
+BOXES = "camera/detections"
+"""What a detector on the robot recognises in the images."""
+MASKS = "camera/detections/masks"
+"""Optional: the pixels of each of these detections."""
+MASKS_COMPRESSED = "camera/detections/masks/compressed"
+LABEL_NAMES = "camera/detections/label_info"
+"""Optional: all that the detector can tell."""
+DETECTOR_NAME = "camera/detections/vision_info"
+"""Optional: which network the detector runs."""
 CONTACT = "contact"
 
 CMD_VEL = "cmd_vel"
@@ -57,6 +66,7 @@ MAP_KEYFRAME = "map/keyframe"
 PLAN_TREE = "plan/tree"
 PLAN_PATH = "plan/path"
 DETECTIONS = "detections"
+"""Finds and candidates of the navigator, in the map."""
 FAR_EVIDENCE = "map/glimpses"
 """Where images show what may be the object beyond the map's range, and floor that was in view."""
 STATUS = "status"
@@ -84,6 +94,11 @@ ROS_TYPES = {
     TF: "tf2_msgs/msg/TFMessage",
     TF_STATIC: "tf2_msgs/msg/TFMessage",
     HEATMAP: "ippon_msgs/msg/Heatmap",
+    BOXES: "vision_msgs/msg/Detection2DArray",
+    MASKS: "sensor_msgs/msg/Image",
+    MASKS_COMPRESSED: "sensor_msgs/msg/CompressedImage",
+    LABEL_NAMES: "vision_msgs/msg/LabelInfo",
+    DETECTOR_NAME: "vision_msgs/msg/VisionInfo",
     CONTACT: "std_msgs/msg/Bool",
     CMD_VEL: "geometry_msgs/msg/TwistStamped",
     CMD_TILT: "std_msgs/msg/Float64",
