@@ -5,6 +5,7 @@ sees. `template` writes such a file with every line explained.
 """
 
 import math
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -66,11 +67,27 @@ class _Camera(_Part, kw_only=True):
     tilt: _Tilt | float
 
 
+class _Detector(_Part, kw_only=True):
+    source: str = ""
+    labels: dict[str, str] = {}
+
+
 class _RobotFile(_Part, kw_only=True):
     name: str
     body: _Body
     motion: _Motion
     camera: _Camera
+    detector: _Detector | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DetectorTable:
+    """How to read the detections that a robot sends."""
+
+    source: str = ""
+    """Name of its network, the key of its observation model; empty for the name that it sends."""
+    labels: dict[str, str] = field(default_factory=dict[str, str])
+    """Label of each of its names that is not understood without."""
 
 
 def read_profile(text: str) -> RobotProfile:
@@ -84,6 +101,34 @@ def read_profile(text: str) -> RobotProfile:
     """
     if text in PROFILES:
         return PROFILES[text]
+    try:
+        return _profile(_read(text))
+    except ValueError as error:
+        if isinstance(error, RobotFileError):
+            raise
+        raise RobotFileError(f"robot profile {text}: {error}") from error
+
+
+def read_detector(text: str) -> DetectorTable:
+    """Return how to read the detections of the robot that a command line names.
+
+    Args:
+        text: A built-in profile, or the path of a YAML file.
+
+    Raises:
+        RobotFileError: There is none, or it is none.
+    """
+    if text in PROFILES:
+        return DetectorTable()
+    detector = _read(text).detector
+    if detector is None:
+        return DetectorTable()
+    if not all(detector.labels) or not all(detector.labels.values()):
+        raise RobotFileError(f"robot profile {text}: detector.labels has an empty name or label")
+    return DetectorTable(source=detector.source, labels=detector.labels)
+
+
+def _read(text: str) -> _RobotFile:
     path = Path(text)
     if not path.is_file():
         raise RobotFileError(
@@ -94,7 +139,7 @@ def read_profile(text: str) -> RobotProfile:
     if size > MOST_BYTES:
         raise RobotFileError(f"{path} is too long for a robot profile: {size} bytes")
     try:
-        return _profile(msgspec.yaml.decode(path.read_bytes(), type=_RobotFile))
+        return msgspec.yaml.decode(path.read_bytes(), type=_RobotFile)
     except (OSError, msgspec.DecodeError, ValueError) as error:
         raise RobotFileError(f"robot profile {path}: {error}") from error
 
@@ -199,4 +244,10 @@ camera:
   width_over_height: {profile.image_aspect:g}  # of its images
   min_depth_m: {profile.min_depth_m:g}  # nearest and farthest depth that can be trusted
   max_depth_m: {profile.max_depth_m:g}
-{tilt}"""
+{tilt}
+# A detector that runs on the robot, where its names are not understood as they are:
+# detector:
+#   source: yolo11n   # the network, for what its scores are worth; without, what it sends
+#   labels:
+#     coffee mug: cup
+"""

@@ -29,7 +29,11 @@ FLAGS: Final[dict[type, dict[str, str]]] = {
     EvalRun: dict(_VOXEL_SIZE),
 }
 """Fields of the configuration that a command also takes as flags."""
-SET_ELSEWHERE: Final = {"profile": "--profile", "language_model": "--llm.model"}
+SET_ELSEWHERE: Final = {
+    "profile": "--profile",
+    "detector": "--profile",
+    "language_model": "--llm.model",
+}
 """Fields of the navigator's configuration that no file sets, and the flags that do."""
 
 

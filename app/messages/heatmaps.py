@@ -7,11 +7,14 @@ import zstandard
 from numpy.typing import NDArray
 
 from app.messages.cdr import MessageError
+from ippon.observation import HeatmapKind
 from ippon.segmentation.compact_heatmap import TopClasses, keep_top, spread_out
 
 RAW: Final = "raw"
 WHOLE: Final = "zstd"
 TOP: Final = "top-zstd"
+MAX_SOURCE: Final = 80
+"""Characters of a network's name."""
 
 
 def pack_whole(probabilities: NDArray[np.uint8]) -> bytes:
@@ -26,6 +29,28 @@ def pack_top(probabilities: NDArray[np.uint8], count: int, always: int | None) -
     planes = top.channels.astype(np.uint8 if narrow else "<u2")
     data = planes.tobytes() + top.values.tobytes()
     return zstandard.ZstdCompressor(level=3).compress(data)
+
+
+def describe_encoding(packing: str, kind: HeatmapKind, source: str) -> str:
+    """Return a message's encoding: how it is packed, and, of scores, of which network they are."""
+    return packing if kind == "distribution" else f"{packing};{kind};{source[:MAX_SOURCE]}"
+
+
+def read_encoding(encoding: str) -> tuple[str, HeatmapKind, str]:
+    """Return packing, kind and source of a message's encoding.
+
+    Raises:
+        MessageError: Of another kind.
+    """
+    packing, *rest = encoding.split(";", 2)
+    if not rest:
+        return packing, "distribution", ""
+    if rest[0] != "scores" or len(rest) < 2 or len(rest[1]) > MAX_SOURCE:
+        raise MessageError(
+            f"a heatmap's encoding is {WHOLE}, {TOP} or {WHOLE};scores;NETWORK; got "
+            f"{encoding[:80]!r}"
+        )
+    return packing, "scores", rest[1]
 
 
 def unpack(

@@ -13,7 +13,15 @@ from PIL import Image as PillowImage
 from PIL import UnidentifiedImageError
 
 from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
-from app.messages.heatmaps import TOP, WHOLE, pack_top, pack_whole, unpack
+from app.messages.heatmaps import (
+    TOP,
+    WHOLE,
+    describe_encoding,
+    pack_top,
+    pack_whole,
+    read_encoding,
+    unpack,
+)
 from ippon.camera import PinholeCamera
 from ippon.observation import Heatmap
 
@@ -256,9 +264,11 @@ def encode_heatmap(
         stamp_ns: Of the colour image.
         frame_id: Of the colour image.
         keep: How many labels of each pixel to keep, the object of interest among them; None keeps
-            all.
+            all. Scores are all kept: where there is none, that says something.
     """
     height, width, _ = heatmap.probabilities.shape
+    if heatmap.kind == "scores":
+        keep = None
     if keep is None:
         packed = pack_whole(heatmap.probabilities)
     else:
@@ -270,7 +280,7 @@ def encode_heatmap(
         width=width,
         labels=list(heatmap.labels),
         ooi=heatmap.ooi or "",
-        encoding=WHOLE if keep is None else TOP,
+        encoding=describe_encoding(WHOLE if keep is None else TOP, heatmap.kind, heatmap.source),
         data=np.frombuffer(packed, np.uint8),
     )
 
@@ -294,13 +304,16 @@ def decode_heatmap(payload: bytes) -> StampedHeatmap:
             f"{MAX_HEATMAP_BYTES} bytes"
         )
     shape = (message.height, message.width, channels)
+    packing, kind, source = read_encoding(message.encoding)
     return StampedHeatmap(
         stamp_ns=stamp_ns_of(message.header),
         frame_id=message.header.frame_id,
         heatmap=Heatmap(
             labels=labels,
             ooi=ooi,
-            probabilities=unpack(message.encoding, message.data, shape),
+            probabilities=unpack(packing, message.data, shape),
+            kind=kind,
+            source=source,
         ),
     )
 

@@ -86,6 +86,9 @@ SIM_TRUTH = "sim/truth"
 NAVIGATOR_ALIVE = "alive/navigator"
 """Liveliness token, there while a navigator is ready."""
 
+SEEN = (HEATMAP, BOXES, MASKS, MASKS_COMPRESSED, LABEL_NAMES, DETECTOR_NAME)
+"""What a segmentation or a detector says, and what it is."""
+
 ROS_TYPES = {
     COLOR: "sensor_msgs/msg/CompressedImage",
     DEPTH: "sensor_msgs/msg/CompressedImage",

@@ -1,4 +1,4 @@
-"""Segmentation as a process: colour images and labels in, heatmaps out."""
+"""Segmentation as a process: colour images and labels in, heatmaps or detections out."""
 
 import logging
 import threading
@@ -15,11 +15,14 @@ from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import SegmentationLabels, decode
-from app.messages.images import decode_color, decompress_color, encode_heatmap
+from app.messages.detection_masks import encode_masks
+from app.messages.detections import encode_detections
+from app.messages.detector_info import encode_detector_name, encode_label_names
+from app.messages.images import CompressedColor, decode_color, decompress_color, encode_heatmap
 from app.process.stop_signal import ProcessStopSignal, StopSignal
-from ippon.segmentation.detectors.vocabulary import refusal_of
+from ippon.observation import Detections, Heatmap
+from ippon.segmentation.detectors.vocabulary import closed_vocabulary, refusal_of
 from ippon.segmentation.errors import SegmentationError
-from ippon.segmentation.instance_heatmap import distribution_of
 from ippon.segmentation.segmenter import Segmenter
 
 logger = logging.getLogger(__name__)
@@ -64,9 +67,20 @@ class SegmentNode:
         self._labels: SegmentationLabels | None = None
         self._problem = ""
         self._refusal: str | None = None
-        self._publisher = session.declare_publisher(
-            f"{config.robot}/{keys.HEATMAP}", congestion_control=zenoh.CongestionControl.DROP
-        )
+        self._publishers = {
+            key: session.declare_publisher(
+                f"{config.robot}/{key}", congestion_control=zenoh.CongestionControl.DROP
+            )
+            for key in (keys.HEATMAP, keys.BOXES, keys.MASKS_COMPRESSED)
+        }
+        self._kept = {
+            key: zenoh.ext.declare_advanced_publisher(
+                session, f"{config.robot}/{key}", cache=zenoh.ext.CacheConfig(max_samples=1),
+                publisher_detection=True,
+            )
+            for key in (keys.LABEL_NAMES, keys.DETECTOR_NAME)
+        }  # fmt: skip
+        self._told: tuple[str, tuple[str, ...]] = ("", ())
         subscribe(session, f"{config.robot}/{keys.LABELS}", self._take_labels)
         subscribe(session, f"{config.robot}/{keys.COLOR}", self._take_image)
 
@@ -93,19 +107,34 @@ class SegmentNode:
             seen = self._segmenter.segment(
                 decompress_color(color.encoded), request.labels, request.ooi
             )
-            # Messages carry probabilities alone.
-            heatmap = distribution_of(seen, request.labels)
-            message = encode_heatmap(
-                heatmap, color.stamp_ns, color.frame_id, keep=self._config.keep
-            )
+            if isinstance(seen, Detections):
+                self._publish_detections(seen, color)
+            else:
+                self._publish_heatmap(seen, color)
         except (MessageError, SegmentationError, ValueError) as error:
             self._fail(str(error))
             return
-        self._publisher.put(message)
         self.segmented += 1
         if self._problem:
             logger.info("segmentation works again")
             self._problem = ""
+
+    def _publish_heatmap(self, heatmap: Heatmap, color: CompressedColor) -> None:
+        message = encode_heatmap(heatmap, color.stamp_ns, color.frame_id, keep=self._config.keep)
+        self._publishers[keys.HEATMAP].put(message)
+
+    def _publish_detections(self, seen: Detections, color: CompressedColor) -> None:
+        vocabulary = closed_vocabulary(self._segmenter)
+        told = seen.source, seen.labels if vocabulary is None else vocabulary.names
+        if told != self._told:
+            self._told = told
+            self._kept[keys.DETECTOR_NAME].put(encode_detector_name(told[0], color.stamp_ns))
+            self._kept[keys.LABEL_NAMES].put(encode_label_names(told[1], color.stamp_ns))
+        masks = encode_masks(seen, color.stamp_ns, color.frame_id)
+        if masks is not None:
+            self._publishers[keys.MASKS_COMPRESSED].put(masks)
+        boxes = encode_detections(seen, color.stamp_ns, color.frame_id)
+        self._publishers[keys.BOXES].put(boxes)
 
     def _fail(self, problem: str) -> None:
         self.failed += 1

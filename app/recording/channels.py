@@ -20,7 +20,12 @@ MARKERS_KEY: Final = "plan/markers"
 MARKERS_TYPE: Final = "visualization_msgs/msg/MarkerArray"
 KEY: Final = "ippon_key"
 """Metadata of a channel: the key under the robot's prefix."""
-LATCHED: Final = frozenset({keys.TF_STATIC, keys.LABELS, keys.LEVELS, keys.CONFIGURATION})
+LATCHED: Final = frozenset(
+    {
+        keys.TF_STATIC, keys.LABELS, keys.LEVELS, keys.CONFIGURATION, keys.LABEL_NAMES,
+        keys.DETECTOR_NAME,
+    }
+)  # fmt: skip
 
 _STRING_HEADER: Final = b"\x00\x01\x00\x00"
 _NOT_ROS: Final = re.compile(r"[^A-Za-z0-9_/]")

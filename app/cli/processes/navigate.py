@@ -23,7 +23,7 @@ from app.nodes.navigator.run import run_navigator
 from app.nodes.navigator.state.persistence import read_saved_state
 from app.process.children import Child
 from app.process.parent_watch import end_with_parent
-from app.robot_file import map_config, read_profile
+from app.robot_file import map_config, read_detector, read_profile
 from ippon.errors import MapFileError
 from ippon.mission.config import MissionConfig
 from ippon.planning.config import PlannerConfig
@@ -58,6 +58,7 @@ def run_navigate(command: Navigate) -> int:
             listen=command.listen,
             robot=command.robot,
             profile=profile,
+            detector=read_detector(command.profile),
             seed=command.seed,
             mission=mission,
             language_model=model.name if model is not None else "",

@@ -5,8 +5,16 @@ from collections import deque
 from dataclasses import dataclass, replace
 from typing import Final, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from app.links.frames.mask_pairing import MaskPairing, StampedDetections
+from app.links.frames.robot_detector import RobotDetector
 from app.links.frames.transforms import TransformBuffer
 from app.messages import keys
+from app.messages.detection_masks import StampedMasks, decode_masks, decode_masks_compressed
+from app.messages.detections import StampedBoxes, decode_detections
+from app.messages.detector_info import decode_detector_name, decode_label_names
 from app.messages.images import (
     CompressedColor,
     DepthImage,
@@ -22,6 +30,7 @@ from app.messages.images import (
 from app.messages.motion import StampedTransform, decode_flag, decode_transforms
 from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import invert_transform
+from ippon.observation import Heatmap
 
 MAX_PENDING: Final = 16
 """Messages of each stream that wait for the others of their frame."""
@@ -31,7 +40,12 @@ MAX_BYTES_WITHOUT_HEATMAP: Final = 200_000_000
 """Largest memory of these frames."""
 MAX_LATE: Final = 4
 """Frames with late heatmaps that wait for `take_late`."""
-T = TypeVar("T", CompressedColor, DepthImage, StampedHeatmap)
+REMEMBERED_IMAGES: Final = 200
+"""Stamps of colour images that detections are compared with."""
+
+
+Seen = StampedHeatmap | StampedDetections
+T = TypeVar("T", CompressedColor, DepthImage, Seen)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,12 +66,18 @@ class AssemblerConfig:
 class FrameAssembler:
     """Accepts messages in any order; returns the newest complete frame."""
 
-    def __init__(self, config: AssemblerConfig | None = None) -> None:
+    def __init__(
+        self, config: AssemblerConfig | None = None, detector: RobotDetector | None = None
+    ) -> None:
         self._config = config or AssemblerConfig()
+        self.detector = detector or RobotDetector()
+        """Reads detections."""
         self._tolerance_ns = round(NANOSECONDS * self._config.tolerance_s)
         self._colors: dict[int, CompressedColor] = {}
         self._depths: dict[int, DepthImage] = {}
-        self._heatmaps: dict[int, StampedHeatmap] = {}
+        self._heatmaps: dict[int, Seen] = {}
+        self._pairing = MaskPairing(self._tolerance_ns)
+        self._image_stamps: deque[int] = deque(maxlen=REMEMBERED_IMAGES)
         self._camera: StampedCamera | None = None
         self._transforms = TransformBuffer()
         self._contact = False
@@ -68,6 +88,8 @@ class FrameAssembler:
         """Colour images that became no frame, because a newer one was complete first."""
         self.restarts = 0
         """Number of restarts of the robot's clock."""
+        self.unmatched = 0
+        """Heatmaps and detections in a row that carry the stamp of no image."""
 
     def missing(self) -> str:
         """Return what the newest colour image lacks to become a frame; empty for nothing."""
@@ -87,6 +109,7 @@ class FrameAssembler:
     def add_color(self, color: CompressedColor) -> None:
         """Take a colour image."""
         self._check_clock(color.stamp_ns)
+        self._image_stamps.append(color.stamp_ns)
         self._put(self._colors, color)
 
     def add_depth(self, depth: DepthImage) -> None:
@@ -97,10 +120,32 @@ class FrameAssembler:
     def add_heatmap(self, heatmap: StampedHeatmap) -> None:
         """Take a heatmap, also of a frame that was taken without it."""
         self._check_clock(heatmap.stamp_ns)
-        self._put(self._heatmaps, heatmap)
-        frame = self._frame_without(heatmap.stamp_ns)
+        self._add_seen(heatmap)
+
+    def add_boxes(self, boxes: StampedBoxes) -> None:
+        """Take a detector's boxes."""
+        self._check_clock(boxes.stamp_ns)
+        for one in self._pairing.add_boxes(boxes):
+            self._add_seen(one)
+
+    def add_masks(self, masks: StampedMasks) -> None:
+        """Take the pixels of a detector's boxes."""
+        for one in self._pairing.add_masks(masks):
+            self._add_seen(one)
+
+    def _add_seen(self, seen: Seen) -> None:
+        """Take what says where objects are, also of a frame that was taken without it."""
+        near = any(abs(s - seen.stamp_ns) <= self._tolerance_ns for s in self._image_stamps)
+        self.unmatched = 0 if near else self.unmatched + 1
+        self._put(self._heatmaps, seen)
+        frame = self._frame_without(seen.stamp_ns)
         if frame is not None:
-            self._late.append(replace(frame, heatmap=heatmap.heatmap))
+            self._late.append(replace(frame, heatmap=self._heatmap_of(seen, frame.depth)))
+
+    def _heatmap_of(self, seen: Seen, depth: NDArray[np.float32]) -> Heatmap:
+        if isinstance(seen, StampedHeatmap):
+            return seen.heatmap
+        return self.detector.heatmap(seen.boxes, seen.masks, depth)
 
     def add_camera(self, camera: StampedCamera) -> None:
         """Take intrinsics; the latest apply."""
@@ -166,7 +211,7 @@ class FrameAssembler:
         self._without = {s: f for s, f in self._without.items() if s > near}
         return found
 
-    def _parts(self, color: CompressedColor) -> tuple[DepthImage, StampedHeatmap | None] | None:
+    def _parts(self, color: CompressedColor) -> tuple[DepthImage, Seen | None] | None:
         depth = self._match(self._depths, color.stamp_ns)
         if depth is None or self._camera is None:
             return None
@@ -188,9 +233,7 @@ class FrameAssembler:
         behind_ns = max(self._colors) - max(self._heatmaps, default=-(2**62))
         return behind_ns < NANOSECONDS * self._config.heatmap_wait_s
 
-    def _frame(
-        self, color: CompressedColor, depth: DepthImage, heatmap: StampedHeatmap | None
-    ) -> Frame:
+    def _frame(self, color: CompressedColor, depth: DepthImage, seen: Seen | None) -> Frame:
         assert self._camera is not None
         config, stamp = self._config, color.stamp_ns
         T_world_camera = self._transforms.lookup(config.world_frame, self._camera.frame_id, stamp)
@@ -207,7 +250,7 @@ class FrameAssembler:
             T_world_camera=T_world_camera,
             T_world_base=T_world_base,
             tilt_rad=math.asin(min(1.0, max(-1.0, float(T_base_camera[2, 2])))),
-            heatmap=heatmap.heatmap if heatmap is not None else None,
+            heatmap=None if seen is None else self._heatmap_of(seen, depth.depth),
             contact=contact,
         )
 
@@ -216,6 +259,8 @@ class FrameAssembler:
             self._colors.clear()
             self._depths.clear()
             self._heatmaps.clear()
+            self._pairing.clear()
+            self._image_stamps.clear()
             self._without.clear()
             self._late.clear()
             self._taken_ns = -1
@@ -268,6 +313,16 @@ def assemble(assembler: FrameAssembler, key: str, payload: bytes) -> None:
             assembler.add_camera(decode_camera(payload))
         case keys.HEATMAP:
             assembler.add_heatmap(decode_heatmap(payload))
+        case keys.BOXES:
+            assembler.add_boxes(decode_detections(payload))
+        case keys.MASKS:
+            assembler.add_masks(decode_masks(payload))
+        case keys.MASKS_COMPRESSED:
+            assembler.add_masks(decode_masks_compressed(payload))
+        case keys.LABEL_NAMES:
+            assembler.detector.name_labels(decode_label_names(payload))
+        case keys.DETECTOR_NAME:
+            assembler.detector.name_network(decode_detector_name(payload))
         case keys.CONTACT:
             assembler.add_contact(decode_flag(payload))
         case keys.DEPTH:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from app.messages.keys import check_prefix
+from app.robot_file import DetectorTable
 from ippon.mission.config import MissionConfig
 from ippon.robot import ZED, RobotProfile
 from ippon.vocabulary import MATTERPORT_40
@@ -17,6 +18,8 @@ class NavigatorConfig:
     robot: str = "ippon"
     """Key prefix of the robot."""
     profile: RobotProfile = ZED
+    detector: DetectorTable = field(default_factory=DetectorTable)
+    """How to read the detections that the robot sends."""
     mission: MissionConfig = field(default_factory=MissionConfig)
     labels: tuple[str, ...] = MATTERPORT_40
     """Common objects that the segmentation is asked to tell apart."""

@@ -9,6 +9,7 @@ from typing import Any, Final
 import zenoh
 
 from app.links.frames.assembler import FrameAssembler, assemble
+from app.links.frames.robot_detector import RobotDetector
 from app.links.frames.stream_monitor import StreamMonitor
 from app.links.network.subscription import subscribe
 from app.messages import keys
@@ -26,12 +27,21 @@ _STREAM_OF: Final = {
     keys.TF_STATIC: "",
     keys.CAMERA_INFO: "",
     keys.CONTACT: "",
+    keys.LABEL_NAMES: "",
+    keys.DETECTOR_NAME: "",
     keys.HEATMAP: "heatmap",
+    keys.MASKS: "",
+    keys.MASKS_COMPRESSED: "",
+    keys.BOXES: "heatmap",
     keys.DEPTH: "depth",
     keys.DEPTH_RAW: "depth",
     keys.COLOR: "colour",
 }
 """Stream that counts the messages of each topic, "" for none; decoded in this order."""
+_KEPT: Final = (keys.TF_STATIC, keys.LABEL_NAMES, keys.DETECTOR_NAME)
+"""Topics that are asked for what was sent before."""
+UNMATCHED: Final = 10
+"""Heatmaps and detections in a row with the stamp of no image that are no accident."""
 REQUIRED: Final = ("colour", "depth", "pose")
 """Streams without which there is no frame."""
 
@@ -39,8 +49,14 @@ REQUIRED: Final = ("colour", "depth", "pose")
 class FrameIntake:
     """Callbacks only store the bytes; `take` decodes them in the caller's thread."""
 
-    def __init__(self, session: zenoh.Session, robot: str, report: Callable[[str], None]) -> None:
-        self.assembler = FrameAssembler()
+    def __init__(
+        self,
+        session: zenoh.Session,
+        robot: str,
+        report: Callable[[str], None],
+        detector: RobotDetector | None = None,
+    ) -> None:
+        self.assembler = FrameAssembler(detector=detector)
         self.monitors = {
             name: StreamMonitor(name) for name in ("colour", "depth", "pose", "heatmap")
         }
@@ -59,7 +75,7 @@ class FrameIntake:
             # Poses arrive faster than images, and interpolation needs each of them.
             size = 100 if topic in (keys.TF, keys.CONTACT) else MAX_WAITING
             self._waiting[topic] = deque(maxlen=size)
-            kept = topic == keys.TF_STATIC
+            kept = topic in _KEPT
             subscribe(session, f"{robot}/{topic}", self._receiver(topic, stream), kept=kept)
 
     def _receiver(self, topic: str, stream: str) -> Callable[[bytes], None]:
@@ -100,11 +116,23 @@ class FrameIntake:
         except (FrameRejectedError, MessageError, ValueError) as error:
             self.refuse_frame(str(error))
             return None
+        if self.assembler.detector.problem:
+            self.refuse("heatmap", self.assembler.detector.problem)
         if frame is not None:
             self.frames += 1
             self._framed_at = time.monotonic()
             self.arrived_at = self._arrivals.get(frame.stamp_ns, self._came_at)
         return frame
+
+    def notes(self) -> tuple[str, ...]:
+        """Return what the operator should know of the detections."""
+        notes = [self.assembler.detector.refusal()]
+        if self.assembler.unmatched >= UNMATCHED:
+            notes.append(
+                "detections carry the stamp of no image: a detector copies the header of the "
+                "colour image that it looked at"
+            )
+        return tuple(note for note in notes if note)
 
     def take_late(self) -> Frame | None:
         """Return an earlier frame whose heatmap arrived late, None while there is none."""

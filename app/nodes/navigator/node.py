@@ -8,6 +8,7 @@ from typing import Final
 
 import zenoh
 
+from app.links.frames.robot_detector import RobotDetector
 from app.links.language_model.interface import LanguageModelInterface
 from app.links.network.sender import Sender
 from app.messages import keys
@@ -62,7 +63,9 @@ class Navigator:
         self._report = StatusReport(config, version("ippon"))
         self._stream = CommandStream(session, robot, config.command_hz, config.stale_s)
         self._events = EventPublisher(session, robot, self._goals, self._sender)
-        self._intake = FrameIntake(session, robot, self._events.report_bad_message)
+        self._intake = FrameIntake(
+            session, robot, self._events.report_bad_message, RobotDetector(config.detector)
+        )
         self._operations = MissionQueue(self._intake.wake)
         self._services = RequestServices(
             session, config, self._goals, self._stream, operations=self._operations,
@@ -93,7 +96,8 @@ class Navigator:
             self._operations.run_queued(self._mission)
             self._map.answer()
             self._start_next_goal()
-            self._state.publish_labels(self._mission)
+            asked = self._state.publish_labels(self._mission)
+            self._intake.assembler.detector.ask(asked.labels, asked.ooi)
             self._state.publish_levels(self._goals.active())
             frame = self._intake.take(IDLE_S)
             if frame is not None:
@@ -228,6 +232,7 @@ class Navigator:
             notes=(
                 *self._services.guidance.notes(),
                 *self._streams.notes(),
+                *self._intake.notes(),
                 *self._profile.notes(),
             ),
         )

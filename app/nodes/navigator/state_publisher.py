@@ -31,8 +31,12 @@ class StatePublisher:
         self._published_labels: SegmentationLabels | None = None
         self._published_search: PlannedSearch | None = None
 
-    def publish_labels(self, mission: Mission) -> None:
-        """Publish the labels that the segmentation has to distinguish, if they changed."""
+    def publish_labels(self, mission: Mission) -> SegmentationLabels:
+        """Publish the labels that the segmentation has to distinguish, if they changed.
+
+        Returns:
+            The labels.
+        """
         goal = mission.goal
         ooi = goal.object if goal is not None else None
         if ooi is None and self._published_labels is not None:
@@ -42,6 +46,7 @@ class StatePublisher:
         if labels != self._published_labels:
             self._published_labels = labels
             self._labels.put(encode(labels))
+        return labels
 
     def publish_levels(self, active: PlannedSearch | None) -> None:
         """Publish the levels of the active search, if they changed."""

@@ -20,7 +20,7 @@ from ippon.frame import NANOSECONDS
 CAMERA_FRAME: Final = "camera_color_optical_frame"
 FROM_ROBOT: Final = (
     keys.COLOR, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC,
-    keys.HEATMAP, keys.CONTACT,
+    keys.CONTACT, *keys.SEEN,
 )  # fmt: skip
 
 
@@ -77,12 +77,12 @@ def bag_messages(path: Path, start_s: float, *, heatmaps: bool) -> Iterator[Robo
     Args:
         path: An MCAP file, a session's folder, or a rosbag2 folder.
         start_s: Earlier messages are left out, except fixed transforms.
-        heatmaps: Whether to send recorded heatmaps.
+        heatmaps: Whether to send recorded heatmaps and detections.
 
     Raises:
         DatasetError: It is not a bag, or lacks a topic that a frame needs.
     """
-    wanted = [key for key in FROM_ROBOT if heatmaps or key != keys.HEATMAP]
+    wanted = [key for key in FROM_ROBOT if heatmaps or key not in keys.SEEN]
     if path.is_dir() and not any(path.glob("*.mcap")):
         yield from _rosbag_messages(path, start_s, wanted)
         return

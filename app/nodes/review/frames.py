@@ -13,7 +13,7 @@ from ippon.frame import Frame
 GEOMETRY: Final = (
     keys.COLOR, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC, keys.DEPTH, keys.DEPTH_RAW,
 )  # fmt: skip
-FUSED: Final = (*GEOMETRY, keys.HEATMAP, keys.CONTACT)
+FUSED: Final = (*GEOMETRY, *keys.SEEN, keys.CONTACT)
 
 
 def geometry_frames(recording: Recording) -> Iterator[tuple[int, Frame]]:

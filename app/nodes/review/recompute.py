@@ -9,6 +9,7 @@ from typing import Final
 import msgspec
 
 from app.links.frames.assembler import FrameAssembler, assemble
+from app.links.frames.robot_detector import RobotDetector
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import (
@@ -81,11 +82,15 @@ class Recomputation:
 
     def messages(self) -> Iterator[RecordedMessage]:
         """Yield what the robot and a navigator of these settings would have said, in order."""
-        assembler = FrameAssembler()
+        assembler = FrameAssembler(detector=RobotDetector(self._settings.navigator.detector))
         for message in self._recording.all_messages((*FUSED, *TOLD)):
             if message.key in COPIED:
                 yield message
             try:
+                goal = self.mission.goal
+                assembler.detector.ask(
+                    self.mission.voxel_map.labels, None if goal is None else goal.object
+                )
                 self._take(assembler, message)
                 frame = assembler.take() if message.key in FUSED else None
             except (MessageError, FrameRejectedError, msgspec.DecodeError, ValueError):

@@ -1,4 +1,4 @@
-"""Subsampling of depth images and heatmaps in recordings."""
+"""Subsampling of depth images, heatmaps and detections in recordings."""
 
 import struct
 from typing import Final
@@ -6,7 +6,11 @@ from typing import Final
 from app.messages import keys
 from ippon.frame import NANOSECONDS
 
-SUBSAMPLED: Final = frozenset({keys.DEPTH, keys.DEPTH_RAW, keys.HEATMAP})
+SUBSAMPLED: Final = frozenset(
+    {
+        keys.DEPTH, keys.DEPTH_RAW, keys.HEATMAP, keys.BOXES, keys.MASKS, keys.MASKS_COMPRESSED,
+    }
+)  # fmt: skip
 """Topics that make up most of the data."""
 _STAMP: Final = struct.Struct("<iI")
 _STAMP_AT: Final = 4
