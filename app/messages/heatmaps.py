@@ -1,20 +1,98 @@
-"""The data of a heatmap message: whole, or the largest labels of each pixel alone."""
+"""Heatmaps as messages: whole, or the largest labels of each pixel alone."""
 
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import zstandard
 from numpy.typing import NDArray
 
-from app.messages.cdr import MessageError
-from ippon.observation import HeatmapKind
+from app.messages.cdr import MessageError, decode, encode, header, stamp_ns_of
+from app.messages.images import check_size
+from ippon.observation import Heatmap, HeatmapKind
 from ippon.segmentation.compact_heatmap import TopClasses, keep_top, spread_out
 
+MAX_LABELS: Final = 512
+MAX_HEATMAP_BYTES: Final = 128 * 2**20
+_HEATMAP: Final = "ippon_msgs/msg/Heatmap"
 RAW: Final = "raw"
 WHOLE: Final = "zstd"
 TOP: Final = "top-zstd"
 MAX_SOURCE: Final = 80
 """Characters of a network's name."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StampedHeatmap:
+    """A heatmap with the stamp of its colour image."""
+
+    stamp_ns: int
+    frame_id: str
+    heatmap: Heatmap
+
+
+def encode_heatmap(
+    heatmap: Heatmap, stamp_ns: int, frame_id: str, *, keep: int | None = None
+) -> bytes:
+    """Write a heatmap, compressed with zstd.
+
+    Args:
+        heatmap: What was seen.
+        stamp_ns: Of the colour image.
+        frame_id: Of the colour image.
+        keep: How many labels of each pixel to keep, the object of interest among them; None keeps
+            all. Scores are all kept: where there is none, that says something.
+    """
+    height, width, _ = heatmap.probabilities.shape
+    if heatmap.kind == "scores":
+        keep = None
+    if keep is None:
+        packed = pack_whole(heatmap.probabilities)
+    else:
+        packed = pack_top(heatmap.probabilities, keep, heatmap.ooi_channel)
+    return encode(
+        _HEATMAP,
+        header=header(stamp_ns, frame_id),
+        height=height,
+        width=width,
+        labels=list(heatmap.labels),
+        ooi=heatmap.ooi or "",
+        encoding=describe_encoding(WHOLE if keep is None else TOP, heatmap.kind, heatmap.source),
+        data=np.frombuffer(packed, np.uint8),
+    )
+
+
+def decode_heatmap(payload: bytes) -> StampedHeatmap:
+    """Read a heatmap.
+
+    Raises:
+        MessageError: Not such a message, or its data are not of the size that it states.
+    """
+    message = decode(payload, _HEATMAP)
+    labels, ooi = tuple(message.labels), message.ooi or None
+    channels = len(labels) + (ooi is not None and ooi not in labels)
+    if not 1 <= channels <= MAX_LABELS:
+        raise MessageError(f"a heatmap has 1 to {MAX_LABELS} channels; got {channels}")
+    check_size(message.width, message.height)
+    expected = message.height * message.width * channels
+    if expected > MAX_HEATMAP_BYTES:
+        raise MessageError(
+            f"a heatmap of {message.height}x{message.width}x{channels} is over "
+            f"{MAX_HEATMAP_BYTES} bytes"
+        )
+    shape = (message.height, message.width, channels)
+    packing, kind, source = read_encoding(message.encoding)
+    return StampedHeatmap(
+        stamp_ns=stamp_ns_of(message.header),
+        frame_id=message.header.frame_id,
+        heatmap=Heatmap(
+            labels=labels,
+            ooi=ooi,
+            probabilities=unpack(packing, message.data, shape),
+            kind=kind,
+            source=source,
+        ),
+    )
 
 
 def pack_whole(probabilities: NDArray[np.uint8]) -> bytes:

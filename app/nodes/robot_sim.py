@@ -18,7 +18,8 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import SegmentationLabels
 from app.messages.control import decode as decode_json
-from app.messages.images import encode_camera, encode_color, encode_depth, encode_heatmap
+from app.messages.heatmaps import encode_heatmap
+from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import (
     StampedTransform,
     StampedTwist,

@@ -18,7 +18,8 @@ from app.messages.control import SegmentationLabels, decode
 from app.messages.detection_masks import encode_masks
 from app.messages.detections import encode_detections
 from app.messages.detector_info import encode_detector_name, encode_label_names
-from app.messages.images import CompressedColor, decode_color, decompress_color, encode_heatmap
+from app.messages.heatmaps import encode_heatmap
+from app.messages.images import CompressedColor, decode_color, decompress_color
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from ippon.observation import Detections, Heatmap
 from ippon.segmentation.detectors.vocabulary import closed_vocabulary, refusal_of

@@ -15,16 +15,15 @@ from app.messages import keys
 from app.messages.detection_masks import StampedMasks, decode_masks, decode_masks_compressed
 from app.messages.detections import StampedBoxes, decode_detections
 from app.messages.detector_info import decode_detector_name, decode_label_names
+from app.messages.heatmaps import StampedHeatmap, decode_heatmap
 from app.messages.images import (
     CompressedColor,
     DepthImage,
     StampedCamera,
-    StampedHeatmap,
     decode_camera,
     decode_color,
     decode_depth,
     decode_depth_raw,
-    decode_heatmap,
     decompress_color,
 )
 from app.messages.motion import StampedTransform, decode_flag, decode_transforms

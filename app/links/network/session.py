@@ -70,6 +70,8 @@ def open_client(connect: str, timeout_s: float = 5.0) -> zenoh.Session:
         "connect/endpoints": [connect],
         "connect/timeout_ms": round(1e3 * timeout_s),
         "connect/exit_on_failure": True,
+        # What is kept for those who come late is told apart by its time.
+        "timestamping/enabled": True,
     }
     try:
         return zenoh.open(_config(settings))

@@ -5,8 +5,7 @@ import pytest
 import zstandard
 
 from app.messages.cdr import MessageError
-from app.messages.heatmaps import pack_top, unpack
-from app.messages.images import decode_heatmap, encode_heatmap
+from app.messages.heatmaps import decode_heatmap, encode_heatmap, pack_top, unpack
 from ippon.observation import Heatmap
 
 

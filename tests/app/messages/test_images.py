@@ -8,18 +8,17 @@ import zstandard
 from PIL import Image
 
 from app.messages.cdr import MessageError, decode, encode, header
+from app.messages.heatmaps import decode_heatmap, encode_heatmap
 from app.messages.images import (
     decode_camera,
     decode_color,
     decode_depth,
     decode_depth_raw,
-    decode_heatmap,
     decompress_color,
     encode_camera,
     encode_color,
     encode_depth,
     encode_depth_raw,
-    encode_heatmap,
 )
 from ippon.camera import PinholeCamera
 from ippon.observation import Heatmap

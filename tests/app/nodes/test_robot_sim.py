@@ -15,7 +15,8 @@ from app.links.network.session import open_router
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import SegmentationLabels, encode
-from app.messages.images import decode_camera, decode_color, decode_depth, decode_heatmap
+from app.messages.heatmaps import decode_heatmap
+from app.messages.images import decode_camera, decode_color, decode_depth
 from app.messages.motion import (
     StampedTwist,
     decode_flag,

@@ -11,7 +11,11 @@ from app.links.network.sender import Sender
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import SegmentationLabels, encode
-from app.messages.images import decode_heatmap, encode_color
+from app.messages.detection_masks import decode_masks_compressed
+from app.messages.detections import decode_detections
+from app.messages.detector_info import decode_detector_name, decode_label_names
+from app.messages.heatmaps import decode_heatmap
+from app.messages.images import encode_color
 from app.nodes.segment import SegmentConfig, SegmentNode
 from ippon.observation import Detections, Heatmap, Instance
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
@@ -86,9 +90,15 @@ def test_the_newest_image_is_segmented_and_keeps_its_stamp(wired):
     assert (heatmaps[0].heatmap.probabilities[..., -1] == 255).all()
 
 
-def test_instances_are_sent_as_probabilities(wired, monkeypatch):
+def test_instances_are_sent_as_detections_with_names_and_masks(wired, monkeypatch):
     router, _, heatmaps, network, _ = wired
-    one = Instance(label="hat", score=0.9, box_px=(0.0, 0.0, 32.0, 24.0))
+    came = {}
+    for key in (keys.BOXES, keys.MASKS_COMPRESSED, keys.LABEL_NAMES, keys.DETECTOR_NAME):
+        kept = key in (keys.LABEL_NAMES, keys.DETECTOR_NAME)
+        subscribe(router, f"r/{key}", lambda p, k=key: came.update({k: p}), kept=kept)
+    mask = np.zeros((24, 32), np.bool_)
+    mask[:12, :16] = True
+    one = Instance(label="hat", score=0.9, box_px=(0.0, 0.0, 32.0, 24.0), mask=mask)
 
     def segment(color, labels, ooi):
         return Detections(
@@ -101,11 +111,34 @@ def test_instances_are_sent_as_probabilities(wired, monkeypatch):
 
     monkeypatch.setattr(network, "segment", segment)
     router.put(f"r/{keys.COLOR}", image(1))
+    wait_until(lambda: len(came) == 4)
+    boxes = decode_detections(came[keys.BOXES])
+    assert (boxes.stamp_ns, boxes.names, boxes.scores[0]) == (1, ("hat",), 0.9)
+    masks = decode_masks_compressed(came[keys.MASKS_COMPRESSED])
+    assert masks.stamp_ns == 1
+    assert (masks.numbers == 1).sum() == 12 * 16
+    names = decode_label_names(came[keys.LABEL_NAMES]).names
+    assert list(names.values()) == ["wall", "sofa", "hat"]
+    assert decode_detector_name(came[keys.DETECTOR_NAME]) == "boxes"
+    assert heatmaps == []
+
+
+def test_scores_are_sent_whole_with_the_name_of_their_network(wired, monkeypatch):
+    router, _, heatmaps, network, _ = wired
+
+    def segment(color, labels, ooi):
+        p = np.zeros((6, 8, len(labels) + 1), np.uint8)
+        p[..., 0], p[..., 1], p[..., -1] = 90, 1, 40
+        return Heatmap(
+            labels=tuple(labels), ooi=ooi, probabilities=p, kind="scores", source="clipseg"
+        )
+
+    monkeypatch.setattr(network, "segment", segment)
+    router.put(f"r/{keys.COLOR}", image(1))
     wait_until(lambda: heatmaps)
     seen = heatmaps[0].heatmap
-    assert (seen.labels, seen.ooi) == (("wall", "sofa"), "hat")
-    assert seen.probabilities[5, 5].argmax() == 2
-    assert seen.probabilities[40, 60].max() < 100
+    assert (seen.kind, seen.source) == ("scores", "clipseg")
+    assert seen.probabilities[3, 3].tolist() == [90, 1, 40]
 
 
 def test_what_a_detector_cannot_tell_is_said_once(wired, caplog):

@@ -17,7 +17,8 @@ from app.messages.control import (
     Timings,
     encode,
 )
-from app.messages.images import encode_camera, encode_color, encode_depth, encode_heatmap
+from app.messages.heatmaps import encode_heatmap
+from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import (
     StampedPath,
     StampedTransform,

@@ -5,11 +5,12 @@ import pytest
 
 from app.links.frames.assembler import MAX_PENDING, FrameAssembler
 from app.messages.cdr import MessageError
+from app.messages.detections import StampedBoxes
+from app.messages.heatmaps import StampedHeatmap
 from app.messages.images import (
     CompressedColor,
     DepthImage,
     StampedCamera,
-    StampedHeatmap,
     decode_color,
     encode_color,
 )
@@ -274,3 +275,52 @@ def test_late_heatmaps_are_forgotten_with_the_old_clock(assembler):
     feed(assembler, PERIOD)
     assembler.add_heatmap(heatmap(108 * PERIOD))
     assert assembler.take_late() is None
+
+
+def boxes(stamp_ns):
+    return StampedBoxes(
+        stamp_ns=stamp_ns,
+        frame_id=OPTICAL,
+        boxes_px=np.array([[4.0, 2.0, 12.0, 8.0]]),
+        scores=np.array([0.9]),
+        names=("cup",),
+        numbers=np.array([1]),
+        count=1,
+    )
+
+
+def test_detections_become_the_heatmap_of_their_frame(assembler):
+    assembler.detector.ask(("wall",), "cup")
+    assembler.add_boxes(boxes(PERIOD))
+    feed(assembler, PERIOD, with_heatmap=False)
+    heatmap = assembler.take().heatmap
+    assert (heatmap.kind, heatmap.ooi) == ("scores", "cup")
+    assert heatmap.probabilities[5, 8, 0] == 230
+
+
+def test_a_detector_that_lags_teaches_with_the_pose_of_its_image(assembler):
+    """The robot turns; what comes a second late belongs where the camera looked then."""
+    assembler.detector.ask(("wall",), "cup")
+    assembler.add_boxes(boxes(PERIOD))
+    for n in range(1, 8):
+        assembler.add_transforms(poses(n * PERIOD, yaw=0.3 * n))
+        assembler.add_depth(depth(n * PERIOD))
+        assembler.add_color(color(n * PERIOD))
+        assembler.take()
+    assembler.add_boxes(boxes(3 * PERIOD))
+    late = assembler.take_late()
+    assert late.stamp_ns == 3 * PERIOD
+    assert late.heatmap.ooi == "cup"
+    np.testing.assert_allclose(late.T_world_base, base_pose(1.0, 2.0, 0.0, 0.9), atol=1e-12)
+    assert assembler.take_late() is None
+
+
+def test_detections_with_the_stamp_of_no_image_are_counted(assembler):
+    for n in range(1, 6):
+        feed(assembler, n * PERIOD, with_heatmap=False)
+        assembler.take()
+        assembler.add_boxes(boxes(n * PERIOD + PERIOD // 2))
+    assert assembler.unmatched == 5
+    assert assembler.take_late() is None
+    assembler.add_boxes(boxes(5 * PERIOD))
+    assert assembler.unmatched == 0

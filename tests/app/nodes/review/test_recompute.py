@@ -13,15 +13,14 @@ from app.export.session_data import read_session_data
 from app.links.frames.assembler import FrameAssembler
 from app.messages import keys
 from app.messages.control import Event, LevelRow, LevelTable, encode
+from app.messages.heatmaps import decode_heatmap, encode_heatmap
 from app.messages.images import (
     decode_camera,
     decode_color,
     decode_depth,
-    decode_heatmap,
     encode_camera,
     encode_color,
     encode_depth,
-    encode_heatmap,
 )
 from app.messages.motion import (
     StampedTransform,

@@ -10,7 +10,8 @@ import pytest
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import Event, SearchRequest, Status, decode, encode
-from app.messages.images import encode_camera, encode_color, encode_depth, encode_heatmap
+from app.messages.heatmaps import encode_heatmap
+from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import StampedTransform, encode_transforms
 from app.nodes.navigator import profile_check
 from app.nodes.navigator.config import NavigatorConfig
