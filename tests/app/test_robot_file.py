@@ -5,7 +5,16 @@ import re
 
 import pytest
 
-from app.robot_file import PROFILES, RobotFileError, map_config, read_profile, template
+from app.robot_file import (
+    PROFILES,
+    DetectorTable,
+    RobotFileError,
+    map_config,
+    read_detector,
+    read_profile,
+    template,
+)
+from ippon.robot import ZED
 from tests.locations import ROOT
 
 SCOUT = """
@@ -119,3 +128,25 @@ def test_a_file_that_is_none(tmp_path, written):
     (tmp_path / "bytes.yaml").write_bytes(b"\xff\xfe\x00\x01")
     with pytest.raises(RobotFileError, match=r"bytes\.yaml"):
         read_profile(str(tmp_path / "bytes.yaml"))
+
+
+def test_how_to_read_a_detector_stands_in_the_profile(written):
+    text = template(ZED) + "detector: {source: yolo11n, labels: {coffee mug: cup}}\n"
+    path = str(written(text))
+    table = read_detector(path)
+    assert (table.source, table.labels) == ("yolo11n", {"coffee mug": "cup"})
+    assert read_profile(path).name == ZED.name
+    assert read_detector("zed") == read_detector(str(written(template(ZED)))) == DetectorTable()
+
+
+@pytest.mark.parametrize(
+    ("detector", "text"),
+    [
+        ("{labels: {cup: ''}}", "empty name or label"),
+        ("{labels: [cup]}", "detector.labels"),
+        ("{sources: x}", "sources"),
+    ],
+)
+def test_a_detector_that_cannot_be_read_is_named(written, detector, text):
+    with pytest.raises(RobotFileError, match=text):
+        read_detector(str(written(template(ZED) + f"detector: {detector}\n")))

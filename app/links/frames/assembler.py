@@ -76,6 +76,7 @@ class FrameAssembler:
         self._depths: dict[int, DepthImage] = {}
         self._heatmaps: dict[int, Seen] = {}
         self._pairing = MaskPairing(self._tolerance_ns)
+        self._seen_ns: int | None = None
         self._image_stamps: deque[int] = deque(maxlen=REMEMBERED_IMAGES)
         self._camera: StampedCamera | None = None
         self._transforms = TransformBuffer()
@@ -134,8 +135,11 @@ class FrameAssembler:
 
     def _add_seen(self, seen: Seen) -> None:
         """Take what says where objects are, also of a frame that was taken without it."""
-        near = any(abs(s - seen.stamp_ns) <= self._tolerance_ns for s in self._image_stamps)
-        self.unmatched = 0 if near else self.unmatched + 1
+        if self._seen_ns is not None:
+            # Only now have all images come that the one before may belong to.
+            near = any(abs(s - self._seen_ns) <= self._tolerance_ns for s in self._image_stamps)
+            self.unmatched = 0 if near else self.unmatched + 1
+        self._seen_ns = seen.stamp_ns
         self._put(self._heatmaps, seen)
         frame = self._frame_without(seen.stamp_ns)
         if frame is not None:
@@ -260,6 +264,7 @@ class FrameAssembler:
             self._heatmaps.clear()
             self._pairing.clear()
             self._image_stamps.clear()
+            self._seen_ns = None
             self._without.clear()
             self._late.clear()
             self._taken_ns = -1

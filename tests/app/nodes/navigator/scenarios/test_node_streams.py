@@ -9,7 +9,9 @@ import pytest
 
 from app.links.network.subscription import subscribe
 from app.messages import keys
-from app.messages.control import Event, SearchRequest, Status, decode, encode
+from app.messages.control import ControlRequest, Event, SearchRequest, Status, decode, encode
+from app.messages.detections import encode_detections
+from app.messages.detector_info import encode_detector_name, encode_label_names
 from app.messages.heatmaps import encode_heatmap
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import StampedTransform, encode_transforms
@@ -18,6 +20,7 @@ from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
+from ippon.observation import Detections, Instance
 from ippon.robot import ZED
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.world import SimulatedWorld
@@ -44,7 +47,7 @@ class Robot:
         subscribe(session, f"r/{keys.STATUS}", lambda p: self.statuses.append(decode(p, Status)))
         subscribe(session, f"r/{keys.EVENT}", lambda p: self.events.append(decode(p, Event)))
 
-    def send(self, *, jump_m=0.0, heatmap=True, lift_m=0.0):
+    def send(self, *, jump_m=0.0, heatmap=True, lift_m=0.0, detector=None, stamp_off_ns=0):
         frame, optical = self._frame, "optical"
         stamp = self._stamp_ns = self._stamp_ns + PERIOD_NS
         base = frame.T_world_base @ base_pose(jump_m, 0.0, 0.0, 0.0)
@@ -61,6 +64,8 @@ class Robot:
         put(f"r/{keys.CAMERA_INFO}", encode_camera(CAMERA, stamp, optical))
         if heatmap:
             self.send_heatmap(stamp)
+        if detector is not None:
+            put(f"r/{keys.BOXES}", encode_detections(detector, stamp + stamp_off_ns, optical))
         put(f"r/{keys.DEPTH}", encode_depth(frame.depth, stamp, optical))
         put(f"r/{keys.COLOR}", encode_color(frame.color, stamp, optical))
 
@@ -151,3 +156,55 @@ def test_a_robot_that_is_not_what_its_profile_says_is_told_and_forgiven(robot, m
     told = [e.kind for e in robot.events if "above the base" in e.text]
     assert told == ["error"], "once, however long it lasts"
     assert robot.send_until(lambda s: not s.notes).goal.outcome == "active"
+
+
+def seen_on_the_wall(label="hat"):
+    h, w = CAMERA.height, CAMERA.width
+    # Where the view shows one surface, 2.5 m away.
+    box = (23.0, 8.0, 30.0, 22.0)
+    return Detections(
+        source="x", labels=(label,), ooi=None, image_size=(h, w),
+        instances=(Instance(label=label, score=0.9, box_px=box),),
+    )  # fmt: skip
+
+
+def test_a_detector_on_the_robot_makes_the_map_believe(robot):
+    voxel_map = robot.navigator._mission.voxel_map
+    for key, request in (
+        (keys.SEARCH, SearchRequest(object="crown")),
+        (keys.CONTROL, ControlRequest(action="cancel")),
+    ):
+        list(robot._session.get(f"r/{key}", payload=encode(request), timeout=10.0))
+    robot.send_until(lambda _: voxel_map.ooi == "crown", heatmap=False)
+    assert voxel_map.best_ooi() < 0.5
+    crown = seen_on_the_wall("crown")
+    robot.send_until(lambda _: voxel_map.best_ooi() > 0.9, heatmap=False, detector=crown)
+
+
+def test_a_detector_that_cannot_tell_the_object_says_what_it_can(robot):
+    robot._session.put(f"r/{keys.DETECTOR_NAME}", encode_detector_name("yolo11n", 0))
+    robot._session.put(f"r/{keys.LABEL_NAMES}", encode_label_names(["cup", "chair"], 0))
+    status = robot.send_until(
+        lambda s: any("is none of them" in note for note in s.notes),
+        heatmap=False, detector=seen_on_the_wall(),
+    )  # fmt: skip
+    note = next(note for note in status.notes if "is none of them" in note)
+    assert note.startswith("this detector knows 2 kinds of thing and 'hat' is none of them")
+    assert "it knows: cup, chair" in note
+
+
+def test_a_detector_that_stamps_its_messages_itself_is_told(robot):
+    robot.send_until(
+        lambda s: any("the stamp of no image" in note for note in s.notes),
+        heatmap=False, detector=seen_on_the_wall(), stamp_off_ns=50_000_000,
+    )  # fmt: skip
+    robot.send_until(lambda s: not s.notes, heatmap=False, detector=seen_on_the_wall())
+
+
+def test_a_detector_that_dies_is_reported_and_the_search_goes_on(robot):
+    robot.send_until(lambda s: s.frames > 6, heatmap=False, detector=seen_on_the_wall())
+    status = robot.send_until(
+        lambda s: any("objects are not told apart" in note for note in s.notes), heatmap=False
+    )
+    assert status.state != "lost"
+    robot.send_until(lambda s: not s.notes, heatmap=False, detector=seen_on_the_wall())
