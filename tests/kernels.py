@@ -11,7 +11,12 @@ from numba.core.dispatcher import Dispatcher
 
 import ippon
 
-_NOT_OF_THE_NAVIGATOR = ("ippon.simulation", "ippon.evaluation", "ippon.segmentation")
+_NOT_OF_THE_NAVIGATOR = (
+    "ippon.calibration",
+    "ippon.evaluation",
+    "ippon.segmentation",
+    "ippon.simulation",
+)
 
 
 def ready() -> set[str]:
