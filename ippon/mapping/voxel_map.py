@@ -50,7 +50,9 @@ class VoxelMap:
         self.revision = 0
         """Grows by one with each change."""
         self.pools: Pools = make_pools(config.max_blocks)
-        self._layers = ObjectLayers(config, labels, self.pools, models)
+        self.models = models or ObservationModels()
+        """What the scores of networks are worth."""
+        self._layers = ObjectLayers(config, labels, self.pools, self.models)
         self._directory = BlockDirectory(config.directory_max_cells)
         self._integrator = FrameIntegrator(config, self.pools, self._directory)
 

@@ -56,7 +56,8 @@ class GoalControl:
         known = goal.object in self._voxel_map.labels
         if not (known and self._look_around.was_done_for(goal.object, self.frame)):
             self._look_around.restart()
-        search = self.search = Search(goal, guidance, self._config)
+        models = self._voxel_map.models
+        search = self.search = Search(goal, guidance, self._config, models)
         self._planner.set_far_evidence(search.far_evidence)
         self._voxel_map.set_ooi(
             goal.object,

@@ -23,6 +23,7 @@ from ippon.mission.finds.image_check import ImageCheck
 from ippon.mission.finds.size_check import SizeCheck
 from ippon.mission.goal import Goal
 from ippon.mission.snapshot import OVER, Find, MissionState
+from ippon.observation_model import ObservationModels
 from ippon.planning.surface_scale import surface_scale
 
 
@@ -45,9 +46,16 @@ class Search:
         goal: The object.
         guidance: Levels of the map's labels for it.
         config: Parameters of the search.
+        models: What the scores of networks are worth; without them, the shipped defaults.
     """
 
-    def __init__(self, goal: Goal, guidance: Guidance, config: MissionConfig) -> None:
+    def __init__(
+        self,
+        goal: Goal,
+        guidance: Guidance,
+        config: MissionConfig,
+        models: ObservationModels | None = None,
+    ) -> None:
         self.goal = goal
         self.guidance = guidance
         self.state = MissionState.STARTING
@@ -75,6 +83,7 @@ class Search:
             config.image_check,
             goal.object,
             outline_voxels=config.image_check.outline_voxels * scale,
+            models=models,
         )
         near_m = min(config.map.ooi_max_range_m, config.map.max_range_m)
         self.far_evidence = FarEvidence(

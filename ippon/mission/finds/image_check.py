@@ -3,7 +3,8 @@
 The filter treats images as independent (Sec. Object Probability Mapping), but the errors of a
 network are not: an object that is misread once is misread again from the same view, and a few such
 images raise the posterior near 1. Before a search ends, the images vote: how often is the object
-the most probable label of the candidate's pixels?
+the most probable label of the candidate's pixels, or, with a network that scores each label by
+itself, how often does its score speak for it?
 """
 
 import math
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform, transform_points
 from ippon.mission.snapshot import Find
+from ippon.observation_model import NOTHING_SAID, ObservationModels
 
 _MAX_TRACKS = 6
 """Candidates that are tracked: this many of the largest, and as many others in view."""
@@ -29,7 +31,8 @@ _BEHIND_M = 0.2
 class ImageCheckConfig:
     """Share of a find's pixels that must look like the object before a search ends.
 
-    A pixel looks like the object where the object is its most probable label. A larger share ends
+    A pixel looks like the object where the object is its most probable label or, with a network
+    that scores each label by itself, where the object's score speaks for it. A larger share ends
     fewer searches at the wrong object, and leaves more right ones that are hard to recognise.
     """
 
@@ -95,12 +98,21 @@ class ImageCheck:
         config: Shares that finds need.
         label: The object, as the heatmaps call it.
         outline_voxels: Voxels up to which a find is mostly outline; 0 for what is large.
+        models: What the scores of networks are worth; without them, the shipped defaults.
     """
 
-    def __init__(self, config: ImageCheckConfig, label: str, *, outline_voxels: float) -> None:
+    def __init__(
+        self,
+        config: ImageCheckConfig,
+        label: str,
+        *,
+        outline_voxels: float,
+        models: ObservationModels | None = None,
+    ) -> None:
         self._config = config
         self._outline_voxels = outline_voxels
         self._label = label
+        self._models = models or ObservationModels()
         self._tracks: list[_Track] = []
 
     def observe(self, frame: Frame, centres_world: Float64Array, finds: Sequence[Find]) -> None:
@@ -114,7 +126,7 @@ class ImageCheck:
         heatmap = frame.heatmap
         if heatmap is None or heatmap.ooi != self._label or not len(centres_world):
             return
-        seen, wins = votes(frame, centres_world)
+        seen, wins = votes(frame, centres_world, self._models)
         kept: list[_Track] = []
         # Candidates in view are tracked whatever their size: each may end the search.
         in_view = [find for find in finds[_MAX_TRACKS:] if find.box_px is not None]
@@ -195,15 +207,19 @@ class ImageCheck:
         return nearest if nearest is None or math.dist(nearest.centre, at) <= _SAME_M else None
 
 
-def votes(frame: Frame, centres_world: Float64Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def votes(
+    frame: Frame, centres_world: Float64Array, models: ObservationModels
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return which voxels an image shows, and which it takes for the object.
 
     Args:
         frame: With a heatmap that has a channel for the object.
         centres_world: (M, 3) metres.
+        models: What scores are worth.
 
     Returns:
-        (M,) whether the image shows each voxel, and (M,) whether the object is its likeliest label.
+        (M,) whether the image shows each voxel, and (M,) whether it looks like the object. Where
+        scores say nothing of the object, the image does not show it.
     """
     heatmap, camera = frame.heatmap, frame.camera
     seen = np.zeros(len(centres_world), dtype=np.bool_)
@@ -217,8 +233,15 @@ def votes(frame: Frame, centres_world: Float64Array) -> tuple[NDArray[np.bool_],
     at, u, v = at[inside], u[inside].astype(np.int64), v[inside].astype(np.int64)
     shown = np.abs(frame.depth[v, u] - points[at, 2]) <= _BEHIND_M
     at, u, v = at[shown], u[shown], v[shown]
-    seen[at] = True
     rows, columns = heatmap.probabilities.shape[:2]
     pixel = heatmap.probabilities[v * rows // camera.height, u * columns // camera.width]
-    wins[at] = pixel.argmax(axis=1) == heatmap.ooi_channel
+    if heatmap.kind == "distribution":
+        seen[at] = True
+        wins[at] = pixel.argmax(axis=1) == heatmap.ooi_channel
+    else:
+        score = pixel[:, heatmap.ooi_channel]
+        table = models.of(heatmap).table_of(heatmap.ooi or "")
+        seen[at] = score != NOTHING_SAID
+        wins[at] = table.log_ratios("scores")[score] > 0.0
+        wins &= seen
     return seen, wins

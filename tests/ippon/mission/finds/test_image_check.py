@@ -14,6 +14,13 @@ from ippon.mission.config import MissionConfig
 from ippon.mission.finds.image_check import ImageCheck, ImageCheckConfig, votes
 from ippon.mission.snapshot import Find, MissionState
 from ippon.observation import Heatmap
+from ippon.observation_model import (
+    NOT_RECOGNISED,
+    NOTHING_SAID,
+    ObservationModel,
+    ObservationModels,
+    ScoreTable,
+)
 
 CAMERA = PinholeCamera.from_horizontal_fov(64, 48, 1.2)
 LABELS = ("wall", "chair")
@@ -66,9 +73,34 @@ def after(shares, *, small=False, config=CONFIG, **options) -> tuple[ImageCheck,
 
 def test_what_the_image_shows_votes_and_what_it_hides_does_not():
     centres = np.array([AT, (2.0, 0.0, 1.6), (3.0, 0.0, 1.0), (-1.0, 0.0, 1.0), (2.0, 5.0, 1.0)])
-    seen, wins = votes(frame(0.4), centres)
+    seen, wins = votes(frame(0.4), centres, ObservationModels())
     assert seen.tolist() == [True, True, False, False, False], "behind, at the back, beside"
     assert wins.tolist() == [False, True, False, False, False]
+
+
+@pytest.mark.parametrize(
+    ("score", "seen", "wins"),
+    [(NOT_RECOGNISED, True, False), (NOTHING_SAID, False, False), (60, True, False),
+     (110, True, True)],
+)  # fmt: skip
+def test_a_score_that_speaks_for_the_object_looks_like_it(score, seen, wins):
+    image = frame(0.0)
+    probabilities = np.zeros((48, 64, 3), np.uint8)
+    # Another label's higher score does not count against the object's own.
+    probabilities[...] = (200, 0, score)
+    heatmap = Heatmap(labels=LABELS, ooi="hat", probabilities=probabilities, kind="scores")
+    shown = dataclasses.replace(image, heatmap=heatmap)
+    assert [v.tolist() for v in votes(shown, np.array([AT]), ObservationModels())] == [
+        [seen],
+        [wins],
+    ]
+    strict = ObservationModel(
+        source="any scores",
+        kind="scores",
+        provenance="a test",
+        table=ScoreTable(scores=(0.5, 0.9), nats=(-1.0, 5.0)),
+    )
+    assert not votes(shown, np.array([AT]), ObservationModels([strict]))[1].any()
 
 
 @pytest.mark.parametrize(
