@@ -32,6 +32,7 @@ FLAGS: Final[dict[type, dict[str, str]]] = {
 SET_ELSEWHERE: Final = {
     "profile": "--profile",
     "detector": "--profile",
+    "observation_model": "--observation-model",
     "language_model": "--llm.model",
 }
 """Fields of the navigator's configuration that no file sets, and the flags that do."""

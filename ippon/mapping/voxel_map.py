@@ -122,6 +122,10 @@ class VoxelMap:
         floor_z_m = self._integrator.floor_z_m
         self._layers.set_ooi(ooi, highest_m, floor_z_m, self.revision, lowest_m=lowest_m)
 
+    def set_models(self, models: ObservationModels) -> None:
+        """Say what the scores of networks are worth from now on; what was fused stays."""
+        self._layers.set_models(models)
+
     def set_levels(self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32]) -> None:
         """Say how likely the object of interest is near each common object.
 

@@ -121,6 +121,9 @@ class Navigate:
     """Configuration file, YAML or JSON, with any of the fields that `ippon config` prints. A flag
     that is given wins over the file."""
     segmentation: NavigatorSegmentation = field(default_factory=NavigatorSegmentation)
+    observation_model: Path | None = None
+    """JSON file of `ippon calibrate`: what the network's scores are worth; without one, the shipped
+    default."""
     llm: Llm = field(default_factory=Llm)
     parent_pid: int | None = None
     """End when this process is gone."""

@@ -6,6 +6,7 @@ import os
 import sys
 import threading
 from dataclasses import replace
+from pathlib import Path
 from typing import Final
 
 from rich.console import Console
@@ -26,6 +27,11 @@ from app.process.parent_watch import end_with_parent
 from app.robot_file import map_config, read_detector, read_profile
 from ippon.errors import MapFileError
 from ippon.mission.config import MissionConfig
+from ippon.observation_model import (
+    ObservationModel,
+    ObservationModelError,
+    read_observation_model,
+)
 from ippon.planning.config import PlannerConfig
 from ippon.vocabulary import MATTERPORT_40
 
@@ -59,6 +65,7 @@ def run_navigate(command: Navigate) -> int:
             robot=command.robot,
             profile=profile,
             detector=read_detector(command.profile),
+            observation_model=_model_of(command.observation_model),
             seed=command.seed,
             mission=mission,
             language_model=model.name if model is not None else "",
@@ -101,6 +108,14 @@ def run_navigate(command: Navigate) -> int:
         if segmentation is not None:
             segmentation.stop()
     return 0
+
+
+def _model_of(path: Path | None) -> ObservationModel | None:
+    """Read an observation model; raises UsageError."""
+    try:
+        return None if path is None else read_observation_model(path)
+    except ObservationModelError as error:
+        raise UsageError(str(error)) from error
 
 
 def _start_segmentation(command: Navigate) -> Child | None:

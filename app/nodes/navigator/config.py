@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from app.messages.keys import check_prefix
 from app.robot_file import DetectorTable
 from ippon.mission.config import MissionConfig
+from ippon.observation_model import ObservationModel
 from ippon.robot import ZED, RobotProfile
 from ippon.vocabulary import MATTERPORT_40
 
@@ -20,6 +21,8 @@ class NavigatorConfig:
     profile: RobotProfile = ZED
     detector: DetectorTable = field(default_factory=DetectorTable)
     """How to read the detections that the robot sends."""
+    observation_model: ObservationModel | None = None
+    """What the scores of the network are worth; None for the shipped default."""
     mission: MissionConfig = field(default_factory=MissionConfig)
     labels: tuple[str, ...] = MATTERPORT_40
     """Common objects that the segmentation is asked to tell apart."""

@@ -32,6 +32,7 @@ from ippon.frame import Frame
 from ippon.mission.mission import Mission
 from ippon.mission.safe_motion import moves_base
 from ippon.mission.snapshot import Snapshot, StepResult
+from ippon.observation_model import ObservationModels
 
 logger = logging.getLogger(__name__)
 
@@ -55,6 +56,9 @@ class Navigator:
             config.mission, config.profile, config.labels, config.seed,
             voxel_map=saved.voxel_map if saved else None, clock=time.monotonic,
         )  # fmt: skip
+        if config.observation_model is not None:
+            models = ObservationModels([config.observation_model])
+            self._mission.voxel_map.set_models(models)
         self._snapshot: Snapshot | None = None
         self._hold_until = 0.0
         self._goals = GoalQueue(config.max_queue)

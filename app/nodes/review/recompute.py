@@ -39,6 +39,7 @@ from ippon.mapping.objects.surface_changes import SurfaceTracker
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import Snapshot
+from ippon.observation_model import ObservationModels
 
 KEYFRAME_NS: Final = 10_000_000_000
 COPIED: Final = (keys.COLOR, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC)
@@ -62,6 +63,8 @@ class Recomputation:
         config = settings.navigator
         mission = config.mission.counted()
         self.mission = Mission(mission, config.profile, config.labels, config.seed)
+        if config.observation_model is not None:
+            self.mission.voxel_map.set_models(ObservationModels([config.observation_model]))
         self.frames = 0
         """Fused so far."""
         self.refused = 0

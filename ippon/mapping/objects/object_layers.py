@@ -128,6 +128,10 @@ class ObjectLayers:
         bounds = self._ooi_bounds(floor_z_m)
         _reset_ooi_kernel(self._pools, self.surface, rows, n, alias, prior, bounds, revision)
 
+    def set_models(self, models: ObservationModels) -> None:
+        """Read scores by other models."""
+        self._likelihoods = LikelihoodTables(models)
+
     def set_levels(
         self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32], revision: int
     ) -> None:

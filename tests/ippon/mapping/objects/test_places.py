@@ -11,6 +11,7 @@ from ippon.mapping.objects.places import make_witnesses, open_place, place_of
 from ippon.mapping.objects.surface_rows import make_surface_rows
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
+from ippon.observation_model import ObservationModel, ObservationModels, ScoreTable
 
 LABELS = ("wall", "floor", "cup")
 
@@ -121,3 +122,23 @@ def test_a_camera_that_shakes_at_a_border_does_not_leave_the_place():
     assert opened(12.0) == first + 1, "5 degrees back is not enough"
     assert opened(9.0) == 0, "a place that was left teaches no more"
     assert witnesses.tally[0] == 2
+
+
+def test_another_observation_model_counts_from_now_on(tools):
+    frames = [wall(tools, 230, n=n) for n in range(2)]
+    deaf = ObservationModel(
+        source="x", kind="scores", provenance="test",
+        table=ScoreTable(scores=(0.0, 1.0), nats=(0.0, 0.0)),
+    )  # fmt: skip
+
+    def believed(models):
+        voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), LABELS)
+        if models is not None:
+            voxel_map.set_models(ObservationModels(models))
+        for frame in frames:
+            voxel_map.integrate(frame)
+        voxel_map.set_ooi("cup")
+        return voxel_map.best_ooi()
+
+    assert believed(None) > 0.9
+    assert believed([deaf]) < 0.5
