@@ -124,6 +124,7 @@ class VoxelMap:
 
     def set_models(self, models: ObservationModels) -> None:
         """Say what the scores of networks are worth from now on; what was fused stays."""
+        self.models = models
         self._layers.set_models(models)
 
     def set_levels(self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32]) -> None:
