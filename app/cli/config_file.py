@@ -23,9 +23,15 @@ FLAGS: Final[dict[type, dict[str, str]]] = {
         "map_memory_mb": "mission.map.memory_limit_mb",
         "step_budget_s": "mission.planner.step_budget_s",
         "llm.look_every_s": "look_every_s",
+        "llm.second_opinion": "second_opinion",
         **_VOXEL_SIZE,
     },
-    Demo: {"seed": "seed", "llm.look_every_s": "look_every_s", **_VOXEL_SIZE},
+    Demo: {
+        "seed": "seed",
+        "llm.look_every_s": "look_every_s",
+        "llm.second_opinion": "second_opinion",
+        **_VOXEL_SIZE,
+    },
     EvalRun: dict(_VOXEL_SIZE),
 }
 """Fields of the configuration that a command also takes as flags."""

@@ -307,6 +307,7 @@ class Event(_Message, frozen=True):
         "found",
         "rejected",
         "doubted",
+        "opinion",
         "reconsidered",
         "confirmed",
         "exhausted",

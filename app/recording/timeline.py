@@ -35,6 +35,7 @@ MARKS: Final[dict[str, MarkKind]] = {
     "found": "found",
     "rejected": "rejected",
     "doubted": "rejected",
+    "opinion": "guidance",
     "reconsidered": "detection",
     "confirmed": "confirmed",
     "exhausted": "exhausted",

@@ -14,6 +14,7 @@ from ippon.mission.behaviors.config import (
     TravelPitchConfig,
 )
 from ippon.mission.finds.image_check import ImageCheckConfig
+from ippon.mission.finds.second_opinion import SecondOpinionConfig
 from ippon.mission.finds.size_check import SizeCheckConfig
 from ippon.planning.config import PlannerConfig
 
@@ -34,6 +35,7 @@ class MissionConfig:
     exhaustion: ExhaustionConfig = field(default_factory=ExhaustionConfig)
     image_check: ImageCheckConfig = field(default_factory=ImageCheckConfig)
     size_check: SizeCheckConfig = field(default_factory=SizeCheckConfig)
+    second_opinion: SecondOpinionConfig = field(default_factory=SecondOpinionConfig)
     confirm_steps: int = 5
     """Frames that must agree in front of the object before it counts as found; more end fewer
     searches at the wrong object and take longer."""

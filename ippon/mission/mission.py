@@ -18,6 +18,7 @@ from ippon.mission.behaviors.behavior import Situation
 from ippon.mission.behaviors.priority import Behaviors
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.rejection import update_candidates
+from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.goal import Goal
 from ippon.mission.goal_control import GoalControl
 from ippon.mission.inspection import Preview, preview
@@ -64,9 +65,11 @@ class Mission:
         self._follower = PathFollower(config.follower, robot)
         self.motion = SafeMotion(robot, self.voxel_map)
         self.operator = OperatorControl(self._planner, self.voxel_map, self._journal)
+        self.opinions = SecondOpinions(config.second_opinion)
         self._behaviors = Behaviors(
-            config, robot, self.voxel_map, self._planner, self.operator, self._journal
-        )
+            config, robot, self.voxel_map, self._planner, self.operator, self._journal,
+            self.opinions,
+        )  # fmt: skip
         self.goals = GoalControl(
             config, self.voxel_map, self._planner, self._behaviors.look_around, self._journal
         )

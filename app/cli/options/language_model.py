@@ -20,6 +20,10 @@ class Llm:
     """File that holds the key alone, in place of the environment."""
     timeout_s: float = 30.0
     """The longest that one answer may take; the search goes on meanwhile."""
+    second_opinion: bool = False
+    """Before a find is announced, show a model that takes images the part of the image that shows
+    it, and weigh its answer; a find waits for it 8 s at most. The part leaves this machine when the
+    model is elsewhere."""
     look_every_s: float = 0.0
     """Show a model that takes images what the camera sees, this often, and let it add common
     objects to tell apart; 0 never does. Images leave this machine when the model is elsewhere."""

@@ -70,6 +70,7 @@ def run_navigate(command: Navigate) -> int:
             mission=mission,
             language_model=model.name if model is not None else "",
             look_every_s=command.llm.look_every_s,
+            second_opinion=command.llm.second_opinion,
             labels=MATTERPORT_40 if known is None else known.labels,
             keep_map="" if command.map is None else str(command.map),
         )

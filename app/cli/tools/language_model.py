@@ -68,4 +68,5 @@ def as_arguments(options: Llm) -> tuple[str, ...]:
         "--llm.timeout-s": str(options.timeout_s),
         "--llm.look-every-s": str(options.look_every_s),
     }
-    return tuple(word for name, value in given.items() if value for word in (name, value))
+    words = tuple(word for name, value in given.items() if value for word in (name, value))
+    return (*words, "--llm.second-opinion") if options.second_opinion else words

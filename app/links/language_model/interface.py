@@ -7,6 +7,7 @@ from typing import Protocol
 from ippon.guidance.language.naming import ResolvedObject
 from ippon.guidance.language.sentence import Query
 from ippon.guidance.levels import Guidance
+from ippon.mission.finds.second_opinion import Opinion
 
 RULES = "rules"
 """Provider of a sentence that was read by rules."""
@@ -68,6 +69,10 @@ class LanguageModelInterface(Protocol):
 
     def name_objects(self, jpeg: bytes, vocabulary: Sequence[str]) -> ObjectNames:
         """Name objects in an image that a vocabulary lacks; needs a model that takes images."""
+        ...
+
+    def second_opinion(self, jpeg: bytes, display: str) -> Opinion:
+        """Judge whether an image shows an object; needs a model that takes images."""
         ...
 
     def close(self) -> None:

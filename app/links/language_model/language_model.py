@@ -23,7 +23,13 @@ from ippon.guidance.prompts.level_prompt import (
     parse_reply,
     reply_schema,
 )
+from ippon.guidance.prompts.opinion_prompt import (
+    OPINION_SCHEMA,
+    build_opinion_prompt,
+    parse_opinion_reply,
+)
 from ippon.guidance.prompts.query_prompt import QUERY_SCHEMA, build_query_prompt, parse_query_reply
+from ippon.mission.finds.second_opinion import Opinion
 
 LOGGER = logging.getLogger(__name__)
 
@@ -165,18 +171,37 @@ class LanguageModel:
             jpeg: The image.
             vocabulary: Labels that are told apart already.
         """
-        url = f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}"
-        content: list[dict[str, Any]] = [
-            {"type": "text", "text": build_scene_prompt(vocabulary)},
-            {"type": "image_url", "image_url": {"url": url}},
-        ]
         try:
-            self._check_open()
-            question: list[Message] = [{"role": "user", "content": content}]
-            reply = self._endpoint.ask(lambda _: question, SCENE_SCHEMA).text
+            reply = self._ask_of_image(jpeg, build_scene_prompt(vocabulary), SCENE_SCHEMA)
         except ChatError as error:
             return ObjectNames((), str(error))
         return ObjectNames(parse_scene_reply(reply, vocabulary))
+
+    def second_opinion(self, jpeg: bytes, display: str) -> Opinion:
+        """Judge whether the middle of an image shows an object; asked once, never raises.
+
+        Args:
+            jpeg: The image.
+            display: The object in the operator's words.
+        """
+        try:
+            reply = self._ask_of_image(jpeg, build_opinion_prompt(display), OPINION_SCHEMA)
+        except ChatError as error:
+            return Opinion(verdict="none", text=f"{self.name}: {error}")
+        read = parse_opinion_reply(reply)
+        if read is None:
+            return Opinion(verdict="none", text=f"{self.name} answered none of yes, no and unsure")
+        return Opinion(verdict=read[0], text=read[1], by=self.name)
+
+    def _ask_of_image(self, jpeg: bytes, prompt: str, schema: dict[str, Any]) -> str:
+        url = f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}"
+        content: list[dict[str, Any]] = [
+            {"type": "text", "text": prompt},
+            {"type": "image_url", "image_url": {"url": url}},
+        ]
+        self._check_open()
+        question: list[Message] = [{"role": "user", "content": content}]
+        return self._endpoint.ask(lambda _: question, schema).text
 
     def _ask(self, asked: "_Conversation") -> ParsedReply:
         """Ask, once more after a failure, and once more for what was left out."""

@@ -32,6 +32,8 @@ class NavigatorConfig:
     look_every_s: float = 0.0
     """Interval at which the language model is shown the camera image and may add common objects
     that it sees; 0 never shows it an image."""
+    second_opinion: bool = False
+    """Before a find is announced, the language model is shown it and asked."""
     seed: int = 0
     """Seed of the planner's samples."""
     command_hz: float = 30.0

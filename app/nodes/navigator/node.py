@@ -75,6 +75,8 @@ class Navigator:
             session, config, self._goals, self._stream, operations=self._operations,
             events=self._events, sender=self._sender, model=model,
         )  # fmt: skip
+        if self._services.opinions is not None:
+            self._mission.opinions.ask = self._services.opinions.ask
         self._streams = StreamWatch(config, self._intake, self._events.report, self._stream.drop)
         self._profile = ProfileCheck(config.profile, self._events.report)
         self._map = MapPublisher(
@@ -122,6 +124,8 @@ class Navigator:
         self._stream.close()
         self._services.guidance.close()
         self._services.sentences.close()
+        if self._services.opinions is not None:
+            self._services.opinions.close()
         self._sender.close()
         if self._persistence is not None:
             self._persistence.close(self._mission.voxel_map, self._goals)

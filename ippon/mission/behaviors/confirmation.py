@@ -7,6 +7,7 @@ from ippon.mission.config import MissionConfig
 from ippon.mission.finds.context_check import contradicts_context
 from ippon.mission.finds.find_geometry import find_from, nearest_find, reached_find
 from ippon.mission.finds.rejection import set_aside
+from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.journal import Journal
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find, MissionState
@@ -15,9 +16,17 @@ from ippon.mission.snapshot import Find, MissionState
 class Confirmation:
     """Ends the search at a terminating viewpoint, unless the evidence speaks against the find."""
 
-    def __init__(self, config: MissionConfig, voxel_map: VoxelMap, journal: Journal) -> None:
+    def __init__(
+        self,
+        config: MissionConfig,
+        voxel_map: VoxelMap,
+        journal: Journal,
+        opinions: SecondOpinions,
+    ) -> None:
         self._confirm_steps = config.confirm_steps
         self._min_images = config.image_check.min_images
+        self._find_from = config.planner.ooi_threshold
+        self._opinions = opinions
         self._voxel_map = voxel_map
         self._journal = journal
 
@@ -49,14 +58,29 @@ class Confirmation:
         if unsure and waited < self._min_images:
             return Action(still, MissionState.APPROACHING, f"looking whether that is {display}")
         if objection is not None:
-            why = f"what seemed to be {display} {objection}: going on"
-            set_aside(search, self._voxel_map, find)
-            self._journal.note("doubted", why)
-            return Action(still, MissionState.SEARCHING, why)
-        search.find = find
+            return self._doubt(search, find, still, f"{objection}: going on")
+        weighed = self._opinions.weigh(find, search.goal.goal_id, display, situation.frame)
+        if weighed.waiting:
+            why = f"waiting for a second opinion on {display}"
+            return Action(still, MissionState.APPROACHING, why)
+        if weighed.opinion is not None:
+            self._journal.note("opinion", weighed.sentence)
+        if weighed.find.probability < min(self._find_from, find.probability):
+            objection = f"is hardly one (p = {weighed.find.probability:.2f})"
+            return self._doubt(search, find, still, f"{objection}, {weighed.sentence}: going on")
+        search.find = weighed.find
         why = search.found_text(situation.frame.T_world_base)
+        if weighed.opinion is not None:
+            why = f"{why}; {weighed.sentence}"
         self._journal.note(MissionState.FOUND.value, why)
         return Action(still, MissionState.FOUND, why)
+
+    def _doubt(self, search: Search, find: Find, still: Command, objection: str) -> Action:
+        """Set a find aside, and say why."""
+        why = f"what seemed to be {search.goal.display} {objection}"
+        set_aside(search, self._voxel_map, find)
+        self._journal.note("doubted", why)
+        return Action(still, MissionState.SEARCHING, why)
 
     def _find_here(self, situation: Situation, search: Search) -> Find | None:
         """Return the candidate that the robot stands in front of; None where there is none."""

@@ -10,6 +10,7 @@ from ippon.mission.behaviors.operator_drive import GoToPoint, ManualDrive
 from ippon.mission.behaviors.pursuit import Pursuit
 from ippon.mission.behaviors.recovery import Recovery
 from ippon.mission.config import MissionConfig
+from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.journal import Journal
 from ippon.mission.operator_control import OperatorControl
 from ippon.planning.interface import Planner
@@ -27,6 +28,7 @@ class Behaviors:
         planner: Planner,
         operator: OperatorControl,
         journal: Journal,
+        opinions: SecondOpinions,
     ) -> None:
         self.recovery = Recovery(config.recovery, robot)
         self.look_around = LookAround(config.look_around, robot)
@@ -37,7 +39,7 @@ class Behaviors:
             self.look_around,
             Exhaustion(config, voxel_map, planner, journal),
             FloorCheck(config.floor_check, robot),
-            Confirmation(config, voxel_map, journal),
+            Confirmation(config, voxel_map, journal, opinions),
             Pursuit(config.travel_pitch, robot, voxel_map),
         )
 

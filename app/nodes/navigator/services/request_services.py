@@ -13,6 +13,7 @@ from app.nodes.navigator.services.drive_service import DriveService
 from app.nodes.navigator.services.goal_service import GoalService
 from app.nodes.navigator.services.guidance_service import GuidanceService
 from app.nodes.navigator.services.mission_queue import MissionQueue
+from app.nodes.navigator.services.opinion_service import OpinionService
 from app.nodes.navigator.services.preview_service import PreviewService
 from app.nodes.navigator.services.sentence_service import SentenceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
@@ -67,4 +68,9 @@ class RequestServices:
         )
         self.drive = DriveService(session, robot, self.mux, operations, sender, goals, authorize)
         self.sentences = SentenceService(session, robot, model)
+        self.opinions = (
+            OpinionService(model, operations)
+            if model is not None and config.second_opinion
+            else None
+        )
         self.preview = PreviewService(session, robot, goals, operations)

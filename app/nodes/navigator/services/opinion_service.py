@@ -1,0 +1,45 @@
+"""Asks a vision-language model about finds, in a thread of its own."""
+
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import Final
+
+import simplejpeg
+
+from app.links.language_model.interface import LanguageModelInterface
+from app.nodes.navigator.services.mission_queue import MissionQueue
+from ippon.mission.finds.second_opinion import Opinion, OpinionRequest
+from ippon.mission.mission import Mission
+
+_QUALITY: Final = 90
+
+
+class OpinionService:
+    """Takes the mission's requests and brings it the answers.
+
+    Args:
+        model: Takes images.
+        operations: Runs in the mission's thread.
+    """
+
+    def __init__(self, model: LanguageModelInterface, operations: MissionQueue) -> None:
+        self._model = model
+        self._operations = operations
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="opinion")
+
+    def ask(self, request: OpinionRequest) -> None:
+        """Ask in the background; returns at once."""
+        self._pool.submit(self._ask, request)
+
+    def close(self) -> None:
+        """Forget what waits."""
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def _ask(self, request: OpinionRequest) -> None:
+        jpeg = simplejpeg.encode_jpeg(request.crop, _QUALITY, "RGB", "444")
+        opinion = self._model.second_opinion(jpeg, request.object)
+        self._operations.enqueue(partial(_answer, request.number, opinion))
+
+
+def _answer(number: int, opinion: Opinion, mission: Mission) -> None:
+    mission.opinions.answer(number, opinion)
