@@ -109,8 +109,9 @@ def test_the_map_takes_what_the_camera_measures(written):
 
 def test_the_profile_of_the_documentation_is_one(written):
     text = (ROOT / "docs" / "guides" / "robot.md").read_text("utf-8")
-    block, body = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    block, body, detector = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     scout = read_profile(written(block))
+    assert read_detector(written(block + detector)).labels == {"coffee mug": "cup", "meja": "table"}
     assert (scout.name, scout.can_tilt, scout.max_step_m) == ("scout", False, 0.03)
     assert scout.is_round
     long = read_profile(written(re.sub(r"^body:.*\n", body, block, flags=re.MULTILINE)))

@@ -11,6 +11,7 @@ from ippon.mission.behaviors.behavior import Situation
 from ippon.mission.behaviors.confirmation import Confirmation
 from ippon.mission.behaviors.pursuit import Pursuit
 from ippon.mission.config import MissionConfig
+from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.journal import Journal
 from ippon.mission.search import Search
 from ippon.mission.snapshot import MissionState
@@ -29,7 +30,7 @@ def before_a_bed(searcher, room):
     config = MissionConfig()
     follower = PathFollower(config.follower, ZED)
     voxel_map = robot.mission.voxel_map
-    confirmation = Confirmation(config, voxel_map, Journal())
+    confirmation = Confirmation(config, voxel_map, Journal(), SecondOpinions(config.second_opinion))
     pursuit = Pursuit(config.travel_pitch, ZED, voxel_map)
     search = Search(goal, guidance, config)
     search.candidates = robot.last.candidates
