@@ -35,7 +35,7 @@ MARKS: Final[dict[str, MarkKind]] = {
     "found": "found",
     "rejected": "rejected",
     "doubted": "rejected",
-    "opinion": "guidance",
+    "opinion": "detection",
     "reconsidered": "detection",
     "confirmed": "confirmed",
     "exhausted": "exhausted",
