@@ -30,7 +30,7 @@ class EvaluationConfig:
     """Width of the camera's images in pixels; half of the challenge's 480 for habitat, else 320."""
     voxel_size_m: float = 0.1
     """Edge of a voxel."""
-    segmentation_errors: Literal["detector", "paper"] = "paper"
+    segmentation_errors: Literal["detector", "paper"] = "detector"
     """detector: the simulated network finds boxes with scores, and misses and mistakes things as
     often as a real detector on real images; paper: it gives label probabilities of each pixel, with
     the kind of errors that the paper describes."""

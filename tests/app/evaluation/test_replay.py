@@ -50,7 +50,7 @@ def test_rows_of_one_search_differ_in_times_only(make_row):
 def test_the_robot_of_a_row_is_known_when_its_file_has_changed(make_row, tmp_path):
     file = tmp_path / "scout.yaml"
     file.write_text(template(dataclasses.replace(ZED, name="scout", camera_height_m=0.6)))
-    trial = trial_of(EvaluationConfig(out=tmp_path, robot=str(file)))
+    trial = trial_of(EvaluationConfig(out=tmp_path, robot=str(file), segmentation_errors="paper"))
     method = method_named("ippon")
     row = make_row(
         method="ippon", robot="scout", image_width=320, config_hash=config_hash(trial, method)
