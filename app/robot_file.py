@@ -7,10 +7,11 @@ sees. `template` writes such a file with every line explained.
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 
+from app.ros2.ippon_ros2.settings import Ros2Error, read_settings
 from ippon.mapping.config import MapConfig
 from ippon.robot import HABITAT, ZED, CollisionSphere, RobotProfile, upright_body
 
@@ -78,6 +79,8 @@ class _RobotFile(_Part, kw_only=True):
     motion: _Motion
     camera: _Camera
     detector: _Detector | None = None
+    ros2: dict[str, Any] | None = None
+    """Read by the bridge on the robot."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,9 +142,11 @@ def _read(text: str) -> _RobotFile:
     if size > MOST_BYTES:
         raise RobotFileError(f"{path} is too long for a robot profile: {size} bytes")
     try:
-        return msgspec.yaml.decode(path.read_bytes(), type=_RobotFile)
-    except (OSError, msgspec.DecodeError, ValueError) as error:
+        file = msgspec.yaml.decode(path.read_bytes(), type=_RobotFile)
+        read_settings({"ros2": file.ros2})
+    except (OSError, msgspec.DecodeError, ValueError, Ros2Error) as error:
         raise RobotFileError(f"robot profile {path}: {error}") from error
+    return file
 
 
 def map_config(
@@ -250,4 +255,14 @@ camera:
 #   source: yolo11n   # the network, for what its scores are worth; without, what it sends
 #   labels:
 #     coffee mug: cup
+
+# Its ROS 2 topics, for `ippon ros2` on the robot, where they are not the usual ones:
+# ros2:
+#   namespace: /scout   # before names without a slash
+#   color: {{topic: camera/color/image_raw, max_hz: 10}}   # Image or CompressedImage
+#   depth: camera/aligned_depth_to_color/image_raw
+#   camera_info: camera/color/camera_info
+#   odom: odom          # in place of tf; the camera's mount is then the one above
+#   cmd_vel: cmd_vel    # Twist or TwistStamped, as the robot subscribes
+#   cmd_tilt: {{topic: head/joint_trajectory, type: trajectory_msgs/msg/JointTrajectory, joint: tilt}}
 """

@@ -121,6 +121,10 @@ def _dispatch(command: options.Command) -> int:
             from app.cli.evaluation.dispatch import run_eval
 
             return run_eval(command.command)
+        case options.Ros2():
+            from app.cli.processes.ros2 import run_ros2
+
+            return run_ros2(command)
         case options.Profile():
             from app.cli.tools.profile import run_profile
 

@@ -20,6 +20,11 @@ GREY_16: Final = frozenset({"I;16", "I;16B", "I"})
 """Modes that Pillow gives to grey PNG of 16 bits."""
 _COMPRESSED: Final = "sensor_msgs/msg/CompressedImage"
 _IMAGE: Final = "sensor_msgs/msg/Image"
+_CHANNELS: Final = {
+    "rgb8": (3, [0, 1, 2]), "bgr8": (3, [2, 1, 0]), "rgba8": (4, [0, 1, 2]),
+    "bgra8": (4, [2, 1, 0]), "mono8": (1, [0, 0, 0]),
+}  # fmt: skip
+"""Bytes of a pixel, and which of them are red, green and blue."""
 _INFO: Final = "sensor_msgs/msg/CameraInfo"
 # compressed_depth_image_transport puts this before the PNG: format 0 and two unused quantisers.
 _DEPTH_HEADER: Final = struct.pack("<iff", 0, 0.0, 0.0)
@@ -84,6 +89,27 @@ def decode_color(payload: bytes) -> CompressedColor:
     return CompressedColor(
         stamp_ns=stamp_ns_of(message.header), frame_id=message.header.frame_id, encoded=encoded
     )
+
+
+def decode_color_raw(payload: bytes) -> tuple[NDArray[np.uint8], int, str]:
+    """Read an uncompressed colour Image.
+
+    Returns:
+        (H, W, 3) RGB, the stamp in nanoseconds and the frame.
+
+    Raises:
+        MessageError: Not such a message, another encoding, or sizes that contradict each other.
+    """
+    message = decode(payload, _IMAGE)
+    if message.encoding not in _CHANNELS:
+        raise MessageError(
+            f"an uncompressed colour image is {', '.join(_CHANNELS)}; got encoding "
+            f"{message.encoding[:40]!r}"
+        )
+    size, rgb = _CHANNELS[message.encoding]
+    pixels = image_rows(message, np.dtype((np.void, size))).view(np.uint8)
+    color = pixels.reshape(message.height, message.width, size)[:, :, rgb]
+    return np.ascontiguousarray(color), stamp_ns_of(message.header), message.header.frame_id
 
 
 def decompress_color(encoded: bytes) -> NDArray[np.uint8]:

@@ -19,11 +19,15 @@ def check_prefix(robot: str) -> None:
 
 
 COLOR = "camera/color/image_raw/compressed"
+COLOR_RAW = "camera/color/image_raw"
+"""Read where no compressed images come."""
 DEPTH = "camera/depth/image_raw/compressedDepth"
 DEPTH_RAW = "camera/depth/image_raw"
 CAMERA_INFO = "camera/color/camera_info"
 TF = "tf"
 TF_STATIC = "tf_static"
+ODOM = "odom"
+"""Read where no tf comes."""
 HEATMAP = "camera/heatmap"
 BOXES = "camera/detections"
 """What a detector on the robot recognises in the images."""
@@ -91,11 +95,13 @@ SEEN = (HEATMAP, BOXES, MASKS, MASKS_COMPRESSED, LABEL_NAMES, DETECTOR_NAME)
 
 ROS_TYPES = {
     COLOR: "sensor_msgs/msg/CompressedImage",
+    COLOR_RAW: "sensor_msgs/msg/Image",
     DEPTH: "sensor_msgs/msg/CompressedImage",
     DEPTH_RAW: "sensor_msgs/msg/Image",
     CAMERA_INFO: "sensor_msgs/msg/CameraInfo",
     TF: "tf2_msgs/msg/TFMessage",
     TF_STATIC: "tf2_msgs/msg/TFMessage",
+    ODOM: "nav_msgs/msg/Odometry",
     HEATMAP: "ippon_msgs/msg/Heatmap",
     BOXES: "vision_msgs/msg/Detection2DArray",
     MASKS: "sensor_msgs/msg/Image",

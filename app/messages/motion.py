@@ -71,6 +71,29 @@ def decode_transforms(payload: bytes) -> tuple[StampedTransform, ...]:
     return tuple(_read_transform(entry) for entry in message.transforms)
 
 
+def decode_odometry(payload: bytes) -> StampedTransform:
+    """Read the pose of a nav_msgs/Odometry: of its child frame in the frame of its header.
+
+    Raises:
+        MessageError: Not such a message, or a pose that is no rigid transform.
+    """
+    message = decode(payload, "nav_msgs/msg/Odometry", max_bytes=_SMALL)
+    pose = message.pose.pose
+    entry = make(
+        "geometry_msgs/msg/TransformStamped",
+        header=message.header,
+        child_frame_id=message.child_frame_id,
+        transform=make(
+            "geometry_msgs/msg/Transform",
+            translation=make(
+                "geometry_msgs/msg/Vector3", x=pose.position.x, y=pose.position.y, z=pose.position.z
+            ),
+            rotation=pose.orientation,
+        ),
+    )
+    return _read_transform(entry)
+
+
 def encode_twist(twist: StampedTwist, frame_id: str = "base_link") -> bytes:
     """Write a TwistStamped."""
     return encode(

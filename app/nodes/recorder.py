@@ -266,7 +266,9 @@ class Recorder:
         skipped = len(self._config.robot) + 1
 
         def receive(sample: zenoh.Sample) -> None:
-            self._queue.put(str(sample.key_expr)[skipped:], sample.payload.to_bytes())
+            key = str(sample.key_expr)[skipped:]
+            if key != keys.COLOR_RAW:  # The navigator publishes it as JPEG.
+                self._queue.put(key, sample.payload.to_bytes())
 
         handler: Any = zenoh.handlers.Callback(receive, indirect=False)
         network.declare_subscriber(self._key("**"), handler)

@@ -9,6 +9,7 @@ import tyro
 from app.cli.options.evaluation import Eval
 from app.cli.options.language_model import Llm
 from app.cli.options.recognition import Calibrate, Recognise
+from app.cli.options.ros2 import Ros2
 from app.cli.options.segmentation import NavigatorSegmentation, Segmentation
 
 Positional = tyro.conf.Positional
@@ -386,6 +387,7 @@ Command = (
     | Annotated[Ask, tyro.conf.subcommand("ask")]
     | Annotated[Levels, tyro.conf.subcommand("levels")]
     | Annotated[Eval, tyro.conf.subcommand("eval")]
+    | Annotated[Ros2, tyro.conf.subcommand("ros2")]
     | Annotated[Profile, tyro.conf.subcommand("profile")]
     | Annotated[Config, tyro.conf.subcommand("config")]
     | Annotated[Doctor, tyro.conf.subcommand("doctor")]

@@ -91,6 +91,11 @@ class FrameAssembler:
         self.unmatched = 0
         """Heatmaps and detections in a row that carry the stamp of no image."""
 
+    @property
+    def camera_frame(self) -> str | None:
+        """The camera's coordinate frame, as its camera info names it; None before the first."""
+        return None if self._camera is None else self._camera.frame_id
+
     def missing(self) -> str:
         """Return what the newest colour image lacks to become a frame; empty for nothing."""
         config = self._config

@@ -66,17 +66,29 @@ class FrameIntake:
         """`time.perf_counter` when the colour image of the last frame arrived."""
         self.refused = ""
         """Why the last frame was refused; empty after one was accepted."""
+        self.has_tf = False
+        """The robot publishes tf."""
         self._framed_at = self._came_at = 0.0
         self._report = report
         self._arrived = threading.Condition()
         self._waiting: dict[str, deque[tuple[float, bytes]]] = {}
         self._arrivals: dict[int, float] = {}
+        self._receivers: dict[str, Callable[[bytes], None]] = {}
         for topic, stream in _STREAM_OF.items():
             # Poses arrive faster than images, and interpolation needs each of them.
             size = 100 if topic in (keys.TF, keys.CONTACT) else MAX_WAITING
             self._waiting[topic] = deque(maxlen=size)
             kept = topic in _KEPT
-            subscribe(session, f"{robot}/{topic}", self._receiver(topic, stream), kept=kept)
+            self._receivers[topic] = self._receiver(topic, stream)
+            subscribe(session, f"{robot}/{topic}", self._receivers[topic], kept=kept)
+        subscribe(session, f"{robot}/{keys.TF}", self._note_tf)
+
+    def inject(self, topic: str, payload: bytes) -> None:
+        """Take a message that the navigator made of one of the robot's, in place of this topic."""
+        self._receivers[topic](payload)
+
+    def _note_tf(self, _: bytes) -> None:
+        self.has_tf = True
 
     def _receiver(self, topic: str, stream: str) -> Callable[[bytes], None]:
         waiting = self._waiting[topic]

@@ -1,0 +1,158 @@
+"""Streams made of others that a robot has instead: JPEG of raw images, tf of odometry.
+
+What is made goes to the navigator's own intake and to the network, so that console, recorder and
+segmentation find the usual topics.
+"""
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from typing import Final
+
+import zenoh
+
+from app.links.network.subscription import subscribe
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.images import decode_color_raw, encode_color
+from app.messages.motion import StampedTransform, decode_odometry, encode_transforms
+from app.nodes.navigator.frame_intake import FrameIntake
+from ippon.robot import RobotProfile
+
+logger = logging.getLogger(__name__)
+
+SILENT_S: Final = 3.0
+"""Silence of compressed images from which uncompressed ones are asked for."""
+WORLD_FRAME: Final = "map"
+BASE_FRAME: Final = "base_link"
+NO_MOUNT: Final = (
+    "odometry without tf does not tell the tilt of a camera that tilts: publish tf, or give the "
+    "profile a fixed `tilt`"
+)
+
+
+class StandInStreams:
+    """Converts in a thread of its own.
+
+    Args:
+        session: An open session.
+        robot: Key prefix.
+        profile: Its camera mount is taken where there is no tf.
+        intake: Gets what is made.
+        report: Publishes an event of a kind with a text.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        robot: str,
+        profile: RobotProfile,
+        intake: FrameIntake,
+        report: Callable[[str, str], None],
+    ) -> None:
+        self._session, self._robot = session, robot
+        self._profile, self._intake, self._report = profile, intake, report
+        self._changed = threading.Condition()
+        self._poses: deque[bytes] = deque(maxlen=100)
+        self._image: bytes | None = None
+        self._started = time.monotonic()
+        self._wants_images = self._closed = False
+        self._problems: dict[str, str] = {}
+        self._reported: set[str] = set()
+        self._put = {
+            topic: session.declare_publisher(
+                f"{robot}/{topic}",
+                congestion_control=zenoh.CongestionControl.DROP,
+                allowed_destination=zenoh.Locality.REMOTE,
+            ).put
+            for topic in (keys.COLOR, keys.TF)
+        }
+        subscribe(session, f"{robot}/{keys.ODOM}", partial(self._take, keys.ODOM))
+        threading.Thread(target=self._run, name="stand-in streams", daemon=True).start()
+
+    def check(self) -> None:
+        """Ask for uncompressed images while no compressed ones come; report what went wrong.
+
+        The mission's thread calls it.
+        """
+        age_s = self._intake.monitors["colour"].age_s()
+        silent_s = time.monotonic() - self._started if age_s is None else age_s
+        if silent_s > SILENT_S and not self._wants_images:
+            # Not before: a bridge carries whatever somebody subscribes to.
+            self._wants_images = True
+            subscribe(
+                self._session,
+                f"{self._robot}/{keys.COLOR_RAW}",
+                partial(self._take, keys.COLOR_RAW),
+            )
+        for topic, problem in tuple(self._problems.items()):
+            if topic not in self._reported:
+                self._reported.add(topic)
+                self._report("bad_message", f"{topic}: {problem}")
+
+    def close(self) -> None:
+        """End the thread."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+
+    def _take(self, topic: str, payload: bytes) -> None:
+        with self._changed:
+            if topic == keys.ODOM:
+                self._poses.append(payload)
+            else:
+                self._image = payload
+            self._changed.notify()
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                while not (self._poses or self._image is not None or self._closed):
+                    self._changed.wait()
+                if self._closed:
+                    return
+                poses, image = tuple(self._poses), self._image
+                self._poses.clear()
+                self._image = None
+            for pose in poses:
+                self._try(keys.ODOM, partial(self._convert_pose, pose))
+            if image is not None:
+                self._try(keys.COLOR_RAW, partial(self._convert_image, image))
+
+    def _try(self, topic: str, convert: Callable[[], None]) -> None:
+        try:
+            convert()
+        except (MessageError, ValueError) as error:
+            self._problems[topic] = str(error)
+        except zenoh.ZError as error:
+            logger.debug("%s was not sent on: %s", topic, error)
+
+    def _convert_image(self, payload: bytes) -> None:
+        color, stamp_ns, frame_id = decode_color_raw(payload)
+        self._send(keys.COLOR, encode_color(color, stamp_ns, frame_id))
+
+    def _convert_pose(self, payload: bytes) -> None:
+        camera_frame = self._intake.assembler.camera_frame
+        if self._intake.has_tf or camera_frame is None:
+            return
+        if self._profile.can_tilt:
+            raise MessageError(NO_MOUNT)
+        pose = decode_odometry(payload)
+        transforms = (
+            StampedTransform(
+                stamp_ns=pose.stamp_ns, parent=WORLD_FRAME, child=BASE_FRAME,
+                T_parent_child=pose.T_parent_child,
+            ),
+            StampedTransform(
+                stamp_ns=pose.stamp_ns, parent=BASE_FRAME, child=camera_frame,
+                T_parent_child=self._profile.T_base_camera(self._profile.min_tilt_rad),
+            ),
+        )  # fmt: skip
+        self._send(keys.TF, encode_transforms(transforms))
+
+    def _send(self, topic: str, payload: bytes) -> None:
+        self._intake.inject(topic, payload)
+        self._put[topic](payload)

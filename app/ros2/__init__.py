@@ -1,0 +1,1 @@
+"""The bridge to ROS 2: a package that the robot's own Python installs by itself."""

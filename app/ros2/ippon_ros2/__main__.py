@@ -1,0 +1,239 @@
+"""Runs the bridge: `python3 -m ippon_ros2 --connect tcp/NAVIGATOR:7447 --profile scout.yaml`."""
+
+# pyright: reportMissingImports=false
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import os
+import signal
+import socket
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from .settings import Ros2Error, Settings, read_settings
+
+logger = logging.getLogger("ippon_ros2")
+
+TICK_S = 0.02
+RETRY_S = 1.0
+CONNECT_S = 3.0
+CHECK_S = 4.0
+LEASE_MS = 1000
+"""Silence after which the navigator counts as gone."""
+ZENOH_PROFILE = "IPPON_ZENOH_PROFILE"
+EPILOG = """
+examples:
+  python3 -m ippon_ros2 --connect tcp/192.168.1.20:7447 --profile scout.yaml
+  python3 -m ippon_ros2 --check --profile scout.yaml      what the robot publishes, without zenoh
+
+entries of `ros2` in the profile (each a topic's name, or {topic, type, max_hz, joint, sign}):
+  namespace     before names without a slash
+  color         camera/color/image_raw/compressed; Image or CompressedImage
+  depth         camera/depth/image_raw; Image, or CompressedImage of compressedDepth
+  camera_info   camera/color/camera_info
+  tf, tf_static /tf, /tf_static
+  odom          nav_msgs/Odometry in place of tf; the camera's mount is then the profile's
+  contact, detections, masks, label_info, vision_info      not carried unless named
+  cmd_vel       cmd_vel; Twist or TwistStamped, as the robot subscribes
+  cmd_tilt      Float64, or JointTrajectory with `joint`; not sent unless named
+
+The robot gets zero velocity 0.3 s after the last command. It must also stop by itself when this
+program dies.
+"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Carry messages until SIGINT or SIGTERM; return the exit status."""
+    options = _options(sys.argv[1:] if arguments is None else arguments)
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", stream=sys.stderr)
+    try:
+        return _start(options)
+    except Ros2Error as error:
+        sys.stderr.write(f"ippon_ros2: {error}\n")
+        return 2
+
+
+def _start(options: argparse.Namespace) -> int:
+    settings = read_settings(_read_profile(options.profile))
+    try:
+        import rclpy  # noqa: PLC0415
+    except ImportError as error:
+        raise Ros2Error(
+            f"no ROS 2 in this Python ({error}): source /opt/ros/DISTRO/setup.bash first"
+        ) from error
+    stop = threading.Event()
+    rclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    try:
+        return _run(options, settings, stop)
+    finally:
+        rclpy.try_shutdown()
+
+
+def _options(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="ippon_ros2", description=__doc__, epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    parser.add_argument("--connect", default="tcp/127.0.0.1:7447", help="endpoint of the navigator")
+    parser.add_argument("--robot", default="ippon", help="key prefix of the robot (%(default)s)")
+    parser.add_argument("--profile", type=Path, help="the robot's YAML profile")
+    parser.add_argument("--check", action="store_true", help="show the robot's topics and end")
+    return parser.parse_args(arguments)
+
+
+def _read_profile(path: Path | None) -> dict[str, Any]:
+    if path is None:
+        return {}
+    import yaml  # noqa: PLC0415  # It comes with rclpy.
+
+    try:
+        read = yaml.safe_load(path.read_text("utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise Ros2Error(f"robot profile {path}: {error}") from error
+    if not isinstance(read, dict):
+        raise Ros2Error(f"robot profile {path}: holds no entries")
+    return read
+
+
+def _run(options: argparse.Namespace, settings: Settings, stop: threading.Event) -> int:
+    from .node import BridgeNode  # noqa: PLC0415
+
+    session = _open({}) if options.check else _connect(options.connect, stop)
+    if session is None:
+        return 0
+    try:
+        token = None if options.check else _claim(session, options.robot)
+        node = BridgeNode(session, options.robot, settings)
+        try:
+            if options.check:
+                return _check(node, stop)
+            _watch_navigator(session, options.robot)
+            _spin(node, stop)
+        finally:
+            node.driver.stop()
+            node.destroy_node()
+            del token
+    finally:
+        session.close()
+    return 0
+
+
+def _connect(endpoint: str, stop: threading.Event) -> zenoh.Session | None:
+    """Return a session to the navigator, waiting for it; None once stopped."""
+    said = False
+    settings = {
+        "mode": "client",
+        "connect/endpoints": [endpoint],
+        "connect/timeout_ms": round(1e3 * CONNECT_S),
+        "connect/exit_on_failure": True,
+    }
+    while not stop.is_set():
+        try:
+            return _open(settings)
+        except zenoh.ZError as error:  # noqa: PERF203
+            if not said:
+                logger.warning("no navigator answers at %s: waiting (%s)", endpoint, error)
+            said = True
+            stop.wait(RETRY_S)
+    return None
+
+
+def _open(settings: dict[str, Any]) -> zenoh.Session:
+    """Open a session with the configuration of `IPPON_ZENOH_PROFILE`, TLS for example."""
+    profile = os.environ.get(ZENOH_PROFILE)
+    config = zenoh.Config.from_file(profile) if profile else zenoh.Config()
+    always = {
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "scouting/delay": 0,
+        "timestamping/enabled": True,
+        "transport/link/tx/lease": LEASE_MS,
+    }
+    for key, value in {**always, **settings}.items():
+        config.insert_json5(key, json.dumps(value))
+    return zenoh.open(config)
+
+
+def _claim(session: zenoh.Session, robot: str) -> Any:
+    """Declare this bridge; refuse where another one serves this robot.
+
+    Raises:
+        Ros2Error: Another bridge was there first.
+    """
+    mine = f"{robot}/alive/ros2/{time.time_ns():020d}-{socket.gethostname()}-{os.getpid()}"
+    token = session.liveliness().declare_token(mine)
+    time.sleep(0.2)
+    found = [str(reply.ok.key_expr) for reply in session.liveliness().get(f"{robot}/alive/ros2/*")
+             if reply.ok is not None]  # fmt: skip
+    first = min([*found, mine])
+    if first != mine:
+        host, pid = first.rsplit("/", 1)[-1].split("-", 1)[-1].rsplit("-", 1)
+        raise Ros2Error(
+            f"another bridge serves the robot {robot!r} already (process {pid} on {host}): end it, "
+            "or give this robot another --robot"
+        )
+    return token
+
+
+def _watch_navigator(session: zenoh.Session, robot: str) -> None:
+    def receive(sample: zenoh.Sample) -> None:
+        here = sample.kind == zenoh.SampleKind.PUT
+        logger.info("the navigator is %s", "there" if here else "gone: the robot stops")
+
+    handler = zenoh.handlers.Callback(receive, indirect=False)
+    session.liveliness().declare_subscriber(f"{robot}/alive/navigator", handler, history=True)
+
+
+def _spin(node: Any, stop: threading.Event) -> None:
+    import rclpy.executors  # noqa: PLC0415
+
+    def watch() -> None:
+        # A thread of its own: a busy executor must not delay zero velocity.
+        while not stop.wait(TICK_S):
+            node.driver.tick(time.monotonic())
+
+    watchdog = threading.Thread(target=watch, name="watchdog", daemon=True)
+    watchdog.start()
+    executor = rclpy.executors.SingleThreadedExecutor()
+    executor.add_node(node)
+    while not stop.is_set():
+        executor.spin_once(timeout_sec=0.2)
+    watchdog.join()
+
+
+def _check(node: Any, stop: threading.Event) -> int:
+    """Print what each topic has; return 1 where one that is needed is missing."""
+    import rclpy.executors  # noqa: PLC0415
+
+    executor = rclpy.executors.SingleThreadedExecutor()
+    executor.add_node(node)
+    end = time.monotonic() + CHECK_S
+    while time.monotonic() < end and not stop.is_set():
+        executor.spin_once(timeout_sec=0.1)
+    good = True
+    for key, stream in node.streams.items():
+        good = good and not stream.problem
+        rate = f"{stream.received / CHECK_S:.1f} Hz, {stream.bytes / CHECK_S / 1e6:.2f} MB/s"
+        text = stream.problem or f"{stream.type}, {stream.reliability}, {rate}"
+        _print_line(key, stream.topic.name, text, good=not stream.problem)
+    for key, name, problem, kind in node.command_topics():
+        good = good and not problem
+        _print_line(key, name, problem or kind, good=not problem)
+    return 0 if good else 1
+
+
+def _print_line(key: str, topic: str, text: str, *, good: bool) -> None:
+    sys.stdout.write(f"{'ok' if good else 'MISSING':<8}{key:<12}{topic}  {text}\n")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,271 @@
+"""The ROS 2 node: finds the robot's topics, subscribes as their publishers allow, carries bytes."""
+
+# pyright: reportMissingImports=false
+from __future__ import annotations
+
+import importlib
+import logging
+import struct
+import time
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import zenoh
+import zenoh.ext
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from .driver import Driver
+from .serialized import RateLimit
+from .settings import COMMANDS, FLOAT, STREAMS, TWIST_STAMPED, Settings, Topic
+
+logger = logging.getLogger(__name__)
+
+DISCOVER_S = 0.5
+MISSING_AFTER_S = 5.0
+"""Time without a publisher after which a topic is reported."""
+MAX_KEPT = 100
+"""Messages of transient local topics that are kept for a navigator that starts late."""
+TILT_STEP_RAD = 0.01
+TILT_REACH_S = 0.3
+"""Time in which a trajectory reaches the camera's tilt."""
+_TRANSIENT = ("tf_static", "label_info", "vision_info")
+_IMAGES = ("color", "depth", "masks")
+
+
+@dataclass
+class Stream:
+    """One topic on its way to the navigator, for the log and `--check`."""
+
+    topic: Topic
+    type: str = ""
+    reliability: str = ""
+    publishers: int = 0
+    received: int = 0
+    carried: int = 0
+    bytes: int = 0
+    problem: str = "no publisher"
+
+
+class BridgeNode(Node):  # type: ignore[misc]
+    """Carries a robot's topics to zenoh and commands back.
+
+    Args:
+        session: Connected to the navigator's router.
+        robot: Key prefix.
+        settings: Topics and limits.
+    """
+
+    def __init__(self, session: zenoh.Session, robot: str, settings: Settings) -> None:
+        super().__init__("ippon_ros2")
+        self._session, self._robot = session, robot
+        self._settings = settings
+        self._started = time.monotonic()
+        self.streams = {
+            key: Stream(topic) for key, topic in settings.topics.items() if key in STREAMS
+        }
+        self._subscriptions_of: dict[str, Any] = {}
+        self._again: set[str] = set()
+        self._reported: set[str] = set()
+        self._commands: dict[str, tuple[str, Any]] = {}
+        self._tilt: float | None = None
+        self.driver = Driver(
+            self._send_velocity, settings.max_linear_m_s, settings.max_yaw_rate_rad_s
+        )
+        self._subscribe_zenoh("cmd_vel", lambda p: self.driver.take(p, time.monotonic()))
+        self._subscribe_zenoh("camera/cmd_tilt", self._send_tilt)
+        self.create_timer(DISCOVER_S, self.discover)
+
+    def discover(self) -> None:
+        """Subscribe to topics that have appeared, and report those that do not."""
+        types = dict(self.get_topic_names_and_types())
+        for key, stream in self.streams.items():
+            if key in self._again:
+                self._again.discard(key)
+                self.destroy_subscription(self._subscriptions_of.pop(key))
+            if key not in self._subscriptions_of:
+                self._try_to_subscribe(key, stream, types.get(stream.topic.name, []))
+        for key, topic in self._settings.topics.items():
+            if key in COMMANDS and key not in self._commands:
+                self._try_to_publish(key, topic, types.get(topic.name, []))
+        if time.monotonic() - self._started > MISSING_AFTER_S:
+            self._report_missing(types)
+
+    def command_topics(self) -> list[tuple[str, str, str, str]]:
+        """Return key, topic, problem (empty for none) and type of each command."""
+        rows: list[tuple[str, str, str, str]] = []
+        for key, topic in self._settings.topics.items():
+            if key in COMMANDS:
+                kind = self._commands[key][0] if key in self._commands else ""
+                problem = "" if kind else f"no subscriber with {' or '.join(COMMANDS[key][1])}"
+                rows.append((key, topic.name, problem, kind))
+        return rows
+
+    def _try_to_subscribe(self, key: str, stream: Stream, types: list[str]) -> None:
+        topic, accepted = stream.topic, STREAMS[key][1]
+        publishers = self.get_publishers_info_by_topic(topic.name)
+        stream.publishers = len(publishers)
+        if not publishers:
+            stream.problem = "no publisher"
+            return
+        kind = topic.type or next((one for one in accepted if one in types), None)
+        if kind is None or kind not in types:
+            wanted = topic.type or " or ".join(accepted)
+            stream.problem = f"is {', '.join(types) or 'of no known type'}; needed: {wanted}"
+            return
+        message = self._message_class(kind, stream)
+        if message is None:
+            return
+        qos = _qos_of(key, publishers)
+        late = key in _TRANSIENT and qos.durability != DurabilityPolicy.TRANSIENT_LOCAL
+        put = self._publisher_of(f"{self._robot}/{accepted[kind]}", kept=key in _TRANSIENT)
+        receive = partial(self._carry, stream, RateLimit(topic.max_hz), put)
+        events = SubscriptionEventCallbacks(
+            incompatible_qos=lambda _: self._again.add(key), use_default_callbacks=False
+        )
+        self._subscriptions_of[key] = self.create_subscription(
+            message, topic.name, receive, qos, raw=True, event_callbacks=events
+        )
+        stream.type, stream.problem = kind, ""
+        stream.reliability = qos.reliability.name.lower()
+        logger.info("%s: %s (%s, %s)", key, topic.name, kind, stream.reliability)
+        if late:
+            logger.warning(
+                "%s is published volatile: what was sent before now is lost; publish it transient "
+                "local", topic.name,
+            )  # fmt: skip
+
+    def _carry(self, stream: Stream, limit: RateLimit, put: Any, payload: bytes) -> None:
+        stream.received += 1
+        if limit.passes(payload):
+            put(payload)
+            stream.carried += 1
+            stream.bytes += len(payload)
+
+    def _publisher_of(self, key: str, *, kept: bool) -> Any:
+        # An image that the network cannot carry in time is of no use: it is dropped.
+        control = zenoh.CongestionControl.BLOCK if kept else zenoh.CongestionControl.DROP
+        if kept:
+            cache = zenoh.ext.CacheConfig(max_samples=MAX_KEPT)
+            return zenoh.ext.declare_advanced_publisher(
+                self._session, key, congestion_control=control, cache=cache,
+                publisher_detection=True,
+            ).put  # fmt: skip
+        return self._session.declare_publisher(key, congestion_control=control).put
+
+    def _try_to_publish(self, key: str, topic: Topic, types: list[str]) -> None:
+        accepted = COMMANDS[key][1]
+        subscribed = bool(self.get_subscriptions_info_by_topic(topic.name))
+        kind = topic.type or next((one for one in accepted if one in types), None)
+        if kind is None or not (subscribed or topic.type):
+            return
+        stream = Stream(topic)
+        message = self._message_class(kind, stream)
+        if message is None:
+            self._report(key, f"{key}: {topic.name} {stream.problem}")
+            return
+        events = PublisherEventCallbacks(
+            incompatible_qos=lambda _: self._report(
+                f"{key} qos", f"{key}: a subscriber of {topic.name} asks for a quality of service "
+                "that commands do not have (reliable, volatile, depth 1)"
+            ),
+            use_default_callbacks=False,
+        )  # fmt: skip
+        qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
+        publisher = self.create_publisher(message, topic.name, qos, event_callbacks=events)
+        self._commands[key] = kind, publisher
+        logger.info("%s: %s (%s)", key, topic.name, kind)
+
+    def _send_velocity(self, linear: float, turn: float) -> None:
+        if "cmd_vel" not in self._commands:
+            return
+        kind, publisher = self._commands["cmd_vel"]
+        message = publisher.msg_type()
+        twist = message
+        if kind == TWIST_STAMPED:
+            # Controllers compare stamps with the robot's clock; the navigator's are of images.
+            message.header.stamp = self.get_clock().now().to_msg()
+            message.header.frame_id = "base_link"
+            twist = message.twist
+        twist.linear.x, twist.angular.z = linear, turn
+        publisher.publish(message)
+
+    def _send_tilt(self, payload: bytes) -> None:
+        if "cmd_tilt" not in self._commands or len(payload) != 12:
+            return
+        kind, publisher = self._commands["cmd_tilt"]
+        if kind == FLOAT:
+            publisher.publish(payload)
+            return
+        (tilt,) = struct.unpack_from("<d" if payload[1] & 1 else ">d", payload, 4)
+        if not abs(tilt) < 3.2 or (
+            self._tilt is not None and abs(tilt - self._tilt) < TILT_STEP_RAD
+        ):
+            return
+        self._tilt = tilt
+        topic = self._settings.topics["cmd_tilt"]
+        point = _message("trajectory_msgs/msg/JointTrajectoryPoint")()
+        point.positions = [topic.sign * tilt]
+        point.time_from_start.nanosec = int(1e9 * TILT_REACH_S)
+        message = publisher.msg_type()
+        message.joint_names, message.points = [topic.joint], [point]
+        publisher.publish(message)
+
+    def _subscribe_zenoh(self, topic: str, take: Any) -> None:
+        def receive(sample: zenoh.Sample) -> None:
+            take(sample.payload.to_bytes())
+
+        handler = zenoh.handlers.Callback(receive, indirect=False)
+        self._session.declare_subscriber(f"{self._robot}/{topic}", handler)
+
+    def _message_class(self, kind: str, stream: Stream) -> Any:
+        try:
+            return _message(kind)
+        except (ImportError, AttributeError) as error:
+            package = kind.split("/", 1)[0].replace("_", "-")
+            stream.problem = f"needs the package ros-$ROS_DISTRO-{package}: {error}"
+            return None
+
+    def _report_missing(self, types: dict[str, list[str]]) -> None:
+        for key, stream in self.streams.items():
+            if stream.problem == "no publisher":
+                near = [
+                    n for n in types if n.rsplit("/", 1)[-1] == stream.topic.name.rsplit("/", 1)[-1]
+                ]
+                hint = f"; there is {', '.join(near[:3])}" if near else ""
+                self._report(key, f"{key}: nobody publishes {stream.topic.name}{hint}")
+            elif stream.problem:
+                self._report(key, f"{key}: {stream.topic.name} {stream.problem}")
+        for key, topic in self._settings.topics.items():
+            if key in COMMANDS and key not in self._commands:
+                self._report(
+                    key, f"{key}: nobody subscribes to {topic.name} with a type that is carried "
+                    f"({' or '.join(COMMANDS[key][1])}): the robot will not move"
+                )  # fmt: skip
+
+    def _report(self, key: str, text: str) -> None:
+        if key not in self._reported:
+            self._reported.add(key)
+            logger.warning("%s", text)
+
+
+def _message(kind: str) -> Any:
+    package, _, name = kind.split("/")
+    return getattr(importlib.import_module(f"{package}.msg"), name)
+
+
+def _qos_of(key: str, publishers: list[Any]) -> QoSProfile:
+    """Return a quality of service that all publishers of a topic can serve."""
+    profiles = [publisher.qos_profile for publisher in publishers]
+    reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in profiles)
+    transient = key in _TRANSIENT and all(
+        one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in profiles
+    )
+    # Of images only the newest counts; poses are interpolated and need each.
+    return QoSProfile(
+        depth=2 if key in _IMAGES else 100,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if transient else DurabilityPolicy.VOLATILE,
+    )

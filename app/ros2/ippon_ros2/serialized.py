@@ -1,0 +1,52 @@
+"""What the bridge reads of serialized messages (CDR) without decoding them."""
+
+from __future__ import annotations
+
+import math
+import struct
+
+
+def stamp_of(payload: bytes) -> float | None:
+    """Return the stamp of a serialized message that begins with a header, seconds; None if cut."""
+    if len(payload) < 12:
+        return None
+    order = "<" if payload[1] & 1 else ">"
+    seconds, nanoseconds = struct.unpack_from(f"{order}iI", payload, 4)
+    return float(seconds) + 1e-9 * float(nanoseconds)
+
+
+def velocity_of(payload: bytes) -> tuple[float, float, float]:
+    """Return stamp (s), forward speed (m/s) and turn (rad/s) of a serialized TwistStamped.
+
+    Raises:
+        ValueError: It is none, or holds numbers that are not finite.
+    """
+    if not 68 <= len(payload) <= 4096 or payload[:2] not in (b"\x00\x00", b"\x00\x01"):
+        raise ValueError(f"not a TwistStamped: {len(payload)} bytes")
+    order = "<" if payload[1] & 1 else ">"
+    (length,) = struct.unpack_from(f"{order}I", payload, 12)
+    start = 4 + (12 + length + 7) // 8 * 8
+    if len(payload) != start + 48:
+        raise ValueError(f"not a TwistStamped: {len(payload)} bytes with a name of {length}")
+    numbers = struct.unpack_from(f"{order}6d", payload, start)
+    if not all(math.isfinite(number) for number in numbers):
+        raise ValueError("velocities are not finite")
+    return float(stamp_of(payload) or 0.0), numbers[0], numbers[5]
+
+
+class RateLimit:
+    """Passes one message of each period of stamps, so that colour and depth of one image stay."""
+
+    def __init__(self, max_hz: float) -> None:
+        self._max_hz = max_hz
+        self._last: int | None = None
+
+    def passes(self, payload: bytes) -> bool:
+        """Tell whether to carry a message."""
+        stamp = stamp_of(payload)
+        if not self._max_hz or stamp is None:
+            return True
+        period = math.floor(stamp * self._max_hz)
+        new = period != self._last
+        self._last = period
+        return new

@@ -1,0 +1,134 @@
+"""What the bridge carries: the section `ros2` of a robot's profile."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+_IMAGE, _COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+_TF = "tf2_msgs/msg/TFMessage"
+TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+FLOAT, TRAJECTORY = "std_msgs/msg/Float64", "trajectory_msgs/msg/JointTrajectory"
+
+
+class Ros2Error(Exception):
+    """The bridge cannot run; the text says what would do."""
+
+
+# Of each stream to the navigator: usual topic, None where it must be named; key of each type.
+STREAMS: dict[str, tuple[str | None, dict[str, str]]] = {
+    "color": (
+        "camera/color/image_raw/compressed",
+        {_COMPRESSED: "camera/color/image_raw/compressed", _IMAGE: "camera/color/image_raw"},
+    ),
+    "depth": (
+        "camera/depth/image_raw",
+        {
+            _IMAGE: "camera/depth/image_raw",
+            _COMPRESSED: "camera/depth/image_raw/compressedDepth",
+        },
+    ),
+    "camera_info": (
+        "camera/color/camera_info",
+        {"sensor_msgs/msg/CameraInfo": "camera/color/camera_info"},
+    ),
+    "tf": ("/tf", {_TF: "tf"}),
+    "tf_static": ("/tf_static", {_TF: "tf_static"}),
+    "odom": (None, {"nav_msgs/msg/Odometry": "odom"}),
+    "contact": (None, {"std_msgs/msg/Bool": "contact"}),
+    "detections": (None, {"vision_msgs/msg/Detection2DArray": "camera/detections"}),
+    "masks": (
+        None,
+        {_IMAGE: "camera/detections/masks", _COMPRESSED: "camera/detections/masks/compressed"},
+    ),
+    "label_info": (None, {"vision_msgs/msg/LabelInfo": "camera/detections/label_info"}),
+    "vision_info": (None, {"vision_msgs/msg/VisionInfo": "camera/detections/vision_info"}),
+}
+COMMANDS: dict[str, tuple[str | None, tuple[str, ...]]] = {
+    "cmd_vel": ("cmd_vel", (TWIST, TWIST_STAMPED)),
+    "cmd_tilt": (None, (FLOAT, TRAJECTORY)),
+}
+
+
+@dataclass
+class Topic:
+    """One topic of the robot."""
+
+    name: str
+    type: str | None = None
+    """ROS 2 type; None for what the robot's nodes have."""
+    max_hz: float = 0.0
+    """Images beyond this rate are left out; 0 for all."""
+    joint: str = ""
+    """Joint of the camera's tilt in a trajectory."""
+    sign: float = 1.0
+    """-1 where a larger joint angle looks down."""
+
+
+@dataclass
+class Settings:
+    """What to carry."""
+
+    topics: dict[str, Topic]
+    max_linear_m_s: float = math.inf
+    max_yaw_rate_rad_s: float = math.inf
+
+
+def read_settings(profile: dict[str, Any]) -> Settings:
+    """Return the topics that a robot's profile names, and its limits of speed.
+
+    Args:
+        profile: The YAML file, read.
+
+    Raises:
+        Ros2Error: An entry is unknown or has no sensible value.
+    """
+    section = profile.get("ros2") or {}
+    if not isinstance(section, dict):
+        raise Ros2Error(
+            f"`ros2` in the profile holds entries such as `color: TOPIC`; got {section!r}"
+        )
+    known = [*STREAMS, *COMMANDS]
+    unknown = [key for key in section if key not in known and key != "namespace"]
+    if unknown:
+        raise Ros2Error(f"`ros2` in the profile has {unknown[0]!r}; it may have {', '.join(known)}")
+    namespace = str(section.get("namespace") or "/")
+    usual = {key: entry[0] for key, entry in (*STREAMS.items(), *COMMANDS.items())}
+    if "odom" in section:
+        usual["tf"] = usual["tf_static"] = None
+    topics: dict[str, Topic] = {}
+    for key in known:
+        entry = section.get(key, usual[key])
+        if entry is not None:
+            topics[key] = _topic(key, entry, namespace)
+    motion = profile.get("motion") or {}
+    return Settings(
+        topics,
+        float(motion.get("max_speed_m_s", math.inf)),
+        math.radians(float(motion.get("max_turn_deg_s", math.inf))),
+    )
+
+
+def _topic(key: str, entry: Any, namespace: str) -> Topic:
+    fields = {"topic": entry} if isinstance(entry, str) else dict(entry or {})
+    usual = STREAMS[key][0] if key in STREAMS else COMMANDS[key][0]
+    name = fields.pop("topic", usual)
+    kind = fields.pop("type", None)
+    types = tuple(STREAMS[key][1]) if key in STREAMS else COMMANDS[key][1]
+    if kind is not None and kind not in types:
+        raise Ros2Error(f"`ros2: {key}` has type {kind!r}; it may be {' or '.join(types)}")
+    if not isinstance(name, str) or not name:
+        raise Ros2Error(f"`ros2: {key}` names no topic")
+    max_hz = float(fields.pop("max_hz", 0.0))
+    joint, sign = str(fields.pop("joint", "")), float(fields.pop("sign", 1.0))
+    if fields or max_hz < 0.0 or abs(sign) != 1.0:
+        raise Ros2Error(
+            f"`ros2: {key}` takes topic, type, max_hz, and for a trajectory joint and sign (1 or "
+            f"-1); got {entry!r}"
+        )
+    if key == "cmd_tilt" and kind == TRAJECTORY and not joint:
+        raise Ros2Error("`ros2: cmd_tilt` with a JointTrajectory needs `joint`: NAME")
+    if not name.startswith("/"):
+        name = f"{namespace.rstrip('/')}/{name}"
+    return Topic(name, kind, max_hz, joint, sign)

@@ -1,0 +1,236 @@
+"""The bridge between a real ROS 2 node and a zenoh router."""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from app.links.network.session import open_client, open_router
+from app.messages.cdr import encode, header, make
+from app.messages.images import decode_depth_raw, encode_depth_raw
+from app.messages.motion import StampedTwist, encode_twist
+from tests.locations import ROOT, ROS2_PYTHON
+
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.skipif(not ROS2_PYTHON.exists(), reason="needs scripts/setup --ros2"),
+]
+
+IMAGE = "sensor_msgs/msg/Image"
+TOPICS = {
+    "/scout/camera/color/image_raw": {"type": IMAGE, "best_effort": True},
+    "/scout/camera/depth/image_raw": {"type": IMAGE},
+    "/scout/camera/color/camera_info": {"type": "sensor_msgs/msg/CameraInfo", "latched": True},
+    "/scout/odom": {"type": "nav_msgs/msg/Odometry"},
+    "/scout/bumper": {"type": "std_msgs/msg/Float64"},
+}
+PROFILE = {
+    "motion": {"max_speed_m_s": 0.5, "max_turn_deg_s": 60},
+    "ros2": {
+        "namespace": "/scout",
+        "color": {"topic": "camera/color/image_raw"},
+        "odom": "odom",
+        "contact": "bumper",
+    },
+}
+
+
+def ros2_environment(domain):
+    return {
+        **os.environ,
+        "ROS_DOMAIN_ID": str(domain),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "PYTHONPATH": str(ROOT / "app/ros2"),
+    }
+
+
+class Ros2Process:
+    def __init__(self, arguments, domain, log):
+        self.log_file = log
+        with log.open("wb") as stream:
+            self.child = subprocess.Popen(
+                [str(ROS2_PYTHON), *arguments],
+                env=ros2_environment(domain),
+                stdout=stream,
+                stderr=subprocess.STDOUT,
+            )
+
+    def log(self):
+        return self.log_file.read_text(errors="replace")
+
+    def wait_for_log(self, text, timeout_s=60.0):
+        deadline = time.monotonic() + timeout_s
+        while text not in self.log():
+            assert self.child.poll() is None, self.log()
+            assert time.monotonic() < deadline, f"no {text!r} in:\n{self.log()}"
+            time.sleep(0.02)
+
+    def kill(self):
+        with contextlib.suppress(ProcessLookupError):
+            self.child.kill()
+        self.child.wait()
+
+
+class Rig:
+    """A router in place of the navigator, a robot with ROS 2 topics, and the bridge."""
+
+    def __init__(self, folder: Path, domain: int, endpoint: str) -> None:
+        self.folder, self.domain, self.endpoint = folder, domain, endpoint
+        self.router = open_router(endpoint)
+        self.session = open_client(endpoint)
+        self.twists, self.arrived = [], {}
+        self.changed = threading.Condition()
+        self._subscribers = [
+            self.session.declare_subscriber("robot/twist", self._on_twist),
+            self.session.declare_subscriber("ippon/**", self._on_message),
+        ]
+        (folder / "scout.yaml").write_text(yaml.safe_dump(PROFILE))
+        options = {
+            "connect": endpoint,
+            "topics": TOPICS,
+            "cmd_vel": "/scout/cmd_vel",
+            "cmd_type": "geometry_msgs/msg/Twist",
+        }
+        script = Path(__file__).parents[1] / "ros2_robot.py"
+        self.robot = Ros2Process([str(script), json.dumps(options)], domain, folder / "robot.log")
+        self.robot.wait_for_log("ready")
+        self.bridge = self.start_bridge()
+        self.bridge.wait_for_log("cmd_vel: /scout/cmd_vel (geometry_msgs/msg/Twist)")
+        for key in ("color", "depth", "camera_info", "odom"):
+            self.bridge.wait_for_log(f"{key}: /scout/")
+
+    def start_bridge(self, *more):
+        log = self.folder / f"bridge-{time.monotonic_ns()}.log"
+        arguments = ["-m", "ippon_ros2", "--connect", self.endpoint]
+        profile = ["--profile", str(self.folder / "scout.yaml")]
+        return Ros2Process([*arguments, *profile, *more], self.domain, log)
+
+    def _on_twist(self, sample):
+        with self.changed:
+            self.twists.append(json.loads(sample.payload.to_bytes()))
+            self.changed.notify_all()
+
+    def _on_message(self, sample):
+        with self.changed:
+            key = str(sample.key_expr).removeprefix("ippon/")
+            self.arrived.setdefault(key, []).append(sample.payload.to_bytes())
+            self.changed.notify_all()
+
+    def publish(self, topic, payload):
+        self.session.put(f"robot{topic}", payload)
+
+    def wait_for(self, condition, timeout_s=20.0):
+        with self.changed:
+            assert self.changed.wait_for(condition, timeout_s), self.bridge.log()
+
+    def drive(self, seconds, linear, turn):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            command = StampedTwist(stamp_ns=time.time_ns(), linear_m_s=linear, yaw_rate_rad_s=turn)
+            self.session.put("ippon/cmd_vel", encode_twist(command))
+            time.sleep(1 / 30)
+        return time.monotonic()
+
+    def close(self):
+        self.bridge.kill()
+        self.robot.kill()
+        self.session.close()
+        self.router.close()
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory):
+    import random
+    import socket
+
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{listener.getsockname()[1]}"
+    made = Rig(tmp_path_factory.mktemp("ros2"), random.Random().randrange(1, 100), endpoint)
+    yield made
+    made.close()
+
+
+def odometry(stamp_ns, x):
+    pose = make(
+        "geometry_msgs/msg/PoseWithCovariance",
+        pose=make(
+            "geometry_msgs/msg/Pose",
+            position=make("geometry_msgs/msg/Point", x=x, y=0.0, z=0.0),
+            orientation=make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0),
+        ),
+        covariance=np.zeros(36),
+    )
+    still = make("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=0.0)
+    twist = make(
+        "geometry_msgs/msg/TwistWithCovariance",
+        twist=make("geometry_msgs/msg/Twist", linear=still, angular=still),
+        covariance=np.zeros(36),
+    )
+    return encode(
+        "nav_msgs/msg/Odometry", header=header(stamp_ns, "odom"), child_frame_id="base_link",
+        pose=pose, twist=twist,
+    )  # fmt: skip
+
+
+def test_messages_of_the_robot_arrive_as_they_were_sent(rig):
+    depth = np.linspace(0.5, 4.0, 480 * 640, dtype=np.float32).reshape(480, 640)
+    image = encode_depth_raw(depth, 5_000_000_000, "camera")
+    pose = odometry(5_000_000_000, 1.5)
+    rig.publish("/scout/camera/depth/image_raw", image)
+    rig.publish("/scout/odom", pose)
+    rig.wait_for(lambda: {"camera/depth/image_raw", "odom"} <= rig.arrived.keys())
+    came = decode_depth_raw(rig.arrived["camera/depth/image_raw"][-1])
+    assert came.stamp_ns == 5_000_000_000
+    np.testing.assert_array_equal(came.depth, decode_depth_raw(image).depth)
+    assert rig.arrived["odom"][-1] == pose
+
+
+def test_commands_reach_the_robot_within_limits_and_zero_follows_them(rig):
+    rig.twists.clear()
+    last = rig.drive(1.0, 0.9, 0.3)
+    rig.wait_for(lambda: any(t["linear"] == 0.0 for t in rig.twists))
+    moving = [t for t in rig.twists if t["linear"] != 0.0]
+    assert {(t["linear"], t["turn"]) for t in moving} == {(0.5, 0.3)}
+    assert len(moving) >= 20
+    zero = next(t for t in rig.twists if t["linear"] == 0.0)
+    assert zero["at"] - last < 0.5
+    assert "exceeds the profile's limits" in rig.bridge.log()
+
+
+def test_a_second_bridge_for_the_same_robot_is_refused(rig):
+    second = rig.start_bridge()
+    assert second.child.wait(timeout=30) == 2
+    assert "another bridge serves the robot 'ippon' already" in second.log()
+    assert f"process {rig.bridge.child.pid}" in second.log()
+
+
+def test_check_says_what_is_there_and_what_is_not(rig):
+    check = rig.start_bridge("--check")
+    assert check.child.wait(timeout=30) == 1
+    lines = check.log().splitlines()
+    assert any(line.startswith("ok") and "camera/depth/image_raw" in line for line in lines)
+    wrong = next(line for line in lines if "/scout/bumper" in line)
+    assert wrong.startswith("MISSING")
+    assert "is std_msgs/msg/Float64; needed: std_msgs/msg/Bool" in wrong
+
+
+def test_the_robot_stops_when_the_bridge_is_ended(rig):
+    rig.twists.clear()
+    driving = threading.Thread(target=rig.drive, args=(1.0, 0.2, 0.0))
+    driving.start()
+    rig.wait_for(lambda: len(rig.twists) > 5)
+    rig.bridge.child.send_signal(signal.SIGTERM)
+    assert rig.bridge.child.wait(timeout=20) == 0
+    driving.join()
+    rig.wait_for(lambda: rig.twists[-1]["linear"] == 0.0)
+    rig.bridge = rig.start_bridge()
+    rig.bridge.wait_for_log("cmd_vel: /scout/cmd_vel")

@@ -1,0 +1,38 @@
+import math
+
+import pytest
+
+from app.messages.motion import StampedTwist, encode_number, encode_twist
+from app.ros2.ippon_ros2.serialized import RateLimit, stamp_of, velocity_of
+
+
+@pytest.mark.parametrize("frame_id", ["", "b", "base_link", "a/rather/long/frame"])
+def test_velocity_and_stamp_are_read_whatever_the_length_of_the_frame(frame_id):
+    payload = encode_twist(
+        StampedTwist(stamp_ns=7_250_000_000, linear_m_s=0.3, yaw_rate_rad_s=-0.4), frame_id
+    )
+    assert velocity_of(payload) == (7.25, 0.3, -0.4)
+    assert stamp_of(payload) == 7.25
+
+
+def test_other_messages_are_refused():
+    twist = encode_twist(StampedTwist(stamp_ns=1, linear_m_s=0.3, yaw_rate_rad_s=0.0))
+    for payload in (b"", b"\x00\x01", twist[:-1], twist + b"\x00", encode_number(0.3), bytes(5000)):
+        with pytest.raises(ValueError, match="not a TwistStamped"):
+            velocity_of(payload)
+    with pytest.raises(ValueError, match="not finite"):
+        velocity_of(twist[:-48] + b"\xff" * 48)
+    assert stamp_of(b"\x00\x01\x00\x00") is None
+
+
+def test_the_rate_limit_keeps_colour_and_depth_of_the_same_images():
+    stamps = [k / 30.0 for k in range(90)]
+    payloads = [
+        encode_twist(StampedTwist(stamp_ns=round(1e9 * s), linear_m_s=0.0, yaw_rate_rad_s=0.0))
+        for s in stamps
+    ]
+    color, depth = RateLimit(10.0), RateLimit(10.0)
+    kept = [color.passes(p) for p in payloads]
+    assert kept == [depth.passes(p) for p in payloads]
+    assert math.isclose(sum(kept), 30, abs_tol=1)
+    assert all(RateLimit(0.0).passes(p) for p in payloads)

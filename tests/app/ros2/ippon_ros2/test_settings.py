@@ -1,0 +1,51 @@
+import math
+
+import pytest
+
+from app.ros2.ippon_ros2.settings import Ros2Error, read_settings
+
+
+def test_without_a_section_the_usual_topics_are_carried():
+    topics = read_settings({}).topics
+    assert {key: topic.name for key, topic in topics.items()} == {
+        "color": "/camera/color/image_raw/compressed",
+        "depth": "/camera/depth/image_raw",
+        "camera_info": "/camera/color/camera_info",
+        "tf": "/tf",
+        "tf_static": "/tf_static",
+        "cmd_vel": "/cmd_vel",
+    }
+
+
+def test_names_get_the_namespace_and_odometry_takes_the_place_of_tf():
+    section = {"namespace": "/scout/", "odom": "odom", "depth": {"topic": "/d", "max_hz": 5}}
+    settings = read_settings(
+        {"ros2": section, "motion": {"max_speed_m_s": 0.5, "max_turn_deg_s": 90}}
+    )
+    assert settings.topics["color"].name == "/scout/camera/color/image_raw/compressed"
+    assert settings.topics["odom"].name == "/scout/odom"
+    assert (settings.topics["depth"].name, settings.topics["depth"].max_hz) == ("/d", 5.0)
+    assert "tf" not in settings.topics
+    assert settings.max_linear_m_s == 0.5
+    assert settings.max_yaw_rate_rad_s == pytest.approx(math.pi / 2)
+
+
+@pytest.mark.parametrize(
+    ("section", "text"),
+    [
+        (["color"], "holds entries such as"),
+        ({"colour": "x"}, "has 'colour'; it may have color, depth"),
+        ({"color": {"topic": "x", "type": "std_msgs/msg/Bool"}}, "it may be sensor_msgs"),
+        ({"color": ""}, "names no topic"),
+        ({"odom": {}}, "names no topic"),
+        ({"depth": {"topic": "x", "rate": 3}}, "takes topic, type, max_hz"),
+        ({"depth": {"topic": "x", "max_hz": -1}}, "takes topic, type, max_hz"),
+        (
+            {"cmd_tilt": {"topic": "x", "type": "trajectory_msgs/msg/JointTrajectory"}},
+            "needs `joint`",
+        ),
+    ],
+)
+def test_entries_that_make_no_sense_are_refused(section, text):
+    with pytest.raises(Ros2Error, match=text):
+        read_settings({"ros2": section})
