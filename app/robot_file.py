@@ -264,5 +264,6 @@ camera:
 #   camera_info: camera/color/camera_info
 #   odom: odom          # in place of tf; the camera's mount is then the one above
 #   cmd_vel: cmd_vel    # Twist or TwistStamped, as the robot subscribes
-#   cmd_tilt: {{topic: head/joint_trajectory, type: trajectory_msgs/msg/JointTrajectory, joint: tilt}}
+#   cmd_tilt:
+#     {{topic: head/command, type: trajectory_msgs/msg/JointTrajectory, joint: head_tilt}}
 """

@@ -12,6 +12,7 @@ from app.messages.heatmaps import decode_heatmap, encode_heatmap
 from app.messages.images import (
     decode_camera,
     decode_color,
+    decode_color_raw,
     decode_depth,
     decode_depth_raw,
     decompress_color,
@@ -22,6 +23,7 @@ from app.messages.images import (
 )
 from ippon.camera import PinholeCamera
 from ippon.observation import Heatmap
+from tests.app.messages.robot_messages import raw_color
 
 STAMP = 12_345_678_901
 FRAME = "camera_color_optical_frame"
@@ -100,6 +102,29 @@ def test_depth_keeps_millimetres_and_holes(depth, encode_, decode_):
 def test_depth_that_millimetres_cannot_hold_is_no_return(value):
     depth = np.full((4, 4), value, np.float32)
     assert (decode_depth(encode_depth(depth, STAMP, FRAME)).depth == 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("encoding", "order"),
+    [("rgb8", [0, 1, 2]), ("bgr8", [2, 1, 0]), ("rgba8", [0, 1, 2, 0]), ("bgra8", [2, 1, 0, 0])],
+)
+@pytest.mark.parametrize("pad", [0, 5])
+def test_raw_color_of_every_order_of_channels(color, encoding, order, pad):
+    payload = raw_color(color[:, :, order], 12, encoding, pad)
+    pixels, stamp_ns, frame_id = decode_color_raw(payload)
+    np.testing.assert_array_equal(pixels, color)
+    assert (stamp_ns, frame_id) == (12, "optical")
+
+
+def test_grey_images_become_rgb_and_others_are_refused(color):
+    grey = color[:, :, :1]
+    np.testing.assert_array_equal(
+        decode_color_raw(raw_color(grey, 1, "mono8"))[0], np.repeat(grey, 3, axis=2)
+    )
+    with pytest.raises(MessageError, match=r"is rgb8, bgr8, rgba8, bgra8, mono8; got .*bayer"):
+        decode_color_raw(raw_color(grey, 1, "bayer_rggb8"))
+    with pytest.raises(MessageError, match="does not come in"):
+        decode_color_raw(raw_color(grey, 1, "rgb8"))
 
 
 def raw_image(encoding, values, *, big=0, pad=0):

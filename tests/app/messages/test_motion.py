@@ -10,6 +10,7 @@ from app.messages.motion import (
     StampedTwist,
     decode_flag,
     decode_number,
+    decode_odometry,
     decode_path,
     decode_transforms,
     decode_twist,
@@ -20,6 +21,7 @@ from app.messages.motion import (
     encode_twist,
 )
 from ippon.geometry import base_pose
+from tests.app.messages.robot_messages import odometry
 
 
 def transform(T, stamp_ns=7):
@@ -105,3 +107,13 @@ def test_damaged_bytes_never_do_more_than_a_message_error(survives_damage):
     survives_damage(decode_twist, encode_twist(twist))
     path = StampedPath(stamp_ns=3, points_world=np.ones((5, 3)))
     survives_damage(decode_path, encode_path(path))
+
+
+def test_the_pose_of_odometry():
+    pose = decode_odometry(odometry(7, 1.0, -2.0, 0.5))
+    assert (pose.stamp_ns, pose.parent, pose.child) == (7, "odom", "base_link")
+    np.testing.assert_allclose(pose.T_parent_child, base_pose(1.0, -2.0, 0.0, 0.5), atol=1e-12)
+    with pytest.raises(MessageError):
+        decode_odometry(odometry(7, math.nan, 0.0, 0.0))
+    with pytest.raises(MessageError, match="not a nav_msgs"):
+        decode_odometry(b"\x00\x01\x00\x00")

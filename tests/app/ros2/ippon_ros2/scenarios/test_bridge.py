@@ -1,10 +1,9 @@
 """The bridge between a real ROS 2 node and a zenoh router."""
 
-import contextlib
 import json
-import os
+import random
 import signal
-import subprocess
+import socket
 import threading
 import time
 from pathlib import Path
@@ -14,10 +13,11 @@ import pytest
 import yaml
 
 from app.links.network.session import open_client, open_router
-from app.messages.cdr import encode, header, make
 from app.messages.images import decode_depth_raw, encode_depth_raw
 from app.messages.motion import StampedTwist, encode_twist
-from tests.locations import ROOT, ROS2_PYTHON
+from tests.app.messages.robot_messages import odometry
+from tests.app.ros2.ippon_ros2.ros2_process import Ros2Process
+from tests.locations import ROS2_PYTHON
 
 pytestmark = [
     pytest.mark.process,
@@ -41,42 +41,6 @@ PROFILE = {
         "contact": "bumper",
     },
 }
-
-
-def ros2_environment(domain):
-    return {
-        **os.environ,
-        "ROS_DOMAIN_ID": str(domain),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "PYTHONPATH": str(ROOT / "app/ros2"),
-    }
-
-
-class Ros2Process:
-    def __init__(self, arguments, domain, log):
-        self.log_file = log
-        with log.open("wb") as stream:
-            self.child = subprocess.Popen(
-                [str(ROS2_PYTHON), *arguments],
-                env=ros2_environment(domain),
-                stdout=stream,
-                stderr=subprocess.STDOUT,
-            )
-
-    def log(self):
-        return self.log_file.read_text(errors="replace")
-
-    def wait_for_log(self, text, timeout_s=60.0):
-        deadline = time.monotonic() + timeout_s
-        while text not in self.log():
-            assert self.child.poll() is None, self.log()
-            assert time.monotonic() < deadline, f"no {text!r} in:\n{self.log()}"
-            time.sleep(0.02)
-
-    def kill(self):
-        with contextlib.suppress(ProcessLookupError):
-            self.child.kill()
-        self.child.wait()
 
 
 class Rig:
@@ -148,9 +112,6 @@ class Rig:
 
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory):
-    import random
-    import socket
-
     with socket.socket() as listener:
         listener.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{listener.getsockname()[1]}"
@@ -159,32 +120,10 @@ def rig(tmp_path_factory):
     made.close()
 
 
-def odometry(stamp_ns, x):
-    pose = make(
-        "geometry_msgs/msg/PoseWithCovariance",
-        pose=make(
-            "geometry_msgs/msg/Pose",
-            position=make("geometry_msgs/msg/Point", x=x, y=0.0, z=0.0),
-            orientation=make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0),
-        ),
-        covariance=np.zeros(36),
-    )
-    still = make("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=0.0)
-    twist = make(
-        "geometry_msgs/msg/TwistWithCovariance",
-        twist=make("geometry_msgs/msg/Twist", linear=still, angular=still),
-        covariance=np.zeros(36),
-    )
-    return encode(
-        "nav_msgs/msg/Odometry", header=header(stamp_ns, "odom"), child_frame_id="base_link",
-        pose=pose, twist=twist,
-    )  # fmt: skip
-
-
 def test_messages_of_the_robot_arrive_as_they_were_sent(rig):
     depth = np.linspace(0.5, 4.0, 480 * 640, dtype=np.float32).reshape(480, 640)
     image = encode_depth_raw(depth, 5_000_000_000, "camera")
-    pose = odometry(5_000_000_000, 1.5)
+    pose = odometry(5_000_000_000, 1.5, 0.0, 0.0)
     rig.publish("/scout/camera/depth/image_raw", image)
     rig.publish("/scout/odom", pose)
     rig.wait_for(lambda: {"camera/depth/image_raw", "odom"} <= rig.arrived.keys())

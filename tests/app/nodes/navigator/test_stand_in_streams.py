@@ -1,0 +1,129 @@
+import dataclasses
+import time
+
+import numpy as np
+import pytest
+
+from app.messages import keys
+from app.messages.images import encode_camera, encode_depth
+from app.messages.motion import decode_transforms, encode_transforms
+from app.nodes.navigator.frame_intake import FrameIntake
+from app.nodes.navigator.stand_in_streams import StandInStreams
+from ippon.camera import PinholeCamera
+from ippon.geometry import base_pose
+from ippon.robot import ZED
+from tests.app.messages.robot_messages import odometry, raw_color
+
+CAMERA = PinholeCamera.from_horizontal_fov(16, 10, 1.2)
+FIXED = dataclasses.replace(ZED, min_tilt_rad=-0.2, max_tilt_rad=-0.2)
+PERIOD = 200_000_000
+
+
+@pytest.fixture
+def events():
+    return []
+
+
+@pytest.fixture
+def make(sessions, events):
+    made = []
+
+    def start(profile=FIXED):
+        intake = FrameIntake(sessions[0], "r", events.append)
+        streams = StandInStreams(
+            sessions[0], "r", profile, intake, lambda kind, text: events.append((kind, text))
+        )
+        made.append(streams)
+        return intake, streams
+
+    yield start
+    for streams in made:
+        streams.close()
+
+
+def take(intake, streams, timeout_s=8.0):
+    deadline = time.monotonic() + timeout_s
+    while time.monotonic() < deadline:
+        streams.check()
+        frame = intake.take(0.05)
+        if frame is not None:
+            return frame
+    return None
+
+
+def send(robot, stamp_ns, color=None):
+    robot.put(f"r/{keys.CAMERA_INFO}", encode_camera(CAMERA, stamp_ns, "optical"))
+    robot.put(f"r/{keys.ODOM}", odometry(stamp_ns, 1.5, 0.5, 0.3))
+    depth = np.ones((10, 16), np.float32)
+    robot.put(f"r/{keys.DEPTH}", encode_depth(depth, stamp_ns, "optical"))
+    pixels = np.full((10, 16, 3), (200, 100, 50), np.uint8) if color is None else color
+    robot.put(f"r/{keys.COLOR_RAW}", raw_color(pixels, stamp_ns))
+
+
+def test_raw_images_and_odometry_make_frames_and_go_to_the_others(make, sessions):
+    heard = {}
+    _, robot = sessions
+    subscribers = [
+        robot.declare_subscriber(f"r/{topic}", lambda s, t=topic: heard.setdefault(t, s))
+        for topic in (keys.COLOR, keys.TF)
+    ]
+    intake, streams = make()
+    deadline = time.monotonic() + 15.0
+    frame, stamp = None, PERIOD
+    while frame is None and time.monotonic() < deadline:
+        send(robot, stamp)
+        stamp += PERIOD
+        frame = take(intake, streams, 0.2)
+    assert frame is not None
+    np.testing.assert_allclose(frame.T_world_base, base_pose(1.5, 0.5, 0.0, 0.3), atol=1e-9)
+    np.testing.assert_allclose(
+        frame.T_world_camera, frame.T_world_base @ FIXED.T_base_camera(-0.2), atol=1e-9
+    )
+    assert frame.tilt_rad == pytest.approx(-0.2)
+    assert np.abs(frame.color.astype(int) - (200, 100, 50)).max() <= 3
+    while heard.keys() != {keys.COLOR, keys.TF} and time.monotonic() < deadline:
+        time.sleep(0.01)
+    names = {(t.parent, t.child) for t in decode_transforms(heard[keys.TF].payload.to_bytes())}
+    assert names == {("map", "base_link"), ("base_link", "optical")}
+    del subscribers
+
+
+def test_tf_of_the_robot_wins_over_odometry(make, sessions):
+    _, robot = sessions
+    intake, streams = make()
+    robot.put(f"r/{keys.TF}", encode_transforms([]))
+    deadline = time.monotonic() + 5.0
+    while not intake.has_tf and time.monotonic() < deadline:
+        time.sleep(0.01)
+    for k in range(1, 20):
+        send(robot, k * PERIOD)
+        assert take(intake, streams, 0.05) is None
+    assert intake.assembler.camera_frame == "optical"
+
+
+def test_a_camera_that_tilts_needs_tf_and_the_operator_reads_so(make, sessions, events):
+    _, robot = sessions
+    intake, streams = make(ZED)
+    deadline, stamp = time.monotonic() + 10.0, PERIOD
+    while not events and time.monotonic() < deadline:
+        send(robot, stamp)
+        stamp += PERIOD
+        take(intake, streams, 0.05)
+    [(kind, text)] = events
+    assert kind == "bad_message"
+    assert text.startswith("odom: odometry without tf does not tell the tilt")
+
+
+def test_a_damaged_message_is_reported_once_and_the_next_one_counts(make, sessions, events):
+    _, robot = sessions
+    intake, streams = make()
+    deadline = time.monotonic() + 10.0
+    send(robot, PERIOD)
+    while not events and time.monotonic() < deadline:
+        robot.put(f"r/{keys.ODOM}", b"\x00\x01\x00\x00cut")
+        take(intake, streams, 0.05)
+    assert [text.split(":")[0] for _, text in events] == ["odom"]
+    robot.put(f"r/{keys.ODOM}", odometry(2 * PERIOD, 0.0, 0.0, 0.0))
+    while intake.monitors["pose"].age_s() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert intake.monitors["pose"].age_s() is not None

@@ -1,0 +1,44 @@
+"""Processes of ROS 2's Python, apart from the ROS 2 of others on this machine."""
+
+import contextlib
+import os
+import subprocess
+import time
+
+from tests.locations import ROOT, ROS2_PYTHON
+
+
+def ros2_environment(domain):
+    return {
+        **os.environ,
+        "ROS_DOMAIN_ID": str(domain),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "PYTHONPATH": str(ROOT / "app/ros2"),
+    }
+
+
+class Ros2Process:
+    def __init__(self, arguments, domain, log):
+        self.log_file = log
+        with log.open("wb") as stream:
+            self.child = subprocess.Popen(
+                [str(ROS2_PYTHON), *arguments],
+                env=ros2_environment(domain),
+                stdout=stream,
+                stderr=subprocess.STDOUT,
+            )
+
+    def log(self):
+        return self.log_file.read_text(errors="replace")
+
+    def wait_for_log(self, text, timeout_s=60.0):
+        deadline = time.monotonic() + timeout_s
+        while text not in self.log():
+            assert self.child.poll() is None, self.log()
+            assert time.monotonic() < deadline, f"no {text!r} in:\n{self.log()}"
+            time.sleep(0.02)
+
+    def kill(self):
+        with contextlib.suppress(ProcessLookupError):
+            self.child.kill()
+        self.child.wait()
