@@ -132,3 +132,11 @@ esac
     program(checkout / ".venv/bin/python", plain)
     torch, _ = setup(checkout, 0, "--segmentation")[1]
     assert "--index-url" not in torch
+
+
+def test_ros2_has_an_environment_of_its_own_and_is_installed_once(checkout, setup):
+    program(checkout / ".venv-ros2/bin/python", PYTHON)
+    program(checkout.parent / "bin/python3", "#!/bin/sh\nexit 0\n")
+    assert setup(checkout, 1000, "--ros2")[1] == ["pip install"]
+    assert setup(checkout, 1000, "--ros2")[1] == []
+    assert not (checkout / ".venv/.installed").exists()
