@@ -223,7 +223,8 @@ def template(profile: RobotProfile) -> str:
     highest_deg: {degrees(profile.max_tilt_rad)}
     max_deg_s: {degrees(profile.max_tilt_rate_rad_s)}
 """
-    return f"""# A robot profile for `ippon navigate --profile FILE`; metres, seconds, degrees.
+    return (
+        f"""# A robot profile for `ippon navigate --profile FILE`; metres, seconds, degrees.
 name: {profile.name}
 
 body:
@@ -249,7 +250,12 @@ camera:
   width_over_height: {profile.image_aspect:g}  # of its images
   min_depth_m: {profile.min_depth_m:g}  # nearest and farthest depth that can be trusted
   max_depth_m: {profile.max_depth_m:g}
-{tilt}
+{tilt}"""
+        + _OPTIONAL
+    )
+
+
+_OPTIONAL: Final = """
 # A detector that runs on the robot, where its names are not understood as they are:
 # detector:
 #   source: yolo11n   # the network, for what its scores are worth; without, what it sends
@@ -259,11 +265,12 @@ camera:
 # Its ROS 2 topics, for `ippon ros2` on the robot, where they are not the usual ones:
 # ros2:
 #   namespace: /scout   # before names without a slash
-#   color: {{topic: camera/color/image_raw, max_hz: 10}}   # Image or CompressedImage
+#   color: {topic: camera/color/image_raw, max_hz: 10}   # Image or CompressedImage
 #   depth: camera/aligned_depth_to_color/image_raw
 #   camera_info: camera/color/camera_info
 #   odom: odom          # in place of tf; the camera's mount is then the one above
 #   cmd_vel: cmd_vel    # Twist or TwistStamped, as the robot subscribes
 #   cmd_tilt:
-#     {{topic: head/command, type: trajectory_msgs/msg/JointTrajectory, joint: head_tilt}}
+#     {topic: head/command, type: trajectory_msgs/msg/JointTrajectory, joint: head_tilt}
 """
+"""Sections that most profiles do without."""
