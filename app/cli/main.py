@@ -129,6 +129,10 @@ def _dispatch(command: options.Command) -> int:
             from app.cli.tools.profile import run_profile
 
             return run_profile(command)
+        case options.Certificates():
+            from app.cli.setup.certificates import run_certificates
+
+            return run_certificates(command)
         case options.Config():
             from app.cli.tools.config import run_config
 

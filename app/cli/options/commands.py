@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 import tyro
 
+from app.cli.options.certificates import Certificates
 from app.cli.options.evaluation import Eval
 from app.cli.options.language_model import Llm
 from app.cli.options.recognition import Calibrate, Recognise
@@ -389,6 +390,7 @@ Command = (
     | Annotated[Eval, tyro.conf.subcommand("eval")]
     | Annotated[Ros2, tyro.conf.subcommand("ros2")]
     | Annotated[Profile, tyro.conf.subcommand("profile")]
+    | Annotated[Certificates, tyro.conf.subcommand("certificates")]
     | Annotated[Config, tyro.conf.subcommand("config")]
     | Annotated[Doctor, tyro.conf.subcommand("doctor")]
 )

@@ -1,35 +1,27 @@
-"""The zenoh profiles of docs/guides/security.md, with certificates made for the test."""
+"""What each role of `ippon certificates` can do, and what it cannot."""
+
+import datetime as dt
 
 import pytest
-import trustme
 
+from app.certificates.roles import write_roles
 from app.links.network.requests import ask, serve
 from app.links.network.session import PROFILE, LinkError, open_client, open_router
-from app.links.network.subscription import subscribe
+from app.links.network.subscription import is_alive, subscribe
 from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, FeedbackRequest
-from tests.locations import ROOT
-
-PROFILES = ROOT / "docs" / "security"
-NAMES = ("navigator", "robot", "console", "requester", "stranger")
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Certificates of one authority, one by a stranger's, and the profiles that name them."""
-    folder = tmp_path_factory.mktemp("tls")
-    authority, other = trustme.CA(), trustme.CA()
-    authority.cert_pem.write_to_path(str(folder / "ca.pem"))
-    for name in NAMES:
-        issuer = other if name == "stranger" else authority
-        issued = issuer.issue_cert("localhost", "127.0.0.1", common_name=name)
-        issued.private_key_pem.write_to_path(str(folder / f"{name}.key"))
-        issued.cert_chain_pems[0].write_to_path(str(folder / f"{name}.pem"))
-    for name in NAMES:
-        source = "navigator" if name == "navigator" else "client"
-        text = (PROFILES / f"{source}.json5").read_text()
-        text = text.replace("/etc/ippon/tls/client", str(folder / name))
-        (folder / f"{name}.json5").write_text(text.replace("/etc/ippon/tls", str(folder)))
+    """Certificates of one authority, and one by a stranger's."""
+    folder, other = tmp_path_factory.mktemp("tls"), tmp_path_factory.mktemp("other")
+    now = dt.datetime.now(dt.UTC)
+    for place in (folder, other):
+        write_roles(place, robot="ippon", hosts=("localhost", "127.0.0.1"), days=2, now=now)
+    (folder / "stranger.json5").write_text(
+        (other / "console.json5").read_text().replace(f"{other}/ca.pem", f"{folder}/ca.pem")
+    )
     return folder
 
 
@@ -106,6 +98,26 @@ def test_a_robot_sends_and_obeys_and_commands_nothing(network):
         ask(robot, "ippon/search", ControlRequest(action="stop"), ControlReply, 0.5)
     assert heard == [b"a picture"]
     assert obeyed == [b"forward"]
+
+
+def test_a_bridge_sees_the_navigator_and_other_bridges(network):
+    robot, second = network("robot"), network("robot")
+    token = robot.liveliness().declare_token("ippon/alive/ros2/1-robot-7")
+    alive = network.router.liveliness().declare_token("ippon/alive/navigator")
+    assert is_alive(robot, "ippon/alive/navigator", 5.0)
+    assert is_alive(second, "ippon/alive/ros2/*", 5.0)
+    found = [str(one.ok.key_expr) for one in second.liveliness().get("ippon/alive/ros2/*")]
+    assert found == ["ippon/alive/ros2/1-robot-7"]
+    heard = []
+    subscribe(network.router, "ippon/tf_static", heard.append, kept=True)
+    robot.put("ippon/odom", b"pose")
+    del token, alive
+
+
+def test_a_recorder_only_watches(network):
+    recorder = network("recorder")
+    with pytest.raises(LinkError, match="no reply on ippon/control"):
+        ask(recorder, "ippon/control", ControlRequest(action="stop"), ControlReply, 0.5)
 
 
 REFUSED = "a certificate that is refused looks the same"

@@ -1,0 +1,1 @@
+"""Certificates and zenoh profiles for a robot's processes."""

@@ -1,0 +1,1 @@
+"""Commands that prepare a robot and its people: certificates."""

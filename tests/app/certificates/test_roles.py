@@ -1,0 +1,72 @@
+import datetime as dt
+import stat
+
+import pytest
+import zenoh
+
+from app.certificates.authority import CertificateError
+from app.certificates.roles import ROLES, write_roles
+
+NOW = dt.datetime(2030, 1, 1, tzinfo=dt.UTC)
+
+
+def write(folder, **changes):
+    options = {"robot": "ippon", "hosts": ("localhost",), "days": 30, "now": NOW}
+    return write_roles(folder, **{**options, **changes})
+
+
+def test_each_role_has_certificate_key_and_a_profile_that_zenoh_reads(tmp_path):
+    roles = write(tmp_path / "tls")
+    assert [one.role for one in roles] == list(ROLES)
+    for one in roles:
+        assert one.new
+        assert one.expires == NOW + dt.timedelta(days=30)
+        zenoh.Config.from_file(str(one.profile))
+        assert f"{tmp_path}/tls/{one.role}.key" in one.profile.read_text()
+        key = tmp_path / "tls" / f"{one.role}.key"
+        assert stat.S_IMODE(key.stat().st_mode) == 0o600
+    assert stat.S_IMODE((tmp_path / "tls" / "ca.key").stat().st_mode) == 0o600
+
+
+def test_what_is_there_stays_and_what_was_deleted_is_made_again(tmp_path):
+    write(tmp_path)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    (tmp_path / "robot.pem").unlink()
+    later = NOW + dt.timedelta(days=10)
+    new = [one.role for one in write(tmp_path, now=later) if one.new]
+    assert new == ["robot"]
+    changed = {p.name for p in tmp_path.iterdir() if p.read_bytes() != before[p.name]}
+    assert changed == {"robot.pem", "robot.key"}
+
+
+def test_the_rules_are_about_the_robot_that_is_named(tmp_path):
+    write(tmp_path, robot="site/scout")
+    text = (tmp_path / "navigator.json5").read_text()
+    assert '"site/scout/cmd_vel"' in text
+    assert '"ippon/' not in text
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"robot": "a*"}, "key prefix"),
+        ({"days": 0}, "1 to 3650 days; got 0"),
+        ({"hosts": ("a b",)}, "'a b' is neither"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_before_anything_is_written(tmp_path, changes, text):
+    with pytest.raises(ValueError, match=text):
+        write(tmp_path / "tls", **changes)
+    assert not (tmp_path / "tls").exists()
+
+
+def test_a_certificate_that_is_none_is_named(tmp_path):
+    write(tmp_path)
+    (tmp_path / "robot.pem").write_text("nonsense")
+    with pytest.raises(CertificateError, match=r"robot.pem is no certificate"):
+        write(tmp_path)
+
+
+def test_a_folder_that_profiles_cannot_name_is_refused(tmp_path):
+    with pytest.raises(CertificateError, match="take a plain path"):
+        write(tmp_path / 'a"b')
