@@ -17,19 +17,15 @@ LINES_OF_A_FUNCTION = 60
 LINES_OF_A_KERNEL = 120
 SCENARIOS = "scenarios"
 
-LARGE_FOLDERS = {"app/evaluation"}
+LARGE_FOLDERS: set[str] = set()
 """Folders that may hold more modules; one that no longer does fails the test, too."""
 LONG_MODULES: set[str] = {
-    "app/cli/options/commands.py",
-    "app/messages/control.py",
     "ippon/mapping/integration.py",
     "ippon/mapping/objects/object_layers.py",
     "ippon/planning/visibility/viewpoints.py",
 }
 """Modules that may be longer; likewise exact."""
 LONG_FUNCTIONS: set[str] = {
-    "app/cli/main.py:_dispatch",
-    "app/cli/processes/navigate.py:run_navigate",
     "ippon/evaluation/search.py:search",
     "ippon/evaluation/trial.py:_row",
     "ippon/mapping/objects/voxel_update.py:update_by_images",

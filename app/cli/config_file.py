@@ -5,8 +5,8 @@ from dataclasses import is_dataclass, replace
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
-from app.cli.options.commands import Demo, Navigate
 from app.cli.options.evaluation import EvalRun
+from app.cli.options.nodes import Demo, Navigate
 from app.configuration import ConfigurationError, changed, read_file
 from app.errors import UsageError
 from app.nodes.navigator.config import NavigatorConfig

@@ -1,1 +1,1 @@
-"""Runs evaluations: workers, the folder of results, plots and the report."""
+"""Runs evaluations and stores their rows."""

@@ -4,15 +4,7 @@ from pathlib import Path
 from typing import Final
 
 from app.messages import keys
-from app.messages.control import (
-    Event,
-    GoalStatus,
-    LevelRow,
-    LevelTable,
-    Status,
-    Timings,
-    encode,
-)
+from app.messages.control import encode
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import (
     StampedTransform,
@@ -20,6 +12,14 @@ from app.messages.motion import (
     encode_transforms,
 )
 from app.messages.scene import encode_voxels
+from app.messages.status import (
+    Event,
+    GoalStatus,
+    LevelRow,
+    LevelTable,
+    Status,
+    Timings,
+)
 from app.nodes.navigator.map_publisher import cloud_of, plan_messages
 from app.nodes.navigator.status_report import find_report
 from app.recording.writing.limits import RecordingLimits

@@ -8,8 +8,6 @@ from typing import Any
 from app.evaluation.config import EvaluationConfig
 from app.evaluation.errors import EvaluationError
 from app.evaluation.observer import EvaluationObserver
-from app.evaluation.process_workers import ProcessWorkers, Workers
-from app.evaluation.ray_workers import RayWorkers
 from app.evaluation.results_folder import EvaluationFolder
 from app.evaluation.setup import (
     catalogue_of,
@@ -19,7 +17,9 @@ from app.evaluation.setup import (
     trial_of,
 )
 from app.evaluation.version import version_text
-from app.evaluation.worker import Job, WorkerSetup, list_home, run_job
+from app.evaluation.workers.process_workers import ProcessWorkers, Workers
+from app.evaluation.workers.ray_workers import RayWorkers
+from app.evaluation.workers.worker import Job, WorkerSetup, list_home, run_job
 from app.homes import expand_homes
 from ippon.evaluation.catalogue import Dropped, EpisodeSpec, draw_episodes, home_name
 from ippon.evaluation.methods.method_table import method_named

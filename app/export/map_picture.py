@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from app.export.geometry import ExportColor, colors_of
-from app.messages.scene import Detection
+from app.messages.scene import FoundObject
 from app.view.colors import FOUND, ORANGE, ROBOT
 from app.view.model.scene_model import SceneModel
 from app.view.model.voxel_store import ATTRIBUTES
@@ -21,7 +21,7 @@ MARGIN_PX: Final = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Frame:
+class PictureExtent:
     """What part of the floor a picture shows."""
 
     low: tuple[float, float]
@@ -37,13 +37,15 @@ class Frame:
         return u, v
 
 
-def frame_of(indices: NDArray[np.int64], voxel_m: float, longest_px: int) -> Frame:
+def extent_of(indices: NDArray[np.int64], voxel_m: float, longest_px: int) -> PictureExtent:
     """Return the picture that shows all of a map."""
     low = indices[:, :2].min(axis=0) * voxel_m
     extent = (indices[:, :2].max(axis=0) + 1) * voxel_m - low
     scale = (longest_px - 2 * MARGIN_PX) / max(float(extent.max()), 1.0)
     width, height = (2 * math.ceil((e * scale + 2 * MARGIN_PX) / 2) for e in extent.tolist())
-    return Frame(low=(float(low[0]), float(low[1])), pixels_per_m=scale, size=(width, height))
+    return PictureExtent(
+        low=(float(low[0]), float(low[1])), pixels_per_m=scale, size=(width, height)
+    )
 
 
 class MapFromAbove:
@@ -53,7 +55,7 @@ class MapFromAbove:
         self,
         indices: NDArray[np.int64],
         voxel_m: float,
-        frame: Frame,
+        frame: PictureExtent,
         mode: ExportColor = "camera",
     ) -> None:
         """Begin empty.
@@ -125,7 +127,9 @@ class MapFromAbove:
         return image
 
 
-def draw_map(scene: SceneModel, frame: Frame, mode: ExportColor = "camera") -> NDArray[np.uint8]:
+def draw_map(
+    scene: SceneModel, frame: PictureExtent, mode: ExportColor = "camera"
+) -> NDArray[np.uint8]:
     """Draw what the scene shows, seen from above, (H, W, 3)."""
     image = Image.new("RGB", frame.size, GROUND)
     indices, attributes = scene.voxels.all_voxels()
@@ -136,7 +140,7 @@ def draw_map(scene: SceneModel, frame: Frame, mode: ExportColor = "camera") -> N
     return draw_things(image, scene, frame)
 
 
-def draw_things(image: Image.Image, scene: SceneModel, frame: Frame) -> NDArray[np.uint8]:
+def draw_things(image: Image.Image, scene: SceneModel, frame: PictureExtent) -> NDArray[np.uint8]:
     """Draw the robot's way, what it found, and the robot over a map, (H, W, 3)."""
     draw = ImageDraw.Draw(image)
     points = [frame.place(x, y) for x, y, _ in scene.trail_world]
@@ -149,7 +153,7 @@ def draw_things(image: Image.Image, scene: SceneModel, frame: Frame) -> NDArray[
 
 
 def _draw_finds(
-    draw: ImageDraw.ImageDraw, scene: SceneModel, frame: Frame, finds: Sequence[Detection]
+    draw: ImageDraw.ImageDraw, scene: SceneModel, frame: PictureExtent, finds: Sequence[FoundObject]
 ) -> None:
     boxes = [(d.center_world, d.size_m, ORANGE) for d in finds]
     report = scene.status.find if scene.status is not None else None
@@ -162,7 +166,9 @@ def _draw_finds(
         draw.rectangle((u0, v0, u1, v1), outline=color, width=3)
 
 
-def _draw_robot(draw: ImageDraw.ImageDraw, T_world_base: NDArray[np.float64], frame: Frame) -> None:
+def _draw_robot(
+    draw: ImageDraw.ImageDraw, T_world_base: NDArray[np.float64], frame: PictureExtent
+) -> None:
     x, y = T_world_base[:2, 3].tolist()
     radius = 0.25 * frame.pixels_per_m
     u, v = frame.place(x, y)

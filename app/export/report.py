@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from app.export.line_plot import line_plot
-from app.export.map_picture import draw_map, frame_of
+from app.export.map_picture import draw_map, extent_of
 from app.export.session_data import SessionData
 from app.messages import keys
 from app.messages.cdr import MessageError
@@ -158,7 +158,7 @@ def _map(session: SessionData) -> str:
     voxel_m = session.scene.voxel_size_m
     if voxel_m is None or not len(indices):
         return "<h2>Map</h2><p>No map was recorded.</p>"
-    frame = frame_of(indices, voxel_m, MAP_PX)
+    frame = extent_of(indices, voxel_m, MAP_PX)
     pictures = [
         ("As the camera saw it, with the robot's way", draw_map(session.scene, frame)),
         ("Where the object is likely", draw_map(session.scene, frame, "ooi")),

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from app.export.session_data import SessionData, Trajectory
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.scene import Detection, decode_detections
+from app.messages.scene import FoundObject, decode_found_objects
 
 
 def write_tum(session: SessionData, path: Path) -> None:
@@ -54,7 +54,7 @@ def write_finds(session: SessionData, path: Path) -> None:
     detections: list[dict[str, object]] = []
     for message in session.recording.all_messages((keys.DETECTIONS,)):
         try:
-            stamp_ns, found = decode_detections(message.payload)
+            stamp_ns, found = decode_found_objects(message.payload)
         except MessageError:
             # What cannot be read is no detection.
             continue
@@ -68,7 +68,7 @@ def write_finds(session: SessionData, path: Path) -> None:
     path.write_bytes(msgspec.json.format(msgspec.json.encode(content)))
 
 
-def _entry(detection: Detection) -> dict[str, object]:
+def _entry(detection: FoundObject) -> dict[str, object]:
     return {
         "label": detection.label,
         "probability": round(detection.probability, 4),

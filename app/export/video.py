@@ -9,7 +9,7 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from app.export.map_picture import MapFromAbove, draw_things, frame_of
+from app.export.map_picture import MapFromAbove, draw_things, extent_of
 from app.export.session_data import OnProgress, SessionData, need_map, no_progress
 from app.messages import keys
 from app.messages.cdr import MessageError
@@ -57,7 +57,7 @@ def write_scene_video(
 def _scene_pictures(session: SessionData) -> Pictures:
     recording = session.recording
     indices, _, voxel_m = need_map(session)
-    frame = frame_of(indices, voxel_m, SCENE_PX)
+    frame = extent_of(indices, voxel_m, SCENE_PX)
     above = MapFromAbove(indices, voxel_m, frame)
     scene = SceneModel()
     reader = SceneReader(scene)

@@ -67,7 +67,7 @@ class VoxelCloud:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Detection:
+class FoundObject:
     """A found object as a box in the world."""
 
     label: str
@@ -184,8 +184,8 @@ def decode_tree(payload: bytes) -> tuple[int, TreeView]:
     )
 
 
-def encode_detections(
-    detections: Iterable[Detection], stamp_ns: int, frame_id: str = "map"
+def encode_found_objects(
+    detections: Iterable[FoundObject], stamp_ns: int, frame_id: str = "map"
 ) -> bytes:
     """Write a Detection3DArray."""
     top = header(stamp_ns, frame_id)
@@ -194,7 +194,7 @@ def encode_detections(
     )
 
 
-def decode_detections(payload: bytes) -> tuple[int, tuple[Detection, ...]]:
+def decode_found_objects(payload: bytes) -> tuple[int, tuple[FoundObject, ...]]:
     """Read a Detection3DArray and its stamp in nanoseconds.
 
     Raises:
@@ -221,7 +221,7 @@ def _voxel_fields() -> list[Any]:
     ]
 
 
-def _detection_message(detection: Detection, top: Any) -> Any:
+def _detection_message(detection: FoundObject, top: Any) -> Any:
     position = make(
         "geometry_msgs/msg/Point", **dict(zip("xyz", detection.center_world, strict=True))
     )
@@ -251,7 +251,7 @@ def _detection_message(detection: Detection, top: Any) -> Any:
     )
 
 
-def _read_detection(message: Any) -> Detection:
+def _read_detection(message: Any) -> FoundObject:
     center, size = message.bbox.center.position, message.bbox.size
     numbers = (center.x, center.y, center.z, size.x, size.y, size.z)
     check_positions(np.array(numbers), "detection")
@@ -260,7 +260,7 @@ def _read_detection(message: Any) -> Detection:
     hypothesis = message.results[0].hypothesis
     if not math.isfinite(hypothesis.score):
         raise MessageError("the score of a detection is not finite")
-    return Detection(
+    return FoundObject(
         label=hypothesis.class_id,
         probability=hypothesis.score,
         center_world=(center.x, center.y, center.z),

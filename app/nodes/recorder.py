@@ -15,8 +15,9 @@ import zenoh
 from app.links.network.requests import RequestRefusedError, last_message, serve
 from app.links.network.session import LinkError, open_client
 from app.messages import keys
-from app.messages.control import Event, encode
+from app.messages.control import encode
 from app.messages.recording import RecordingStatus, RecordRequest
+from app.messages.status import Event
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.recording.errors import RecordingError
 from app.recording.notes import Note, add_note

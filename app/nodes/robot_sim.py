@@ -16,9 +16,7 @@ from app.links.network.session import open_client
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.control import SegmentationLabels
 from app.messages.control import decode as decode_json
-from app.messages.heatmaps import encode_heatmap
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import (
     StampedTransform,
@@ -28,6 +26,8 @@ from app.messages.motion import (
     encode_flag,
     encode_transforms,
 )
+from app.messages.perception.heatmaps import encode_heatmap
+from app.messages.status import SegmentationLabels
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from ippon.command import Command
 from ippon.frame import NANOSECONDS, Frame

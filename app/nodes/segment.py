@@ -14,12 +14,13 @@ from app.links.network.session import LinkError, open_client
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.control import SegmentationLabels, decode
-from app.messages.detection_masks import encode_masks
-from app.messages.detections import encode_detections
-from app.messages.detector_info import encode_detector_name, encode_label_names
-from app.messages.heatmaps import encode_heatmap
+from app.messages.control import decode
 from app.messages.images import CompressedColor, decode_color, decompress_color
+from app.messages.perception.detection_masks import encode_masks
+from app.messages.perception.detections import encode_detections
+from app.messages.perception.detector_info import encode_detector_name, encode_label_names
+from app.messages.perception.heatmaps import encode_heatmap
+from app.messages.status import SegmentationLabels
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from ippon.observation import Detections, Heatmap
 from ippon.segmentation.detectors.vocabulary import closed_vocabulary, refusal_of

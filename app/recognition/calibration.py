@@ -57,7 +57,7 @@ class Calibrated:
         )
 
 
-class Recording:
+class CalibrationRecording:
     """What a network says of a recording in which some objects are known.
 
     Args:
@@ -133,7 +133,7 @@ def read_known_objects(path: Path) -> KnownObjects:
         raise KnownObjectsError(f"{path}: {error}") from error
 
 
-def calibrate(recordings: Sequence[Recording], labels: int) -> Calibrated:
+def calibrate(recordings: Sequence[CalibrationRecording], labels: int) -> Calibrated:
     """Fit a model to recordings that were read.
 
     It is tested on each recording with the others, or, of a single one, on each half with the
@@ -188,7 +188,7 @@ def calibrate(recordings: Sequence[Recording], labels: int) -> Calibrated:
 
 
 def _folds(
-    recordings: Sequence[Recording], every: list[list[Evidence]]
+    recordings: Sequence[CalibrationRecording], every: list[list[Evidence]]
 ) -> list[tuple[str, list[Evidence], list[Evidence]]]:
     """Return what is held out, what is fitted to, and what is tested on."""
     if len(recordings) == 1:
@@ -201,7 +201,7 @@ def _folds(
 
 
 def _provenance(
-    recordings: Sequence[Recording], objects: dict[str, int], folds: Sequence[Fold]
+    recordings: Sequence[CalibrationRecording], objects: dict[str, int], folds: Sequence[Fold]
 ) -> str:
     names = ", ".join(one.name for one in recordings)
     counts = ", ".join(f"{n} {label}" for label, n in sorted(objects.items()) if n)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from app.links.frames.assembler import FrameAssembler, assemble
+from app.links.robot_streams.assembler import FrameAssembler, assemble
 from app.messages.cdr import MessageError
 from app.nodes.replay.datasets import Dataset, DatasetError, open_dataset, read_color, read_depth
 from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_on_base

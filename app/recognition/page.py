@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.recognition.explanation import Explanation, Sighting, best_detection, explain
+from app.recognition.find_evidence import FindEvidence, Sighting, best_detection, explain
 from app.recognition.frames import FrameSource
 from app.recognition.pictures import crop, plan
 from app.recognition.recognition import FIND_THRESHOLD, RecognisedFind, Recognition, in_own_world
@@ -32,7 +32,7 @@ class _Section:
 
     name: str
     finds: list[RecognisedFind]
-    explanations: list[Explanation]
+    explanations: list[FindEvidence]
     best: Sighting | None
     """The highest score of an object that was not found."""
 
@@ -159,7 +159,7 @@ def _section(
 def _find(
     number: int,
     find: RecognisedFind,
-    why: Explanation,
+    why: FindEvidence,
     images: Mapping[int, NDArray[np.uint8]],
 ) -> str:
     x, y, z = find.position_world
@@ -171,7 +171,7 @@ def _find(
     )
 
 
-def _reasons(why: Explanation) -> str:
+def _reasons(why: FindEvidence) -> str:
     if not why.places:
         return ""
     total = why.prior_nats + sum(one.nats for one in why.places)

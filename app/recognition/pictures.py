@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from app.recognition.explanation import Sighting
+from app.recognition.find_evidence import Sighting
 from ippon.mapping.arrays import BLOCK_EDGE
 from ippon.mapping.voxel_map import VoxelMap
 

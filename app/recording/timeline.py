@@ -12,8 +12,9 @@ import zstandard
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.control import Event, LevelTable, Status, decode
+from app.messages.control import decode
 from app.messages.motion import StampedTransform, decode_transforms
+from app.messages.status import Event, LevelTable, Status
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 

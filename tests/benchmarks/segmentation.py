@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.messages.heatmaps import decode_heatmap, encode_heatmap
+from app.messages.perception.heatmaps import decode_heatmap, encode_heatmap
 from ippon.camera import PinholeCamera
 from ippon.observation import Heatmap
 from ippon.robot import ZED

@@ -3,12 +3,12 @@
 import sys
 
 from app.cli.options.evaluation import EvalReplay
-from app.evaluation.replay import replay_episode
+from app.evaluation.rerun import rerun_episode
 
 
 def run_eval_replay(command: EvalReplay) -> int:
     """Run the episode, say whether it went as before, and print the recording's folder."""
-    replay = replay_episode(command.folder, command.episode, command.method, _tell)
+    replay = rerun_episode(command.folder, command.episode, command.method, _tell)
     if replay.differences:
         _tell(
             f"not the search of the row: {', '.join(replay.differences)} differ; the row was made "

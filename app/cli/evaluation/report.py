@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from app.cli.options.evaluation import EvalReport
-from app.evaluation.report import read_report_data, write_report
+from app.evaluation.report.report_files import read_report_data, write_report
 from ippon.evaluation.summary import REFERENCE, Comparison, Effect, MethodSummary
 
 

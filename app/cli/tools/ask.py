@@ -8,7 +8,7 @@ import time
 import msgspec
 import zenoh
 
-from app.cli.options.commands import Ask
+from app.cli.options.tools import Ask
 from app.cli.tools.levels import check_query
 from app.cli.tools.levels_table import as_json, print_levels, print_question, printable, said_by
 from app.errors import UsageError
@@ -20,16 +20,14 @@ from app.links.network.subscription import is_alive, subscribe
 from app.messages import keys
 from app.messages.control import (
     Accepted,
-    GoalStatus,
-    LevelTable,
     SearchAccepted,
     SearchRequest,
     SentenceReading,
     SentenceRequest,
-    Status,
     VocabularyRequest,
     decode,
 )
+from app.messages.status import GoalStatus, LevelTable, Status
 from ippon.guidance.language.sentence import is_name
 from ippon.guidance.levels import Level
 

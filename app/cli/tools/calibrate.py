@@ -10,14 +10,14 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Calibrate
-from app.cli.processes.segment import segmenter_of
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError
 from app.recognition.calibration import (
     Calibrated,
     CalibrationError,
-    Recording,
+    CalibrationRecording,
     calibrate,
     read_known_objects,
 )
@@ -45,7 +45,9 @@ def run_calibrate(command: Calibrate) -> int:
         segmenter = segmenter_of(command.segmentation)
         told = _told(segmenter, every, labels)
         recordings = [
-            Recording(source, one, [name for name in one.labels if name in told], command.voxel_m)
+            CalibrationRecording(
+                source, one, [name for name in one.labels if name in told], command.voxel_m
+            )
             for source, one in zip(sources, known, strict=True)
         ]
         _read(recordings, segmenter, labels)
@@ -77,7 +79,9 @@ def _told(segmenter: Segmenter, names: Sequence[str], labels: Sequence[str]) -> 
     return told
 
 
-def _read(recordings: Sequence[Recording], segmenter: Segmenter, labels: Sequence[str]) -> None:
+def _read(
+    recordings: Sequence[CalibrationRecording], segmenter: Segmenter, labels: Sequence[str]
+) -> None:
     with Progress(console=Console(file=sys.stderr), transient=True) as progress:
         for one in recordings:
             task = progress.add_task(one.name, total=one.source.count)

@@ -1,7 +1,7 @@
 """`ippon config`: prints the configuration with explanations, or checks a file."""
 
 from app.cli.config_file import SET_ELSEWHERE, check_tree, read_config
-from app.cli.options.commands import Config
+from app.cli.options.tools import Config
 from app.configuration import as_yaml, differences
 from app.nodes.navigator.config import NavigatorConfig
 

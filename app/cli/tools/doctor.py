@@ -9,8 +9,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from app.cli.options.commands import Doctor
-from app.cli.processes.segment import config_of, models_folder
+from app.cli.nodes.segment import config_of, models_folder
+from app.cli.options.tools import Doctor
 from app.cli.tools.doctor_file import run_file_doctor
 from app.doctor.checks import Finding, Verdict, check_machine, check_segmentation
 from app.errors import UsageError

@@ -9,7 +9,7 @@ from typing import Final
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from app.cli.options.commands import Export
+from app.cli.options.tools import Export
 from app.errors import UsageError
 from app.export.geometry import write_faces, write_points
 from app.export.mesh import write_mesh

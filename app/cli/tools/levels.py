@@ -5,7 +5,7 @@ import time
 
 import msgspec
 
-from app.cli.options.commands import Levels
+from app.cli.options.tools import Levels
 from app.cli.tools.language_model import make_model
 from app.cli.tools.levels_table import as_json, print_levels, print_question, said_by
 from app.errors import UsageError

@@ -4,7 +4,7 @@ import math
 import sys
 from typing import TYPE_CHECKING
 
-from app.cli.options.commands import Profile
+from app.cli.options.tools import Profile
 from app.cli.tools.save_picture import save_picture
 from app.errors import UsageError
 from app.robot_file import PROFILES, RobotFileError, read_profile, template

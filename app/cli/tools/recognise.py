@@ -8,8 +8,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
+from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Recognise
-from app.cli.processes.segment import segmenter_of
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError
 from app.recognition.frames import open_source

@@ -3,7 +3,7 @@
 import getpass
 import sys
 
-from app.cli.options.commands import User
+from app.cli.options.tools import User
 from app.errors import UsageError
 from app.nodes.console.web.accounts import AccountError, add_account
 

@@ -4,19 +4,22 @@ import logging
 import os
 import socket
 import ssl
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Final
 
 import uvicorn
 from starlette.types import ASGIApp
 
+from app.nodes.console.config import (
+    LOOPBACK,
+    PASSWORD_VARIABLE,
+    ConsoleConfig,
+    ConsoleError,
+)
 from app.nodes.console.link.commands import Controller
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.scene.scene_thread import EVERY, SceneThread
 from app.nodes.console.scene.state_feed import StateFeed
-from app.nodes.console.web.access import LOOPBACK, LoginAccess, OpenAccess
+from app.nodes.console.web.access import LoginAccess, OpenAccess
 from app.nodes.console.web.accounts import AccountError, Accounts, load_accounts, one_account
 from app.nodes.console.web.browsers import Browsers
 from app.nodes.console.web.connections import BoundedProtocol
@@ -30,56 +33,6 @@ from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
 
 logger = logging.getLogger(__name__)
-
-PASSWORD_VARIABLE: Final = "IPPON_CONSOLE_PASSWORD"  # noqa: S105 (a name, not a password)
-"""Password of the single user "operator", used when there is no file of users."""
-
-
-class ConsoleError(Exception):
-    """The console cannot start; the text says how to fix it."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ConsoleConfig:
-    """Endpoint of the navigator, and address, port and users of the page."""
-
-    connect: str = "tcp/127.0.0.1:7447"
-    """zenoh endpoint of the navigator."""
-    robot: str = "ippon"
-    """Key prefix of the robot."""
-    host: str = "127.0.0.1"
-    """Address that the page is served on; any except loopback needs users."""
-    port: int = 8080
-    """Port of the page; 0 takes any free one."""
-    users: Path | None = None
-    """File of users; with one, every browser must log in, also on this machine."""
-    tls_certificate: Path | None = None
-    """PEM file with the certificate, and those between it and the root."""
-    tls_key: Path | None = None
-    """PEM file with its private key."""
-    names: tuple[str, ...] = ()
-    """Further host names that the console answers to."""
-
-    def __post_init__(self) -> None:
-        """Reject settings that would serve the page to everyone, and invalid values."""
-        if self.host not in LOOPBACK and not self.has_login:
-            raise ConsoleError(
-                f"on {self.host!r} the console requires a login: make a file of users with `ippon "
-                f"user NAME --users FILE` and start it with --users FILE, or set "
-                f"{PASSWORD_VARIABLE}. Without a login, from another machine: ssh -L "
-                f"{self.port}:127.0.0.1:{self.port}"
-            )
-        if (self.tls_certificate is None) != (self.tls_key is None):
-            raise ConsoleError("TLS needs both a certificate and its key: --tls-cert and --tls-key")
-        if not 0 <= self.port <= 65535:
-            raise ConsoleError(f"a port lies in 0 to 65535; got {self.port}")
-        if not self.robot or any(c in self.robot for c in "*$?# "):
-            raise ConsoleError(f"a robot's key prefix has no wildcard or space; got {self.robot!r}")
-
-    @property
-    def has_login(self) -> bool:
-        """Whether a login is required."""
-        return self.users is not None or bool(os.environ.get(PASSWORD_VARIABLE))
 
 
 def run_console(config: ConsoleConfig) -> None:
@@ -146,7 +99,7 @@ def _gateway(
     hosts = Hosts(config.host, config.names)
     if accounts is None:
         return Gateway(viser_server, state_feed, controller, OpenAccess(browsers), hosts)
-    access = LoginAccess(browsers, is_secure=config.tls_certificate is not None)
+    access = LoginAccess(browsers, is_secure=config.tls_cert is not None)
     login = LoginPages(access, accounts)
     return Gateway(viser_server, state_feed, controller, access, hosts, login)
 
@@ -162,7 +115,7 @@ def _accounts(config: ConsoleConfig) -> Accounts | None:
 
 
 def _tls(config: ConsoleConfig) -> ssl.SSLContext | None:
-    certificate, key = config.tls_certificate, config.tls_key
+    certificate, key = config.tls_cert, config.tls_key
     if certificate is None or key is None:
         return None
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)

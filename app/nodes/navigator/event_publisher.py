@@ -7,7 +7,8 @@ import zenoh
 
 from app.links.network.sender import Sender
 from app.messages import keys
-from app.messages.control import Event, encode
+from app.messages.control import encode
+from app.messages.status import Event
 from app.nodes.navigator.state.goal_queue import GoalQueue
 
 logger = logging.getLogger(__name__)

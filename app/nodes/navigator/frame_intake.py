@@ -8,10 +8,10 @@ from typing import Any, Final
 
 import zenoh
 
-from app.links.frames.assembler import FrameAssembler, assemble
-from app.links.frames.robot_detector import RobotDetector
-from app.links.frames.stream_monitor import StreamMonitor
 from app.links.network.subscription import subscribe
+from app.links.robot_streams.assembler import FrameAssembler, assemble
+from app.links.robot_streams.robot_detector import RobotDetector
+from app.links.robot_streams.stream_monitor import StreamMonitor
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color

@@ -12,9 +12,16 @@ import zenoh
 from app.links.network.latched_topic import LatchedTopic
 from app.links.network.sender import Sender
 from app.messages import keys
-from app.messages.control import FarEvidenceCells, encode
+from app.messages.control import encode
 from app.messages.motion import StampedPath, encode_path
-from app.messages.scene import Detection, VoxelCloud, encode_detections, encode_tree, encode_voxels
+from app.messages.scene import (
+    FoundObject,
+    VoxelCloud,
+    encode_found_objects,
+    encode_tree,
+    encode_voxels,
+)
+from app.messages.status import FarEvidenceCells
 from ippon.mapping.objects.surface_changes import SurfaceDelta, SurfaceTracker
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.snapshot import Find, Snapshot
@@ -133,7 +140,7 @@ def plan_messages(snapshot: Snapshot, before: Snapshot | None) -> Iterator[tuple
     yield keys.PLAN_PATH, encode_path(StampedPath(stamp_ns=stamp, points_world=path))
     label = snapshot.goal.object if snapshot.goal is not None else ""
     finds = [detection_of(find, label) for find in snapshot.candidates[:MAX_DETECTIONS]]
-    yield keys.DETECTIONS, encode_detections(finds, stamp)
+    yield keys.DETECTIONS, encode_found_objects(finds, stamp)
     if before is not None and _same_far_evidence(before, snapshot):
         return
     rows: list[list[float]] = np.round(snapshot.far_evidence.astype(np.float64), 3).tolist()
@@ -170,9 +177,9 @@ def _reply(query: zenoh.Query, key: str, payload: bytes) -> None:
         query.reply(key, payload)
 
 
-def detection_of(find: Find, label: str) -> Detection:
+def detection_of(find: Find, label: str) -> FoundObject:
     """Return a find as a message."""
-    return Detection(
+    return FoundObject(
         label=label,
         probability=find.probability,
         center_world=find.position_world,

@@ -8,9 +8,9 @@ from typing import Final
 
 import zenoh
 
-from app.links.frames.robot_detector import RobotDetector
 from app.links.language_model.interface import LanguageModelInterface
 from app.links.network.sender import Sender
+from app.links.robot_streams.robot_detector import RobotDetector
 from app.messages import keys
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.config import NavigatorConfig

@@ -8,7 +8,8 @@ import zenoh
 from app.links.network.latched_topic import LatchedTopic
 from app.links.network.sender import Sender
 from app.messages import keys
-from app.messages.control import SegmentationLabels, Status, encode
+from app.messages.control import encode
+from app.messages.status import SegmentationLabels, Status
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.state.goal_queue import PlannedSearch
 from app.nodes.navigator.status_report import level_table

@@ -4,7 +4,9 @@ import time
 from collections import deque
 from typing import Final
 
-from app.messages.control import (
+from app.messages.driving import DriveStatus
+from app.messages.lease import LeaseStatus
+from app.messages.status import (
     FindReport,
     LevelRow,
     LevelTable,
@@ -12,8 +14,6 @@ from app.messages.control import (
     Status,
     Timings,
 )
-from app.messages.driving import DriveStatus
-from app.messages.lease import LeaseStatus
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.frame_intake import FrameIntake, Stopwatch
 from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Final
 
-from app.links.frames.assembler import FrameAssembler, assemble
+from app.links.robot_streams.assembler import FrameAssembler, assemble
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.recording.reading.recording import Recording

@@ -2,8 +2,8 @@
 
 from typing import Any, NoReturn
 
-from app.messages.control import Status
 from app.messages.lease import LeaseStatus
+from app.messages.status import Status
 from app.nodes.console.critical_thread import OnFailure
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.link.navigator_link import NavigatorLink

@@ -11,7 +11,7 @@ from typing import Final, Literal
 
 import msgspec
 
-from app.messages.control import GoalStatus
+from app.messages.status import GoalStatus
 from app.nodes.console.critical_thread import OnFailure, critical_thread
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.review.player import Emit, Player

@@ -8,21 +8,14 @@ from typing import Final
 
 import msgspec
 
-from app.links.frames.assembler import FrameAssembler, assemble
-from app.links.frames.robot_detector import RobotDetector
+from app.links.robot_streams.assembler import FrameAssembler, assemble
+from app.links.robot_streams.robot_detector import RobotDetector
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.control import (
-    Event,
-    LevelRow,
-    LevelTable,
-    Status,
-    Timings,
-    decode,
-    encode,
-)
+from app.messages.control import decode, encode
 from app.messages.motion import decode_twist
 from app.messages.scene import encode_voxels
+from app.messages.status import Event, LevelRow, LevelTable, Status, Timings
 from app.nodes.navigator.map_publisher import cloud_of, plan_messages
 from app.nodes.navigator.status_report import find_report
 from app.nodes.review.frames import FUSED

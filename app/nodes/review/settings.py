@@ -7,7 +7,7 @@ from typing import Final
 import msgspec
 
 from app.configuration import ConfigurationError, changed, parse_changes
-from app.messages.control import LevelTable
+from app.messages.status import LevelTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording

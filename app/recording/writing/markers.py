@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 
 from app.messages.cdr import encode, header, make
-from app.messages.scene import Detection
+from app.messages.scene import FoundObject
 from app.recording.channels import MARKERS_TYPE
 from ippon.planning.plan import TreeView
 
@@ -17,7 +17,7 @@ _WAY: Final = (0.35, 0.5, 0.95)
 _FIND: Final = (0.0, 0.62, 0.45)
 
 
-def encode_markers(tree: TreeView | None, finds: tuple[Detection, ...], stamp_ns: int) -> bytes:
+def encode_markers(tree: TreeView | None, finds: tuple[FoundObject, ...], stamp_ns: int) -> bytes:
     """Write the edges of the tree as lines and each find as a box.
 
     Args:
@@ -37,7 +37,7 @@ def _edges(tree: TreeView, stamp_ns: int) -> Any:
     return _marker("tree", 0, _LINES, stamp_ns, points=points, scale=(0.02, 0.0, 0.0), rgb=_WAY)
 
 
-def _box(number: int, find: Detection, stamp_ns: int) -> Any:
+def _box(number: int, find: FoundObject, stamp_ns: int) -> Any:
     return _marker(
         "finds", number, _CUBE, stamp_ns, at=find.center_world, scale=find.size_m, rgb=_FIND
     )

@@ -19,7 +19,7 @@ from PIL import Image
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color, decompress_color
-from app.messages.scene import decode_detections, decode_tree
+from app.messages.scene import decode_found_objects, decode_tree
 from app.recording.channels import MARKERS_KEY
 from app.recording.timeline import (
     TIMELINE_ATTACHMENT,
@@ -132,7 +132,7 @@ class Session:
     def _add_markers(self, wall_ns: int, now_s: float) -> None:
         try:
             stamp_ns, tree = decode_tree(self._tree or b"")
-            finds = decode_detections(self._finds)[1] if self._finds is not None else ()
+            finds = decode_found_objects(self._finds)[1] if self._finds is not None else ()
         except MessageError:
             # Undecodable messages have no markers; their bytes are recorded.
             return

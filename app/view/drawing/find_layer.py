@@ -5,8 +5,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from app.messages.control import FindReport
-from app.messages.scene import Detection
+from app.messages.scene import FoundObject
+from app.messages.status import FindReport
 from app.view.colors import FOUND, ORANGE, Rgb, linear
 from app.view.model.candidates import Candidate
 
@@ -26,7 +26,7 @@ _SIGNS: Final = np.array(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Mark:
+class ObjectMark:
     """A box in the world and what is written above it."""
 
     center_world: tuple[float, float, float]
@@ -45,15 +45,15 @@ class FindLayer:
         self._boxes: list[Any] = []
         self._labels: list[Any] = []
 
-    def draw(self, marks: tuple[Mark, ...], visible: bool, named: bool = True) -> None:
-        """Mark these objects and no others."""
+    def draw(self, marks: tuple[ObjectMark, ...], visible: bool, named: bool = True) -> None:
+        """ObjectMark these objects and no others."""
         shown = marks[:_SHOWN] if visible else ()
         for n, mark in enumerate(shown):
             self._draw_mark(n, mark, named)
         for handle in (*self._boxes[len(shown) :], *self._labels[len(shown) :]):
             handle.visible = False
 
-    def _draw_mark(self, n: int, mark: Mark, named: bool) -> None:
+    def _draw_mark(self, n: int, mark: ObjectMark, named: bool) -> None:
         center = np.array(mark.center_world, dtype=np.float32)
         half = np.array(mark.size_m, dtype=np.float32) * 0.5 + _MARGIN_M
         corners = center + _SIGNS * half
@@ -75,18 +75,18 @@ class FindLayer:
 
 def marks_of(
     report: FindReport | None,
-    detections: tuple[Detection, ...],
+    detections: tuple[FoundObject, ...],
     rejected: tuple[FindReport, ...] = (),
-) -> tuple[Mark, ...]:
-    """Mark the find and the likely places, the likeliest first.
+) -> tuple[ObjectMark, ...]:
+    """ObjectMark the find and the likely places, the likeliest first.
 
     Places in the find are left out, and what was rejected.
     """
-    marks: list[Mark] = []
+    marks: list[ObjectMark] = []
     detections = tuple(d for d in detections if not any(_is_ruled_out(d, r) for r in rejected))
     if report is not None:
         marks.append(
-            Mark(
+            ObjectMark(
                 center_world=report.position_world,
                 size_m=report.size_m,
                 text=f"{report.object.replace('_', ' ')} {report.probability:.0%}",
@@ -97,7 +97,7 @@ def marks_of(
     for detection in sorted(detections, key=lambda d: -d.probability):
         text = f"{detection.label.replace('_', ' ')}? {detection.probability:.0%}"
         marks.append(
-            Mark(
+            ObjectMark(
                 center_world=detection.center_world,
                 size_m=detection.size_m,
                 text=text if _has_room(detection, marks) else "",
@@ -107,10 +107,10 @@ def marks_of(
     return tuple(marks)
 
 
-def places_of(candidates: tuple[Candidate, ...]) -> tuple[Mark, ...]:
-    """Mark the places that a search without a find lists, under their numbers."""
+def places_of(candidates: tuple[Candidate, ...]) -> tuple[ObjectMark, ...]:
+    """ObjectMark the places that a search without a find lists, under their numbers."""
     return tuple(
-        Mark(
+        ObjectMark(
             center_world=candidate.point_world,
             size_m=(_PLACE_M, _PLACE_M, _PLACE_M),
             text=f"{n}: {candidate.probability:.0%}",
@@ -120,18 +120,18 @@ def places_of(candidates: tuple[Candidate, ...]) -> tuple[Mark, ...]:
     )
 
 
-def _is_ruled_out(detection: Detection, rejected: FindReport) -> bool:
+def _is_ruled_out(detection: FoundObject, rejected: FindReport) -> bool:
     reach = 0.5 * float(np.linalg.norm(rejected.size_m)) + _REJECTED_M
     offset = np.subtract(detection.center_world, rejected.position_world)
     return float(np.linalg.norm(offset)) <= reach
 
 
-def _is_part_of(detection: Detection, report: FindReport) -> bool:
+def _is_part_of(detection: FoundObject, report: FindReport) -> bool:
     offset = np.abs(np.subtract(detection.center_world, report.position_world))
     return bool((offset <= np.maximum(0.5 * np.array(report.size_m), _SAME_M)).all())
 
 
-def _has_room(detection: Detection, marks: list[Mark]) -> bool:
+def _has_room(detection: FoundObject, marks: list[ObjectMark]) -> bool:
     return all(
         np.linalg.norm(np.subtract(detection.center_world, mark.center_world)) >= _APART_M
         for mark in marks

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from app.view.drawing.derived_layers import DerivedLayers
-from app.view.drawing.find_layer import FindLayer, Mark, marks_of, places_of
+from app.view.drawing.find_layer import FindLayer, ObjectMark, marks_of, places_of
 from app.view.drawing.overlay_layer import OverlayLayer
 from app.view.drawing.robot_layer import RobotLayer
 from app.view.drawing.tree_layer import TreeLayer
@@ -145,7 +145,7 @@ class ViserScene:
             self._robot.draw_image(model.image.encoded)
 
 
-def _marks(model: SceneModel) -> tuple[Mark, ...]:
+def _marks(model: SceneModel) -> tuple[ObjectMark, ...]:
     status = model.status
     if status is not None and status.state == "exhausted":
         return places_of(model.candidates())

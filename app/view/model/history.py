@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.messages.control import Status
+from app.messages.status import Status
 
 _PERIOD_NS: Final = 500_000_000
 _LIMIT: Final = 1200

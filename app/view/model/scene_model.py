@@ -11,12 +11,18 @@ from typing import Final, Literal
 
 import numpy as np
 
-from app.messages.control import Event, FarEvidenceCells, FindReport, LevelTable, Status
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.recording import RecordingStatus
-from app.messages.scene import Detection, VoxelCloud
+from app.messages.scene import FoundObject, VoxelCloud
+from app.messages.status import (
+    Event,
+    FarEvidenceCells,
+    FindReport,
+    LevelTable,
+    Status,
+)
 from app.view.model.candidates import Candidate, best_candidates
 from app.view.model.history import History
 from app.view.model.picture_store import PictureStore
@@ -73,7 +79,7 @@ class SceneModel:
         self.status: Status | None = None
         self.proximity: LevelTable | None = None
         self.events: deque[Event] = deque(maxlen=_MAX_EVENTS)
-        self.detections: tuple[Detection, ...] = ()
+        self.detections: tuple[FoundObject, ...] = ()
         self.rejected: tuple[FindReport, ...] = ()
         """What the operator said is not the object of the present goal."""
         self.history = History()
@@ -223,7 +229,7 @@ class SceneModel:
         self.recording = status
         self._changed.add("recording")
 
-    def on_detections(self, detections: tuple[Detection, ...]) -> None:
+    def on_detections(self, detections: tuple[FoundObject, ...]) -> None:
         """Replace the found objects."""
         self.detections = detections
         self._changed.add("detections")

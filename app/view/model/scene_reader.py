@@ -6,13 +6,13 @@ from typing import Final
 
 import msgspec
 
-from app.messages import control, keys
+from app.messages import keys, status
 from app.messages.cdr import MessageError
 from app.messages.driving import PaintedRegions
 from app.messages.images import decode_camera, decode_color
 from app.messages.motion import decode_path, decode_transforms
 from app.messages.recording import RecordingStatus
-from app.messages.scene import decode_detections, decode_tree, decode_voxels
+from app.messages.scene import decode_found_objects, decode_tree, decode_voxels
 from app.view.model.scene_model import SceneModel
 from app.view.model.seek_history import SEEK_HISTORY, SeekHistory
 
@@ -28,16 +28,16 @@ class SceneReader:
         self.problem: str | None = None
         """What was wrong with the last broken message."""
         self._handlers: dict[str, Callable[[bytes], None]] = {
-            keys.STATUS: lambda p: model.on_status(_json(p, control.Status)),
-            keys.LEVELS: lambda p: model.on_proximity(_json(p, control.LevelTable)),
+            keys.STATUS: lambda p: model.on_status(_json(p, status.Status)),
+            keys.LEVELS: lambda p: model.on_proximity(_json(p, status.LevelTable)),
             keys.PAINTED: lambda p: model.on_painted(_json(p, PaintedRegions)),
-            keys.EVENT: lambda p: model.on_event(_json(p, control.Event)),
+            keys.EVENT: lambda p: model.on_event(_json(p, status.Event)),
             keys.MAP_VOXELS: lambda p: model.on_voxels(decode_voxels(p)),
             keys.MAP_KEYFRAME: lambda p: model.on_keyframe(decode_voxels(p)),
             keys.PLAN_TREE: lambda p: model.on_tree(decode_tree(p)[1]),
             keys.PLAN_PATH: lambda p: model.on_path(decode_path(p)),
-            keys.FAR_EVIDENCE: lambda p: model.on_far_evidence(_json(p, control.FarEvidenceCells)),
-            keys.DETECTIONS: lambda p: model.on_detections(decode_detections(p)[1]),
+            keys.FAR_EVIDENCE: lambda p: model.on_far_evidence(_json(p, status.FarEvidenceCells)),
+            keys.DETECTIONS: lambda p: model.on_detections(decode_found_objects(p)[1]),
             keys.TF: lambda p: model.on_transforms(decode_transforms(p)),
             keys.TF_STATIC: lambda p: model.on_transforms(decode_transforms(p)),
             keys.CAMERA_INFO: lambda p: model.on_camera(decode_camera(p)),

@@ -4,7 +4,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from app.messages.control import Event, Status
+from app.messages.status import Event, Status
 
 SEEK_HISTORY: Final = "view/restore"
 """Key of a `SeekHistory`, as JSON: it begins the messages that a jump in a recording feeds."""

@@ -2,7 +2,7 @@ import pytest
 
 from app.cli.config_file import beyond_flags, read_config
 from app.cli.main import _parse, _with_config_file, run
-from app.cli.options.commands import Navigate
+from app.cli.options.nodes import Navigate
 from app.errors import UsageError
 
 

@@ -10,8 +10,8 @@ import sys
 import pytest
 
 from app.cli.main import run
-from app.cli.options.commands import Demo
-from app.cli.processes.demo import navigator_arguments
+from app.cli.nodes.demo import navigator_arguments
+from app.cli.options.nodes import Demo
 from app.links.network.registry import RunningNavigator, register
 from ippon.mission.mission import Mission
 from ippon.robot import ZED
@@ -51,8 +51,8 @@ def own_runtime(runtime, monkeypatch):
         (["navigate", "--robot", "a/**"], "got 'a/**'"),
         (["navigate", "--listen", "foo"], "'foo' is no zenoh endpoint"),
         (["navigate", "--voxel-size-m", "0"], "voxel_size_m must be positive"),
-        (["navigate", "--step-budget-s", "-1"], "0 for no bound but its counts; got -1"),
-        (["navigate", "--step-budget-s", "inf"], "0 for no bound but its counts; got inf"),
+        (["navigate", "--step-budget-s", "-1"], "0 for a limit on evaluations instead; got -1"),
+        (["navigate", "--step-budget-s", "inf"], "0 for a limit on evaluations instead; got inf"),
         (["console", "--port", "99999"], "a port lies in 0 to 65535"),
         (["console", "--host", "0.0.0.0"], "requires a login"),
         (["ask", ""], "no object given"),
@@ -91,7 +91,7 @@ def test_the_impossible_is_refused_in_one_line(arguments, text, capsys):
 def test_the_seconds_of_planning_reach_the_planner(arguments, budget_s, monkeypatch):
     configs = []
     monkeypatch.setattr(
-        "app.cli.processes.navigate.run_navigator", lambda config, *_: configs.append(config)
+        "app.cli.nodes.navigate.run_navigator", lambda config, *_: configs.append(config)
     )
     assert run(["navigate", *arguments]) == 0
     assert configs[0].mission.planner.step_budget_s == budget_s

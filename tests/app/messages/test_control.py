@@ -1,14 +1,8 @@
 import msgspec
 import pytest
 
-from app.messages.control import (
-    ContextText,
-    ErrorReply,
-    SearchRequest,
-    Status,
-    decode,
-    encode,
-)
+from app.messages.control import ContextText, ErrorReply, SearchRequest, decode, encode
+from app.messages.status import Status
 
 
 def test_request_round_trip() -> None:

@@ -8,7 +8,6 @@ import zstandard
 from PIL import Image
 
 from app.messages.cdr import MessageError, decode, encode, header
-from app.messages.heatmaps import decode_heatmap, encode_heatmap
 from app.messages.images import (
     decode_camera,
     decode_color,
@@ -21,6 +20,7 @@ from app.messages.images import (
     encode_depth,
     encode_depth_raw,
 )
+from app.messages.perception.heatmaps import decode_heatmap, encode_heatmap
 from ippon.camera import PinholeCamera
 from ippon.observation import Heatmap
 from tests.app.messages.robot_messages import raw_color

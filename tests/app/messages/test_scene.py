@@ -6,12 +6,12 @@ import pytest
 from app.messages.cdr import MessageError, decode, encode
 from app.messages.scene import (
     VOXEL_DTYPE,
-    Detection,
+    FoundObject,
     VoxelCloud,
-    decode_detections,
+    decode_found_objects,
     decode_tree,
     decode_voxels,
-    encode_detections,
+    encode_found_objects,
     encode_tree,
     encode_voxels,
 )
@@ -128,15 +128,17 @@ def test_a_tree_with_rows_missing_or_foreign_parents_is_refused(tree):
 
 
 def test_detections_round_trip():
-    hat = Detection(
+    hat = FoundObject(
         label="hat", probability=0.9, center_world=(1.0, 2.0, 0.5), size_m=(0.3, 0.3, 0.2)
     )
-    assert decode_detections(encode_detections([hat], 13)) == (13, (hat,))
-    assert decode_detections(encode_detections([], 13)) == (13, ())
+    assert decode_found_objects(encode_found_objects([hat], 13)) == (13, (hat,))
+    assert decode_found_objects(encode_found_objects([], 13)) == (13, ())
 
 
 def test_damaged_bytes_never_do_more_than_a_message_error(survives_damage, cloud, tree):
-    hat = Detection(label="hat", probability=0.9, center_world=(1, 2, 0.5), size_m=(0.3, 0.3, 0.2))
+    hat = FoundObject(
+        label="hat", probability=0.9, center_world=(1, 2, 0.5), size_m=(0.3, 0.3, 0.2)
+    )
     survives_damage(decode_voxels, encode_voxels(cloud))
     survives_damage(decode_tree, encode_tree(tree, 1))
-    survives_damage(decode_detections, encode_detections([hat], 1))
+    survives_damage(decode_found_objects, encode_found_objects([hat], 1))

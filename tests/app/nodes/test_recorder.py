@@ -9,8 +9,9 @@ import pytest
 
 from app.links.network.requests import RequestRefusedError, ask, last_message, serve
 from app.messages import keys
-from app.messages.control import ControlReply, ControlRequest, Event
+from app.messages.control import ControlReply, ControlRequest
 from app.messages.recording import RecordingStatus, RecordRequest
+from app.messages.status import Event
 from app.nodes.recorder import Recorder, RecorderConfig
 from app.recording.notes import read_notes
 from app.recording.reading.recording import Recording

@@ -14,8 +14,7 @@ from app.links.network.sender import Sender
 from app.links.network.session import open_router
 from app.links.network.subscription import subscribe
 from app.messages import keys
-from app.messages.control import SegmentationLabels, encode
-from app.messages.heatmaps import decode_heatmap
+from app.messages.control import encode
 from app.messages.images import decode_camera, decode_color, decode_depth
 from app.messages.motion import (
     StampedTwist,
@@ -24,6 +23,8 @@ from app.messages.motion import (
     encode_number,
     encode_twist,
 )
+from app.messages.perception.heatmaps import decode_heatmap
+from app.messages.status import SegmentationLabels
 from app.nodes.robot_sim import GroundTruth
 from ippon.geometry import yaw_of
 from ippon.vocabulary import MATTERPORT_40

@@ -10,12 +10,13 @@ from app.links.network.latched_topic import LatchedTopic
 from app.links.network.sender import Sender
 from app.links.network.subscription import subscribe
 from app.messages import keys
-from app.messages.control import SegmentationLabels, encode
-from app.messages.detection_masks import decode_masks_compressed
-from app.messages.detections import decode_detections
-from app.messages.detector_info import decode_detector_name, decode_label_names
-from app.messages.heatmaps import decode_heatmap
+from app.messages.control import encode
 from app.messages.images import encode_color
+from app.messages.perception.detection_masks import decode_masks_compressed
+from app.messages.perception.detections import decode_detections
+from app.messages.perception.detector_info import decode_detector_name, decode_label_names
+from app.messages.perception.heatmaps import decode_heatmap
+from app.messages.status import SegmentationLabels
 from app.nodes.segment import SegmentConfig, SegmentNode
 from ippon.observation import Detections, Heatmap, Instance
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary

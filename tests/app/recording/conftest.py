@@ -7,17 +7,7 @@ import numpy as np
 import pytest
 
 from app.messages import keys
-from app.messages.control import (
-    Event,
-    FindReport,
-    GoalStatus,
-    LevelRow,
-    LevelTable,
-    Status,
-    Timings,
-    encode,
-)
-from app.messages.heatmaps import encode_heatmap
+from app.messages.control import encode
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import (
     StampedPath,
@@ -29,12 +19,22 @@ from app.messages.motion import (
     encode_transforms,
     encode_twist,
 )
+from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.scene import (
-    Detection,
+    FoundObject,
     VoxelCloud,
-    encode_detections,
+    encode_found_objects,
     encode_tree,
     encode_voxels,
+)
+from app.messages.status import (
+    Event,
+    FindReport,
+    GoalStatus,
+    LevelRow,
+    LevelTable,
+    Status,
+    Timings,
 )
 from app.recording.writing.limits import RecordingLimits
 from app.recording.writing.session import Session
@@ -158,10 +158,10 @@ def messages_of(tick, ticks):
     yield keys.PLAN_TREE, encode_tree(tree_of(5 + tick), stamp)
     path = np.array([[0.02 * tick, 0.5, 0.0], [1.0, 0.5, 0.0]])
     yield keys.PLAN_PATH, encode_path(StampedPath(stamp_ns=stamp, points_world=path))
-    hat = Detection(
+    hat = FoundObject(
         label="hat", probability=0.8, center_world=(1.0, 0.5, 0.1), size_m=(0.3, 0.3, 0.2)
     )
-    yield keys.DETECTIONS, encode_detections([hat] if tick > 10 else [], stamp)
+    yield keys.DETECTIONS, encode_found_objects([hat] if tick > 10 else [], stamp)
     over = tick == ticks - 1
     if over:
         yield keys.EVENT, encode(Event(stamp_ns=stamp, kind="found", text="found the hat"))

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from app.messages.control import FindReport, GoalStatus, Status, Timings
 from app.messages.scene import VoxelCloud
+from app.messages.status import FindReport, GoalStatus, Status, Timings
 
 
 def make_status(**changes):

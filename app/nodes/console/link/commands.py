@@ -48,7 +48,7 @@ class Controller(Protocol):
         """
         ...
 
-    def may_touch(self, browser: Browser) -> bool:
+    def may_use_panels(self, browser: Browser) -> bool:
         """Return whether a browser may use the panels: no other browser has control."""
         ...
 

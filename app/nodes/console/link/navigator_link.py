@@ -15,10 +15,11 @@ from app.links.network.requests import RequestRefusedError, ask, last_message
 from app.links.network.session import LinkError, open_client
 from app.links.network.subscription import on_token_lost, subscribe
 from app.messages import keys
-from app.messages.control import Accepted, ControlReply, ControlRequest, M, Status, encode
+from app.messages.control import Accepted, ControlReply, ControlRequest, M, encode
 from app.messages.driving import DriveModeName, DriveRequest, DriveStatus, TeleopTag
 from app.messages.lease import LeaseReply, LeaseRequest, LeaseStatus, TakeRequest
 from app.messages.motion import StampedTwist, encode_twist
+from app.messages.status import Status
 from app.nodes.console.critical_thread import OnFailure, critical_thread
 from app.nodes.console.link.commands import CommandError, LeaseAction
 from app.nodes.console.link.panel_requests import REQUESTER, PanelRequests
@@ -138,7 +139,7 @@ class NavigatorLink(PanelRequests):
         """Return the control lease that the pages show."""
         return status.lease
 
-    def may_touch(self, browser: Browser) -> bool:
+    def may_use_panels(self, browser: Browser) -> bool:
         """Return whether a browser may use the panels: no other browser has control."""
         lease = self.lease_status
         holds = browser.standing == "holds" and lease.epoch <= browser.epoch

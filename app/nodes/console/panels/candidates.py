@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from app.messages.control import Status
+from app.messages.status import Status
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.scene.find_picture import crop

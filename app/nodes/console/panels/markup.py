@@ -8,8 +8,8 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from html import escape as _escape
 
-from app.messages.control import Event, GoalStatus, LevelTable, Status, StreamStatus
 from app.messages.driving import DriveStatus
+from app.messages.status import Event, GoalStatus, LevelTable, Status, StreamStatus
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
 from app.view.model.candidates import Candidate
 from ippon.guidance.language.words import with_article

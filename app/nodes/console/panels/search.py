@@ -6,11 +6,12 @@ from typing import Any, Final
 import numpy as np
 import viser
 
-from app.messages.control import FindReport, GoalStatus, SearchRequest, Status
+from app.messages.control import SearchRequest
+from app.messages.status import FindReport, GoalStatus, Status
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
-from app.nodes.console.panels.common_sense import CommonSense
+from app.nodes.console.panels.proximity import ProximityPanel
 from app.nodes.console.scene.find_picture import outlined
 from app.view.colors import QUIET
 from app.view.drawing.viser_private import show_jpeg_in_panel
@@ -48,7 +49,7 @@ class SearchPanel:
         if not actions.recorded:
             self._build_queue(gui)
         self._goals = gui.add_html("")
-        self._common_sense = CommonSense(gui, actions)
+        self._common_sense = ProximityPanel(gui, actions)
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Show what changed."""

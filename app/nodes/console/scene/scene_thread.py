@@ -21,8 +21,12 @@ from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.link.versions import difference, not_understood
 from app.nodes.console.panels.tabs import Tabs
 from app.nodes.console.scene.browser_views import BrowserViews
+from app.nodes.console.scene.click_explanation import (
+    ClickExplanation,
+    ExplanationBuilder,
+    with_labels,
+)
 from app.nodes.console.scene.clicks import Clicks
-from app.nodes.console.scene.explanation import Explanation, ExplanationBuilder, with_labels
 from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import acting_browser
@@ -71,7 +75,7 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     has_map: bool = False
     out_of_reach_m: float | None = None
     """Distance of a find from the nearest reachable place; None when it is reachable."""
-    explanation: Explanation | None = None
+    explanation: ClickExplanation | None = None
 
 
 class SceneThread:
@@ -98,7 +102,7 @@ class SceneThread:
         )
         self._clicks = Clicks(viser_server.server, self._tabs.drive, link)
         self._explanations = ExplanationBuilder(self.model, state_feed.show)
-        self._explanation: Explanation | None = None
+        self._explanation: ClickExplanation | None = None
         self._answers: queue.SimpleQueue[tuple[int, InspectReply]] = queue.SimpleQueue()
         self._asked = 0
         self._changed: set[Part] = set()

@@ -14,7 +14,6 @@ from starlette.datastructures import Headers
 from app.messages.lease import SessionText
 from app.nodes.console.web.browsers import Browser, Browsers, Role, new_session
 
-LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "::1"})
 COOKIE: Final = "ippon"
 SECURE_COOKIE: Final = "__Host-ippon"
 LOGIN_S: Final = 12 * 3600.0

@@ -150,7 +150,7 @@ class Gateway:
         if await self._is_full(socket):
             return
         async with self._place(socket) as browser:
-            await pass_through(socket, self._viser_server, browser, self._controller.may_touch)
+            await pass_through(socket, self._viser_server, browser, self._controller.may_use_panels)
 
     async def _shell_socket(self, socket: WebSocket) -> None:
         if await self._is_full(socket):

@@ -10,7 +10,8 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.nodes.console.web.access import COOKIE, LOOPBACK, Access, OpenAccess
+from app.nodes.console.config import LOOPBACK
+from app.nodes.console.web.access import COOKIE, Access, OpenAccess
 from app.nodes.console.web.browsers import Browser
 
 SHELL_POLICY: Final = (

@@ -55,7 +55,7 @@ async def pass_through(
     socket: WebSocket,
     viser_server: LoopbackViserServer,
     browser: Browser,
-    may_touch: Callable[[Browser], bool],
+    may_use_panels: Callable[[Browser], bool],
 ) -> None:
     """Serve one browser until either side ends.
 
@@ -63,7 +63,7 @@ async def pass_through(
         socket: One that is not accepted yet.
         viser_server: The scene's server.
         browser: Whose browser it is.
-        may_touch: Whether this one may use the panels now.
+        may_use_panels: Whether this one may use the panels now.
     """
     wanted = [Subprotocol(p) for p in socket.scope.get("subprotocols", [])]
     try:
@@ -83,7 +83,7 @@ async def pass_through(
     async with upstream:
         await socket.accept(subprotocol=upstream.subprotocol)
         await _race(
-            _to_viser(socket, upstream, browser, lambda: may_touch(browser)),
+            _to_viser(socket, upstream, browser, lambda: may_use_panels(browser)),
             _to_browser(socket, upstream),
         )
 
@@ -105,7 +105,7 @@ async def _to_viser(
     socket: WebSocket,
     upstream: ClientConnection,
     browser: Browser,
-    may_touch: Callable[[], bool],
+    may_use_panels: Callable[[], bool],
 ) -> None:
     try:
         while True:
@@ -116,13 +116,13 @@ async def _to_viser(
             if data is None or len(data) > MAX_CLIENT_MESSAGE:
                 await socket.close(_UNREADABLE, "not a message of the scene's client")
                 return
-            if _allowed(data, may_touch(), browser.own_controls):
+            if _allowed(data, may_use_panels(), browser.own_controls):
                 await upstream.send(data)
     except (ConnectionClosed, WebSocketDisconnect):
         return
 
 
-def _allowed(data: bytes, may_touch: bool, own_controls: AbstractSet[str]) -> bool:
+def _allowed(data: bytes, may_use_panels: bool, own_controls: AbstractSet[str]) -> bool:
     try:
         message = _kind.decode(data)
     except msgspec.DecodeError:
@@ -131,7 +131,7 @@ def _allowed(data: bytes, may_touch: bool, own_controls: AbstractSet[str]) -> bo
     kind = message.type
     if kind in STEERING:
         is_own = kind == "GuiUpdateMessage" and message.uuid in own_controls
-        return may_touch or is_own or kind in WATCHING
+        return may_use_panels or is_own or kind in WATCHING
     logger.warning("a browser sent %.60r: refused", kind)
     return False
 

@@ -1,4 +1,4 @@
-"""The control lease on the network: serves lease requests and authorizes commands."""
+"""Requests for control of the robot, and the check of every command against the lease."""
 
 import threading
 import time
@@ -6,10 +6,8 @@ from collections.abc import Callable
 from typing import Final
 
 import msgspec
-import zenoh
 
-from app.links.network.requests import RequestRefusedError, serve_with_credential
-from app.messages import keys
+from app.links.network.requests import RequestRefusedError
 from app.messages.control import ControlRequest
 from app.messages.driving import TeleopTag
 from app.messages.lease import Credential, LeaseReply, LeaseRequest, LeaseStatus, TakeRequest
@@ -26,15 +24,11 @@ _NO_CREDENTIAL: Final = (
 class ControlService:
     """Owns the lease; safe from any thread."""
 
-    def __init__(self, session: zenoh.Session, robot: str, clock: Clock = time.monotonic) -> None:
+    def __init__(self, clock: Clock = time.monotonic) -> None:
         self._lease = Lease()
         self._clock = clock
         self._lock = threading.Lock()
         self._shown = LeaseStatus()
-        self._queryables = [
-            serve_with_credential(session, f"{robot}/{keys.LEASE}", LeaseRequest, self.ask),
-            serve_with_credential(session, f"{robot}/{keys.LEASE_TAKE}", TakeRequest, self.take),
-        ]
 
     def ask(self, request: LeaseRequest, who: Credential | None) -> LeaseReply:
         """Answer a request for control."""

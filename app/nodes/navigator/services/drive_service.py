@@ -1,13 +1,9 @@
 """Requests that direct the robot: drive mode, waypoint, order of goals, painted regions."""
 
 from functools import partial
+from typing import Protocol
 
-import zenoh
-
-from app.links.network.latched_topic import LatchedTopic
-from app.links.network.requests import Authorize, RequestRefusedError, allow_all, serve
-from app.links.network.sender import Sender
-from app.messages import keys
+from app.links.network.requests import RequestRefusedError
 from app.messages.control import Accepted, QueueRequest, encode
 from app.messages.driving import (
     DriveRequest,
@@ -26,30 +22,29 @@ from ippon.planning.visibility.region_weights import RegionWeights, Stroke
 MAX_STROKES = 200
 
 
+class Topic(Protocol):
+    """A topic that messages are published on."""
+
+    def put(self, payload: bytes) -> None:
+        """Publish a message."""
+        ...
+
+
 class DriveService:
     """Handles requests in zenoh's threads; the mission's thread runs the operations."""
 
     def __init__(
         self,
-        session: zenoh.Session,
-        robot: str,
         mux: CommandMux,
         operations: MissionQueue,
-        sender: Sender,
         goals: GoalQueue,
-        authorize: Authorize = allow_all,
+        painted: Topic,
     ) -> None:
         self._mux = mux
         self._operations = operations
         self._goals = goals
         self._strokes: list[PaintedStroke] = []
-        self._painted = LatchedTopic(session, f"{robot}/{keys.PAINTED}", sender)
-        self._queryables = [
-            serve(session, f"{robot}/{keys.DRIVE}", DriveRequest, self.drive, authorize),
-            serve(session, f"{robot}/{keys.GOTO}", GotoRequest, self.go_to, authorize),
-            serve(session, f"{robot}/{keys.QUEUE}", QueueRequest, self.queue, authorize),
-            serve(session, f"{robot}/{keys.PAINT}", PaintRequest, self.paint, authorize),
-        ]
+        self._painted = painted
 
     def drive(self, request: DriveRequest) -> Accepted:
         """Set the drive mode and speed limit."""

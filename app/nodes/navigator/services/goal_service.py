@@ -4,20 +4,17 @@ import time
 from functools import partial
 from typing import Protocol
 
-import zenoh
-
-from app.links.network.requests import Authorize, RequestRefusedError, allow_all, serve
-from app.messages import keys
+from app.links.network.requests import RequestRefusedError
 from app.messages.control import (
     Accepted,
     ControlReply,
     ControlRequest,
     FeedbackRequest,
-    MissionState,
     SearchAccepted,
     SearchRequest,
 )
 from app.messages.plain_text import complaint
+from app.messages.status import MissionState
 from app.nodes.navigator.services.guidance_service import GuidanceService
 from app.nodes.navigator.services.mission_queue import MissionQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
@@ -46,14 +43,11 @@ class GoalService:
 
     def __init__(
         self,
-        session: zenoh.Session,
-        robot: str,
         goals: GoalQueue,
         guidance: GuidanceService,
         *,
         stop_latch: StopLatch,
         operations: MissionQueue,
-        authorize: Authorize = allow_all,
     ) -> None:
         self._guidance = guidance
         self._goals = goals
@@ -61,11 +55,6 @@ class GoalService:
         self._operations = operations
         self.state: MissionState = "starting"
         """State of the latest status; the navigator sets it."""
-        self._queryables = [
-            serve(session, f"{robot}/{keys.SEARCH}", SearchRequest, self.search, authorize),
-            serve(session, f"{robot}/{keys.CONTROL}", ControlRequest, self.control, authorize),
-            serve(session, f"{robot}/{keys.FEEDBACK}", FeedbackRequest, self.feedback, authorize),
-        ]
 
     def search(self, request: SearchRequest) -> SearchAccepted:
         """Plan a search on the embedded prior and queue its goal."""

@@ -18,12 +18,10 @@ from typing import Final
 
 import numpy as np
 import simplejpeg
-import zenoh
 from numpy.typing import NDArray
 
 from app.links.language_model.interface import LanguageModelInterface, LevelsAnswer
-from app.links.network.requests import Authorize, RequestRefusedError, allow_all, serve
-from app.messages import keys
+from app.links.network.requests import RequestRefusedError
 from app.messages.control import (
     Accepted,
     GuidanceRequest,
@@ -56,8 +54,6 @@ class GuidanceService:
 
     def __init__(
         self,
-        session: zenoh.Session,
-        robot: str,
         labels: tuple[str, ...],
         goals: GoalQueue,
         *,
@@ -65,7 +61,6 @@ class GuidanceService:
         look_every_s: float = 0.0,
         operations: MissionQueue,
         report_event: ReportEvent,
-        authorize: Authorize = allow_all,
     ) -> None:
         self._goals = goals
         self._model = model
@@ -80,12 +75,6 @@ class GuidanceService:
         self._labels = labels
         self._levels_pool = ThreadPoolExecutor(_CONCURRENT_QUESTIONS, thread_name_prefix="levels")
         self._image_pool = ThreadPoolExecutor(1, thread_name_prefix="look")
-        self._queryables = [
-            serve(session, f"{robot}/{keys.GUIDANCE}", GuidanceRequest, self.set_level, authorize),
-            serve(
-                session, f"{robot}/{keys.VOCABULARY}", VocabularyRequest, self.add_label, authorize
-            ),
-        ]
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -1,10 +1,8 @@
 """Requests that change nothing: the content of a voxel, and the target under other levels."""
 
 import numpy as np
-import zenoh
 
-from app.links.network.requests import RequestRefusedError, serve
-from app.messages import keys
+from app.links.network.requests import RequestRefusedError
 from app.messages.control import (
     InspectReply,
     InspectRequest,
@@ -27,16 +25,10 @@ TIMEOUT_S = 8.0
 class PreviewService:
     """Answers every requester, whoever holds control."""
 
-    def __init__(
-        self, session: zenoh.Session, robot: str, goals: GoalQueue, operations: MissionQueue
-    ) -> None:
+    def __init__(self, goals: GoalQueue, operations: MissionQueue) -> None:
         self._goals = goals
         self._operations = operations
         self._prior = EmbeddedPrior()
-        self._queryables = [
-            serve(session, f"{robot}/{keys.INSPECT}", InspectRequest, self.inspect),
-            serve(session, f"{robot}/{keys.PREVIEW}", PreviewRequest, self.preview),
-        ]
 
     def inspect(self, request: InspectRequest) -> InspectReply:
         """Return label probabilities, object probability and level of a voxel."""

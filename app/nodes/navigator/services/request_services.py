@@ -1,9 +1,30 @@
-"""All services that answer requests, wired to one goal queue and one command stream."""
+"""All services that answer requests, and the table of their endpoints."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+import msgspec
 import zenoh
 
 from app.links.language_model.interface import LanguageModelInterface
+from app.links.network.latched_topic import LatchedTopic
+from app.links.network.requests import Authorize, allow_all, serve, serve_with_credential
 from app.links.network.sender import Sender
+from app.messages import keys
+from app.messages.control import (
+    ControlRequest,
+    FeedbackRequest,
+    GuidanceRequest,
+    InspectRequest,
+    PreviewRequest,
+    QueueRequest,
+    SearchRequest,
+    SentenceRequest,
+    VocabularyRequest,
+)
+from app.messages.driving import DriveRequest, GotoRequest, PaintRequest
+from app.messages.lease import LeaseRequest, TakeRequest
 from app.nodes.navigator.command.command_mux import CommandMux
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.config import NavigatorConfig
@@ -19,8 +40,72 @@ from app.nodes.navigator.services.sentence_service import SentenceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
 
 
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """A key, its type of request, and the method that answers it."""
+
+    key: str
+    request: type[msgspec.Struct]
+    service: type
+    handle: Callable[..., msgspec.Struct]
+    """Method of `service`; called in a thread of zenoh, so it must be quick."""
+    access: Literal["holder", "everyone", "credential"]
+    """Whose requests are accepted: the holder's of the lease, everyone's, or everyone's with the
+    credential handed to the method."""
+
+
+ENDPOINTS: Final = (
+    Endpoint(keys.SEARCH, SearchRequest, GoalService, GoalService.search, "holder"),
+    Endpoint(keys.CONTROL, ControlRequest, GoalService, GoalService.control, "holder"),
+    Endpoint(keys.FEEDBACK, FeedbackRequest, GoalService, GoalService.feedback, "holder"),
+    Endpoint(keys.GUIDANCE, GuidanceRequest, GuidanceService, GuidanceService.set_level, "holder"),
+    Endpoint(
+        keys.VOCABULARY, VocabularyRequest, GuidanceService, GuidanceService.add_label, "holder"
+    ),
+    Endpoint(keys.SENTENCE, SentenceRequest, SentenceService, SentenceService.read, "everyone"),
+    Endpoint(keys.DRIVE, DriveRequest, DriveService, DriveService.drive, "holder"),
+    Endpoint(keys.GOTO, GotoRequest, DriveService, DriveService.go_to, "holder"),
+    Endpoint(keys.QUEUE, QueueRequest, DriveService, DriveService.queue, "holder"),
+    Endpoint(keys.PAINT, PaintRequest, DriveService, DriveService.paint, "holder"),
+    Endpoint(keys.INSPECT, InspectRequest, PreviewService, PreviewService.inspect, "everyone"),
+    Endpoint(keys.PREVIEW, PreviewRequest, PreviewService, PreviewService.preview, "everyone"),
+    Endpoint(keys.LEASE, LeaseRequest, ControlService, ControlService.ask, "credential"),
+    Endpoint(keys.LEASE_TAKE, TakeRequest, ControlService, ControlService.take, "credential"),
+)
+
+
+def declare_endpoints(
+    session: zenoh.Session, robot: str, service: object, authorize: Authorize = allow_all
+) -> "list[zenoh.Queryable[None]]":
+    """Declare the endpoints of one service; they exist as long as the returned objects.
+
+    Args:
+        session: An open session.
+        robot: Key prefix.
+        service: Instance of a service of `ENDPOINTS`.
+        authorize: Checks requests that only the holder of the lease may send.
+    """
+    return [
+        _declare(session, f"{robot}/{endpoint.key}", endpoint, service, authorize)
+        for endpoint in ENDPOINTS
+        if isinstance(service, endpoint.service)
+    ]
+
+
+def _declare(
+    session: zenoh.Session, key: str, endpoint: Endpoint, service: object, authorize: Authorize
+) -> "zenoh.Queryable[None]":
+    def handle(*request: Any) -> msgspec.Struct:
+        return endpoint.handle(service, *request)
+
+    if endpoint.access == "credential":
+        return serve_with_credential(session, key, endpoint.request, handle)
+    check = authorize if endpoint.access == "holder" else allow_all
+    return serve(session, key, endpoint.request, handle, check)
+
+
 class RequestServices:
-    """Declares the endpoints of every service; their state is owned by the parts passed in."""
+    """Makes the services and declares their endpoints; their state is owned by the caller."""
 
     def __init__(
         self,
@@ -35,28 +120,16 @@ class RequestServices:
         model: LanguageModelInterface | None,
     ) -> None:
         robot = config.robot
-        self.control = ControlService(session, robot)
-        authorize = self.control.authorize
+        self.control = ControlService()
         self.guidance = GuidanceService(
-            session,
-            robot,
             config.labels,
             goals,
             model=model,
             look_every_s=config.look_every_s,
             operations=operations,
             report_event=events.report,
-            authorize=authorize,
         )
-        self.goals = GoalService(
-            session,
-            robot,
-            goals,
-            self.guidance,
-            stop_latch=stream,
-            operations=operations,
-            authorize=authorize,
-        )
+        self.goals = GoalService(goals, self.guidance, stop_latch=stream, operations=operations)
         self.mux = CommandMux(
             session,
             robot,
@@ -66,11 +139,23 @@ class RequestServices:
             refusal=self.control.teleop_refusal,
             on_takeover=lambda: operations.enqueue(lambda mission: mission.operator.cancel_go_to()),
         )
-        self.drive = DriveService(session, robot, self.mux, operations, sender, goals, authorize)
-        self.sentences = SentenceService(session, robot, model)
+        painted = LatchedTopic(session, f"{robot}/{keys.PAINTED}", sender)
+        self.drive = DriveService(self.mux, operations, goals, painted)
+        self.sentences = SentenceService(model)
         self.opinions = (
             OpinionService(model, operations)
             if model is not None and config.second_opinion
             else None
         )
-        self.preview = PreviewService(session, robot, goals, operations)
+        self.preview = PreviewService(goals, operations)
+        served = (
+            self.control,
+            self.guidance,
+            self.goals,
+            self.drive,
+            self.sentences,
+            self.preview,
+        )
+        self._endpoints = [
+            declare_endpoints(session, robot, service, self.control.authorize) for service in served
+        ]

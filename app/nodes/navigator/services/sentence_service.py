@@ -4,15 +4,11 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from typing import Final
 
-import zenoh
-
 from app.links.language_model.interface import (
     RULES,
     LanguageModelInterface,
     SentenceAnswer,
 )
-from app.links.network.requests import serve
-from app.messages import keys
 from app.messages.control import SentenceReading, SentenceRequest
 from ippon.guidance.language.sentence import read_query
 
@@ -23,12 +19,9 @@ SENTENCE_TIMEOUT_S: Final = 8.0
 class SentenceService:
     """Reads sentences for every requester, without starting a search."""
 
-    def __init__(
-        self, session: zenoh.Session, robot: str, model: LanguageModelInterface | None
-    ) -> None:
+    def __init__(self, model: LanguageModelInterface | None) -> None:
         self._model = model
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="sentence")
-        self._queryable = serve(session, f"{robot}/{keys.SENTENCE}", SentenceRequest, self.read)
 
     def read(self, request: SentenceRequest) -> SentenceReading:
         """Return object and context of a sentence."""

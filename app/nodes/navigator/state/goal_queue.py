@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable
 from typing import Literal
 
-from app.messages.control import GoalOutcome, GoalStatus
+from app.messages.status import GoalOutcome, GoalStatus
 from ippon.guidance.language.naming import ResolvedObject
 from ippon.guidance.levels import Guidance, LabelLevel
 from ippon.mission.goal import Goal

@@ -7,7 +7,7 @@ import pytest
 from app.cli.evaluation.report import run_eval_report
 from app.cli.options.evaluation import EvalReport
 from app.errors import UsageError
-from app.evaluation.report_page import replay_command
+from app.evaluation.report.report_page import replay_command
 from app.evaluation.results_folder import SESSIONS, EvaluationFolder
 from ippon.evaluation.outcome import FAILURES
 

@@ -17,7 +17,7 @@ from pyarrow import csv
 
 from app.cli.main import run
 from app.export.geometry import voxel_faces
-from app.export.map_picture import MapFromAbove, frame_of
+from app.export.map_picture import MapFromAbove, extent_of
 from app.export.session_data import need_map, read_session_data
 from app.recording.writing.writer import SessionWriter
 from tests.chromium import PATIENCE_MS, new_page, open_browser
@@ -73,7 +73,7 @@ def test_others_read_the_mesh_of_the_depth_images(exported):
 
 def test_the_map_from_above_follows_voxels_that_come_and_go(session):
     indices, attributes, voxel_m = need_map(session)
-    frame = frame_of(indices, voxel_m, 300)
+    frame = extent_of(indices, voxel_m, 300)
     above = MapFromAbove(indices, voxel_m, frame)
     empty = np.asarray(above.image())
     above.take(indices, attributes)

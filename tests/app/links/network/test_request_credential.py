@@ -7,33 +7,38 @@ from app.links.network.requests import RequestRefusedError, ask, serve
 from app.messages.control import Accepted, FeedbackRequest
 from app.messages.lease import Credential, LeaseReply, LeaseRequest
 from app.nodes.navigator.services.control_service import ControlService
+from app.nodes.navigator.services.request_services import declare_endpoints
 
 ANNA = Credential(session="a" * 20, name="Anna")
 CONFIRM = FeedbackRequest(verdict="confirm")
 
 
 @pytest.fixture
-def desk(sessions):
+def control(sessions):
     router, client = sessions
-    desk = ControlService(router, "r", lambda: 0.0)
-    serve(router, "r/feedback", FeedbackRequest, lambda _: Accepted(), desk.authorize)
+    control = ControlService(lambda: 0.0)
+    endpoints = declare_endpoints(router, "r", control)
+    endpoints.append(
+        serve(router, "r/feedback", FeedbackRequest, lambda _: Accepted(), control.authorize)
+    )
     ask(client, "r/lease", LeaseRequest(action="request"), LeaseReply, 2.0, ANNA)
-    return desk
+    yield control
+    del endpoints
 
 
-def test_without_taking_it_a_held_control_stays_held(sessions, desk):
+def test_without_taking_it_a_held_control_stays_held(sessions, control):
     _, client = sessions
     with (
         request_credential(client, "r", "ippon ask", 2.0, take=False) as who,
         pytest.raises(RequestRefusedError, match="Anna holds control: ask for it"),
     ):
         ask(client, "r/feedback", CONFIRM, Accepted, 2.0, who)
-    assert desk.status().holder == "Anna"
+    assert control.status().holder == "Anna"
 
 
-def test_what_was_taken_is_released(sessions, desk):
+def test_what_was_taken_is_released(sessions, control):
     _, client = sessions
     with request_credential(client, "r", "ippon ask", 2.0, take=True) as who:
-        assert desk.status().holder == "ippon ask"
+        assert control.status().holder == "ippon ask"
         ask(client, "r/feedback", CONFIRM, Accepted, 2.0, who)
-    assert desk.status().state == "free"
+    assert control.status().state == "free"

@@ -8,14 +8,8 @@ from app.links.network import requests
 from app.links.network.requests import last_message
 from app.links.network.session import open_client
 from app.messages import keys
-from app.messages.control import (
-    ControlReply,
-    ControlRequest,
-    LevelTable,
-    SegmentationLabels,
-    Status,
-    decode,
-)
+from app.messages.control import ControlReply, ControlRequest, decode
+from app.messages.status import LevelTable, SegmentationLabels, Status
 from ippon.guidance.prior import PROVIDER
 from ippon.vocabulary import MATTERPORT_40
 

@@ -69,7 +69,7 @@ class Navigator:
         self.counts_renewals = False
         self.who = None
 
-    def may_touch(self, browser):
+    def may_use_panels(self, browser):
         return self.is_free
 
     async def lease(self, action):

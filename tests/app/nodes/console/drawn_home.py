@@ -7,7 +7,9 @@ import time
 
 import numpy as np
 
-from app.messages.control import (
+from app.messages.images import encode_color
+from app.messages.scene import VoxelCloud
+from app.messages.status import (
     FindReport,
     GoalStatus,
     LevelRow,
@@ -16,8 +18,6 @@ from app.messages.control import (
     StreamStatus,
     Timings,
 )
-from app.messages.images import encode_color
-from app.messages.scene import VoxelCloud
 from ippon.geometry import base_pose
 from ippon.guidance.levels import Level
 from ippon.planning.plan import NodeKind, TreeView

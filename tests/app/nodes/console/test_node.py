@@ -11,7 +11,8 @@ import msgspec
 import pytest
 import websockets.sync.client
 
-from app.nodes.console.node import ConsoleConfig, ConsoleError, run_console
+from app.nodes.console.config import ConsoleConfig, ConsoleError
+from app.nodes.console.node import run_console
 from app.nodes.console.scene.scene_thread import SceneThread
 from app.view.view_options import ViewOptions
 
@@ -21,7 +22,7 @@ from app.view.view_options import ViewOptions
     [
         ({"host": "0.0.0.0"}, "requires a login: make a file of users"),
         ({"host": "192.168.1.5"}, "IPPON_CONSOLE_PASSWORD"),
-        ({"tls_certificate": Path("a.pem")}, "both a certificate and its key"),
+        ({"tls_cert": Path("a.pem")}, "both a certificate and its key"),
         ({"port": 70_000}, "a port lies in 0 to 65535"),
         ({"robot": "a/**"}, "no wildcard"),
         ({"robot": ""}, "no wildcard"),

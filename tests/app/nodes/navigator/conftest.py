@@ -7,10 +7,9 @@ from types import SimpleNamespace
 import pytest
 
 from app.links.language_model.interface import LevelsAnswer, ObjectNames, SentenceAnswer
-from app.messages.control import (
-    SearchRequest,
-)
+from app.messages.control import SearchRequest
 from app.nodes.navigator.services.guidance_service import GuidanceService
+from app.nodes.navigator.services.request_services import declare_endpoints
 from app.nodes.navigator.services.sentence_service import SentenceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.guidance.language.sentence import Query
@@ -83,8 +82,6 @@ def open_office(sessions):
         goals = GoalQueue(max_queue=5)
         operations, events = queue.SimpleQueue(), []
         guidance = GuidanceService(
-            router,
-            "r",
             MATTERPORT_40,
             goals,
             model=model,
@@ -92,11 +89,14 @@ def open_office(sessions):
             operations=SimpleNamespace(enqueue=operations.put, wake=lambda: None),
             report_event=lambda kind, text: events.append((kind, text)),
         )
+        sentences = SentenceService(model)
+        endpoints = [declare_endpoints(router, "r", service) for service in (guidance, sentences)]
         config = MissionConfig(map=MapConfig(voxel_size_m=0.2, memory_limit_mb=128.0))
         mission = Mission(config, ZED, MATTERPORT_40, seed=0)
         office = SimpleNamespace(
             guidance=guidance,
-            sentences=SentenceService(router, "r", model),
+            endpoints=endpoints,
+            sentences=sentences,
             goals=goals,
             mission=mission,
             events=events,

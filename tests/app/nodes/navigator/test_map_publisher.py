@@ -11,8 +11,9 @@ import pytest
 from app.links.network.sender import Sender
 from app.links.network.subscription import subscribe
 from app.messages import keys
-from app.messages.control import FarEvidenceCells, decode
+from app.messages.control import decode
 from app.messages.scene import decode_voxels
+from app.messages.status import FarEvidenceCells
 from app.nodes.navigator import map_publisher as publisher
 from app.nodes.navigator.map_publisher import MAX_WAITING, MapPublisher, plan_messages
 from ippon.camera import PinholeCamera

@@ -17,17 +17,15 @@ from app.messages.control import (
     Accepted,
     ControlReply,
     ControlRequest,
-    Event,
     FeedbackRequest,
     GuidanceRequest,
-    LevelTable,
     SearchAccepted,
     SearchRequest,
-    Status,
     decode,
 )
 from app.messages.motion import decode_path, decode_transforms, decode_twist
-from app.messages.scene import decode_detections, decode_tree, decode_voxels
+from app.messages.scene import decode_found_objects, decode_tree, decode_voxels
+from app.messages.status import Event, LevelTable, Status
 
 pytestmark = pytest.mark.process
 
@@ -171,7 +169,7 @@ def test_a_search_from_the_query_to_the_find_and_on(operator, start_robot, navig
     _, tree = decode_tree(operator.last(keys.PLAN_TREE))
     assert len(tree.parents) > 10
     assert decode_path(operator.last(keys.PLAN_PATH)).stamp_ns > 0
-    assert decode_detections(operator.last(keys.DETECTIONS))[1]
+    assert decode_found_objects(operator.last(keys.DETECTIONS))[1]
 
     # A rejected find: it goes on with the same goal.
     assert operator.ask(keys.FEEDBACK, FeedbackRequest(verdict="reject"), Accepted)

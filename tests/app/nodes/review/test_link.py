@@ -23,7 +23,7 @@ def test_whoever_held_control_when_it_was_recorded_keeps_nobody_out(link):
     recorded = SimpleNamespace(lease=LeaseStatus(state="held", holder="Anna", epoch=3))
     link.lease_status = link.lease_in(recorded)
     assert link.lease_status.state == "free"
-    assert link.may_touch(Browser("x" * 20, "browser 1", "supervisor"))
+    assert link.may_use_panels(Browser("x" * 20, "browser 1", "supervisor"))
 
 
 def test_nothing_is_commanded(link):

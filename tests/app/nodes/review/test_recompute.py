@@ -10,10 +10,9 @@ from scipy.spatial import cKDTree
 
 from app.export.mesh import write_mesh
 from app.export.session_data import read_session_data
-from app.links.frames.assembler import FrameAssembler
+from app.links.robot_streams.assembler import FrameAssembler
 from app.messages import keys
-from app.messages.control import Event, LevelRow, LevelTable, encode
-from app.messages.heatmaps import decode_heatmap, encode_heatmap
+from app.messages.control import encode
 from app.messages.images import (
     decode_camera,
     decode_color,
@@ -29,6 +28,8 @@ from app.messages.motion import (
     encode_transforms,
     encode_twist,
 )
+from app.messages.perception.heatmaps import decode_heatmap, encode_heatmap
+from app.messages.status import Event, LevelRow, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.review.recompute import Recomputation, recompute
 from app.nodes.review.settings import read_settings

@@ -8,7 +8,7 @@ import pytest
 
 from app.messages import keys
 from app.messages.cdr import decode
-from app.messages.scene import Detection
+from app.messages.scene import FoundObject
 from app.recording.errors import RecordingError
 from app.recording.notes import Note, add_note, notes_path, read_notes
 from app.recording.reading.recording import Recording
@@ -84,7 +84,7 @@ def test_notes_lie_beside_the_recording_which_stays_as_it_is(session_folder):
 
 
 def test_markers_have_an_edge_for_every_node_but_the_root(made_up):
-    find = Detection(label="hat", probability=1.0, center_world=(1.0, 2.0, 0.0), size_m=(1, 1, 1))
+    find = FoundObject(label="hat", probability=1.0, center_world=(1.0, 2.0, 0.0), size_m=(1, 1, 1))
     markers = decode(
         encode_markers(made_up.tree_of(7), (find,), 5), "visualization_msgs/msg/MarkerArray"
     ).markers

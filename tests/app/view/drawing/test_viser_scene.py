@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import viser
 
-from app.messages.control import FarEvidenceCells
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
-from app.messages.scene import Detection
+from app.messages.scene import FoundObject
+from app.messages.status import FarEvidenceCells
 from app.view.drawing.find_layer import marks_of
 from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
 from app.view.model.scene_model import SceneModel
@@ -211,8 +211,8 @@ def test_the_picture_travels_as_it_came(server, model, make):
 def test_likely_places_are_amber_and_the_find_is_green(make):
     report = make.find(position_world=(2.0, 2.0, 0.3))
     places = (
-        Detection(label="hat", probability=0.9, center_world=(2.0, 2.1, 0.3), size_m=(1, 1, 1)),
-        Detection(label="hat", probability=0.4, center_world=(5.0, 2.0, 0.3), size_m=(1, 1, 1)),
+        FoundObject(label="hat", probability=0.9, center_world=(2.0, 2.1, 0.3), size_m=(1, 1, 1)),
+        FoundObject(label="hat", probability=0.4, center_world=(5.0, 2.0, 0.3), size_m=(1, 1, 1)),
     )
     marks = marks_of(report, places)
     assert [(mark.text, mark.found) for mark in marks] == [("hat 90%", True), ("hat? 40%", False)]
@@ -222,7 +222,7 @@ def test_likely_places_are_amber_and_the_find_is_green(make):
 def test_a_rejected_find_leaves_no_box(make):
     rejected = make.find(position_world=(2.0, 2.0, 0.3), size_m=(1.0, 2.0, 0.6))
     places = tuple(
-        Detection(label="bed", probability=1.0, center_world=(x, 2.0, 0.3), size_m=(1, 1, 1))
+        FoundObject(label="bed", probability=1.0, center_world=(x, 2.0, 0.3), size_m=(1, 1, 1))
         for x in (2.0, 2.9, 4.0)
     )
     marks = marks_of(None, places, (rejected,))
@@ -243,7 +243,7 @@ def test_a_search_without_a_find_numbers_its_places(server, model, make):
 def test_names_of_likely_places_leave_the_find_and_each_other_readable(make):
     report = make.find(position_world=(2.0, 2.0, 0.3), size_m=(2.0, 1.0, 0.5))
     places = tuple(
-        Detection(label="hat", probability=p, center_world=(x, 2.0, 0.3), size_m=(1, 1, 1))
+        FoundObject(label="hat", probability=p, center_world=(x, 2.0, 0.3), size_m=(1, 1, 1))
         for p, x in ((0.7, 2.9), (0.5, 5.4), (0.8, 5.0), (0.6, 6.5))
     )
     marks = marks_of(report, places)

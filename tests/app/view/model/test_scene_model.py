@@ -3,9 +3,9 @@ import math
 import numpy as np
 import pytest
 
-from app.messages.control import Event, FarEvidenceCells, GoalStatus
 from app.messages.images import StampedCamera
 from app.messages.motion import StampedTransform
+from app.messages.status import Event, FarEvidenceCells, GoalStatus
 from app.view.model.scene_model import SceneModel
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose, make_transform

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.messages.control import (
+from app.messages.status import (
     Event,
     FindReport,
     GoalStatus,

@@ -9,12 +9,13 @@ import pytest
 
 from app.links.network.subscription import subscribe
 from app.messages import keys
-from app.messages.control import ControlRequest, Event, SearchRequest, Status, decode, encode
-from app.messages.detections import encode_detections
-from app.messages.detector_info import encode_detector_name, encode_label_names
-from app.messages.heatmaps import encode_heatmap
+from app.messages.control import ControlRequest, SearchRequest, decode, encode
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import StampedTransform, encode_transforms
+from app.messages.perception.detections import encode_detections
+from app.messages.perception.detector_info import encode_detector_name, encode_label_names
+from app.messages.perception.heatmaps import encode_heatmap
+from app.messages.status import Event, Status
 from app.nodes.navigator import profile_check
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator

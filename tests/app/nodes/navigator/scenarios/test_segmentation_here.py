@@ -14,10 +14,10 @@ transformers = pytest.importorskip(
     "transformers", reason="the extra ippon[segmentation] is not installed"
 )
 
-from app.cli.options.commands import Navigate, Segment  # noqa: E402
+from app.cli.nodes import navigate  # noqa: E402
+from app.cli.nodes.segment import run_segment_command  # noqa: E402
+from app.cli.options.nodes import Navigate, Segment  # noqa: E402
 from app.cli.options.segmentation import NavigatorSegmentation  # noqa: E402
-from app.cli.processes import navigate  # noqa: E402
-from app.cli.processes.segment import run_segment_command  # noqa: E402
 from app.messages import keys  # noqa: E402
 from app.messages.control import SearchRequest, encode  # noqa: E402
 from app.nodes.navigator.config import NavigatorConfig  # noqa: E402

@@ -5,11 +5,7 @@ import pytest
 
 from app.links.network.requests import RequestRefusedError, ask
 from app.messages import keys
-from app.messages.control import (
-    Accepted,
-    SearchRequest,
-    VocabularyRequest,
-)
+from app.messages.control import Accepted, SearchRequest, VocabularyRequest
 from ippon.guidance.levels import Level
 from ippon.vocabulary import MATTERPORT_40
 from tests.app.nodes.navigator.conftest import Model, levels, run_next, search

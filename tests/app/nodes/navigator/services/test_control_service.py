@@ -7,10 +7,16 @@ import pytest
 
 from app.links.network.requests import RequestRefusedError, ask, serve
 from app.messages import keys
-from app.messages.control import Accepted, ControlReply, ControlRequest, FeedbackRequest
+from app.messages.control import (
+    Accepted,
+    ControlReply,
+    ControlRequest,
+    FeedbackRequest,
+)
 from app.messages.driving import TeleopTag
 from app.messages.lease import Credential, LeaseReply, LeaseRequest, TakeRequest
 from app.nodes.navigator.services.control_service import ControlService
+from app.nodes.navigator.services.request_services import declare_endpoints
 
 ANNA = Credential(session="a" * 20, name="Anna")
 BERT = Credential(session="b" * 20, name="Bert")
@@ -20,7 +26,8 @@ BERT = Credential(session="b" * 20, name="Bert")
 def office(sessions):
     router, client = sessions
     clock = SimpleNamespace(now=100.0)
-    service = ControlService(router, "r", lambda: clock.now)
+    service = ControlService(lambda: clock.now)
+    endpoints = declare_endpoints(router, "r", service)
     handled = []
 
     def handle(reply):
@@ -56,7 +63,7 @@ def office(sessions):
         command=command,
         handled=handled,
     )
-    del queryables
+    del queryables, endpoints
 
 
 def holding(office, who):

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from app.links.network.latched_topic import LatchedTopic
 from app.links.network.requests import RequestRefusedError, ask, last_message
 from app.links.network.sender import Sender
 from app.messages import keys
@@ -22,6 +23,7 @@ from app.messages.driving import DriveRequest, GotoRequest, PaintedRegions, Pain
 from app.nodes.navigator.services.drive_service import DriveService
 from app.nodes.navigator.services.mission_queue import MissionQueue
 from app.nodes.navigator.services.preview_service import PreviewService
+from app.nodes.navigator.services.request_services import declare_endpoints
 from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.control.drive_mode import DriveMode
 from ippon.guidance.language.naming import resolve_object
@@ -69,14 +71,16 @@ def service(sessions):
 
     mux: Any = SimpleNamespace(set_mode=lambda mode, _: mission.modes.append(mode))
     goals = GoalQueue(3)
-    drive = DriveService(router, ROBOT, mux, operations, sender, goals)
-    what_if = PreviewService(router, ROBOT, goals, operations)
+    painted = LatchedTopic(router, f"{ROBOT}/{keys.PAINTED}", sender)
+    drive = DriveService(mux, operations, goals, painted)
+    preview = PreviewService(goals, operations)
+    endpoints = [declare_endpoints(router, ROBOT, service) for service in (drive, preview)]
 
     def request(key, message, kind=Accepted):
         return ask(client, f"{ROBOT}/{key}", message, kind, 3.0)
 
     yield SimpleNamespace(
-        mission=mission, goals=goals, request=request, client=client, parts=(drive, what_if)
+        mission=mission, goals=goals, request=request, client=client, parts=endpoints
     )
     sender.close()
 

@@ -5,14 +5,11 @@ import pytest
 
 from app.links.network.requests import RequestRefusedError
 from app.messages import keys
-from app.messages.control import (
-    ControlRequest,
-    FeedbackRequest,
-    SearchRequest,
-)
+from app.messages.control import ControlRequest, FeedbackRequest, SearchRequest
 from app.nodes.navigator.services.goal_service import GoalService
 from app.nodes.navigator.services.guidance_service import GuidanceService
 from app.nodes.navigator.services.mission_queue import MissionQueue
+from app.nodes.navigator.services.request_services import declare_endpoints
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.guidance.levels import Level
 from ippon.vocabulary import MATTERPORT_40
@@ -66,17 +63,17 @@ def office(sessions):
     wheels = StopLatch()
     operations = MissionQueue(wake=lambda: None)
     guidance = GuidanceService(
-        router,
-        "r",
         MATTERPORT_40,
         goals,
         model=None,
         operations=MissionQueue(wake=lambda: None),
         report_event=lambda *_: None,
     )
-    service = GoalService(router, "r", goals, guidance, stop_latch=wheels, operations=operations)
+    service = GoalService(goals, guidance, stop_latch=wheels, operations=operations)
+    endpoints = declare_endpoints(router, "r", service)
     yield SimpleNamespace(
         service=service,
+        endpoints=endpoints,
         operations=operations,
         goals=goals,
         wheels=wheels,

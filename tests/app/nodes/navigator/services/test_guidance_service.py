@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 
 from app.links.network.requests import RequestRefusedError
-from app.messages.control import (
-    GuidanceRequest,
-    VocabularyRequest,
-)
+from app.messages.control import GuidanceRequest, VocabularyRequest
 from app.nodes.navigator.status_report import level_table
 from ippon.guidance.levels import Level
 from ippon.guidance.prior import PROVIDER, EmbeddedPrior

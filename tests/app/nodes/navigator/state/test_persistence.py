@@ -9,7 +9,8 @@ import pytest
 
 from app.links.network.subscription import is_alive, subscribe
 from app.messages import keys
-from app.messages.control import GuidanceRequest, LevelTable, SearchRequest, decode
+from app.messages.control import GuidanceRequest, SearchRequest, decode
+from app.messages.status import LevelTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator
 from app.nodes.navigator.state.persistence import StatePersistence, read_saved_state

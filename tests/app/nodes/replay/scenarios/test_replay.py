@@ -11,7 +11,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from scipy.spatial.transform import Rotation
 
 from app.cli.main import run
-from app.links.frames.assembler import FrameAssembler
+from app.links.robot_streams.assembler import FrameAssembler
 from app.messages import keys
 from app.messages.cdr import typestore
 from app.messages.images import decode_camera, decode_color, decode_depth

@@ -1,0 +1,151 @@
+"""`ippon navigate`: the navigator."""
+
+import logging
+import math
+import os
+import sys
+import threading
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from app.cli.config_file import beyond_flags, read_config
+from app.cli.nodes.segment import arguments_of
+from app.cli.options.nodes import Navigate
+from app.cli.tools.language_model import make_model
+from app.configuration import changed
+from app.errors import UsageError
+from app.links.language_model.interface import LanguageModelInterface
+from app.links.network.session import LinkError
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.run import run_navigator
+from app.nodes.navigator.state.persistence import SavedState, read_saved_state
+from app.process.children import Child
+from app.process.parent_watch import end_with_parent
+from app.robot_file import map_config, read_detector, read_profile
+from ippon.errors import MapFileError
+from ippon.mission.config import MissionConfig
+from ippon.observation_model import (
+    ObservationModel,
+    ObservationModelError,
+    read_observation_model,
+)
+from ippon.planning.config import PlannerConfig
+from ippon.vocabulary import MATTERPORT_40
+
+logger = logging.getLogger(__name__)
+
+SLOW_SEGMENTATION_S: Final = 30.0
+"""Limit with a segmentation on this machine: without a GPU, an image may take ten seconds."""
+
+
+def run_navigate(command: Navigate) -> int:
+    """Navigate until the process is stopped."""
+    end_with_parent(command.parent_pid)
+    model = make_model(command.llm, os.environ)
+    if not 0.0 <= command.step_budget_s < math.inf:
+        raise UsageError(
+            "--step-budget-s is the planning time per frame, 0 for a limit on evaluations instead; "
+            f"got {command.step_budget_s:g}"
+        )
+    config, saved = _config_of(command, model)
+    if saved is not None:
+        area = 0.0 if saved.voxel_map is None else saved.voxel_map.explored_m2()
+        logger.info("restored a map of %.0f m2 and %d goals", area, len(saved.requests))
+    progress = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:3.0f} %"),
+        TimeElapsedColumn(),
+        console=Console(file=sys.stderr),
+        transient=True,
+    )
+    segmentation = _start_segmentation(command)
+    try:
+        with progress:
+            task = progress.add_task("preparing kernels (compiled once)", total=1.0)
+
+            def show(fraction: float) -> None:
+                progress.update(task, completed=fraction)
+                if fraction >= 1.0:
+                    progress.stop()
+
+            run_navigator(config, show, model, saved)
+    except LinkError as error:
+        raise UsageError(str(error)) from error
+    finally:
+        if segmentation is not None:
+            segmentation.stop()
+    return 0
+
+
+def _config_of(
+    command: Navigate, model: LanguageModelInterface | None
+) -> tuple[NavigatorConfig, SavedState | None]:
+    """Return the configuration from flags and file, and the saved state of `--map`.
+
+    Raises:
+        UsageError: A flag, the file or the saved state cannot be used.
+    """
+    changes = beyond_flags(Navigate, read_config(command.config))
+    try:
+        profile = read_profile(command.profile)
+        mission = MissionConfig(
+            map=map_config(profile, command.voxel_size_m, command.map_memory_mb),
+            planner=PlannerConfig(step_budget_s=command.step_budget_s or None),
+        )
+        mission = changed(mission, changes.pop("mission", {}), ("mission",))
+        saved = None if command.map is None else read_saved_state(command.map, mission.map)
+        voxel_map = None if saved is None else saved.voxel_map
+        config = NavigatorConfig(
+            listen=command.listen,
+            robot=command.robot,
+            profile=profile,
+            detector=read_detector(command.profile),
+            observation_model=_observation_model(command.observation_model),
+            seed=command.seed,
+            mission=mission,
+            language_model=model.name if model is not None else "",
+            look_every_s=command.llm.look_every_s,
+            second_opinion=command.llm.second_opinion,
+            labels=MATTERPORT_40 if voxel_map is None else voxel_map.labels,
+            keep_map="" if command.map is None else str(command.map),
+        )
+        if voxel_map is not None:
+            changes.pop("labels", None)  # The labels of a map cannot be replaced.
+        config = changed(config, changes)
+    except (ValueError, MapFileError, OSError) as error:
+        raise UsageError(str(error)) from error
+    if command.segmentation.where == "here" and "heatmap_lost_s" not in changes:
+        config = replace(config, heatmap_lost_s=SLOW_SEGMENTATION_S)
+    return config, saved
+
+
+def _observation_model(path: Path | None) -> ObservationModel | None:
+    """Read an observation model; raises UsageError."""
+    try:
+        return None if path is None else read_observation_model(path)
+    except ObservationModelError as error:
+        raise UsageError(str(error)) from error
+
+
+def _start_segmentation(command: Navigate) -> Child | None:
+    """Start the segmentation process if it runs on this machine."""
+    if command.segmentation.where != "here":
+        return None
+    arguments = ["segment", "--connect", command.listen, "--robot", command.robot]
+    child = Child("segmentation", [*arguments, *arguments_of(command.segmentation)])
+    threading.Thread(target=_report_end, args=(child,), name="segmentation", daemon=True).start()
+    return child
+
+
+def _report_end(child: Child) -> None:
+    """Log that the segmentation ended by itself; the search continues without heatmaps."""
+    status = child.wait()
+    if status > 0:
+        logger.error(
+            "the segmentation ended with status %d: objects are no longer recognised", status
+        )

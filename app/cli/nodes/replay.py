@@ -1,0 +1,33 @@
+"""`ippon replay`: a dataset, or a bag, as a robot."""
+
+from app.cli.options.nodes import Replay
+from app.errors import UsageError
+from app.links.network.registry import resolve_address
+from app.links.network.session import LinkError
+from app.nodes.replay.datasets import DatasetError
+from app.nodes.replay.node import ReplayConfig, run_replay
+from app.process.parent_watch import end_with_parent
+
+
+def run_replay_command(command: Replay) -> int:
+    """Play until the end, or until the process is stopped."""
+    end_with_parent(command.parent_pid)
+    connect, robot = resolve_address(command.connect, command.robot)
+    try:
+        config = ReplayConfig(
+            path=command.path,
+            connect=connect,
+            robot=robot,
+            rate=command.rate,
+            start_s=command.start_s,
+            loop=command.loop,
+            heatmaps=command.heatmaps,
+            floor_m=command.floor_m,
+        )
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+    try:
+        run_replay(config)
+    except (DatasetError, LinkError) as error:
+        raise UsageError(str(error)) from error
+    return 0

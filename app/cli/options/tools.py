@@ -1,0 +1,137 @@
+"""Options of the commands that do one thing and exit; docstrings are the text of `--help`."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from tyro.conf import Positional
+
+from app.cli.options.language_model import Llm
+from app.cli.options.segmentation import Segmentation
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class User:
+    """Add a user of the console's login, or change a user's password or role.
+
+    The password is asked for, or read from standard input.
+    """
+
+    name: Positional[str]
+    """Login name; other users see it while this user has control."""
+    users: Path
+    """File of users; it is created if missing, readable by you only."""
+    role: Literal["viewer", "operator", "supervisor"] = "operator"
+    """viewer: watches, and may stop the robot; operator: commands, one at a time; supervisor: may
+    also take control from another user."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Export:
+    """Export a recording: map, trajectory, finds, videos, a report, and a 3D scene.
+
+    ply and glb: the map. mesh: its surface as triangles (PLY), from the recorded depth images.
+    tum and csv: the robot's trajectory. finds: the found objects as JSON. camera and map-video:
+    MP4. report: one self-contained HTML page. viser and page: the 3D scene, page for any browser.
+    """
+
+    recording: Positional[Path]
+    """A recording, or the folder of a session."""
+    what: Positional[tuple[str, ...]] = ()
+    """ply, glb, mesh, tum, csv, finds, camera, map-video, report, viser, page; by default all."""
+    out: Path | None = None
+    """Folder for the files; by default "export" in the session's folder."""
+    color: Literal["camera", "ooi", "proximity", "height"] = "camera"
+    """Colours of ply and glb, as on the page."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ask:
+    """Ask a running navigator to search for an object, from any terminal that reaches it."""
+
+    object: Positional[str] = ""
+    """Object to search for: "hat", or a sentence: "find my hat, I left it on the sofa"."""
+    context: str = ""
+    """What you know about its place, in plain words."""
+    explain: bool = False
+    """Print how near each common object is likely to be, the reason, and the source."""
+    show_prompt: bool = False
+    """With --explain: also print the exact question to the language model and its answer."""
+    yes: bool = False
+    """Search without confirmation, even where the reading of a sentence is uncertain."""
+    add_label: str | None = None
+    """Add a kind of common object to recognise from now on, such as "bookcase"; the object to
+    search for may then be left out."""
+    follow: bool = False
+    """Print what happens until the search ends. Exit status 0: object found; 4: object found, but
+    no path leads close to it; 1: otherwise."""
+    json: bool = False
+    """Print one JSON object per line instead of text."""
+    connect: str | None = None
+    """zenoh endpoint of the navigator; by default the navigator running on this machine."""
+    robot: str | None = None
+    """Key prefix of the robot; by default that of the navigator running on this machine."""
+    take: bool = False
+    """Take control from its holder for the duration of the request."""
+    timeout_s: float = 5.0
+    """Time to wait for a navigator that is not ready yet, and then for its answer."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Levels:
+    """Print how near an object is likely to be to each common object, without a robot."""
+
+    object: Positional[str]
+    """The object, in your own words."""
+    context: str = ""
+    """What you know about its place."""
+    json: bool = False
+    """Print JSON instead of a table."""
+    vocabulary: Literal["matterport", "laboratory"] = "matterport"
+    """List of common objects to rate."""
+    show_prompt: bool = False
+    """Also print the exact question to the language model and its answer."""
+    llm: Llm = field(default_factory=Llm)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Profile:
+    """Print a robot profile as a template, or check and draw your own.
+
+    `ippon profile > scout.yaml`, edit it, `ippon profile scout.yaml --picture scout.png`, then
+    `ippon navigate --profile scout.yaml`. The simulated robot takes it as well.
+    """
+
+    profile: Positional[str] = "zed"
+    """zed, habitat, or a YAML file."""
+    picture: Path | None = None
+    """Draw the body and the field of view, from the side and from above, into this PNG."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Config:
+    """Print every configuration field with its default, unit and explanation, or check a file.
+
+    `ippon config > search.yaml`, delete the fields that keep their defaults, edit the rest, then
+    `ippon config search.yaml` and `ippon navigate --config search.yaml`.
+    """
+
+    file: Positional[Path | None] = None
+    """A YAML or JSON file to check; prints the fields that differ from their defaults."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Doctor:
+    """Check the installation and the speed of this machine, or check and repair a recording."""
+
+    recording: Positional[Path | None] = None
+    """A recording, or the folder of a session; it is repaired if it was cut off."""
+    segmentation: bool = False
+    """Measure a segmentation network: images per second."""
+    network: Segmentation = field(default_factory=Segmentation)
+    """The network; without a checkpoint, SAN is measured with random weights, at equal speed."""
+    json: bool = False
+    """Print JSON instead of a table."""
+
+
+Tool = User | Export | Ask | Levels | Profile | Config | Doctor

@@ -1,0 +1,272 @@
+"""The report of an evaluation as one HTML page that needs nothing else."""
+
+import json
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import Final
+from urllib.parse import quote
+
+from app.evaluation.report.plots import failure_plot, goal_plot, interval_plot, success_curves
+from app.evaluation.report.report_data import ReportData
+from app.evaluation.results_folder import SESSIONS
+from app.report_style import REPORT_STYLE
+from ippon.evaluation.catalogue import home_name
+from ippon.evaluation.methods.method_table import METHODS
+from ippon.evaluation.outcome import FAILURES, Failure
+from ippon.evaluation.row import EpisodeRow
+from ippon.evaluation.statistics import PairedDifference
+from ippon.evaluation.summary import (
+    REFERENCE,
+    Effect,
+    MethodSummary,
+    by_method,
+    spl_by_goal,
+)
+
+_RECORDING: Final = "*/metadata.yaml"
+"""Below an episode's folder of recordings, each with the time at which it was made."""
+ENOUGH_EPISODES: Final = 200
+"""Below this the page says that the sample is small."""
+
+_STYLE: Final = """
+.legend span{margin-right:16px;white-space:nowrap}.legend i{display:inline-block;width:12px;
+height:12px;margin-right:6px}
+.legend b{display:inline-block;min-width:24px;margin-right:6px;vertical-align:middle}
+.legend b+b{min-width:0}svg{width:100%;height:auto}
+"""
+_CAUSES: Final[Mapping[Failure, str]] = {
+    "never_seen": "the object never came into view within mapping range",
+    "seen_and_missed": "it did, and the search went past it",
+    "false_stop": "the robot said found where it is not",
+    "out_of_reach": "the robot said that it sees the object and that no way leads close to it",
+    "collision": "it touched something and did not move from there for the last minute",
+    "stuck": "it did not move for the last minute, and had touched nothing there",
+    "time": "the map shows the object, and time ran out before the robot stood in front of it",
+}
+_SECOND: Final = (
+    '<p class="dim">With: searches for a second object where the first search ended, on its map. '
+    "Without: from the same place for the same object, with an empty map. Neither counts in the "
+    "tables above.</p>"
+)
+
+
+def report_page(data: ReportData) -> str:
+    """Return the page."""
+    groups = by_method(data.rows)
+    parts = [
+        "<h1>Search efficiency</h1>",
+        _facts(data),
+        *_warnings(data),
+        "<h2>Methods</h2>",
+        _methods_table(data.summaries),
+        interval_plot(data.summaries),
+    ]
+    if data.comparisons:
+        parts += [f"<h2>{REFERENCE} against each, on the same episodes</h2>", _pairs_table(data)]
+    if data.contexts:
+        parts += ["<h2>What a truthful sentence is worth</h2>", _effects_table(data.contexts)]
+    if data.seconds:
+        parts += ["<h2>What a known home is worth</h2>", _effects_table(data.seconds), _SECOND]
+    parts += [
+        "<h2>Success against path length</h2>",
+        success_curves(groups),
+        "<h2>SPL by goal</h2>",
+        goal_plot(spl_by_goal(data.rows), list(groups)),
+        "<h2>Why searches failed</h2>",
+        failure_plot(data.summaries),
+        _causes(),
+        *_episodes(data),
+        *_recorded(data),
+        "<h2>Set-up</h2>",
+        "<details><summary>configuration</summary><pre>",
+        escape(json.dumps(data.settings, indent=1)),
+        "</pre></details>",
+    ]
+    return (
+        '<!doctype html><html lang="en"><meta charset="utf-8"><title>IPPON evaluation</title>'
+        f"<style>{REPORT_STYLE}{_STYLE}</style><body>{''.join(parts)}</body></html>\n"
+    )
+
+
+def _facts(data: ReportData) -> str:
+    homes = sorted({home_name(row.home) for row in data.rows})
+    versions = sorted({row.version for row in data.rows})
+    first = data.rows[0]
+    shown = ", ".join(homes[:6]) + (f" … {homes[-1]}" if len(homes) > 6 else "")
+    return (
+        f"<p>{len(data.rows)} episodes in {len(homes)} homes ({escape(shown)}); robot "
+        f"{escape(first.robot)}, images {first.image_width} × {first.image_height}.<br>"
+        f'<span class="dim">{"<br>".join(escape(v) for v in versions)}</span></p>'
+    )
+
+
+def _warnings(data: ReportData) -> Iterable[str]:
+    if data.errors:
+        listed = ", ".join(data.errors[:5])
+        yield (
+            f'<p class="warn">{len(data.errors)} episodes could not be run to their end and count '
+            f"nowhere below: {escape(listed)}.</p>"
+        )
+    if min(s.episodes for s in data.summaries) < ENOUGH_EPISODES:
+        yield (
+            f'<p class="warn">A small sample: fewer than {ENOUGH_EPISODES} episodes for some '
+            "method. Read the intervals, not the means.</p>"
+        )
+    if len({s.episodes for s in data.summaries}) > 1:
+        yield (
+            '<p class="warn">Methods ran different numbers of episodes; only the paired table '
+            "compares the same ones.</p>"
+        )
+    if len({row.version for row in data.rows}) > 1:
+        yield '<p class="warn">Rows were made by different versions of the program.</p>'
+
+
+def _methods_table(summaries: Sequence[MethodSummary]) -> str:
+    head = (
+        "method", "episodes", "success", "SPL", "SoftSPL", "contacts", "time, s", "path, m",
+        "planner p95, ms", "× real time",
+    )  # fmt: skip
+    body = [
+        (
+            s.method,
+            str(s.episodes),
+            _with_interval(s.success, s.success_ci95),
+            _with_interval(s.spl, s.spl_ci95),
+            _with_interval(s.soft_spl, s.soft_spl_ci95),
+            f"{s.hits:.2f}",
+            f"{s.time_s:.0f}",
+            f"{s.path_length_m:.1f}",
+            f"{s.planner_ms_p95:.0f}",
+            f"{s.realtime_factor:.1f}",
+        )
+        for s in summaries
+    ]
+    names = "; ".join(f"{s.method}: {_summary_of(s.method)}" for s in summaries)
+    return _table(head, body) + (
+        '<p class="dim">Brackets: 95 % bootstrap intervals over homes. Times are processor time of '
+        f"one core. {escape(names)}.</p>"
+    )
+
+
+def _summary_of(method: str) -> str:
+    """Say what a method does; rows may come from another version, with other methods."""
+    return METHODS[method].summary if method in METHODS else "unknown to this version"
+
+
+def _pairs_table(data: ReportData) -> str:
+    head = ("less", "pairs", "SPL difference", "p", "SPL ratio", "success difference", "p")
+    body = [
+        (
+            c.method,
+            str(c.spl.pairs),
+            _difference(c.spl),
+            f"{c.spl.p:.3f}",
+            f"{c.spl_ratio:.2f}",
+            _difference(c.success),
+            f"{c.success_p:.3f}",
+        )
+        for c in data.comparisons
+    ]
+    return _table(head, body) + (
+        '<p class="dim">p of SPL: sign flips of whole homes; of success: McNemar, exact.</p>'
+    )
+
+
+def _effects_table(effects: Sequence[Effect]) -> str:
+    head = ("method", "pairs", "SPL with", "SPL without", "ratio", "difference", "p")
+    body = [
+        (
+            e.method,
+            str(e.difference.pairs),
+            f"{e.spl_with:.3f}",
+            f"{e.spl_without:.3f}",
+            f"{e.ratio:.2f}",
+            _difference(e.difference),
+            f"{e.difference.p:.3f}",
+        )
+        for e in effects
+    ]
+    return _table(head, body)
+
+
+def _causes() -> str:
+    listed = "; ".join(f"{cause.replace('_', ' ')}: {_CAUSES[cause]}" for cause in FAILURES)
+    return f'<p class="dim">{escape(listed)}.</p>'
+
+
+def _episodes(data: ReportData) -> Iterable[str]:
+    """List every episode with the command that records it, and with its recordings."""
+    groups = {
+        "failed episodes": [r for r in data.rows if not r.success],
+        "episodes that found the object": [r for r in data.rows if r.success],
+        "searches for a second object, and those compared with them": data.later,
+    }
+    for what, rows in groups.items():
+        if rows:
+            lines = "".join(_episode(data.folder, row) for row in rows)
+            yield (
+                f"<details><summary>{len(rows)} {what}, and how to watch them</summary>"
+                f"<table>{lines}</table></details>"
+            )
+
+
+def _episode(folder: Path, row: EpisodeRow) -> str:
+    how = f"SPL {row.spl:.2f}" if row.success else f"{row.distance_to_goal_m:.1f} m away"
+    watch = f"<code>{escape(replay_command(folder, row))}</code>"
+    if row.kind == "second":
+        watch = "begins on the map of the search before it: watch that, or the fresh one"
+    sessions = sorted((folder / SESSIONS / f"{row.episode_id}.{row.method}").glob(_RECORDING))
+    links = " ".join(_link(folder, path.parent, "recording") for path in sessions)
+    return (
+        f"<tr><td>{escape(row.episode_id)}</td><td>{escape(row.method)}</td>"
+        f"<td>{'found' if row.success else row.failure}</td><td>{how}</td>"
+        f'<td>{links}</td><td class="wide">{watch}</td></tr>'
+    )
+
+
+def _link(folder: Path, session: Path, text: str) -> str:
+    to = "/".join(quote(part) for part in session.relative_to(folder).parts)
+    return f'<a href="{to}/">{escape(text)}</a>'
+
+
+def replay_command(folder: Path, row: EpisodeRow) -> str:
+    """Return the command that runs an episode again and records it."""
+    words = ["ippon", "eval", "replay", str(folder), row.episode_id, "--method", row.method]
+    return shlex.join(words)
+
+
+def _recorded(data: ReportData) -> Iterable[str]:
+    """List what `ippon eval replay` has recorded, to be opened."""
+    sessions = sorted((data.folder / SESSIONS).glob(f"*/{_RECORDING}"))
+    if not sessions:
+        yield (
+            '<p class="dim">Any episode can be watched: the command beside it records it for ippon '
+            "review.</p>"
+        )
+        return
+    yield "<h2>Recorded episodes</h2><table>"
+    for path in sessions:
+        command = shlex.join(["ippon", "review", str(path.parent)])
+        yield (
+            f"<tr><td>{_link(data.folder, path.parent, path.parents[1].name)}</td>"
+            f'<td class="wide"><code>{escape(command)}</code></td></tr>'
+        )
+    yield "</table>"
+
+
+def _table(head: Sequence[str], body: Iterable[Sequence[str]]) -> str:
+    top = "".join(f"<th>{escape(h)}</th>" for h in head)
+    lines = "".join(
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in line) + "</tr>" for line in body
+    )
+    return f"<table><tr>{top}</tr>{lines}</table>"
+
+
+def _with_interval(value: float, interval: tuple[float, float]) -> str:
+    return f"{value:.3f} [{interval[0]:.2f}, {interval[1]:.2f}]"
+
+
+def _difference(d: PairedDifference) -> str:
+    return f"{d.mean:+.3f} [{d.ci95[0]:+.2f}, {d.ci95[1]:+.2f}]"

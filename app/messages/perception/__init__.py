@@ -1,0 +1,1 @@
+"""What segmentations and detectors send: heatmaps, boxes, masks, and their names."""

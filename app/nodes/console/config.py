@@ -1,0 +1,59 @@
+"""Configuration of the console."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from app.errors import UsageError
+
+LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "::1"})
+PASSWORD_VARIABLE: Final = "IPPON_CONSOLE_PASSWORD"  # noqa: S105 (a name, not a password)
+"""Password of the single user "operator", used when there is no file of users."""
+
+
+class ConsoleError(UsageError):
+    """The console cannot start or continue; the text says how to fix it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConsoleConfig:
+    """Endpoint of the navigator, and address, port and users of the page."""
+
+    connect: str = "tcp/127.0.0.1:7447"
+    """zenoh endpoint of the navigator."""
+    robot: str = "ippon"
+    """Key prefix of the robot."""
+    host: str = "127.0.0.1"
+    """Address that the page is served on; any except loopback requires a login."""
+    port: int = 8080
+    """Port of the page; 0 selects any free port."""
+    users: Path | None = None
+    """File of users, made by `ippon user`; with one, every browser must log in."""
+    tls_cert: Path | None = None
+    """PEM file with the TLS certificate and its intermediate certificates."""
+    tls_key: Path | None = None
+    """PEM file with the private key of the certificate."""
+    names: tuple[str, ...] = ()
+    """Further host names that the console answers to, for example robot.example.org."""
+
+    def __post_init__(self) -> None:
+        """Reject settings that would serve the page to everyone, and invalid values."""
+        if self.host not in LOOPBACK and not self.has_login:
+            raise ConsoleError(
+                f"on {self.host!r} the console requires a login: make a file of users with `ippon "
+                f"user NAME --users FILE` and start it with --users FILE, or set "
+                f"{PASSWORD_VARIABLE}. Without a login, from another machine: ssh -L "
+                f"{self.port}:127.0.0.1:{self.port}"
+            )
+        if (self.tls_cert is None) != (self.tls_key is None):
+            raise ConsoleError("TLS needs both a certificate and its key: --tls-cert and --tls-key")
+        if not 0 <= self.port <= 65535:
+            raise ConsoleError(f"a port lies in 0 to 65535; got {self.port}")
+        if not self.robot or any(c in self.robot for c in "*$?# "):
+            raise ConsoleError(f"a robot's key prefix has no wildcard or space; got {self.robot!r}")
+
+    @property
+    def has_login(self) -> bool:
+        """Whether a login is required."""
+        return self.users is not None or bool(os.environ.get(PASSWORD_VARIABLE))

@@ -1,0 +1,202 @@
+"""Why a find is believed: what the images from each place say, and which images show it best."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.recognition.recognition import Recognition
+from app.recognition.views import View
+from ippon.calibration.evidence import Evidence, EvidenceCollector
+from ippon.calibration.known_objects import KnownObject, KnownObjects
+from ippon.frame import Frame
+from ippon.geometry import invert_transform
+from ippon.mission.snapshot import Find
+from ippon.observation import Instance
+from ippon.segmentation.painting import paint
+
+MOST_IMAGES: Final = 4
+"""Images that are shown of a find, each from another place where there are so many."""
+_SECTOR_RAD: Final = math.radians(15.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlaceSaid:
+    """What the images from one place say of a find."""
+
+    direction: str
+    """Such as "from 90°, nearer than 2 m"."""
+    images: int
+    nats: float
+    """For the object, or against it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sighting:
+    """An image that shows something."""
+
+    view: View
+    pixel: tuple[float, float]
+    """Of the find's centre, or of the middle of the box."""
+    distance_m: float
+    instance: Instance | None
+    """What the network found there; None for nothing of this kind."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FindEvidence:
+    """Why a find is believed."""
+
+    prior_nats: float
+    """Before any image."""
+    places: tuple[PlaceSaid, ...]
+    """Strongest first; of a voxel in the find's middle."""
+    in_view: int
+    """Images in which its centre is in view."""
+    sightings: tuple[Sighting, ...]
+
+
+def explain(recognition: Recognition, label: str, finds: Sequence[Find]) -> list[FindEvidence]:
+    """Explain finds of an object.
+
+    Args:
+        recognition: Has fused the recording.
+        label: The object.
+        finds: Of it, in the map's world.
+    """
+    if not finds:
+        return []
+    config = recognition.map_of(label).config
+    collector = EvidenceCollector([label], config.voxel_size_m, config.ooi_max_range_m)
+    for view in recognition.views:
+        if view.detections is not None:
+            frame = _frame_of(view)
+            collector.add(frame, paint(view.detections, frame.depth))
+    prior = -math.log(len(recognition.labels) - 1)
+    out: list[FindEvidence] = []
+    for find in finds:
+        seen = [(view, view.pixel_of(find.position_world)) for view in recognition.views]
+        sightings = [
+            Sighting(
+                view=view,
+                pixel=at[:2],
+                distance_m=at[2],
+                instance=view.instance_at(label, at[0], at[1]),
+            )
+            for view, at in seen
+            if at is not None
+        ]
+        out.append(
+            FindEvidence(
+                prior_nats=prior,
+                places=_places(recognition, collector, label, find),
+                in_view=len(sightings),
+                sightings=_best(sightings),
+            )
+        )
+    return out
+
+
+def best_detection(recognition: Recognition, label: str) -> Sighting | None:
+    """Return the image in which an object that was not found has its highest score."""
+    best: Sighting | None = None
+    for view in recognition.views:
+        for one in () if view.detections is None else view.detections.instances:
+            if one.label != label or (
+                best is not None and best.instance is not None and one.score <= best.instance.score
+            ):
+                continue
+            u, v = 0.5 * (one.box_px[0] + one.box_px[2]), 0.5 * (one.box_px[1] + one.box_px[3])
+            h, w = view.depth.shape
+            depth = float(view.depth[min(int(v), h - 1), min(int(u), w - 1)])
+            best = Sighting(view=view, pixel=(u, v), distance_m=depth, instance=one)
+    return best
+
+
+def _frame_of(view: View) -> Frame:
+    T_world_camera = invert_transform(view.T_camera_world)
+    h, w = view.depth.shape
+    return Frame(
+        stamp_ns=view.number,
+        color=np.zeros((h, w, 3), np.uint8),
+        depth=view.depth.astype(np.float32),
+        camera=view.camera,
+        T_world_camera=T_world_camera,
+        T_world_base=T_world_camera,
+        tilt_rad=0.0,
+    )
+
+
+def _places(
+    recognition: Recognition, collector: EvidenceCollector, label: str, find: Find
+) -> tuple[PlaceSaid, ...]:
+    here = KnownObject(
+        label=label,
+        centre_world=find.position_world,
+        about_m=min(max(find.size_m), 20.0),
+    )
+    evidence = collector.evidence(KnownObjects(objects=(here,)), np.eye(4))
+    if not evidence:
+        return ()
+    detections = next(v.detections for v in recognition.views if v.detections is not None)
+    table = recognition.models.of_source(detections.source, "scores").table_of(label)
+    return _places_of_middle(evidence[0], np.exp(table.log_ratios("scores")))
+
+
+def _places_of_middle(evidence: Evidence, likelihood: NDArray[np.float32]) -> tuple[PlaceSaid, ...]:
+    """Return what each place says of the voxel that is believed as much as half of them."""
+    nats = np.log(evidence.values @ likelihood)
+    sums = np.add.reduceat(nats, evidence.first)
+    middle = int(np.argsort(sums)[len(sums) // 2])
+    ends = np.append(evidence.first, len(nats))
+    rows = range(int(ends[middle]), int(ends[middle + 1]))
+    said = [
+        PlaceSaid(
+            direction=_direction(int(evidence.place[row])),
+            images=int(evidence.images[row]),
+            nats=float(nats[row]),
+        )
+        for row in rows
+    ]
+    return tuple(sorted(said, key=lambda one: -abs(one.nats)))
+
+
+def _direction(place: int) -> str:
+    """Return a place in words, see `ippon.mapping.objects.places.place_of`."""
+    distance = "farther than 2 m" if place % 2 else "nearer than 2 m"
+    if place >= 48:
+        return f"from {'above' if place >= 50 else 'below'}, {distance}"
+    quadrant, sector = divmod(place // 2, 6)
+    degrees = 15.0 * sector + 7.5
+    x_sign, y_sign = (-1 if quadrant & 1 else 1), (-1 if quadrant & 2 else 1)
+    angle = math.degrees(
+        math.atan2(
+            y_sign * math.sin(math.radians(degrees)), x_sign * math.cos(math.radians(degrees))
+        )
+    )
+    return f"from {angle % 360.0:.0f}°, {distance}"
+
+
+def _best(sightings: Sequence[Sighting]) -> tuple[Sighting, ...]:
+    """Return the sightings with the highest scores, then the nearest, each from elsewhere."""
+    ranked = sorted(
+        sightings,
+        key=lambda one: (-(one.instance.score if one.instance else 0.0), one.distance_m),
+    )
+    chosen: list[Sighting] = []
+    for apart_rad in (_SECTOR_RAD, 0.0):
+        for one in ranked:
+            if len(chosen) == MOST_IMAGES:
+                break
+            if all(one is not other and _angle(one, other) >= apart_rad for other in chosen):
+                chosen.append(one)
+    return tuple(chosen)
+
+
+def _angle(a: Sighting, b: Sighting) -> float:
+    """Return the angle between the optical axes of two images, radians."""
+    axes = [one.view.T_camera_world[2, :3] for one in (a, b)]
+    return math.acos(min(1.0, max(-1.0, float(axes[0] @ axes[1]))))

@@ -1,0 +1,64 @@
+"""Places in words, and the images that are chosen of a find."""
+
+import numpy as np
+import pytest
+
+from app.recognition.find_evidence import Sighting, _best, _direction
+from app.recognition.views import View
+from ippon.camera import PinholeCamera
+from ippon.geometry import R_BASE_CAMERA_LEVEL, invert_transform, make_transform, rotation_z
+from ippon.mapping.objects.places import place_of
+from ippon.observation import Detections, Instance
+
+CAMERA = PinholeCamera(width=80, height=60, fx=70.0, fy=70.0, cx=39.5, cy=29.5)
+
+
+def view(number, *, yaw=0.0, score=0.9, box=(10.0, 10.0, 60.0, 50.0)):
+    cup = Instance(label="cup", score=score, box_px=box)
+    return View(
+        number=number,
+        T_camera_world=invert_transform(
+            make_transform(rotation_z(yaw) @ R_BASE_CAMERA_LEVEL, np.zeros(3))
+        ),
+        camera=CAMERA,
+        depth=np.full((60, 80), 2.0, np.float16),
+        detections=Detections(
+            source="x", labels=("cup",), ooi=None, image_size=(60, 80), instances=(cup,)
+        ),
+    )
+
+
+@pytest.mark.parametrize("degrees", range(8, 360, 15))
+@pytest.mark.parametrize("distance_m", [1.0, 3.0])
+def test_a_place_is_named_by_its_direction(degrees, distance_m):
+    a = np.radians(degrees)
+    text = _direction(place_of(distance_m * np.cos(a), distance_m * np.sin(a), 0.1))
+    named = float(text.removeprefix("from ").split("°")[0])
+    assert abs(named - degrees) <= 8.0
+    assert text.endswith("farther than 2 m" if distance_m > 2.0 else "nearer than 2 m")
+
+
+def test_steep_places():
+    assert _direction(place_of(0.0, 0.0, 1.0)) == "from above, nearer than 2 m"
+    assert _direction(place_of(0.0, 0.1, -3.0)) == "from below, farther than 2 m"
+
+
+def test_a_view_shows_what_is_in_view_recognised_and_not_covered():
+    assert view(0).shows("cup", (2.0, 0.0, 0.0))
+    assert not view(0).shows("hat", (2.0, 0.0, 0.0))
+    assert not view(0).shows("cup", (-2.0, 0.0, 0.0)), "behind the camera"
+    assert not view(0).shows("cup", (3.0, 0.0, 0.0)), "covered by what is 2 m away"
+    assert not view(0, score=0.2).shows("cup", (2.0, 0.0, 0.0))
+    assert not view(0, box=(0.0, 0.0, 5.0, 5.0)).shows("cup", (2.0, 0.0, 0.0))
+
+
+def test_images_from_different_places_come_first():
+    def sighting(number, yaw, score):
+        one = view(number, yaw=yaw, score=score)
+        return Sighting(
+            view=one, pixel=(40.0, 30.0), distance_m=2.0, instance=one.detections.instances[0]
+        )
+
+    seen = [sighting(n, 0.01 * n, 0.9) for n in range(5)]
+    seen += [sighting(9, 0.5, 0.4), sighting(10, 1.0, 0.3)]
+    assert [one.view.number for one in _best(seen)] == [0, 9, 10, 1]
