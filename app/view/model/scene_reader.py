@@ -6,7 +6,7 @@ from typing import Final
 
 import msgspec
 
-from app.messages import keys, status
+from app.messages import control, keys, status
 from app.messages.cdr import MessageError
 from app.messages.driving import PaintedRegions
 from app.messages.images import decode_camera, decode_color

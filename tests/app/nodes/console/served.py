@@ -80,7 +80,8 @@ def free_port():
 START = """
 import logging, sys
 from pathlib import Path
-from app.nodes.console.node import ConsoleConfig, run_console
+from app.nodes.console.config import ConsoleConfig
+from app.nodes.console.node import run_console
 logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s %(message)s")
 more = {"users": Path(sys.argv[3])} if len(sys.argv) > 3 else {}
 run_console(ConsoleConfig(connect=sys.argv[1], port=int(sys.argv[2]), **more))
