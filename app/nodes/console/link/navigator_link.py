@@ -25,6 +25,12 @@ from app.nodes.console.link.commands import CommandError, LeaseAction
 from app.nodes.console.link.panel_requests import REQUESTER, PanelRequests
 from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.web.browsers import Browser, acting_browser
+from app.nodes.console.web.permissions import (
+    may_command,
+    may_use_panels,
+    request_refusal,
+    take_refusal,
+)
 from ippon.control.drive_mode import TeleopInput
 
 logger = logging.getLogger(__name__)
@@ -120,7 +126,7 @@ class NavigatorLink(PanelRequests):
             logger.debug("query of %s: %s", topic, error)
             return None
 
-    # What `Controller` and `Actions` promise:
+    # Methods of `Controller` and `Actions`:
 
     async def control(self, request: ControlRequest) -> str:
         """Send a control request and return the resulting state."""
@@ -141,14 +147,12 @@ class NavigatorLink(PanelRequests):
 
     def may_use_panels(self, browser: Browser) -> bool:
         """Return whether a browser may use the panels: no other browser has control."""
-        lease = self.lease_status
-        holds = browser.standing == "holds" and lease.epoch <= browser.epoch
-        return browser.may_command and (lease.state == "free" or holds)
+        return may_use_panels(browser, self.lease_status)
 
     def send_input(self, held: TeleopInput) -> None:
         """Send the keys that an operator holds down; input that is not sent counts as released."""
         tops, publisher, browser = self.drive_status, self._input_publisher, acting_browser()
-        if publisher is None or browser is None or not browser.may_command:
+        if publisher is None or browser is None or not may_command(browser):
             return
         twist = StampedTwist(
             stamp_ns=time.time_ns(),
@@ -192,11 +196,10 @@ class NavigatorLink(PanelRequests):
         browser = acting_browser()
         if browser is None:
             raise CommandError("only a page can request control")
-        if action == "take" and browser.role != "supervisor":
-            raise CommandError(
-                f"your login ({browser.role}) cannot take control: request it instead"
-            )
         if action == "take":
+            refusal = take_refusal(browser)
+            if refusal:
+                raise CommandError(refusal)
             reply = self._request(keys.LEASE_TAKE, TakeRequest(), LeaseReply)
         else:
             reply = self._request(keys.LEASE, LeaseRequest(action=action), LeaseReply)
@@ -216,11 +219,9 @@ class NavigatorLink(PanelRequests):
         self, topic: str, message: msgspec.Struct, kind: type[M], timeout_s: float | None = None
     ) -> M:
         session, browser = self._commanding, acting_browser()
-        is_stop = isinstance(message, ControlRequest) and message.action == "stop"
-        if browser is not None and not browser.may_command and not is_stop:
-            raise CommandError(
-                "your login (viewer) can watch and stop the robot, but not command it"
-            )
+        refusal = "" if browser is None else request_refusal(browser, message)
+        if refusal:
+            raise CommandError(refusal)
         if session is None:
             raise _UndeliveredError(f"no navigator at {self.endpoint}")
         try:

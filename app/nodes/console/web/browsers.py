@@ -39,11 +39,6 @@ class Browser:
         self._tasks: set[asyncio.Task[object]] = set()
 
     @property
-    def may_command(self) -> bool:
-        """Whether this one may do more than watch, and stop."""
-        return self.role != "viewer"
-
-    @property
     def has_lease_or_request(self) -> bool:
         """Whether a lease or a request for one is kept alive."""
         return self.standing in {"holds", "waits"}

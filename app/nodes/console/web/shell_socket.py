@@ -14,6 +14,7 @@ from app.messages.driving import DriveModeName
 from app.nodes.console.link.commands import CommandError, Controller
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import Browser, Role, Standing, set_acting_browser
+from app.nodes.console.web.permissions import may_command
 from ippon.control.drive_mode import NO_INPUT, TeleopInput
 
 logger = logging.getLogger(__name__)
@@ -212,7 +213,7 @@ class _Standing:
 
     async def _renew(self) -> None:
         try:
-            if self._browser.may_command:
+            if may_command(self._browser):
                 await self._controller.lease("renew")
             self._is_new = False
         except CommandError as error:

@@ -1,9 +1,8 @@
-"""Passes a browser's WebSocket on to viser, and drops what no browser may ask for."""
+"""Forwards a browser's WebSocket to viser, and drops the messages that it may not send."""
 
 import asyncio
 import logging
 from collections.abc import Callable
-from collections.abc import Set as AbstractSet
 from typing import Any, Final
 
 import msgspec
@@ -13,28 +12,11 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.typing import Subprotocol
 
 from app.nodes.console.web.browsers import Browser
+from app.nodes.console.web.permissions import PANEL_MESSAGES, may_send
 from app.nodes.console.web.viser_server import LoopbackViserServer
 
 logger = logging.getLogger(__name__)
 
-WATCHING: Final = frozenset(
-    {"ViewerCameraMessage", "GetRenderResponseMessage", "LocalStorageGetItemResponseMessage"}
-)
-"""What the browser of a viewer may send, and of whoever watches while another holds control."""
-STEERING: Final = WATCHING | {
-    "CommandTriggerMessage",
-    "GuiButtonHoldMessage",
-    "GuiFormDirtyMessage",
-    "GuiFormSubmitMessage",
-    "GuiUpdateMessage",
-    "SceneNodeClickMessage",
-    "SceneNodeDragMessage",
-    "ScenePointerMessage",
-    "TransformControlsDragEndMessage",
-    "TransformControlsDragStartMessage",
-    "TransformControlsUpdateMessage",
-}
-"""What anyone else's may. Uploads and public tunnels are in neither list, nor what is new."""
 MAX_CLIENT_MESSAGE: Final = 8 * 2**20
 MAX_SERVER_MESSAGE: Final = 256 * 2**20
 
@@ -60,10 +42,10 @@ async def pass_through(
     """Serve one browser until either side ends.
 
     Args:
-        socket: One that is not accepted yet.
+        socket: A socket that is not accepted yet.
         viser_server: The scene's server.
-        browser: Whose browser it is.
-        may_use_panels: Whether this one may use the panels now.
+        browser: The browser at the socket.
+        may_use_panels: Returns whether a browser may use the panels now.
     """
     wanted = [Subprotocol(p) for p in socket.scope.get("subprotocols", [])]
     try:
@@ -116,23 +98,22 @@ async def _to_viser(
             if data is None or len(data) > MAX_CLIENT_MESSAGE:
                 await socket.close(_UNREADABLE, "not a message of the scene's client")
                 return
-            if _allowed(data, may_use_panels(), browser.own_controls):
+            if _allowed(data, browser, panels=may_use_panels()):
                 await upstream.send(data)
     except (ConnectionClosed, WebSocketDisconnect):
         return
 
 
-def _allowed(data: bytes, may_use_panels: bool, own_controls: AbstractSet[str]) -> bool:
+def _allowed(data: bytes, browser: Browser, *, panels: bool) -> bool:
     try:
         message = _kind.decode(data)
     except msgspec.DecodeError:
-        logger.warning("a browser sent %d bytes that are no scene message", len(data))
+        logger.warning("a browser sent %d bytes that are not a message of viser", len(data))
         return False
-    kind = message.type
-    if kind in STEERING:
-        is_own = kind == "GuiUpdateMessage" and message.uuid in own_controls
-        return may_use_panels or is_own or kind in WATCHING
-    logger.warning("a browser sent %.60r: refused", kind)
+    if may_send(browser, message.type, message.uuid, panels=panels):
+        return True
+    if message.type not in PANEL_MESSAGES:
+        logger.warning("refused a message of type %.60r from a browser", message.type)
     return False
 
 
