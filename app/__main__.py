@@ -7,7 +7,7 @@ import sys
 from app.cli.main import run
 
 EXIT_PIPE_CLOSED = 141
-"""As a shell tells of a program that SIGPIPE ended."""
+"""Exit status that a shell reports for a program ended by SIGPIPE."""
 
 
 def main() -> None:
@@ -20,7 +20,7 @@ def main() -> None:
     except BrokenPipeError:
         if not _reader_is_gone():
             raise
-        # `ippon ... | head` has read enough; nor may Python's last flush complain of it.
+        # The reader has closed the pipe (`ippon ... | head`); Python's last flush must not fail.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         status = EXIT_PIPE_CLOSED
     sys.exit(status)

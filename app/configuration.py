@@ -39,21 +39,21 @@ UNITS: Final = {
     "m": "m",
     "s": "s",
 }
-"""Units by the ends of fields' names, the longest first."""
+"""Units by suffix of the field's name, the longest first."""
 
 
 class ConfigurationError(ValueError):
-    """A configuration cannot be used; the text names the field and what would work."""
+    """A configuration cannot be used; the text names the field and valid values."""
 
 
 class _Loader(yaml.SafeLoader):
-    """Reads 1e-3 as a number, as YAML 1.2 and JSON do, and refuses a name that stands twice."""
+    """Reads 1e-3 as a number, as YAML 1.2 and JSON do, and refuses duplicate names."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         names = [key.value for key, _ in node.value]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
-            raise ConfigurationError(f"{twice!r} stands twice in one group")
+            raise ConfigurationError(f"{twice!r} is defined twice in one group")
         return super().construct_mapping(node, deep=deep)
 
 
@@ -78,7 +78,7 @@ def read_file(path: Path) -> dict[str, Any]:
     """Return the tree of a YAML or JSON file.
 
     Raises:
-        ConfigurationError: The file cannot be read, or does not hold names with values.
+        ConfigurationError: The file cannot be read, or is not a mapping of names to values.
     """
     if path.is_file() and path.stat().st_size > MAX_FILE_BYTES:
         raise ConfigurationError(f"{path} is too large for a configuration")
@@ -90,14 +90,14 @@ def read_file(path: Path) -> dict[str, Any]:
         return {}
     if not isinstance(tree, dict):
         raise ConfigurationError(
-            f"configuration {path} holds no names with values; `ippon config` prints one to "
-            "start from"
+            f"configuration {path} is not a mapping of names to values; `ippon config` prints a "
+            f"template"
         )
     return typing.cast("dict[str, Any]", tree)
 
 
 def parse_yaml(text: str) -> Any:
-    """Return the value that a YAML or JSON text holds."""
+    """Return the value of a YAML or JSON text."""
     return yaml.load(text, Loader=_Loader)  # noqa: S506 - a subclass of SafeLoader
 
 
@@ -107,10 +107,10 @@ def changed(config: Config, changes: Mapping[str, Any], path: Names = ()) -> Con
     Args:
         config: A dataclass; nested dataclasses are groups of fields.
         changes: Values by field name; for a group, a mapping of the same kind.
-        path: Names of the groups above this one, for error texts.
+        path: Names of the enclosing groups, for error texts.
 
     Raises:
-        ConfigurationError: A name is unknown, or a value has the wrong type or is refused.
+        ConfigurationError: A name is unknown, or a value has the wrong type or is invalid.
     """
     known: dict[str, Any] = {f.name: getattr(config, f.name) for f in fields(config)}  # pyright: ignore[reportArgumentType]
     hints = _hints(type(config))
@@ -134,22 +134,22 @@ def changed(config: Config, changes: Mapping[str, Any], path: Names = ()) -> Con
 
 
 def assign(tree: dict[str, Any], name: str, value: Any) -> None:
-    """Set the value of a dotted name in a tree, and make the groups above it."""
+    """Set the value of a dotted name in a tree, creating its groups."""
     *groups, last = name.split(".")
     for group in groups:
         tree = tree.setdefault(group, {})
         if not isinstance(tree, dict):  # pyright: ignore[reportUnnecessaryIsInstance]
-            raise ConfigurationError(f"{name}: {group} is set to a value already")
+            raise ConfigurationError(f"{name}: {group} already has a value")
     tree[last] = value
 
 
 def parse_changes(config: object, changes: Sequence[str], group: str = "") -> dict[str, Any]:
-    """Return the tree of changes that are written as NAME=VALUE.
+    """Return the tree of changes given as NAME=VALUE.
 
     Args:
-        config: The configuration that they are for.
+        config: The configuration to change.
         changes: Dotted names and YAML values.
-        group: Its fields need not be written with the group's name.
+        group: Group whose fields may be given without its name.
 
     Raises:
         ConfigurationError: A change is not NAME=VALUE.
@@ -167,12 +167,12 @@ def parse_changes(config: object, changes: Sequence[str], group: str = "") -> di
         try:
             assign(tree, name, parse_yaml(text))
         except yaml.YAMLError as error:
-            raise ConfigurationError(f"{name}: {text!r} is no YAML value") from error
+            raise ConfigurationError(f"{name}: {text!r} is not a YAML value") from error
     return tree
 
 
 def differences(config: object, default: object, path: Names = ()) -> Iterator[Difference]:
-    """Yield every field in which a configuration differs from another of its type."""
+    """Yield every field in which two configurations of one type differ."""
     for name, value in _values(config):
         before = getattr(default, name)
         if is_dataclass(value) and type(value) is type(before):
@@ -182,7 +182,7 @@ def differences(config: object, default: object, path: Names = ()) -> Iterator[D
 
 
 def field_names(config: object, path: Names = ()) -> Iterator[str]:
-    """Yield the dotted name of every field that is no group."""
+    """Yield the dotted name of every field that is not a group."""
     for name, value in _values(config):
         if is_dataclass(value):
             yield from field_names(value, (*path, name))
@@ -195,8 +195,8 @@ def as_yaml(config: object, left_out: Sequence[str] = (), depth: int = 0) -> str
 
     Args:
         config: A dataclass.
-        left_out: Names of its fields that are not written.
-        depth: Groups above it.
+        left_out: Names of fields to omit.
+        depth: Number of enclosing groups.
     """
     indent = "  " * depth
     explained = explanations(type(config))
@@ -217,13 +217,13 @@ def as_yaml(config: object, left_out: Sequence[str] = (), depth: int = 0) -> str
 
 
 def unit_of(name: str) -> str:
-    """Return the unit that a field's name ends with, empty without one."""
+    """Return the unit in a field's name, empty without one."""
     return next((unit for end, unit in UNITS.items() if name.endswith(f"_{end}")), "")
 
 
 @functools.cache
 def explanations(kind: type) -> dict[str, str]:
-    """Return the docstrings below the fields of a dataclass and of its bases."""
+    """Return the docstrings of the fields of a dataclass and of its bases."""
     found: dict[str, str] = {}
     for base in reversed(kind.__mro__):
         if not is_dataclass(base):
@@ -259,7 +259,7 @@ def _converted(value: Any, kind: Any, path: Names) -> Any:
 
 
 def _unknown(config: object, name: str, path: Names) -> ConfigurationError:
-    """Return the error for a name that a group does not have, with the nearest one that it has."""
+    """Return the error for an unknown name, with the most similar known name."""
     here = [field for field, _ in _values(config)]
     near = difflib.get_close_matches(name, here, n=1)
     below = [full for full in field_names(config) if full.split(".")[-1] == name]
@@ -283,7 +283,7 @@ def _comment(text: str, indent: str) -> str:
 
 
 def _scalar(value: Any) -> str:
-    """Write a value as YAML on one line; numbers as Python writes them."""
+    """Return a value as YAML on one line; numbers as Python formats them."""
     plain = msgspec.to_builtins(value)
     text = yaml.safe_dump(plain, default_flow_style=True, width=10**6, allow_unicode=True)
     return text.removesuffix("\n").removesuffix("\n...")

@@ -1,9 +1,9 @@
-"""What a command says when it cannot do what it was asked."""
+"""Errors of commands."""
 
 
 class UsageError(Exception):
-    """The command was asked for something impossible; its text says what would work."""
+    """A command cannot be run as given; the text says what would work."""
 
 
 class DemoError(Exception):
-    """A part of the demo failed; the text says which and what to look at."""
+    """A process of the demo failed; the text names it and where to look."""

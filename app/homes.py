@@ -1,4 +1,4 @@
-"""Homes by name: a seed, the seed of a large building's floor, or a folder with a scene."""
+"""Loading of homes by name: a seed, floor:SEED, or a folder with a scene."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,7 +22,7 @@ def check_home(text: str) -> None:
     """Check that a text names a home: a seed, floor:SEED, or a folder with a scene.
 
     Raises:
-        UsageError: It does not; the text says what would work.
+        UsageError: The name is invalid; the text says what would work.
     """
     seed = _seed_of(text)
     if seed is not None:
@@ -41,7 +41,7 @@ def check_home(text: str) -> None:
 
 
 def load_home(text: str) -> Scene:
-    """Generate or load the home.
+    """Generate or load a home.
 
     Raises:
         UsageError: There is no such home, or its files are damaged.
@@ -60,10 +60,10 @@ def load_home(text: str) -> Scene:
 
 
 def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
-    """Return the homes that texts name, each once; ranges of seeds are written out.
+    """Return the named homes without duplicates; ranges of seeds are expanded.
 
     Raises:
-        UsageError: It does not; the text says what would work.
+        UsageError: The name is invalid; the text says what would work.
     """
     out: list[str] = []
     for part in (p for text in homes for p in text.split(",") if p):
@@ -86,7 +86,7 @@ def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
 
 
 def home_key(text: str) -> str:
-    """Return one name for all spellings of a home: its seed, or its folder's absolute path."""
+    """Return a unique name of a home: its seed, or the absolute path of its folder."""
     return f"seed {text}" if _seed_of(text) is not None else str(Path(text).resolve())
 
 

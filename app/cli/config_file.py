@@ -1,4 +1,4 @@
-"""`--config FILE`: a configuration file below the flags of a command."""
+"""`--config FILE`: values from a configuration file, which flags override."""
 
 from collections.abc import Mapping
 from dataclasses import is_dataclass, replace
@@ -41,7 +41,7 @@ SET_ELSEWHERE: Final = {
     "observation_model": "--observation-model",
     "language_model": "--llm.model",
 }
-"""Fields of the navigator's configuration that no file sets, and the flags that do."""
+"""Fields of the navigator's configuration that only flags set, with these flags."""
 
 
 def read_config(path: Path | None) -> dict[str, Any]:
@@ -61,7 +61,7 @@ def read_config(path: Path | None) -> dict[str, Any]:
 
 
 def check_tree(tree: Mapping[str, Any]) -> NavigatorConfig:
-    """Return the navigator's configuration with the changes of a tree.
+    """Return the navigator's configuration with changed fields.
 
     Raises:
         ConfigurationError: A field is unknown, is set elsewhere, or has a wrong value.
@@ -87,7 +87,7 @@ def with_file(options: Options) -> Options:
 
 
 def beyond_flags(kind: type, tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the part of a tree that the command has no flags for."""
+    """Return the fields of a tree that have no flag."""
     return _without(tree, set(FLAGS[kind].values()))
 
 

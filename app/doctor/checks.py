@@ -1,4 +1,4 @@
-"""Checks of this machine: what is installed, reachable and fast enough."""
+"""Checks of this machine: installed packages, running navigators, speed."""
 
 import ctypes
 import importlib.metadata
@@ -33,7 +33,7 @@ PACKAGES: Final = ("numba", "numpy", "open3d", "ompl", "eclipse-zenoh", "viser")
 DISK_GB: Final = 2.0
 SLOW_MS: Final = 150.0
 SLOW_SEGMENTATION_S: Final = 0.5
-"""Two images per second are enough for a robot that keeps driving."""
+"""Two images per second suffice for a robot in motion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +46,7 @@ class Finding:
 
 
 def check_machine() -> list[Finding]:
-    """Run every check but that of the segmentation, which loads a network."""
+    """Run every check except that of the segmentation, which loads a network."""
     checks: tuple[Callable[[], list[Finding]], ...] = (
         _python,
         _libraries,
@@ -98,7 +98,9 @@ def _libraries() -> list[Finding]:
     if missing:
         detail = f"type: sudo apt-get install {' '.join(missing)}"
         return [Finding(what="system libraries", verdict="missing", detail=detail)]
-    return [Finding(what="system libraries", verdict="ok", detail="all that open3d loads")]
+    return [
+        Finding(what="system libraries", verdict="ok", detail="all libraries that open3d loads")
+    ]
 
 
 def _loads(library: str) -> bool:
@@ -112,7 +114,7 @@ def _loads(library: str) -> bool:
 def _packages() -> list[Finding]:
     findings: list[Finding] = []
     for name in PACKAGES:
-        # On Linux the processor-only build of open3d has a name of its own.
+        # On Linux the CPU-only build of open3d has a different name.
         names = (name, f"{name}-cpu")
         version = next((v for v in map(_version, names) if v is not None), None)
         findings.append(
@@ -135,7 +137,7 @@ def _version(name: str) -> str | None:
 def _browser() -> list[Finding]:
     names = ("chromium", "chromium-browser", "google-chrome", "firefox")
     found = next((path for name in names if (path := shutil.which(name))), None)
-    detail = found or "none on this machine; any browser that reaches the page will do"
+    detail = found or "none on this machine; any browser that reaches the page works"
     return [Finding(what="browser", verdict="ok" if found else "warning", detail=detail)]
 
 

@@ -1,4 +1,4 @@
-"""The speed of a segmentation network on this machine."""
+"""Measurement of a segmentation network's speed on this machine."""
 
 import os
 import time
@@ -27,14 +27,14 @@ class Speed:
     """A measured speed."""
 
     what: str
-    """The network, and on what it ran."""
+    """The network and its device."""
     image_s: float
     """Median seconds for one image of 640x640 with 41 labels."""
     labels_s: float
-    """Seconds that the first image took longer, for embedding the labels and starting."""
+    """Additional seconds for the first image, for start-up and the embedding of labels."""
 
     def __str__(self) -> str:
-        """Write it on one line."""
+        """Format the result on one line."""
         return (
             f"{1.0 / self.image_s:.2f} images/s ({1e3 * self.image_s:.0f} ms each), "
             f"{self.labels_s:.1f} s more for the first with its labels; {self.what}"
@@ -46,7 +46,7 @@ def measure_network(config: SegmentationConfig, models: Path) -> Speed:
 
     Args:
         config: The network.
-        models: Folder of the checkpoints; without its own there, SAN gets random weights.
+        models: Folder of the checkpoints; without a checkpoint there, SAN gets random weights.
 
     Raises:
         SegmentationError: The network cannot be loaded, or fails.
@@ -68,7 +68,7 @@ def measure(segmenter: "Segmenter", what: str) -> Speed:
 
 def _seconds(segmenter: "Segmenter", image: np.ndarray) -> float:
     started = time.perf_counter()
-    # The heatmap lies in this machine's own memory, so the device has finished.
+    # The heatmap is in host memory, so the device has finished.
     segmenter.segment(image, MATTERPORT_40, "hat")
     return time.perf_counter() - started
 
@@ -86,7 +86,7 @@ def _load(config: SegmentationConfig, folder: Path) -> "tuple[Segmenter, str]":
 
 
 def random_san(name: str, config: SegmentationConfig) -> "Segmenter":
-    """Return a released architecture with random weights; they take the same time."""
+    """Return a released architecture with random weights, which run at the same speed."""
     from ippon.segmentation.backends.san.architecture import RELEASED
     from ippon.segmentation.backends.san.random_weights import random_network
     from ippon.segmentation.backends.san.segmenter import SanSegmenter
@@ -100,7 +100,7 @@ def random_san(name: str, config: SegmentationConfig) -> "Segmenter":
 def _where(config: SegmentationConfig) -> str:
     if config.backend == "detector":
         cores = config.threads or os.cpu_count()
-        return f"{config.device}, {cores} threads of the processor at most"
+        return f"{config.device}, {cores} CPU threads at most"
     import torch
 
     from ippon.segmentation.device import choose_device, choose_dtype
@@ -110,7 +110,7 @@ def _where(config: SegmentationConfig) -> str:
     name = (
         torch.cuda.get_device_name(device)
         if device.type == "cuda"
-        else f"the processor, {torch.get_num_threads()} threads"
+        else f"CPU, {torch.get_num_threads()} threads"
     )
     compiled = ", compiled" if config.compile else ""
     return f"{name}, {dtype}{compiled}, torch {torch.__version__}"

@@ -10,50 +10,48 @@ class EvaluationConfig:
     """Homes, objects, methods and limits of an evaluation."""
 
     out: Path
-    """Folder for the results; made when it is not there."""
+    """Folder for the results; it is created if missing."""
     homes: tuple[str, ...] = ("1001:1010",)
-    """Seeds of generated homes, single or first:last (the last included), those of floors of large
-    buildings, floor:3 or floor:1:9, and folders with scene.glb and scene.json."""
+    """Homes: seeds of generated homes, single or first:last (inclusive); seeds of floors of large
+    buildings, floor:3 or floor:1:9; folders with scene.glb and scene.json."""
     methods: str = "ippon"
-    """Names with commas between; "ablations", "baselines" and "all" stand for many."""
+    """Comma-separated names, or the groups "ablations", "baselines" and "all"."""
     objects: str = "habitat,small"
-    """Labels with commas between; "habitat" stands for its six categories, "small" for ten small
-    objects."""
+    """Comma-separated labels, or the groups "habitat" (its six categories) and "small" (ten small
+    objects)."""
     context: Literal["none", "support", "both"] = "none"
-    """support: tell the searcher truthfully on what a small object lies; both: search once with
-    and once without."""
+    """support: give the correct sentence about what a small object lies on; both: search with and
+    without it."""
     robot: str = "habitat"
-    """habitat: robot, limits and 500 s of the Habitat ObjectNav Challenge 2023; zed: the set-up of
-    the paper's hardware; or your own robot's profile, a YAML file (`ippon profile`), under the
-    limits of zed."""
+    """habitat: robot, limits and 500 s of the Habitat ObjectNav Challenge 2023; zed: the setup of
+    the paper; or a robot profile in YAML (`ippon profile`), with the limits of zed."""
     image_width: int | None = None
-    """Width of the camera's images in pixels; half of the challenge's 480 for habitat, else 320."""
+    """Width of the camera's images in pixels; by default half of the challenge's 480 for habitat,
+    else 320."""
     voxel_size_m: float = 0.1
-    """Edge of a voxel."""
+    """Edge length of a voxel."""
     segmentation_errors: Literal["detector", "paper"] = "detector"
-    """detector: the simulated network finds boxes with scores, and misses and mistakes things as
-    often as a real detector on real images; paper: it gives label probabilities of each pixel, with
-    the kind of errors that the paper describes."""
+    """detector: the simulated network gives boxes with scores, with the error rates of a real
+    detector on real images; paper: it gives label probabilities per pixel, with the errors that the
+    paper describes."""
     second_object: bool = False
-    """When a search has ended, search for another object of the home from there: once on the map
-    that is there, once with an empty one. For `ippon` and its ablations, nearest_frontier and
-    greedy_nbv."""
+    """After each search, search for a second object from the final pose: once with the existing
+    map, once with an empty one. For `ippon` and its ablations, nearest_frontier and greedy_nbv."""
     starts: int = 1
-    """Start poses for each object of a home."""
+    """Start poses per object of a home."""
     small_per_home: int = 3
-    """Small objects drawn for each home."""
+    """Small objects sampled per home."""
     min_path_m: float = 1.0
-    """Least length of the shortest way to the object; more asks for longer searches."""
+    """Minimum length of the shortest path to the object; larger values give longer searches."""
     max_time_s: float | None = None
-    """Simulated seconds after which a search is given up; 500 for habitat, else 300."""
+    """Simulated seconds after which a search ends; by default 500 for habitat, else 300."""
     limit: int | None = None
-    """At most so many episodes, drawn from all homes and objects, those with and without a context
-    together; each method runs all of them."""
+    """Maximum number of episodes, sampled from all homes and objects, with pairs with and without
+    context kept together; every method runs all of them."""
     seed: int = 0
-    """Draws starts, objects and the noise of each search."""
+    """Seed of start poses, objects and noise."""
     workers: int | None = None
-    """Processes that search at the same time: 1, and with --ray one for each processor of the
-    cluster."""
+    """Number of worker processes; by default 1, with --ray one per processor of the cluster."""
     ray: tuple[str, ...] | None = None
-    """Search on a Ray cluster: its address, or nothing for one on this machine. Needs
-    `pip install "ippon[ray]"`."""
+    """Run on a Ray cluster: its address, or no value for one on this machine. Requires `pip install
+    "ippon[ray]"`."""

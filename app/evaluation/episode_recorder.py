@@ -1,4 +1,4 @@
-"""An episode as a recording: the messages that robot and navigator would have sent."""
+"""Recording of an episode: the messages that robot and navigator would send."""
 
 from pathlib import Path
 from typing import Final
@@ -39,19 +39,19 @@ KEYFRAME_NS: Final = 10_000_000_000
 
 
 class EpisodeRecorder:
-    """Is a witness of a trial; its recording runs in simulated time from the moment it began."""
+    """Observes a trial and records it; times are simulated, from the start of the recording."""
 
     def __init__(self, root: Path, wall_ns: int, version: str, guidance: Guidance) -> None:
         """Begin a session in a new folder under `root`.
 
         Args:
             root: Folder of the sessions.
-            wall_ns: Now, nanoseconds since 1970.
-            version: Of the program.
-            guidance: The levels of the search.
+            wall_ns: Present time, nanoseconds since 1970.
+            version: Version of the program.
+            guidance: Levels of the search.
 
         Raises:
-            OSError: It cannot be written there.
+            OSError: The folder cannot be written.
         """
         self._session = Session(root, ROBOT, RecordingLimits(), wall_ns)
         self._wall_ns = wall_ns
@@ -64,7 +64,7 @@ class EpisodeRecorder:
         self._frames = 0
 
     def witness(self, frame: Frame, result: StepResult, mission: Mission) -> None:
-        """Write one step; see `ippon.evaluation.search.Witness`."""
+        """Record one step; see `ippon.evaluation.search.Witness`."""
         snapshot = result.snapshot
         self._add_frame(frame)
         if self._tracker is None:
@@ -78,7 +78,7 @@ class EpisodeRecorder:
         self._add(keys.STATUS, encode(self._status(snapshot, mission)), frame.stamp_ns)
 
     def close(self) -> Path:
-        """End the recording; returns its folder."""
+        """End the recording and return its folder."""
         self._session.close()
         return self._session.writer.folder
 

@@ -1,4 +1,4 @@
-"""Searches in habitat-lab's own environment, on its own data."""
+"""Searches in habitat-lab's environment, on its data."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -28,9 +28,9 @@ def search_data_set(
     """Search the episodes of habitat's data set; see `run_episodes`.
 
     Args:
-        config: habitat's YAML of the benchmark.
+        config: habitat-lab's YAML of the benchmark.
         python: Interpreter with habitat-sim and habitat-lab.
-        overrides: Changes to habitat's configuration.
+        overrides: Overrides of habitat's configuration.
         segmentation: Backend of the segmentation.
         checkpoints: Folder of its checkpoints.
         count: Number of episodes; None for all.
@@ -62,11 +62,11 @@ def run_episodes(env: Any, agent: IpponAgent, count: int) -> Iterator[dict[str, 
     Args:
         env: A `habitat.Env` or a `RemoteEnv`, with the measures of ObjectNav and the challenge's
             velocity actions.
-        agent: Searches.
+        agent: The searching agent.
         count: Number of episodes.
 
     Yields:
-        For each, habitat's measures, the state that the search ended in, steps and seconds.
+        Per episode: habitat's measures, the final state of the search, steps and seconds.
     """
     for _ in range(count):
         observations = env.reset()

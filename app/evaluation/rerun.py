@@ -1,4 +1,4 @@
-"""One episode of an evaluation, run again and recorded."""
+"""Rerun and recording of one episode of an evaluation."""
 
 import dataclasses
 import time
@@ -29,16 +29,16 @@ from ippon.simulation.scene import Scene, StartPose
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Replay:
-    """An episode that was run again."""
+    """Result of a rerun."""
 
     session: Path
     """Folder of the recording."""
     differences: tuple[str, ...]
-    """Columns of its row that differ, times and versions left out."""
+    """Columns of its row that differ, except times and versions."""
     row_version: str
-    """Version that made the row."""
+    """Version of the original row."""
     version: str
-    """Version that ran it again."""
+    """Version of the rerun."""
 
 
 def rerun_episode(
@@ -49,11 +49,11 @@ def rerun_episode(
     Args:
         path: Folder of the evaluation.
         episode: Name of the episode.
-        method_name: The method of the row.
-        tell: Receives notes for the user, one line each.
+        method_name: Method of the row.
+        tell: Called with each note for the user.
 
     Raises:
-        UsageError: There is no such row, or it cannot be repeated; the text says what would work.
+        UsageError: There is no such row, or it cannot be rerun; the text says what would work.
     """
     folder = EvaluationFolder(path)
     row = _row(folder.rows(), episode, method_name)
@@ -83,21 +83,21 @@ def rerun_episode(
 
 
 def differences(before: EpisodeRow, now: EpisodeRow) -> tuple[str, ...]:
-    """Return the columns in which two rows of one episode differ, times and names left out."""
+    """Return the columns in which two rows of one episode differ, except times and names."""
     left_out = {*TIMING_COLUMNS, "version", "episode_id", "kind", "after"}
     names = (f.name for f in dataclasses.fields(EpisodeRow) if f.name not in left_out)
     return tuple(name for name in names if getattr(before, name) != getattr(now, name))
 
 
 def trial_of_row(settings: dict[str, Any], row: EpisodeRow) -> TrialConfig:
-    """Return the set-up that a row was made with.
+    """Return the setup of a row.
 
     Args:
-        settings: Of the evaluation's folder.
-        row: One of its rows.
+        settings: Settings of the evaluation's folder.
+        row: Row of the folder.
 
     Raises:
-        EvaluationError: The set-up is of another version.
+        EvaluationError: The setup is of another version.
     """
     fixed = settings.get("fixed", {})
     config = EvaluationConfig(
@@ -110,7 +110,7 @@ def trial_of_row(settings: dict[str, Any], row: EpisodeRow) -> TrialConfig:
     try:
         return trial_of(config, _profile(settings, row), fixed.get("mission"))
     except ValueError as error:
-        raise EvaluationError(f"the set-up of {row.episode_id}: {error}") from error
+        raise EvaluationError(f"the setup of {row.episode_id}: {error}") from error
 
 
 def _row(rows: tuple[EpisodeRow, ...], episode: str, method: str) -> EpisodeRow:
@@ -122,14 +122,14 @@ def _row(rows: tuple[EpisodeRow, ...], episode: str, method: str) -> EpisodeRow:
         raise EvaluationError(f"no episode {what}; there is {', '.join(known)}")
     if mine.kind == "second":
         raise EvaluationError(
-            f"{episode} begins on the map of the search before it; replay that one, "
+            f"{episode} starts with the map of the search before it; replay that one, "
             f"{episode.removesuffix(f'.{mine.goal}.second')}, or {episode[: -len('second')]}fresh"
         )
     return mine
 
 
 def _profile(settings: dict[str, Any], row: EpisodeRow) -> RobotProfile:
-    """Return the robot as it was then, also when its file has changed since."""
+    """Return the recorded profile, which may differ from its present file."""
     kept = settings.get("configurations", {}).get(row.method, {}).get("trial", {}).get("robot")
     try:
         return read_profile(row.robot) if kept is None else msgspec.convert(kept, RobotProfile)

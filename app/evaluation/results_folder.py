@@ -1,4 +1,4 @@
-"""The folder of an evaluation: one file a row, what it was made with, and a Parquet of all."""
+"""The folder of an evaluation: one file per row, the settings, and a Parquet of all rows."""
 
 import dataclasses
 import json
@@ -19,7 +19,7 @@ from ippon.evaluation.row import EpisodeRow, row_from
 RUN_FILE = "run.json"
 TABLE_FILE = "episodes.parquet"
 SESSIONS = "sessions"
-"""Folder of the recordings of single episodes."""
+"""Folder of recorded episodes."""
 _ARROW_TYPES: dict[Any, Any] = {
     str: pa.string(),
     bool: pa.bool_(),
@@ -29,7 +29,7 @@ _ARROW_TYPES: dict[Any, Any] = {
 
 
 class EvaluationFolder:
-    """Rows are written whole or not at all, so that a killed run loses what it was doing only."""
+    """Folder of results. Rows are written atomically: a killed run loses unfinished work only."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -37,13 +37,13 @@ class EvaluationFolder:
         self._errors = path / "errors"
 
     def check_homes(self, homes: Sequence[str]) -> None:
-        """Refuse homes whose rows would overwrite each other's, or those of another home.
+        """Refuse homes with the same name as each other or as a home in the folder.
 
-        A home goes by the last part of its path alone: rows, and what is drawn for them, do not
-        depend on where it lies.
+        A home is named by the last part of its path, so that rows and samples do not depend on its
+        location.
 
         Args:
-            homes: Seeds and folders, each once.
+            homes: Seeds and folders, without duplicates.
 
         Raises:
             EvaluationError: Two homes have one name.
@@ -66,11 +66,11 @@ class EvaluationFolder:
             )
 
     def open_for(self, settings: dict[str, Any]) -> None:
-        """Make the folder, or go on in one with the same settings.
+        """Create the folder, or continue one with the same settings.
 
         Args:
-            settings: "fixed" must be the same in every run of a folder; the rest is noted, beside
-                the "configurations" of methods that were run before.
+            settings: "fixed" must be the same in every run of a folder; the rest is stored, with
+                the "configurations" of methods of earlier runs.
 
         Raises:
             EvaluationError: The folder cannot be written, or holds other results.
@@ -95,7 +95,7 @@ class EvaluationFolder:
         if odd:
             listed = ", ".join(f"{k} {before.get(k)!r} (now {now.get(k)!r})" for k in odd)
             raise EvaluationError(
-                f"{self.path} holds results of another set-up: {listed}; use another folder for "
+                f"{self.path} holds results of another setup: {listed}; use another folder for "
                 "--out, or the same options"
             )
         kept = old.get("configurations", {})
@@ -108,10 +108,10 @@ class EvaluationFolder:
                 )
 
     def has(self, episode_id: str, method: str, config_hash: str) -> bool:
-        """Tell whether a row is there.
+        """Return whether a row exists.
 
         Raises:
-            EvaluationError: It was made with another configuration.
+            EvaluationError: The row has another configuration.
         """
         path = self._row_file(episode_id, method)
         if not path.is_file():
@@ -125,31 +125,31 @@ class EvaluationFolder:
         return True
 
     def write(self, row: EpisodeRow) -> None:
-        """Add a row; an earlier failure of the same episode is forgotten."""
+        """Add a row, and remove an earlier error of the same episode."""
         text = json.dumps(dataclasses.asdict(row))
         replace_file(self._row_file(row.episode_id, row.method), text.encode())
         self.forget_error(f"{row.episode_id}.{row.method}")
 
     def write_error(self, name: str, text: str) -> None:
-        """Note that an episode, or a home, could not be worked through to its end."""
+        """Store the error of an episode or a home."""
         replace_file(self._errors / f"{_fit_for_a_file(name)}.txt", text.encode())
 
     def forget_error(self, name: str) -> None:
-        """What had failed went well this time."""
+        """Remove the error of an episode or a home."""
         (self._errors / f"{_fit_for_a_file(name)}.txt").unlink(missing_ok=True)
 
     def has_rows(self) -> bool:
-        """Tell whether any episode has been run."""
+        """Return whether the folder has any row."""
         return any(self._rows.glob("*.json"))
 
     def errors(self) -> tuple[str, ...]:
-        """Return the names of episodes that could not be run to their end."""
+        """Return the names of episodes that failed with an error."""
         if not self._errors.is_dir():
             return ()
         return tuple(sorted(p.stem for p in self._errors.glob("*.txt")))
 
     def rows(self) -> tuple[EpisodeRow, ...]:
-        """Return every row, in the order of methods' and episodes' names.
+        """Return every row, ordered by method and episode.
 
         Raises:
             EvaluationError: The folder holds no results, or damaged ones.
@@ -169,19 +169,21 @@ class EvaluationFolder:
             raise EvaluationError(f"{table} is damaged: {error}") from error
 
     def settings(self) -> dict[str, Any]:
-        """Return what the folder was made with; empty when that is not known.
+        """Return the settings of the folder, empty if unknown.
 
         Raises:
-            EvaluationError: The note of it is damaged.
+            EvaluationError: Their file is damaged.
         """
         run = self.path / RUN_FILE
         try:
             return json.loads(run.read_text(encoding="utf-8")) if run.is_file() else {}
         except (OSError, ValueError) as error:
-            raise EvaluationError(f"{run} is damaged: {error}; delete it to go without") from error
+            raise EvaluationError(
+                f"{run} is damaged: {error}; delete it to continue without settings"
+            ) from error
 
     def merge(self) -> int:
-        """Write all rows into one Parquet file; returns their number."""
+        """Write all rows into one Parquet file; return their number."""
         rows = self.rows()
         columns = {
             f.name: [getattr(row, f.name) for row in rows] for f in dataclasses.fields(EpisodeRow)
@@ -201,7 +203,7 @@ class EvaluationFolder:
 
 
 def _with_configurations_of(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
-    """Return settings that also say with what the methods of earlier runs were run."""
+    """Return settings with the configurations of methods of earlier runs."""
     kept = {**old.get("configurations", {}), **new.get("configurations", {})}
     return {**new, "configurations": kept} if kept else new
 
@@ -211,7 +213,7 @@ def _fit_for_a_file(name: str) -> str:
 
 
 def _schema() -> Any:
-    """Derive the Parquet schema from the row, so that an empty column has a type, too."""
+    """Derive the Parquet schema from the row type, so that an empty column has a type as well."""
     hints = typing.get_type_hints(EpisodeRow)
     fields: list[Any] = []
     for field in dataclasses.fields(EpisodeRow):

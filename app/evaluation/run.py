@@ -1,4 +1,4 @@
-"""An evaluation: many episodes in several processes, one row each; it can be resumed."""
+"""Runs an evaluation: many episodes in several processes, one row each; resumable."""
 
 import traceback
 from collections.abc import Iterable, Mapping, Sequence
@@ -32,9 +32,9 @@ class EvaluationResult:
     """The outcome of a run."""
 
     rows: int
-    """Rows in the folder, those of earlier runs included."""
+    """Rows in the folder, including earlier runs."""
     failed: int
-    """Homes and episodes that could not be run to their end."""
+    """Homes and episodes that failed with an error."""
 
 
 def run_evaluation(
@@ -42,7 +42,7 @@ def run_evaluation(
     observer: EvaluationObserver,
     mission_changes: Mapping[str, Any] | None = None,
 ) -> EvaluationResult:
-    """Run every episode whose row the folder does not hold yet.
+    """Run every episode without a row in the folder.
 
     Args:
         config: The evaluation.
@@ -84,7 +84,7 @@ def _workers(config: EvaluationConfig, setup: WorkerSetup) -> Workers:
 def _list(
     workers: Workers, homes: Sequence[str], folder: EvaluationFolder, observer: EvaluationObserver
 ) -> tuple[list[EpisodeSpec], int]:
-    """List the episodes of every home; returns them and the number of homes that failed."""
+    """List the episodes of every home; return them and the number of failed homes."""
     found: dict[str, tuple[EpisodeSpec, ...]] = {}
     dropped: list[Dropped] = []
     failed: dict[str, BaseException] = {}
@@ -143,7 +143,7 @@ def _run(
     jobs: Sequence[Job],
     observer: EvaluationObserver,
 ) -> int:
-    """Run the jobs and write their rows; returns how many failed with an error."""
+    """Run the jobs and write their rows; return the number of failed jobs."""
     failed = 0
     observer.begin("searching", len(jobs))
     for job, outcome in workers.each(run_job, jobs):

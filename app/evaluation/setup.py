@@ -1,4 +1,4 @@
-"""The methods, the trial and the catalogue that an evaluation's configuration asks for."""
+"""Methods, trial and episode catalogue of an evaluation's configuration."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ HABITAT_IMAGE_WIDTH: Final = 240
 
 
 def expand_methods(text: str) -> tuple[str, ...]:
-    """Return the methods that a text names, each once.
+    """Return the methods named by a text, without duplicates.
 
     Raises:
         EvaluationError: There is no such method; the text lists them.
@@ -44,15 +44,15 @@ def trial_of(
     profile: RobotProfile | None = None,
     mission_changes: Mapping[str, Any] | None = None,
 ) -> TrialConfig:
-    """Return the set-up that all methods share.
+    """Return the setup shared by all methods.
 
     Args:
         config: The evaluation.
-        profile: Replaces the profile that `config.robot` names.
+        profile: Used instead of the profile of `config.robot`.
         mission_changes: Fields of `MissionConfig` that differ from their defaults.
 
     Raises:
-        ValueError: It cannot be used.
+        ValueError: The configuration is invalid.
     """
     if config.image_width is not None and not 32 <= config.image_width <= 4096:
         raise ValueError(f"--image-width lies in 32 to 4096; got {config.image_width}")
@@ -90,15 +90,15 @@ def catalogue_of(config: EvaluationConfig) -> CatalogueConfig:
 
 
 def check_request(config: EvaluationConfig, methods: tuple[str, ...]) -> None:
-    """Refuse what cannot be run; raises EvaluationError."""
+    """Check counts and combinations; raises EvaluationError."""
     for name, value in (("workers", config.workers), ("limit", config.limit)):
         if value is not None and value < 1:
             raise EvaluationError(f"--{name} is at least 1; got {value}")
     single = [name for name in methods if not method_named(name).goes_on]
     if config.second_object and single:
         raise EvaluationError(
-            f"{', '.join(single)} cannot go on to a second object; leave them out of --methods, or "
-            "leave --second-object out"
+            f"{', '.join(single)} cannot search for a second object; remove them from --methods, "
+            f"or remove --second-object"
         )
     if config.ray is not None and len(config.ray) > 1:
         raise EvaluationError(f"--ray takes one address; got {', '.join(config.ray)}")
@@ -111,10 +111,10 @@ def settings_of(
     version: str,
     mission_changes: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Return the settings that are stored beside the rows; they suffice to repeat the run."""
+    """Return the settings stored beside the rows, which suffice to repeat the run."""
     return {
         "fixed": {
-            # Absent without changes and with the paper's errors, as in earlier versions' folders.
+            # Absent without changes and with the paper's errors, for folders of earlier versions.
             **({"mission": dict(mission_changes)} if mission_changes else {}),
             **(
                 {"segmentation_errors": config.segmentation_errors}

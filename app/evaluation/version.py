@@ -1,4 +1,4 @@
-"""What a row was made with: this program, its commit, and the libraries that decide."""
+"""Versions that a row depends on: this program, its commit, and libraries."""
 
 import importlib.metadata
 import os
@@ -11,7 +11,7 @@ _LIBRARIES: Final = ("numpy", "numba", "ompl", "scipy")
 
 
 def version_text() -> str:
-    """Return versions on one line, for example "ippon 0.1.0 1a2b3c4, python 3.11, numpy 2.1.0"."""
+    """Return the versions on one line: "ippon 0.1.0 1a2b3c4, python 3.11, numpy 2.1.0"."""
     parts = [f"ippon {importlib.metadata.version('ippon')} {_commit()}"]
     parts.append(f"python {platform.python_version()}")
     parts += [f"{name} {importlib.metadata.version(name)}" for name in _LIBRARIES]
@@ -28,7 +28,7 @@ def _commit() -> str:
             ["git", "-C", str(root), "describe", "--always", "--dirty=+changes", "--abbrev=12"],  # noqa: S607
             capture_output=True,
             check=True,
-            # Ask without writing to the index, which somebody may be using.
+            # Does not write to the index, which another process may be using.
             env={**os.environ, "GIT_OPTIONAL_LOCKS": "0"},
             text=True,
             timeout=20,

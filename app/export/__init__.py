@@ -1,1 +1,1 @@
-"""A recording as files for other programs and other people."""
+"""Exports of a recording: files for other programs, videos, report."""

@@ -1,4 +1,4 @@
-"""The map as a point cloud or as the faces of its voxels, coloured as the page colours it."""
+"""The map as a point cloud or as voxel faces, with the colours of the page."""
 
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -12,8 +12,8 @@ from app.view.colors import voxel_colors
 
 ExportColor = Literal["camera", "ooi", "proximity", "height"]
 TOP_M: Final = 3.0
-"""End of the height ramp."""
-# Of each of the six sides: the way out, and the corners seen from outside, counter-clockwise.
+"""Upper end of the height ramp."""
+# For each of the six sides: outward direction, and corners counter-clockwise from outside.
 _SIDES: Final = (
     ((1, 0, 0), ((1, 0, 0), (1, 1, 0), (1, 1, 1), (1, 0, 1))),
     ((-1, 0, 0), ((0, 0, 0), (0, 0, 1), (0, 1, 1), (0, 1, 0))),
@@ -36,7 +36,7 @@ def colors_of(
         level=attributes[:, 5],
         height_m=((indices[:, 2] + 0.5) * voxel_m).astype(np.float32),
         top_m=TOP_M,
-        # Of the two modes that a file has no choice for.
+        # Unused by the colour modes of a file.
         thing=ooi,
         gain=ooi,
     )
@@ -65,7 +65,7 @@ def write_faces(session: SessionData, path: Path, mode: ExportColor) -> None:
 
 
 def voxel_faces(session: SessionData, mode: ExportColor) -> Any:
-    """Return the faces between a surface voxel and none, with the colours of the voxels.
+    """Return the outer faces of surface voxels, with the colours of the voxels.
 
     Raises:
         RecordingError: There is no map.

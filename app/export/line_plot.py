@@ -1,4 +1,4 @@
-"""A line over time as SVG, for pages that hold everything themselves."""
+"""Line plots over time as SVG, for self-contained pages."""
 
 from html import escape
 from typing import Final
@@ -17,14 +17,14 @@ MOST_POINTS: Final = 600
 def line_plot(
     x_s: NDArray[np.float64], y: NDArray[np.float64], name: str, unit: str, color: str
 ) -> str:
-    """Return an SVG of y over seconds, with the axes' ends.
+    """Return an SVG of y over seconds, with the limits of the axes.
 
     Args:
-        x_s: (N,) seconds, growing.
+        x_s: (N,) seconds, increasing.
         y: (N,) values.
-        name: What they are.
-        unit: Their unit, empty for none.
-        color: Of the line, as CSS.
+        name: Name of the quantity.
+        unit: Unit of the quantity, empty for none.
+        color: CSS colour of the line.
     """
     every = 1 + len(x_s) // MOST_POINTS
     x_s, y = x_s[::every], y[::every]

@@ -1,4 +1,4 @@
-"""The map from above, with the robot's way and what it found."""
+"""The map from above, with the robot's trajectory and finds."""
 
 import math
 from collections.abc import Sequence
@@ -22,13 +22,13 @@ MARGIN_PX: Final = 16
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PictureExtent:
-    """What part of the floor a picture shows."""
+    """Part of the floor that a picture shows."""
 
     low: tuple[float, float]
     """x and y of the lower left corner, metres."""
     pixels_per_m: float
     size: tuple[int, int]
-    """Width and height; both even, as video wants them."""
+    """Width and height in pixels, both even, as video requires."""
 
     def place(self, x: float, y: float) -> tuple[float, float]:
         """Return the pixel of a point on the floor."""
@@ -38,7 +38,7 @@ class PictureExtent:
 
 
 def extent_of(indices: NDArray[np.int64], voxel_m: float, longest_px: int) -> PictureExtent:
-    """Return the picture that shows all of a map."""
+    """Return the extent that shows all of a map."""
     low = indices[:, :2].min(axis=0) * voxel_m
     extent = (indices[:, :2].max(axis=0) + 1) * voxel_m - low
     scale = (longest_px - 2 * MARGIN_PX) / max(float(extent.max()), 1.0)
@@ -49,7 +49,7 @@ def extent_of(indices: NDArray[np.int64], voxel_m: float, longest_px: int) -> Pi
 
 
 class MapFromAbove:
-    """What lies highest below the ceiling, kept up to date as voxels come and go."""
+    """Picture of the highest voxels below the ceiling, updated as voxels change."""
 
     def __init__(
         self,
@@ -58,13 +58,13 @@ class MapFromAbove:
         frame: PictureExtent,
         mode: ExportColor = "camera",
     ) -> None:
-        """Begin empty.
+        """Create an empty picture.
 
         Args:
-            indices: (N, 3) voxels that bound what is ever drawn.
-            voxel_m: Edge of a voxel.
-            frame: The picture.
-            mode: Colours.
+            indices: (N, 3) voxels that bound the drawing.
+            voxel_m: Edge length of a voxel.
+            frame: Extent of the picture.
+            mode: Colour mode.
         """
         self._voxel_m, self._frame = voxel_m, frame
         self._mode: ExportColor = mode
@@ -78,7 +78,7 @@ class MapFromAbove:
         self._cells = np.full((int(size[1]), int(size[0]), 3), GROUND, np.uint8)
 
     def clear(self) -> None:
-        """Forget every voxel."""
+        """Remove every voxel."""
         self._solid[:] = False
         self._cells[:] = GROUND
 
@@ -88,12 +88,12 @@ class MapFromAbove:
         attributes: NDArray[np.uint8],
         surface: NDArray[np.bool_] | None = None,
     ) -> None:
-        """Take voxels over; those that are no surface any more leave.
+        """Update voxels; those that are no longer surface are removed.
 
         Args:
             indices: (N, 3).
             attributes: (N, 8), as `VoxelStore` keeps them.
-            surface: (N,); all of them without.
+            surface: (N,) whether each is surface; None for all.
         """
         at = indices - self._low
         inside = ((at >= 0) & (at < self._size)).all(axis=1)
@@ -111,12 +111,12 @@ class MapFromAbove:
         top = columns.shape[1] - 1 - np.argmax(columns[filled, ::-1], axis=1)
         indices = np.stack([i, j, top], axis=1) + self._low
         colors = colors_of(indices, self._attributes[i, j, top], self._voxel_m, self._mode)
-        # Higher is lighter, so that furniture stands out from the floor.
+        # Higher voxels are lighter, so that furniture contrasts with the floor.
         rise = np.clip((indices[:, 2:] + 1) * (self._voxel_m / CEILING_M), 0.0, 1.0)
         self._cells[j, i] = (colors * (0.72 + 0.28 * rise)).astype(np.uint8)
 
     def image(self) -> Image.Image:
-        """Return a new picture of it."""
+        """Return the picture."""
         image = Image.new("RGB", self._frame.size, GROUND)
         low, high = self._low * self._voxel_m, (self._low + self._size) * self._voxel_m
         u0, v1 = self._frame.place(float(low[0]), float(low[1]))
@@ -130,7 +130,7 @@ class MapFromAbove:
 def draw_map(
     scene: SceneModel, frame: PictureExtent, mode: ExportColor = "camera"
 ) -> NDArray[np.uint8]:
-    """Draw what the scene shows, seen from above, (H, W, 3)."""
+    """Return the scene from above, (H, W, 3)."""
     image = Image.new("RGB", frame.size, GROUND)
     indices, attributes = scene.voxels.all_voxels()
     if scene.voxel_size_m is not None and len(indices):
@@ -141,7 +141,7 @@ def draw_map(
 
 
 def draw_things(image: Image.Image, scene: SceneModel, frame: PictureExtent) -> NDArray[np.uint8]:
-    """Draw the robot's way, what it found, and the robot over a map, (H, W, 3)."""
+    """Return a map with the robot, its trajectory and its finds drawn over it, (H, W, 3)."""
     draw = ImageDraw.Draw(image)
     points = [frame.place(x, y) for x, y, _ in scene.trail_world]
     if len(points) > 1:

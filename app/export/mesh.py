@@ -1,4 +1,4 @@
-"""The surface as triangles, made anew from the recorded depth images."""
+"""The surface as triangles, computed from the recorded depth images."""
 
 from pathlib import Path
 from typing import Any
@@ -20,11 +20,11 @@ from ippon.mapping.voxel_map import VoxelMap
 def write_mesh(session: SessionData, path: Path, on_progress: OnProgress = no_progress) -> None:
     """Write the zero crossing of the signed distance as a PLY, coloured by the camera.
 
-    The map that was sent holds voxels, no distances: those come of the depth images, with the
-    settings of the session.
+    The recorded map has voxels without distances; these are computed from the depth images, with
+    the settings of the session.
 
     Raises:
-        RecordingError: There are no images of depth with poses, or they show no surface.
+        RecordingError: There are no depth images with poses, or they show no surface.
     """
     mesh = extract_mesh(copy_signed_distances(_map_of(session.recording, on_progress)))
     if not len(mesh.faces):
@@ -49,13 +49,13 @@ def _map_of(recording: Recording, on_progress: OnProgress) -> VoxelMap:
     if not frames:
         raise RecordingError(
             f"{recording.path} has no depth image with colour and pose to make a mesh of"
-            + (f" ({refused} contradict themselves)" if refused else "")
+            + (f" ({refused} are inconsistent)" if refused else "")
         )
     return voxel_map
 
 
 def _config_of(recording: Recording) -> NavigatorConfig:
-    """Return the session's configuration; a bag of others has none, and gets the usual one."""
+    """Return the session's configuration; the default for bags of other programs."""
     if recording.attachment(CONFIGURATION) is None:
         return NavigatorConfig()
     return read_settings(recording, ()).navigator

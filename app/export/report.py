@@ -1,4 +1,4 @@
-"""A session as one HTML page that needs nothing else: pictures, map, plots, events, figures."""
+"""Report of a session as a self-contained HTML page: pictures, map, plots, events, figures."""
 
 import base64
 import io
@@ -32,7 +32,7 @@ OUTCOMES: Final = {
     "exhausted": "not found",
 }
 _PICTURED: Final = ("found", "rejected", "confirmed", "detection", "contact")
-"""Marks that a picture belongs to, the most telling first."""
+"""Marks that pictures are shown for, the most important first."""
 _PLOTS: Final = (
     (1, "Best match", "", hex_of(GREEN)),
     (2, "Explored", "m²", hex_of(SKY)),
@@ -110,7 +110,7 @@ def _figures(session: SessionData) -> str:
 
 
 def _searches(session: SessionData) -> str:
-    """Return a table of the searches where there was more than one."""
+    """Return a table of the searches if there are several."""
     last = session.timeline.last
     goals = [*last.history, *([last.goal] if last.goal else [])] if last is not None else []
     if len(goals) < 2:
@@ -132,20 +132,20 @@ def _searches(session: SessionData) -> str:
 
 
 def _effort(session: SessionData, goal_id: int) -> tuple[float, float]:
-    """Return the seconds and metres of one search, without what came after its end."""
+    """Return duration in seconds and path length in metres of one search, up to its end."""
     during = [
         s.status
         for s in session.timeline.statuses
         if s.status.goal is not None and s.status.goal.goal_id == goal_id
     ]
-    # The clock of a search runs on while its find waits for an answer.
+    # The clock of a search continues while its find waits for an answer.
     active = [s for s in during if s.goal is not None and s.goal.outcome == "active"] or during[:1]
     seconds = max((status.elapsed_s for status in active), default=0.0)
     return seconds, max((status.path_length_m for status in during), default=0.0)
 
 
 def _truth(session: SessionData) -> dict[str, Any] | None:
-    """Return what the simulation said of the search, None where nobody knows."""
+    """Return the simulation's ground truth of the search, None without one."""
     try:
         truth = json.loads((session.recording.path.parent / RESULT_FILE).read_text("utf-8"))
     except (OSError, ValueError):
@@ -160,9 +160,9 @@ def _map(session: SessionData) -> str:
         return "<h2>Map</h2><p>No map was recorded.</p>"
     frame = extent_of(indices, voxel_m, MAP_PX)
     pictures = [
-        ("As the camera saw it, with the robot's way", draw_map(session.scene, frame)),
-        ("Where the object is likely", draw_map(session.scene, frame, "ooi")),
-        ("How near the object may be", draw_map(session.scene, frame, "proximity")),
+        ("Camera colours, with the robot's trajectory", draw_map(session.scene, frame)),
+        ("Probability of the object", draw_map(session.scene, frame, "ooi")),
+        ("Proximity to the object", draw_map(session.scene, frame, "proximity")),
     ]
     body = "".join(
         f'<figure><img alt="" src="{_png(image)}"><figcaption>{text}</figcaption></figure>'
@@ -177,7 +177,7 @@ def _pictures(session: SessionData) -> str:
         return ""
     moments = [_Moment("Start", first.time_ns)]
     marks = [mark for mark in session.timeline.marks if mark.kind in _PICTURED]
-    # Of many, those that a reader asks about; then in the order of the session.
+    # If there are many, the most important ones; in the order of the session.
     marks.sort(key=lambda mark: _PICTURED.index(mark.kind))
     marks = sorted(marks[:MOST_PICTURES], key=lambda mark: mark.time_ns)
     moments += [_Moment(mark.text, mark.time_ns) for mark in marks]
@@ -190,7 +190,7 @@ def _pictures(session: SessionData) -> str:
         try:
             encoded = decode_color(message.payload).encoded
         except MessageError:
-            # A damaged picture is left out.
+            # A damaged picture is skipped.
             continue
         kind = "jpeg" if encoded.startswith(b"\xff\xd8") else "png"
         source = f"data:image/{kind};base64,{base64.b64encode(encoded).decode()}"
@@ -199,7 +199,7 @@ def _pictures(session: SessionData) -> str:
         figures.append(
             f'<figure><img alt="" src="{source}"><figcaption>{text}</figcaption></figure>'
         )
-    return f"<h2>What the camera saw</h2><div class=pictures>{''.join(figures)}</div>"
+    return f"<h2>Camera images</h2><div class=pictures>{''.join(figures)}</div>"
 
 
 def _plots(session: SessionData) -> str:
@@ -235,7 +235,7 @@ def _events(session: SessionData) -> str:
         f"<td>{escape(text)}</td></tr>"
         for at, kind, text in sorted(rows)
     )
-    return f"<h2>What happened</h2><table>{body}</table>" if body else ""
+    return f"<h2>Events</h2><table>{body}</table>" if body else ""
 
 
 def _provenance(session: SessionData) -> str:

@@ -1,4 +1,4 @@
-"""The scene as viser's client shows it, in a file: no Python is needed to open it."""
+"""The scene as a file for viser's client, which opens without Python."""
 
 import contextlib
 import io
@@ -14,9 +14,9 @@ from app.view.view_options import ViewOptions
 
 
 def write_scene(session: SessionData, path: Path) -> None:
-    """Write the scene as `.viser`, or as a page that holds viser's client where it ends in .html.
+    """Write the scene as `.viser`, or as a page with viser's client if the name ends in .html.
 
-    The page opens in any browser by itself; the `.viser` file opens in viser's client.
+    The page opens in any browser; the `.viser` file opens in viser's client.
     """
     with contextlib.redirect_stdout(io.StringIO()):
         server: Any = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)

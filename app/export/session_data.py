@@ -1,4 +1,4 @@
-"""A recording, read once for every export: its scene at the end, and where the robot was when."""
+"""Data of a recording for exports: the scene at its end, and the robot's trajectory."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -21,40 +21,40 @@ from app.view.model.scene_reader import SceneReader
 from ippon.geometry import Float64Array
 
 OnProgress = Callable[[float], None]
-"""Takes the fraction of an export that is done."""
+"""Called with the fraction of an export that is done."""
 
 
 def no_progress(_: float) -> None:
-    """OnProgress nobody."""
+    """Ignore progress."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trajectory:
-    """Poses of the base."""
+    """Poses of the base over time."""
 
     time_ns: NDArray[np.int64]
-    """(N,) of the robot's clock."""
+    """(N,) nanoseconds of the robot's clock."""
     T_world_base: Float64Array
-    """(N, 4, 4)."""
+    """(N, 4, 4) rigid transforms."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SessionData:
-    """What exports are made from."""
+    """Input of the exports."""
 
     recording: Recording
     timeline: SessionTimeline
     scene: SceneModel
-    """At the end of the recording."""
+    """Scene at the end of the recording."""
 
     @property
     def name(self) -> str:
-        """Of the session."""
+        """Name of the session."""
         return self.recording.path.parent.name
 
     @cached_property
     def trajectory(self) -> Trajectory:
-        """Every pose of the base; read from the file once.
+        """Every pose of the base, read from the file once.
 
         Raises:
             RecordingError: There is none.
@@ -83,10 +83,10 @@ def _trajectory(recording: Recording) -> Trajectory:
         try:
             came = decode_transforms(message.payload)
         except MessageError:
-            # Counted when the session was watched; a trajectory is made of what can be read.
+            # Undecodable messages are skipped.
             continue
         if message.key == keys.TF_STATIC:
-            # When it was announced says nothing of when the robot stood there.
+            # The stamp of a fixed transform is not a time of the robot.
             came = tuple(replace(t, stamp_ns=-1) for t in came)
         links |= {t.child: t for t in came}
         chain = _chain(links)
@@ -102,7 +102,7 @@ def _trajectory(recording: Recording) -> Trajectory:
 
 
 def _chain(links: dict[str, StampedTransform]) -> list[StampedTransform]:
-    """Return the transforms from the world down to the base, empty while one is missing."""
+    """Return the transforms from the world to the base, empty while one is missing."""
     chain: list[StampedTransform] = []
     frame = BASE_FRAME
     while frame != WORLD_FRAME:
@@ -115,7 +115,7 @@ def _chain(links: dict[str, StampedTransform]) -> list[StampedTransform]:
 
 
 def need_map(session: SessionData) -> tuple[NDArray[np.int64], NDArray[np.uint8], float]:
-    """Return (N, 3) voxel indices, their (N, 8) attributes, and the voxel's edge in metres.
+    """Return (N, 3) voxel indices, their (N, 8) attributes, and the voxel size in metres.
 
     Raises:
         RecordingError: There is no map.
@@ -123,6 +123,6 @@ def need_map(session: SessionData) -> tuple[NDArray[np.int64], NDArray[np.uint8]
     indices, attributes = session.scene.voxels.all_voxels()
     if session.scene.voxel_size_m is None or not len(indices):
         raise RecordingError(
-            f"{session.recording.path} has no map: no {keys.MAP_VOXELS} of a navigator is in it"
+            f"{session.recording.path} has no map: it contains no {keys.MAP_VOXELS} of a navigator"
         )
     return indices, attributes, session.scene.voxel_size_m

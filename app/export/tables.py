@@ -1,4 +1,4 @@
-"""Trajectory and finds as text that other programs read."""
+"""Trajectory and finds as text files for other programs."""
 
 import csv
 from pathlib import Path
@@ -28,7 +28,7 @@ def write_tum(session: SessionData, path: Path) -> None:
 
 
 def write_csv(session: SessionData, path: Path) -> None:
-    """Write the same with a heading, commas, and the way driven so far.
+    """Write the trajectory as CSV with a header and the path length driven so far.
 
     Raises:
         RecordingError: There is no pose.
@@ -48,7 +48,7 @@ def write_csv(session: SessionData, path: Path) -> None:
 
 
 def write_finds(session: SessionData, path: Path) -> None:
-    """Write what was found, and what looked like it, as JSON."""
+    """Write finds and candidates as JSON."""
     last = session.timeline.last
     finds = [*last.history] if last is not None else []
     detections: list[dict[str, object]] = []
@@ -56,7 +56,7 @@ def write_finds(session: SessionData, path: Path) -> None:
         try:
             stamp_ns, found = decode_found_objects(message.payload)
         except MessageError:
-            # What cannot be read is no detection.
+            # Undecodable messages are skipped.
             continue
         detections += [{"stamp_s": stamp_ns / 1e9, **_entry(d)} for d in found]
     content = {

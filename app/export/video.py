@@ -1,4 +1,4 @@
-"""Video of what the camera saw, and of the map as it grew, as H.264 in MP4."""
+"""Videos of the camera and of the growing map, as H.264 in MP4."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -24,7 +24,7 @@ CLOCK_HZ: Final = 1000
 SCENE_HZ: Final = 4.0
 SCENE_PICTURES: Final = 1200
 POSE_NS: Final = 100_000_000
-"""Poses of so long before a picture say where the robot is in it."""
+"""Time before a picture in which the robot's poses are read."""
 SCENE_PX: Final = 720
 QUALITY: Final = "23"
 
@@ -34,10 +34,10 @@ Pictures = Iterator[tuple[float, NDArray[np.uint8]]]
 def write_camera_video(
     session: SessionData, path: Path, on_progress: OnProgress = no_progress
 ) -> None:
-    """Write every picture of the camera at its time.
+    """Write every camera image at its time.
 
     Raises:
-        RecordingError: There is none.
+        RecordingError: There is no image.
     """
     if not _write(path, _camera_pictures(session), session.recording.duration_s, on_progress):
         raise RecordingError(f"{session.recording.path} has no picture of a camera")
@@ -46,7 +46,7 @@ def write_camera_video(
 def write_scene_video(
     session: SessionData, path: Path, on_progress: OnProgress = no_progress
 ) -> None:
-    """Write the map from above as it grew.
+    """Write the growing map from above.
 
     Raises:
         RecordingError: There is no map.
@@ -63,7 +63,7 @@ def _scene_pictures(session: SessionData) -> Pictures:
     reader = SceneReader(scene)
     for message in recording.all_messages((keys.TF_STATIC,)):
         reader.feed(message.key, message.payload)
-    # Not more pictures than this, however long it took: drawing one costs more than storing it.
+    # The number of pictures is bounded, because drawing one costs more than storing it.
     every_ns = max(round(1e9 / SCENE_HZ), (recording.end_ns - recording.start_ns) // SCENE_PICTURES)
     before_ns, now_ns = recording.start_ns - 1, recording.start_ns
     while True:
@@ -85,7 +85,7 @@ def _grow(above: MapFromAbove, message: RecordedMessage, voxel_m: float) -> None
     try:
         cloud = decode_voxels(message.payload)
     except MessageError:
-        # Counted when the session was watched; the next keyframe says it again.
+        # Undecodable messages are skipped; the next keyframe repeats their content.
         return
     if message.key == keys.MAP_KEYFRAME:
         above.clear()
@@ -103,13 +103,13 @@ def _camera_pictures(session: SessionData) -> Pictures:
         try:
             image = decompress_color(decode_color(message.payload).encoded)
         except MessageError:
-            # A damaged picture is left out; the one before it stays in view.
+            # A damaged picture is skipped; the previous one stays.
             continue
         yield (message.time_ns - start_ns) * 1e-9, image
 
 
 def _write(path: Path, pictures: Pictures, duration_s: float, on_progress: OnProgress) -> int:
-    """Encode pictures of any spacing in time; return how many."""
+    """Encode pictures with their times; return their number."""
     count, last = 0, -1
     container: Any = None
     stream: Any = None
@@ -123,7 +123,7 @@ def _write(path: Path, pictures: Pictures, duration_s: float, on_progress: OnPro
                 stream.codec_context.time_base = Fraction(1, CLOCK_HZ)
                 stream.options = {"crf": QUALITY, "preset": "veryfast"}
             if (width, height) != (stream.width, stream.height):
-                # The camera was changed: a video has one size.
+                # A video has one size; pictures of another camera are skipped.
                 continue
             picture = av.VideoFrame.from_ndarray(
                 np.ascontiguousarray(image[:height, :width]), format="rgb24"

@@ -1,1 +1,1 @@
-"""habitat-lab's environment, in a process and a Python of its own."""
+"""habitat-lab's environment, in a separate process with its own Python."""

@@ -1,8 +1,8 @@
-"""The other process of `app.habitat.link`: a `habitat.Env` behind a socket.
+"""The process behind `app.habitat.link`: a `habitat.Env` served over a socket.
 
-The challenge's habitat-lab does not import on Python 3.11, and this program runs on nothing older.
-So this file is run by habitat's own Python, 3.8 or later, and imports nothing of this program.
-What it sends is made of builtin types, since numpy 1 does not read all that numpy 2 pickles.
+The challenge's habitat-lab does not support Python 3.11, which this program requires. This file
+therefore runs in habitat's own Python (3.8 or later), imports nothing of this program, and sends
+builtin types only, because numpy 1 cannot read all pickles of numpy 2.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ import numpy as np
 
 
 def serve(connection: Connection, config_path: str, overrides: list[str]) -> None:
-    """Open the environment, say how many episodes it has, and answer until the other side closes.
+    """Open the environment, send its number of episodes, and answer until the other side closes.
 
-    None asks for the next episode; anything else is an action, its names and its arguments.
+    None requests the next episode; otherwise the request is an action with names and arguments.
     """
     habitat: Any = importlib.import_module("habitat")
     config = habitat.get_config(config_path, overrides)
@@ -40,7 +40,7 @@ def _action(names: tuple[str, ...], arguments: dict[str, list[float]]) -> dict[s
 
 
 def _answer(env: Any, observations: Any) -> dict[str, Any]:
-    """Return what the agent sees, and once the episode is over what was measured of it."""
+    """Return the agent's observations and, once the episode is over, its measures."""
     episode, over = env.current_episode, bool(env.episode_over)
     arrays = {name: np.asarray(value) for name, value in observations.items()}
     metrics = env.get_metrics() if over else {}

@@ -18,12 +18,12 @@ _GRACE_S: Final = 10.0
 
 
 class HabitatProcessError(Exception):
-    """The process with habitat-lab could not be started, or has ended; its text says what to do."""
+    """The process with habitat-lab could not be started, or has ended; the text says what to do."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HabitatEpisode:
-    """What habitat says of an episode."""
+    """An episode of habitat's data set."""
 
     episode_id: str
     scene_id: str
@@ -31,7 +31,7 @@ class HabitatEpisode:
 
 
 class RemoteEnv:
-    """The part of `habitat.Env` that running episodes needs.
+    """The part of `habitat.Env` that is needed to run episodes.
 
     Attributes:
         episode_count: Episodes of the data set.
@@ -44,8 +44,8 @@ class RemoteEnv:
 
         Args:
             python: Interpreter with habitat-sim and habitat-lab.
-            config: habitat's YAML, as `habitat.get_config` takes it.
-            overrides: Changes to it.
+            config: habitat-lab's YAML, as for `habitat.get_config`.
+            overrides: Overrides of it.
 
         Raises:
             HabitatProcessError: There is no such interpreter, or the environment does not open.
@@ -54,7 +54,8 @@ class RemoteEnv:
         with mine, theirs:
             number = theirs.fileno()
             try:
-                # A session of its own: Ctrl-C reaches this process alone. It writes to stdout.
+                # In a session of its own, so that Ctrl-C reaches only this process. It writes to
+                # stdout.
                 self._process = subprocess.Popen(  # noqa: S603 (the user names the program)
                     [str(python), str(_PROGRAM), str(number), config, *overrides],
                     pass_fds=(number,),
@@ -91,7 +92,7 @@ class RemoteEnv:
         self.close()
 
     def close(self) -> None:
-        """Let the process end; kill it when it does not."""
+        """End the process; kill it if it does not end."""
         self._connection.close()
         try:
             self._process.wait(_GRACE_S)
@@ -113,7 +114,7 @@ class RemoteEnv:
         return self._ask((tuple(action["action"]), arguments))
 
     def get_metrics(self) -> dict[str, float]:
-        """Return what habitat measured of the episode, once that is over; scalars alone."""
+        """Return habitat's scalar measures of the episode, once it is over."""
         return self._metrics
 
     def _ask(
@@ -144,6 +145,6 @@ class RemoteEnv:
     def _ended(self) -> HabitatProcessError:
         status = self._process.wait()
         return HabitatProcessError(
-            f"habitat's process ended with status {status}; what it said is above, and "
-            "docs/guides/habitat.md says how to make its environment"
+            f"habitat's process ended with status {status}; see its output above; "
+            f"docs/guides/habitat.md describes how to install its environment"
         )

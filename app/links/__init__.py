@@ -1,1 +1,1 @@
-"""Connections to other processes."""
+"""Connections to other programs: zenoh network, robot streams, language models, model hub."""

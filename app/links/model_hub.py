@@ -1,4 +1,4 @@
-"""Fetches models from the Hugging Face hub, saying first what is fetched and under which terms."""
+"""Fetches models from the Hugging Face hub, after logging their size and licence."""
 
 import logging
 import re
@@ -16,7 +16,7 @@ logger = logging.getLogger(__name__)
 HUB: Final = "https://huggingface.co"
 _NAME: Final = re.compile(r"[A-Za-z0-9][\w.-]*/[A-Za-z0-9][\w.-]*")
 _FILES: Final = ("*.json", "*.txt", "*.safetensors")
-"""Configuration, tokenizer and weights; pickles, which can run code, stay there."""
+"""Configuration, tokenizer and weights; pickles are excluded, because they can run code."""
 _WEIGHTS: Final = ".safetensors"
 _ANSWER_S: Final = 10.0
 _PARTIAL: Final = ".partial"
@@ -29,12 +29,12 @@ class ModelHubError(Exception):
 def fetch_missing(names: Iterable[str], folder: Path, hub: str = HUB) -> None:
     """Fetch those models that are not on this machine.
 
-    What cannot be fetched is logged: whoever loads the model then says what is missing.
+    Failures are logged; loading the model then reports what is missing.
 
     Args:
-        names: Names on the hub; folders and other paths are left alone.
-        folder: Where models lie that are given by name.
-        hub: Address.
+        names: Names on the hub; paths are ignored.
+        folder: Folder of the models.
+        hub: Address of the hub.
     """
     for name in names:
         if not _NAME.fullmatch(name) or is_here(name, folder):
@@ -53,10 +53,10 @@ def is_here(name: str, folder: Path) -> bool:
 
 
 def _fetch(name: str, folder: Path, hub: str) -> None:
-    """Fetch a model into a folder of its own, which is there as a whole or not at all.
+    """Fetch a model into its own folder, atomically.
 
     Raises:
-        ModelHubError: It cannot be had.
+        ModelHubError: It cannot be fetched.
     """
     target = folder / Path(name).name
     partial = target.with_name(target.name + _PARTIAL)
@@ -80,7 +80,8 @@ def _fetch(name: str, folder: Path, hub: str) -> None:
         )
     except GatedRepoError as error:
         raise ModelHubError(
-            f"its owners grant access: ask for it at {hub}/{name}, then run `hf auth login`"
+            f"access must be granted by its owners: request it at {hub}/{name}, then run `hf "
+            f"auth login`"
         ) from error
     except RepositoryNotFoundError as error:
         raise ModelHubError(f"{hub} knows no such model") from error
@@ -92,7 +93,7 @@ def _fetch(name: str, folder: Path, hub: str) -> None:
 
 
 def _is_taken(path: str) -> bool:
-    # Folders within a model's hold other formats of it.
+    # Subfolders hold other formats.
     return "/" not in path and any(Path(path).match(pattern) for pattern in _FILES)
 
 

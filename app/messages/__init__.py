@@ -1,1 +1,1 @@
-"""What travels between processes."""
+"""Messages between processes: their types, keys and encodings."""

@@ -1,4 +1,4 @@
-"""CDR bytes of ROS 2 messages, and the one error that hostile bytes raise."""
+"""CDR encoding of ROS 2 messages, and the error for invalid bytes."""
 
 import struct
 from functools import cache
@@ -14,12 +14,12 @@ _OWN_PACKAGES: Final = ("ippon_msgs", "vision_msgs")
 
 
 class MessageError(Exception):
-    """A payload is not the message that its key promises; the text says what is wrong."""
+    """A payload is not a valid message of its key; the text says what is wrong."""
 
 
 @cache
 def typestore() -> Any:
-    """Return the ROS 2 Jazzy type store with our own message types added."""
+    """Return the ROS 2 Jazzy type store with the message types of this program."""
     store = get_typestore(Stores.ROS2_JAZZY)
     types: dict[str, Any] = {}
     root = resources.files("app.messages") / "msg"

@@ -1,6 +1,6 @@
-"""The control plane: JSON messages that any zenoh client can send and read.
+"""Requests to the navigator and their replies: JSON messages that any zenoh client can send.
 
-Each struct is one message. A request gets a reply, a result or an `ErrorReply`, always.
+Each struct is one message. Every request gets its reply or an `ErrorReply`.
 """
 
 from typing import Annotated, Literal, TypeVar
@@ -19,11 +19,11 @@ ScenarioText = Annotated[str, Meta(max_length=200)]
 
 
 class _Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Messages refuse fields that they do not know: a misspelt field is an error."""
+    """A message that refuses unknown fields, so that a misspelt field is an error."""
 
 
 class SearchRequest(_Message, frozen=True):
-    """Look for an object: key `search`."""
+    """Search for an object: key `search`."""
 
     object: ObjectText
     context: ContextText = ""
@@ -32,18 +32,18 @@ class SearchRequest(_Message, frozen=True):
 
 
 class SearchAccepted(_Message, frozen=True):
-    """Reply to `SearchRequest`: the goal was taken over, and at which place of the queue."""
+    """Reply to `SearchRequest`: the goal and its place in the queue."""
 
     goal_id: int
     object: str
-    """Canonical label that is searched for."""
+    """Canonical label of the object of interest."""
     position: int
-    """0: searched for now; else goals that come first."""
+    """Number of goals before it; 0 if its search starts now."""
     notes: list[str] = []
 
 
 class ControlRequest(_Message, frozen=True):
-    """Change what the navigator does: key `control`."""
+    """Stop, resume, pause or cancel: key `control`."""
 
     action: Literal["stop", "resume", "pause", "cancel"]
     """`stop` latches until `resume`; `cancel` ends the current goal."""
@@ -51,11 +51,11 @@ class ControlRequest(_Message, frozen=True):
 
 
 class ControlReply(_Message, frozen=True):
-    """Reply to `ControlRequest`: the state that the navigator is in now."""
+    """Reply to `ControlRequest`: the present state of the navigator."""
 
     state: MissionState
     detail: str = ""
-    """What else there is to say, for the operator."""
+    """Further text for the operator."""
 
 
 class GuidanceRequest(_Message, frozen=True):
@@ -66,50 +66,50 @@ class GuidanceRequest(_Message, frozen=True):
 
 
 class SentenceRequest(_Message, frozen=True):
-    """Have one sentence read, without searching for anything yet: key `guidance/sentence`."""
+    """Read object and context from a sentence without searching: key `guidance/sentence`."""
 
     sentence: Annotated[str, Meta(min_length=1, max_length=2100)]
 
 
 class SentenceReading(_Message, frozen=True):
-    """Reply to `SentenceRequest`: what would be searched for."""
+    """Reply to `SentenceRequest`: object and context of the sentence."""
 
     object: str
-    """Empty where none was found."""
+    """Empty if none was found."""
     context: str
     doubtful: bool
-    """Show it for correction before searching."""
+    """The reading is uncertain and should be shown for correction before a search."""
     provider: str
     """A language model, or "rules"."""
     elapsed_ms: float
     note: str = ""
-    """Why rules read it in the model's place."""
+    """Why rules read the sentence instead of the model."""
 
 
 class VocabularyRequest(_Message, frozen=True):
-    """Tell one more common object apart from now on: key `guidance/vocabulary`."""
+    """Add a common object to the vocabulary: key `guidance/vocabulary`."""
 
     label: Annotated[str, Meta(min_length=1, max_length=40)]
     requester: Annotated[str, Meta(max_length=80)] = ""
 
 
 class FeedbackRequest(_Message, frozen=True):
-    """The operator's word on a find: key `feedback`."""
+    """Confirm or reject a find: key `feedback`."""
 
     verdict: Literal["confirm", "reject"]
 
 
 class QueueRequest(_Message, frozen=True):
-    """Change the order of the goals that wait: key `queue`."""
+    """Move a waiting goal to the front, or remove it: key `queue`."""
 
     goal_id: int
     action: Literal["first", "remove"]
 
 
 class PreviewRequest(_Message, frozen=True):
-    """Ask what would be chosen next with another context or level: key `preview`.
+    """Ask for the next target under another context or other levels: key `preview`.
 
-    Nothing changes by it.
+    The search does not change.
     """
 
     context: ContextText | None = None
@@ -120,18 +120,18 @@ class PreviewReply(_Message, frozen=True):
     """Reply to `PreviewRequest`."""
 
     now: str
-    """What is chosen as things are."""
+    """Present choice and its reason."""
     then: str
-    """What would be chosen."""
+    """Choice under the other levels, and its reason."""
     same: bool
     position_world: tuple[float, float, float] | None
-    """Where that is; None when nothing would be."""
+    """Position of that choice; None without one."""
     changed: list[str] = []
     """Labels whose level differs, with both levels."""
 
 
 class InspectRequest(_Message, frozen=True):
-    """Ask what the map knows of a voxel: key `inspect`. Everybody may."""
+    """Ask for the map's content of a voxel: key `inspect`. Accepted from everyone."""
 
     point_world: tuple[float, float, float]
 
@@ -147,24 +147,24 @@ class InspectReply(_Message, frozen=True):
     """Reply to `InspectRequest`."""
 
     labels: list[LabelShare]
-    """The most probable first."""
+    """Labels, the most probable first."""
     ooi: float | None
     level: LevelName | None
     room: str = ""
-    """Type of the room that the voxel is in; empty where it is not clear."""
+    """Type of the voxel's room; empty if unclear."""
 
 
 class Accepted(_Message, frozen=True):
-    """Reply to a request that has nothing else to say."""
+    """Reply to an accepted request without a result."""
 
     detail: str = ""
 
 
 class ErrorReply(_Message, frozen=True):
-    """Reply to a request that cannot be met."""
+    """Reply to a refused or failed request."""
 
     error: str
-    """What came, what was expected, what would work."""
+    """What was received, what was expected, and what would work."""
 
 
 def decode(payload: bytes, kind: type[M]) -> M:

@@ -1,4 +1,4 @@
-"""Messages of whoever drives by hand: modes, points to go to, painted floor, the hand itself."""
+"""Messages for manual driving: drive mode, waypoints, painted regions, teleoperation."""
 
 from typing import Annotated, Literal
 
@@ -8,15 +8,15 @@ DriveModeName = Literal["auto", "assisted", "manual"]
 
 
 class _Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Messages refuse fields that they do not know: a misspelt field is an error."""
+    """A message that refuses unknown fields, so that a misspelt field is an error."""
 
 
 class DriveRequest(_Message, frozen=True):
-    """Say who drives, and how fast at most: key `drive`."""
+    """Set the drive mode and the speed limit: key `drive`."""
 
     mode: DriveModeName
     speed_limit: Annotated[float, Meta(ge=0.1, le=1.0)] = 1.0
-    """Share of the robot's top speeds that every command is kept to."""
+    """Limit of every command as a share of the robot's top speeds."""
 
 
 class GotoRequest(_Message, frozen=True):
@@ -25,11 +25,11 @@ class GotoRequest(_Message, frozen=True):
     x_m: Annotated[float, Meta(ge=-1e4, le=1e4)] = 0.0
     y_m: Annotated[float, Meta(ge=-1e4, le=1e4)] = 0.0
     cancel: bool = False
-    """Go nowhere any more instead."""
+    """Cancel the waypoint instead."""
 
 
 class PaintRequest(_Message, frozen=True):
-    """Weigh a part of the floor: key `paint`. What is painted counts until it is undone."""
+    """Weigh the gain over a part of the floor: key `paint`. Strokes apply until they are undone."""
 
     action: Literal["look_here", "not_here", "undo", "clear"]
     strokes: Annotated[list[tuple[float, float]], Meta(max_length=500)] = []
@@ -38,7 +38,7 @@ class PaintRequest(_Message, frozen=True):
 
 
 class PaintedStroke(_Message, frozen=True):
-    """One stroke of the brush, as it counts now."""
+    """One stroke of the brush."""
 
     kind: Literal["look_here", "not_here"]
     strokes: list[tuple[float, float]]
@@ -46,38 +46,38 @@ class PaintedStroke(_Message, frozen=True):
 
 
 class PaintedRegions(_Message, frozen=True):
-    """All strokes that count; published on change and kept for late joiners."""
+    """All strokes that apply; published on change and stored for late joiners."""
 
     regions: list[PaintedStroke]
 
 
 class DriveStatus(_Message, frozen=True):
-    """Who drives, and what the safety filter made of it."""
+    """Drive mode and interventions of the safety filter."""
 
     mode: DriveModeName = "auto"
     speed_limit: float = 1.0
     by_hand: bool = False
-    """Commands of the operator arrive now."""
+    """Commands of the operator are arriving."""
     intervention: str = ""
-    """Why the last command was slowed or stopped, empty when it was not."""
+    """Why the last command was slowed or stopped, empty if it was not."""
     waypoint: tuple[float, float] | None = None
-    """Where the operator sent the robot, until it is there."""
+    """Waypoint of the operator, until the robot reaches it."""
     top_linear_m_s: float = 0.0
-    """What the robot can do: the hand sends speeds up to these."""
+    """Top speeds of the robot, which limit teleoperation."""
     top_yaw_rate_rad_s: float = 0.0
     top_tilt_rate_rad_s: float = 0.0
 
 
 class TeleopTag(_Message, frozen=True):
-    """Attached to every `teleop/cmd_vel`: whose hand, under which lease, in which order."""
+    """Attachment of every `teleop/cmd_vel`: sender, lease and sequence number."""
 
     sender: str
     epoch: int
-    """Of the lease."""
+    """Epoch of the lease."""
     seq: int
 
     def follows(self, other: "TeleopTag") -> bool:
-        """Tell whether this is newer than a message that was taken before."""
+        """Return whether this is newer than an accepted message."""
         if self.sender != other.sender:
             return self.epoch >= other.epoch
         return (self.epoch, self.seq) > (other.epoch, other.seq)

@@ -17,7 +17,7 @@ from ippon.camera import PinholeCamera
 
 MAX_PIXELS: Final = 4096 * 4096
 GREY_16: Final = frozenset({"I;16", "I;16B", "I"})
-"""Modes that Pillow gives to grey PNG of 16 bits."""
+"""Pillow's modes for grey PNG of 16 bits."""
 _COMPRESSED: Final = "sensor_msgs/msg/CompressedImage"
 _IMAGE: Final = "sensor_msgs/msg/Image"
 _CHANNELS: Final = {
@@ -26,14 +26,14 @@ _CHANNELS: Final = {
 }  # fmt: skip
 """Bytes of a pixel, and which of them are red, green and blue."""
 _INFO: Final = "sensor_msgs/msg/CameraInfo"
-# compressed_depth_image_transport puts this before the PNG: format 0 and two unused quantisers.
+# Header of compressed_depth_image_transport before the PNG: format 0, two unused quantisers.
 _DEPTH_HEADER: Final = struct.pack("<iff", 0, 0.0, 0.0)
 _DEPTH_FORMAT: Final = "16UC1; compressedDepth png"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CompressedColor:
-    """A colour image as it travels."""
+    """A compressed colour image."""
 
     stamp_ns: int
     frame_id: str
@@ -53,7 +53,7 @@ class DepthImage:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StampedCamera:
-    """Intrinsics with the frame that they belong to."""
+    """Intrinsics with stamp and coordinate frame."""
 
     stamp_ns: int
     frame_id: str
@@ -232,7 +232,7 @@ def decode_camera(payload: bytes) -> StampedCamera:
     """Read a CameraInfo of a rectified image.
 
     Raises:
-        MessageError: Not such a message, intrinsics that no camera has, or a distorted image.
+        MessageError: Not such a message, invalid intrinsics, or a distorted image.
     """
     message = decode(payload, _INFO, max_bytes=2**16)
     numbers = [float(x) for x in (*message.k, *message.d)]
@@ -274,10 +274,10 @@ def check_size(width: int, height: int) -> None:
 
 
 def image_rows(message: Any, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return the (H, W) pixels of a sensor_msgs/Image, a copy without what pads its rows.
+    """Return the (H, W) pixels of a sensor_msgs/Image, as a copy without row padding.
 
     Raises:
-        MessageError: Sizes that contradict each other, or that are not accepted.
+        MessageError: Sizes that are inconsistent or not accepted.
     """
     check_size(message.width, message.height)
     row = message.width * dtype.itemsize
@@ -297,8 +297,8 @@ def read_png(
 
     Args:
         data: The file.
-        modes: Pillow's modes that are accepted as they are; without any, the image becomes RGB.
-        expected: Which images are accepted, for the error.
+        modes: Accepted Pillow modes; without any, the image is converted to RGB.
+        expected: Description of accepted images, for the error.
 
     Raises:
         MessageError: Damaged, too large, or of another mode.

@@ -6,10 +6,10 @@ _PREFIX = re.compile(r"[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)*")
 
 
 def check_prefix(robot: str) -> None:
-    """Refuse a key prefix that zenoh would read as a pattern, or not at all.
+    """Refuse a key prefix that zenoh would read as a pattern or reject.
 
     Raises:
-        ValueError: With what would do.
+        ValueError: The prefix is invalid; the text says what would work.
     """
     if len(robot) > 100 or _PREFIX.fullmatch(robot) is None:
         raise ValueError(
@@ -30,14 +30,14 @@ ODOM = "odom"
 """Read where no tf comes."""
 HEATMAP = "camera/heatmap"
 BOXES = "camera/detections"
-"""What a detector on the robot recognises in the images."""
+"""Boxes of a detector on the robot."""
 MASKS = "camera/detections/masks"
-"""Optional: the pixels of each of these detections."""
+"""Optional: masks of these detections."""
 MASKS_COMPRESSED = "camera/detections/masks/compressed"
 LABEL_NAMES = "camera/detections/label_info"
-"""Optional: all that the detector can tell."""
+"""Optional: class names of the detector."""
 DETECTOR_NAME = "camera/detections/vision_info"
-"""Optional: which network the detector runs."""
+"""Optional: name of the detector's network."""
 CONTACT = "contact"
 
 CMD_VEL = "cmd_vel"
@@ -56,12 +56,12 @@ PAINT = "paint"
 PREVIEW = "preview"
 INSPECT = "inspect"
 TELEOP = "teleop/cmd_vel"
-"""The operator's hand: shares of the robot's top speeds, -1 to 1, with a `TeleopTag` attached."""
+"""Teleoperation of the operator, with a `TeleopTag` attached."""
 PAINTED = "guidance/painted"
 
 LEASE = "lease"
 LEASE_TAKE = "lease/take"
-"""A key of its own, so that access control can keep it to supervisors."""
+"""Separate key, so that access control can restrict it to supervisors."""
 
 LABELS = "segmentation/labels"
 LEVELS = "guidance/levels"
@@ -70,28 +70,28 @@ MAP_KEYFRAME = "map/keyframe"
 PLAN_TREE = "plan/tree"
 PLAN_PATH = "plan/path"
 DETECTIONS = "detections"
-"""Finds and candidates of the navigator, in the map."""
+"""Finds and candidates in the map."""
 FAR_EVIDENCE = "map/glimpses"
-"""Where images show what may be the object beyond the map's range, and floor that was in view."""
+"""Evidence of the object from images beyond the map's range."""
 STATUS = "status"
 EVENT = "event"
 
 CONFIGURATION = "configuration"
-"""What the navigator was started with, for those who record."""
+"""Configuration of the navigator, for recordings."""
 RECORD = "record"
-"""Requests to the recorder."""
+"""Requests to the recorder: start, stop, note or mark."""
 RECORDING = "recording"
-"""What the recorder does."""
+"""Status of the recorder."""
 EXCHANGE = "exchange"
-"""Appended to the key of a request: the request and its reply, for those who record."""
+"""Appended to the key of a request: the request and its reply, for recordings."""
 
 SIM_TRUTH = "sim/truth"
-"""Queryable of the simulated robot: what really happened, for scoring only."""
+"""Queryable of the simulated robot: ground truth for scoring."""
 NAVIGATOR_ALIVE = "alive/navigator"
-"""Liveliness token, there while a navigator is ready."""
+"""Liveliness token of a navigator that is ready."""
 
 SEEN = (HEATMAP, BOXES, MASKS, MASKS_COMPRESSED, LABEL_NAMES, DETECTOR_NAME)
-"""What a segmentation or a detector says, and what it is."""
+"""Topics of segmentations and detectors."""
 
 ROS_TYPES = {
     COLOR: "sensor_msgs/msg/CompressedImage",
@@ -118,4 +118,4 @@ ROS_TYPES = {
     PLAN_PATH: "nav_msgs/msg/Path",
     DETECTIONS: "vision_msgs/msg/Detection3DArray",
 }
-"""ROS 2 type of every key of the data plane; all other keys carry JSON."""
+"""ROS 2 type of every key with ROS messages; all other keys carry JSON."""

@@ -1,4 +1,4 @@
-"""Who holds control of the robot: the messages of the lease."""
+"""Messages of the control lease: who has control of the robot."""
 
 from typing import Annotated, Literal
 
@@ -9,52 +9,51 @@ NameText = Annotated[str, Meta(min_length=1, max_length=40, pattern=r"^[^\x00-\x
 
 
 class Credential(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Who asks: attached to a request, as JSON.
+    """Identity of the requester: JSON attachment of a request.
 
-    A request without one is taken while nobody holds control, and refused otherwise.
+    A request without one is accepted while nobody has control, and refused otherwise.
     """
 
     session: SessionText
-    """Drawn at random by whoever wants control, known to nobody else and never published."""
+    """Random secret of the requester, never published."""
     name: NameText
-    """What others read when this one holds control."""
+    """Name shown to others while this requester has control."""
     epoch: int = 0
-    """Of the lease that the session was given, 0 when it has none."""
+    """Epoch of the session's lease, 0 without one."""
 
 
 class LeaseRequest(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Ask for control, keep it, hand it on: key `lease`, with a `Credential` attached."""
+    """Request, keep or pass on control: key `lease`, with a `Credential` attached."""
 
     action: Literal["request", "renew", "release", "grant", "deny"]
-    """`request` asks the holder, and takes what is free; `renew`, twice a second, keeps a lease or
-    a request alive; `release` gives up either; `grant` and `deny` answer whoever asks."""
+    """`request` takes a free lease or asks its holder; `renew`, twice per second, keeps a lease or
+    a request; `release` gives up either; `grant` and `deny` answer the requester."""
 
 
 class TakeRequest(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Take control from its holder: key `lease/take`, with a `Credential` attached.
 
-    For supervisors: who may use the key is a rule of the console's login and of zenoh's access
-    control.
+    For supervisors; the console's login and zenoh's access control restrict the key.
     """
 
 
 class LeaseReply(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Reply to a `LeaseRequest` or `TakeRequest`: how the one who asked stands now."""
+    """Reply to a `LeaseRequest` or `TakeRequest`: the requester's present standing."""
 
     standing: Literal["holds", "waits", "denied", "watches"]
     epoch: int
-    """Of the lease as it is now; it is the asker's own where they hold it."""
+    """Epoch of the present lease."""
     detail: str
     """One line for the operator."""
 
 
 class LeaseStatus(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Who holds control, for all to see."""
+    """Who has control; public."""
 
     state: Literal["free", "held", "stale"] = "free"
-    """`stale`: the holder has not been heard of for a moment; the lease runs out soon."""
+    """`stale`: the holder has been silent briefly; the lease expires soon."""
     holder: str = ""
     requester: str = ""
-    """Who asks the holder for control."""
+    """Name of the requester of control."""
     epoch: int = 0
-    """Counts the holders."""
+    """Number of leases so far."""

@@ -34,13 +34,13 @@ class StampedTransform:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StampedTwist:
-    """Velocities in the base frame and the moment that they belong to."""
+    """Velocities in the base frame with their stamp."""
 
     stamp_ns: int
     linear_m_s: float
     yaw_rate_rad_s: float
     tilt_rate_rad_s: float = 0.0
-    """Camera up; travels as a turn about the base's y axis, which points left, so negative."""
+    """Positive tilts the camera up; sent negated, as a rotation about the base's y axis (left)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +61,8 @@ def decode_transforms(payload: bytes) -> tuple[StampedTransform, ...]:
     """Read a TFMessage.
 
     Raises:
-        MessageError: Not such a message, too many entries, or an entry that is no rigid transform.
+        MessageError: Not such a message, too many entries, or an entry that is not a rigid
+            transform.
     """
     message = decode(payload, "tf2_msgs/msg/TFMessage", max_bytes=2**20)
     if len(message.transforms) > MAX_TRANSFORMS:
@@ -198,7 +199,7 @@ def decode_path(payload: bytes) -> StampedPath:
 
 
 def check_positions(points: NDArray[Any], what: str) -> None:
-    """Refuse positions that are not finite or not on this planet.
+    """Refuse positions that are not finite or too far away.
 
     Raises:
         MessageError: There is such a position.

@@ -1,19 +1,19 @@
-"""Text that people typed: what must not be in it."""
+"""Check of typed text."""
 
 import unicodedata
 from typing import Final
 
 _TURNING: Final = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
-"""They make text read in another order than it is."""
+"""Bidirectional controls, which change the displayed order of text."""
 _WHITE: Final = frozenset("\n\t\r")
 
 
 def complaint(what: str, text: str) -> str | None:
-    """Say what is wrong with a text, None when nothing is.
+    """Return what is wrong with a text, None if nothing is.
 
     Args:
-        what: How the operator calls it, for example "the object".
-        text: As it came.
+        what: Name of the text for the operator, for example "the object".
+        text: Text as received.
     """
     for place, character in enumerate(text, start=1):
         is_control = unicodedata.category(character) == "Cc" and character not in _WHITE

@@ -1,4 +1,4 @@
-"""Messages round the recording of a session: JSON, like the rest of the control plane."""
+"""Messages about the recording of a session, as JSON."""
 
 from typing import Annotated, Literal
 
@@ -7,38 +7,38 @@ from msgspec import Meta, Struct
 
 
 class RecordRequest(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Change the recording, or write beside it: key `record`, answered by the recorder."""
+    """Start or stop a recording, or add a note or mark: key `record`, answered by the recorder."""
 
     action: Literal["start", "stop", "note", "mark"]
     text: Annotated[str, Meta(max_length=2000)] = ""
-    """Of a note or mark."""
+    """Text of a note or mark."""
     requester: Annotated[str, Meta(max_length=80)] = ""
 
 
 class RecordingStatus(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the recorder does: key `recording`, twice a second; also the reply to a request."""
+    """Status of the recorder: key `recording`, twice per second; also the reply to a request."""
 
     state: Literal["recording", "off", "failed"]
     text: str
     """One line for the operator."""
     session: str = ""
-    """Folder that is written, or was last."""
+    """Folder of the present or last recording."""
     seconds: float = 0.0
     written_bytes: int = 0
     messages: int = 0
     dropped: int = 0
-    """Messages that came faster than they could be written."""
+    """Messages dropped because they arrived faster than they were written."""
     warning: str = ""
-    """A limit comes near."""
+    """Warning when a limit is near."""
 
 
 class Exchange(Struct, frozen=True, kw_only=True):
-    """A request and its reply, as those who record see them: key of the request + `/exchange`."""
+    """A request with its reply, for recordings: key of the request + `/exchange`."""
 
     number: int
-    """Counts the exchanges of this key; a gap shows that one was lost."""
+    """Sequence number for this key; a gap shows a lost exchange."""
     wall_ns: int
     name: str = ""
-    """Who asked, where they said so."""
+    """Name of the requester, if given."""
     request: msgspec.Raw
     reply: msgspec.Raw

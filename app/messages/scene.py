@@ -1,4 +1,4 @@
-"""What the navigator shows: changed voxels, viewpoint tree, detections, as ROS 2 messages."""
+"""Map changes, viewpoint tree and found objects of the navigator, as ROS 2 messages."""
 
 import math
 from collections.abc import Iterable
@@ -36,12 +36,12 @@ VOXEL_DTYPE: Final = np.dtype(
         ("padding", "u1", (2,)),
     ]
 )
-"""One voxel of `map/voxels`, 24 bytes; `rgb` is 0x00RRGGBB, announced as float32 as PCL does."""
+"""One voxel of `map/voxels`, 24 bytes; `rgb` is 0x00RRGGBB, declared float32 as in PCL."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VoxelCloud:
-    """Surface voxels, one row each; values are absolute, so a later message replaces an earlier."""
+    """Surface voxels, one row each; values are absolute, so later messages replace earlier ones."""
 
     stamp_ns: int
     centers_world: NDArray[np.float32]
@@ -59,7 +59,7 @@ class VoxelCloud:
     confidence: NDArray[np.uint8]
     """(M,) probability of that label in units of 1/254."""
     removed: NDArray[np.bool_]
-    """(M,) the voxel is no longer surface; its other values say nothing."""
+    """(M,) the voxel is no longer surface; its other values are undefined."""
 
     def indices(self, voxel_size_m: float) -> NDArray[np.int32]:
         """Return (M, 3) voxel indices."""
@@ -104,7 +104,7 @@ def decode_voxels(payload: bytes) -> VoxelCloud:
     """Read a PointCloud2 of `VOXEL_DTYPE`.
 
     Raises:
-        MessageError: Not such a message, of another layout, or sizes that contradict each other.
+        MessageError: Not such a message, of another layout, or with inconsistent sizes.
     """
     message = decode(payload, _CLOUD, max_bytes=MAX_VOXELS * VOXEL_DTYPE.itemsize + 4096)
     count = message.width * message.height
@@ -117,7 +117,7 @@ def decode_voxels(payload: bytes) -> VoxelCloud:
             f"{', '.join(f[0][:20] for f in layout[:12])}"
         )
     if message.data.size != count * VOXEL_DTYPE.itemsize:
-        raise MessageError(f"{count} voxels do not come in {message.data.size} bytes")
+        raise MessageError(f"{count} voxels do not fit {message.data.size} bytes")
     rows = message.data.view(VOXEL_DTYPE)
     centers = np.stack([rows["x"], rows["y"], rows["z"]], axis=1)
     check_positions(centers, "voxel cloud")
@@ -168,7 +168,7 @@ def decode_tree(payload: bytes) -> tuple[int, TreeView]:
     if wrong or n > MAX_NODES:
         raise MessageError(f"a tree of {n} nodes (at most {MAX_NODES}) with other {wrong}")
     if n and not (message.parents.min() >= -1 and message.parents.max() < n):
-        raise MessageError(f"a tree of {n} nodes names parents that it does not have")
+        raise MessageError(f"a tree of {n} nodes has parents out of range")
     positions = message.positions.reshape(-1, 3)
     check_positions(positions, "viewpoint tree")
     return stamp_ns_of(message.header), TreeView(

@@ -1,4 +1,4 @@
-"""What the navigator publishes beside map and commands: status, levels, events, labels."""
+"""Messages published by the navigator: status, levels, events, labels to segment."""
 
 from typing import Literal
 
@@ -35,7 +35,7 @@ class LevelRow(_Message, frozen=True):
 
 
 class LevelTable(_Message, frozen=True):
-    """Levels for the current goal, published on change and kept for late joiners."""
+    """Levels of the current goal, published on change and stored for late joiners."""
 
     goal_id: int
     object: str
@@ -45,21 +45,21 @@ class LevelTable(_Message, frozen=True):
     rows: list[LevelRow]
     notes: list[str] = []
     asking: str = ""
-    """Language model whose answer is still to come; until then the provider's levels count."""
+    """Language model whose answer is pending; until then the provider's levels apply."""
     from_cache: bool = False
-    """The answer was given to the same question before, and kept on disk."""
+    """The answer to the same question was read from disk."""
     prompt: str = ""
-    """The exact question, empty where no model was asked."""
+    """The exact question, empty if no model was asked."""
     reply: str = ""
     """The exact answer."""
 
 
 GoalOutcome = Literal["queued", "active", "found", "out_of_reach", "exhausted", "cancelled"]
-"""`out_of_reach`: it was found, and no way leads close to it; the state is `found`."""
+"""`out_of_reach`: found, but no path leads close to it; the state is `found`."""
 
 
 class GoalStatus(_Message, frozen=True):
-    """A goal and how far it is."""
+    """A goal and its outcome."""
 
     goal_id: int
     object: str
@@ -77,10 +77,10 @@ class FindReport(_Message, frozen=True):
     probability: float
     voxels: int
     box_px: tuple[int, int, int, int] | None = None
-    """(u0, v0, u1, v1) of the object in the colour image of that moment."""
+    """(u0, v0, u1, v1) of the object in the colour image at the time of the find."""
     out_of_reach_m: float | None = None
-    """Metres over the floor to it from the nearest place where the robot can stand and see it, in
-    a find that no way leads close to."""
+    """Horizontal distance in metres to the nearest reachable position that sees it, for a find that
+    no path leads close to."""
 
 
 class StreamStatus(_Message, frozen=True):
@@ -102,19 +102,19 @@ class Timings(_Message, frozen=True):
     plan_ms: float = 0.0
     publish_ms: float = 0.0
     frame_age_ms: float = 0.0
-    """From the arrival of a frame's colour image to the command that answers the frame."""
+    """Time from the arrival of a frame's colour image to the command for the frame."""
     first_motion_s: float | None = None
-    """From the current goal's query, or the robot's first frame where that came later, to the first
-    command that moves the base or the camera."""
+    """Time from the query of the current goal, or the robot's first frame if later, to the first
+    command that moves base or camera."""
 
 
 class Status(_Message, frozen=True):
-    """Published with every step and at least twice a second."""
+    """State of the navigator, published with every step and at least twice per second."""
 
     robot: str
     version: str
     stamp_ns: int
-    """Clock of the robot (the latest frame's)."""
+    """Robot time of the latest frame."""
     wall_ns: int
     """Clock of the navigator's machine, nanoseconds since 1970."""
     state: MissionState
@@ -130,7 +130,7 @@ class Status(_Message, frozen=True):
     elapsed_s: float
     """Robot time since the current goal was set."""
     path_length_m: float
-    """Driven since the current goal was set."""
+    """Path length since the current goal was set."""
     best_ooi: float
     """Highest p(v in O) in the map."""
     explored_m2: float
@@ -143,7 +143,7 @@ class Status(_Message, frozen=True):
 
 
 class Event(_Message, frozen=True):
-    """Something an operator or a reviewer wants to know of, once."""
+    """An event for operator and review."""
 
     stamp_ns: int
     kind: Literal[
@@ -177,18 +177,18 @@ class Event(_Message, frozen=True):
 
 
 class FarEvidenceCells(_Message, frozen=True):
-    """Cells with evidence of the object from beyond the map's range; kept for late joiners."""
+    """Cells with evidence of the object beyond the map's range; stored for late joiners."""
 
     stamp_ns: int
     cell_m: float
     cells: list[tuple[float, float, float]]
     """World x and y of a cell's centre in metres; log-likelihood ratio of the object in nat."""
     covered: list[tuple[int, int, int]] = []
-    """Present in recordings of earlier versions; ignored."""
+    """Ignored; present in recordings of earlier versions."""
 
 
 class SegmentationLabels(_Message, frozen=True):
-    """What the segmentation is asked to tell apart; published on change, kept for late joiners."""
+    """Labels to segment; published on change and stored for late joiners."""
 
     labels: list[str]
     ooi: str | None

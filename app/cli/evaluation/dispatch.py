@@ -1,4 +1,4 @@
-"""`ippon eval`: calls the subcommand, and imports only what that needs."""
+"""`ippon eval`: runs the subcommand, importing only what it needs."""
 
 from app.cli.options.evaluation import EvalHabitat, EvalReplay, EvalReport, EvalRun
 

@@ -1,4 +1,4 @@
-"""`ippon eval habitat`: the search in habitat-lab's own environment, on its own data."""
+"""`ippon eval habitat`: searches in habitat-lab's environment, on its data."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""The bar of a long run on the terminal."""
+"""Progress bar of a long run on the terminal."""
 
 import math
 
@@ -16,12 +16,12 @@ from rich.text import Text
 
 
 class TimeLeft(ProgressColumn):
-    """Time left at the pace of the whole run: its parts end seldom, and several at once."""
+    """Remaining time at the mean rate of the whole run, because parts end rarely and in groups."""
 
     max_refresh = 0.5
 
     def render(self, task: Task) -> Text:
-        """Write hours, minutes and seconds, or dashes before the first part has ended."""
+        """Format hours, minutes and seconds; dashes before the first part has ended."""
         left = time_left_s(task.elapsed or 0.0, task.completed, task.total or 0.0)
         if left is None:
             return Text("-:--:--", style="progress.remaining")
@@ -31,14 +31,14 @@ class TimeLeft(ProgressColumn):
 
 
 def time_left_s(elapsed_s: float, completed: float, total: float) -> float | None:
-    """Return how long the rest takes at the pace so far, None while nothing is known of it."""
+    """Return the remaining time at the rate so far, None before the first part has ended."""
     if completed >= total:
         return 0.0
     return None if completed <= 0.0 else elapsed_s / completed * (total - completed)
 
 
 def progress_bar(screen: Console) -> Progress:
-    """Return a bar whose tasks have the field `last`: what ended last."""
+    """Return a bar whose tasks have a field `last` for the part that ended last."""
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),

@@ -1,4 +1,4 @@
-"""`ippon eval replay`: one episode again, as a recording for `ippon review`."""
+"""`ippon eval replay`: runs one episode again and records it for `ippon review`."""
 
 import sys
 
@@ -7,7 +7,7 @@ from app.evaluation.rerun import rerun_episode
 
 
 def run_eval_replay(command: EvalReplay) -> int:
-    """Run the episode, say whether it went as before, and print the recording's folder."""
+    """Run the episode, print whether its row is the same, and the recording's folder."""
     replay = rerun_episode(command.folder, command.episode, command.method, _tell)
     if replay.differences:
         _tell(

@@ -1,4 +1,4 @@
-"""`ippon eval report`: the table on the terminal or as JSON, the rest as a page."""
+"""`ippon eval report`: prints the table as text or JSON, and writes the page."""
 
 import json
 import sys
@@ -23,8 +23,8 @@ def run_eval_report(command: EvalReport) -> int:
     else:
         screen = Console()
         _print_tables(screen, data.summaries, data.comparisons)
-        _print_effects(screen, "a truthful sentence (told against not)", data.contexts)
-        _print_effects(screen, "a known home (second object against fresh)", data.seconds)
+        _print_effects(screen, "a correct sentence (with, without)", data.contexts)
+        _print_effects(screen, "a known home (second object with and without map)", data.seconds)
         print(f"\n{page}")
     for name in data.errors:
         print(f"ippon: {name} ended with an error and is not counted", file=sys.stderr)
@@ -32,7 +32,7 @@ def run_eval_report(command: EvalReport) -> int:
 
 
 def json_line(s: MethodSummary) -> dict[str, Any]:
-    """Return one method's line of `--json`."""
+    """Return the `--json` line of one method."""
     return {
         "method": s.method,
         "episodes": s.episodes,

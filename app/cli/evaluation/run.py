@@ -56,21 +56,21 @@ class TerminalObserver:
         self._stop()
 
     def begin(self, stage: str, total: int) -> None:
-        """See `EvaluationObserver.begin`."""
+        """Show a new bar; see `EvaluationObserver.begin`."""
         self._stop()
         self._bar = progress_bar(self._screen)
         self._task = self._bar.add_task(stage, total=total, last="")
         self._bar.start()
 
     def advance(self, result: str = "") -> None:
-        """See `EvaluationObserver.advance`."""
+        """Advance the bar; see `EvaluationObserver.advance`."""
         assert self._bar is not None, "begin() comes first"
         self._bar.update(self._task, advance=1, last=escape(result))
         if result and not self._screen.is_terminal:
             self._screen.print(result, soft_wrap=True, highlight=False, markup=False)
 
     def tell(self, text: str, *, error: bool = False) -> None:
-        """See `EvaluationObserver.tell`."""
+        """Print a line; see `EvaluationObserver.tell`."""
         self._stop()
         self._screen.print(escape(text), style="red" if error else None, soft_wrap=True)
 

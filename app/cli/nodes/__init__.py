@@ -1,1 +1,1 @@
-"""Commands that start processes: robot, navigator, console, recorder, review."""
+"""Commands that start nodes: robot, navigator, console, recorder, review."""

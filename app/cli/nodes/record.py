@@ -1,4 +1,4 @@
-"""`ippon record`: everything that a robot's network says, into a file."""
+"""`ippon record`: all messages of a robot, into a file."""
 
 from app.cli.options.nodes import Record
 from app.errors import UsageError

@@ -1,4 +1,4 @@
-"""`ippon replay`: a dataset, or a bag, as a robot."""
+"""`ippon replay`: a dataset or a bag, published as a robot."""
 
 from app.cli.options.nodes import Replay
 from app.errors import UsageError

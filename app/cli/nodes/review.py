@@ -37,7 +37,7 @@ def recomputed(paths: tuple[Path, ...], changes: tuple[str, ...], out: Path | No
     """Recompute a session and return the new one's folder.
 
     Raises:
-        UsageError: Not one recording.
+        UsageError: There is not exactly one recording.
         RecordingError: It cannot be recomputed.
     """
     if len(paths) != 1:
@@ -58,13 +58,13 @@ def recomputed(paths: tuple[Path, ...], changes: tuple[str, ...], out: Path | No
 
 
 def review_config(paths: tuple[Path, ...], port: int) -> ReviewConfig:
-    """Tell recordings to open from a folder to list.
+    """Return the configuration: recordings to show, or a folder of sessions to list.
 
     Raises:
-        UsageError: More than two.
+        UsageError: There are more than two recordings.
     """
     if len(paths) > 2:
-        raise UsageError(f"one recording is shown, or two beside each other; got {len(paths)}")
+        raise UsageError(f"one recording is shown, or two side by side; got {len(paths)}")
     if len(paths) == 1 and paths[0].is_dir() and not any(paths[0].glob("*.mcap")):
         return ReviewConfig(folder=paths[0], port=port)
     return ReviewConfig(paths=paths, port=port)

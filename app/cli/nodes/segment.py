@@ -45,7 +45,7 @@ def segmenter_of(options: Segmentation) -> "Segmenter":
     """Load the network that the options name.
 
     Raises:
-        UsageError: It cannot be had; the text says what would do.
+        UsageError: It cannot be loaded; the text says how to fix it.
     """
     folder = options.models or models_folder()
     try:
@@ -58,10 +58,10 @@ def segmenter_of(options: Segmentation) -> "Segmenter":
 
 
 def fetch_models(config: SegmentationConfig, folder: Path) -> None:
-    """Fetch those models from the hub that are not on this machine, where there is a network."""
+    """Fetch missing models from the hub."""
     try:
         from app.links.model_hub import fetch_missing
-    except ImportError:  # Loading says which packages are missing.
+    except ImportError:  # Loading reports the missing packages.
         return
     fetch_missing(models_of(config), folder)
 
@@ -70,7 +70,7 @@ def config_of(options: Segmentation) -> SegmentationConfig:
     """Return the library's configuration.
 
     Raises:
-        ValueError: Sizes that no network takes.
+        ValueError: A size is invalid.
     """
     return SegmentationConfig(
         backend=options.backend,
@@ -91,7 +91,7 @@ def config_of(options: Segmentation) -> SegmentationConfig:
 
 
 def arguments_of(options: Segmentation) -> list[str]:
-    """Write the options as arguments of `ippon segment`."""
+    """Return the options as arguments of `ippon segment`."""
     named = {
         "backend": options.backend,
         "model": options.model,
@@ -116,5 +116,5 @@ def arguments_of(options: Segmentation) -> list[str]:
 
 
 def models_folder() -> Path:
-    """Return the folder in which checkpoints lie that are given by name."""
+    """Return the folder of the checkpoints."""
     return platformdirs.user_data_path("ippon") / "models"

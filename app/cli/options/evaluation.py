@@ -12,65 +12,65 @@ from app.evaluation.config import EvaluationConfig
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EvalRun(EvaluationConfig):
-    """Search for many objects in many simulated homes, with one method or several.
+    """Search for many objects in many simulated homes, with one or several methods.
 
-    Writes one row per episode into a folder. Started again with the same folder, also after a
-    kill, it continues with the episodes that are missing.
+    Writes one row per episode into a folder. A restart with the same folder runs only the missing
+    episodes.
     """
 
     config: Path | None = None
-    """Configuration file, YAML or JSON: its `mission` replaces defaults of the searches; `ippon
-    config` prints the fields. A flag that is given wins over the file."""
+    """Configuration file, YAML or JSON, of which `mission` applies to the searches; `ippon config`
+    prints the fields. Flags override the file."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EvalReport:
-    """Table, intervals, paired tests and plots of a folder that `ippon eval run` wrote."""
+    """Report a folder of `ippon eval run`: table, intervals, paired tests and plots."""
 
     folder: Positional[Path]
-    """The folder."""
+    """Folder that `ippon eval run` wrote."""
     json: bool = False
     """Print the table as JSON."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EvalReplay:
-    """Run one episode of an evaluation again, and record it for `ippon review`.
+    """Run one episode of an evaluation again and record it for `ippon review`.
 
-    The same version of the program gives the same search. Prints the recording's folder.
+    The same version of the program repeats the search exactly. Prints the recording's folder.
     """
 
     folder: Positional[Path]
     """The folder that `ippon eval run` wrote."""
     episode: Positional[str]
-    """The episode's name, for example 1003.hat.3.untold; the report lists them."""
+    """Name of the episode, for example 1003.hat.3.untold; the report lists the names."""
     method: str = "ippon"
-    """By which method."""
+    """Method of the row."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EvalHabitat:
-    """Search in habitat-lab's environment, for example HM3D; see docs/guides/habitat.md."""
+    """Search in habitat-lab's environment, for example on HM3D; see docs/guides/habitat.md."""
 
     config: Positional[Path]
-    """habitat's YAML of the benchmark, with the challenge's sensors and velocity actions."""
+    """habitat-lab's YAML of the benchmark, with the challenge's sensors and velocity actions."""
     python: Path
-    """Interpreter of the environment that has habitat-sim and habitat-lab."""
+    """Python interpreter of the environment with habitat-sim and habitat-lab."""
     out: Path = Path("habitat.jsonl")
-    """One JSON object an episode."""
+    """File for one JSON object per episode."""
     segmentation: Literal["san", "clipseg", "owlv2"] = "san"
-    """The network that sees."""
+    """Segmentation network."""
     checkpoints: Path = Path("checkpoints")
-    """Folder of checkpoints that are given by name."""
+    """Folder of the checkpoints."""
     episodes: int | None = None
-    """At most so many."""
+    """Maximum number of episodes."""
     overrides: tuple[str, ...] = ()
-    """Changes to habitat's configuration, such as habitat.dataset.split=val."""
+    """Overrides of habitat's configuration, such as habitat.dataset.split=val."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Eval:
-    """Measure how efficiently methods search, and report it."""
+    """Measure and report how efficiently methods search."""
 
     command: (
         Annotated[EvalRun, tyro.conf.subcommand("run")]

@@ -1,1 +1,1 @@
-"""Commands that ask, measure, convert or check, and end."""
+"""Commands that do one thing and exit: ask, measure, convert, check."""

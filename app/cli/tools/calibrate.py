@@ -1,4 +1,4 @@
-"""`ippon calibrate`: what a network's scores are worth, from recordings with known objects."""
+"""`ippon calibrate`: fits an observation model to recordings with known objects."""
 
 import json
 import sys
@@ -33,7 +33,7 @@ KNOWN_OBJECTS: Final = "objects.json"
 
 
 def run_calibrate(command: Calibrate) -> int:
-    """Run every frame through the network, fit a table, write it and show it."""
+    """Run every frame through the network; fit, write and print a table."""
     if not command.out.parent.is_dir():
         raise UsageError(f"--out: the folder {command.out.parent} does not exist")
     try:
@@ -66,16 +66,16 @@ def run_calibrate(command: Calibrate) -> int:
 
 
 def _told(segmenter: Segmenter, names: Sequence[str], labels: Sequence[str]) -> set[str]:
-    """Return the known labels that the network can tell; the others are said."""
+    """Return the known labels that the network recognises; report the others."""
     vocabulary = closed_vocabulary(segmenter)
     if vocabulary is None:
         return set(names)
     told = {name for name in names if vocabulary.label_for(name, labels) == name}
     if len(told) < len(set(names)):
         others = ", ".join(sorted(set(names) - told))
-        print(f"ippon: this network cannot tell {others}: not used", file=sys.stderr)
+        print(f"ippon: this network cannot recognise {others}: not used", file=sys.stderr)
     if not told:
-        raise CalibrationError("the network can tell none of the known objects")
+        raise CalibrationError("the network can recognise none of the known objects")
     return told
 
 
@@ -100,7 +100,7 @@ def _show(result: Calibrated, out: Path) -> None:
     for score, nats in zip(new.scores, new.nats, strict=True):
         table.add_row(f"{score:.1f}", f"{before[round(255 * score)]:+.1f}", f"{nats:+.1f}")
     console.print(table)
-    held = Table("held out", "log loss before", "now", "objects believed", "voxels wrong")
+    held = Table("held out", "log loss before", "now", "objects found", "voxels wrong")
     for one in result.folds:
         a, b = one.before, one.fitted
         held.add_row(
@@ -114,10 +114,10 @@ def _show(result: Calibrated, out: Path) -> None:
         console.print(held)
     print(f"written to {out}; use it with --observation-model {out}")
     if not result.folds:
-        print("ippon: too little was seen to test it: record more", file=sys.stderr)
+        print("ippon: too few observations for a test: record more", file=sys.stderr)
     elif not result.helps:
         print(
-            "ippon: it explains what it was not fitted to no better than the table before: keep "
-            "that one, or calibrate with more objects",
+            "ippon: on held-out data it is no better than the previous table: keep that one, "
+            "or calibrate with more objects",
             file=sys.stderr,
         )

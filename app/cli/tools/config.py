@@ -7,7 +7,7 @@ from app.nodes.navigator.config import NavigatorConfig
 
 
 def run_config(command: Config) -> int:
-    """Print every field as commented YAML; or what a file changes."""
+    """Print every field as commented YAML, or the fields that a file changes."""
     if command.file is None:
         print("# The configuration of `ippon navigate --config FILE`. Keep the fields to change.")
         print(as_yaml(NavigatorConfig(), left_out=tuple(SET_ELSEWHERE)), end="")

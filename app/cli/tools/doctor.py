@@ -1,4 +1,4 @@
-"""`ippon doctor`: what is installed, reachable and fast enough."""
+"""`ippon doctor`: checks the installation, connections and speed."""
 
 import json
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""`ippon doctor FILE`: whether a recording is whole, and mended where it was cut off."""
+"""`ippon doctor FILE`: checks a recording, and repairs it if it was cut off."""
 
 import json
 from dataclasses import asdict
@@ -13,7 +13,7 @@ from app.recording.reading.repair import RecordingCheck, check
 
 
 def run_file_doctor(path: Path, *, as_json: bool) -> int:
-    """Look through a recording, mend it, and say what is missing."""
+    """Check and repair a recording, and print what is missing."""
     try:
         checkup = check(path, repair=True)
     except RecordingError as error:
@@ -32,7 +32,7 @@ def _print(path: Path, checkup: RecordingCheck) -> None:
     for problem in checkup.problems:
         screen.print(f"  [yellow]{escape(problem)}[/yellow]", soft_wrap=True)
     if checkup.repaired:
-        screen.print("  [green]mended: index, timeline and metadata.yaml are written anew[/green]")
+        screen.print("  [green]repaired: index, timeline and metadata.yaml were rewritten[/green]")
     elif checkup.complete and not checkup.problems:
         screen.print("  [green]whole[/green]")
     if checkup.missing:

@@ -1,4 +1,4 @@
-"""`ippon export`: a recording as files for other programs and other people."""
+"""`ippon export`: a recording as files for other programs."""
 
 import time
 from collections.abc import Callable
@@ -36,11 +36,11 @@ SLOW: Final[dict[str, tuple[str, Slow]]] = {
     "camera": ("camera.mp4", write_camera_video),
     "map-video": ("map.mp4", write_scene_video),
 }
-"""They read the whole file, and on_progress how far they are."""
+"""Exports that read the whole file and report progress."""
 
 
 def run_export(command: Export) -> int:
-    """Write what was asked for; what cannot be written is said, and the rest is."""
+    """Write the requested files; report those that cannot be written and continue."""
     writers = _writers(command)
     screen = Console(highlight=False, soft_wrap=True)
     bar = Progress(
@@ -68,10 +68,10 @@ def run_export(command: Export) -> int:
 
 
 def _write(session: SessionData, path: Path, write: Slow, bar: Progress) -> bool:
-    """Write one file, say so, and show how far it is; return whether there was something to write.
+    """Write one file with a progress bar; return whether there was something to write.
 
     Raises:
-        OSError: The disk refuses.
+        OSError: The file cannot be written.
     """
     task = bar.add_task(path.name, total=1.0)
     started = time.perf_counter()

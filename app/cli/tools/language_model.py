@@ -1,4 +1,4 @@
-"""`--llm...`: which language model is asked, from the command line or the environment."""
+"""`--llm...`: the language model, from the command line or the environment."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,7 +18,7 @@ OPENAI_URL = "https://api.openai.com/v1"
 
 
 def make_model(options: Llm, environment: Mapping[str, str]) -> "LanguageModel | None":
-    """Return the model that is meant; None where none is named: then the prior answers alone.
+    """Return the language model, None if none is named; then only the prior is used.
 
     Raises:
         UsageError: The settings contradict each other, or the key cannot be read.
@@ -48,19 +48,19 @@ def make_model(options: Llm, environment: Mapping[str, str]) -> "LanguageModel |
         raise UsageError(f"--llm: {error}") from error
     if key is None and base_url == OPENAI_URL:
         raise UsageError(
-            "OpenAI asks for a key: set OPENAI_API_KEY or give --llm.key-file; for a model on this "
+            "OpenAI requires a key: set OPENAI_API_KEY or give --llm.key-file; for a model on this "
             "machine give its address, such as --llm.base-url http://127.0.0.1:11434/v1"
         )
     return LanguageModel(config, cache_dir=cache_folder())
 
 
 def cache_folder() -> Path:
-    """Return the folder that holds the models' answers."""
+    """Return the folder of cached answers."""
     return platformdirs.user_cache_path("ippon") / "levels"
 
 
 def as_arguments(options: Llm) -> tuple[str, ...]:
-    """Return what makes another process of this program ask the same model."""
+    """Return arguments with which another process uses the same model."""
     given = {
         "--llm.model": options.model,
         "--llm.base-url": options.base_url,

@@ -1,4 +1,4 @@
-"""`ippon levels`: what common sense says about where an object is, without a robot."""
+"""`ippon levels`: proximity levels of an object, without a robot."""
 
 import os
 import time
@@ -68,10 +68,10 @@ def _answer(command: Levels) -> LevelsAnswer:
 
 
 def check_query(wanted: str, context: str) -> None:
-    """Refuse an object or a context that no navigator would take.
+    """Refuse an object or a context that the navigator would refuse.
 
     Raises:
-        UsageError: With what would work.
+        UsageError: It is empty or too long.
     """
     if not wanted.strip():
         raise UsageError('no object given; for example: ippon ask "hat"')

@@ -34,7 +34,7 @@ class Row(Protocol):
 
 
 def said_by(provider: str, elapsed_ms: float, *, from_cache: bool) -> str:
-    """Say whose levels they are, and after what time they were there."""
+    """Return the provider of the levels and their duration."""
     took = f"{elapsed_ms:.1f} ms" if elapsed_ms < 1000.0 else f"{1e-3 * elapsed_ms:.1f} s"
     return f"{provider}, after {took}{', from the cache' if from_cache else ''}"
 
@@ -42,7 +42,7 @@ def said_by(provider: str, elapsed_ms: float, *, from_cache: bool) -> str:
 def print_levels(
     name: str, rated: Sequence[tuple[Level, Row]], notes: Sequence[str], source: str
 ) -> None:
-    """Print every common object with its level and the reason, the nearest first."""
+    """Print every common object with level and reason, the nearest first."""
     console = Console()
     words = printable(name.replace("_", " "))
     title = f"Where {'are' if is_many(words) else 'is'} the {words}?"
@@ -70,12 +70,12 @@ def print_question(prompt: str, reply: str) -> None:
 
 
 def printable(text: str) -> str:
-    """Take control characters out: an answer of a model must not steer the terminal."""
+    """Remove control characters, so that a model's answer cannot control the terminal."""
     return "".join(char for char in text if char.isprintable() or char == "\n")
 
 
 def as_json(values: dict[str, object], rated: Sequence[tuple[Level, Row]]) -> str:
-    """Write levels and reasons by label, after what else there is to say."""
+    """Return JSON with levels and reasons by label, after other entries."""
     levels = {row.label: level.text for level, row in rated}
     reasons = {row.label: row.reason for _, row in rated}
     return json.dumps({**values, "levels": levels, "reasons": reasons}, ensure_ascii=False)

@@ -1,4 +1,4 @@
-"""`ippon profile`: a robot's profile, written, checked and drawn."""
+"""`ippon profile`: prints, checks and draws a robot's profile."""
 
 import math
 import sys
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def run_profile(command: Profile) -> int:
-    """Print a built-in profile as YAML, or what one of the user's means."""
+    """Print a built-in profile as YAML, or a summary of the user's profile."""
     try:
         profile = read_profile(command.profile)
     except RobotFileError as error:
@@ -32,14 +32,14 @@ def run_profile(command: Profile) -> int:
 
 
 def summary(profile: "RobotProfile") -> str:
-    """Say in a few lines what a profile means for a search."""
+    """Return a summary of a profile in a few lines."""
     bottom = min(s.z_m - s.radius_m for s in profile.spheres)
     span = f"{bottom:.2f} to {profile.height_m:.2f}"
     wide = 2.0 * max(abs(s.y_m) + s.radius_m for s in profile.spheres)
     floor_m = profile.floor_in_view_m
-    near = "no floor within its range, however low its camera is tilted: it will not drive"
+    near = "no floor within its range at any tilt: it will not drive"
     if floor_m < math.inf:
-        near = f"the floor from {floor_m:.2f} m before its middle"
+        near = f"the floor from {floor_m:.2f} m ahead of its centre"
     tilt = f"{math.degrees(profile.min_tilt_rad):.0f}"
     if profile.can_tilt:
         tilt += f" to {math.degrees(profile.max_tilt_rad):.0f}"
@@ -52,8 +52,8 @@ def summary(profile: "RobotProfile") -> str:
     rows = {
         "body": f"{len(profile.spheres)} spheres, {span} m above the floor",
         "width": f"{wide:.2f} m; turns on the spot in a circle of {2.0 * profile.radius_m:.2f} m",
-        "steps": f"up to {100.0 * profile.max_step_m:.0f} cm; a drop of more is no floor",
-        "speed": f"{profile.max_linear_m_s:g} m/s, once round in {turn_s:.1f} s, {reverse} reverse",
+        "steps": f"up to {100.0 * profile.max_step_m:.0f} cm; a higher drop is not floor",
+        "speed": f"{profile.max_linear_m_s:g} m/s, full turn in {turn_s:.1f} s, {reverse} reverse",
         "camera": f"{profile.camera_height_m:g} m high, {sight}",
         "depth": f"{profile.min_depth_m:g} to {profile.max_depth_m:g} m",
         "sees": near,

@@ -1,4 +1,4 @@
-"""A robot's profile as a picture: its body and what its camera sees."""
+"""A robot's profile as a picture: body and field of view."""
 
 import math
 from typing import Final
@@ -20,7 +20,7 @@ Point = tuple[float, float]
 
 
 def draw_profile(profile: RobotProfile) -> Image.Image:
-    """Draw body and view from the side and from above, with a line for each metre."""
+    """Draw body and field of view from the side and from above, with a line per metre."""
     behind_m = min(-_BEHIND_M, *(s.x_m - s.radius_m for s in profile.spheres)) - 0.1
     ahead_m = max(
         profile.camera_forward_m + profile.max_depth_m,
@@ -48,7 +48,7 @@ class _Sheet:
     """A drawing in metres: x ahead of the base, y up."""
 
     def __init__(self, frame: Point, low_m: float, high_m: float) -> None:
-        """Take pixels a metre and the left end, then the ends along y, metres."""
+        """Create a drawing from pixels per metre, the left end, and the ends along y in metres."""
         scale, left_m = frame
         self.image = Image.new("RGB", (_WIDTH, round((high_m - low_m) * scale)), "white")
         self._draw = ImageDraw.Draw(self.image, "RGBA")

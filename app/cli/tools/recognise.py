@@ -1,4 +1,4 @@
-"""`ippon recognise`: objects in a recording, through network and map."""
+"""`ippon recognise`: finds objects in a recording with network and map."""
 
 import json
 import sys
@@ -38,7 +38,7 @@ def run_recognise(command: Recognise) -> int:
     if command.page is not None and not command.page.parent.is_dir():
         raise UsageError(f"--page: the folder {command.page.parent} does not exist")
     if not objects:
-        raise UsageError("--find names the objects, with commas between, such as cup,tv")
+        raise UsageError("--find takes comma-separated objects, such as cup,tv")
     try:
         source = open_source(command.path, command.floor_m)
         own = command.observation_model
@@ -62,7 +62,7 @@ def run_recognise(command: Recognise) -> int:
             network = command.segmentation.model or command.segmentation.backend
             page = page_of(recognition, source, objects, label_of, Path(network).stem)
             replace_file(command.page, page.encode())
-            print(f"ippon: {command.page} shows why", file=sys.stderr)
+            print(f"ippon: {command.page} shows the evidence", file=sys.stderr)
     except (DatasetError, SegmentationError, ObservationModelError, ValueError) as error:
         raise UsageError(str(error)) from error
     except OSError as error:
@@ -71,15 +71,15 @@ def run_recognise(command: Recognise) -> int:
         print(f"ippon: {recognition.refused} frames were refused", file=sys.stderr)
     if recognition.dropped:
         print(
-            "ippon: the recording is larger than the maps' memory, the oldest parts were dropped: "
-            "ask for fewer objects a run, or use --voxel-size-m 0.1",
+            "ippon: the recording exceeds the maps' memory and the oldest parts were dropped: "
+            "search for fewer objects per run, or use --voxel-size-m 0.1",
             file=sys.stderr,
         )
     return 0 if label_of else 2
 
 
 def _labels_of(segmenter: Segmenter, objects: list[str], labels: Sequence[str]) -> dict[str, str]:
-    """Return the labels under which objects are found; those that cannot be told are said."""
+    """Return the labels of the objects; report objects that the network does not recognise."""
     vocabulary = closed_vocabulary(segmenter)
     if vocabulary is None:
         return {name: name for name in objects}

@@ -1,4 +1,4 @@
-"""Pictures that a command writes."""
+"""Writing of pictures."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def save_picture(image: "Image.Image", path: Path) -> None:
-    """Write a picture, of the kind that the file's name says.
+    """Write a picture in the format of the file's name.
 
     Raises:
         UsageError: The file cannot be written.

@@ -1,4 +1,4 @@
-"""`ippon user`: who may log in to the console."""
+"""`ippon user`: users of the console's login."""
 
 import getpass
 import sys

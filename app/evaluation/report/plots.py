@@ -14,9 +14,9 @@ from ippon.evaluation.summary import MethodSummary
 _COLOURS: Final = (
     "#D55E00", "#56B4E9", "#009E73", "#E69F00", "#CC79A7", "#0072B2", "#F0E442", "#9AA0A6",
 )  # fmt: skip
-"""Okabe and Ito's, which colour-blind readers tell apart, and grey in place of black."""
+"""Okabe-Ito palette, distinguishable for colour-blind readers, with grey instead of black."""
 _DASHES: Final = {"solid": "none", "dashed": "9 5", "dotted": "2 4"}
-"""Line styles of CSS and the dashes that draw them; once round the colours each."""
+"""CSS line styles with their SVG dashes; each is used with every colour before the next."""
 _MARKS: Final = {"solid": "●", "dashed": "■", "dotted": "▲"}
 _FAILURE_COLOURS: Final = {
     "never_seen": "#0072B2",
@@ -35,11 +35,11 @@ _ROW: Final = 24
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Style:
-    """How a method is drawn, so that none looks like another."""
+    """Colour and line style of a method, unique among the methods."""
 
     colour: str
     line: str
-    """Of the lines and, by the mark that goes with it, of the points."""
+    """Line style, which also selects the mark of the points."""
 
 
 @dataclass(slots=True)
@@ -86,7 +86,7 @@ class _Svg:
 
 
 def style_of(methods: Sequence[str]) -> dict[str, Style]:
-    """Return how each method is drawn; the first ones have plain lines."""
+    """Return the style of each method; the first ones have solid lines."""
     lines = tuple(_DASHES)
     return {
         name: Style(colour=_COLOURS[k % len(_COLOURS)], line=lines[k // len(_COLOURS) % len(lines)])
@@ -150,7 +150,7 @@ def goal_plot(table: Mapping[str, Mapping[str, tuple[float, int]]], methods: Seq
         svg.text(_LEFT - 8, y + 4, f"{goal.replace('_', ' ')} ({count})", "end")
         svg.line(_LEFT, y, _WIDTH - _RIGHT, y, 'stroke="currentColor" stroke-opacity="0.15"')
         for name, (spl, n) in of.items():
-            # Equal values lie side by side, not on top of each other.
+            # Equal values are drawn side by side.
             aside = 6.0 * (list(styles).index(name) / max(1, len(styles) - 1) - 0.5)
             tip = f"{goal}, {name}: {spl:.3f}, {n} episodes"
             svg.mark(_x(spl, 1.0), y + aside, styles[name], tip)
@@ -180,7 +180,7 @@ def failure_plot(summaries: Sequence[MethodSummary]) -> str:
 
 
 def legend(styles: Mapping[str, Style]) -> str:
-    """Return a line that names each method beside its line and its mark."""
+    """Return a legend with the name, line and mark of each method."""
     items = (
         f'<span><b style="border-top:3px {style.line} {style.colour}"></b>'
         f'<b style="color:{style.colour}">{_MARKS[style.line]}</b>'

@@ -1,4 +1,4 @@
-"""Everything that the report of an evaluation shows."""
+"""Data of an evaluation's report."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,18 +11,18 @@ from ippon.evaluation.summary import Comparison, Effect, MethodSummary
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportData:
-    """Everything that the page shows."""
+    """Data of the report."""
 
     rows: Sequence[EpisodeRow]
     summaries: Sequence[MethodSummary]
     comparisons: Sequence[Comparison]
     later: Sequence[EpisodeRow]
-    """Searches for a second object and those that they are compared with; in no table of means."""
+    """Searches for a second object and their counterparts; not in the tables of means."""
     contexts: Sequence[Effect]
-    """With a truthful sentence, and without."""
+    """Effect of a correct sentence."""
     seconds: Sequence[Effect]
-    """A second object on the map of the first, and on an empty one."""
+    """Effect of an existing map on the search for a second object."""
     errors: Sequence[str]
     settings: dict[str, Any]
     folder: Path
-    """Where the results lie, for commands and links."""
+    """Folder of the results, for commands and links."""

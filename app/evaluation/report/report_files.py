@@ -1,4 +1,4 @@
-"""The report of an evaluation: read from its folder, written beside the rows."""
+"""Reading and writing of an evaluation's report."""
 
 import dataclasses
 import json
@@ -41,7 +41,7 @@ def read_report_data(path: Path) -> ReportData:
 
 
 def write_report(data: ReportData) -> Path:
-    """Write report.html and report.json beside the rows; returns the page.
+    """Write report.html and report.json beside the rows; return the page's path.
 
     Raises:
         EvaluationError: The folder cannot be written.

@@ -1,4 +1,4 @@
-"""The report of an evaluation as one HTML page that needs nothing else."""
+"""The report of an evaluation as a self-contained HTML page."""
 
 import json
 import shlex
@@ -26,9 +26,9 @@ from ippon.evaluation.summary import (
 )
 
 _RECORDING: Final = "*/metadata.yaml"
-"""Below an episode's folder of recordings, each with the time at which it was made."""
+"""Pattern of an episode's recordings, each in a folder named by its time."""
 ENOUGH_EPISODES: Final = 200
-"""Below this the page says that the sample is small."""
+"""Number of episodes below which the page warns about a small sample."""
 
 _STYLE: Final = """
 .legend span{margin-right:16px;white-space:nowrap}.legend i{display:inline-block;width:12px;
@@ -37,18 +37,18 @@ height:12px;margin-right:6px}
 .legend b+b{min-width:0}svg{width:100%;height:auto}
 """
 _CAUSES: Final[Mapping[Failure, str]] = {
-    "never_seen": "the object never came into view within mapping range",
-    "seen_and_missed": "it did, and the search went past it",
-    "false_stop": "the robot said found where it is not",
-    "out_of_reach": "the robot said that it sees the object and that no way leads close to it",
-    "collision": "it touched something and did not move from there for the last minute",
-    "stuck": "it did not move for the last minute, and had touched nothing there",
-    "time": "the map shows the object, and time ran out before the robot stood in front of it",
+    "never_seen": "the object was never seen within mapping range",
+    "seen_and_missed": "it was seen, but not found",
+    "false_stop": "the robot reported a find at a wrong place",
+    "out_of_reach": "the robot found the object and reported no path close to it",
+    "collision": "contact with an obstacle and no motion during the last minute",
+    "stuck": "no motion during the last minute, without contact",
+    "time": "the map shows the object, but time ran out before the robot reached it",
 }
 _SECOND: Final = (
-    '<p class="dim">With: searches for a second object where the first search ended, on its map. '
-    "Without: from the same place for the same object, with an empty map. Neither counts in the "
-    "tables above.</p>"
+    '<p class="dim">With: searches for a second object from the end of the first search, with '
+    "its map. Without: the same searches with an empty map. Neither is included in the tables "
+    "above.</p>"
 )
 
 
@@ -66,9 +66,9 @@ def report_page(data: ReportData) -> str:
     if data.comparisons:
         parts += [f"<h2>{REFERENCE} against each, on the same episodes</h2>", _pairs_table(data)]
     if data.contexts:
-        parts += ["<h2>What a truthful sentence is worth</h2>", _effects_table(data.contexts)]
+        parts += ["<h2>Effect of a correct sentence</h2>", _effects_table(data.contexts)]
     if data.seconds:
-        parts += ["<h2>What a known home is worth</h2>", _effects_table(data.seconds), _SECOND]
+        parts += ["<h2>Effect of a known home</h2>", _effects_table(data.seconds), _SECOND]
     parts += [
         "<h2>Success against path length</h2>",
         success_curves(groups),
@@ -106,12 +106,12 @@ def _warnings(data: ReportData) -> Iterable[str]:
     if data.errors:
         listed = ", ".join(data.errors[:5])
         yield (
-            f'<p class="warn">{len(data.errors)} episodes could not be run to their end and count '
-            f"nowhere below: {escape(listed)}.</p>"
+            f'<p class="warn">{len(data.errors)} episodes failed with an error and are not '
+            f"included below: {escape(listed)}.</p>"
         )
     if min(s.episodes for s in data.summaries) < ENOUGH_EPISODES:
         yield (
-            f'<p class="warn">A small sample: fewer than {ENOUGH_EPISODES} episodes for some '
+            f'<p class="warn">Small sample: fewer than {ENOUGH_EPISODES} episodes for some '
             "method. Read the intervals, not the means.</p>"
         )
     if len({s.episodes for s in data.summaries}) > 1:
@@ -151,7 +151,7 @@ def _methods_table(summaries: Sequence[MethodSummary]) -> str:
 
 
 def _summary_of(method: str) -> str:
-    """Say what a method does; rows may come from another version, with other methods."""
+    """Return the description of a method; rows may come from a version with other methods."""
     return METHODS[method].summary if method in METHODS else "unknown to this version"
 
 
@@ -170,7 +170,7 @@ def _pairs_table(data: ReportData) -> str:
         for c in data.comparisons
     ]
     return _table(head, body) + (
-        '<p class="dim">p of SPL: sign flips of whole homes; of success: McNemar, exact.</p>'
+        '<p class="dim">p of SPL: sign-flip test over homes; p of success: exact McNemar test.</p>'
     )
 
 
@@ -197,17 +197,17 @@ def _causes() -> str:
 
 
 def _episodes(data: ReportData) -> Iterable[str]:
-    """List every episode with the command that records it, and with its recordings."""
+    """List every episode with its recordings and the command that records it."""
     groups = {
         "failed episodes": [r for r in data.rows if not r.success],
         "episodes that found the object": [r for r in data.rows if r.success],
-        "searches for a second object, and those compared with them": data.later,
+        "searches for a second object, and their counterparts": data.later,
     }
     for what, rows in groups.items():
         if rows:
             lines = "".join(_episode(data.folder, row) for row in rows)
             yield (
-                f"<details><summary>{len(rows)} {what}, and how to watch them</summary>"
+                f"<details><summary>{len(rows)} {what}, with the commands to record them</summary>"
                 f"<table>{lines}</table></details>"
             )
 
@@ -216,7 +216,7 @@ def _episode(folder: Path, row: EpisodeRow) -> str:
     how = f"SPL {row.spl:.2f}" if row.success else f"{row.distance_to_goal_m:.1f} m away"
     watch = f"<code>{escape(replay_command(folder, row))}</code>"
     if row.kind == "second":
-        watch = "begins on the map of the search before it: watch that, or the fresh one"
+        watch = "starts with the map of the search before it: record that one, or the fresh one"
     sessions = sorted((folder / SESSIONS / f"{row.episode_id}.{row.method}").glob(_RECORDING))
     links = " ".join(_link(folder, path.parent, "recording") for path in sessions)
     return (
@@ -238,13 +238,10 @@ def replay_command(folder: Path, row: EpisodeRow) -> str:
 
 
 def _recorded(data: ReportData) -> Iterable[str]:
-    """List what `ippon eval replay` has recorded, to be opened."""
+    """List the recordings of `ippon eval replay`."""
     sessions = sorted((data.folder / SESSIONS).glob(f"*/{_RECORDING}"))
     if not sessions:
-        yield (
-            '<p class="dim">Any episode can be watched: the command beside it records it for ippon '
-            "review.</p>"
-        )
+        yield ('<p class="dim">The command beside an episode records it for ippon review.</p>')
         return
     yield "<h2>Recorded episodes</h2><table>"
     for path in sessions:

@@ -1,4 +1,4 @@
-"""Processes of this machine that evaluate side by side."""
+"""Worker processes on this machine."""
 
 import concurrent.futures
 import multiprocessing
@@ -16,20 +16,20 @@ Result = TypeVar("Result")
 
 
 class Workers(Protocol):
-    """Does one thing after another in other processes; `close` ends them."""
+    """Runs work items in other processes; `close` ends them."""
 
     def each(
         self, work: Callable[[Item], Result], items: Sequence[Item]
     ) -> Iterator[tuple[Item, Result | BaseException]]:
-        """Yield every item with its result, or with the error that it ended in, as they come.
+        """Yield every item with its result or its error, in order of completion.
 
         Raises:
-            EvaluationError: The workers are gone.
+            EvaluationError: A worker was killed.
         """
         ...
 
     def close(self) -> None:
-        """End the processes, also in the middle of their work."""
+        """End the processes, even during work."""
         ...
 
 
@@ -54,7 +54,7 @@ class ProcessWorkers:
             error = done.exception()
             if isinstance(error, BrokenProcessPool):
                 raise EvaluationError(
-                    "a worker process was killed, perhaps for want of memory; start again with "
+                    "a worker process was killed, perhaps because memory ran out; restart with "
                     "fewer --workers: finished episodes are kept"
                 ) from error
             yield waiting[done], done.result() if error is None else error

@@ -1,7 +1,6 @@
 """Workers on a Ray cluster, of many machines or of this one.
 
-A home that is a folder must be found under the same path on every machine, and this program must be
-installed there.
+This program must be installed on every machine, and folders of homes must have the same path there.
 """
 
 import importlib
@@ -17,24 +16,24 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 _PATIENCE_S = 5.0
 _HOOK = "app.process.environment.prepare_process"
-"""Runs first in every worker: threads and caches are chosen before numba is imported."""
+"""Runs first in every worker, because threads and caches must be set before numba is imported."""
 
 
 class RayWorkers:
-    """Workers that are actors, one for each processor."""
+    """Ray actors, one per processor."""
 
     def __init__(self, address: str | None, count: int | None, setup: WorkerSetup) -> None:
         """Join a cluster, or start one on this machine.
 
         Args:
-            address: Of the cluster; None starts one.
-            count: Actors; None for one for each processor.
-            setup: Given to every worker.
+            address: Address of the cluster; None starts one.
+            count: Number of actors; None for one per processor.
+            setup: Setup of every worker.
 
         Raises:
             EvaluationError: Ray is not installed, or no cluster answers.
         """
-        # Ray asks to report its use to its makers; this program has no business to.
+        # Disables Ray's usage reports.
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
         try:
             ray: Any = importlib.import_module("ray")
@@ -88,12 +87,12 @@ class RayWorkers:
             yield item, outcome
 
     def close(self) -> None:
-        """Leave the cluster; one that was started here ends."""
+        """Disconnect from the cluster; a cluster started here ends."""
         self._ray.shutdown()
 
 
 def _check_answers(address: str) -> None:
-    """Refuse at once what Ray itself would try for minutes; names like "auto" are left to it.
+    """Check host:port at once, because Ray retries for minutes; accept names like "auto".
 
     Raises:
         EvaluationError: Nothing answers at host:port.
@@ -115,7 +114,7 @@ def _no_cluster(address: str, error: Exception) -> EvaluationError:
 
 
 class _Worker:
-    """Runs in a process of the cluster."""
+    """Actor in a process of the cluster."""
 
     def __init__(self, setup: WorkerSetup) -> None:
         start_worker(setup)

@@ -1,4 +1,4 @@
-"""What a worker of `ippon eval run` does: list a home's episodes, run one."""
+"""Work of a worker process of `ippon eval run`: list a home's episodes, run one episode."""
 
 import dataclasses
 import functools
@@ -18,7 +18,7 @@ from ippon.guidance.prior import EmbeddedPrior
 from ippon.simulation.scene import Scene
 
 WARM_UP_S: Final = 16.0
-"""Simulated time of the search that loads the kernels: once round, and off."""
+"""Simulated time of the search that loads the kernels: one turn, then a drive."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +31,7 @@ class Job:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorkerSetup:
-    """What every worker is given once."""
+    """Setup of every worker."""
 
     trial: TrialConfig
     catalogue: CatalogueConfig
@@ -42,8 +42,8 @@ _setup: WorkerSetup | None = None
 
 
 def start_worker(setup: WorkerSetup) -> None:
-    """Prepare this process; Ctrl-C is for the process that started it."""
-    global _setup  # noqa: PLW0603 - the one thing a pool's initializer can do
+    """Initialise this process; Ctrl-C is handled by its parent."""
+    global _setup  # noqa: PLW0603 - a pool's initializer has no other way
     _setup = setup
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
@@ -65,7 +65,7 @@ def _given() -> WorkerSetup:
     return _setup
 
 
-# Jobs come home by home, so that a worker mostly needs the home that it has.
+# Jobs are ordered by home, so that a worker mostly reuses its last home.
 @functools.lru_cache(maxsize=2)
 def _scene(home: str) -> Scene:
     return load_home(home)
@@ -82,8 +82,8 @@ _kernels_are_loaded = False
 
 
 def _load_kernels(spec: EpisodeSpec) -> None:
-    """Search for a moment, once a process, so that no row's time holds that of the compiler."""
-    global _kernels_are_loaded  # noqa: PLW0603 - what this process has done
+    """Run a short search once per process, so that no row's time includes compilation."""
+    global _kernels_are_loaded  # noqa: PLW0603 - state of this process
     if not _kernels_are_loaded:
         setup = _given()
         limits = dataclasses.replace(setup.trial.limits, max_time_s=WARM_UP_S)

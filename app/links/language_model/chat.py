@@ -36,7 +36,7 @@ class ChatConfig:
     api_key: str | None = field(default=None, repr=False)
     """Sent as bearer token; never logged, cached or recorded."""
     timeout_s: float = 30.0
-    """The longest that one request may take in all; longer answers are given up."""
+    """Maximum total time of one request."""
     temperature: float | None = 0.0
     """0 gives the likeliest answer; None leaves it to the endpoint."""
 
@@ -62,7 +62,7 @@ class ChatConfig:
 
 
 class ChatError(Exception):
-    """The endpoint gave no answer; the text is fit to be shown."""
+    """The endpoint gave no answer; the text can be shown to the operator."""
 
     def __init__(self, text: str, *, retry: bool, wait_s: float = 0.0) -> None:
         super().__init__(text)
@@ -88,7 +88,7 @@ Message = dict[str, Any]
 
 
 class ChatEndpoint:
-    """A connection to one endpoint and model; may be used by several threads.
+    """A connection to one endpoint and model; safe from any thread.
 
     Detects which form of structured output the endpoint accepts, and keeps it.
     """
@@ -204,14 +204,14 @@ class ChatEndpoint:
         return f"no answer within {self._config.timeout_s:g} s"
 
     def _clean(self, text: str) -> str:
-        """Take the key out of a text: an endpoint may have echoed it."""
+        """Remove the key from a text: an endpoint may have echoed it."""
         key = self._config.api_key
         return text.replace(key, "***") if key else text
 
 
 def _connect(config: ChatConfig, clock: Callable[[], float]) -> OpenAI:
     """Return the SDK's client; its own retries are off, and every answer is bounded."""
-    # A proxy of the environment must not get in the way of a model on this machine.
+    # A proxy from the environment must not be used for a model on this machine.
     use_environment = not _is_local(config.host)
     inner = httpx2.Client(
         trust_env=use_environment, follow_redirects=False, timeout=config.timeout_s
@@ -264,7 +264,7 @@ def _retry_after(headers: Mapping[str, str]) -> float:
     try:
         return max(0.0, float(headers.get("Retry-After", "0")))
     except ValueError:
-        return 0.0  # The date form: nobody waits for that here.
+        return 0.0  # The date form is not supported.
 
 
 def _short(text: str) -> str:

@@ -37,7 +37,7 @@ KEY_VARIABLES = ("IPPON_API_KEY", "OPENAI_API_KEY")
 MAX_WAIT_S = 5.0
 """The longest pause before the second attempt, whatever the endpoint asks for."""
 _MIN_SHARE = 0.5
-"""An answer for fewer categories than this share is nonsense and counts as none."""
+"""Minimum share of categories that an answer must rate; other answers are discarded."""
 
 
 def read_api_key(environment: Mapping[str, str], file: Path | None = None) -> str | None:
@@ -60,8 +60,8 @@ def read_api_key(environment: Mapping[str, str], file: Path | None = None) -> st
 class LanguageModel:
     """Asks a language model; answers itself from the embedded prior where that fails.
 
-    `levels` blocks for up to three requests: call it on a thread of its own, start on the prior,
-    and swap when the answer comes.
+    `levels` blocks for up to three requests: call it in a separate thread, start with the prior,
+    and replace its levels when the answer arrives.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class LanguageModel:
 
     @property
     def name(self) -> str:
-        """What the console shows as provider."""
+        """Provider as the console shows it."""
         return f"{self._config.model} at {self._config.host}"
 
     def close(self) -> None:
@@ -103,7 +103,7 @@ class LanguageModel:
     ) -> LevelsAnswer:
         """Rate the proximity of every common object to the goal.
 
-        Never raises for what the endpoint does.
+        Does not raise for errors of the endpoint.
 
         Args:
             ooi: The goal, as typed or resolved.
@@ -169,7 +169,7 @@ class LanguageModel:
 
         Args:
             jpeg: The image.
-            vocabulary: Labels that are told apart already.
+            vocabulary: Labels of the map.
         """
         try:
             reply = self._ask_of_image(jpeg, build_scene_prompt(vocabulary), SCENE_SCHEMA)
@@ -204,7 +204,7 @@ class LanguageModel:
         return self._endpoint.ask(lambda _: question, schema).text
 
     def _ask(self, asked: "_Conversation") -> ParsedReply:
-        """Ask, once more after a failure, and once more for what was left out."""
+        """Ask; repeat after a failure, and ask again for omitted categories."""
         try:
             parsed = self._attempt(asked)
         except ChatError as error:
@@ -280,7 +280,7 @@ class LanguageModel:
 
 
 class _Conversation:
-    """What was asked and answered for one goal."""
+    """Questions and answers for one goal."""
 
     def __init__(self, name: str, context: str, scenario: str, vocabulary: tuple[str, ...]) -> None:
         self.vocabulary = vocabulary

@@ -36,8 +36,8 @@ def register(navigator: RunningNavigator) -> Path | None:
     """Write a navigator's file.
 
     Returns:
-        Its path, for the navigator to remove when it ends; None where it cannot be written: then
-        the navigator runs, and those who ask it must give its address.
+        Its path, which the navigator removes at its end; None if it cannot be written: requests
+        then need the navigator's address.
     """
     folder = registry_folder()
     path = folder / f"{navigator.pid}.json"
@@ -69,7 +69,7 @@ def running_navigators() -> list[RunningNavigator]:
         if _alive(navigator.pid):
             found.append((started, navigator))
         else:
-            # A file that cannot be removed is passed over again the next time.
+            # A file that cannot be removed is ignored again the next time.
             with contextlib.suppress(OSError):
                 path.unlink()
     return [navigator for _, navigator in sorted(found, key=lambda entry: entry[0])]

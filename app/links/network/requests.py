@@ -177,10 +177,10 @@ def ask(
             except msgspec.DecodeError:
                 raise LinkError(f"the reply on {key} is not understood: {error}") from error
             raise RequestRefusedError(refused.error) from None
-    # zenoh says so at once.
+    # zenoh reports this without waiting.
     raise LinkError(
-        f"no reply on {key} within {timeout_s:g} s: nobody takes requests there; the navigator may "
-        "still be compiling, or have another prefix"
+        f"no reply on {key} within {timeout_s:g} s: there is no such endpoint; the navigator may "
+        f"still be compiling, or may have another prefix"
     )
 
 

@@ -25,11 +25,11 @@ def check_endpoint(endpoint: str) -> None:
     """Refuse an invalid zenoh endpoint.
 
     Raises:
-        LinkError: With what would do.
+        LinkError: The endpoint is invalid; the text shows a valid one.
     """
     if _ENDPOINT.fullmatch(endpoint) is None:
         raise LinkError(
-            f"{endpoint!r} is no zenoh endpoint; one looks like tcp/127.0.0.1:7447 or "
+            f"{endpoint!r} is not a zenoh endpoint, such as tcp/127.0.0.1:7447 or "
             "tls/robot.local:7447"
         )
 
@@ -62,7 +62,7 @@ def open_client(connect: str, timeout_s: float = 5.0) -> zenoh.Session:
         timeout_s: How long to try.
 
     Raises:
-        LinkError: Nobody answers there.
+        LinkError: No router answers there.
     """
     check_endpoint(connect)
     settings = {
@@ -70,7 +70,7 @@ def open_client(connect: str, timeout_s: float = 5.0) -> zenoh.Session:
         "connect/endpoints": [connect],
         "connect/timeout_ms": round(1e3 * timeout_s),
         "connect/exit_on_failure": True,
-        # What is kept for those who come late is told apart by its time.
+        # Messages for late joiners are identified by their timestamps.
         "timestamping/enabled": True,
     }
     try:
@@ -78,7 +78,7 @@ def open_client(connect: str, timeout_s: float = 5.0) -> zenoh.Session:
     except zenoh.ZError as error:
         raise LinkError(
             f"no navigator answers at {connect} within {timeout_s:g} s: is it running, and is the "
-            "endpoint right? With TLS a certificate that is refused looks the same"
+            "endpoint right? A refused TLS certificate looks the same"
         ) from error
 
 
@@ -104,5 +104,5 @@ def _profile(path: str | None) -> zenoh.Config:
     except zenoh.ZError as error:
         raise LinkError(
             f"{PROFILE} names {path!r}, which is no zenoh configuration ({error}); "
-            "docs/guides/security.md has some that work"
+            "see docs/guides/security.md for examples"
         ) from error

@@ -11,7 +11,7 @@ import zenoh.ext
 def subscribe(
     session: zenoh.Session, key: str, take: Callable[[bytes], None], *, kept: bool = False
 ) -> None:
-    """Hand every message of a key to `take`, for as long as the session is open.
+    """Pass every message of a key to `take` while the session is open.
 
     By default, zenoh's Python binding gives each subscription its own thread, and messages of two
     keys can overtake one another. A command is a tilt and a twist, and a frame is five messages:
@@ -21,7 +21,7 @@ def subscribe(
         session: An open session.
         key: Key, wildcards included.
         take: Called in zenoh's network thread: it must return at once and not use the session.
-        kept: Also request messages from before the subscription: ROS 2's transient local, which a
+        kept: Also request messages from before the subscription (ROS 2's transient local), which a
             bridge sends once, such as `tf_static`.
     """
 

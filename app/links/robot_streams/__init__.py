@@ -1,1 +1,1 @@
-"""From the streams of a robot to frames."""
+"""From the message streams of a robot to RGB-D frames with pose."""

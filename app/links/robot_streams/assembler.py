@@ -74,7 +74,7 @@ class FrameAssembler:
     ) -> None:
         self._config = config or AssemblerConfig()
         self.detector = detector or RobotDetector()
-        """Reads detections."""
+        """Converts detections to heatmaps."""
         self._tolerance_ns = round(NANOSECONDS * self._config.tolerance_s)
         self._colors: dict[int, CompressedColor] = {}
         self._depths: dict[int, DepthImage] = {}
@@ -143,9 +143,9 @@ class FrameAssembler:
             self._add_seen(one)
 
     def _add_seen(self, seen: Seen) -> None:
-        """Take what says where objects are, also of a frame that was taken without it."""
+        """Take a heatmap or detections, also for a frame that was taken without them."""
         if self._seen_ns is not None:
-            # Only now have all images come that the one before may belong to.
+            # All images that the previous message may belong to have arrived now.
             near = any(abs(s - self._seen_ns) <= self._tolerance_ns for s in self._image_stamps)
             self.unmatched = 0 if near else self.unmatched + 1
         self._seen_ns = seen.stamp_ns

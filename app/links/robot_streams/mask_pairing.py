@@ -1,4 +1,4 @@
-"""Joins a detector's boxes with the masks that may come beside them."""
+"""Joins the boxes of a detector with their optional masks."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -7,12 +7,12 @@ from app.messages.perception.detection_masks import StampedMasks
 from app.messages.perception.detections import StampedBoxes
 
 MAX_MASKS: Final = 4
-"""Masks that wait for their boxes."""
+"""Maximum number of masks that wait for their boxes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StampedDetections:
-    """What a detector on the robot says of an image."""
+    """Boxes, and masks if any, of a detector on the robot for one image."""
 
     stamp_ns: int
     boxes: StampedBoxes
@@ -20,7 +20,7 @@ class StampedDetections:
 
 
 class MaskPairing:
-    """Boxes go on at once, or, while masks come, with theirs; at the latest when the next come.
+    """Passes boxes on at once, or with their masks while masks arrive; at the latest with the next.
 
     Args:
         tolerance_ns: Stamps that differ by no more belong together.
@@ -36,7 +36,7 @@ class MaskPairing:
         """Take boxes; return what is complete."""
         complete: list[StampedDetections] = []
         if self._waiting is not None:
-            # Masks stopped coming: boxes do not wait for them any more.
+            # No masks arrive any more: boxes no longer wait for them.
             self._masks_come = False
             complete.append(_joined(self._waiting, None))
             self._waiting = None
@@ -58,7 +58,7 @@ class MaskPairing:
         return []
 
     def clear(self) -> None:
-        """Forget what waits: the robot's clock was set back."""
+        """Discard waiting messages, because the robot's clock was set back."""
         self._masks, self._waiting, self._masks_come = [], None, False
 
     def _belong(self, boxes: StampedBoxes, masks: StampedMasks) -> bool:

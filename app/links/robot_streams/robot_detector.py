@@ -1,4 +1,4 @@
-"""Reads what a detector on the robot says of an image, in the words of the map."""
+"""Converts the output of a detector on the robot to the labels of the map."""
 
 from collections.abc import Sequence
 
@@ -18,18 +18,18 @@ from ippon.segmentation.painting import paint
 from ippon.vocabulary import canonical_label
 
 UNNAMED = "detector"
-"""Source of a detector that neither the profile nor a message names."""
+"""Name of a detector without a name in profile and messages."""
 
 
 class RobotDetector:
-    """Turns boxes with a detector's own words into observations of the map's labels.
+    """Converts boxes with a detector's class names to observations of the map's labels.
 
-    A name stands for the label that the robot's table says, else for itself and its synonyms.
-    Where the names of a detector are known, by its label info or by the table, a label that is one
-    of them and has no box was not recognised; else nothing is said of labels without a box.
+    A class name maps to its label in the robot's table, else to itself and its synonyms. If the
+    class names are known, from label info or the table, their labels without a box count as not
+    recognised; other labels without a box are not observed.
 
     Args:
-        table: Of the robot's profile.
+        table: Detector table of the robot's profile.
     """
 
     def __init__(self, table: DetectorTable | None = None) -> None:
@@ -42,28 +42,28 @@ class RobotDetector:
         self._ooi: str | None = None
         self._carries: dict[str, str | None] = {}
         self.problem = ""
-        """Why the last masks could not be used; empty where they could."""
+        """Why the last masks were refused; empty if they were used."""
 
     def ask(self, labels: Sequence[str], ooi: str | None) -> None:
-        """Say which labels the map tells apart, and what it searches for."""
+        """Set the labels of the map and the object of interest."""
         asked = tuple(labels), ooi
         if asked != (self._labels, self._ooi):
             self._labels, self._ooi = asked
             self._carries.clear()
 
     def name_network(self, name: str) -> None:
-        """Take the name of the network; that of the profile comes first."""
+        """Set the name of the network; a name in the profile overrides it."""
         self._source = self._table.source or name
 
     def name_labels(self, info: LabelNames) -> None:
-        """Take everything that the detector can tell."""
+        """Set the class names of the detector."""
         if info.names != self._numbers:
             self._numbers = info.names
             self._vocabulary = self._vocabulary_of(tuple(info.names.values()))
             self._carries.clear()
 
     def refusal(self) -> str:
-        """Return why the detector cannot tell the object of interest; empty where it can."""
+        """Return why the detector cannot recognise the object of interest; empty if it can."""
         if self._ooi is None or self._vocabulary is None or self._vocabulary.knows(self._ooi):
             return ""
         return self._vocabulary.refusal(self._ooi)
@@ -74,9 +74,9 @@ class RobotDetector:
         """Return the score of each label at each pixel.
 
         Args:
-            boxes: Of an image.
-            masks: Of the same image; where they do not fit the boxes, `problem` says why and boxes
-                become pixels by depth.
+            boxes: Boxes of an image.
+            masks: Masks of the same image; if they do not fit the boxes, `problem` says why, and
+                boxes become pixels by depth.
             depth: (H, W) metres, of the same image and registered to it.
         """
         h, w = depth.shape
@@ -98,7 +98,7 @@ class RobotDetector:
         """Return the instances among a detector's boxes.
 
         Args:
-            boxes: Of an image.
+            boxes: Boxes of an image.
             masks: (N) of each row of `boxes`; None for all without.
             image_size: (H, W) pixels.
         """
@@ -125,7 +125,7 @@ class RobotDetector:
         return self._labels if ooi is None or ooi in self._labels else (*self._labels, ooi)
 
     def _label_of(self, name: str) -> str | None:
-        """Return the label that a box with this name carries; None where nobody asked for it."""
+        """Return the label of a class name; None if the map does not have it."""
         if name not in self._carries:
             text = self._numbers.get(int(name), name) if name.isdecimal() else name
             answers = self._answers_of(canonical_label(text))

@@ -1,4 +1,4 @@
-"""Age, rate, dropped and refused messages of the incoming streams."""
+"""Statistics of incoming streams: age, rate, dropped and refused messages."""
 
 import threading
 import time

@@ -1,7 +1,7 @@
-"""The pixels of each of a detector's boxes, as one image beside them.
+"""Masks of a detector's boxes, as one image.
 
-Value k of a pixel says that it belongs to detection number k of the message with the same stamp,
-counted from 1; 0 belongs to none.
+A pixel with value k belongs to detection k, counted from 1, of the message with the same stamp; 0
+belongs to no detection.
 """
 
 import io
@@ -18,7 +18,7 @@ from app.messages.perception.detections import StampedBoxes
 from ippon.observation import Detections
 
 LONGEST_PX: Final = 320
-"""Masks are thinned to this many pixels along the longer side: twice what the map takes of them."""
+"""Masks are subsampled to this many pixels along the longer side: twice the map's resolution."""
 _COMPRESSED: Final = "sensor_msgs/msg/CompressedImage"
 _IMAGE: Final = "sensor_msgs/msg/Image"
 _DTYPES: Final = {"mono8": "u1", "8UC1": "u1", "mono16": "u2", "16UC1": "u2"}
@@ -27,7 +27,7 @@ _MODES: Final = GREY_16 | {"L"}
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StampedMasks:
-    """To which detection each pixel belongs."""
+    """Detection of each pixel."""
 
     stamp_ns: int
     frame_id: str
@@ -36,9 +36,9 @@ class StampedMasks:
 
 
 def encode_masks(detections: Detections, stamp_ns: int, frame_id: str) -> bytes | None:
-    """Write the masks of an image's instances as a grey PNG; None where no instance has one.
+    """Write the masks of an image's instances as a grey PNG; None if no instance has one.
 
-    Where masks overlap, the smaller one has the pixel: what lies on something covers it.
+    Where masks overlap, the pixel belongs to the smaller one, which is usually in front.
 
     Raises:
         ValueError: The masks differ in size.
@@ -112,19 +112,19 @@ def masks_of(
     """Return the mask of each row of `boxes`; None for a detection that has no pixel.
 
     Args:
-        masks: Of the same image.
-        boxes: Their rows.
+        masks: Masks of the same image.
+        boxes: Boxes of the same image.
         image_size: (H, W) pixels of the image.
 
     Returns:
-        Masks over the whole image, thinned to `LONGEST_PX`.
+        Masks over the whole image, subsampled to `LONGEST_PX`.
 
     Raises:
-        MessageError: The masks are not in proportion to the image, or number a detection that
-            there is none of.
+        MessageError: The masks are not in proportion to the image, or refer to an unknown
+            detection.
     """
     (h, w), (height, width) = masks.numbers.shape, image_size
-    # Whole pixels: a size in proportion is off by less than one along either side.
+    # Sizes are whole pixels, so a proportional size differs by less than one per side.
     if abs(h * width - w * height) >= max(width, height):
         raise MessageError(
             f"masks of {w}x{h} pixels are not in proportion to the image of {width}x{height}: "

@@ -11,37 +11,38 @@ from app.messages.cdr import decode, encode, header, make, stamp_ns_of
 from ippon.observation import Detections, Instance
 
 MAX_BOXES: Final = 1000
-"""Most hypotheses that are read of a message, best score first; three times as many as an
-observation may hold, so that those of labels that nobody asked for do not displace the others."""
+"""Maximum number of hypotheses read from a message, best score first; three times the limit of an
+observation, so that unused labels do not displace the others."""
 MAX_NAME: Final = 80
-"""Characters of a name; a longer one is none."""
+"""Maximum characters of a name; longer names are ignored."""
 MAX_BYTES: Final = 8 * 2**20
-"""About 19,000 detections: a third of a second of decoding."""
+"""About 19,000 detections, which take a third of a second to decode."""
 _ARRAY: Final = "vision_msgs/msg/Detection2DArray"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StampedBoxes:
-    """What a detector says of an image, in its own words and unchecked but for what is bounded.
+    """Output of a detector for an image, with its class names; only sizes are checked.
 
-    Each hypothesis is a row: what a detection may be, each with a score of its own, is evidence
-    for each, and the object that is searched for is often the second.
+    One row per hypothesis: every hypothesis of a detection is evidence, and the object of interest
+    is often the second.
     """
 
     stamp_ns: int
     frame_id: str
     boxes_px: NDArray[np.float64]
-    """(N, 4) left, top, right, bottom; may be reversed, not finite or outside the image."""
+    """(N, 4) left, top, right, bottom in pixels; may be reversed, not finite or outside the
+    image."""
     scores: NDArray[np.float64]
-    """(N,) as they came."""
+    """(N,) scores as received."""
     names: tuple[str, ...]
-    """(N) as they came."""
+    """(N) class names as received."""
     numbers: NDArray[np.int64]
-    """(N,) the detection of each row, counted from 1: the value of its pixels in a mask image."""
+    """(N,) detection of each row, counted from 1: the value of its pixels in a mask image."""
     count: int
     """Detections in the message."""
     dropped: int = 0
-    """Hypotheses beyond `MAX_BOXES`, or whose name is empty or longer than `MAX_NAME`."""
+    """Number of hypotheses beyond `MAX_BOXES`, or with a name that is empty or too long."""
 
 
 def encode_detections(detections: Detections, stamp_ns: int, frame_id: str) -> bytes:
@@ -64,7 +65,7 @@ def decode_detections(payload: bytes) -> StampedBoxes:
         for result in detection.results
     ]
     named = [row for row in rows if 0 < len(row[2].strip()) <= MAX_NAME]
-    # A score that is no number comes last; what remains of them is dropped with the frame's.
+    # Scores that are not a number are sorted last, and dropped later.
     named.sort(key=lambda row: row[1] if math.isfinite(row[1]) else -math.inf, reverse=True)
     kept = named[:MAX_BOXES]
     return StampedBoxes(
@@ -80,10 +81,10 @@ def decode_detections(payload: bytes) -> StampedBoxes:
 
 
 def _upright(box: Any) -> tuple[float, float, float, float]:
-    """Return the smallest upright box around a rotated one; NaN where it is none."""
+    """Return the smallest upright box around a rotated one; NaN for an invalid one."""
     x, y, theta = box.center.position.x, box.center.position.y, box.center.theta
     if not (box.size_x >= 0.0 and box.size_y >= 0.0 and math.isfinite(theta)):
-        # Turned by 45 degrees, a box with one negative side would look like a box.
+        # Rotated by 45 degrees, a box with one negative side would appear valid.
         return math.nan, math.nan, math.nan, math.nan
     cos, sin = abs(math.cos(theta)), abs(math.sin(theta))
     half_x = 0.5 * (cos * box.size_x + sin * box.size_y)
@@ -124,7 +125,7 @@ def _detection(top: Any, instance: Instance, number: int) -> Any:
 
 
 def _no_pose() -> Any:
-    """Return the pose of a detection that has none: a box in an image."""
+    """Return the placeholder pose of a detection in an image."""
     return make(
         "geometry_msgs/msg/PoseWithCovariance",
         pose=make(

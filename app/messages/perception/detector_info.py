@@ -1,4 +1,4 @@
-"""What a detector is and which names it uses: `vision_msgs` VisionInfo and LabelInfo."""
+"""Name and class names of a detector: `vision_msgs` VisionInfo and LabelInfo."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from app.messages.cdr import MessageError, decode, encode, header, make, stamp_n
 from app.messages.perception.detections import MAX_NAME
 
 MAX_NAMES: Final = 5000
-"""Names of the largest vocabularies of detectors, fourfold."""
+"""Four times the size of the largest common vocabularies."""
 MAX_BYTES: Final = 2**20
 _LABELS: Final = "vision_msgs/msg/LabelInfo"
 _DETECTOR: Final = "vision_msgs/msg/VisionInfo"
@@ -16,16 +16,16 @@ _DETECTOR: Final = "vision_msgs/msg/VisionInfo"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LabelNames:
-    """Everything that a detector can tell, in its own words."""
+    """Class names of a detector."""
 
     stamp_ns: int
-    """Stamp of the first image that it holds for."""
+    """Stamp of the first image that they apply to."""
     names: dict[int, str]
-    """By class number."""
+    """Names by class number."""
 
 
 def encode_label_names(names: Sequence[str], stamp_ns: int) -> bytes:
-    """Write the names of a detector, numbered from 0."""
+    """Write the class names of a detector, numbered from 0."""
     classes = [
         make("vision_msgs/msg/VisionClass", class_id=k, class_name=name)
         for k, name in enumerate(names)
@@ -34,10 +34,10 @@ def encode_label_names(names: Sequence[str], stamp_ns: int) -> bytes:
 
 
 def decode_label_names(payload: bytes) -> LabelNames:
-    """Read the names of a detector.
+    """Read the class names of a detector.
 
     Raises:
-        MessageError: Not such a message, a number that stands twice, or names that are none.
+        MessageError: Not such a message, a duplicate number, or an invalid name.
     """
     message = decode(payload, _LABELS, max_bytes=MAX_BYTES)
     if not 1 <= len(message.class_map) <= MAX_NAMES:
@@ -58,7 +58,7 @@ def decode_label_names(payload: bytes) -> LabelNames:
 
 
 def encode_detector_name(name: str, stamp_ns: int) -> bytes:
-    """Write which network a detector runs."""
+    """Write the name of a detector's network."""
     return encode(
         _DETECTOR,
         header=header(stamp_ns, ""),
@@ -69,7 +69,7 @@ def encode_detector_name(name: str, stamp_ns: int) -> bytes:
 
 
 def decode_detector_name(payload: bytes) -> str:
-    """Return which network a detector runs: `method`, without spaces around it.
+    """Return the name of a detector's network: `method`, stripped.
 
     Raises:
         MessageError: Not such a message, or `method` is empty or too long.

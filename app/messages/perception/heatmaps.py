@@ -1,4 +1,4 @@
-"""Heatmaps as messages: whole, or the largest labels of each pixel alone."""
+"""Heatmaps as messages: complete, or the most probable labels of each pixel."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -19,7 +19,7 @@ RAW: Final = "raw"
 WHOLE: Final = "zstd"
 TOP: Final = "top-zstd"
 MAX_SOURCE: Final = 80
-"""Characters of a network's name."""
+"""Maximum characters of a network's name."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,11 +37,11 @@ def encode_heatmap(
     """Write a heatmap, compressed with zstd.
 
     Args:
-        heatmap: What was seen.
-        stamp_ns: Of the colour image.
-        frame_id: Of the colour image.
-        keep: How many labels of each pixel to keep, the object of interest among them; None keeps
-            all. Scores are all kept: where there is none, that says something.
+        heatmap: The heatmap.
+        stamp_ns: Stamp of the colour image.
+        frame_id: Frame of the colour image.
+        keep: Labels to keep per pixel, including the object of interest; None keeps all. Scores are
+            always kept, because a missing score is evidence as well.
     """
     height, width, _ = heatmap.probabilities.shape
     if heatmap.kind == "scores":
@@ -66,7 +66,7 @@ def decode_heatmap(payload: bytes) -> StampedHeatmap:
     """Read a heatmap.
 
     Raises:
-        MessageError: Not such a message, or its data are not of the size that it states.
+        MessageError: Not such a message, or its data have the wrong size.
     """
     message = decode(payload, _HEATMAP)
     labels, ooi = tuple(message.labels), message.ooi or None
@@ -101,7 +101,7 @@ def pack_whole(probabilities: NDArray[np.uint8]) -> bytes:
 
 
 def pack_top(probabilities: NDArray[np.uint8], count: int, always: int | None) -> bytes:
-    """Compress the `count` largest channels of each pixel; `always` is one of them."""
+    """Compress the `count` largest channels of each pixel, always including `always`."""
     top = keep_top(probabilities, count, always)
     narrow = probabilities.shape[2] <= 256
     planes = top.channels.astype(np.uint8 if narrow else "<u2")
@@ -110,7 +110,7 @@ def pack_top(probabilities: NDArray[np.uint8], count: int, always: int | None) -
 
 
 def describe_encoding(packing: str, kind: HeatmapKind, source: str) -> str:
-    """Return a message's encoding: how it is packed, and, of scores, of which network they are."""
+    """Return a message's encoding: the packing, and for scores their network."""
     return packing if kind == "distribution" else f"{packing};{kind};{source[:MAX_SOURCE]}"
 
 
@@ -118,7 +118,7 @@ def read_encoding(encoding: str) -> tuple[str, HeatmapKind, str]:
     """Return packing, kind and source of a message's encoding.
 
     Raises:
-        MessageError: Of another kind.
+        MessageError: The encoding is unknown.
     """
     packing, *rest = encoding.split(";", 2)
     if not rest:
@@ -138,11 +138,11 @@ def unpack(
 
     Args:
         encoding: `raw`, `zstd` or `top-zstd`.
-        data: As they came.
-        shape: (h, w, C), already checked to be acceptable.
+        data: Data as received.
+        shape: (h, w, C), checked before.
 
     Raises:
-        MessageError: Damaged, or not of the size that the message states.
+        MessageError: Damaged, or not of the size stated in the message.
     """
     height, width, channels = shape
     expected = height * width * channels
@@ -178,7 +178,7 @@ def _read_top(data: NDArray[np.uint8], shape: tuple[int, int, int]) -> NDArray[n
 def _decompress(data: NDArray[np.uint8], least: int, most: int) -> NDArray[np.uint8]:
     packed = data.tobytes()
     try:
-        # The frame states its size: checked before a byte of it is allocated.
+        # The stated size is checked before memory is allocated.
         size = zstandard.frame_content_size(packed)
         if not least <= size <= most:
             wanted = f"{least}" if least == most else f"{least} to {most}"
