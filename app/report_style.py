@@ -1,4 +1,4 @@
-"""How reports look that are one HTML page; dark on a screen, light on paper."""
+"""Style sheet of self-contained HTML reports; dark on screen, light on paper."""
 
 from typing import Final
 

@@ -1,7 +1,7 @@
-"""Robot profiles as people write them: YAML, in metres and degrees.
+"""Robot profiles as YAML files, in metres and degrees.
 
-Body and camera of one kind of robot, told once, so that the planner knows where it fits and what it
-sees. `template` writes such a file with every line explained.
+A profile describes body and camera of a robot, from which the planner derives clearance and
+visibility. `template` writes a file with every line explained.
 """
 
 import math
@@ -16,13 +16,13 @@ from ippon.mapping.config import MapConfig
 from ippon.robot import HABITAT, ZED, CollisionSphere, RobotProfile, upright_body
 
 PROFILES: Final = {profile.name: profile for profile in (ZED, HABITAT)}
-"""Built in."""
+"""Built-in profiles by name."""
 MOST_BYTES: Final = 100_000
 _MAP: Final = MapConfig()
 
 
 class RobotFileError(ValueError):
-    """A profile cannot be used; says where and why."""
+    """A profile cannot be used; the text says where and why."""
 
 
 class _Part(msgspec.Struct, forbid_unknown_fields=True):
@@ -85,22 +85,23 @@ class _RobotFile(_Part, kw_only=True):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DetectorTable:
-    """How to read the detections that a robot sends."""
+    """How to interpret the detections of a robot."""
 
     source: str = ""
-    """Name of its network, the key of its observation model; empty for the name that it sends."""
+    """Name of its network, which selects its observation model; empty for the name that it
+    sends."""
     labels: dict[str, str] = field(default_factory=dict[str, str])
-    """Label of each of its names that is not understood without."""
+    """Labels of those of its class names that are not labels or synonyms."""
 
 
 def read_profile(text: str) -> RobotProfile:
-    """Return the profile that a command line names.
+    """Return a built-in profile or that of a file.
 
     Args:
-        text: A built-in profile, or the path of a YAML file.
+        text: Name of a built-in profile, or path of a YAML file.
 
     Raises:
-        RobotFileError: There is none, or it is none.
+        RobotFileError: There is no such profile, or it is invalid.
     """
     if text in PROFILES:
         return PROFILES[text]
@@ -113,13 +114,13 @@ def read_profile(text: str) -> RobotProfile:
 
 
 def read_detector(text: str) -> DetectorTable:
-    """Return how to read the detections of the robot that a command line names.
+    """Return the detector table of a built-in profile or of a file.
 
     Args:
-        text: A built-in profile, or the path of a YAML file.
+        text: Name of a built-in profile, or path of a YAML file.
 
     Raises:
-        RobotFileError: There is none, or it is none.
+        RobotFileError: There is no such profile, or it is invalid.
     """
     if text in PROFILES:
         return DetectorTable()
@@ -152,7 +153,7 @@ def _read(text: str) -> _RobotFile:
 def map_config(
     profile: RobotProfile, voxel_size_m: float, memory_limit_mb: float = _MAP.memory_limit_mb
 ) -> MapConfig:
-    """Return a map for what the robot's camera measures; raises ValueError."""
+    """Return a map configuration for the robot's depth range; raises ValueError."""
     return MapConfig(
         voxel_size_m=voxel_size_m,
         memory_limit_mb=memory_limit_mb,
@@ -207,7 +208,7 @@ def _spheres(body: _Body) -> tuple[CollisionSphere, ...]:
 
 
 def template(profile: RobotProfile) -> str:
-    """Write a profile as YAML that `read_profile` takes, every line explained."""
+    """Return a profile as YAML for `read_profile`, every line explained."""
     spheres = "".join(
         f"    - {{x_m: {s.x_m:g}, y_m: {s.y_m:g}, z_m: {s.z_m:.4g}, radius_m: {s.radius_m:g}}}\n"
         for s in profile.spheres
@@ -218,8 +219,8 @@ def template(profile: RobotProfile) -> str:
 
     tilt = f"  tilt: {degrees(profile.min_tilt_rad)}  # fixed; degrees above the horizon\n"
     if profile.can_tilt:
-        tilt = f"""  tilt:  # a number of degrees in place of these three for a fixed camera
-    lowest_deg: {degrees(profile.min_tilt_rad)}  # looking down is negative
+        tilt = f"""  tilt:  # for a fixed camera, a number of degrees instead of these three
+    lowest_deg: {degrees(profile.min_tilt_rad)}  # negative is down
     highest_deg: {degrees(profile.max_tilt_rad)}
     max_deg_s: {degrees(profile.max_tilt_rate_rad_s)}
 """
@@ -228,13 +229,13 @@ def template(profile: RobotProfile) -> str:
 name: {profile.name}
 
 body:
-  # Balls that hold all of the body, seen from the middle of the base on the floor: x ahead, y to
-  # the left, z up. In place of them, an upright cylinder:
+  # Spheres that enclose the body, relative to the centre of the base on the floor: x ahead, y
+  # to the left, z up. Alternatively an upright cylinder:
   #   radius_m: 0.25
   #   height_m: 1.2
-  #   clearance_m: 0.06   # what the body rolls or steps over
+  #   clearance_m: 0.06   # height that the body drives over
   spheres:
-{spheres}  max_step_m: {profile.max_step_m:g}  # highest step that it takes; as much down is a drop
+{spheres}  max_step_m: {profile.max_step_m:g}  # highest step up; as much down is a drop
 
 motion:
   max_speed_m_s: {profile.max_linear_m_s:g}
@@ -244,11 +245,11 @@ motion:
   can_reverse: {str(profile.can_reverse).lower()}
 
 camera:
-  height_m: {profile.camera_height_m:g}  # of its tilt axis above the floor
-  forward_m: {profile.camera_forward_m:g}  # of its tilt axis before the middle of the base
+  height_m: {profile.camera_height_m:g}  # height of its tilt axis above the floor
+  forward_m: {profile.camera_forward_m:g}  # its tilt axis ahead of the centre of the base
   horizontal_fov_deg: {degrees(profile.horizontal_fov_rad)}
   width_over_height: {profile.image_aspect:g}  # of its images
-  min_depth_m: {profile.min_depth_m:g}  # nearest and farthest depth that can be trusted
+  min_depth_m: {profile.min_depth_m:g}  # range of valid depth
   max_depth_m: {profile.max_depth_m:g}
 {tilt}"""
         + _OPTIONAL
@@ -256,21 +257,21 @@ camera:
 
 
 _OPTIONAL: Final = """
-# A detector that runs on the robot, where its names are not understood as they are:
+# A detector on the robot whose class names differ from the labels:
 # detector:
-#   source: yolo11n   # the network, for what its scores are worth; without, what it sends
+#   source: yolo11n   # network, selects the observation model; default: the name it sends
 #   labels:
 #     coffee mug: cup
 
-# Its ROS 2 topics, for `ippon ros2` on the robot, where they are not the usual ones:
+# ROS 2 topics for `ippon ros2` on the robot, if they differ from the defaults:
 # ros2:
 #   namespace: /scout   # before names without a slash
 #   color: {topic: camera/color/image_raw, max_hz: 10}   # Image or CompressedImage
 #   depth: camera/aligned_depth_to_color/image_raw
 #   camera_info: camera/color/camera_info
-#   odom: odom          # in place of tf; the camera's mount is then the one above
+#   odom: odom          # instead of tf; the camera is then mounted as above
 #   cmd_vel: cmd_vel    # Twist or TwistStamped, as the robot subscribes
 #   cmd_tilt:
 #     {topic: head/command, type: trajectory_msgs/msg/JointTrajectory, joint: head_tilt}
 """
-"""Sections that most profiles do without."""
+"""Optional sections of a profile."""

@@ -164,7 +164,7 @@ class Recorder:
         except OSError as error:
             self._session = None
             session.writer.abandon()
-            self._fail(f"recording has ended: {error.strerror} ({session.writer.folder})")
+            self._fail(f"the recording ended: {error.strerror} ({session.writer.folder})")
 
     def _check_limits(self) -> None:
         session = self._session
@@ -173,11 +173,11 @@ class Recorder:
         try:
             verdict = session.check()
         except OSError as error:
-            self._fail(f"the disk of the recording is gone: {error.strerror}")
+            self._fail(f"the disk of the recording is not available: {error.strerror}")
             return
         if verdict.stop:
             self._end(verdict.text)
-            self._announce(f"recording has ended: {verdict.text}")
+            self._announce(f"the recording ended: {verdict.text}")
         elif verdict.text and verdict.text != self._status.warning:
             logger.warning("%s", verdict.text)
         writer = session.writer
@@ -246,11 +246,9 @@ class Recorder:
     def _add_note(self, request: RecordRequest) -> None:
         session = self._session
         if session is None:
-            raise RequestRefusedError(
-                "nothing is recorded that a note could belong to; start first"
-            )
+            raise RequestRefusedError("there is no recording for the note; start one first")
         if request.action == "note" and not request.text.strip():
-            raise RequestRefusedError("the note is empty; write what is to be remembered")
+            raise RequestRefusedError("the note is empty")
         note = Note(
             time_ns=time.time_ns(),
             kind="note" if request.action == "note" else "mark",

@@ -1,4 +1,4 @@
-"""Processes that a command starts and that end with it."""
+"""Child processes that end with the command that started them."""
 
 import contextlib
 import os
@@ -12,7 +12,8 @@ from typing import Final
 
 GRACE_S: Final = 5.0
 PROGRAM: Final = (sys.executable, "-P", "-m", "app")
-"""How to start this program: with -P, a folder `app` where the user stands is not taken for it."""
+"""Command line of this program; -P keeps a folder `app` in the working directory from shadowing
+it."""
 
 
 class Child:
@@ -20,7 +21,8 @@ class Child:
 
     def __init__(self, name: str, arguments: Sequence[str]) -> None:
         self.name = name
-        # A session of its own: Ctrl-C reaches the parent alone, which ends the children in order.
+        # In a session of its own, so that Ctrl-C reaches only the parent, which ends the children
+        # in order.
         self._process = subprocess.Popen(  # noqa: S603 (this program itself)
             [*PROGRAM, *arguments, "--parent-pid", str(os.getpid())],
             start_new_session=True,
@@ -34,15 +36,15 @@ class Child:
         return self._process.pid
 
     def ended(self) -> int | None:
-        """Return the exit status, None while it runs."""
+        """Return the exit status, None while the process runs."""
         return self._process.poll()
 
     def wait(self) -> int:
-        """Wait until it ends, and return the exit status; negative for a signal."""
+        """Wait for the end and return the exit status, negative for a signal."""
         return self._process.wait()
 
     def stop(self) -> None:
-        """Ask it to end; kill it when it does not."""
+        """Terminate the process; kill it if it does not end."""
         if self._process.poll() is not None:
             return
         with contextlib.suppress(ProcessLookupError):
@@ -68,10 +70,10 @@ def wait_for_end(children: Sequence[Child], seconds: float) -> Child | None:
 
 
 def free_port(first: int, tries: int = 100) -> int:
-    """Return the first port from `first` on that can be listened on at 127.0.0.1.
+    """Return the first free port of 127.0.0.1 from `first` on.
 
     Raises:
-        OSError: None of `tries` ports.
+        OSError: None of `tries` ports is free.
     """
     for port in range(first, first + tries):
         if port_is_free(port):
@@ -80,7 +82,7 @@ def free_port(first: int, tries: int = 100) -> int:
 
 
 def port_is_free(port: int) -> bool:
-    """Tell whether 127.0.0.1 can be listened on at a port."""
+    """Return whether a port of 127.0.0.1 is free."""
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

@@ -15,9 +15,9 @@ def prepare_process() -> None:
     """Set thread counts, kernel cache and logging, before numba, numpy or open3d is imported.
 
     Raises:
-        UsageError: `IPPON_LOG` names no level.
+        UsageError: `IPPON_LOG` is not a log level.
     """
-    # A worker that spins while the other core is busy makes a kernel up to 13 times slower.
+    # Spinning workers make kernels up to 13 times slower when the other core is busy.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     os.environ.setdefault("GOMP_SPINCOUNT", "0")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -29,7 +29,7 @@ def prepare_process() -> None:
         stream=sys.stderr,
     )
     for chatty in ("httpx", "httpx2", "websockets"):
-        # At INFO they log every request and connection.
+        # At INFO these libraries log every request and connection.
         logging.getLogger(chatty).setLevel(logging.WARNING)
 
 

@@ -1,7 +1,7 @@
-"""Where compiled kernels are kept: one folder for each state of their sources.
+"""Cache of compiled kernels: one folder per state of their sources.
 
-numba notices that the file of a kernel changed, but not that a kernel or a constant which it took
-from another module did, and would go on running the old one.
+numba detects a change in the file of a kernel, but not in kernels or constants imported from other
+modules, and would keep running the old ones.
 """
 
 import contextlib
@@ -15,16 +15,16 @@ import platformdirs
 
 LIBRARY: Final = Path(__file__).parents[2] / "ippon"
 KEPT: Final = 4
-"""Folders of earlier states that stay, for those who switch between two versions."""
+"""Number of earlier states to keep, for switching between versions."""
 _MARKS: Final = (b"njit", b"Final", b"NamedTuple")
 
 
 def use_kernel_cache() -> Path | None:
-    """Choose the folder for this state of the sources; call it before numba is imported.
+    """Set the folder for this state of the sources; call it before numba is imported.
 
     Returns:
-        The folder; None where `NUMBA_CACHE_DIR` is set already or no folder can be made, and numba
-        keeps its files beside the sources.
+        The folder; None if `NUMBA_CACHE_DIR` is set or no folder can be created; numba then stores
+        its files beside the sources.
     """
     if "NUMBA_CACHE_DIR" in os.environ:
         return None
@@ -41,7 +41,7 @@ def use_kernel_cache() -> Path | None:
 
 
 def state_of(library: Path) -> str:
-    """Return a short hash of every module that holds kernels, or constants compiled into them."""
+    """Return a short hash of all modules with kernels or constants compiled into them."""
     digest = hashlib.sha256(str(library).encode())
     for path in sorted(library.rglob("*.py")):
         content = path.read_bytes()

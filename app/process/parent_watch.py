@@ -1,4 +1,4 @@
-"""A child process that does not outlive the process that started it."""
+"""Ends a child process when its parent process ends."""
 
 import ctypes
 import os
@@ -11,16 +11,16 @@ _PR_SET_PDEATHSIG = 1
 
 
 def end_with_parent(parent_pid: int | None) -> None:
-    """Arrange for SIGTERM to this process when the parent is gone, even by SIGKILL.
+    """Send SIGTERM to this process when the parent has ended, even by SIGKILL.
 
     Args:
-        parent_pid: The process to live with; None to live alone.
+        parent_pid: Process id of the parent; None for no parent.
     """
     if parent_pid is None:
         return
     if sys.platform == "linux":
         ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
-    # Covers systems without the call above, and a parent that was gone before it.
+    # For systems without the call above, and for a parent that ended before it.
     thread = threading.Thread(target=_watch, args=(parent_pid,), name="parent", daemon=True)
     thread.start()
 

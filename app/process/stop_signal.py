@@ -1,4 +1,4 @@
-"""A wish to end that a signal may set at any moment."""
+"""A stop flag that is safe to set in a signal handler."""
 
 import os
 import select
@@ -7,22 +7,22 @@ from typing import Protocol
 
 
 class StopSignal(Protocol):
-    """What a loop asks; `threading.Event` is one, too."""
+    """Interface of a stop flag; `threading.Event` fulfils it as well."""
 
     def is_set(self) -> bool:
-        """Tell whether to end."""
+        """Return whether to stop."""
         ...
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until it is set or the seconds are over; returns whether it is set."""
+        """Wait until it is set or the time has passed; return whether it is set."""
         ...
 
 
 class ProcessStopSignal:
     """Set by SIGINT and SIGTERM.
 
-    Not a `threading.Event`: setting one from a signal handler waits for ever when the signal comes
-    while the same thread holds the event's lock.
+    Not a `threading.Event`, whose `set` in a signal handler deadlocks if the interrupted thread
+    holds the event's lock.
     """
 
     def __init__(self) -> None:
@@ -33,16 +33,16 @@ class ProcessStopSignal:
             signal.signal(number, lambda *_: self.set())
 
     def set(self) -> None:
-        """Ask the loop to end."""
+        """Request the loop to stop."""
         if not self._wanted:
             self._wanted = True
             os.write(self._write, b"!")
 
     def is_set(self) -> bool:
-        """Tell whether to end."""
+        """Return whether to stop."""
         return self._wanted
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until it is set or the seconds are over; returns whether it is set."""
+        """Wait until it is set or the time has passed; return whether it is set."""
         select.select([self._read], [], [], timeout)
         return self._wanted

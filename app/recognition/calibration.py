@@ -1,4 +1,4 @@
-"""An observation model from recordings in which some objects are known."""
+"""Fits an observation model to recordings with known objects."""
 
 import json
 import math
@@ -19,52 +19,52 @@ from ippon.observation_model import ObservationModel, ObservationModels
 from ippon.segmentation.painting import paint
 
 ENOUGH_OBJECTS: Final = 5
-"""A label with so many known objects gets a table of its own."""
+"""Number of known objects from which a label gets its own table."""
 
 Observe = Callable[[Frame], Observation]
 
 
 class CalibrationError(IpponError):
-    """Nothing can be fitted; the text says why."""
+    """No table can be fitted; the text says why."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fold:
-    """A table that was fitted without a part of the recordings, on that part."""
+    """Test of a table on the part of the recordings that was held out of its fit."""
 
     held_out: str
-    """What it was not fitted to."""
+    """Held-out part."""
     before: Score
-    """Of the table that applied before."""
+    """Measures of the previous table."""
     fitted: Score
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Calibrated:
-    """What was fitted, and how good it is on what it was not fitted to."""
+    """The fitted model with its measures on held-out data."""
 
     model: ObservationModel
     before: ObservationModel
     folds: tuple[Fold, ...]
     objects: dict[str, int]
-    """Known objects of each label that were seen."""
+    """Number of known objects seen, by label."""
 
     @property
     def helps(self) -> bool:
-        """Whether the fit explains what it was not fitted to better than the table before."""
+        """Whether the fit is better than the previous table on held-out data."""
         return sum(one.fitted.log_loss for one in self.folds) < sum(
             one.before.log_loss for one in self.folds
         )
 
 
 class CalibrationRecording:
-    """What a network says of a recording in which some objects are known.
+    """Output of a network on a recording with known objects.
 
     Args:
         source: The recording.
-        known: Positions in its own world.
-        labels: Those of `known` that the network can tell.
-        voxel_size_m: Edge of a voxel.
+        known: Known objects, positions in the recording's world.
+        labels: Labels of `known` that the network recognises.
+        voxel_size_m: Edge length of a voxel.
     """
 
     def __init__(
@@ -94,8 +94,8 @@ class CalibrationRecording:
             heatmap = paint(said, frame.depth) if isinstance(said, Detections) else said
             if heatmap.kind != "scores":
                 raise CalibrationError(
-                    f"{heatmap.source or 'this network'} gives probabilities that sum to 1, which "
-                    "the map takes as they are: only networks that score each label by itself "
+                    f"{heatmap.source or 'this network'} gives probabilities that sum to 1, "
+                    f"which need no calibration: only networks that score each label separately"
                     "(detector, sam3, grounding-dino, owlv2, clipseg) are calibrated"
                 )
             self.network = heatmap.source
@@ -103,11 +103,11 @@ class CalibrationRecording:
             progress(n)
 
     def evidence(self) -> list[Evidence]:
-        """Return what was said of each label."""
+        """Return the evidence of each label."""
         return self._collector.evidence(self._known, self.source.T_map_world)
 
     def halves(self) -> tuple[list[Evidence], list[Evidence]]:
-        """Return what the first and the second half of the images said."""
+        """Return the evidence of the first and the second half of the images."""
         middle = self._collector.frames // 2
         T_map_world = self.source.T_map_world
         first, second = (
@@ -118,10 +118,10 @@ class CalibrationRecording:
 
 
 def read_known_objects(path: Path) -> KnownObjects:
-    """Read where objects are.
+    """Read the known objects.
 
     Raises:
-        KnownObjectsError: It cannot be read, or does not say where objects are.
+        KnownObjectsError: The file cannot be read or is invalid.
     """
     try:
         content = json.loads(path.read_text("utf-8"))
@@ -134,14 +134,13 @@ def read_known_objects(path: Path) -> KnownObjects:
 
 
 def calibrate(recordings: Sequence[CalibrationRecording], labels: int) -> Calibrated:
-    """Fit a model to recordings that were read.
+    """Fit a model to recordings.
 
-    It is tested on each recording with the others, or, of a single one, on each half with the
-    other.
+    It is cross-validated over the recordings, or over the halves of a single one.
 
     Args:
-        recordings: Of the same network.
-        labels: That the map tells apart, which sets the prior.
+        recordings: Recordings read with the same network.
+        labels: Labels of the map, which set the prior.
 
     Raises:
         CalibrationError: None of the known objects was seen.
@@ -155,7 +154,7 @@ def calibrate(recordings: Sequence[CalibrationRecording], labels: int) -> Calibr
     if not any(objects.values()):
         raise CalibrationError(
             "none of the known objects was seen within range: are their positions in the "
-            "recording's own world, in metres?"
+            "recording's world, in metres?"
         )
     source = recordings[0].network
     before = ObservationModels().of_source(source, "scores")
@@ -190,7 +189,7 @@ def calibrate(recordings: Sequence[CalibrationRecording], labels: int) -> Calibr
 def _folds(
     recordings: Sequence[CalibrationRecording], every: list[list[Evidence]]
 ) -> list[tuple[str, list[Evidence], list[Evidence]]]:
-    """Return what is held out, what is fitted to, and what is tested on."""
+    """Return the name of the held-out part, the training evidence and the test evidence."""
     if len(recordings) == 1:
         first, second = recordings[0].halves()
         return [("second half", first, second), ("first half", second, first)]
@@ -213,5 +212,5 @@ def _provenance(
     return (
         f"Fitted by ippon calibrate to {names}: {counts}"
         + (f"; known to be absent or complete: {none}" if none else "")
-        + f". Log loss on what it was not fitted to: {tested or 'not tested'}."
+        + f". Log loss on held-out data: {tested or 'not tested'}."
     )

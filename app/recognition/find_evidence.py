@@ -1,4 +1,4 @@
-"""Why a find is believed: what the images from each place say, and which images show it best."""
+"""Evidence for a find: contributions by viewing place, and the images that show it best."""
 
 import math
 from collections.abc import Sequence
@@ -19,53 +19,53 @@ from ippon.observation import Instance
 from ippon.segmentation.painting import paint
 
 MOST_IMAGES: Final = 4
-"""Images that are shown of a find, each from another place where there are so many."""
+"""Number of images shown per find, from different places if possible."""
 _SECTOR_RAD: Final = math.radians(15.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlaceSaid:
-    """What the images from one place say of a find."""
+    """Evidence for a find from the images of one place."""
 
     direction: str
     """Such as "from 90°, nearer than 2 m"."""
     images: int
     nats: float
-    """For the object, or against it."""
+    """Log-odds in nats; positive for the object."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sighting:
-    """An image that shows something."""
+    """An image that shows a find or a detection."""
 
     view: View
     pixel: tuple[float, float]
-    """Of the find's centre, or of the middle of the box."""
+    """Distance of the find's centre, or of the middle of the box."""
     distance_m: float
     instance: Instance | None
-    """What the network found there; None for nothing of this kind."""
+    """Instance of the network there; None without one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FindEvidence:
-    """Why a find is believed."""
+    """Evidence for a find."""
 
     prior_nats: float
-    """Before any image."""
+    """Log-odds of the prior."""
     places: tuple[PlaceSaid, ...]
-    """Strongest first; of a voxel in the find's middle."""
+    """Contributions to a voxel in the find's middle, strongest first."""
     in_view: int
-    """Images in which its centre is in view."""
+    """Number of images with its centre in view."""
     sightings: tuple[Sighting, ...]
 
 
 def explain(recognition: Recognition, label: str, finds: Sequence[Find]) -> list[FindEvidence]:
-    """Explain finds of an object.
+    """Return the evidence for finds of an object.
 
     Args:
-        recognition: Has fused the recording.
+        recognition: Recognition after all frames.
         label: The object.
-        finds: Of it, in the map's world.
+        finds: Finds of the object, in the map's world.
     """
     if not finds:
         return []
@@ -101,7 +101,7 @@ def explain(recognition: Recognition, label: str, finds: Sequence[Find]) -> list
 
 
 def best_detection(recognition: Recognition, label: str) -> Sighting | None:
-    """Return the image in which an object that was not found has its highest score."""
+    """Return the image with the highest score of an object without find."""
     best: Sighting | None = None
     for view in recognition.views:
         for one in () if view.detections is None else view.detections.instances:
@@ -147,7 +147,7 @@ def _places(
 
 
 def _places_of_middle(evidence: Evidence, likelihood: NDArray[np.float32]) -> tuple[PlaceSaid, ...]:
-    """Return what each place says of the voxel that is believed as much as half of them."""
+    """Return the evidence by place of the find's voxel with the median probability."""
     nats = np.log(evidence.values @ likelihood)
     sums = np.add.reduceat(nats, evidence.first)
     middle = int(np.argsort(sums)[len(sums) // 2])
@@ -165,7 +165,7 @@ def _places_of_middle(evidence: Evidence, likelihood: NDArray[np.float32]) -> tu
 
 
 def _direction(place: int) -> str:
-    """Return a place in words, see `ippon.mapping.objects.places.place_of`."""
+    """Return the description of a place, see `ippon.mapping.objects.places.place_of`."""
     distance = "farther than 2 m" if place % 2 else "nearer than 2 m"
     if place >= 48:
         return f"from {'above' if place >= 50 else 'below'}, {distance}"
@@ -181,7 +181,7 @@ def _direction(place: int) -> str:
 
 
 def _best(sightings: Sequence[Sighting]) -> tuple[Sighting, ...]:
-    """Return the sightings with the highest scores, then the nearest, each from elsewhere."""
+    """Return the sightings with the highest scores, then the nearest, from different places."""
     ranked = sorted(
         sightings,
         key=lambda one: (-(one.instance.score if one.instance else 0.0), one.distance_m),

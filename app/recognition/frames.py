@@ -1,4 +1,4 @@
-"""The frames of a dataset or a bag, one after the other."""
+"""The frames of a dataset or a bag, in order."""
 
 import math
 from collections.abc import Iterator
@@ -19,21 +19,21 @@ from ippon.geometry import Float64Array
 
 @dataclass(frozen=True, slots=True)
 class FrameSource:
-    """Where frames come from."""
+    """A source of frames."""
 
     path: Path
     dataset: Dataset | None
-    """None for a bag."""
+    """The dataset; None for a bag."""
     T_map_world: Float64Array
-    """From the recording's own world to the frames' one: z up, the floor at 0."""
+    """Transform from the recording's world to the world of the frames: z up, floor at 0."""
 
     @property
     def count(self) -> int | None:
-        """Number of frames, where it is known in advance."""
+        """Number of frames; None if unknown in advance."""
         return None if self.dataset is None else len(self.dataset.frames)
 
     def frames(self) -> Iterator[Frame]:
-        """Yield the frames in their order, without heatmaps.
+        """Yield the frames in order, without heatmaps.
 
         Raises:
             DatasetError: An image cannot be read, or a bag lacks a topic.
@@ -47,11 +47,11 @@ def open_source(path: Path, floor_m: float | None = None) -> FrameSource:
     """Open a dataset's folder, a recording or a bag.
 
     Args:
-        path: In one of the formats of `ippon replay`.
-        floor_m: Height of a dataset's floor along its up; estimated without.
+        path: Path in one of the formats of `ippon replay`.
+        floor_m: Height of a dataset's floor along its up direction; None estimates it.
 
     Raises:
-        DatasetError: It is none of them, or damaged.
+        DatasetError: The format is unknown, or the data are damaged.
     """
     if not path.exists():
         raise DatasetError(f"{path} does not exist")

@@ -1,4 +1,4 @@
-"""The page of `ippon recognise --page`: each find, its images, and why it is believed."""
+"""The page of `ippon recognise --page`: each find with its images and its evidence."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,7 +16,7 @@ from app.recognition.recognition import FIND_THRESHOLD, RecognisedFind, Recognit
 from app.report_style import REPORT_STYLE
 
 _MOST_PLACES: Final = 8
-"""Rows of the table of places; the rest is summed up."""
+"""Maximum rows of the table of places; the rest is summed."""
 _STYLE: Final = """
 .images{display:flex;flex-wrap:wrap;gap:12px;margin:8px 0}
 figure{margin:0;font-size:13px;color:var(--dim)}figure img{display:block;border-radius:4px}
@@ -28,13 +28,13 @@ figure{margin:0;font-size:13px;color:var(--dim)}figure img{display:block;border-
 
 @dataclass(frozen=True, slots=True)
 class _Section:
-    """What the page says of an object."""
+    """Section of the page for one object."""
 
     name: str
     finds: list[RecognisedFind]
     explanations: list[FindEvidence]
     best: Sighting | None
-    """The highest score of an object that was not found."""
+    """Highest score of an object without find."""
 
 
 def page_of(
@@ -44,18 +44,17 @@ def page_of(
     label_of: Mapping[str, str],
     network: str,
 ) -> str:
-    """Return the page of a recording that was fused.
+    """Return the page of a recording.
 
     Args:
-        recognition: Has fused it.
-        source: The recording, read once more for its images.
-        objects: Those that were asked for.
-        label_of: The label under which each of them is found; those that the network cannot tell
-            are not in it.
-        network: Its name.
+        recognition: Recognition after all frames.
+        source: The recording, read again for its images.
+        objects: Requested objects.
+        label_of: Label of each object; objects that the network does not recognise are missing.
+        network: Name of the network.
 
     Raises:
-        DatasetError: The recording cannot be read any more.
+        DatasetError: The recording can no longer be read.
     """
     sections: list[_Section] = []
     marks: list[tuple[str, tuple[float, float, float]]] = []
@@ -114,12 +113,12 @@ def _overview(sections: Sequence[_Section], untold: Sequence[str]) -> str:
             f"<td>{one.finds[0].images if one.finds else '–'}</td></tr>"
         )
     rows += [
-        f'<tr><td>{escape(name)}</td><td colspan="3">this network cannot tell it</td></tr>'
+        f'<tr><td>{escape(name)}</td><td colspan="3">this network does not recognise it</td></tr>'
         for name in untold
     ]
     return (
         "<table><tr><th>object</th><th>finds</th><th>probability of the first</th>"
-        f"<th>images that show it</th></tr>{''.join(rows)}</table>"
+        f"<th>images with it</th></tr>{''.join(rows)}</table>"
     )
 
 
@@ -149,7 +148,7 @@ def _section(
             for find, why in zip(section.finds, section.explanations, strict=True)
         )
     if section.best is None or section.best.instance is None:
-        return head + "<p>No find. The network recognised none in any image.</p>"
+        return head + "<p>No find. The network recognised it in no image.</p>"
     return (
         head + f"<p>No find. The highest score in any image is {section.best.instance.score:.2f}:"
         f'</p><div class="images">{_figure(section.best, images)}</div>'
@@ -187,7 +186,7 @@ def _reasons(why: FindEvidence) -> str:
         for text, images, nats in rows
     )
     return (
-        "<table><tr><th>a voxel in its middle, by where it was seen from</th><th>images</th>"
+        "<table><tr><th>a voxel in its middle, by viewing place</th><th>images</th>"
         f"<th>nats</th></tr>{body}</table>"
     )
 

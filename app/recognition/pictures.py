@@ -16,13 +16,13 @@ from ippon.mapping.voxel_map import VoxelMap
 CROP_PX: Final = 265
 """Longer side of a crop on the page."""
 _LEAST_PX: Final = 120
-"""Shorter side of what a crop shows of an image: a thing alone tells little."""
+"""Minimum side of a crop in image pixels, so that it shows the surroundings."""
 _MARGIN: Final = 0.6
-"""Of the box's longer side, on each side."""
+"""Margin on each side, as a share of the box's longer side."""
 _BOX: Final = (230, 159, 0)
 _CENTRE: Final = (86, 180, 233)
 _CEILING_M: Final = 1.9
-"""Surface above is left out of the plan."""
+"""Height above which surface is omitted from the plan."""
 _PLAN_PX: Final = 900
 
 
@@ -30,8 +30,8 @@ def crop(color: NDArray[np.uint8], sighting: Sighting) -> str:
     """Return a part of an image as a data URI, with the network's box and the find's centre.
 
     Args:
-        color: (H, W, 3) RGB, the sighting's image.
-        sighting: What to show.
+        color: (H, W, 3) RGB image of the sighting.
+        sighting: The sighting to show.
     """
     h, w = color.shape[:2]
     u, v = sighting.pixel
@@ -64,7 +64,7 @@ def plan(
     """Return the map from above as a data URI, with numbered marks; None for an empty map.
 
     Args:
-        voxel_map: Of which the highest surface below 1.9 m is shown, in its colour.
+        voxel_map: Map whose highest surface below 1.9 m is shown in its colour.
         marks: Texts and positions in the map's world, metres.
     """
     surface, pools, size = voxel_map.surface, voxel_map.pools, voxel_map.config.voxel_size_m
@@ -97,7 +97,7 @@ def plan(
 
 
 def data_uri(image: Image.Image) -> str:
-    """Return a JPEG that stands in a page itself."""
+    """Return an image as a JPEG data URI."""
     out = io.BytesIO()
     image.convert("RGB").save(out, "JPEG", quality=82)
     return "data:image/jpeg;base64," + base64.b64encode(out.getvalue()).decode()

@@ -1,4 +1,4 @@
-"""A recording through network and map: where the objects are that were asked for."""
+"""Recognition of requested objects in a recording, with network and map."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -27,7 +27,7 @@ from ippon.vocabulary import MATTERPORT_40
 
 VOXEL_SIZE_M: Final = 0.05
 FIND_THRESHOLD: Final = 0.5
-"""Voxels that are more probably the object than not."""
+"""Probability from which a voxel belongs to a find."""
 SURE: Final = 0.99
 
 Observe = Callable[[Frame, Sequence[str]], Observation]
@@ -35,16 +35,16 @@ Observe = Callable[[Frame, Sequence[str]], Observation]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecognisedFind:
-    """An object that the images show."""
+    """A found object."""
 
     position_world: tuple[float, float, float]
-    """Metres, in the recording's own world."""
+    """Centre in metres, in the recording's world."""
     size_m: float
-    """Longest side of the box round its voxels, metres."""
+    """Longest side of the bounding box of its voxels, metres."""
     probability: float
-    """Mean over its voxels."""
+    """Mean probability of its voxels."""
     images: int
-    """Images that show it; 0 with a network that gives no instances."""
+    """Number of images that show it; 0 for a network without instances."""
     voxels: int
 
     def as_dict(self) -> dict[str, Any]:
@@ -58,16 +58,16 @@ class RecognisedFind:
 
 
 class Recognition:
-    """Fuses frames, then tells where objects are.
+    """Integrates frames, then returns the finds.
 
-    Each object has a map of its own, in which it is what is searched for from the first frame on:
-    what is believed is what a search would believe.
+    Each object has its own map with it as the object of interest from the first frame on, so that
+    probabilities equal those of a search.
 
     Args:
-        objects: Canonical labels that are asked for.
-        models: What the scores of networks are worth.
-        voxel_size_m: Edge of a voxel.
-        memory_limit_mb: Bound on the map of each object.
+        objects: Canonical labels of the requested objects.
+        models: Observation models of the networks.
+        voxel_size_m: Edge length of a voxel.
+        memory_limit_mb: Memory limit of the map of each object.
     """
 
     def __init__(
@@ -83,14 +83,14 @@ class Recognition:
         self._config = MapConfig(voxel_size_m=voxel_size_m, memory_limit_mb=memory_limit_mb)
         self._maps = {name: self._map_for(name) for name in dict.fromkeys(objects)}
         self.views: list[View] = []
-        """Of the frames that were fused."""
+        """Views of the integrated frames."""
         self._last: Frame | None = None
         self.frames = 0
-        """Frames that were given."""
+        """Number of frames received."""
         self.refused = 0
-        """Frames that contradicted themselves or the map."""
+        """Number of refused frames."""
         self.dropped = 0
-        """Blocks of the maps that were given up for lack of memory."""
+        """Number of map blocks dropped for lack of memory."""
 
     def _map_for(self, name: str) -> VoxelMap:
         others = [label for label in self.labels if label != name]
@@ -99,7 +99,7 @@ class Recognition:
         return voxel_map
 
     def add(self, frame: Frame, observation: Observation) -> None:
-        """Fuse a frame with what the network says of it."""
+        """Integrate a frame with the network's output."""
         number, self.frames = self.frames, self.frames + 1
         heatmap = _heatmap(observation, frame)
 
@@ -121,7 +121,7 @@ class Recognition:
         return self._maps[label]
 
     def finds(self, label: str) -> tuple[Find, ...]:
-        """Return what would end a search for an object, most probable first.
+        """Return the finds that would end a search for an object, most probable first.
 
         Args:
             label: One of the objects.
@@ -143,7 +143,7 @@ class Recognition:
         return tuple(sorted(right, key=lambda find: -find.probability))
 
     def images(self, label: str, find: Find) -> int:
-        """Return how many images show a find."""
+        """Return the number of images that show a find."""
         return sum(view.shows(label, find.position_world) for view in self.views)
 
 
@@ -153,12 +153,12 @@ def recognise(
     observe: Observe,
     progress: Callable[[int], None],
 ) -> None:
-    """Fuse all frames of a recording.
+    """Integrate all frames of a recording.
 
     Args:
         source: The recording.
         recognition: Receives the frames.
-        observe: The network, asked for the recognition's labels.
+        observe: Runs the network with the recognition's labels.
         progress: Called with the number of frames that are done.
 
     Raises:
@@ -173,7 +173,7 @@ def recognise(
 def in_own_world(
     recognition: Recognition, label: str, T_map_world: Float64Array
 ) -> list[RecognisedFind]:
-    """Return the finds of an object in the recording's own world, most probable first."""
+    """Return the finds of an object in the recording's world, most probable first."""
     T_world_map = invert_transform(T_map_world)
     found: list[RecognisedFind] = []
     for find in recognition.finds(label):
@@ -191,7 +191,7 @@ def in_own_world(
 
 
 def asked_for(heatmap: Heatmap, name: str) -> Heatmap:
-    """Return a heatmap whose object of interest is one of its labels; as it is where it lacks it.
+    """Return a heatmap with one of its labels as object of interest; unchanged without the label.
 
     Args:
         heatmap: Without an object of interest.

@@ -1,4 +1,4 @@
-"""The images of a recording, as far as they are kept to tell which of them show a thing."""
+"""Stored data of images, to find those that show an object."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -12,27 +12,27 @@ from ippon.geometry import Float64Array, invert_transform, transform_points
 from ippon.observation import Detections, Instance, Observation
 
 SEEN_SCORE: Final = 0.3
-"""An image counts as one that shows a find where an instance with this score contains it."""
+"""Minimum score of an instance for its image to show a find."""
 _BEHIND_M: Final = 0.3
 _NEAREST_M: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class View:
-    """What is kept of an image: 0.6 MB at 640x480."""
+    """Stored data of an image: 0.6 MB at 640x480."""
 
     number: int
-    """Of the frame in its recording, from 0."""
+    """Index of the frame in its recording, from 0."""
     T_camera_world: Float64Array
     camera: PinholeCamera
     depth: NDArray[np.float16]
-    """(H, W) metres."""
+    """(H, W) depth in metres."""
     detections: Detections | None
-    """None of a network that gives no instances."""
+    """Instances of the network; None for a network without instances."""
 
     @classmethod
     def of(cls, number: int, frame: Frame, observation: Observation) -> "View":
-        """Keep what is needed of a frame."""
+        """Return the stored data of a frame."""
         return cls(
             number=number,
             T_camera_world=invert_transform(frame.T_world_camera),
@@ -44,7 +44,7 @@ class View:
     def pixel_of(
         self, point_world: tuple[float, float, float]
     ) -> tuple[float, float, float] | None:
-        """Return (u, v, metres) of a point; None where it is out of view or covered."""
+        """Return (u, v, metres) of a point; None if it is out of view or occluded."""
         point = transform_points(self.T_camera_world, np.array([point_world]))
         z = float(point[0, 2])
         if z < _NEAREST_M:
@@ -70,7 +70,7 @@ class View:
         return max(here, key=lambda one: one.score, default=None)
 
     def shows(self, label: str, point_world: tuple[float, float, float]) -> bool:
-        """Tell whether an instance of a label, with `SEEN_SCORE`, is at a point."""
+        """Return whether an instance of a label with at least `SEEN_SCORE` is at a point."""
         at = self.pixel_of(point_world)
         if at is None:
             return False

@@ -1,4 +1,4 @@
-"""Threads that the console needs: when one fails, the console ends."""
+"""Threads whose failure ends the console."""
 
 import logging
 import threading
@@ -18,7 +18,7 @@ def critical_thread(name: str, work: Callable[[], None], on_failure: OnFailure) 
     def run() -> None:
         try:
             work()
-        except Exception as error:  # Any failure must end the console.
+        except Exception as error:  # Every failure ends the console.
             logger.exception("the %s of the console has failed", name)
             on_failure(error)
 

@@ -121,12 +121,12 @@ def _tls(config: ConsoleConfig) -> ssl.SSLContext | None:
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     try:
-        # A key with a passphrase would ask for it on a terminal that may not be there.
+        # A key with a passphrase would prompt on a terminal that may not exist.
         context.load_cert_chain(certificate, key, password=lambda: "")
     except (OSError, ssl.SSLError, ValueError) as error:
         raise ConsoleError(
-            f"TLS cannot use the certificate {certificate} with the key {key} ({error}); both are "
-            "PEM files, the key without a passphrase, and they belong together"
+            f"TLS cannot use the certificate {certificate} with the key {key} ({error}); both "
+            f"must be PEM files that belong together, the key without a passphrase"
         ) from error
     return context
 
@@ -152,7 +152,7 @@ def listen_on(config: ConsoleConfig) -> socket.socket:
 
 
 def server_settings(app: ASGIApp, port: int = 0) -> uvicorn.Config:
-    """Return how the gateway's application is served; the address is that of the given socket."""
+    """Return the server's settings for an application; the socket gives the address."""
     return uvicorn.Config(
         app,
         port=port,

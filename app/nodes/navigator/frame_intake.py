@@ -41,7 +41,7 @@ _STREAM_OF: Final = {
 _KEPT: Final = (keys.TF_STATIC, keys.LABEL_NAMES, keys.DETECTOR_NAME)
 """Topics that are asked for what was sent before."""
 UNMATCHED: Final = 10
-"""Heatmaps and detections in a row with the stamp of no image that are no accident."""
+"""Consecutive heatmaps and detections without a matching image after which the operator is told."""
 REQUIRED: Final = ("colour", "depth", "pose")
 """Streams without which there is no frame."""
 
@@ -137,12 +137,12 @@ class FrameIntake:
         return frame
 
     def notes(self) -> tuple[str, ...]:
-        """Return what the operator should know of the detections."""
+        """Return notes for the operator about the detections."""
         notes = [self.assembler.detector.refusal()]
         if self.assembler.unmatched >= UNMATCHED:
             notes.append(
-                "detections carry the stamp of no image: a detector copies the header of the "
-                "colour image that it looked at"
+                "no image has the stamp of the detections: a detector must copy the header of "
+                "its colour image"
             )
         return tuple(note for note in notes if note)
 

@@ -146,7 +146,7 @@ def _state(
     snapshot: Snapshot | None, mission: Mission, lost: tuple[str, ...], intake: FrameIntake
 ) -> tuple[MissionState, str]:
     if mission.state.value == "stopped":
-        return "stopped", "stopped: press Resume to go on"
+        return "stopped", "stopped: press Resume to continue"
     if lost:
         ages = dict(intake.lost(0.0))
         silent = ", ".join(f"{name} ({ages[name] or 0.0:.1f} s)" for name in lost if name in ages)

@@ -7,7 +7,7 @@ from typing import Final
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.frame_intake import FrameIntake
 
-NO_HEATMAP: Final = "objects are not told apart; the search goes on"
+NO_HEATMAP: Final = "objects are not recognised; the search continues"
 
 
 class StreamWatch:

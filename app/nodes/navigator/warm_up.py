@@ -1,8 +1,8 @@
-"""Compiles every kernel before the first frame, by searching a small home for a moment.
+"""Compiles every kernel before the first frame, by a short search in a small home.
 
-The first time that takes most of a minute of one core. The kernels of the map and those of the
-simulated home are half of it each and have nothing in common, so a process beside this one compiles
-the latter meanwhile; with a third core, another one a part of the map's.
+The first compilation takes most of a minute of one core. The kernels of the map and those of the
+simulated home take half of it each, so another process compiles the latter at the same time; with a
+third core, a further process compiles a part of the map's.
 """
 
 import contextlib
@@ -35,11 +35,11 @@ STEPS: Final = 45
 HOME_SEED: Final = 4
 MAP_STEPS: Final = 5
 COMPLETE: Final = "complete"
-"""File among the kept kernels that says that all of them are there."""
+"""File in the kernel cache that marks it as complete."""
 
 
 def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
-    """Run a real search for a few seconds of simulated time, and what it did not come to.
+    """Run a search for a few seconds of simulated time, then the kernels that it did not use.
 
     Args:
         config: Kernels are compiled for its map.
@@ -47,7 +47,7 @@ def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
     """
     complete = _complete()
     before = _compile_map(progress, first=complete is not None and not complete.exists())
-    # A step that ran out of time while one kernel is compiled would leave out others.
+    # A step that exceeds its budget during compilation would skip other kernels.
     mission = Mission(config.mission.counted(), config.profile, config.labels, seed=0)
     rows = tuple(LabelLevel(label=label, level=Level.AVERAGE, reason="") for label in config.labels)
     guidance = Guidance(ooi="hat", context="", provider="", rows=rows)
@@ -61,12 +61,12 @@ def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
     _use_the_rest(mission, world.observe(), guidance)
     if complete is not None:
         with contextlib.suppress(OSError):
-            # A disk that is full or read-only has the next start compile in two again.
+            # Without the marker, the next start compiles again.
             complete.touch()
 
 
 def _use_the_rest(mission: Mission, frame: Frame, guidance: Guidance) -> None:
-    """Do what a search may do for the first time long after its start, when nobody would wait."""
+    """Run operations that a search may need for the first time long after its start."""
     mission.learn(frame)
     mission.preview(guidance)
     mission.goals.set_guidance(guidance)
@@ -78,7 +78,7 @@ def _use_the_rest(mission: Mission, frame: Frame, guidance: Guidance) -> None:
 
 
 def warm_up_simulation() -> None:
-    """Compile what a simulated home needs: the part of the process beside."""
+    """Compile the kernels of a simulated home; runs in another process."""
     config = NavigatorConfig()
     world = _small_home(config.profile)
     world.set_labels(config.labels, "hat")
@@ -98,13 +98,13 @@ def _complete() -> Path | None:
 
 
 def _compile_map(progress: Callable[[float], None], *, first: bool) -> float:
-    """Use the map's kernels; the first time a simulated home's are compiled beside.
+    """Compile the map's kernels, and at the first start those of a simulated home in parallel.
 
     Returns:
         The fraction done.
     """
     share = 0.6 if first else 0.1
-    # With a third core, the map's own take two.
+    # With a third core, two processes compile the map's kernels.
     spare = first and (os.cpu_count() or 1) > 2
     beside = compile_beside(__name__, "warm_up_simulation") if first else contextlib.nullcontext()
     with beside:

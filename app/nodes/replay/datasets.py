@@ -29,7 +29,7 @@ TUM_DEFAULT: Final = (525.0, 525.0, 319.5, 239.5)
 
 
 class DatasetError(Exception):
-    """A folder cannot be replayed; the text says why."""
+    """A dataset cannot be read; the text says why."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +49,7 @@ class Dataset:
 
     name: str
     camera: PinholeCamera
-    """Of the depth image; colour of another size is scaled to it."""
+    """Camera of the depth image; colour of another size is scaled to it."""
     depth_unit_m: float
     up_world: tuple[float, float, float]
     """Up direction in the world frame of the poses."""
@@ -238,7 +238,7 @@ def _read_scannet(folder: Path) -> Dataset:
 
 
 def _with_poses(frames: list[DatasetFrame]) -> tuple[DatasetFrame, ...]:
-    """Leave out frames without a pose: trackers write NaN or infinity where they were lost."""
+    """Skip frames without a valid pose: trackers write NaN or infinity where tracking was lost."""
     return tuple(
         frame
         for frame in frames

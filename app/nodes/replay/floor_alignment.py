@@ -18,7 +18,7 @@ def align_to_floor(dataset: Dataset, floor_m: float | None = None) -> Float64Arr
 
     Args:
         dataset: The poses.
-        floor_m: Height of the floor along up in the dataset's world; estimated without.
+        floor_m: Height of the floor along up in the dataset's world; None estimates it.
 
     Raises:
         DatasetError: A depth image cannot be read.

@@ -41,7 +41,7 @@ def dataset_messages(
 
     Args:
         dataset: The frames.
-        start_s: Earlier frames are left out.
+        start_s: Earlier frames are skipped.
         first_stamp_ns: Stamp of time 0.
         floor_m: See `align_to_floor`.
 
@@ -76,7 +76,7 @@ def bag_messages(path: Path, start_s: float, *, heatmaps: bool) -> Iterator[Robo
 
     Args:
         path: An MCAP file, a session's folder, or a rosbag2 folder.
-        start_s: Earlier messages are left out, except fixed transforms.
+        start_s: Earlier messages are skipped, except fixed transforms.
         heatmaps: Whether to send recorded heatmaps and detections.
 
     Raises:
@@ -116,7 +116,7 @@ def _rosbag_messages(path: Path, start_s: float, wanted: list[str]) -> Iterator[
                 if at >= 0.0 or key == keys.TF_STATIC:
                     yield RobotMessage(max(at, 0.0), key, bytes(raw))
     except (AnyReaderError, OSError) as error:
-        raise DatasetError(f"{path} is no bag that can be read: {error}") from error
+        raise DatasetError(f"{path} is not a readable bag: {error}") from error
 
 
 def _check(path: Path, found: tuple[str, ...]) -> None:

@@ -35,7 +35,7 @@ class ReplayConfig:
     heatmaps: bool = True
     """Send the heatmaps of a bag; switch it off where another segmentation runs."""
     floor_m: float | None = None
-    """Height of a dataset's floor along up; estimated without."""
+    """Height of a dataset's floor along up; None estimates it."""
 
     def __post_init__(self) -> None:
         """Refuse an invalid prefix, rate or start."""

@@ -1,4 +1,4 @@
-"""Recorded messages into frames, as the navigator joins them."""
+"""Frames of a recording, assembled as in the navigator."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -17,9 +17,9 @@ FUSED: Final = (*GEOMETRY, *keys.SEEN, keys.CONTACT)
 
 
 def geometry_frames(recording: Recording) -> Iterator[tuple[int, Frame]]:
-    """Yield when it was recorded, and each frame of colour, depth and pose, without heatmaps.
+    """Yield each frame of colour, depth and pose, without heatmap, with its time of recording.
 
-    What cannot be read, or contradicts itself, is left out.
+    Undecodable messages and inconsistent frames are skipped.
     """
     assembler = FrameAssembler()
     for message in recording.all_messages(GEOMETRY):

@@ -1,4 +1,4 @@
-"""In place of the navigator: a recording answers nothing and is commanded by nobody."""
+"""Link of a review, which has no navigator: it answers no query and refuses every command."""
 
 from typing import Any, NoReturn
 
@@ -13,7 +13,7 @@ REFUSAL = "this is a recording: nothing here commands a robot"
 
 
 class RecordedLink(NavigatorLink):
-    """A link without a network: the playback fills the inbox, and every command is refused."""
+    """A link without a network; the playback fills the inbox."""
 
     recorded = True
 
@@ -21,26 +21,26 @@ class RecordedLink(NavigatorLink):
         super().__init__("the recording", "recorded", (), inbox, on_failure)
 
     def start(self) -> None:
-        """There is nothing to open."""
+        """Do nothing: there is no network."""
 
     def close(self) -> None:
-        """There is nothing to close."""
+        """Do nothing: there is no network."""
 
     @property
     def is_open(self) -> bool:
-        """There is no one to ask for what is missing."""
+        """Return False, so that missing topics are not requested."""
         return False
 
     def silence_s(self) -> float:
-        """A recording that stands still is not a navigator that is silent."""
+        """Return 0, because a paused recording is not a silent navigator."""
         return 0.0
 
     def query(self, topic: str, timeout_s: float = 0.0) -> bytes | None:  # noqa: ARG002
-        """Nobody answers."""
+        """Return None, because there is no navigator."""
         return None
 
     def lease_in(self, status: Status) -> LeaseStatus:  # noqa: ARG002
-        """Whoever held control then holds nothing here: everybody may look at everything."""
+        """Return a free lease, so that every browser may use the panels."""
         return LeaseStatus()
 
     def _request(self, *_: Any, **__: Any) -> NoReturn:

@@ -53,25 +53,25 @@ _SHELL_SCRIPT: Final = b'<script type="module" src="/assets/shell.js">'
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReviewConfig:
-    """What is shown, and where."""
+    """Recordings or sessions to show, and port of the page."""
 
     paths: tuple[Path, ...] = ()
     """One recording, or two to compare."""
     folder: Path | None = None
-    """Of the sessions to choose from."""
+    """Folder of the sessions to choose from."""
     port: int = 8080
     """Port of the page, on 127.0.0.1; 0 takes any free one."""
 
 
 class SessionList(msgspec.Struct, frozen=True, kw_only=True):
-    """What the page of sessions lists."""
+    """Content of the page of sessions."""
 
     folder: str
     sessions: list[SessionEntry]
 
 
 class ReviewPages:
-    """What a review serves beside the console's own pages."""
+    """Routes of a review in addition to the console's."""
 
     def __init__(
         self,
@@ -87,7 +87,7 @@ class ReviewPages:
         self._entries: list[SessionEntry] = []
         root = resources.files("web_assets")
         shell = (root / "index.html").read_bytes()
-        assert _SHELL_SCRIPT in shell, "the shell's page loads the shell"
+        assert _SHELL_SCRIPT in shell, "the page must load the shell"
         self._shell = shell.replace(_SHELL_SCRIPT, _HEAD + _SHELL_SCRIPT)
         self._list = (root / "sessions.html").read_bytes()
         self._assets = {name: (root / name).read_bytes() for name in _ASSETS}
@@ -106,10 +106,10 @@ class ReviewPages:
         ]
 
     def show(self, paths: list[Path]) -> None:
-        """Show one recording, or two beside each other.
+        """Show one recording, or two side by side.
 
         Raises:
-            RecordingError: One cannot be shown.
+            RecordingError: A recording cannot be shown.
         """
         self._playback.show(paths)
         if len(paths) > 1:
@@ -181,7 +181,7 @@ class ReviewPages:
 
 
 async def serve_timeline(socket: WebSocket, playback: Playback, state_feed: StateFeed) -> None:
-    """Send where the playback is, and do what the page asks for, until it leaves."""
+    """Send the state of the playback and run the page's commands, until it disconnects."""
 
     async def announce() -> None:
         async for state in state_feed.follow():
@@ -197,7 +197,7 @@ async def serve_timeline(socket: WebSocket, playback: Playback, state_feed: Stat
     except WebSocketDisconnect:
         return
     except msgspec.DecodeError as error:
-        logger.warning("a timeline sent what is no command: %s", error)
+        logger.warning("invalid command of a timeline: %s", error)
         await socket.close(1007, "not a command of the timeline")
     finally:
         announcing.cancel()
@@ -257,7 +257,7 @@ def _page(content: bytes) -> Response:
 
 
 def _extent_x(path: Path) -> tuple[float, float]:
-    """Return from where to where the last whole map of a recording reaches, in metres."""
+    """Return the least and greatest x of the last whole map of a recording, in metres."""
     recording = Recording(path)
     try:
         message = recording.latest(keys.MAP_KEYFRAME, recording.end_ns)

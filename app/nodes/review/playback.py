@@ -1,4 +1,4 @@
-"""The thread that plays: one session, or two of them on one timeline."""
+"""The playback thread: one session, or two on one timeline."""
 
 import logging
 import math
@@ -26,36 +26,37 @@ TICK_S: Final = 0.04
 MIN_SPEED: Final = 0.25
 MAX_SPEED: Final = 16.0
 FOLLOW_S: Final = 2.0
-"""Between two looks at a file that is being written."""
+"""Interval between checks of a file that is being written."""
 GROWING_S: Final = 10.0
-"""A file that has not grown for so long is not being written."""
+"""Time without growth after which a file counts as complete."""
 
 
 class ReviewCommand(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the timeline asks for."""
+    """Command of the timeline."""
 
     action: Literal["play", "pause", "seek", "speed", "step", "note", "mark"]
     value: float = 0.0
     """Seconds to seek to, times real time, or frames to step."""
     text: str = ""
-    """Of a note or mark."""
+    """Text of a note or mark."""
 
 
 class ReviewState(msgspec.Struct, frozen=True, kw_only=True):
-    """Where the playback is; sent to every page as it changes."""
+    """State of the playback, sent to every page when it changes."""
 
     version: int
-    """Grows when another recording is shown or its notes changed: then ask for `ReviewSession`."""
+    """Increases when another recording is shown or its notes change: then request
+    `ReviewSession`."""
     position_s: float
     playing: bool
     speed: float
     growing: bool = False
-    """The recording goes on: its end is not the end."""
+    """The recording is still being written."""
     problem: str = ""
 
 
 class SessionFigures(msgspec.Struct, frozen=True, kw_only=True):
-    """One session in a few figures."""
+    """Key figures of a session."""
 
     name: str
     object: str = ""
@@ -69,17 +70,17 @@ class SessionFigures(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class TimelineMark(msgspec.Struct, frozen=True, kw_only=True):
-    """A mark, a note, or an event at its place."""
+    """A mark, note or event on the timeline."""
 
     at_s: float
     kind: str
     text: str
     lane: int = 0
-    """0: of the first session, 1: of the second."""
+    """Session: 0 for the first, 1 for the second."""
 
 
 class ReviewSession(msgspec.Struct, frozen=True, kw_only=True):
-    """What the timeline shows of the sessions."""
+    """Sessions on the timeline."""
 
     sessions: list[SessionFigures]
     duration_s: float
@@ -87,21 +88,21 @@ class ReviewSession(msgspec.Struct, frozen=True, kw_only=True):
     notes: list[TimelineMark]
     problems: list[str]
     has_list: bool = False
-    """There is a page that lists the sessions to go back to."""
+    """Whether there is a page that lists the sessions."""
 
 
 class Playback:
-    """Owns the recordings; everything is done by its one thread, in order."""
+    """Owns the recordings; its thread runs all operations in order."""
 
     def __init__(
         self, emits: tuple[Emit, ...], state_feed: StateFeed, on_failure: OnFailure
     ) -> None:
-        """Prepare.
+        """Create a playback without recordings.
 
         Args:
-            emits: Take the messages of the first session, and of the second.
-            state_feed: Where `ReviewState` is posted.
-            on_failure: Told of a thread that has failed.
+            emits: Receivers of the messages of the first and the second session.
+            state_feed: Receives `ReviewState`.
+            on_failure: Called when a thread has failed.
         """
         self._emits = emits
         self._state_feed = state_feed
@@ -120,7 +121,7 @@ class Playback:
 
     @property
     def session(self) -> ReviewSession:
-        """What is shown."""
+        """The sessions that are shown."""
         return self._session
 
     def start(self) -> None:
@@ -136,10 +137,10 @@ class Playback:
             player.recording.close()
 
     def show(self, paths: list[Path]) -> None:
-        """Show other recordings.
+        """Replace the shown recordings.
 
         Raises:
-            RecordingError: One cannot be shown; what was shown before stays.
+            RecordingError: A recording cannot be shown; the previous ones stay.
         """
         done: queue.SimpleQueue[RecordingError | None] = queue.SimpleQueue()
 
@@ -156,7 +157,7 @@ class Playback:
             raise problem
 
     def command(self, command: ReviewCommand) -> None:
-        """Do what a page asks for, in turn."""
+        """Queue a command of a page."""
         self._work.put(lambda: self._do(command))
 
     def _run(self) -> None:
@@ -173,7 +174,7 @@ class Playback:
             self._tell()
 
     def _do_what_waits(self) -> None:
-        """Do everything that was asked for; of many jumps only the last is made."""
+        """Run the queued commands; of several jumps only the last one."""
         waiting: list[Callable[[], None]] = []
         try:
             waiting.append(self._work.get(timeout=TICK_S))
@@ -209,14 +210,14 @@ class Playback:
         self._playing, self._problem, self._grew_at = False, "", -math.inf
         for recording in recordings:
             for problem in recording.index.problems:
-                logger.warning("%s: %s; what is there is shown", recording.path, problem)
+                logger.warning("%s: %s; showing what can be read", recording.path, problem)
         self._describe(notes)
 
     def _follow(self, now: float) -> None:
-        """Take in what was written since, of recordings that go on."""
+        """Read new messages of recordings that are still being written."""
         open_ended = [p for p in self._players if not p.recording.index.complete]
         try:
-            # Each of them is asked, the first that grew or not.
+            # Every recording is refreshed, whether an earlier one grew or not.
             grown = [player.refresh() for player in open_ended]
             if any(grown):
                 self._grew_at = now
@@ -304,7 +305,7 @@ class Playback:
 
 
 def figures_of(name: str, recording: Recording, timeline: SessionTimeline) -> SessionFigures:
-    """Return the figures of a session."""
+    """Return the key figures of a session."""
     last = timeline.last
     if last is None:
         return SessionFigures(name=name, duration_s=recording.duration_s)

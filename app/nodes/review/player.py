@@ -1,4 +1,4 @@
-"""Plays a recording to whoever draws: what a moment needs, then message by message."""
+"""Plays a recording: restores the state at a moment, then emits message by message."""
 
 from bisect import bisect_right
 from collections.abc import Callable
@@ -19,7 +19,7 @@ PLOT_POINTS: Final = 1000
 TRAIL_POINTS: Final = 4000
 SHOWN_EVENTS: Final = 500
 TF_NS: Final = 1_000_000_000
-"""Poses of so long before the last one place every frame of a robot."""
+"""Time before a moment in which every coordinate frame of a robot has a pose."""
 LATEST: Final = (
     keys.CAMERA_INFO, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.LEVELS,
     keys.FAR_EVIDENCE,
@@ -32,45 +32,45 @@ Emit = Callable[[str, bytes], object]
 
 
 class Player:
-    """A position in one recording. One thread owns it; time is told, never read."""
+    """A position in one recording. Owned by one thread; time is an argument."""
 
     def __init__(
         self, recording: Recording, emit: Emit, timeline: SessionTimeline | None = None
     ) -> None:
-        """Stand at the beginning, and show it.
+        """Start at the beginning, and emit its state.
 
         Args:
-            recording: An open one.
-            emit: Takes every message, as the console's inbox does.
-            timeline: Of the recording; made where there is none.
+            recording: An open recording.
+            emit: Receives every message, like the console's inbox.
+            timeline: Timeline of the recording; None builds it.
         """
         self.recording = recording
         self.timeline = timeline if timeline is not None else timeline_of(recording)
         self._emit = emit
         self._frames = recording.times_ns(keys.COLOR)
         self._whole = False
-        """Whether a whole map was shown, that changes can be added to."""
+        """Whether a whole map was emitted, to which changes apply."""
         statuses = recording.times_ns(keys.STATUS)
-        # Before the first status nobody knows how large a voxel is.
+        # The first status gives the voxel size.
         self._first_ns = int(statuses[0]) if len(statuses) else recording.start_ns
         self.time_ns = self._first_ns
         self.seek(0.0)
 
     @property
     def position_s(self) -> float:
-        """Seconds since the beginning of the recording."""
+        """Position in seconds since the beginning of the recording."""
         return (self.time_ns - self.recording.start_ns) * 1e-9
 
     @property
     def ended(self) -> bool:
-        """Whether there is nothing more to play."""
+        """Whether the end is reached."""
         return self.time_ns >= self.recording.end_ns
 
     def refresh(self) -> bool:
-        """Take in what was recorded since; return whether there is anything.
+        """Read what was recorded meanwhile; return whether there is anything new.
 
         Raises:
-            RecordingError: The file cannot be read any more.
+            RecordingError: The file can no longer be read.
         """
         before_ns = self.recording.end_ns
         if not self.recording.refresh():
@@ -81,12 +81,12 @@ class Player:
         return True
 
     def seek(self, position_s: float) -> None:
-        """Jump to a moment, and show what was shown then."""
+        """Jump to a moment, and emit the state at that moment."""
         recording = self.recording
         time_ns = recording.start_ns + round(position_s * 1e9)
         self.time_ns = min(max(time_ns, self._first_ns), recording.end_ns)
         self._emit(SEEK_HISTORY, msgspec.json.encode(self._past()))
-        # The picture first: a find is shown in the picture of its moment.
+        # The image first, because a find is shown in the image of its time.
         for key in (keys.COLOR, keys.STATUS):
             last = recording.latest(key, self.time_ns)
             if last is not None:
@@ -101,9 +101,9 @@ class Player:
                 self._emit(key, last.payload)
 
     def advance(self, seconds: float) -> None:
-        """Play on."""
+        """Play for a time."""
         until_ns = min(self.time_ns + round(seconds * 1e9), self.recording.end_ns)
-        # Of a recording that began in the middle of a search the map comes a little later.
+        # In a recording that began during a search, the map comes a little later.
         wanted = PLAYED if self._whole else (*PLAYED, keys.MAP_KEYFRAME)
         for message in self.recording.between(self.time_ns, until_ns, wanted):
             if message.key == keys.MAP_KEYFRAME:
@@ -114,7 +114,7 @@ class Player:
         self.time_ns = until_ns
 
     def step(self, frames: int) -> None:
-        """Go to the next picture of the camera, or back to the last one."""
+        """Go to the next camera image, or back to the previous one."""
         if not len(self._frames):
             return
         here = bisect_right(self._frames, self.time_ns) - 1
@@ -125,16 +125,16 @@ class Player:
             self.seek((there - self.recording.start_ns) * 1e-9)
 
     def _poses(self) -> list[StampedTransform]:
-        """Return the last pose of each frame: those before would lengthen the trail."""
+        """Return only the last pose of each frame, because earlier ones would extend the trail."""
         latest: dict[str, StampedTransform] = {}
         last = self.recording.latest(keys.TF, self.time_ns)
-        # A robot that fell silent is shown where it was.
+        # A silent robot is shown at its last pose.
         until_ns = last.time_ns if last is not None else self.time_ns
         for message in self.recording.between(until_ns - TF_NS, until_ns, (keys.TF,)):
             try:
                 latest |= {t.child: t for t in decode_transforms(message.payload)}
             except MessageError:
-                # Shown and counted when it is played.
+                # Counted when it is played.
                 continue
         return list(latest.values())
 

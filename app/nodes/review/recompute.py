@@ -1,4 +1,4 @@
-"""The present code on the images of a session: the same goals, other settings, another result."""
+"""Recomputation of a session: the present code on its images, with its goals and new settings."""
 
 import dataclasses
 import time
@@ -38,30 +38,30 @@ KEYFRAME_NS: Final = 10_000_000_000
 COPIED: Final = (keys.COLOR, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC)
 TOLD: Final = (keys.LEVELS, keys.EVENT, keys.STATUS)
 SAME_EVENTS: Final = frozenset({"rejected", "cancelled"})
-"""What the operator did that changes the map."""
+"""Events of the operator that change the map."""
 
 
 class Recomputation:
-    """One session, step by step; `mission` is what comes of it."""
+    """Recomputation of one session, step by step, in `mission`."""
 
     def __init__(self, recording: Recording, settings: Settings) -> None:
-        """Prepare.
+        """Create the mission of the recomputation.
 
         Raises:
             RecordingError: The session has no status of a navigator.
         """
         status = recording.first(keys.STATUS)
         if status is None:
-            raise RecordingError(f"{recording.path} has no {keys.STATUS}: nothing to recompute")
+            raise RecordingError(f"{recording.path} has no {keys.STATUS} and cannot be recomputed")
         config = settings.navigator
         mission = config.mission.counted()
         self.mission = Mission(mission, config.profile, config.labels, config.seed)
         if config.observation_model is not None:
             self.mission.voxel_map.set_models(ObservationModels([config.observation_model]))
         self.frames = 0
-        """Fused so far."""
+        """Number of integrated frames."""
         self.refused = 0
-        """Frames that the map did not take."""
+        """Number of frames that the map refused."""
         self._recording = recording
         self._settings = settings
         self._status = decode(status.payload, Status)
@@ -77,7 +77,7 @@ class Recomputation:
         self._keyframe_ns: int | None = None
 
     def messages(self) -> Iterator[RecordedMessage]:
-        """Yield what the robot and a navigator of these settings would have said, in order."""
+        """Yield the messages of the robot and of a navigator with these settings, in order."""
         assembler = FrameAssembler(detector=RobotDetector(self._settings.navigator.detector))
         for message in self._recording.all_messages((*FUSED, *TOLD)):
             if message.key in COPIED:
@@ -98,7 +98,7 @@ class Recomputation:
                     for key, payload in self._step(frame, message.time_ns):
                         yield RecordedMessage(time_ns=message.time_ns, key=key, payload=payload)
                 if self.frames == before:
-                    # A late heatmap belongs to a frame that is in the map, or to none.
+                    # A late heatmap belongs to a frame in the map, or is ignored.
                     assembler.forget(frame.stamp_ns)
             late = assembler.take_late()
             if late is not None:
@@ -125,7 +125,7 @@ class Recomputation:
         yield from self._shown(result.snapshot, time_ns)
 
     def _told(self, stamp_ns: int) -> Iterator[tuple[str, bytes]]:
-        """Do what the operator did before this frame."""
+        """Apply the operator's actions before this frame."""
         while self._operator and self._operator[0].stamp_ns <= stamp_ns:
             if self._operator.pop(0).kind == "rejected":
                 self.mission.goals.reject_find()
@@ -136,7 +136,7 @@ class Recomputation:
             new = table.goal_id != self._goal_id
             stamps = self._goal_stamps
             if new and self._goals < len(stamps) and stamps[self._goals] > stamp_ns:
-                # Its search began with a later frame.
+                # The search began with a later frame.
                 self._tables.append(table)
                 continue
             yield from self._search(table, new=new)
@@ -156,7 +156,7 @@ class Recomputation:
             if label in levels
         )
         if len(rows) != len(labels):
-            raise RecordingError("the recorded levels are of other labels than the configuration's")
+            raise RecordingError("the recorded levels have other labels than the configuration")
         guidance = Guidance(
             ooi=table.object, context=table.context, provider=table.provider, rows=rows
         )
@@ -221,16 +221,16 @@ class Recomputation:
 def recompute(
     recording: Recording, settings: Settings, root: Path, progress: Callable[[float], None]
 ) -> Path:
-    """Write a session as it would have been with these settings; return its folder.
+    """Write the session recomputed with these settings; return its folder.
 
     Args:
         recording: The session.
-        settings: What is used instead.
+        settings: Settings of the recomputation.
         root: Folder for the new session.
         progress: Called with the fraction that is done.
 
     Raises:
-        RecordingError: Nothing came of it.
+        RecordingError: It has no usable frame, or the folder cannot be written.
     """
     work = Recomputation(recording, settings)
     robot = f"{settings.navigator.robot}_recomputed"
@@ -248,20 +248,20 @@ def recompute(
         raise RecordingError(f"cannot write to {root}: {error.strerror}") from error
     if not work.frames:
         raise RecordingError(
-            f"{recording.path} gives no frame: it needs depth images and poses ({work.refused} "
+            f"{recording.path} has no frame: depth images and poses are needed ({work.refused} "
             "parts could not be used)"
         )
     return session.writer.folder
 
 
 def _answered(recording: Recording) -> frozenset[int]:
-    """Return the stamps of the frames that were answered: a late navigator skips some."""
+    """Return the stamps of answered frames, because a slow navigator skips some."""
     stamps: set[int] = set()
     for message in recording.all_messages((keys.CMD_VEL,)):
         try:
             stamps.add(decode_twist(message.payload).stamp_ns)
         except MessageError:
-            # A command that cannot be read answers no frame.
+            # Undecodable commands are skipped.
             continue
     return frozenset(stamps)
 
@@ -272,7 +272,7 @@ def _events(recording: Recording) -> list[Event]:
         try:
             events.append(decode(message.payload, Event))
         except msgspec.DecodeError:
-            # An event of another version tells nothing here.
+            # Events of other versions are skipped.
             continue
     return events
 

@@ -1,4 +1,4 @@
-"""Settings of a recorded session with some of them changed, for a recomputation."""
+"""Settings of a recomputation: those of the recorded session with changes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,11 +22,11 @@ STEP_BUDGET: Final = "planner.step_budget_s"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """What a recomputation uses."""
+    """Settings of a recomputation."""
 
     navigator: NavigatorConfig
     levels: dict[str, Level]
-    """Levels that take the place of the recorded ones, by label."""
+    """Levels that replace the recorded ones, by label."""
 
     def levels_of(self, table: LevelTable) -> dict[str, Level]:
         """Return the level of every label of a recorded table."""
@@ -35,22 +35,21 @@ class Settings:
 
 
 def read_settings(recording: Recording, changes: Sequence[str]) -> Settings:
-    """Return the settings that a session was recorded with, changed.
+    """Return the settings of a session with changes.
 
     Args:
-        recording: With its configuration.
+        recording: A recording with its configuration.
         changes: `NAME=VALUE`: a name of the configuration (`map.voxel_size_m`, `seed`), or
             `guidance.levels.LABEL`.
 
     Raises:
-        RecordingError: There is no configuration, a name that it does not have, or a value that it
-            does not take.
+        RecordingError: The configuration is missing, or a name or value is invalid.
     """
     packed = recording.attachment(CONFIGURATION)
     if packed is None:
         raise RecordingError(
-            f"{recording.path} holds no configuration of a navigator: only sessions that ippon "
-            "recorded can be recomputed"
+            f"{recording.path} has no configuration of a navigator: only sessions recorded by "
+            f"ippon can be recomputed"
         )
     try:
         config = msgspec.json.decode(packed, type=NavigatorConfig)
@@ -71,8 +70,8 @@ def read_settings(recording: Recording, changes: Sequence[str]) -> Settings:
             levels[label] = level
         elif name.endswith(STEP_BUDGET):
             raise RecordingError(
-                f"{name} changes nothing here: a recomputation counts the planner's work and keeps "
-                "no time"
+                f"{name} has no effect: a recomputation limits the planner's evaluations, not "
+                f"its time"
             )
         else:
             fields.append(change)
@@ -86,7 +85,7 @@ def read_settings(recording: Recording, changes: Sequence[str]) -> Settings:
 def _level(name: str, text: str, labels: tuple[str, ...]) -> tuple[str, Level]:
     label = canonical_label(name)
     if label not in labels:
-        raise RecordingError(f"there is no label {name!r}; there are {', '.join(labels)}")
+        raise RecordingError(f"unknown label {name!r}; there are {', '.join(labels)}")
     try:
         return label, Level.parse(text)
     except ValueError as error:

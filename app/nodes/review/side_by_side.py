@@ -29,13 +29,13 @@ class SideBySideScene:
         follow: CameraFollow,
         on_failure: OnFailure,
     ) -> None:
-        """Prepare.
+        """Create the scene of the second session.
 
         Args:
-            viser_server: Where the first session is drawn.
-            inbox: Messages of the second.
-            follow: Keeps both in the picture.
-            on_failure: Told of a thread that has failed.
+            viser_server: Server that shows the first session.
+            inbox: Messages of the second session.
+            follow: Keeps both sessions in view.
+            on_failure: Called when a thread has failed.
         """
         self.model = SceneModel()
         self._inbox = inbox
@@ -59,11 +59,11 @@ class SideBySideScene:
         self._thread.join(timeout=5.0)
 
     def stand_at(self, x_m: float) -> None:
-        """Move along x."""
+        """Place the second session at an offset along x."""
         self._root.position = (x_m, 0.0, 0.0)
 
     def show(self, visible: bool) -> None:
-        """Show it, or not."""
+        """Show or hide the second session."""
         self._root.visible = visible
         if not visible:
             self._follow.beside = None

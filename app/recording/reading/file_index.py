@@ -70,13 +70,14 @@ class FileIndex:
     complete: bool = False
     """Whether the file was ended properly."""
     end: int = 0
-    """Where the last whole record of the data ends."""
+    """End of the last complete record of the data."""
     problems: list[str] = field(default_factory=list[str])
 
 
 def _not_ours(path: Path) -> str:
     return (
-        f"{path} is no recording: an MCAP file begins with other bytes. `ippon review` opens .mcap "
+        f"{path} is not a recording: it does not begin like an MCAP file. `ippon review` opens "
+        f".mcap"
         "files of ippon and of ROS 2; a bag in .db3 is converted by `ros2 bag convert`"
     )
 
@@ -90,12 +91,12 @@ class Scanner:
         self._index = FileIndex(end=len(MAGIC))
         self._schemas: dict[int, str] = {}
         self._parts: dict[int, list[tuple[int, bytes]]] = {}
-        """Of each channel: chunk, and the entries of its message index."""
+        """By channel: chunks and the entries of their message indexes."""
         self._loose: dict[int, list[tuple[int, int]]] = {}
         self._indexed = True
-        """Whether the last chunk's messages are known."""
+        """Whether the last chunk is indexed."""
         self._read_to: int | None = None
-        """The chunk whose messages were found by its content: what its index says is known."""
+        """Chunk that was indexed by its content; its message index is ignored."""
         self._unended = ""
         self._undefined: set[int] = set()
         self._clock_set_back = False
@@ -123,7 +124,7 @@ class Scanner:
         index.problems = [text for text in index.problems if text != self._unended]
         self._read_records(progress)
         if not index.complete and index.chunks:
-            # The cut may lie between the indexes of its channels.
+            # The file may be cut off between the indexes of the chunk's channels.
             self._indexed = False
         self._complete_chunk()
         if not index.complete:
@@ -189,8 +190,8 @@ class Scanner:
         if back_ns > BACKWARDS_NS and not self._clock_set_back:
             self._clock_set_back = True
             self._index.problems.append(
-                f"the recorder's clock was set back by {back_ns * 1e-9:.1f} s: what came before "
-                "and after that is shown mixed for as long"
+                f"the recorder's clock was set back by {back_ns * 1e-9:.1f} s: messages from "
+                f"before and after are mixed over this span"
             )
 
     def _note(self, channel: int, entries: bytes) -> None:
@@ -200,7 +201,7 @@ class Scanner:
         self._parts.setdefault(channel, []).append((chunk, entries))
 
     def _read_chunk(self, chunk: int) -> dict[int, list[tuple[int, int]]]:
-        """Take a chunk's schemas and channels in; return where its messages are, by channel."""
+        """Read a chunk's schemas and channels; return the positions of its messages by channel."""
         try:
             found = index_chunk(unpack_chunk(self._data, self._index.chunks[chunk]))
         except RecordingError as error:

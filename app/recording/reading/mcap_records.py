@@ -1,4 +1,4 @@
-"""The records of an MCAP file, as far as a reader needs them (mcap.dev/spec)."""
+"""The records of an MCAP file that the reader needs (mcap.dev/spec)."""
 
 import mmap
 import struct
@@ -48,23 +48,23 @@ class Channel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chunk:
-    """Packed messages of some moments."""
+    """Compressed messages of a time span."""
 
     start_ns: int
     end_ns: int
     offset: int
-    """Of the packed bytes in the file."""
+    """Position of the compressed bytes in the file."""
     length: int
     size: int
     """Unpacked."""
     checksum: int
-    """CRC-32 of the unpacked bytes; 0 where the writer took none."""
+    """CRC-32 of the uncompressed bytes; 0 if the writer stored none."""
     compression: str
 
 
 @dataclass(slots=True)
 class ChunkContent:
-    """What a chunk holds."""
+    """Content of a chunk."""
 
     definitions: list[tuple[int, bytes]] = field(default_factory=list[tuple[int, bytes]])
     """Schemas and channels, as records."""
@@ -78,10 +78,10 @@ def unpack_chunk(data: Bytes, chunk: Chunk) -> bytes:
     """Return the records of a chunk.
 
     Raises:
-        RecordingError: It is damaged, or packed in a way that is not read here.
+        RecordingError: It is damaged, or its compression is not supported.
     """
     if chunk.size > MAX_CHUNK_BYTES:
-        raise RecordingError(f"a chunk says that it unpacks to {chunk.size} bytes: damaged")
+        raise RecordingError(f"a chunk states an uncompressed size of {chunk.size} bytes: damaged")
     records = _unpacked(data[chunk.offset : chunk.offset + chunk.length], chunk)
     if chunk.checksum and zlib.crc32(records) != chunk.checksum:
         raise RecordingError(f"the chunk at byte {chunk.offset} is damaged: its checksum differs")
@@ -93,18 +93,20 @@ def _unpacked(packed: bytes, chunk: Chunk) -> bytes:
         if chunk.compression == "zstd":
             return zstandard.ZstdDecompressor().decompress(packed, max_output_size=chunk.size)
         if chunk.compression == "lz4":
-            import lz4.frame  # noqa: PLC0415 (only bags of others are packed so)
+            import lz4.frame  # noqa: PLC0415 (only bags of other programs use it)
 
             return lz4.frame.decompress(packed)
     except (zstandard.ZstdError, RuntimeError) as error:
         raise RecordingError(f"the chunk at byte {chunk.offset} is damaged: {error}") from error
     if chunk.compression == "":
         return packed
-    raise RecordingError(f"chunks packed by {chunk.compression[:20]!r} are not read; zstd is")
+    raise RecordingError(
+        f"compression {chunk.compression[:20]!r} of chunks is not supported; zstd is"
+    )
 
 
 def index_chunk(records: bytes) -> ChunkContent:
-    """Find the definitions and messages in an unpacked chunk; a cut end is left out."""
+    """Find the definitions and messages in an uncompressed chunk; an incomplete end is ignored."""
     content = ChunkContent()
     position = 0
     while position + RECORD_HEAD.size <= len(records):
@@ -154,7 +156,7 @@ def read_channel(body: bytes, schemas: dict[int, str]) -> tuple[int, Channel]:
 
 
 def read_attachment(data: Bytes, start: int) -> tuple[str, int, int]:
-    """Return the name of an attachment, and where its bytes begin and how many there are."""
+    """Return the name of an attachment, and the start and length of its data."""
     name, at = _text(data, start + 16)
     _, at = _text(data, at)
     (length,) = struct.unpack_from("<Q", data, at)

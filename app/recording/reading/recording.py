@@ -1,4 +1,4 @@
-"""A recording, read: the messages of any moment, in order."""
+"""Reading of a recording: the messages of any time span, in order."""
 
 import mmap
 import os
@@ -17,17 +17,17 @@ from app.recording.reading.file_index import Entries, FileIndex, Scanner
 from app.recording.reading.mcap_records import read_message, unpack_chunk
 
 CACHE_BYTES: Final = 64 * 2**20
-"""Unpacked chunks that are kept: about a minute of a session."""
+"""Number of uncompressed chunks in memory: about a minute of a session."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordedMessage:
-    """One message as it came."""
+    """One recorded message."""
 
     time_ns: int
-    """When it was recorded, since 1970."""
+    """Time of recording, nanoseconds since 1970."""
     key: str
-    """Under the robot's prefix."""
+    """Key under the robot's prefix."""
     payload: bytes
 
 
@@ -35,16 +35,16 @@ class Recording:
     """An open file. Not thread-safe: one thread owns it."""
 
     def __init__(self, path: Path, progress: Callable[[float], None] | None = None) -> None:
-        """Open a file, or a session's folder, and find its messages.
+        """Open a file, or a session's folder, and index its messages.
 
         Raises:
-            RecordingError: There is none, or it holds no message that is understood.
+            RecordingError: There is no file, or it has no known message.
         """
         self.path = file_of(path)
         self._scanner = Scanner(self.path)
         self.index: FileIndex = self._scanner.scan(progress)
         self.damaged: Counter[str] = Counter()
-        """Messages that could not be read, by what was wrong."""
+        """Number of unreadable messages, by error."""
         self._entries: dict[str, list[tuple[Entries, str]]] = {}
         self.start_ns = self.end_ns = 0
         self._adopt()
@@ -54,10 +54,10 @@ class Recording:
         self._data = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
 
     def refresh(self) -> bool:
-        """Take in what was written since, of a file that is not ended; return whether there is.
+        """Read what was appended to an unfinished file; return whether there was anything.
 
         Raises:
-            RecordingError: It cannot be read any more.
+            RecordingError: It can no longer be read.
         """
         try:
             size = os.fstat(self._file.fileno()).st_size
@@ -91,7 +91,7 @@ class Recording:
         self.end_ns = int(max(last for _, last in ranges))
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._data.close()
         self._file.close()
 
@@ -106,12 +106,12 @@ class Recording:
         return (self.end_ns - self.start_ns) * 1e-9
 
     def times_ns(self, key: str) -> NDArray[np.int64]:
-        """Return when the messages of a key came, in order."""
+        """Return the times of the messages of a key, in order."""
         found = [entries.time_ns for entries, _ in self._entries.get(key, ())]
         return np.sort(np.concatenate(found)) if found else np.empty(0, np.int64)
 
     def latest(self, key: str, time_ns: int) -> RecordedMessage | None:
-        """Return the last readable message of a key up to a moment, None before the first."""
+        """Return the last readable message of a key up to a time, None before the first."""
         for entries, kind in self._entries.get(key, ()):
             for row in range(int(np.searchsorted(entries.time_ns, time_ns, "right")) - 1, -1, -1):
                 message = self._read(key, entries, kind, row)
@@ -131,12 +131,12 @@ class Recording:
     def between(
         self, after_ns: int, until_ns: int, keys: Iterable[str] | None = None
     ) -> Iterator[RecordedMessage]:
-        """Yield the messages of a span of time in order; the ends belong to the later span.
+        """Yield the messages of a time span in order, without its start and with its end.
 
         Args:
-            after_ns: Messages of this moment and before are left out.
-            until_ns: Messages of this moment are in.
-            keys: Those wanted; None for all.
+            after_ns: Start; messages at this time are excluded.
+            until_ns: End; messages at this time are included.
+            keys: Keys to read; None for all.
         """
         sources: list[tuple[str, Entries, str, int]] = []
         times: list[NDArray[np.int64]] = []
@@ -152,7 +152,7 @@ class Recording:
             return
         source = np.concatenate([np.full(len(t), n) for n, t in enumerate(times)])
         within = np.concatenate([np.arange(len(t)) for t in times])
-        # Within one moment the order of the file is the order in which the messages came.
+        # Messages with equal times are in the order of the file.
         order = np.lexsort((np.concatenate(rows), np.concatenate(times)))
         for n, k in zip(source[order].tolist(), within[order].tolist(), strict=True):
             key, entries, kind, low = sources[n]
@@ -165,7 +165,7 @@ class Recording:
         return self.between(self.start_ns - 1, self.end_ns, keys)
 
     def attachment(self, name: str) -> bytes | None:
-        """Return a file that the recorder put in, None without it."""
+        """Return an attachment, None if it is missing."""
         span = self.index.attachments.get(name)
         return None if span is None else self._data[span.offset : span.offset + span.length]
 
@@ -194,15 +194,15 @@ class Recording:
 
 
 def _places(entries: Entries, low: int, high: int) -> NDArray[np.int64]:
-    """Return numbers that grow with the place in the file."""
+    """Return sort keys by position in the file."""
     return (entries.chunk[low:high].astype(np.int64) << 32) + entries.offset[low:high]
 
 
 def file_of(path: Path) -> Path:
-    """Return the MCAP file that a path means: itself, or the one in a session's folder.
+    """Return the MCAP file of a path: itself, or the file in a session's folder.
 
     Raises:
-        RecordingError: There is none.
+        RecordingError: There is no such file.
     """
     if path.is_dir():
         files = sorted(path.glob("*.mcap"))
@@ -219,6 +219,6 @@ def _nothing(path: Path, index: FileIndex) -> str:
     if not topics:
         return f"{path} holds no message: the recording ended before its first chunk was written"
     return (
-        f"{path} holds no topic that can be shown; it has {', '.join(topics[:8])}, and a recording "
+        f"{path} has no topic that can be shown; it has {', '.join(topics[:8])}, and a recording "
         "of a robot has .../camera/color/image_raw/compressed, .../tf or .../status"
     )

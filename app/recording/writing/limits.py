@@ -19,9 +19,9 @@ class RecordingLimits:
     def __post_init__(self) -> None:
         """Refuse limits under which nothing could be recorded."""
         if not self.max_gb > 0.0:
-            raise ValueError(f"a recording may have more than 0 GB; got {self.max_gb:g}")
+            raise ValueError(f"the size limit of a recording must be positive; got {self.max_gb:g}")
         if not self.min_free_gb >= 0.0:
-            raise ValueError(f"0 GB or more stay free on the disk; got {self.min_free_gb:g}")
+            raise ValueError(f"the free disk space must not be negative; got {self.min_free_gb:g}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,12 +37,12 @@ def check_limits(limits: RecordingLimits, written_bytes: int, free_bytes: int) -
     """Compare written and free bytes with the limits."""
     written_gb, free_gb = written_bytes / GB, free_bytes / GB
     if written_gb >= limits.max_gb:
-        text = f"the recording has its limit of {limits.max_gb:g} GB; the robot goes on"
+        text = f"the recording has reached its limit of {limits.max_gb:g} GB; the robot continues"
         return LimitCheck(stop=True, text=text)
     if free_gb <= limits.min_free_gb:
         text = (
-            f"{free_gb:.1f} GB are free on the disk and {limits.min_free_gb:g} GB must stay; the "
-            "robot goes on"
+            f"{free_gb:.1f} GB are free on the disk and {limits.min_free_gb:g} GB must stay "
+            f"free; the robot continues"
         )
         return LimitCheck(stop=True, text=text)
     if written_gb >= WARN_SHARE * limits.max_gb:

@@ -1,4 +1,4 @@
-"""The tree of viewpoints and the finds as markers, for viewers that do not know our types."""
+"""The viewpoint tree and the finds as markers, for viewers without this program's types."""
 
 from typing import Any, Final
 
@@ -21,8 +21,8 @@ def encode_markers(tree: TreeView | None, finds: tuple[FoundObject, ...], stamp_
     """Write the edges of the tree as lines and each find as a box.
 
     Args:
-        tree: None while there is none.
-        finds: What may be the object.
+        tree: The tree; None before the first.
+        finds: Finds and candidates.
         stamp_ns: Robot time.
     """
     markers = [] if tree is None else [_edges(tree, stamp_ns)]
@@ -70,7 +70,7 @@ def _marker(
         pose=pose,
         scale=make("geometry_msgs/msg/Vector3", x=scale[0], y=scale[1], z=scale[2]),
         color=make("std_msgs/msg/ColorRGBA", r=r, g=g, b=b, a=0.8),
-        # Gone by itself when the next message has fewer.
+        # Expires if the next message has fewer markers.
         lifetime=make("builtin_interfaces/msg/Duration", sec=3, nanosec=0),
         frame_locked=False,
         points=points or [],

@@ -1,4 +1,4 @@
-"""A session that is being recorded: file, timeline, limits, name."""
+"""Writing of a session: file, timeline, limits, name."""
 
 import io
 import itertools

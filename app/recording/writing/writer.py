@@ -24,7 +24,7 @@ class SessionWriter:
         """Make the folder and begin the file.
 
         Raises:
-            OSError: The folder is there already, or cannot be written.
+            OSError: The folder exists already, or cannot be written.
         """
         folder.mkdir(parents=True, exist_ok=False)
         self.folder = folder
@@ -74,7 +74,7 @@ class SessionWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Hand everything to the operating system."""
+        """Flush the file."""
         close_chunk(self._mcap)
         self._file.flush()
         self._open_since = None
@@ -129,5 +129,5 @@ def register(mcap: Writer, topic: Topic, schemas: dict[str, int]) -> int:
 
 
 def close_chunk(mcap: Any) -> None:
-    """Close the open chunk, which the library does by size only; pinned by a test."""
+    """Close the open chunk by a private method, because the library closes chunks by size only."""
     mcap._Writer__finalize_chunk()  # noqa: SLF001

@@ -92,7 +92,7 @@ class NavigatorLink(PanelRequests):
         self._commanding: zenoh.Session | None = None
         self._heard_at = self._opened_at = time.monotonic()
         self._silence_told_of: float | None = None
-        """When the navigator was last heard before the silence that the log tells of."""
+        """Time of the last message before the silence that was logged."""
         self._stop = threading.Event()
         self._thread = critical_thread("link", self._keep_open, on_failure)
 
@@ -180,17 +180,17 @@ class NavigatorLink(PanelRequests):
     def pause(self) -> str:
         """Pause the robot."""
         self._control(ControlRequest(action="pause", requester=REQUESTER))
-        return "The robot waits."
+        return "The robot is paused."
 
     def resume(self) -> str:
         """Resume after a pause or a stop."""
         self._control(ControlRequest(action="resume", requester=REQUESTER))
-        return "The robot goes on."
+        return "The robot continues."
 
     def cancel(self) -> str:
         """End the current search."""
         self._control(ControlRequest(action="cancel", requester=REQUESTER))
-        return "The search is cancelled; the map stays."
+        return "The search is cancelled; the map is kept."
 
     def _lease(self, action: LeaseAction) -> LeaseReply:
         browser = acting_browser()

@@ -56,7 +56,7 @@ class PanelRequests(ABC):
         """Start or stop recording, or add a note or mark."""
         request = RecordRequest(action=action, text=text, requester=REQUESTER)
         status = self._request(keys.RECORD, request, RecordingStatus)
-        return "Written beside the recording." if action in {"note", "mark"} else status.text
+        return "Stored with the recording." if action in {"note", "mark"} else status.text
 
     def cancel_go_to(self) -> str:
         """Cancel the waypoint."""
@@ -113,7 +113,7 @@ class PanelRequests(ABC):
     def reject_find(self) -> str:
         """Reject the find and continue the search."""
         self._request(keys.FEEDBACK, FeedbackRequest(verdict="reject"), Accepted)
-        return "Understood: the search goes on, and this place is remembered."
+        return "The search continues; this place is excluded."
 
     def set_level(self, label: str, level: LevelName) -> str:
         """Change the proximity level of one label."""

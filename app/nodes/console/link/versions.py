@@ -1,4 +1,4 @@
-"""A navigator of another version than this console."""
+"""Version differences between navigator and console."""
 
 from importlib.metadata import version
 from typing import Final
@@ -9,17 +9,17 @@ OWN: Final = version("ippon")
 
 
 class _Versioned(msgspec.Struct):
-    """Of a status, only what tells its version: the rest may be anything."""
+    """The version of a status whose other fields may be unknown."""
 
     version: str = ""
 
 
 def not_understood(status: bytes, problem: str) -> str:
-    """Say why a status could not be read.
+    """Return why a status could not be read.
 
     Args:
-        status: As it came.
-        problem: What the reader says.
+        status: Status as received.
+        problem: Error of the reader.
     """
     try:
         theirs = msgspec.json.decode(status[: 4 * 2**20], type=_Versioned).version[:40]
@@ -27,14 +27,14 @@ def not_understood(status: bytes, problem: str) -> str:
         theirs = ""
     if theirs and theirs != OWN:
         return (
-            f"The navigator is of version {theirs}, this console of {OWN}, and they do not "
-            "understand one another. Install the same version on both."
+            f"The navigator has version {theirs} and this console {OWN}, which are incompatible. "
+            f"Install the same version on both."
         )
-    return f"The navigator is not understood ({problem[:300]})."
+    return f"The navigator's status cannot be read ({problem[:300]})."
 
 
 def difference(theirs: str) -> str:
-    """Say that a navigator that is understood is of another version, "" when it is not."""
+    """Return a note if a compatible navigator has another version, else ""."""
     if theirs == OWN:
         return ""
-    return f"The navigator is of version {theirs[:40]}, this console of {OWN}."
+    return f"The navigator has version {theirs[:40]}, this console {OWN}."

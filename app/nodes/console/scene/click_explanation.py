@@ -181,7 +181,7 @@ def with_labels(
 
 
 def marked(picture: StoredPicture, u: int, v: int) -> bytes:
-    """Return a picture as JPEG with a square round a pixel."""
+    """Return a picture as JPEG with a square around a pixel."""
     try:
         image = decompress_color(picture.encoded).copy()
     except MessageError:

@@ -19,10 +19,10 @@ class ExportRequests:
         self._turn = asyncio.Lock()
 
     async def order(self, name: str) -> bytes | None:
-        """Return a file by its name, None where there is nothing to write yet.
+        """Return a file by its name, None if there is nothing to write yet.
 
         Raises:
-            TimeoutError: The scene's thread does not answer.
+            TimeoutError: The scene thread does not answer.
         """
         # One at a time, so that many requests cannot delay the scene.
         async with self._turn, asyncio.timeout(PATIENCE_S):

@@ -1,4 +1,4 @@
-"""Camera images of a find or a candidate: outlined, or cropped round it."""
+"""Camera images of a find or a candidate: outlined, or cropped around it."""
 
 import numpy as np
 import simplejpeg
@@ -11,16 +11,16 @@ from app.view.model.voxel_pictures import VoxelPicture
 
 _LINE_PX = 3
 _CROP_M = 0.7
-"""Half the width of what a crop shows, at the distance of its middle."""
+"""Half the width of a crop in metres, at the distance of its centre."""
 _LEAST_PX = 24
 
 
 def outlined(encoded: bytes, box_px: tuple[int, int, int, int] | None) -> bytes:
-    """Return the camera's picture as JPEG with a green frame round the object.
+    """Return the camera image as JPEG with a green frame around the object.
 
     Args:
-        encoded: The picture as it was received.
-        box_px: (u0, v0, u1, v1) of the object; None when it is not in the picture.
+        encoded: The image as received.
+        box_px: (u0, v0, u1, v1) of the object; None if it is not in the image.
     """
     if box_px is None:
         return encoded
@@ -33,7 +33,7 @@ def outlined(encoded: bytes, box_px: tuple[int, int, int, int] | None) -> bytes:
 
 
 def crop(seen: VoxelPicture) -> bytes | None:
-    """Return as JPEG what a picture shows round a voxel; None where it cannot be read."""
+    """Return the part of a picture around a voxel as JPEG; None if it cannot be read."""
     try:
         image = decompress_color(seen.picture.encoded)
     except MessageError:

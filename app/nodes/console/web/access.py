@@ -1,4 +1,4 @@
-"""Who is let in: everybody at this machine, or whoever logs in."""
+"""Access to the console: open on this machine, or by login."""
 
 import secrets
 import time
@@ -22,17 +22,17 @@ Clock = Callable[[], float]
 
 
 class Access(Protocol):
-    """Decides who a request is from."""
+    """Identifies the browser of a request."""
 
     has_login: bool
 
     def browser_of(self, headers: Headers) -> Browser | None:
-        """Return the browser whose cookie this is, None for nobody's."""
+        """Return the browser of the request's cookie, None without a valid one."""
         ...
 
 
 class OpenAccess:
-    """This machine's own browsers: no login, each identified by a cookie."""
+    """Access for browsers of this machine: no login, each identified by a cookie."""
 
     has_login = False
 
@@ -65,7 +65,7 @@ class _Pass(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class IssuedPass:
-    """A login's cookie."""
+    """Cookie of a login."""
 
     cookie: str
     value: str
@@ -74,7 +74,7 @@ class IssuedPass:
 
 
 class LoginAccess:
-    """Passes that are signed, that expire, and that a logout revokes."""
+    """Access by login, with signed cookies that expire and that a logout revokes."""
 
     has_login = True
 
@@ -82,25 +82,25 @@ class LoginAccess:
         self._browsers = browsers
         self._clock = clock
         self.is_secure = is_secure
-        """Whether the pages are served by TLS."""
-        # A key of this start: a console that is started again asks everyone to log in again.
+        """Whether the pages are served over TLS."""
+        # A new key at every start: a restarted console requires a new login.
         self._signer = URLSafeSerializer(secrets.token_bytes(32), salt="ippon console login")
         self._revoked: dict[str, float] = {}
 
     @property
     def cookie(self) -> str:
-        """Name of the cookie; over TLS one that no other host and no plain page can set."""
+        """Name of the cookie; over TLS a name that other hosts and unencrypted pages cannot set."""
         return SECURE_COOKIE if self.is_secure else COOKIE
 
     def issue(self, name: str, role: Role) -> IssuedPass:
-        """Let a user in who has shown the password."""
+        """Issue a cookie to a user with the right password."""
         granted = _Pass(new_session(), name, role, self._clock() + LOGIN_S)
         value = self._signer.dumps(msgspec.to_builtins(granted))
         assert isinstance(value, str)
         return IssuedPass(self.cookie, value, round(LOGIN_S), self.is_secure)
 
     def browser_of(self, headers: Headers) -> Browser | None:
-        """Return the browser whose pass this is."""
+        """Return the browser of the login's cookie, None without a valid one."""
         granted = self._read(cookie_of(headers, self.cookie))
         if granted is None:
             return None
@@ -109,7 +109,7 @@ class LoginAccess:
         return browser
 
     def revoke(self, browser: Browser) -> None:
-        """Let a browser in no more, and end what serves it."""
+        """Revoke a browser's login and end its connections."""
         now = self._clock()
         self._revoked = {s: until for s, until in self._revoked.items() if until > now}
         self._revoked[browser.session] = browser.expires_s or now + LOGIN_S
@@ -125,7 +125,7 @@ class LoginAccess:
 
 
 def cookie_of(headers: Headers, name: str) -> str:
-    """Return the value of a request's cookie, "" without one."""
+    """Return the value of a request's cookie, "" if it is missing."""
     try:
         morsel = SimpleCookie(headers.get("cookie", "")[:4096]).get(name)
     except CookieError:

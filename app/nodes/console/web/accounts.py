@@ -1,4 +1,4 @@
-"""Names, roles and passwords: a file with one line for each user, readable by its owner only."""
+"""Users with role and password: a file with one line per user, readable by its owner only."""
 
 import base64
 import binascii
@@ -17,13 +17,13 @@ MIN_PASSWORD: Final = 8
 MAX_PASSWORD: Final = 1024
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,38}")
 _N, _R, _P = 2**15, 8, 1
-"""Of scrypt: 32 MiB and some 60 ms for each guess."""
+"""Cost of scrypt: 32 MiB and about 60 ms per guess."""
 _MEMORY: Final = 64 * 2**20
 _COLUMNS: Final = 4
 
 
 class AccountError(Exception):
-    """A file of users, or a user, that will not do; the text says what would."""
+    """A file of users, or a user, is invalid; the text says what would work."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class _Account:
 
 
 class Accounts:
-    """Whoever may log in."""
+    """Users who may log in."""
 
     def __init__(self, accounts: dict[str, _Account]) -> None:
         self._accounts = accounts
@@ -46,7 +46,7 @@ class Accounts:
     def verify(self, name: str, password: str) -> Role | None:
         """Return the role of a user who knows the password, None otherwise.
 
-        It takes as long for a name that nobody has: the time says nothing.
+        It takes equally long for an unknown name, so that the time reveals nothing.
         """
         account = self._accounts.get(name, self._nobody)
         given = _digest(password[:MAX_PASSWORD], account.salt)
@@ -58,7 +58,7 @@ def load_accounts(path: Path) -> Accounts:
     """Read a file of users.
 
     Raises:
-        AccountError: It cannot be read, others may read it, it is empty, or a line is no user.
+        AccountError: It cannot be read, others may read it, it is empty, or a line is invalid.
     """
     try:
         mode = path.stat().st_mode
@@ -69,7 +69,9 @@ def load_accounts(path: Path) -> Accounts:
             f"--users {path}"
         ) from error
     if mode & 0o077:
-        raise AccountError(f"others may read {path}; keep it to yourself with: chmod 600 {path}")
+        raise AccountError(
+            f"other users of this machine may read {path}; restrict it with: chmod 600 {path}"
+        )
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
     accounts = dict(_read(line, path) for line in lines)
     if not accounts:
@@ -78,7 +80,7 @@ def load_accounts(path: Path) -> Accounts:
 
 
 def one_account(name: str, password: str, role: Role) -> Accounts:
-    """Return a single user, for a password that comes from the environment.
+    """Return accounts with a single user, for a password from the environment.
 
     Raises:
         AccountError: The password is too short.
@@ -95,7 +97,7 @@ def add_account(path: Path, name: str, password: str, role: Role) -> bool:
         Whether there was one of that name.
 
     Raises:
-        AccountError: The name or password will not do, or the file cannot be read or written.
+        AccountError: The name or password is invalid, or the file cannot be read or written.
     """
     _check(name, password)
     salt = secrets.token_bytes(16)
@@ -134,7 +136,7 @@ def _read(line: str, path: Path) -> tuple[str, _Account]:
         else:
             return name, account
     raise AccountError(
-        f"{path} has a line that is no user ({line[:20]!r}…); each is NAME:ROLE:SALT:HASH, made "
+        f"{path} has an invalid line ({line[:20]!r}…); each is NAME:ROLE:SALT:HASH, made "
         "with: ippon user NAME"
     )
 

@@ -1,4 +1,4 @@
-"""The files of the page, each also compressed, with what browsers need to keep them."""
+"""The files of the page, also compressed, with cache headers."""
 
 import gzip
 from collections.abc import Mapping
@@ -31,7 +31,7 @@ _FOR_GOOD: Final = "private, max-age=31536000, immutable"
 
 
 class Asset:
-    """One file, ready to be sent."""
+    """One file with its compressed form and headers."""
 
     def __init__(self, name: str, content: bytes, caching: str) -> None:
         self._type = _TYPES[name.rpartition(".")[2]]
@@ -40,7 +40,7 @@ class Asset:
         self._caching = caching
 
     def response(self, request: Request) -> Response:
-        """Answer, compressed where the browser takes it."""
+        """Return the response, compressed if the browser accepts it."""
         headers = {"Cache-Control": self._caching, "Vary": "Accept-Encoding"}
         if self._packed is None or "gzip" not in request.headers.get("accept-encoding", ""):
             return Response(self._plain, media_type=self._type, headers=headers)
@@ -49,14 +49,14 @@ class Asset:
 
 
 class Assets:
-    """The shell, the scene's page inside it, and what both load."""
+    """The shell page, the scene's page inside it, and the files of both."""
 
     def __init__(self) -> None:
         root = resources.files("web_assets")
         client = unpack_client(client_page().read_bytes(), PREFIX)
-        # The browser fetches and compiles the scene's program while it reads the shell.
+        # The browser fetches and compiles the scene's script while it loads the shell.
         shell = _with_head(root.joinpath("index.html").read_bytes(), client.links)
-        # Not deferred: the scene's program asks for it.
+        # Not deferred, because the scene's script uses it.
         ours = (
             f'<link rel="stylesheet" href="{PREFIX}view.css">'
             f'<script src="{PREFIX}map_first.js"></script>'

@@ -16,26 +16,26 @@ Standing = Literal["holds", "waits", "denied", "watches"]
 ROLES: Final[tuple[Role, ...]] = get_args(Role)
 
 MAX_BROWSERS: Final = 1000
-"""Browsers that are remembered; the one that was not seen for longest is forgotten."""
+"""Maximum number of stored browsers; the least recently seen one is removed."""
 
 
 class Browser:
-    """One browser: its name, its role, and its lease where it has one."""
+    """One browser: its name, role and lease."""
 
     def __init__(self, session: str, name: str, role: Role) -> None:
         self.session = session
-        """Known to the browser, this console and the navigator only: it stands for the lease."""
+        """Secret shared by the browser, this console and the navigator; it identifies the lease."""
         self.name = name
         self.role: Role = role
         self.epoch = 0
-        """Of the last lease that the navigator gave to this browser."""
+        """Epoch of the last lease that this browser had."""
         self.standing: Standing = "watches"
-        """As the navigator said last."""
+        """Standing in the navigator's last reply."""
         self.detail = ""
         self.expires_s: float | None = None
         """Wall clock at which the login ends; None without one."""
         self.own_controls: set[str] = set()
-        """Controls that change nothing but what this browser sees."""
+        """Controls that affect only this browser's view."""
         self._tasks: set[asyncio.Task[object]] = set()
 
     @property
@@ -44,14 +44,14 @@ class Browser:
         return self.standing in {"holds", "waits"}
 
     def update_lease(self, reply: LeaseReply) -> None:
-        """Remember how this one stands."""
+        """Store the standing from a reply of the navigator."""
         self.standing, self.detail = reply.standing, reply.detail
         if reply.standing == "holds":
             self.epoch = reply.epoch
 
     @contextmanager
     def present(self) -> Generator[None]:
-        """Have the current task end with the login."""
+        """Cancel the current task when the login ends."""
         task = asyncio.current_task()
         assert task is not None
         self._tasks.add(task)
@@ -61,17 +61,17 @@ class Browser:
             self._tasks.discard(task)
 
     def disconnect(self) -> None:
-        """End whatever serves this one. Called in the event loop."""
+        """Cancel the tasks that serve this browser. Called in the event loop."""
         for task in list(self._tasks):
             task.cancel()
 
     def credential(self) -> Credential:
-        """Return what a request of this browser carries."""
+        """Return the credential for requests of this browser."""
         return Credential(session=self.session, name=self.name, epoch=self.epoch)
 
 
 class Browsers:
-    """Every browser that was here; safe from any thread."""
+    """All known browsers; safe from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -79,12 +79,12 @@ class Browsers:
         self._count = 0
 
     def get_or_add(self, session: str, name: str = "", role: Role = "supervisor") -> Browser:
-        """Return the browser of a session, a new one where it was not seen before.
+        """Return the browser of a session; a new one if the session is unknown.
 
         Args:
-            session: Drawn at random, kept by the browser.
-            name: As the login knows it; without a login a number does.
-            role: As the login knows it; without a login whoever sits at this machine may all.
+            session: Random text stored by the browser.
+            name: Name of the login; by default a number.
+            role: Role of the login; without a login, supervisor.
         """
         with self._lock:
             browser = self._known.get(session)
@@ -98,13 +98,13 @@ class Browsers:
             return browser
 
     def find(self, session: str) -> Browser | None:
-        """Return the browser of a session, None for one that was never get_or_add."""
+        """Return the browser of a session, None for an unknown session."""
         with self._lock:
             return self._known.get(session)
 
 
 def new_session() -> str:
-    """Draw a session that nobody can guess."""
+    """Return a new random session."""
     return secrets.token_urlsafe(24)
 
 
@@ -112,10 +112,10 @@ _acting: ContextVar[Browser | None] = ContextVar("acting_browser", default=None)
 
 
 def acting_browser() -> Browser | None:
-    """Return the browser whose click or key is being answered, None for nobody's."""
+    """Return the browser whose request is being handled, None outside of a request."""
     return _acting.get()
 
 
 def set_acting_browser(browser: Browser | None) -> None:
-    """Answer in a browser's name from here on, in this task and what it starts."""
+    """Set the acting browser of this task and of the tasks that it starts."""
     _acting.set(browser)

@@ -1,4 +1,4 @@
-"""Bounds on connections: how many, and for how long one may say nothing."""
+"""Bounds on connections: their number, and how long one may be silent."""
 
 import asyncio
 from collections import OrderedDict
@@ -7,22 +7,22 @@ from typing import Any, Final
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 MAX_IDLE: Final = 128
-"""Connections that have not asked for anything yet, or not again; beyond, the oldest is dropped:
-who floods the port loses his own, and a new_browser gets through."""
+"""Maximum number of connections without a pending request; beyond it the oldest is dropped, so that
+new connections succeed while the port is flooded."""
 REQUEST_S: Final = 10.0
-"""A request whose head is not complete by then is dropped."""
+"""Time after which a request with an incomplete head is dropped."""
 
 
 class BoundedProtocol(H11Protocol):
-    """uvicorn's HTTP, which by itself waits for ever for a connection's first request."""
+    """uvicorn's HTTP protocol with a time limit for the first request of a connection."""
 
     def connection_made(self, transport: Any) -> None:
-        """Take a connection, in place of the one that idles for longest where there are many."""
+        """Accept a connection; if there are too many, drop the longest idle one."""
         super().connection_made(transport)
         self._deadline = self.loop.call_later(REQUEST_S, self._drop_if_silent)
         idle = _idle_of(self.server_state)
         idle[self] = transport
-        # The ones in the middle of a request or a WebSocket are not idle: they stay.
+        # Connections with a pending request or a WebSocket are not idle.
         for other in list(idle):
             if len(idle) <= MAX_IDLE:
                 break
@@ -31,13 +31,13 @@ class BoundedProtocol(H11Protocol):
                 other.transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Forget it."""
+        """Remove the connection."""
         self._deadline.cancel()
         _idle_of(self.server_state).pop(self, None)
         super().connection_lost(exc)
 
     def handle_websocket_upgrade(self, event: Any) -> None:
-        """Hand over to the WebSocket: what follows has bounds of its own."""
+        """Pass the connection to the WebSocket, which has its own bounds."""
         self._deadline.cancel()
         _idle_of(self.server_state).pop(self, None)
         super().handle_websocket_upgrade(event)

@@ -1,4 +1,4 @@
-"""The one public port: our page, viser's client behind it, and the shell's WebSocket."""
+"""The public port: the page, viser's client, and the shell's WebSocket."""
 
 import asyncio
 import logging
@@ -31,7 +31,7 @@ from app.view.exports import FILES
 logger = logging.getLogger(__name__)
 
 MAX_SOCKETS: Final = 128
-"""Two for each page: more than watch one robot, and few enough to serve."""
+"""Maximum number of sockets, two per page."""
 _TRY_LATER: Final = 1013
 _VIEW: Final = "/view/?darkMode"
 
@@ -48,15 +48,15 @@ class Gateway:
         hosts: Hosts,
         login: LoginPages | None = None,
     ) -> None:
-        """Put the parts together.
+        """Create the application's parts.
 
         Args:
             viser_server: The scene's server.
-            state_feed: What the pages show.
-            controller: Takes what the pages ask for.
-            access: Says who a request is from.
-            hosts: Names that the console answers to.
-            login: Serves the login page, where there is one.
+            state_feed: State for the pages.
+            controller: Handles commands of the pages.
+            access: Identifies the browser of a request.
+            hosts: Host names that the console answers to.
+            login: Serves the login page, if there is one.
         """
         self._viser_server = viser_server
         self._state_feed = state_feed
@@ -98,7 +98,7 @@ class Gateway:
 
     async def _view_page(self, request: Request) -> Response:
         if "websocket" in request.query_params or request.url.path != "/view/":
-            # The client would take another server's address from the URL.
+            # viser's client would connect to a server named in the URL.
             return RedirectResponse(_VIEW, status_code=303)
         return self._assets.view.response(request)
 
@@ -126,7 +126,7 @@ class Gateway:
         try:
             content = await self._state_feed.exports.order(name)
         except TimeoutError:
-            return _text("the console hangs; start it again\n", 503)
+            return _text("the console does not respond; restart it\n", 503)
         if content is None:
             return _text(f"there is nothing to write into {name} yet\n", 404)
         headers = {
@@ -136,7 +136,7 @@ class Gateway:
         return Response(content, media_type=FILES[name][0], headers=headers)
 
     async def _stop(self, request: Request) -> Response:
-        """Stop without a WebSocket: the shell's second way."""
+        """Stop the robot without a WebSocket; the shell's fallback."""
         set_acting_browser(request.scope["browser"])
         try:
             state = await self._controller.control(
@@ -161,7 +161,7 @@ class Gateway:
     async def _is_full(self, socket: WebSocket) -> bool:
         if self._open_sockets < MAX_SOCKETS:
             return False
-        logger.warning("a page is turned away: %d sockets are open", self._open_sockets)
+        logger.warning("refused a page: %d sockets are open", self._open_sockets)
         await socket.accept()
         await socket.close(_TRY_LATER, "too many pages are open")
         return True
@@ -182,7 +182,7 @@ def _text(text: str, status: int) -> Response:
 
 @asynccontextmanager
 async def _for_as_long_as_let_in(socket: WebSocket) -> AsyncGenerator[Browser]:
-    """End what is inside with the login: when it runs out, and at a logout."""
+    """End the enclosed task when the login expires or at a logout."""
     browser: Browser = socket.scope["browser"]
     left_s = None if browser.expires_s is None else browser.expires_s - time.time()
     with browser.present():
@@ -190,4 +190,4 @@ async def _for_as_long_as_let_in(socket: WebSocket) -> AsyncGenerator[Browser]:
             async with asyncio.timeout(left_s):
                 yield browser
         except TimeoutError:
-            await socket.close(1008, "the login has run out")
+            await socket.close(1008, "the login has expired")

@@ -19,7 +19,7 @@ SHELL_POLICY: Final = (
     "connect-src 'self'; frame-src 'self'; frame-ancestors 'none'; base-uri 'none'; "
     "form-action 'self'; object-src 'none'"
 )
-"""For our own pages: nothing inline, nothing from elsewhere."""
+"""Policy of the console's pages: no inline code, nothing from other servers."""
 
 VIEW_POLICY: Final = (
     "default-src 'self'; script-src 'self' 'wasm-unsafe-eval' blob:; "
@@ -27,8 +27,8 @@ VIEW_POLICY: Final = (
     "connect-src 'self' data: blob:; font-src 'self' data:; frame-ancestors 'self'; "
     "base-uri 'none'; form-action 'none'; object-src 'none'"
 )
-"""For viser's client: it may connect to this server only, so that `?websocket=` cannot lead it to
-another; it may not evaluate text as code, and runs no script that stands in HTML."""
+"""Policy of viser's client: it may connect to this server only, whatever `?websocket=` says; it may
+not evaluate text as code, and runs no inline script."""
 
 _COMMON: Final = {
     "X-Content-Type-Options": "nosniff",
@@ -44,10 +44,10 @@ PUBLIC: Final = frozenset({"/login", "/assets/login.css", "/assets/icon.svg"})
 
 
 class Hosts:
-    """Names under which the console answers.
+    """Host names that the console answers to.
 
-    A page of another site may reach us through the operator's browser by a host name of its own
-    that resolves to our address; an address in digits cannot be such a name.
+    A page of another site may reach the console through the operator's browser by a host name that
+    resolves to this address (DNS rebinding); numeric addresses cannot be used for this.
     """
 
     def __init__(self, host: str, names: Iterable[str] = ()) -> None:
@@ -58,12 +58,12 @@ class Hosts:
             self._names |= {own, f"{own}.local", host.lower()}
 
     def allow(self, host: str) -> bool:
-        """Tell whether a Host header names this console."""
+        """Return whether a Host header names this console."""
         name = host_name(host)
         return name in self._names or (not self._loopback_only and _is_address(name))
 
     def __str__(self) -> str:
-        """Return the names, for a refusal."""
+        """Return the names for an error text."""
         if self._loopback_only:
             return "127.0.0.1 and localhost"
         return f"{', '.join(sorted(self._names))} and its addresses"
@@ -78,7 +78,7 @@ def _is_address(name: str) -> bool:
 
 
 def _authority(origin: str) -> str:
-    """Return the host and port of an Origin header; "" when it is not one."""
+    """Return the host and port of an Origin header; "" if it is invalid."""
     try:
         return urlsplit(origin).netloc
     except ValueError:
@@ -86,7 +86,7 @@ def _authority(origin: str) -> str:
 
 
 def host_name(host: str) -> str:
-    """Return the name in a Host header, without the port; "" when it is not one."""
+    """Return the name in a Host header, without the port; "" if it is invalid."""
     try:
         return urlsplit(f"//{host}").hostname or ""
     except ValueError:
@@ -94,10 +94,10 @@ def host_name(host: str) -> str:
 
 
 class Guard:
-    """Refuses foreign hosts and origins and whoever is not let in, and sends security headers.
+    """Refuses foreign hosts, foreign origins and browsers without access; adds security headers.
 
-    A page of another site may reach a loopback port through the operator's browser, by a host
-    name that resolves to 127.0.0.1 or by a WebSocket; neither carries our Host and Origin.
+    A page of another site may reach a loopback port through the operator's browser, by a host name
+    that resolves to 127.0.0.1 or by a WebSocket; neither has the console's Host and Origin.
     """
 
     def __init__(self, app: ASGIApp, access: Access, hosts: Hosts) -> None:
@@ -136,7 +136,7 @@ class Guard:
         origin = headers.get("origin")
         needs_origin = scope["type"] == "websocket" or scope["method"] not in {"GET", "HEAD"}
         if origin is None:
-            return "requests that change something must name their origin" if needs_origin else None
+            return "requests that change state must have an Origin header" if needs_origin else None
         if _authority(origin) != host:
             return f"requests from {origin[:80]!r} are refused"
         return None

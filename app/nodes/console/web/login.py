@@ -1,4 +1,4 @@
-"""The login page: a form, nothing else, and a logout."""
+"""The login page and the logout."""
 
 import asyncio
 import hmac
@@ -24,16 +24,16 @@ logger = logging.getLogger(__name__)
 
 MAX_FORM: Final = 8192
 FORM_S: Final = 5.0
-"""A form that is not here by then is not read."""
+"""Time limit for receiving a form."""
 GUESSES: Final = 2
-"""Passwords that are checked at the same time: each takes 32 MiB."""
+"""Passwords checked concurrently; each check takes 32 MiB."""
 FORM_COOKIE: Final = "ippon-form"
 WRONG: Final = "Name or password is wrong."
 STALE: Final = "This form was open for too long. Try again."
 
 
 class LoginPages:
-    """Serves the form, and lets in who knows a password."""
+    """Serves the login form and checks passwords."""
 
     def __init__(self, access: LoginAccess, accounts: Accounts) -> None:
         self._access = access
@@ -43,7 +43,7 @@ class LoginPages:
         self._page = (resources.files("web_assets") / "login.html").read_text(encoding="utf-8")
 
     def routes(self) -> list[Route]:
-        """Return what is served."""
+        """Return the routes of login and logout."""
         return [
             Route("/login", self._show),
             Route("/login", self._log_in, methods=["POST"]),
@@ -70,7 +70,7 @@ class LoginPages:
             answer = self._form(text, 429)
             answer.headers["Retry-After"] = str(math.ceil(wait_s))
             return answer
-        # Counted before it is checked: many guesses sent at once are many.
+        # Counted before the check, so that concurrent guesses count as well.
         self._throttle.failed(address, name, time.monotonic())
         async with self._guesses:
             role = await asyncio.to_thread(self._accounts.verify, name, form["password"])
@@ -119,7 +119,7 @@ class LoginPages:
 
 
 async def _form_of(request: Request) -> dict[str, str] | None:
-    """Read the three fields; None where they are not there, too long or too slow."""
+    """Read the three fields; None if they are missing, too long or too slow."""
     body = b""
     try:
         async with asyncio.timeout(FORM_S):

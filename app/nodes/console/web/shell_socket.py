@@ -1,4 +1,4 @@
-"""The shell's own line to the console: state out, commands in, and a clock for the latency."""
+"""WebSocket of the shell: state out, commands in, and pings for the latency."""
 
 import asyncio
 import logging
@@ -23,34 +23,34 @@ MAX_MESSAGE: Final = 4096
 _BAD_MESSAGE: Final = 1007
 RENEW_S: Final = 0.5
 ASLEEP_S: Final = 5.0
-"""A page that is silent for so long is asleep, and keeps no lease: one that only renders slowly is
-heard sooner. A page that has closed is known at once."""
+"""Silence after which a page counts as asleep and its lease is no longer renewed; longer than the
+pauses of a page that renders slowly. A closed page is noticed at once."""
 
 Share = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
 
 
 class ShellPing(msgspec.Struct, tag="ping", forbid_unknown_fields=True):
-    """Asks for a `ShellPong` with the same number."""
+    """Requests a `ShellPong` with the same number."""
 
     t: float
 
 
 class ShellCommand(msgspec.Struct, tag="control", forbid_unknown_fields=True):
-    """A button of the shell."""
+    """Command of a button of the shell."""
 
     id: int
     action: Literal["stop", "resume", "pause", "cancel"]
 
 
 class ShellDrive(msgspec.Struct, tag="drive", forbid_unknown_fields=True):
-    """Who drives from now on."""
+    """New drive mode."""
 
     id: int
     mode: DriveModeName
 
 
 class ShellInput(msgspec.Struct, tag="hand", forbid_unknown_fields=True):
-    """What is held down on this page now, each part in -1 to 1."""
+    """Teleoperation keys held down on the page, each part in -1 to 1."""
 
     forward: Share = 0.0
     turn: Share = 0.0
@@ -58,18 +58,18 @@ class ShellInput(msgspec.Struct, tag="hand", forbid_unknown_fields=True):
 
 
 class ShellAlive(msgspec.Struct, tag="alive", forbid_unknown_fields=True):
-    """Sent every second by a page that is not asleep: it keeps its lease, if it has one."""
+    """Sent every second by an active page, which renews its lease if it has one."""
 
 
 class ShellLease(msgspec.Struct, tag="lease", forbid_unknown_fields=True):
-    """A button about who holds control."""
+    """Command of a button about the control lease."""
 
     id: int
     action: Literal["request", "release", "grant", "deny", "take"]
 
 
 class ShellYou(msgspec.Struct, tag="you"):
-    """Who this page is, and how it stands."""
+    """Name and standing of this page."""
 
     name: str
     role: Role
@@ -85,7 +85,7 @@ class ShellPong(msgspec.Struct, tag="pong"):
 
 
 class ShellReply(msgspec.Struct, tag="reply"):
-    """How a command ended: the state that the navigator is in now, or what went wrong."""
+    """Result of a command: the present state of the navigator, or the error."""
 
     id: int
     ok: bool
@@ -99,7 +99,7 @@ _decoder = msgspec.json.Decoder(_Message)
 async def serve_shell(
     socket: WebSocket, state_feed: StateFeed, controller: Controller, browser: Browser
 ) -> None:
-    """Serve one shell until its browser leaves."""
+    """Serve one shell until its browser disconnects."""
     set_acting_browser(browser)
     await socket.accept()
     outbox: asyncio.Queue[bytes] = asyncio.Queue(maxsize=64)
@@ -166,9 +166,9 @@ async def _listen(
             task.add_done_callback(commands.discard)
     finally:
         if held != NO_INPUT:
-            # The browser has left with a key held down.
+            # The browser may have disconnected with a key held down.
             controller.send_input(NO_INPUT)
-        # A command that is under way ends even when the browser has left: it may be a stop.
+        # A pending command is completed after a disconnect, because it may be a stop.
         if commands:
             _, late = await asyncio.wait(commands, timeout=5.0)
             for task in late:
@@ -181,12 +181,12 @@ def _read(text: str | None) -> _Message | None:
     try:
         return _decoder.decode(text)
     except msgspec.DecodeError as error:
-        logger.warning("a shell sent what is no message: %s", error)
+        logger.warning("invalid message of a shell: %s", error)
         return None
 
 
 class _Standing:
-    """What one page knows about its lease."""
+    """Lease of one page, renewed while the page is awake."""
 
     def __init__(
         self, put: Callable[[bytes], Awaitable[None]], controller: Controller, browser: Browser
@@ -199,11 +199,11 @@ class _Standing:
         self._heard_s = time.monotonic()
 
     def hear(self) -> None:
-        """Take note that the page is awake."""
+        """Note that the page is awake."""
         self._heard_s = time.monotonic()
 
     async def keep(self) -> None:
-        """Keep the lease or the request that there is; a new page looks whether there is one."""
+        """Renew the lease or the pending request; for a new page, check whether there is one."""
         while True:
             is_awake = time.monotonic() - self._heard_s < ASLEEP_S
             if is_awake and (self._browser.has_lease_or_request or self._is_new):
@@ -220,7 +220,7 @@ class _Standing:
             logger.debug("no renewal: %s", error)
 
     async def act(self, message: ShellLease) -> None:
-        """Do what a button says."""
+        """Carry out a command of a button."""
         try:
             answer = await self._controller.lease(message.action)
             reply = ShellReply(id=message.id, ok=True, text=answer.detail)
@@ -230,7 +230,7 @@ class _Standing:
         await self.tell()
 
     async def tell(self) -> None:
-        """Tell the page, where something has changed."""
+        """Send the standing to the page if it changed."""
         browser = self._browser
         you = ShellYou(
             name=browser.name,

@@ -1,4 +1,4 @@
-"""How often a password may be guessed."""
+"""Limit on password guesses."""
 
 from collections import OrderedDict
 from typing import Final
@@ -14,17 +14,17 @@ Key = tuple[str, str]
 
 
 class Throttle:
-    """Counts failures of an address with a name, and of the address alone.
+    """Counts failures per address and name, and per address.
 
-    After five, each further one doubles the wait. A name cannot be locked out from elsewhere: the
-    operator's own address counts for itself. Time is an argument, seconds of a steady clock.
+    After five, each further one doubles the wait. A name cannot be locked out from another address,
+    because addresses are counted separately. Times are seconds of a monotonic clock.
     """
 
     def __init__(self) -> None:
         self._failures: OrderedDict[Key, tuple[int, float]] = OrderedDict()
 
     def wait_s(self, address: str, name: str, now_s: float) -> float:
-        """Return how long the next attempt must wait, 0 when it may come now."""
+        """Return how long the next attempt must wait, 0 if it may come now."""
         return max(
             self._left_s((address, name), FREE, now_s), self._left_s((address, ""), 4 * FREE, now_s)
         )
@@ -39,7 +39,7 @@ class Throttle:
             self._failures.popitem(last=False)
 
     def succeeded(self, address: str, name: str) -> None:
-        """Forget the failures of who knows the password."""
+        """Reset the failures after a successful login."""
         self._failures.pop((address, name), None)
 
     def _left_s(self, key: Key, free: int, now_s: float) -> float:

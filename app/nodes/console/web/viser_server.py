@@ -1,4 +1,4 @@
-"""viser behind the gateway: loopback, any free port, and a secret that only we know."""
+"""viser behind the gateway: on loopback, at any free port, with a secret header."""
 
 import contextlib
 import io
@@ -28,15 +28,15 @@ class LoopbackViserServer:
 
     server: viser.ViserServer
     secret: str
-    """Value of the header without which the server refuses every request."""
+    """Value of the secret header; the server refuses requests without it."""
 
     @property
     def url(self) -> str:
-        """Where its WebSocket listens."""
+        """Address of its WebSocket."""
         return f"ws://127.0.0.1:{self.server.get_port()}"
 
     def headers_of(self, browser: Browser) -> dict[str, str]:
-        """What a request must carry, and whose it is."""
+        """Headers of a request: the secret and the browser."""
         return {SECRET_HEADER: self.secret, BROWSER_HEADER: browser.session}
 
     def close(self) -> None:
@@ -46,7 +46,7 @@ class LoopbackViserServer:
 
 
 def start_viser(browsers: Browsers) -> LoopbackViserServer:
-    """Start viser on a free loopback port; it prints nothing and shares nothing.
+    """Start viser on a free loopback port, without output and without public tunnels.
 
     Its callbacks run with the browser that triggered them as `acting_browser()`.
     """
@@ -72,5 +72,5 @@ def start_viser(browsers: Browsers) -> LoopbackViserServer:
 
 
 def client_page() -> Path:
-    """Return viser's client, one HTML file that holds everything."""
+    """Return viser's client as a single HTML file."""
     return Path(viser.__file__).parent / "client" / "build" / "index.html"

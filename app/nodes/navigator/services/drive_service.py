@@ -57,24 +57,24 @@ class DriveService:
         """Send the robot to a point that a known path leads to."""
         if request.cancel:
             self._operations.enqueue(lambda mission: mission.operator.cancel_go_to())
-            return Accepted(detail="going nowhere")
+            return Accepted(detail="waypoint cancelled")
         way_m = self._operations.ask(
             lambda mission: mission.operator.go_to((request.x_m, request.y_m))
         )
         if way_m is None:
             raise RequestRefusedError(
-                f"no way is known to ({request.x_m:.1f}, {request.y_m:.1f}); choose a point on "
+                f"no path is known to ({request.x_m:.1f}, {request.y_m:.1f}); choose a point on "
                 "floor that the robot has seen"
             )
-        return Accepted(detail=f"going there, {way_m:.1f} m")
+        return Accepted(detail=f"driving there, {way_m:.1f} m")
 
     def queue(self, request: QueueRequest) -> Accepted:
         """Move a waiting goal to the front of the queue, or remove it."""
         first = request.action == "first"
         change = self._goals.move_first if first else self._goals.remove
         if not change(request.goal_id):
-            raise RequestRefusedError(f"no goal {request.goal_id} waits any more")
-        return Accepted(detail="it comes next" if first else "it is cancelled")
+            raise RequestRefusedError(f"goal {request.goal_id} is no longer waiting")
+        return Accepted(detail="it is next" if first else "it is cancelled")
 
     def paint(self, request: PaintRequest) -> Accepted:
         """Add, undo or clear painted regions, which weigh the gain of viewpoints."""
@@ -89,10 +89,10 @@ class DriveService:
     def _repaint(self, request: PaintRequest) -> str:
         if request.action == "clear":
             self._strokes.clear()
-            return "nothing is painted any more"
+            return "all painted regions are removed"
         if request.action == "undo":
             if not self._strokes:
-                raise RequestRefusedError("nothing is painted that could be undone")
+                raise RequestRefusedError("there is no painted region to undo")
             self._strokes.pop()
             return f"undone; {len(self._strokes)} left"
         if not request.strokes:
@@ -102,7 +102,7 @@ class DriveService:
         self._strokes.append(
             PaintedStroke(kind=request.action, strokes=request.strokes, radius_m=request.radius_m)
         )
-        return "looking there first" if request.action == "look_here" else "not looking there"
+        return "searching there first" if request.action == "look_here" else "not searching there"
 
 
 def _weigh(regions: RegionWeights | None, mission: Mission) -> None:

@@ -59,7 +59,7 @@ class GoalService:
     def search(self, request: SearchRequest) -> SearchAccepted:
         """Plan a search on the embedded prior and queue its goal."""
         if not request.object.strip():
-            raise RequestRefusedError('the object is empty; say what to look for, like "hat"')
+            raise RequestRefusedError('the object is empty; name an object, such as "hat"')
         for what in ("object", "context", "scenario"):
             problem = complaint(f"the {what}", getattr(request, what))
             if problem is not None:
@@ -67,7 +67,7 @@ class GoalService:
         search = self._guidance.plan(request, time.monotonic())
         place = self._goals.add(search)
         if place is None:
-            raise RequestRefusedError("too many goals wait already; cancel some first")
+            raise RequestRefusedError("too many goals are waiting; cancel some first")
         goal_id, position = place
         self._guidance.consult(goal_id)
         self._operations.wake()
@@ -98,7 +98,7 @@ class GoalService:
                 if goal is None:
                     raise RequestRefusedError("there is no goal to cancel")
                 if goal.outcome != "active":
-                    detail = f"the search for {goal.object} was over: {goal.outcome}"
+                    detail = f"the search for {goal.object} had ended: {goal.outcome}"
                 self._operations.enqueue(partial(self._cancel, goal.goal_id))
                 state = self.state if self.state == "stopped" else "starting"
         return ControlReply(state=state, detail=detail)
@@ -106,13 +106,13 @@ class GoalService:
     def feedback(self, request: FeedbackRequest) -> Accepted:
         """Confirm or reject a find."""
         if self.state != "found":
-            raise RequestRefusedError("nothing was found that could be confirmed or rejected")
+            raise RequestRefusedError("there is no find to confirm or reject")
         if request.verdict == "confirm":
             self._operations.enqueue(self._confirm)
             return Accepted(detail="confirmed")
 
         self._operations.enqueue(self._reject)
-        return Accepted(detail="searching on; this find counts as something else")
+        return Accepted(detail="the search continues; this find is excluded")
 
     # -- in the mission's thread -------------------------------------------------------------
 

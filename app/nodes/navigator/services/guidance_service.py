@@ -162,7 +162,7 @@ class GuidanceService:
         if search is None:
             return ()
         if search.asking:
-            return (f"asking {search.asking}; the {search.guidance.provider} guides until then",)
+            return (f"asking {search.asking}; using the {search.guidance.provider} until then",)
         return (f"no answer of the language model: {search.failed}",) if search.failed else ()
 
     # -- requests ----------------------------------------------------------------------------
@@ -171,15 +171,15 @@ class GuidanceService:
         """Change one level of the active goal."""
         active = self._goals.active()
         if active is None:
-            raise RequestRefusedError("levels belong to a goal, and there is none")
+            raise RequestRefusedError("there is no goal whose levels could change")
         label, labels = canonical_label(request.label), self.labels
         if label not in labels:
             raise RequestRefusedError(
-                f"no common object {request.label!r}; there are {', '.join(labels)}"
+                f"unknown common object {request.label!r}; there are {', '.join(labels)}"
             )
         edit = _edit_of(label, request.level)
         self._operations.enqueue(partial(self._edit, active.goal.goal_id, edit))
-        return Accepted(detail=f"{label} is {request.level} now")
+        return Accepted(detail=f"{label} is now {request.level}")
 
     def add_label(self, request: VocabularyRequest) -> Accepted:
         """Add a common object to the map's labels."""
@@ -187,7 +187,7 @@ class GuidanceService:
         label = resolved.canonical
         self._check_new(request.label, label)
         self._operations.enqueue(partial(self._extend, label))
-        return Accepted(detail=f"{resolved.display} is told apart from now on")
+        return Accepted(detail=f"{resolved.display} is recognised from now on")
 
     def _resolve(self, text: str) -> ResolvedObject:
         try:
@@ -202,13 +202,13 @@ class GuidanceService:
             )
         if label in self.labels:
             same = "" if canonical_label(asked) == label else f", as {label}"
-            raise RequestRefusedError(f"{asked.strip()} is told apart already{same}")
+            raise RequestRefusedError(f"{asked.strip()} is recognised already{same}")
         if len(self.labels) >= MAX_LABELS:
-            raise RequestRefusedError(f"the map tells at most {MAX_LABELS} common objects apart")
+            raise RequestRefusedError(f"the map recognises at most {MAX_LABELS} common objects")
         active = self._goals.active()
         if active is not None and active.goal.object == label:
             raise RequestRefusedError(
-                f"{label} is what is searched for, and told apart by that; add it afterwards"
+                f"{label} is the object of the search and recognised already; add it afterwards"
             )
 
     # -- in the threads of the model ---------------------------------------------------------
@@ -227,7 +227,7 @@ class GuidanceService:
             jpeg = simplejpeg.encode_jpeg(np.ascontiguousarray(color), 80, "RGB", "420")
             sighting = model.name_objects(jpeg, self.labels)
             if sighting.failed:
-                logger.info("no things were named: %s", sighting.failed)
+                logger.info("no objects were named: %s", sighting.failed)
             for label in sighting.labels[: MAX_LEARNED - self._learned]:
                 self._operations.enqueue(partial(self._learn, label))
         finally:
@@ -239,7 +239,7 @@ class GuidanceService:
         """Apply the model's levels, unless the goal ended or a newer question was asked."""
         known = self._goals.find(goal_id)
         if known is None or known.questions != question:
-            logger.info("an answer for goal %d came too late and is dropped", goal_id)
+            logger.info("an answer for goal %d came too late and was dropped", goal_id)
             return
         search = self.fitted(self._goals.amend(goal_id, partial(_answered, answer)) or known)
         if self._is_active(search):
@@ -266,7 +266,7 @@ class GuidanceService:
         mission.voxel_map.add_label(label)
         if guidance is not None:
             mission.goals.set_guidance(guidance)
-        self._report_event("vocabulary", f"{label.replace('_', ' ')} is told apart from now on")
+        self._report_event("vocabulary", f"{label.replace('_', ' ')} is recognised from now on")
         if active is not None:
             self.consult(active.goal.goal_id)
 
@@ -275,7 +275,7 @@ class GuidanceService:
         try:
             self._check_new(label, label)
         except RequestRefusedError as error:
-            logger.info("not told apart: %s", error)
+            logger.info("label not added: %s", error)
             return
         self._learned += 1
         self._extend(label, mission)

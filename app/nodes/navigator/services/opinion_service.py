@@ -15,11 +15,11 @@ _QUALITY: Final = 90
 
 
 class OpinionService:
-    """Takes the mission's requests and brings it the answers.
+    """Asks the model for the mission and returns its answers to the mission's thread.
 
     Args:
-        model: Takes images.
-        operations: Runs in the mission's thread.
+        model: A model that takes images.
+        operations: Queue of the mission's thread.
     """
 
     def __init__(self, model: LanguageModelInterface, operations: MissionQueue) -> None:
@@ -32,7 +32,7 @@ class OpinionService:
         self._pool.submit(self._ask, request)
 
     def close(self) -> None:
-        """Forget what waits."""
+        """Cancel pending questions."""
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     def _ask(self, request: OpinionRequest) -> None:

@@ -23,7 +23,7 @@ TIMEOUT_S = 8.0
 
 
 class PreviewService:
-    """Answers every requester, whoever holds control."""
+    """Answers requests of everyone, independent of the lease."""
 
     def __init__(self, goals: GoalQueue, operations: MissionQueue) -> None:
         self._goals = goals
@@ -51,11 +51,11 @@ class PreviewService:
         """Return the next target under another context or other levels."""
         active = self._goals.active()
         if active is None:
-            raise RequestRefusedError("levels belong to a goal, and there is none")
+            raise RequestRefusedError("there is no goal whose levels could change")
         guidance = self._with_changes(active, request)
         preview = self._operations.ask(lambda mission: mission.preview(guidance), TIMEOUT_S)
         if preview is None:
-            raise RequestRefusedError("there is no plan yet; ask again once the robot searches")
+            raise RequestRefusedError("there is no plan yet; ask again when the robot searches")
         before, after = preview.before, preview.after
         return PreviewReply(
             now=preview.now,
@@ -78,7 +78,7 @@ class PreviewService:
             label = canonical_label(name)
             if label not in labels:
                 raise RequestRefusedError(
-                    f"no common object {name[:80]!r}; there are {', '.join(labels)}"
+                    f"unknown common object {name[:80]!r}; there are {', '.join(labels)}"
                 )
             rows.append(LabelLevel(label=label, level=Level.parse(level), reason="what if"))
         return guidance.changed(rows)

@@ -56,7 +56,7 @@ class GoalQueue:
         self._history: list[GoalStatus] = []
 
     def add(self, search: PlannedSearch) -> tuple[int, int] | None:
-        """Queue a search; returns its number and its place, or None when too many wait."""
+        """Queue a search; return its number and place, None if too many are waiting."""
         with self._lock:
             if len(self._queue) >= self._max_queue:
                 return None
@@ -69,7 +69,7 @@ class GoalQueue:
             return goal_id, position
 
     def next(self, *, hold: bool = False) -> PlannedSearch | None:
-        """Make the first waiting goal the active one, where none is active; returns it.
+        """Activate the first waiting goal if none is active; return it.
 
         Args:
             hold: A find waits to be confirmed: queued goals do not start yet.
@@ -86,18 +86,18 @@ class GoalQueue:
             return self._active
 
     def active(self) -> PlannedSearch | None:
-        """Return the goal that is searched for, or was last."""
+        """Return the active goal, or the last one."""
         with self._lock:
             return self._active
 
     def unfinished(self) -> list[PlannedSearch]:
-        """Return the goal that is searched for, unless it is over, and those that wait."""
+        """Return the active goal, unless it has ended, and the waiting ones."""
         with self._lock:
             searched = self._active is not None and self._active_is_over is None
             return [*([self._active] if searched and self._active else []), *self._queue]
 
     def find(self, goal_id: int) -> PlannedSearch | None:
-        """Return a goal that is searched for, was last, or waits."""
+        """Return an active, last or waiting goal by its number."""
         with self._lock:
             known = (*([self._active] if self._active else []), *self._queue)
             return next((s for s in known if s.goal.goal_id == goal_id), None)
@@ -105,7 +105,7 @@ class GoalQueue:
     def amend(
         self, goal_id: int, change: Callable[[PlannedSearch], PlannedSearch]
     ) -> PlannedSearch | None:
-        """Replace what is known of a goal; returns it, None when it is over and out of view."""
+        """Replace fields of a goal; return it, None if it has ended and is no longer shown."""
         with self._lock:
             if self._active is not None and self._active.goal.goal_id == goal_id:
                 self._active = change(self._active)
@@ -117,14 +117,14 @@ class GoalQueue:
             return None
 
     def move_first(self, goal_id: int) -> bool:
-        """Let a waiting goal come next; tells whether there was one of that number."""
+        """Move a waiting goal to the front; return whether it exists."""
         with self._lock:
             chosen = [s for s in self._queue if s.goal.goal_id == goal_id]
             self._queue = chosen + [s for s in self._queue if s.goal.goal_id != goal_id]
             return bool(chosen)
 
     def remove(self, goal_id: int) -> bool:
-        """Cancel a waiting goal; tells whether there was one of that number."""
+        """Cancel a waiting goal; return whether it exists."""
         with self._lock:
             chosen = [s for s in self._queue if s.goal.goal_id == goal_id]
             self._queue = [s for s in self._queue if s.goal.goal_id != goal_id]
@@ -133,9 +133,9 @@ class GoalQueue:
             return bool(chosen)
 
     def conclude(self, outcome: Outcome) -> None:
-        """The active goal is over; it stays in view until the next one starts.
+        """End the active goal; it is shown until the next one starts.
 
-        One that is cancelled leaves the view, with the outcome that it had before, if any.
+        A cancelled goal is archived at once, with its earlier outcome, if any.
         """
         with self._lock:
             if outcome == "cancelled":
@@ -145,12 +145,12 @@ class GoalQueue:
                 self._active_is_over = outcome
 
     def reopen(self) -> None:
-        """The active goal goes on after all: its find was rejected."""
+        """Reactivate the last goal after its find was rejected."""
         with self._lock:
             self._active_is_over = None
 
     def statuses(self) -> tuple[GoalStatus | None, list[GoalStatus], list[GoalStatus]]:
-        """Return the active goal, those that wait, and those that are over."""
+        """Return the active goal, the waiting ones and the finished ones."""
         with self._lock:
             active = None
             if self._active is not None:

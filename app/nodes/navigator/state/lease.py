@@ -88,7 +88,7 @@ class Lease:
             self._assign_next(now_s)
         elif self._is(self._requester, who):
             self._requester = None
-            self._events.append(f"{who.name} asks for control no more")
+            self._events.append(f"{who.name} no longer asks for control")
         return self._reply(who)
 
     def grant(self, who: Credential, now_s: float) -> LeaseReply:
@@ -127,9 +127,9 @@ class Lease:
         if holder is None or (who is not None and self._holds(who)):
             return None
         if who is not None and self._is(holder, who):
-            return "this control has ended and began anew since; try again"
+            return "this lease has ended and a new one began; try again"
         return (
-            f"{holder.name} holds control: ask for it, wait until it is released, or take it over "
+            f"{holder.name} has control: request it, wait until it is released, or take it "
             "(ippon ask --take)"
         )
 
@@ -137,10 +137,10 @@ class Lease:
         """Return why teleoperation is refused, None when accepted: it always needs the lease."""
         self._expire(now_s)
         if self._holder is None:
-            return "nobody holds control: take it to drive"
+            return "nobody has control: take it to drive"
         if self._holder.session != session:
-            return f"{self._holder.name} holds control"
-        return None if epoch == self._epoch else "this control has ended"
+            return f"{self._holder.name} has control"
+        return None if epoch == self._epoch else "this lease has ended"
 
     def _holds(self, who: Credential) -> bool:
         return self._is(self._holder, who) and who.epoch == self._epoch
@@ -168,13 +168,13 @@ class Lease:
         if requester is not None and now_s - requester.heard_s > REQUEST_EXPIRY_S:
             self._requester = None
         if holder is not None and now_s - holder.heard_s > EXPIRY_S:
-            self._events.append(f"{holder.name} is gone: control ran out")
+            self._events.append(f"{holder.name} is gone: the lease expired")
             self._assign_next(now_s)
 
     def _reply(self, who: Credential) -> LeaseReply:
         holder = self._holder
         if self._is(holder, who):
-            return LeaseReply(standing="holds", epoch=self._epoch, detail="You hold control.")
+            return LeaseReply(standing="holds", epoch=self._epoch, detail="You have control.")
         named = holder.name if holder is not None else "nobody"
         if self._is(self._requester, who):
             detail = f"You have asked {named} for control."
@@ -183,9 +183,9 @@ class Lease:
             detail = f"{self._denied[1]} keeps control."
             return LeaseReply(standing="denied", epoch=self._epoch, detail=detail)
         if holder is None:
-            detail = "Nobody holds control."
+            detail = "Nobody has control."
         elif self._requester is not None:
-            detail = f"{named} holds control, and {self._requester.name} asks for it already."
+            detail = f"{named} has control, and {self._requester.name} asks for it already."
         else:
-            detail = f"{named} holds control."
+            detail = f"{named} has control."
         return LeaseReply(standing="watches", epoch=self._epoch, detail=detail)
