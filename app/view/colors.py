@@ -1,6 +1,6 @@
 """The palette, the colour modes of the map, and their legends, as data.
 
-One colour means one thing everywhere: in the scene, the tables, the page and the reports.
+Every colour has one meaning in the scene, the tables, the page and the reports.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from ippon.planning.plan import NodeKind
 
 Rgb = tuple[int, int, int]
 
-# Okabe-Ito, told apart by colour-blind eyes.
+# Okabe-Ito palette, distinguishable for colour-blind viewers.
 VERMILION: Final[Rgb] = (0xD5, 0x5E, 0x00)
 ORANGE: Final[Rgb] = (0xE6, 0x9F, 0x00)
 GREY: Final[Rgb] = (0x9A, 0xA0, 0xA6)
@@ -28,20 +28,20 @@ PURPLE: Final[Rgb] = (0xCC, 0x79, 0xA7)
 
 FOUND: Final = GREEN
 CERTAIN_BRUSH: Final = VERMILION
-"""What is painted "look here", and what is pointed at in a picture."""
+"""Regions painted "look here", and marks in pictures."""
 FAR_EVIDENCE: Final = PURPLE
 NEVER_BRUSH: Final = BLUE
 ROBOT: Final = SKY
-"""The robot and what it sees."""
+"""The robot and its view."""
 PATH: Final = YELLOW
 QUIET: Final[Rgb] = (0x46, 0x4E, 0x5A)
-"""A button that is not what to look at now."""
+"""A secondary button."""
 UNMAPPED: Final[Rgb] = (0x46, 0x4B, 0x54)
-"""A surface that the chosen colour mode says nothing of."""
+"""A surface without a value in the colour mode."""
 
 NOT_MAPPED: Final = 255
 OOI_SCALE: Final = 254.0
-"""`ooi` and `proximity` of a voxel are probabilities in units of 1/254; 255 is none."""
+"""`ooi` and `proximity` of a voxel are probabilities in units of 1/254; 255 means no value."""
 
 LEVEL_COLORS: Final[dict[Level, Rgb]] = {
     Level.FAR: BLUE,
@@ -56,7 +56,7 @@ COLOR_MODES: Final[tuple[ColorMode, ...]] = get_args(ColorMode)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LegendEntry:
-    """One swatch and its word."""
+    """One swatch and its label."""
 
     color: Rgb
     text: str
@@ -64,7 +64,7 @@ class LegendEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Legend:
-    """What the colours of one mode mean: a ramp with end labels, swatches, or both."""
+    """Legend of a colour mode: a ramp with end labels, swatches, or both."""
 
     title: str
     ramp: ColorTable | None = None
@@ -74,7 +74,7 @@ class Legend:
 
 
 def hex_of(color: Rgb) -> str:
-    """Write a colour as `#rrggbb`."""
+    """Return a colour as `#rrggbb`."""
     return "#{:02x}{:02x}{:02x}".format(*color)
 
 
@@ -87,7 +87,7 @@ def _ramp(*stops: Rgb) -> ColorTable:
 
 
 GAIN: Final = _ramp((0x2F, 0x6B, 0xFF), (0x9C, 0x5B, 0xE0), (0xE2, 0x4A, 0x8B), (0xFF, 0x2E, 0x2E))
-"""Blue for the lowest gain to red for the highest, as in Fig. 2 of the paper."""
+"""Gains from blue (lowest) to red (highest), as in Fig. 2 of the paper."""
 
 TERMINATING: Final[Rgb] = (0xFF, 0xFF, 0xFF)
 MINIMAL: Final[Rgb] = (0x08, 0x08, 0x0A)
@@ -96,7 +96,7 @@ _LEVEL_TABLE: Final = np.full((256, 3), UNMAPPED, dtype=np.uint8)
 for _level, _color in LEVEL_COLORS.items():
     _LEVEL_TABLE[_level] = _color
 
-# 0..254 over the ramp without its blackest part, which would vanish in a dark scene.
+# 0..254 over the ramp without its darkest part, which is invisible in a dark scene.
 _OOI_TABLE: Final = INFERNO[np.linspace(36.0, 255.0, 256).round().astype(int)]
 _OOI_TABLE[NOT_MAPPED] = UNMAPPED
 
@@ -129,12 +129,12 @@ def voxel_colors(
     """Colour surface voxels.
 
     Args:
-        mode: What the colours tell.
+        mode: Colour mode.
         rgb: (N, 3) camera colours.
         ooi: (N,) p(v in O) in units of 1/254, 255 for none.
         level: (N,) `Level`, 255 for none.
         height_m: (N,) height of the voxel above the floor.
-        top_m: Height that the end of the height ramp stands for.
+        top_m: Height at the end of the height ramp.
         thing: (N,) probability of the chosen common object in units of 1/254, 255 for none.
         gain: (N,) gain of the viewpoint there over the highest, in units of 1/254, 255 for none.
 
@@ -184,14 +184,14 @@ def node_colors(kinds: NDArray[np.uint8], gains: NDArray[np.float32]) -> NDArray
     return colors
 
 
-_UNMAPPED_ENTRY: Final = LegendEntry(color=UNMAPPED, text="not known")
+_UNMAPPED_ENTRY: Final = LegendEntry(color=UNMAPPED, text="unknown")
 
 
 def legend(mode: ColorMode, top_m: float) -> Legend:
-    """Explain the colours of a mode; `top_m` is the end of the height ramp."""
+    """Return the legend of a mode; `top_m` is the end of the height ramp."""
     match mode:
         case "camera":
-            return Legend(title="As the camera saw it")
+            return Legend(title="Camera colours")
         case "ooi":
             return Legend(
                 title="Probability of the object",
@@ -213,15 +213,15 @@ def legend(mode: ColorMode, top_m: float) -> Legend:
             )
         case "thing":
             return Legend(
-                title="Probability of the thing chosen below",
+                title="Probability of the kind chosen below",
                 ramp=_OOI_TABLE[:NOT_MAPPED],
                 low="0",
                 high="1",
-                entries=(LegendEntry(color=UNMAPPED, text="taken for something else"),),
+                entries=(LegendEntry(color=UNMAPPED, text="classified otherwise"),),
             )
         case "gain":
             return Legend(
-                title="What the viewpoint there promises to show",
+                title="Gain of the viewpoint there",
                 ramp=GAIN,
                 low="low",
                 high="high",
@@ -238,6 +238,6 @@ TREE_LEGEND: Final = Legend(
     high="high",
     entries=(
         LegendEntry(color=TERMINATING, text="ends the search"),
-        LegendEntry(color=MINIMAL, text="only on the way"),
+        LegendEntry(color=MINIMAL, text="little gain"),
     ),
 )

@@ -1,4 +1,4 @@
-"""What one sees, as files to keep: the map, the way of the robot, and the figures."""
+"""Exports of the live view: map, trail and plotted figures."""
 
 from collections.abc import Callable
 from typing import Final
@@ -24,11 +24,10 @@ _FIGURES: Final = (
 
 
 def map_ply(model: SceneModel) -> bytes | None:
-    """Return the surface voxels as a binary PLY, None where there is no map.
+    """Return the surface voxels as a binary PLY, None without a map.
 
-    A point has the place of a voxel's centre in metres, the colour that the camera saw, the
-    probability that it is the object (-1 where the map says nothing of it), and the row of the
-    thing that it is taken for, which the comments name.
+    A point has the centre of a voxel in metres, its camera colour, its probability of being the
+    object (-1 if unknown), and the row of its most probable label, which the comments name.
     """
     indices, attributes = model.voxels.all_voxels()
     if model.voxel_size_m is None or not len(indices):
@@ -50,14 +49,14 @@ def map_ply(model: SceneModel) -> bytes | None:
 
 
 def trail_csv(model: SceneModel) -> bytes | None:
-    """Return where the robot was, every 5 cm and in metres; None before its first pose."""
+    """Return the robot's positions every 5 cm, in metres; None before its first pose."""
     if not model.trail_world:
         return None
     return _csv(("x_m", "y_m", "z_m"), np.array(model.trail_world))
 
 
 def figures_csv(model: SceneModel) -> bytes | None:
-    """Return what the plots show; None before the first status."""
+    """Return the plotted figures; None before the first status."""
     rows = model.history.columns().T
     return _csv(_FIGURES, rows) if len(rows) else None
 
@@ -67,7 +66,7 @@ FILES: Final[dict[str, tuple[str, Callable[[SceneModel], bytes | None]]]] = {
     "trail.csv": ("text/csv", trail_csv),
     "figures.csv": ("text/csv", figures_csv),
 }
-"""By name: the media type, and what writes the file."""
+"""Media type and writer by file name."""
 
 
 def _csv(names: tuple[str, ...], rows: NDArray[np.float64]) -> bytes:
@@ -76,5 +75,5 @@ def _csv(names: tuple[str, ...], rows: NDArray[np.float64]) -> bytes:
 
 
 def _plain(text: str) -> str:
-    """Keep a text from outside on its line of an ASCII header."""
+    """Reduce a text to one line of an ASCII header."""
     return "".join(c if c.isascii() and c.isprintable() else "?" for c in text)

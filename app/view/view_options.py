@@ -1,4 +1,4 @@
-"""What the operator chose to see."""
+"""View options of the operator."""
 
 from dataclasses import dataclass, field
 from typing import Final, Literal, get_args
@@ -24,18 +24,18 @@ SHOWN_FIRST: Final[frozenset[Layer]] = frozenset(LAYERS) - {"mesh", "clearance"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ViewOptions:
-    """One choice for everyone who watches."""
+    """View options of a browser."""
 
     mode: ColorMode = "camera"
     ceiling_m: float | None = 1.4
-    """Voxels higher than this are hidden, so that one looks into the rooms; None hides nothing."""
+    """Height above which voxels are hidden, to show the rooms inside; None hides nothing."""
     object_threshold: float = 0.3
-    """p(v in O) from which a voxel is drawn as a box; fewer boxes the greater it is."""
+    """p(v in O) from which a voxel is drawn as a box; higher values give fewer boxes."""
     thing: int | None = None
     """Row of the common object whose probability colours the map in that mode."""
     layers: frozenset[Layer] = field(default_factory=lambda: SHOWN_FIRST)
 
     def __post_init__(self) -> None:
-        """Reject what cannot be drawn."""
+        """Reject invalid values."""
         if not 0.0 < self.object_threshold <= 1.0:
             raise ValueError(f"a threshold lies in (0, 1]; got {self.object_threshold}")

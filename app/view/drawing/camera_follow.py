@@ -1,4 +1,4 @@
-"""Keeps the whole map in the picture, until the operator takes the camera."""
+"""Keeps the whole map in view until the operator moves the camera."""
 
 import math
 from collections import deque
@@ -12,29 +12,29 @@ from ippon.geometry import Float64Array
 FOV_RAD: Final = 0.9
 _ELEVATION_RAD: Final = math.radians(62.0)
 _EASE: Final = 0.16
-"""Share of the remaining way that a step covers."""
+"""Share of the remaining motion per step."""
 _STILL_M: Final = 0.02
 _SAME_M: Final = 0.03
 _REMEMBERED: Final = 512
 _PATIENCE: Final = 40
-"""Steps after which a browser that is not where it was sent is sent there again: while its scene is
-not up, it drops what it is told, and may go back to where cameras start."""
+"""Steps after which a camera command is repeated for a browser that has not followed it: while its
+scene loads, a browser drops commands and may reset its camera."""
 _MARGIN: Final = 1.12
 _WALL_M: Final = 1.2
-"""Room for the walls, which rise above the floor that is framed."""
+"""Margin for the walls, which rise above the framed floor."""
 _SMALLEST_M: Final = 5.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
-    """Where a camera stands and what it looks at, metres in the world."""
+    """Position and target of a camera, metres in the world."""
 
     position: tuple[float, float, float]
     look_at: tuple[float, float, float]
 
 
 def framing(low: Float64Array, high: Float64Array, aspect: float) -> View:
-    """Look from the south and above at a box so that all of it is in the picture.
+    """Return a view of a box from the south and above that shows all of it.
 
     Args:
         low: (2,) least x and y of the map, metres.
@@ -45,7 +45,7 @@ def framing(low: Float64Array, high: Float64Array, aspect: float) -> View:
     width = max(float(high[0] - low[0]), _SMALLEST_M) * _MARGIN
     depth = max(float(high[1] - low[1]), _SMALLEST_M * 0.75) * _MARGIN + _WALL_M
     half_v = math.tan(0.5 * FOV_RAD)
-    # The near edge of the floor is the widest part of the picture.
+    # The near edge of the floor is the widest part of the view.
     near = 0.5 * depth * math.cos(_ELEVATION_RAD)
     for_width = 0.5 * width / (half_v * max(aspect, 0.3)) + near
     for_depth = 0.5 * depth * math.sin(_ELEVATION_RAD) / half_v + near
@@ -56,9 +56,9 @@ def framing(low: Float64Array, high: Float64Array, aspect: float) -> View:
 
 
 START: Final = framing(np.array([-4.0, -3.0]), np.array([4.0, 3.0]), 1.25)
-"""Where every camera starts: a home's worth of floor round the robot."""
+"""Initial view of every camera: the size of a home around the robot."""
 _BARE: Final = View(position=(-5.0, 0.0, 0.0), look_at=(0.0, 0.0, 0.0))
-"""Where viser's client has its camera before it has heard of a start."""
+"""Camera position of viser's client before the first command."""
 
 
 @dataclass(slots=True)
@@ -66,26 +66,26 @@ class _Watcher:
     client: Any
     sent: deque[View] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
     arrived: bool = False
-    """It has been seen where it was sent; before that it reports where it started."""
+    """The browser has followed a camera command; before, it reports its initial position."""
     seen: View | None = None
-    """Where it was seen last."""
+    """Last reported view."""
     free: bool = False
     waited: int = 0
-    """Steps since it was sent somewhere."""
+    """Steps since the last camera command."""
     now: View | None = None
 
 
 class CameraFollow:
-    """Moves the cameras of the browsers that have not been moved by hand."""
+    """Moves the cameras that no operator has moved."""
 
     def __init__(self) -> None:
         self._watchers: dict[int, _Watcher] = {}
         self._bounds: tuple[Float64Array, Float64Array] | None = None
         self.beside: tuple[Float64Array, Float64Array] | None = None
-        """Least and greatest (x, y) of what stands beside the map and belongs in the picture."""
+        """Least and greatest (x, y) of what is beside the map and must be in view."""
 
     def add(self, client: Any) -> None:
-        """Take over a browser that has just connected."""
+        """Add a browser that has just connected."""
         watcher = _Watcher(client=client)
         self._watchers[client.client_id] = watcher
 
@@ -94,7 +94,7 @@ class CameraFollow:
             self._moved(watcher, camera)
 
     def remove(self, client: Any) -> None:
-        """Forget a browser that has left."""
+        """Remove a browser that has disconnected."""
         self._watchers.pop(client.client_id, None)
 
     def frame_map(self, client: Any) -> None:
@@ -104,7 +104,7 @@ class CameraFollow:
             watcher.free = False
 
     def step(self, bounds: tuple[Float64Array, Float64Array] | None) -> None:
-        """Move every camera a part of the way to where it frames the map."""
+        """Move every camera a step towards the view of the whole map."""
         if bounds is not None:
             self._bounds = bounds
         if self._bounds is None:
@@ -136,7 +136,7 @@ class CameraFollow:
             camera.look_at = shown.look_at
 
     def _moved(self, watcher: _Watcher, camera: Any) -> None:
-        """Let go of a camera that stands where nobody but the operator has put it."""
+        """Stop moving a camera that the operator has moved."""
         seen = watcher.seen = _view_of(camera)
         if any(_distance(seen, sent) <= _SAME_M for sent in reversed(watcher.sent)):
             watcher.arrived = True

@@ -1,4 +1,4 @@
-"""Layers that are worked out of the voxels: one skin over them, and the distance to obstacles."""
+"""Layers computed from the voxels: their surface as a mesh, and the distance to obstacles."""
 
 import time
 from typing import Any, Final
@@ -11,12 +11,12 @@ from app.view.colormaps import CIVIDIS
 from app.view.model.voxel_store import VoxelStore
 
 EVERY_S: Final = 2.0
-"""Between two drawings: each goes over the whole map."""
+"""Minimum interval between two drawings, because each processes the whole map."""
 BODY_LOW_M: Final = 0.1
 BODY_HIGH_M: Final = 1.2
-"""Obstacles at these heights count for the clearance."""
+"""Heights of the obstacles in the clearance."""
 CLEAR_M: Final = 1.5
-"""End of the clearance's ramp."""
+"""Upper end of the clearance ramp."""
 _SKIN: Final = (0xC6, 0xCC, 0xD4)
 _GRID_MAX: Final = 2048
 _LIFT_M: Final = 0.03
@@ -32,7 +32,7 @@ _SIDES: Final = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0,
 
 
 class DerivedLayers:
-    """Draws under names that stay, at most every `EVERY_S`."""
+    """Draws the layers under fixed node names, at most every `EVERY_S`."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
@@ -43,7 +43,7 @@ class DerivedLayers:
     def draw(
         self, store: VoxelStore, voxel_size_m: float, ceiling_m: float | None, shown: frozenset[str]
     ) -> None:
-        """Draw what is chosen of "mesh" and "clearance", and hide the rest."""
+        """Draw the selected layers of "mesh" and "clearance", and hide the others."""
         self._hide(shown)
         now = time.monotonic()
         if not shown & {"mesh", "clearance"} or now - self._drawn_at < EVERY_S:
@@ -59,7 +59,7 @@ class DerivedLayers:
             self._draw_clearance(voxels, voxel_size_m)
 
     def restart(self) -> None:
-        """Draw with the next call, however soon."""
+        """Draw at the next call, regardless of the interval."""
         self._drawn_at = -EVERY_S
 
     def _hide(self, shown: frozenset[str]) -> None:
@@ -94,7 +94,7 @@ class DerivedLayers:
 def skin(
     voxels: NDArray[np.int64], voxel_size_m: float
 ) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-    """Return the faces of voxels that border on none: (4 Q, 3) vertices, (2 Q, 3) triangles."""
+    """Return the outer faces of voxels: (4 Q, 3) vertices, (2 Q, 3) triangles."""
     low = voxels.min(axis=0) - 1
     size = voxels.max(axis=0) - low + 2
     solid = np.zeros(tuple(size), dtype=np.bool_)
@@ -115,11 +115,11 @@ def skin(
 def clearance_slice(
     voxels: NDArray[np.int64], voxel_size_m: float
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return where the floor is free, and how far it is from there to an obstacle.
+    """Return free floor points and their distances to the nearest obstacle.
 
     Args:
         voxels: (N, 3) surface voxels.
-        voxel_size_m: Edge of a voxel.
+        voxel_size_m: Edge length of a voxel.
 
     Returns:
         (M, 3) points a little above the floor, and (M,) distances in metres.

@@ -1,4 +1,4 @@
-"""Finds in the scene: a green frame and the name; what may be the object, a thin amber frame."""
+"""Finds in the scene as green frames with their names; candidates as thin amber frames."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -15,10 +15,10 @@ _LABEL_GAP_M: Final = 0.22
 _SHOWN: Final = 32
 _SAME_M: Final = 0.3
 _REJECTED_M: Final = 0.2
-"""So much farther than a rejected find reaches, the navigator rules out, too."""
+"""Margin around a rejected find that the navigator excludes as well."""
 _PLACE_M: Final = 0.4
 _APART_M: Final = 1.0
-"""Nearer than this to a name, the name of another place would cover it."""
+"""Distance below which two names would overlap."""
 _EDGES: Final = [(a, b) for a in range(8) for b in range(a + 1, 8) if (a ^ b) in {1, 2, 4}]
 _SIGNS: Final = np.array(
     [[(n >> axis & 1) * 2 - 1 for axis in range(3)] for n in range(8)], dtype=np.float32
@@ -27,18 +27,18 @@ _SIGNS: Final = np.array(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ObjectMark:
-    """A box in the world and what is written above it."""
+    """A box in the world and its label."""
 
     center_world: tuple[float, float, float]
     size_m: tuple[float, float, float]
     text: str
-    """Empty where it would cover another."""
+    """Label; empty if it would overlap another."""
     found: bool
-    """The search ended here; else it is only likely."""
+    """Whether it is a find; otherwise a candidate."""
 
 
 class FindLayer:
-    """Marks objects; the names of its nodes are reused."""
+    """Draws frames around objects, under reused node names."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
@@ -46,7 +46,7 @@ class FindLayer:
         self._labels: list[Any] = []
 
     def draw(self, marks: tuple[ObjectMark, ...], visible: bool, named: bool = True) -> None:
-        """ObjectMark these objects and no others."""
+        """ObjectReplace the drawn marks."""
         shown = marks[:_SHOWN] if visible else ()
         for n, mark in enumerate(shown):
             self._draw_mark(n, mark, named)
@@ -78,9 +78,9 @@ def marks_of(
     detections: tuple[FoundObject, ...],
     rejected: tuple[FindReport, ...] = (),
 ) -> tuple[ObjectMark, ...]:
-    """ObjectMark the find and the likely places, the likeliest first.
+    """ObjectReturn marks of the find and the candidates, the most probable first.
 
-    Places in the find are left out, and what was rejected.
+    Candidates inside the find and rejected ones are omitted.
     """
     marks: list[ObjectMark] = []
     detections = tuple(d for d in detections if not any(_is_ruled_out(d, r) for r in rejected))
@@ -108,7 +108,7 @@ def marks_of(
 
 
 def places_of(candidates: tuple[Candidate, ...]) -> tuple[ObjectMark, ...]:
-    """ObjectMark the places that a search without a find lists, under their numbers."""
+    """ObjectReturn marks of the listed candidates of a search without find, with their numbers."""
     return tuple(
         ObjectMark(
             center_world=candidate.point_world,

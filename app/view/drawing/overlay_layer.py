@@ -1,4 +1,4 @@
-"""What the operator points at, over the scene: painted floor, what was clicked, what it sees."""
+"""Overlays of the scene: painted regions, far evidence, and highlights of clicks."""
 
 import math
 from collections.abc import Sequence
@@ -13,14 +13,14 @@ from app.view.colors import CERTAIN_BRUSH, FAR_EVIDENCE, NEVER_BRUSH, ROBOT, Rgb
 
 _LIFT_M: Final = 0.035
 _ABOVE_M: Final = 0.11
-"""Over the floor's voxels, which reach this high where they are 10 cm."""
+"""Height above floor voxels of 10 cm."""
 _SPOKES: Final = 28
 _MAX_BOXES: Final = 2500
 _Sheet = tuple[NDArray[np.float32], NDArray[np.uint32]]
 """Vertices and faces."""
 _MAX_CELLS: Final = 4000
 _FAR_EVIDENCE: Final = (("faint", 0.25, -math.inf, 2.0), ("strong", 0.55, 2.0, math.inf))
-"""Names, opacities, and from which to which evidence in nat."""
+"""Names, opacities, and ranges of evidence in nat."""
 _CUBE: Final = np.array(
     [[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)], dtype=np.float32
 )
@@ -35,14 +35,14 @@ _FACES: Final = np.array(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Highlight:
-    """What is pointed at."""
+    """Highlight after a click or a preview."""
 
     seen: NDArray[np.float32]
     """(M, 3) centres of voxels, metres."""
     at: tuple[float, float, float] | None = None
     """Centre of the voxel or viewpoint that was clicked."""
     then: tuple[float, float, float] | None = None
-    """Viewpoint that would be chosen next, on the floor."""
+    """Next viewpoint of a preview, on the floor."""
     voxel_size_m: float = 0.08
 
 
@@ -50,7 +50,7 @@ NOTHING: Final = Highlight(seen=np.empty((0, 3), np.float32))
 
 
 class OverlayLayer:
-    """Draws under names that stay."""
+    """Draws overlays under fixed node names."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
@@ -59,7 +59,7 @@ class OverlayLayer:
         self._rings: Any = None
 
     def draw_painted(self, strokes: Sequence[PaintedStroke], floor_z_m: float) -> None:
-        """Lay a translucent sheet over what is painted."""
+        """Draw painted regions as translucent sheets."""
         for kind, color, lift in (
             ("look_here", CERTAIN_BRUSH, _LIFT_M),
             ("not_here", NEVER_BRUSH, 1.4 * _LIFT_M),
@@ -69,7 +69,7 @@ class OverlayLayer:
             self._lay(f"/painted/{kind}", sheet, color, 0.42)
 
     def draw_far_evidence(self, cells: Sequence[tuple[float, float, float]], cell_m: float) -> None:
-        """Lay a translucent sheet where images from afar show what may be the object."""
+        """Draw evidence from beyond the map's range as translucent sheets."""
         half = np.float32(0.5 * cell_m)
         for name, opacity, low, high in _FAR_EVIDENCE:
             chosen = [(x, y) for x, y, nat in cells[:_MAX_CELLS] if low <= nat < high]
@@ -79,7 +79,7 @@ class OverlayLayer:
             self._lay(f"/far_evidence/{name}", sheet, FAR_EVIDENCE, opacity)
 
     def _lay(self, name: str, sheet: _Sheet | None, color: Rgb, opacity: float) -> None:
-        """Put a sheet in place of the one that lay there; None takes it away."""
+        """Replace a sheet; None removes it."""
         old = self._sheets.pop(name, None)
         if old is not None:
             old.remove()
@@ -96,7 +96,7 @@ class OverlayLayer:
             )
 
     def draw_highlight(self, highlight: Highlight) -> None:
-        """Mark what was clicked and what it sees."""
+        """Highlight the clicked place and the voxels visible from it."""
         self._draw_seen(highlight)
         rings = [
             _ring(point, radius)
@@ -137,7 +137,7 @@ class OverlayLayer:
 
 
 def _rectangles(low: NDArray[np.float32], high: NDArray[np.float32], z: float) -> _Sheet:
-    """Make a sheet at one height of rectangles between (N, 2) least and greatest x and y."""
+    """Return a mesh of rectangles at one height, from (N, 2) least and greatest x and y."""
     corners = [low, np.column_stack([high[:, 0], low[:, 1]])]
     corners += [high, np.column_stack([low[:, 0], high[:, 1]])]
     flat = np.stack(corners, axis=1).reshape(-1, 2)

@@ -12,20 +12,20 @@ from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, quaternion_from_rotation
 
 FRUSTUM_M: Final = 0.6
-"""Distance from the camera at which its picture hangs."""
+"""Distance of the image plane from the camera."""
 
 _BODY_RADIUS_M: Final = 0.24
 _BODY_HEIGHT_M: Final = 0.22
 _MAST_RADIUS_M: Final = 0.035
 _DARK: Final = (0x1B, 0x24, 0x2E)
 _LIFT_M: Final = 0.06
-"""Trail and path lie this far above the floor voxels."""
+"""Height of trail and path above the floor voxels."""
 _CHEVRON_EVERY_M: Final = 1.2
 _CHEVRON_M: Final = 0.16
 
 
 class RobotLayer:
-    """Moves the robot under names that stay."""
+    """Draws the robot under fixed node names."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
@@ -57,7 +57,7 @@ class RobotLayer:
             self._frustum.wxyz = quaternion_from_rotation(T_world_camera[:3, :3])
 
     def draw_camera(self, camera: PinholeCamera, visible: bool) -> None:
-        """Shape the frustum after the intrinsics."""
+        """Draw the camera frustum from the intrinsics."""
         if self._frustum is None:
             self._frustum = self._scene.add_camera_frustum(
                 "/camera",
@@ -77,12 +77,12 @@ class RobotLayer:
         self._frustum.visible = visible
 
     def draw_image(self, jpeg: bytes) -> None:
-        """Hang the latest picture into the frustum."""
+        """Show the latest image in the frustum."""
         if self._frustum is not None and jpeg.startswith(b"\xff\xd8"):
             show_jpeg_in_frustum(self._frustum, jpeg)
 
     def draw_path(self, path_world: Float64Array, visible: bool) -> None:
-        """Draw where the robot is going, with a ring at the end."""
+        """Draw the path with a ring at its end."""
         shown = visible and len(path_world) > 1
         if not shown:
             for handle in (self._path, self._goal):
@@ -96,7 +96,7 @@ class RobotLayer:
         self._goal = self._segments(self._goal, "/path/goal", ring, PATH, 0.035)
 
     def draw_trail(self, trail_world: list[tuple[float, float, float]], visible: bool) -> None:
-        """Draw where the robot was: fading with age, chevrons in the direction of travel."""
+        """Draw the trail, fading with age, with chevrons in the direction of travel."""
         if not visible or len(trail_world) < 2:
             if self._trail is not None:
                 self._trail.visible = False
@@ -173,11 +173,11 @@ def _ring(center: NDArray[np.float32], radius_m: float) -> NDArray[np.float32]:
 
 
 def _chevrons(points: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-    """Return (2 C, 2, 3) strokes of C chevrons along a trail, and (2 C,) the step each is at."""
+    """Return (2 C, 2, 3) strokes of C chevrons along a trail, and (2 C,) their indices in it."""
     steps = np.diff(points[:, :2], axis=0)
     marks = np.floor(np.cumsum(np.hypot(steps[:, 0], steps[:, 1])) / _CHEVRON_EVERY_M)
     at = np.flatnonzero(np.diff(marks) > 0) + 1
-    # The direction over some steps: a single one also holds the wobble of the drive.
+    # Direction over several steps, because single steps are noisy.
     course = points[np.minimum(at + 3, len(points) - 1), :2] - points[np.maximum(at - 3, 0), :2]
     length = np.hypot(course[:, 0], course[:, 1])
     moved = length > 0.5 * _CHEVRON_M

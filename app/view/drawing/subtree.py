@@ -1,13 +1,13 @@
-"""A drawing under one node, so that all of it can be moved aside, or hidden."""
+"""A drawing under one scene node, so that it can be moved or hidden as a whole."""
 
 from typing import Any, Final
 
 ONCE: Final = frozenset({"add_light_ambient", "add_light_directional", "add_grid"})
-"""What lights the whole scene, and its floor: the first drawing has put them there for all."""
+"""Lights and floor of the scene, which the first drawing adds for all."""
 
 
 class _Beneath:
-    """viser's scene, with every node under another."""
+    """viser's scene API with every node below a root node."""
 
     def __init__(self, scene: Any, root: str) -> None:
         self._scene = scene
@@ -27,11 +27,11 @@ class _Beneath:
 
 
 class Subtree:
-    """What `ViserScene` needs of a server or a client, for a drawing beside another.
+    """The part of a server or client that `ViserScene` needs, for a second drawing.
 
     Args:
         server: The server or the client.
-        root: Name of the node, with a slash before it.
+        root: Name of the root node, with a leading slash.
     """
 
     def __init__(self, server: Any, root: str) -> None:

@@ -9,7 +9,7 @@ from app.view.colors import linear, node_colors
 from ippon.planning.plan import NodeKind, TreeView
 
 HEIGHT_M: Final = 0.3
-"""Nodes are drawn above the floor, where furniture does not hide them."""
+"""Height at which nodes are drawn, where furniture does not hide them."""
 
 _RADIUS_M: Final = 0.07
 _EDGE_COLOR: Final = linear(np.array([148, 156, 168], dtype=np.uint8))
@@ -17,7 +17,7 @@ _LOOK_M: Final = 0.26
 
 
 def _sphere() -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-    """Return an icosahedron divided once: round enough for a bead of a few pixels."""
+    """Return an icosahedron subdivided once, round enough for spheres of a few pixels."""
     phi = (1.0 + 5.0**0.5) / 2.0
     v = [[-1, phi, 0], [1, phi, 0], [-1, -phi, 0], [1, -phi, 0], [0, -1, phi], [0, 1, phi]]
     v += [[0, -1, -phi], [0, 1, -phi], [phi, 0, -1], [phi, 0, 1], [-phi, 0, -1], [-phi, 0, 1]]
@@ -35,7 +35,7 @@ def _sphere() -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
 
 
 class TreeLayer:
-    """Edges as lines, viewpoints as beads with a tick in the direction they look."""
+    """Draws edges as lines and viewpoints as spheres with a tick in the viewing direction."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene

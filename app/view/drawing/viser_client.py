@@ -1,8 +1,8 @@
-"""viser's client, unpacked: the browser gets plain files that it can keep compiled.
+"""viser's client, unpacked into files that browsers can cache in compiled form.
 
-viser ships one page whose script carries everything else as text, 88 characters a digit, compressed
-twice. A browser unpacks and compiles that anew at every opening. Here it is done once, when the
-console starts. This file knows how viser 1.1 packs, and a test holds it to the installed version.
+viser's page is one HTML file whose script contains all other files as text in base 88, compressed
+twice, so that browsers unpack and compile it at every load. The console unpacks it once at its
+start. The format is that of viser 1.1; a test checks it against the installed version.
 """
 
 import gzip
@@ -21,15 +21,15 @@ _SCRIPT: Final = re.compile(
     re.DOTALL,
 )
 _CHANGES: Final = (
-    # What the client shows until the server says otherwise, as ours always does. A picture of
-    # surroundings: decoding it holds a software renderer up for seconds.
+    # The client's default environment map, which the server always replaces: decoding this
+    # picture takes a software renderer seconds.
     (re.compile(rb"`data:image/jpeg;base64,[A-Za-z0-9+/=]+`"), rb"null"),
-    # Lights whose shadows take a compilation of their own.
+    # Lights whose shadows require an additional shader compilation.
     (
         re.compile(rb"enableDefaultLights:!0,enableDefaultLightsShadows:!0"),
         rb"enableDefaultLights:!1,enableDefaultLightsShadows:!1",
     ),
-    # Where a connection begins, and where a batch of messages is taken: `map_first.js` is asked.
+    # Start of a connection, and start of a message batch: both call `map_first.js`.
     (
         re.compile(rb"\b(\w+)\.messageQueue\.length=0,\1\.firstMessageBatch=!0"),
         rb"\g<0>,globalThis.ipponMapFirst.begin()",
@@ -39,41 +39,41 @@ _CHANGES: Final = (
         rb"\g<0>\3=globalThis.ipponMapFirst.sieve(\3,\2.messageQueue,held=>\1(\2,held));",
     ),
 )
-"""What is written in the client, and in its place."""
+"""Patterns in the client and their replacements."""
 _BASE: Final = 88
 _GROUP: Final = 5
-"""Digits that hold four bytes."""
+"""Digits per four bytes."""
 
 
 class PackingError(Exception):
-    """The page is not what viser 1.1 ships."""
+    """The page does not have the format of viser 1.1."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClientFiles:
-    """viser's client as a page and what it loads."""
+    """viser's client as a page and its files."""
 
     page: bytes
-    """HTML that loads the files."""
+    """HTML page that loads the files."""
     files: dict[str, bytes]
-    """Content by name; a name changes with its content, so browsers may keep it for good."""
+    """Content by name; names contain a hash, so that browsers may cache the files forever."""
     links: bytes
-    """HTML that has a browser fetch the program before it opens the page."""
+    """HTML tags that make the browser fetch the script before it opens the page."""
 
 
 def unpack_client(page: bytes, prefix: str) -> ClientFiles:
-    """Take viser's client apart.
+    """Unpack viser's client.
 
     Args:
-        page: The one HTML file that viser ships.
+        page: The HTML file of viser.
         prefix: Path that the files will be served under, with a slash at its end.
 
     Raises:
-        PackingError: It is packed in a way that is not known here.
+        PackingError: Its format is unknown.
     """
     found = _SCRIPT.search(page)
     if found is None:
-        raise PackingError("viser's page holds no script as viser 1.1 packs it")
+        raise PackingError("viser's page has no script in the format of viser 1.1")
     digits, style_size = _unescaped(found["digits"]), int(found["style"])
     size = style_size + int(found["code"])
     try:
@@ -100,7 +100,7 @@ def unpack_client(page: bytes, prefix: str) -> ClientFiles:
 
 
 def _changed(code: bytes) -> bytes:
-    """Leave out what would be shown before the server's first message, and let the map be first."""
+    """Remove the content shown before the first message, and hook in `map_first.js`."""
     for written, instead in _CHANGES:
         code, count = written.subn(instead, code)
         if count != 1:
@@ -119,7 +119,7 @@ def _unescaped(text: bytes) -> bytes:
 
 
 def _number(text: bytes, digits: bytes) -> bytes:
-    """Read bytes that are written as groups of five digits for four bytes, the last one shorter."""
+    """Decode groups of five digits to four bytes each; the last group may be shorter."""
     value_of = np.full(256, -1, np.int64)
     value_of[np.frombuffer(digits, np.uint8)] = np.arange(len(digits))
     values = value_of[np.frombuffer(text, np.uint8)]

@@ -1,6 +1,6 @@
-"""The few places where we reach behind viser's public interface, so that an upgrade has one file.
+"""All uses of viser's private interface, in one file for upgrades.
 
-Each of them is pinned by a test.
+Each of them has a test.
 """
 
 import threading
@@ -22,25 +22,25 @@ _patching = threading.Lock()
 
 
 def show_jpeg_in_frustum(frustum: Any, jpeg: bytes) -> None:
-    """Show a JPEG as it was received; the public setter would decode and encode it again."""
+    """Show a received JPEG; the public setter would decode and encode it again."""
     frustum._format = "jpeg"  # noqa: SLF001
     frustum._image_data = jpeg  # noqa: SLF001
 
 
 def show_jpeg_in_panel(image: Any, jpeg: bytes) -> None:
-    """Show a JPEG as it was received in an image of a panel."""
+    """Show a received JPEG in an image of a panel."""
     image._format = "jpeg"  # noqa: SLF001
     image._data = jpeg  # noqa: SLF001
 
 
 def disable_sharing(server: viser.ViserServer) -> None:
-    """Refuse the public tunnel that any client could ask viser to open."""
+    """Refuse public tunnels, which any client could request from viser."""
     for message in (ShareUrlRequest, ShareUrlDisconnect):
         server._websock_server.unregister_handler(message)  # noqa: SLF001
 
 
 def propagate_context(server: viser.ViserServer) -> None:
-    """Have callbacks that run in viser's threads see the context variables of their connection."""
+    """Run callbacks in viser's threads with the context variables of their connection."""
     executor = server._thread_executor  # noqa: SLF001
     submit = executor.submit
 
@@ -52,13 +52,13 @@ def propagate_context(server: viser.ViserServer) -> None:
 
 @contextmanager
 def ignore_disconnect(client: viser.ClientHandle) -> Generator[None]:
-    """Draw for a browser that may leave meanwhile: what it gets no more is nobody's mistake."""
+    """Ignore errors of drawing for a browser that disconnects meanwhile."""
     with client._websock_connection.get_message_buffer().sanctioned_dead_writes():  # noqa: SLF001
         yield
 
 
 def uuid_of(handle: Any) -> str:
-    """Return the name that a control of a panel has in messages."""
+    """Return the identifier of a panel's control in messages."""
     return handle._impl.uuid  # noqa: SLF001
 
 
@@ -66,12 +66,12 @@ def uuid_of(handle: Any) -> str:
 def require_secret(
     secret: str, admit: Callable[[Headers], None] = lambda _: None
 ) -> Generator[None]:
-    """Make viser servers that are created inside refuse whoever does not send the secret.
+    """Make viser servers created in this context refuse requests without the secret.
 
     Args:
         secret: Value of the header.
-        admit: Called in the task of each connection that is let in, with its headers: context
-            variables that it sets are there for the connection's messages.
+        admit: Called in the task of each accepted connection with its headers; context variables
+            that it sets apply to the connection's messages.
     """
 
     def guard(original: Callable[..., Any] | None) -> Callable[..., Any]:

@@ -1,4 +1,4 @@
-"""The scene model drawn with viser: what changed is drawn, under names that stay."""
+"""Draws the scene model with viser: only changes, under fixed node names."""
 
 import math
 import time
@@ -18,12 +18,12 @@ from app.view.view_options import ViewOptions
 from ippon.geometry import Float64Array
 
 GAINS_S: Final = 2.0
-"""Between two recolourings of the map by gain."""
+"""Minimum interval between two recolourings of the map by gain."""
 ROOTS: Final = (
     "/map", "/object_voxels", "/skin", "/clearance", "/tree", "/path", "/trail", "/camera",
     "/robot", "/finds", "/painted", "/far_evidence", "/pointed",
 )  # fmt: skip
-"""Above every node of the drawing; not of the lights and the floor."""
+"""Root of every node of the drawing, except lights and floor."""
 ALL_PARTS: Final[frozenset[Part]] = frozenset(
     {
         "voxels",
@@ -59,8 +59,8 @@ class ViserScene:
         self._options: ViewOptions | None = None
         self._gains_at = -math.inf
         self._revision = 0
-        """Of the voxels that are drawn."""
-        # The default picture of surroundings keeps the whole scene dim until it is decoded.
+        """Size of the drawn voxels."""
+        # The default environment map keeps the scene dim until it is decoded.
         scene.configure_environment_map(hdri=None)
         scene.configure_default_lights(enabled=False)
         scene.add_light_ambient("/lights/all_round", color=(255, 255, 255), intensity=1.6)
@@ -81,7 +81,7 @@ class ViserScene:
         )
 
     def draw(self, model: SceneModel, changed: frozenset[Part], options: ViewOptions) -> None:
-        """Draw what changed since the last call, all of it at one moment."""
+        """Draw the changes since the last call, in one batch."""
         if options != self._options:
             changed |= ALL_PARTS
             self._options = options
@@ -92,7 +92,7 @@ class ViserScene:
         with self._server.atomic():
             if "voxels" in changed and model.voxel_size_m is not None:
                 dirty, self._revision = model.voxels.changed_since(self._revision)
-                # The skin lies on the voxels: both at once would flicker.
+                # The mesh coincides with the voxels: drawing both would flicker.
                 bare = replace(options, layers=layers - {"map"}) if "mesh" in layers else options
                 self.voxels.draw(model.voxels, model.voxel_size_m, dirty, bare)
                 self._derived.draw(
@@ -115,7 +115,7 @@ class ViserScene:
     def _recolored(
         self, model: SceneModel, changed: frozenset[Part], options: ViewOptions
     ) -> frozenset[Part]:
-        """Take over the tree's gains for the map's colours, now and then: it changes all of it."""
+        """Update the map's gain colours at intervals, because they change the whole map."""
         now = time.monotonic()
         if options.mode != "gain" or model.tree is None or now - self._gains_at < GAINS_S:
             return frozenset()

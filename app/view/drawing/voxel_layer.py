@@ -11,17 +11,17 @@ from app.view.model.voxel_store import COLUMN, Column, ColumnVoxels, VoxelStore
 from app.view.view_options import ViewOptions
 
 POINT_SIZE: Final = 1.3
-"""In voxels: a square of this size hides the gaps to its neighbours from any side."""
+"""Point size in voxels that leaves no gaps between neighbours from any direction."""
 
 _DARKEST: Final = 164
 _DARKEST_DATA: Final = 176
-"""Of 255: what is left of a colour in the deepest shade; more where a colour is a figure."""
+"""Brightness of 255 in the deepest shade; higher where colours encode values."""
 
 MAX_BOXES: Final = 6000
 NEAR_M: Final = 0.8
-"""A surface this close to a viewpoint, seen from above, takes the colour of its gain."""
+"""Horizontal distance to a viewpoint within which surface has the colour of its gain."""
 DEFAULT_TOP_M: Final = 3.0
-"""End of the height ramp where no ceiling is cut."""
+"""Upper end of the height ramp without a ceiling cut."""
 
 _CUBE: Final = np.array(
     [[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)], dtype=np.float32
@@ -36,7 +36,7 @@ _CUBE_FACES: Final = np.array(
 
 
 class VoxelLayer:
-    """Draws columns of a `VoxelStore` under names that stay."""
+    """Draws columns of a `VoxelStore` under fixed node names."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
@@ -44,14 +44,14 @@ class VoxelLayer:
         self._voxel_size_m = 0.0
         self._clouds: dict[Column, Any] = {}
         self._gathered: dict[Column, ColumnVoxels] = {}
-        """As they were drawn last: another colour needs no more than this."""
+        """Columns as last drawn, for recolouring."""
         self._below: int | None = None
         self._extents: dict[Column, tuple[NDArray[np.int16], NDArray[np.int16]]] = {}
-        """Least and greatest x and y of what each column shows, in voxels of it."""
+        """Least and greatest x and y of the voxels drawn in each column, in voxels."""
         self._likely: dict[Column, tuple[NDArray[np.float32], NDArray[np.uint8]]] = {}
         self._boxes: Any = None
         self.beads: NDArray[np.float32] = np.empty((0, 3), np.float32)
-        """(N, 3) x, y and gain of the viewpoints, for the mode that shows gains."""
+        """(N, 3) x, y and gain of the viewpoints, for the colour mode of gains."""
         self.shown = 0
         """Columns that are drawn now."""
 
@@ -62,7 +62,7 @@ class VoxelLayer:
         dirty: Sequence[Column],
         options: ViewOptions,
     ) -> None:
-        """Draw the columns that changed; all of them when a choice changed."""
+        """Draw changed columns; all columns after a change of options."""
         if voxel_size_m != self._voxel_size_m:
             self._remove_all()
             self._voxel_size_m = voxel_size_m
@@ -88,7 +88,7 @@ class VoxelLayer:
         self.shown = len(self._extents)
 
     def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Return the least and greatest (x, y) of what is drawn in metres; None without any."""
+        """Return the least and greatest (x, y) of the drawn voxels in metres; None without any."""
         shown = list(self._extents)
         if not shown:
             return None
@@ -99,7 +99,7 @@ class VoxelLayer:
         return (corners + low).min(axis=0) * size, (corners + high + 1.0).max(axis=0) * size
 
     def _draw_column(self, column: Column, voxels: ColumnVoxels, options: ViewOptions) -> bool:
-        """Draw one column; tell whether the boxes have changed."""
+        """Draw one column; return whether the boxes have changed."""
         ooi = voxels.attributes[:, 3]
         likely = (ooi != NOT_MAPPED) & (ooi >= options.object_threshold * OOI_SCALE)
         if "object" not in options.layers:
@@ -141,7 +141,7 @@ class VoxelLayer:
         )
         darkest = _DARKEST if options.mode == "camera" else _DARKEST_DATA
         colors = _shade(colors, voxels.openness[kept], local, darkest)
-        # Half integers below 1024 are exact in float16: 6 bytes a point instead of 12.
+        # Half integers below 1024 are exact in float16: 6 bytes per point instead of 12.
         points = (local + np.float16(0.5)).astype(np.float16)
         if cloud is None:
             size = self._voxel_size_m
@@ -162,7 +162,7 @@ class VoxelLayer:
         cloud.visible = True
 
     def _gain_of(self, column: Column, local: NDArray[np.int16]) -> NDArray[np.uint8]:
-        """Return the share of the highest gain that the nearest viewpoint has, 255 for none."""
+        """Return the gain of the nearest viewpoint over the highest gain, 255 for none."""
         out = np.full(len(local), NOT_MAPPED, dtype=np.uint8)
         beads = self.beads
         if not len(beads) or beads[:, 2].max() <= 0.0:
@@ -218,7 +218,7 @@ class VoxelLayer:
 
 
 def _thing(attributes: NDArray[np.uint8], label: int | None) -> NDArray[np.uint8]:
-    """Return the confidence of voxels that are most probably one thing, 255 for all others."""
+    """Return the confidence of voxels whose most probable label is the given one, else 255."""
     if label is None:
         return np.full(len(attributes), NOT_MAPPED, dtype=np.uint8)
     return np.where(attributes[:, 6] == label, np.minimum(attributes[:, 7], 254), NOT_MAPPED)
@@ -230,7 +230,7 @@ def _shade(
     local: NDArray[np.int16],
     darkest: int,
 ) -> NDArray[np.uint8]:
-    """Darken what lies under or beside something, and set each voxel off a little."""
+    """Darken voxels below or beside others, and vary the brightness of each slightly."""
     i, j, k = local.T.astype(np.int64)
     grain = (((i * 73_856_093) ^ (j * 19_349_663) ^ (k * 83_492_791)) >> 4) & 15
     factor = darkest + (openness.astype(np.int64) * (240 - darkest)) // 255 + grain

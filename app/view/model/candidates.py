@@ -1,4 +1,4 @@
-"""Where the object may be after all: the places that looked most like it."""
+"""Candidates after a search without find: the most probable places of the object."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -14,29 +14,29 @@ from app.view.model.voxel_store import VoxelStore
 
 LISTED: Final = 3
 LEAST: Final = 0.05
-"""What is less likely than this looks like nothing in particular."""
+"""Minimum probability of a candidate."""
 APART_M: Final = 0.9
-"""Two places that are nearer to each other are one."""
+"""Minimum distance between two candidates."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """A place that looked like the object."""
+    """A place that may be the object."""
 
     point_world: tuple[float, float, float]
-    """Centre of its likeliest voxel, metres."""
+    """Centre of its most probable voxel, metres."""
     probability: float
     """Highest p(v in O) there."""
     label: int
-    """Row of the common object that the voxel is taken for otherwise."""
+    """Row of the voxel's most probable common object."""
     picture: VoxelPicture | None
-    """The closest picture that shows it; None where none is kept."""
+    """The closest picture that shows it; None without one."""
 
 
 def best_candidates(
     store: VoxelStore, voxel_size_m: float, pictures: PictureStore
 ) -> tuple[Candidate, ...]:
-    """Return the likeliest places of a map, at most `LISTED`, the likeliest first."""
+    """Return the most probable places of a map, at most `LISTED`, best first."""
     indices, attributes = store.at_least(round(LEAST * OOI_SCALE))
     lookup = SurfaceLookup(store, None)
     found: list[Candidate] = []
@@ -55,11 +55,11 @@ def best_candidates(
 
 
 def _peaks(indices: NDArray[np.int64], ooi: NDArray[np.uint8], apart: float) -> list[int]:
-    """Return rows of the highest values that lie farther apart than that many voxels."""
+    """Return rows of the highest values with a minimum distance in voxels."""
     rows: list[int] = []
     left = ooi.astype(np.int64)
     while len(rows) < LISTED and left.any():
-        # Of equal voxels the one amid the others: the middle of a thing, not its rim.
+        # Among equal voxels the most central one: the middle of an object, not its edge.
         best = np.flatnonzero(left == left.max())
         middle = indices[best].mean(axis=0)
         row = int(best[np.argmin(np.linalg.norm(indices[best] - middle, axis=1))])

@@ -1,4 +1,4 @@
-"""A rectangle that was dragged over the picture, as a region of the floor."""
+"""Floor region of a rectangle dragged over the view."""
 
 import math
 from typing import Any, Final
@@ -9,20 +9,20 @@ from app.view.model.picking import floor_point
 from ippon.geometry import Float64Array, rotation_from_quaternion
 
 _DABS: Final = 360
-"""About so many; a request may hold 500."""
+"""Approximate number of strokes; a request may hold 500."""
 _FINEST_M: Final = 0.15
 _OVERLAP: Final = 0.75
-"""Radius of a dab over the distance to the next: more than half a diagonal leaves no gap."""
+"""Radius of a dab over the distance to the next; more than half a diagonal leaves no gaps."""
 
 
 def floor_region(
     camera: Any, low: tuple[float, float], high: tuple[float, float], floor_z_m: float
 ) -> Float64Array:
-    """Return the (4, 2) corners on the floor of a rectangle in the picture, in order.
+    """Return the (4, 2) corners on the floor of a rectangle in the view, in order.
 
     Args:
-        camera: Of the browser: `position`, `wxyz`, vertical `fov` in radians and `aspect`.
-        low: Upper left corner as shares of the picture, column and row.
+        camera: Camera of the browser: `position`, `wxyz`, vertical `fov` in radians and `aspect`.
+        low: Upper left corner as shares of the view's size, column and row.
         high: Lower right corner.
         floor_z_m: Height of the floor.
 
@@ -41,7 +41,7 @@ def floor_region(
 
 
 def brush_strokes(corners: Float64Array) -> tuple[list[tuple[float, float]], float]:
-    """Cover a convex region with dabs of the brush: their centres, and their radius in metres."""
+    """Return centres and radius in metres of dabs that cover a convex region."""
     following = np.roll(corners, -1, axis=0)
     sides = following - corners
     (x0, y0), (x1, y1) = corners.T, following.T

@@ -1,4 +1,4 @@
-"""How a session went over time, for plots."""
+"""Key figures over time, for plots."""
 
 from typing import Final
 
@@ -12,7 +12,7 @@ _LIMIT: Final = 1200
 
 
 class History:
-    """Key figures over the robot's time; thinned out so that it never grows beyond a limit."""
+    """Key figures over robot time; subsampled to a maximum length."""
 
     def __init__(self) -> None:
         self._rows: list[tuple[float, float, float, float, float, float]] = []
@@ -21,7 +21,7 @@ class History:
         self._last_ns = 0
 
     def add(self, status: Status) -> None:
-        """Note a status, unless the last one noted is too recent."""
+        """Add a status, unless the previous one is too recent."""
         if self._start_ns is None:
             self._start_ns = status.stamp_ns
         elif status.stamp_ns < self._last_ns + self._period_ns:
@@ -43,7 +43,7 @@ class History:
             self._period_ns *= 2
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Remove everything."""
         self._rows.clear()
         self._period_ns = _PERIOD_NS
         self._start_ns = None

@@ -1,4 +1,4 @@
-"""What a click means: the ray through the pixel, and the first thing on it."""
+"""Picking: the first viewpoint, voxel or floor point on the ray of a click."""
 
 from collections.abc import Callable
 from typing import Final
@@ -14,26 +14,26 @@ CELL: Final = 0.02
 """Cell of the depth buffer as a tangent: a voxel of 8 cm at 4 m."""
 MOST_CELLS: Final = 6
 BEAD_M: Final = 0.14
-"""A click this close to a viewpoint's bead means the viewpoint."""
+"""Maximum distance of a click's ray from a viewpoint that it selects."""
 
 
 def floor_point(origin: Float64Array, direction: Float64Array, floor_z_m: float) -> Float64Array:
     """Return the (3,) point where a ray meets the floor.
 
     Raises:
-        ValueError: The ray goes up, or meets the floor too far away to be meant.
+        ValueError: The ray goes up, or meets the floor too far away.
     """
     fall = float(direction[2])
     away = (floor_z_m - float(origin[2])) / fall if fall < -1e-6 else np.inf
     if not 0.0 < away * float(np.linalg.norm(direction)) < REACH_M:
-        raise ValueError("that click is not on the floor; look at it more from above")
+        raise ValueError("the click is not on the floor; tilt the view down")
     return origin + away * direction
 
 
 def nearest_viewpoint(
     origin: Float64Array, direction: Float64Array, beads: NDArray[np.floating]
 ) -> tuple[int, float] | None:
-    """Return which of (N, 3) beads a ray passes, and how far along it in metres."""
+    """Return the index of the first of (N, 3) viewpoints on a ray, and its distance in metres."""
     if not len(beads):
         return None
     unit = direction / np.linalg.norm(direction)
@@ -51,16 +51,16 @@ def first_voxel(
     voxel_size_m: float,
     is_shown: Callable[[tuple[int, int, int]], bool],
 ) -> tuple[tuple[int, int, int], float] | None:
-    """Walk along a ray to the first voxel that is shown.
+    """Follow a ray to the first voxel that is shown.
 
     Args:
         origin: (3,) metres.
         direction: (3,), any length.
         voxel_size_m: Edge of a voxel.
-        is_shown: Tells whether there is something to see in a voxel.
+        is_shown: Returns whether a voxel is visible.
 
     Returns:
-        The voxel and its distance in metres; None where the ray meets nothing.
+        The voxel and its distance in metres; None if the ray meets nothing.
     """
     unit = direction / np.linalg.norm(direction)
     step = 0.35 * voxel_size_m
@@ -76,7 +76,7 @@ def first_voxel(
 
 
 class SurfaceLookup:
-    """Answers for the columns of a store, each read once; short-lived, one for a click."""
+    """Lookup of shown surface voxels; caches columns for the duration of one click."""
 
     def __init__(self, store: VoxelStore, below: int | None) -> None:
         self._store = store
@@ -84,7 +84,7 @@ class SurfaceLookup:
         self._columns: dict[tuple[int, int], dict[tuple[int, int, int], NDArray[np.uint8]]] = {}
 
     def __call__(self, voxel: tuple[int, int, int]) -> bool:
-        """Tell whether a voxel is a surface that is shown."""
+        """Return whether a voxel is surface and shown."""
         return self.attributes(voxel) is not None
 
     def attributes(self, voxel: tuple[int, int, int]) -> NDArray[np.uint8] | None:
@@ -108,14 +108,14 @@ def seen_from(
     tan_half: tuple[float, float],
     reach_m: float,
 ) -> NDArray[np.float32]:
-    """List the surface voxels that a camera sees, nearest first in each direction.
+    """Return the surface voxels visible to a camera.
 
     Args:
         store: The map.
         voxel_size_m: Edge of a voxel.
         T_world_camera: Pose; x right, y down, z forward.
         tan_half: Tangents of half the horizontal and vertical field of view.
-        reach_m: How far the camera sees.
+        reach_m: Range of the camera.
 
     Returns:
         (M, 3) float32 centres in the world, metres.
@@ -139,7 +139,7 @@ def _depth_buffer(
 ) -> Float64Array:
     """Return, for each of (N,) voxels seen at tangents x and y, the least depth in front of it.
 
-    A voxel covers all cells of its width: what is near hides much of what is far.
+    A voxel covers all cells of its width.
     """
     if not len(depth):
         return depth

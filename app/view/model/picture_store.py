@@ -1,4 +1,4 @@
-"""Pictures worth keeping: from where the robot looked, so that a voxel can show who saw it."""
+"""Camera images by pose, to show images of a voxel."""
 
 import math
 from collections import deque
@@ -11,14 +11,14 @@ from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array
 
 KEPT: Final = 160
-"""About 5 MB."""
+"""Number of pictures, about 5 MB."""
 MOVED_M: Final = 0.3
 TURNED_RAD: Final = math.radians(18.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredPicture:
-    """One picture and where it was taken from."""
+    """One picture with its camera pose."""
 
     number: int
     stamp_ns: int
@@ -27,7 +27,7 @@ class StoredPicture:
     T_world_camera: Float64Array
 
     def pixel_of(self, point_world: Float64Array) -> tuple[int, int, float] | None:
-        """Return column, row and depth in metres of a point, None where it is out of view."""
+        """Return column, row and depth in metres of a point, None if it is out of view."""
         x, y, z = (point_world - self.T_world_camera[:3, 3]) @ self.T_world_camera[:3, :3]
         if z < 0.1:
             return None
@@ -39,7 +39,7 @@ class StoredPicture:
 
 
 class PictureStore:
-    """Keeps a picture each time the camera has moved on."""
+    """Stores a picture each time the camera has moved."""
 
     def __init__(self) -> None:
         self._pictures: deque[StoredPicture] = deque(maxlen=KEPT)
@@ -48,7 +48,7 @@ class PictureStore:
     def add(
         self, stamp_ns: int, encoded: bytes, camera: PinholeCamera, T_world_camera: Float64Array
     ) -> None:
-        """Keep a picture, unless the last one was taken from nearly the same place."""
+        """Store a picture, unless the last one was taken from nearly the same pose."""
         if self._pictures and not _moved(self._pictures[-1].T_world_camera, T_world_camera):
             return
         self._pictures.append(
@@ -63,17 +63,17 @@ class PictureStore:
         self._next += 1
 
     def clear(self) -> None:
-        """Forget all."""
+        """Remove all pictures."""
         self._pictures.clear()
 
     def find(self, number: int) -> StoredPicture | None:
-        """Return a picture by its number, None when it is gone."""
+        """Return a picture by its number, None if it was removed."""
         return next((p for p in tuple(self._pictures) if p.number == number), None)
 
     def showing(
         self, point_world: Float64Array, reach_m: float
     ) -> list[tuple[StoredPicture, int, int, float]]:
-        """List the pictures that may show a point, the closest first, with pixel and depth."""
+        """Return the pictures that may show a point, the closest first, with pixel and depth."""
         found: list[tuple[StoredPicture, int, int, float]] = []
         for picture in tuple(self._pictures):
             pixel = picture.pixel_of(point_world)

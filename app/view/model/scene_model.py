@@ -1,7 +1,7 @@
-"""Everything that the operator's view shows, as state: messages in, scene out.
+"""State of the operator's view, updated by messages.
 
-Live view and review feed the same model; it knows neither sockets nor the browser. One thread
-owns it. Every message marks what it changed, so that drawing costs as much as what changed.
+Live view and review update the same model, which uses neither sockets nor browser. One thread owns
+it. Every message marks what it changed, so that only changes are drawn.
 """
 
 import math
@@ -63,12 +63,12 @@ _RESTART_NS: Final = 1_000_000_000
 
 
 class SceneModel:
-    """The scene as of the last message."""
+    """The scene after the last message."""
 
     def __init__(self) -> None:
         self.voxels = VoxelStore()
         self.voxel_size_m: float | None = None
-        """None before the first status: voxels that come earlier wait for it."""
+        """None before the first status, until which voxels are held back."""
         self.tree: TreeView | None = None
         self.path_world: Float64Array = np.empty((0, 3))
         self.T_world_base: Float64Array | None = None
@@ -81,17 +81,17 @@ class SceneModel:
         self.events: deque[Event] = deque(maxlen=_MAX_EVENTS)
         self.detections: tuple[FoundObject, ...] = ()
         self.rejected: tuple[FindReport, ...] = ()
-        """What the operator said is not the object of the present goal."""
+        """Finds of the present goal that the operator rejected."""
         self.history = History()
         self.pictures = PictureStore()
-        """Pictures from where the robot was, for explanations."""
+        """Pictures along the trajectory, for explanations."""
         self.painted: tuple[PaintedStroke, ...] = ()
         self.far_evidence = NO_FAR_EVIDENCE
-        """Where images from afar show what may be the object."""
+        """Evidence of the object beyond the map's range."""
         self.recording: RecordingStatus | None = None
-        """None while nobody records."""
+        """Status of the recorder; None without a recorder."""
         self.needs_keyframe = True
-        """The map may miss voxels: whoever feeds the model asks for a keyframe."""
+        """Whether the map may lack voxels, so that a keyframe must be requested."""
         self._changed: set[Part] = set()
         self._held: deque[VoxelCloud] = deque(maxlen=_MAX_HELD)
         self._transforms: dict[str, StampedTransform] = {}
@@ -106,7 +106,7 @@ class SceneModel:
         return changed
 
     def on_status(self, status: Status) -> None:
-        """Take over the state of the navigator; a restarted navigator means a new map."""
+        """Update the state of the navigator; after a restart of it, the map is cleared."""
         before = self.status
         if before is not None and _restarted(before, status):
             self._forget_session()
@@ -124,13 +124,13 @@ class SceneModel:
                 self._store(cloud)
 
     def on_voxels(self, cloud: VoxelCloud) -> None:
-        """Change voxels; their values are absolute."""
+        """Update voxels; their values are absolute."""
         if self.needs_keyframe:
             self._held.append(cloud)
         self._store(cloud)
 
     def on_keyframe(self, cloud: VoxelCloud) -> None:
-        """Replace the map by all its voxels, then repeat the changes that are newer."""
+        """Replace all voxels, then apply newer changes again."""
         self.voxels.clear()
         self._candidates = None
         self._store(cloud)
@@ -155,7 +155,7 @@ class SceneModel:
         self._changed.add("path")
 
     def on_transforms(self, transforms: Iterable[StampedTransform]) -> None:
-        """Move frames; the poses of base and camera follow from the chain to the world."""
+        """Update coordinate frames, and with them the poses of base and camera."""
         for transform in transforms:
             known = self._transforms.get(transform.child)
             if known is None and len(self._transforms) >= _MAX_FRAMES:
@@ -169,7 +169,7 @@ class SceneModel:
         self._changed.add("pose")
 
     def on_camera(self, camera: StampedCamera) -> None:
-        """Take over the intrinsics of the colour camera."""
+        """Update the intrinsics of the colour camera."""
         if camera.camera != self.camera or camera.frame_id != self._camera_frame:
             self.camera = camera.camera
             self._camera_frame = camera.frame_id
@@ -177,7 +177,7 @@ class SceneModel:
             self._changed.add("camera")
 
     def on_image(self, image: CompressedColor) -> None:
-        """Show the latest picture of the camera, encoded as it came."""
+        """Update the latest camera image, encoded as received."""
         self.image = image
         if self.camera is not None and self.T_world_camera is not None:
             self.pictures.add(image.stamp_ns, image.encoded, self.camera, self.T_world_camera)
@@ -194,15 +194,14 @@ class SceneModel:
             self._changed.add("far_evidence")
 
     def on_painted(self, painted: PaintedRegions) -> None:
-        """Replace what the operator painted on the floor."""
+        """Replace the painted regions."""
         self.painted = tuple(painted.regions)
         self._changed.add("painted")
 
     def candidates(self) -> tuple[Candidate, ...]:
-        """Return the places that look most like the object.
+        """Return the most probable places of the object.
 
-        They are worked out when first asked for, and stay until the state changes: that goes over
-        the whole map.
+        They are computed on demand over the whole map, and cached until the state changes.
         """
         if self.voxel_size_m is None:
             return ()
@@ -216,7 +215,7 @@ class SceneModel:
         self._changed.add("proximity")
 
     def on_event(self, event: Event) -> None:
-        """Append to the log, and remember what was rejected."""
+        """Append to the log, and store rejected finds."""
         self.events.append(event)
         if event.kind == "rejected" and self._last_find is not None:
             self.rejected += (self._last_find,)
@@ -225,7 +224,7 @@ class SceneModel:
         self._changed.add("events")
 
     def on_recording(self, status: RecordingStatus) -> None:
-        """Take over what the recorder does."""
+        """Update the recorder's status."""
         self.recording = status
         self._changed.add("recording")
 
@@ -235,7 +234,7 @@ class SceneModel:
         self._changed.add("detections")
 
     def restore(self, past: SeekHistory) -> None:
-        """Forget everything but this past; the messages of the moment follow."""
+        """Reset everything except this history; the messages of the moment follow."""
         self._forget_session()
         self.status, self.proximity, self.image = None, None, None
         self.T_world_base = self.T_world_camera = None

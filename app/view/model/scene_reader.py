@@ -1,4 +1,4 @@
-"""Payloads as they travelled, into the scene model; what cannot be read is counted and skipped."""
+"""Decodes payloads into the scene model; undecodable ones are counted and skipped."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -20,13 +20,13 @@ _JSON_LIMIT: Final = 4 * 2**20
 
 
 class SceneReader:
-    """Feeds one `SceneModel`, from the network or from a recording."""
+    """Updates one `SceneModel` from the network or a recording."""
 
     def __init__(self, model: SceneModel) -> None:
         self.rejected: Counter[str] = Counter()
-        """Broken messages by key."""
+        """Number of undecodable messages by key."""
         self.problem: str | None = None
-        """What was wrong with the last broken message."""
+        """Error of the last undecodable message."""
         self._handlers: dict[str, Callable[[bytes], None]] = {
             keys.STATUS: lambda p: model.on_status(_json(p, status.Status)),
             keys.LEVELS: lambda p: model.on_proximity(_json(p, status.LevelTable)),
@@ -48,14 +48,14 @@ class SceneReader:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Topics, without the robot's prefix, that the scene is made of.
+        """Topics of the scene, without the robot's prefix.
 
-        A jump is not among them: nobody on the network makes one.
+        `SEEK_HISTORY` is excluded, because it is not sent over the network.
         """
         return tuple(key for key in self._handlers if key != SEEK_HISTORY)
 
     def feed(self, key: str, payload: bytes) -> bool:
-        """Take over one message; return whether it could be read."""
+        """Decode and apply one message; return whether it could be decoded."""
         handler = self._handlers.get(key)
         if handler is None:
             return False

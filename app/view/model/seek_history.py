@@ -1,4 +1,4 @@
-"""What a jump in a recording restores that no single message holds."""
+"""History that a jump in a recording restores, beyond its messages."""
 
 from typing import Final
 
@@ -7,14 +7,14 @@ from msgspec import Struct
 from app.messages.status import Event, Status
 
 SEEK_HISTORY: Final = "view/restore"
-"""Key of a `SeekHistory`, as JSON: it begins the messages that a jump in a recording feeds."""
+"""Key of a `SeekHistory`, as JSON: the first message after a jump in a recording."""
 
 
 class SeekHistory(Struct, frozen=True, kw_only=True):
-    """The past of one moment: the model forgets everything else."""
+    """History up to a moment; all other state of the model is reset."""
 
     trail: list[tuple[float, float, float]] = []
-    """Where the base was, metres in the world."""
+    """Positions of the base, metres in the world."""
     statuses: list[Status] = []
-    """For the plots, in order."""
+    """Statuses for the plots, in order."""
     events: list[Event] = []

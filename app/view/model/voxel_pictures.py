@@ -1,4 +1,4 @@
-"""Which of the kept pictures show a voxel: in view, near enough, and nothing in between."""
+"""Stored pictures that show a voxel: in view, near enough, and not occluded."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,12 +11,12 @@ from app.view.model.picture_store import PictureStore, StoredPicture
 
 SEEN_M: Final = 5.0
 _TRIED: Final = 12
-"""Pictures whose line of sight is checked at most, the closest first."""
+"""Maximum number of pictures whose line of sight is checked, the closest first."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VoxelPicture:
-    """A picture, and where in it the voxel is."""
+    """A picture and the voxel's pixel in it."""
 
     picture: StoredPicture
     u: int

@@ -1,6 +1,6 @@
-"""Surface voxels as the view keeps them: blocks of 8 x 8 x 8 in columns of two by two blocks.
+"""Surface voxels of the view: blocks of 8 x 8 x 8 in columns of two by two blocks.
 
-Changes touch only the blocks that they fall in, and mark the columns that have to be drawn again.
+Updates change only the blocks that they fall in, and mark the columns to be redrawn.
 """
 
 from collections import OrderedDict
@@ -16,15 +16,15 @@ from app.view.colors import NOT_MAPPED
 EDGE: Final = 8
 VOLUME: Final = EDGE**3
 COLUMN: Final = 2 * EDGE
-"""Voxels across a column. Wider ones are fewer nodes for a browser to build and to draw; narrower
-ones less to send again for a change."""
+"""Width of a column in voxels. Wider columns give fewer scene nodes; narrower ones less data per
+change."""
 ATTRIBUTES: Final = 8
-"""Bytes a voxel: r, g, b, ooi, proximity, level, label, confidence."""
+"""Bytes per voxel: r, g, b, ooi, proximity, level, label, confidence."""
 
 MAX_BLOCKS: Final = 65_536
-"""About 300 MB; what comes beyond is counted in `VoxelStore.refused`, not stored."""
+"""About 300 MB; further voxels are counted in `VoxelStore.refused` and not stored."""
 MAX_INDEX: Final = 1 << 20
-"""Voxels farther from the origin than this are refused: no home is that large."""
+"""Maximum distance of voxels from the origin; farther ones are refused."""
 
 Column = tuple[int, int]
 """Index along x and y, in steps of `COLUMN` voxels."""
@@ -35,7 +35,7 @@ _SHIFT: Final = 19
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VoxelUpdate:
-    """Voxels that changed, or all of them, one row a voxel."""
+    """Changed voxels, or all of them, one row per voxel."""
 
     indices: NDArray[np.int64]
     """(N, 3) voxel (i, j, k)."""
@@ -63,7 +63,8 @@ class ColumnVoxels:
     attributes: NDArray[np.uint8]
     """(M, 8) as in `VoxelUpdate`."""
     openness: NDArray[np.uint8]
-    """(M,) 0 under another voxel, else 255 less what rises around it: contact shadows."""
+    """(M,) openness for contact shadows: 0 under another voxel, else 255 minus the occlusion by
+    neighbours."""
 
 
 def _pack(blocks: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -77,7 +78,7 @@ class VoxelStore:
     def __init__(self) -> None:
         self.count = 0
         self.refused = 0
-        """Voxels not stored: too far out, or beyond `MAX_BLOCKS`."""
+        """Number of voxels not stored: too far away, or beyond `MAX_BLOCKS`."""
         self._rows: dict[int, int] = {}
         self._block = np.empty((0, 3), dtype=np.int64)
         self._columns: dict[Column, list[int]] = {}
@@ -87,7 +88,7 @@ class VoxelStore:
         self._attributes = np.zeros((0, VOLUME, ATTRIBUTES), dtype=np.uint8)
         self._revision = 0
         self._touched: OrderedDict[Column, int] = OrderedDict()
-        """The revision of each column's last change, the latest at the end."""
+        """Revision of each column's last change, the latest at the end."""
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -95,7 +96,7 @@ class VoxelStore:
         return tuple(self._columns)
 
     def apply(self, update: VoxelUpdate) -> None:
-        """Store the rows of an update; of rows for the same voxel the last one holds."""
+        """Store the rows of an update; of rows for the same voxel the last one applies."""
         indices, attributes, surface = update.indices, update.attributes, update.surface
         near = (np.abs(indices) < MAX_INDEX).all(axis=1)
         if not near.all():
@@ -126,15 +127,15 @@ class VoxelStore:
         self._touch((x >> 1, y >> 1) for x, y in blocks[first, :2].tolist())
 
     def clear(self) -> None:
-        """Forget every voxel; columns that held some are marked."""
+        """Remove every voxel; columns that had some are marked."""
         self._present[:] = False
         self.count = 0
         self._touch(self._columns)
 
     def changed_since(self, revision: int) -> tuple[tuple[Column, ...], int]:
-        """Return the columns that changed since a revision, and the present one; 0 means all.
+        """Return the columns changed since a revision (0 for all), and the present revision.
 
-        Each picture of the map keeps its own revision; the cost is that of what changed.
+        Each drawing keeps its own revision; the cost is proportional to the changes.
         """
         changed: list[Column] = []
         for column, touched in reversed(self._touched.items()):
@@ -144,11 +145,11 @@ class VoxelStore:
         return tuple(changed), self._revision
 
     def column(self, column: Column, below: int | None = None) -> ColumnVoxels:
-        """Gather the voxels of one column.
+        """Return the voxels of one column.
 
         Args:
-            column: Which column; one that never held a voxel is empty.
-            below: Voxels from this layer upwards are left out, and cast no shadow.
+            column: Index of the column; empty if it never had a voxel.
+            below: Voxels from this layer upwards are excluded, and cast no shadow.
         """
         rows = np.array(self._columns.get(column, ()), dtype=np.int64)
         which, cell = np.nonzero(self._present[rows])
@@ -180,10 +181,10 @@ class VoxelStore:
         return np.concatenate(indices), np.concatenate(attributes)
 
     def at_least(self, ooi: int) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
-        """Return (N, 3) indices and (N, 8) attributes of the voxels that are so likely the object.
+        """Return (N, 3) indices and (N, 8) attributes of voxels above a probability of the object.
 
         Args:
-            ooi: Least p(v in O) as it is stored; voxels without one are left out.
+            ooi: Least p(v in O) as stored; voxels without one are excluded.
         """
         stored = self._attributes[..., 3]
         row, cell = np.nonzero(self._present & (stored >= ooi) & (stored < NOT_MAPPED))
@@ -227,7 +228,7 @@ class VoxelStore:
     def _openness(
         self, column: Column, local: NDArray[np.int16], below: int | None
     ) -> NDArray[np.uint8]:
-        """Tell how much of the sky a voxel sees, from the two layers above it."""
+        """Return the openness of voxels to above, from the two layers above them."""
         if not len(local):
             return np.empty(0, dtype=np.uint8)
         low = int(local[:, 2].min())
@@ -250,7 +251,7 @@ class VoxelStore:
     def _fill(
         self, solid: NDArray[np.uint8], stack: tuple[int, int], x: int, y: int, low: int
     ) -> None:
-        """Copy what lies in or borders on a column of the blocks that stand at (x, y) in it."""
+        """Copy the voxels of the blocks at (x, y) that are in a column or border on it."""
         to_x, from_x = _PART[x]
         to_y, from_y = _PART[y]
         for row in self._stacks.get(stack, ()):
@@ -268,4 +269,4 @@ _PART: Final = {
     1: (slice(EDGE + 1, COLUMN + 1), slice(0, EDGE)),
     2: (slice(COLUMN + 1, COLUMN + 2), slice(0, 1)),
 }
-"""For a block beside, in, in, and beside a column: where its voxels go, and which these are."""
+"""For a block before, in, in, and after a column: target and source slices of its voxels."""
