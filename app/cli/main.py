@@ -7,6 +7,7 @@ from typing import assert_never
 
 import tyro
 
+from app.cli.exit_status import EXIT_INTERRUPTED, EXIT_USAGE
 from app.cli.options import nodes, tools
 from app.cli.options.certificates import Certificates
 from app.cli.options.commands import Command
@@ -15,9 +16,6 @@ from app.cli.options.recognition import Calibrate, Recognise
 from app.cli.options.ros2 import Ros2
 from app.errors import UsageError
 from app.process.environment import prepare_process
-
-EXIT_USAGE = 2
-EXIT_INTERRUPTED = 130
 
 
 def run(arguments: Sequence[str]) -> int:

@@ -142,6 +142,12 @@ class Status(_Message, frozen=True):
     lease: LeaseStatus = LeaseStatus()
 
 
+def goal_of(status: Status, goal_id: int) -> GoalStatus | None:
+    """Return an active, waiting or finished goal by its number; None if it is not listed."""
+    known = [status.goal, *status.queue, *status.history]
+    return next((goal for goal in known if goal is not None and goal.goal_id == goal_id), None)
+
+
 class Event(_Message, frozen=True):
     """An event for operator and review."""
 

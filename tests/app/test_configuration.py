@@ -108,9 +108,9 @@ def test_files_are_yaml_or_json(tmp_path):
     file.write_text("# nothing\n")
     assert read_file(file) == {}
     for content, text in (
-        ("- a\n", "holds no names with values"),
+        ("- a\n", "is not a mapping of names to values"),
         ("a: [", "configuration .*robot.json: "),
-        ("a: 1\na: 2\n", "'a' stands twice"),
+        ("a: 1\na: 2\n", "'a' is defined twice"),
     ):
         file.write_text(content)
         with pytest.raises(ConfigurationError, match=text):

@@ -213,10 +213,10 @@ def test_a_click_explains_sends_and_paints(page, shoot):
 
     choose(page, "Look here")
     page.mouse.click(*FLOOR)
-    expect(view(page).get_by_text("looking there first")).to_be_visible()
+    expect(view(page).get_by_text("searching there first")).to_be_visible()
     choose(page, "Not here")
     page.mouse.click(FLOOR[0] - 120, FLOOR[1])
-    expect(view(page).get_by_text("not looking there")).to_be_visible()
+    expect(view(page).get_by_text("not searching there")).to_be_visible()
     shoot("painted")
     choose(page, "Undo")
     expect(view(page).get_by_text("undone; 1 left")).to_be_visible()
@@ -226,13 +226,13 @@ def test_a_click_explains_sends_and_paints(page, shoot):
     page.mouse.move(FLOOR[0] + 60, FLOOR[1] + 40, steps=4)
     page.mouse.up()
     page.keyboard.up("Shift")
-    expect(view(page).get_by_text("not looking there")).to_be_visible()
+    expect(view(page).get_by_text("not searching there")).to_be_visible()
     shoot("painted-region")
     choose(page, "Clear")
 
     choose(page, "Go")
     page.mouse.click(4, 70)
-    expect(view(page).get_by_text(_either("no way is known", "not on the floor"))).to_be_visible()
+    expect(view(page).get_by_text(_either("no path is known", "not on the floor"))).to_be_visible()
 
 
 def _either(*texts: str) -> re.Pattern[str]:

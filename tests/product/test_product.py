@@ -86,7 +86,7 @@ def keep_a_record(page: Page, sessions: Path, pictures: Path) -> None:
     expect(line).to_contain_text("Recording: ")
     (first,) = sessions.iterdir()
     view.get_by_role("button", name="Mark", exact=True).click()
-    expect(view.get_by_text("Written beside the recording.")).to_be_visible()
+    expect(view.get_by_text("Stored with the recording.")).to_be_visible()
     field(page, "Note").fill("the lamp is new")
     view.get_by_role("button", name="Save the note").click()
     deadline = time.monotonic() + PATIENCE_MS / 1e3

@@ -8,6 +8,7 @@ import time
 import msgspec
 import zenoh
 
+from app.cli.exit_status import exit_status
 from app.cli.options.tools import Ask
 from app.cli.tools.levels import check_query
 from app.cli.tools.levels_table import as_json, print_levels, print_question, printable, said_by
@@ -27,7 +28,7 @@ from app.messages.control import (
     VocabularyRequest,
     decode,
 )
-from app.messages.status import GoalStatus, LevelTable, Status
+from app.messages.status import GoalStatus, LevelTable, Status, goal_of
 from ippon.guidance.language.sentence import is_name
 from ippon.guidance.levels import Level
 
@@ -36,9 +37,6 @@ READ_S = 12.0
 """A language model may read the sentence; rules do after eight seconds."""
 ANSWER_S = 150.0
 """Two requests to a language model and one for what it left out, with time to spare."""
-EXIT_NOT_FOUND = 1
-EXIT_OUT_OF_REACH = 4
-"""It was found, and no way leads close to it."""
 NAME = "ippon ask"
 
 
@@ -210,7 +208,7 @@ def _follow(updates: "queue.SimpleQueue[bytes]", goal_id: int, command: Ask) -> 
             status = decode(updates.get(timeout=SILENT_S), Status)
         except queue.Empty:
             raise LinkError(f"the navigator has been silent for {SILENT_S:g} s") from None
-        goal = known_goal(status, goal_id)
+        goal = goal_of(status, goal_id)
         if goal is None or goal.outcome == "queued":
             continue
         line = f"{status.state}: {status.why}"
@@ -221,17 +219,6 @@ def _follow(updates: "queue.SimpleQueue[bytes]", goal_id: int, command: Ask) -> 
         shown = line
         if goal.outcome != "active":
             return exit_status(goal)
-
-
-def exit_status(goal: GoalStatus) -> int:
-    """Return what a command ends with that waited for a search to be over."""
-    return {"found": 0, "out_of_reach": EXIT_OUT_OF_REACH}.get(goal.outcome, EXIT_NOT_FOUND)
-
-
-def known_goal(status: Status, goal_id: int) -> GoalStatus | None:
-    """Return a goal that is active, waits or is over; None when the navigator does not say it."""
-    known = [status.goal, *status.queue, *status.history]
-    return next((goal for goal in known if goal is not None and goal.goal_id == goal_id), None)
 
 
 def _as_dict(status: Status, goal: GoalStatus) -> dict[str, object]:

@@ -24,7 +24,7 @@ def request_credential(
         name: Name of the requester that others see.
         timeout_s: Time to wait for each reply.
         take: Take control from its holder, and release it at the end. Without it, requests are
-            accepted only while nobody holds control.
+            accepted only while nobody has control.
 
     Raises:
         RequestRefusedError: The navigator refused; the text says why.

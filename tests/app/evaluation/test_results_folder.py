@@ -67,7 +67,7 @@ def test_what_a_killed_writer_left_is_no_row(folder, make_row):
 
 def test_other_settings_need_another_folder(folder):
     other = {"fixed": {"seed": 1, "robot": "zed"}, "version": "1"}
-    with pytest.raises(UsageError, match=r"another set-up: seed 0 \(now 1\); use another folder"):
+    with pytest.raises(UsageError, match=r"another setup: seed 0 \(now 1\); use another folder"):
         folder.open_for(other)
     folder.open_for({**_SETTINGS, "version": "2"})
     assert folder.settings()["version"] == "2"
@@ -77,7 +77,7 @@ def test_damage_is_named(folder, make_row):
     (folder.path / RUN_FILE).write_text("{")
     with pytest.raises(UsageError, match=r"run\.json is damaged"):
         folder.open_for(_SETTINGS)
-    with pytest.raises(UsageError, match=r"run\.json is damaged: .*delete it to go without"):
+    with pytest.raises(UsageError, match=r"run\.json is damaged: .*delete it to continue without"):
         folder.settings()
     folder.write(make_row())
     (path,) = (folder.path / "rows").iterdir()

@@ -85,7 +85,7 @@ def test_a_killed_run_goes_on_where_it_was(launch, room, tmp_path):
     refused = launch(*_arguments(out, room), "--seed", "5")
     status, _ = refused.finish(60.0)
     assert status == 2
-    assert "holds results of another set-up: seed 0 (now 5)" in refused.log().replace("\n", " ")
+    assert "holds results of another setup: seed 0 (now 5)" in refused.log().replace("\n", " ")
 
 
 @pytest.mark.process

@@ -119,7 +119,7 @@ def test_at_its_limit_a_recording_ends_and_everyone_is_told(sessions, record):
 
     told = msgspec.json.decode(_await(told), type=Event)
     assert told.kind == "error"
-    assert "limit of 0.0002 GB; the robot goes on" in told.text
+    assert "limit of 0.0002 GB; the robot continues" in told.text
     (recording,) = finish()
     assert recording.index.complete
     recording.close()

@@ -38,7 +38,7 @@ def test_a_real_kitchen_holds_what_is_in_it_and_nothing_that_is_not(tmp_path):
     page = (tmp_path / "page.html").read_text()
     assert page.count('class="find"') == sum(map(len, finds.values()))
     assert page.count("<figure>") > 20
-    assert "this network cannot tell it" in page
+    assert "this network does not recognise it" in page
     assert "together: p 0.9" in page
     truth = json.loads((SEQUENCE / "objects.json").read_text())["objects"]
 
@@ -63,7 +63,7 @@ def test_a_real_kitchen_holds_what_is_in_it_and_nothing_that_is_not(tmp_path):
     [
         (("/nowhere", "--find", "cup"), "/nowhere does not exist"),
         ((str(ROOT / "docs"), "--find", "cup"), "is not a known dataset"),
-        ((str(ROOT), "--find", " , "), "--find names the objects"),
+        ((str(ROOT), "--find", " , "), "--find takes comma-separated objects"),
         (("/nowhere", "--find", "cup", "--page", "/nowhere/page.html"), "folder /nowhere does not"),
     ],
 )

@@ -54,7 +54,7 @@ class ControlService:
         """Accept a command of the lease's holder, and Stop of anybody.
 
         Raises:
-            RequestRefusedError: Somebody else holds control.
+            RequestRefusedError: Somebody else has control.
         """
         if isinstance(message, ControlRequest) and message.action == "stop":
             return

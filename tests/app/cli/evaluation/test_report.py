@@ -70,7 +70,7 @@ def test_the_page_is_whole_and_needs_nothing_from_elsewhere(results, capsys):
     page = (results.path / "report.html").read_text()
     assert page.count("<svg") == page.count("</svg>") == 4
     assert not re.search(r'(src|href)="', page)
-    assert "A small sample" in page
+    assert "Small sample" in page
     assert "0.500 [0.40, 0.60]" in page
     assert "oracle, stuck: 1" in page
     assert f"ippon eval replay {results.path} 2.bed.0.untold --method oracle" in page
@@ -147,4 +147,4 @@ def test_every_episode_says_how_to_watch_it(results, make_row, capsys):
     assert f'<a href="{SESSIONS}/1.bed.0.untold.oracle/2026/">recording</a>' in line
     assert page.count(">recording</a>") == 1
     assert "3 episodes that found the object" in page
-    assert "begins on the map of the search before it" in page
+    assert "starts with the map of the search before it" in page

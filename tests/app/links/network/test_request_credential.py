@@ -30,7 +30,7 @@ def test_without_taking_it_a_held_control_stays_held(sessions, control):
     _, client = sessions
     with (
         request_credential(client, "r", "ippon ask", 2.0, take=False) as who,
-        pytest.raises(RequestRefusedError, match="Anna holds control: ask for it"),
+        pytest.raises(RequestRefusedError, match="Anna has control: request it"),
     ):
         ask(client, "r/feedback", CONFIRM, Accepted, 2.0, who)
     assert control.status().holder == "Anna"

@@ -82,7 +82,7 @@ def test_nobody_answers(sessions):
     _, client = sessions
     with pytest.raises(LinkError, match=r"no reply on robot/search within 0\.5 s"):
         ask(client, KEY, SearchRequest(object="hat"), Accepted, 0.5)
-    with pytest.raises(LinkError, match="nobody takes requests there; the navigator may still be"):
+    with pytest.raises(LinkError, match="there is no such endpoint; the navigator may still be"):
         ask(client, KEY, SearchRequest(object="hat"), Accepted, 0.5)
 
 

@@ -120,7 +120,7 @@ def test_a_recorder_only_watches(network):
         ask(recorder, "ippon/control", ControlRequest(action="stop"), ControlReply, 0.5)
 
 
-REFUSED = "a certificate that is refused looks the same"
+REFUSED = "A refused TLS certificate looks the same"
 
 
 def test_a_certificate_of_another_authority_does_not_get_in(network):

@@ -79,8 +79,8 @@ class Navigator:
             raise CommandError(self.problem)
         self.who = acting_browser()
         if action == "renew" and not acting_browser().has_lease_or_request:
-            return LeaseReply(standing="watches", epoch=3, detail="Nobody holds control.")
-        reply = LeaseReply(standing="holds", epoch=3, detail="You hold control.")
+            return LeaseReply(standing="watches", epoch=3, detail="Nobody has control.")
+        reply = LeaseReply(standing="holds", epoch=3, detail="You have control.")
         acting_browser().update_lease(reply)
         return reply
 

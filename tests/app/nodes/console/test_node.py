@@ -193,11 +193,11 @@ def test_a_navigator_of_another_version_is_named(stage, zenoh_port, shell):
     try:
         home.status_changes = {"version": "9.9"}
         shell.hear(lambda shell: _live(shell) and shell.state["warning"])
-        assert shell.state["warning"].startswith("The navigator is of version 9.9, this console of")
+        assert shell.state["warning"].startswith("The navigator has version 9.9, this console")
         home.frozen = True
         home.status = lambda: msgspec.structs.replace(stage.status_of(), state="pondering")
         shell.hear(lambda shell: shell.state["link"] == "waiting")
-        assert "The navigator is not understood" in shell.state["link_text"]
+        assert "The navigator's status cannot be read" in shell.state["link_text"]
         assert "pondering" in shell.state["link_text"]
     finally:
         home.close()

@@ -220,6 +220,6 @@ def test_a_bag_of_others_cannot_be_recomputed(tmp_path):
     session.add(keys.STATUS, encode(status_of(0)), 1, 0.0)
     session.close()
     recording = Recording(session.writer.folder)
-    with pytest.raises(RecordingError, match="only sessions that ippon recorded"):
+    with pytest.raises(RecordingError, match="only sessions recorded by ippon"):
         read_settings(recording, ())
     recording.close()

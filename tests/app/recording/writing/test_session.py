@@ -26,7 +26,7 @@ GB = 10**9
     [
         (1 * GB, 100 * GB, False, ""),
         (7.5 * GB, 100 * GB, False, r"7.5 of 8 GB"),
-        (8 * GB, 100 * GB, True, r"limit of 8 GB; the robot goes on"),
+        (8 * GB, 100 * GB, True, r"limit of 8 GB; the robot continues"),
         (1 * GB, 2.1 * GB, False, r"2.1 GB are free"),
         (1 * GB, 1.9 * GB, True, r"1.9 GB are free on the disk and 2 GB must stay"),
     ],

@@ -73,7 +73,7 @@ def test_every_length_is_read(page, rest):
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [
-        (b"<script data-p=", b"<script data-q=", "holds no script"),
+        (b"<script data-p=", b"<script data-q=", "has no script"),
         (b'data-p="', b'data-p="~~~~~', "cannot be unpacked"),
         (b'data-p="', b'data-p="<', "1 that are none"),
         (b'data-ss="1', b'data-ss="', "unpacks to"),

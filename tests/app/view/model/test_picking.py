@@ -39,7 +39,7 @@ def test_the_floor_is_where_the_ray_meets_it():
     point = floor_point(np.array([0.0, 2.0, 3.0]), slanted, 0.5)
     assert point == pytest.approx([2.5, 2.0, 0.5])
     for direction in (np.array([1.0, 0.0, 0.2]), np.array([1.0, 0.0, -1e-3])):
-        with pytest.raises(ValueError, match="not on the floor; look at it more from above"):
+        with pytest.raises(ValueError, match="not on the floor; tilt the view down"):
             floor_point(np.array([0.0, 0.0, 3.0]), direction, 0.0)
 
 

@@ -111,7 +111,7 @@ def test_silence_does_not_close_the_line_for_commands(start_home, link, monkeypa
     _wait(lambda: link.openings >= before + 3)
     assert link._commanding is commanding
     assert link.silence_s() > 0.6, "opening again is no word from the navigator"
-    assert link.pause() == "The robot waits."
+    assert link.pause() == "The robot is paused."
 
 
 def test_a_break_that_zenoh_mends_by_itself_is_noticed(start_home, relay, connect):

@@ -1,4 +1,4 @@
-"""Login, and who holds control, in a real browser: one console with users, shared by all checks."""
+"""Login, and who has control, in a real browser: one console with users, shared by all checks."""
 
 import os
 import time

@@ -68,9 +68,9 @@ def test_what_is_no_user_is_refused(tmp_path, name, password, text):
     [
         ("", "holds no user; add one with: ippon user NAME"),
         ("# nobody\n\n", "holds no user"),
-        ("anna:operator:AA", "a line that is no user"),
-        ("anna:god:AA==:AA==", "a line that is no user"),
-        ("anna:viewer:!!!!:AA==", "a line that is no user"),
+        ("anna:operator:AA", "an invalid line"),
+        ("anna:god:AA==:AA==", "an invalid line"),
+        ("anna:viewer:!!!!:AA==", "an invalid line"),
     ],
 )
 def test_a_file_that_will_not_do_is_refused(tmp_path, content, text):

@@ -150,4 +150,4 @@ def test_a_page_is_told_when_nobody_writes(client, monkeypatch):
     monkeypatch.setattr(export_desk, "PATIENCE_S", 0.05)
     answer = client.get("/api/export/map.ply")
     assert answer.status_code == 503
-    assert "the console hangs" in answer.text
+    assert "the console does not respond" in answer.text

@@ -210,7 +210,7 @@ def test_a_viewers_clicks_and_commands_do_nothing(client, viser_server, link):
         link.lease_status = LeaseStatus(state="held", holder="Bert", epoch=4)
         s.send(click)
         time.sleep(0.5)
-        assert box.value is False, "an operator while another holds control"
+        assert box.value is False, "an operator while another has control"
         link.lease_status = LeaseStatus()
         s.send(click)
         deadline = time.monotonic() + 10.0

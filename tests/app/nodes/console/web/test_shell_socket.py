@@ -69,7 +69,7 @@ def test_control_is_taken_renewed_and_lost_as_the_page_is_told(client, navigator
         assert hear(shell, "you")["standing"] == "watches"
         shell.send('{"type":"lease","id":1,"action":"request"}')
         assert hear(shell, "reply") == {
-            "type": "reply", "id": 1, "ok": True, "text": "You hold control.",
+            "type": "reply", "id": 1, "ok": True, "text": "You have control.",
         }  # fmt: skip
         assert hear(shell, "you")["standing"] == "holds"
         deadline = time.monotonic() + 10.0
@@ -79,10 +79,10 @@ def test_control_is_taken_renewed_and_lost_as_the_page_is_told(client, navigator
         shell.send('{"type":"lease","id":2,"action":"release"}')
         hear(shell, "reply")
     assert {"request", "renew", "release"} == set(navigator.actions)
-    navigator.problem = "Anna holds control"
+    navigator.problem = "Anna has control"
     with client.socket("/api/ws") as shell:
         shell.send('{"type":"lease","id":3,"action":"take"}')
-        assert hear(shell, "reply")["text"] == "Anna holds control"
+        assert hear(shell, "reply")["text"] == "Anna has control"
 
 
 def test_a_page_that_sleeps_keeps_no_lease(client, navigator, monkeypatch):

@@ -1,4 +1,4 @@
-"""How often a password may be guessed."""
+"""Limit on password guesses."""
 
 import pytest
 

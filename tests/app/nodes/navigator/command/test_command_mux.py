@@ -154,12 +154,12 @@ def test_a_message_that_is_older_than_the_last_does_not_count(bench):
 
 
 def test_a_hand_without_the_right_to_drive_is_told_why(bench):
-    bench.refusal = "Anna holds control"
+    bench.refusal = "Anna has control"
     bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
     bench.hold(linear=0.8)
     deadline = time.monotonic() + 20.0
-    while bench.mux.status().intervention != "Anna holds control":
+    while bench.mux.status().intervention != "Anna has control":
         assert time.monotonic() < deadline
         # What is held is let go 0.3 s after its last message.
         bench.hold(linear=0.8)

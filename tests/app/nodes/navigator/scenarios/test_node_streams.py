@@ -125,7 +125,7 @@ def test_refused_frames_are_shown_until_one_is_accepted(robot):
 
 def test_a_segmentation_that_stops_is_reported_and_the_search_goes_on(robot):
     status = robot.send_until(lambda s: bool(s.notes), heatmap=False)
-    assert status.notes == ["no heatmap: objects are not told apart; the search goes on"]
+    assert status.notes == ["no heatmap: objects are not recognised; the search continues"]
     assert status.state == "looking_around"
     assert robot.send_until(lambda s: not s.notes).goal.outcome == "active"
     told = [(e.kind, e.text[:10]) for e in robot.events if "heatmap" in e.text]
@@ -205,7 +205,7 @@ def test_a_detector_that_stamps_its_messages_itself_is_told(robot):
 def test_a_detector_that_dies_is_reported_and_the_search_goes_on(robot):
     robot.send_until(lambda s: s.frames > 6, heatmap=False, detector=seen_on_the_wall())
     status = robot.send_until(
-        lambda s: any("objects are not told apart" in note for note in s.notes), heatmap=False
+        lambda s: any("objects are not recognised" in note for note in s.notes), heatmap=False
     )
     assert status.state != "lost"
     robot.send_until(lambda s: not s.notes, heatmap=False, detector=seen_on_the_wall())

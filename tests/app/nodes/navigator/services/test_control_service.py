@@ -81,7 +81,7 @@ def test_a_command_counts_for_everyone_while_nobody_holds_control(office):
 def test_a_command_without_the_lease_is_refused_with_the_reason(office):
     anna = holding(office, ANNA)
     for who in (None, BERT):
-        with pytest.raises(RequestRefusedError, match="Anna holds control: ask for it"):
+        with pytest.raises(RequestRefusedError, match="Anna has control: request it"):
             office.command(who)
     assert office.handled == []
     office.command(anna)
@@ -92,7 +92,7 @@ def test_stop_is_everyones_and_resume_is_not(office):
     holding(office, ANNA)
     assert office.command(None, ControlRequest(action="stop"), ControlReply).state == "stopped"
     assert office.command(BERT, ControlRequest(action="stop"), ControlReply).state == "stopped"
-    with pytest.raises(RequestRefusedError, match="Anna holds control"):
+    with pytest.raises(RequestRefusedError, match="Anna has control"):
         office.command(BERT, ControlRequest(action="resume"), ControlReply)
 
 
@@ -139,7 +139,7 @@ def test_what_changes_is_told_once(office):
     office.clock.now += 1.5
     assert office.service.watch() == ((), True, False), "stale"
     office.clock.now += 1.0
-    assert office.service.watch() == (("Anna is gone: control ran out",), True, True)
+    assert office.service.watch() == (("Anna is gone: the lease expired",), True, True)
     assert office.service.teleop_refusal(TeleopTag(sender=anna.session, epoch=anna.epoch, seq=1))
 
 

@@ -92,8 +92,10 @@ def test_the_mode_reaches_mux_and_mission(service):
 
 
 def test_goes_where_there_is_a_way_and_says_so_where_there_is_none(service):
-    assert service.request(keys.GOTO, GotoRequest(x_m=1.0, y_m=2.0)).detail == "going there, 2.5 m"
-    with pytest.raises(RequestRefusedError, match=r"no way is known to \(50.0, 2.0\); choose a"):
+    assert (
+        service.request(keys.GOTO, GotoRequest(x_m=1.0, y_m=2.0)).detail == "driving there, 2.5 m"
+    )
+    with pytest.raises(RequestRefusedError, match=r"no path is known to \(50.0, 2.0\); choose a"):
         service.request(keys.GOTO, GotoRequest(x_m=50.0, y_m=2.0))
     with pytest.raises(RequestRefusedError, match="not a GotoRequest"):
         service.request(keys.GOTO, GotoRequest(x_m=1e9))
@@ -101,13 +103,13 @@ def test_goes_where_there_is_a_way_and_says_so_where_there_is_none(service):
 
 def test_what_is_painted_counts_is_kept_for_late_joiners_and_can_be_undone(service):
     dab = PaintRequest(action="look_here", strokes=[(1.0, 2.0)], radius_m=0.5)
-    assert service.request(keys.PAINT, dab).detail == "looking there first"
+    assert service.request(keys.PAINT, dab).detail == "searching there first"
     kept = last_message(service.client, f"{ROBOT}/{keys.PAINTED}", 2.0)
     assert kept is not None
     regions = decode(kept, PaintedRegions).regions
     assert [(r.kind, r.strokes, r.radius_m) for r in regions] == [("look_here", [(1.0, 2.0)], 0.5)]
     assert service.request(keys.PAINT, PaintRequest(action="undo")).detail == "undone; 0 left"
-    with pytest.raises(RequestRefusedError, match="nothing is painted that could be undone"):
+    with pytest.raises(RequestRefusedError, match="there is no painted region to undo"):
         service.request(keys.PAINT, PaintRequest(action="undo"))
     with pytest.raises(RequestRefusedError, match="a stroke needs at least one point"):
         service.request(keys.PAINT, PaintRequest(action="not_here"))
@@ -133,11 +135,11 @@ def test_a_waiting_goal_comes_first_or_goes(service):
         return [goal.object for goal in service.goals.statuses()[1]]
 
     assert service.request(keys.QUEUE, QueueRequest(goal_id=3, action="first")).detail == (
-        "it comes next"
+        "it is next"
     )
     assert waiting() == ["tv", "hat", "bed"]
     service.request(keys.QUEUE, QueueRequest(goal_id=1, action="remove"))
     assert waiting() == ["tv", "bed"]
     assert [(g.object, g.outcome) for g in service.goals.statuses()[2]] == [("hat", "cancelled")]
-    with pytest.raises(RequestRefusedError, match="no goal 1 waits any more"):
+    with pytest.raises(RequestRefusedError, match="goal 1 is no longer waiting"):
         service.request(keys.QUEUE, QueueRequest(goal_id=1, action="first"))

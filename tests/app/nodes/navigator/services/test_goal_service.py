@@ -106,7 +106,7 @@ def test_an_empty_object_and_a_full_queue_are_refused(office):
         office.service.search(SearchRequest(object="?!"))
     for _ in range(3):
         office.service.search(SearchRequest(object="hat"))
-    with pytest.raises(RequestRefusedError, match="too many goals wait already"):
+    with pytest.raises(RequestRefusedError, match="too many goals are waiting"):
         office.service.search(SearchRequest(object="hat"))
 
 
@@ -208,7 +208,7 @@ def test_feedback_belongs_to_a_find(office):
     [
         ({"object": "h\x07at"}, "the object holds a control character"),
         ({"object": "hat", "context": "on the\x1b[2J sofa"}, "the context holds a control"),
-        ({"object": " \n "}, "the object is empty; say what to look for"),
+        ({"object": " \n "}, "the object is empty; name an object"),
     ],
 )
 def test_text_that_cannot_be_read_is_refused_with_the_reason(office, fields, text):

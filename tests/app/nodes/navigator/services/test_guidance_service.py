@@ -88,7 +88,9 @@ def test_what_the_operator_sets_wins_over_later_answers(open_office):
     with pytest.raises(RequestRefusedError, match="there is none"):
         office.guidance.set_level(GuidanceRequest(label="bed", level="certain"))
     search(office)
-    with pytest.raises(RequestRefusedError, match="no common object 'spaceship'; there are wall"):
+    with pytest.raises(
+        RequestRefusedError, match="unknown common object 'spaceship'; there are wall"
+    ):
         office.guidance.set_level(GuidanceRequest(label="spaceship", level="certain"))
     for label, level in (("chest of drawers", "far"), ("bed", "near"), ("bed", "far")):
         office.guidance.set_level(GuidanceRequest(label=label, level=level))

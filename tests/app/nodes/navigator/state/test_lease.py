@@ -38,7 +38,7 @@ ANNA_1 = of_epoch(ANNA, 1)
 def test_what_is_free_is_taken(lease: Lease) -> None:
     assert lease.status(0.0).state == "free"
     reply = lease.request(ANNA, 0.0)
-    assert (reply.standing, reply.epoch, reply.detail) == ("holds", 1, "You hold control.")
+    assert (reply.standing, reply.epoch, reply.detail) == ("holds", 1, "You have control.")
     status = lease.status(0.0)
     assert (status.state, status.holder, status.epoch) == ("held", "Anna", 1)
     assert lease.take_events() == ("Anna took control",)
@@ -48,26 +48,25 @@ def test_what_is_free_is_taken(lease: Lease) -> None:
 def test_while_it_is_free_every_command_counts(lease: Lease) -> None:
     assert lease.refusal(None, 0.0) is None
     assert lease.refusal(ANNA, 0.0) is None
-    assert lease.teleop_refusal(ANNA.session, 0, 0.0) == "nobody holds control: take it to drive"
+    assert lease.teleop_refusal(ANNA.session, 0, 0.0) == "nobody has control: take it to drive"
 
 
 def test_the_holders_commands_count_and_nobody_elses(held: Lease) -> None:
     assert held.refusal(ANNA_1, 0.1) is None
     assert held.teleop_refusal(ANNA.session, 1, 0.1) is None
     refused = (
-        "Anna holds control: ask for it, wait until it is released, or take it over "
-        "(ippon ask --take)"
+        "Anna has control: request it, wait until it is released, or take it (ippon ask --take)"
     )
     assert held.refusal(None, 0.1) == refused
     assert held.refusal(of_epoch(BERT, 1), 0.1) == refused
-    assert held.teleop_refusal(BERT.session, 1, 0.1) == "Anna holds control"
+    assert held.teleop_refusal(BERT.session, 1, 0.1) == "Anna has control"
 
 
 def test_an_old_epoch_counts_no_more(held: Lease) -> None:
     held.release(ANNA_1, 0.1)
     assert held.request(ANNA, 0.2).epoch == 2
     assert "ended" in str(held.refusal(ANNA_1, 0.3))
-    assert held.teleop_refusal(ANNA.session, 1, 0.3) == "this control has ended"
+    assert held.teleop_refusal(ANNA.session, 1, 0.3) == "this lease has ended"
     assert held.teleop_refusal(ANNA.session, 2, 0.3) is None
 
 
@@ -79,7 +78,7 @@ def test_renewals_keep_it_and_silence_ends_it(held: Lease) -> None:
     assert held.status(last + STALE_S + 0.01).state == "stale"
     assert held.refusal(ANNA_1, last + EXPIRY_S) is None
     assert held.status(last + EXPIRY_S + 0.01).state == "free"
-    assert held.take_events() == ("Anna is gone: control ran out",)
+    assert held.take_events() == ("Anna is gone: the lease expired",)
     assert held.renew(ANNA_1, last + 3.0).standing == "watches"
     assert held.teleop_refusal(ANNA.session, 1, last + 3.0) is not None
 
@@ -110,7 +109,7 @@ def test_one_asks_at_a_time(held: Lease) -> None:
     held.request(BERT, 0.1)
     reply = held.request(CARL, 0.2)
     assert reply.standing == "watches"
-    assert reply.detail == "Anna holds control, and Bert asks for it already."
+    assert reply.detail == "Anna has control, and Bert asks for it already."
 
 
 def test_whoever_asks_in_vain_and_leaves_is_forgotten(held: Lease) -> None:
@@ -145,7 +144,7 @@ def test_nobody_follows_who_has_left_too(held: Lease) -> None:
 def test_a_supervisor_takes_it(held: Lease) -> None:
     held.request(BERT, 0.1)
     assert held.take(CARL, 0.2).epoch == 2
-    assert str(held.refusal(ANNA_1, 0.2)).startswith("Carl holds control: ask for it")
+    assert str(held.refusal(ANNA_1, 0.2)).startswith("Carl has control: request it")
     assert held.status(0.2).requester == "Bert"
     assert held.take_events()[-1] == "Carl took control from Anna"
     assert held.take(of_epoch(CARL, 2), 0.3).epoch == 2, "taking one's own changes nothing"

@@ -1,42 +1,42 @@
-"""How a search of the demo ended, and how good it was."""
+"""Outcome and measures of a demo's search."""
 
 import json
 import queue
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import msgspec
 import numpy as np
 import zenoh
 
-from app.cli.tools.ask import known_goal
+from app.demo.processes import OPTIONAL
 from app.errors import DemoError
 from app.links.network.requests import last_message
 from app.messages import keys
 from app.messages.control import decode
-from app.messages.status import GoalStatus, Status
+from app.messages.status import GoalStatus, Status, goal_of
+from app.nodes.robot_sim import GroundTruth
 from app.process.children import Child, wait_for_end
-
-if TYPE_CHECKING:
-    from ippon.robot import RobotProfile
-    from ippon.simulation.scene import Scene
+from ippon.evaluation.metrics import Judge
+from ippon.robot import RobotProfile
+from ippon.simulation.scene import Scene
 
 SILENT_S: Final = 20.0
 RESULT_FILE: Final = "result.json"
-"""Beside a recording: how good the search was, where the truth is known."""
+"""File beside a recording with the measures of the search."""
 
 
 def await_outcome(
     children: Sequence[Child], updates: "queue.SimpleQueue[bytes]", goal_id: int
 ) -> tuple[Status, GoalStatus]:
-    """Wait for the end of a search, also by another's order.
+    """Wait for the end of a search.
 
     Raises:
-        DemoError: Navigator or robot ended, or the navigator fell silent.
+        DemoError: Navigator or robot ended, or the navigator is silent.
     """
-    needed = [child for child in children if child.name not in {"console", "recorder"}]
+    needed = [child for child in children if child.name not in OPTIONAL]
     heard = time.monotonic()
     while True:
         ended = wait_for_end(needed, 0.0)
@@ -51,7 +51,7 @@ def await_outcome(
                 raise DemoError(f"the navigator has been silent for {SILENT_S:g} s") from None
             continue
         heard = time.monotonic()
-        goal = known_goal(status, goal_id)
+        goal = goal_of(status, goal_id)
         if goal is not None and goal.outcome not in {"queued", "active"}:
             return status, goal
 
@@ -59,7 +59,7 @@ def await_outcome(
 def end_recording(
     recorder: Child | None, session: str | None, result: dict[str, Any]
 ) -> str | None:
-    """End the recording, put the result beside it, and return its folder, None without one."""
+    """End the recording and store the result in it; return its folder, None without one."""
     if recorder is None or session is None:
         return None
     recorder.stop()
@@ -73,22 +73,19 @@ def end_recording(
 def measured_result(
     session: zenoh.Session,
     robot: str,
-    profile: "RobotProfile",
+    profile: RobotProfile,
     status: Status,
     goal: GoalStatus,
-    scene: "Scene",
+    scene: Scene,
 ) -> dict[str, Any]:
-    """Judge a search by the way that the simulated robot went.
+    """Return the measures of a search from the trajectory of the simulated robot.
 
     Raises:
-        DemoError: The robot does not say it.
+        DemoError: The robot does not answer.
     """
-    from app.nodes.robot_sim import GroundTruth
-    from ippon.evaluation.metrics import Judge
-
     payload = last_message(session, f"{robot}/{keys.SIM_TRUTH}", 5.0)
     if payload is None:
-        raise DemoError("the simulated robot does not say where it went")
+        raise DemoError("the simulated robot does not report its trajectory")
     truth = msgspec.json.decode(payload, type=GroundTruth)
     found = goal.outcome == "found"
     judge = Judge(scene, profile, goal.object)
