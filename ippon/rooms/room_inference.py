@@ -123,25 +123,58 @@ def rate_types(seen: Float64Array, shares: Float64Array) -> tuple[Float64Array, 
     return odds / odds.sum(axis=1, keepdims=True), weight.sum(axis=1)
 
 
-def infer_rooms(voxel_map: VoxelMap, config: RoomConfig, floor_z_m: float = 0.0) -> Rooms:
-    """Tell the types of room apart.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoomEvidence:
+    """Copy of what rooms are inferred from, so that any thread may infer them."""
+
+    labels: tuple[str, ...]
+    cell_m: float
+    origin: NDArray[np.int64]
+    """(2,) index of the first cell."""
+    is_open: NDArray[np.bool_]
+    """(X, Y) cells that are open at `RoomConfig.open_height_m`."""
+    positions_xy: Float64Array
+    """(M, 2) world positions of labelled surface, metres."""
+    label: NDArray[np.int64]
+    """(M,) index into `labels`."""
+
+
+def room_evidence(voxel_map: VoxelMap, config: RoomConfig, floor_z_m: float = 0.0) -> RoomEvidence:
+    """Return a copy of the map's evidence for rooms.
 
     Args:
         voxel_map: The map so far.
-        config: How to tell them apart.
+        config: Height of open space.
         floor_z_m: Height of the floor.
     """
-    types, shares = room_shares(voxel_map.labels)
     voxel_m = voxel_map.config.voxel_size_m
-    cell_m = _CELL_VOXELS * voxel_m
     layer = int(np.floor((floor_z_m + config.open_height_m) / voxel_m))
     origin, is_open = _open_cells(voxel_map, layer)
-    part = _parts(is_open, cell_m, config)
     xy, label = _labelled(voxel_map, voxel_m)
-    cell = np.floor(xy / cell_m).astype(np.int64) - origin
+    return RoomEvidence(
+        labels=tuple(voxel_map.labels),
+        cell_m=_CELL_VOXELS * voxel_m,
+        origin=origin,
+        is_open=is_open,
+        positions_xy=xy,
+        label=label,
+    )
+
+
+def infer_rooms(evidence: RoomEvidence, config: RoomConfig) -> Rooms:
+    """Infer the rooms and their types.
+
+    Args:
+        evidence: Open cells and labelled surface.
+        config: How to tell rooms apart.
+    """
+    types, shares = room_shares(evidence.labels)
+    origin, cell_m = evidence.origin, evidence.cell_m
+    part = _parts(evidence.is_open, cell_m, config)
+    cell = np.floor(evidence.positions_xy / cell_m).astype(np.int64) - origin
     inside = ((cell >= 0) & (cell < part.shape)).all(axis=1)
-    seen = np.zeros((int(part.max(initial=0)) + 1, len(voxel_map.labels)))
-    np.add.at(seen, (part[cell[inside, 0], cell[inside, 1]], label[inside]), 1.0)
+    seen = np.zeros((int(part.max(initial=0)) + 1, len(evidence.labels)))
+    np.add.at(seen, (part[cell[inside, 0], cell[inside, 1]], evidence.label[inside]), 1.0)
     seen[0] = 0.0
     probability, kinds = rate_types(seen, shares)
     share = probability.max(axis=1)

@@ -27,7 +27,7 @@ def test_the_object_that_a_level_comes_from_is_named_and_so_is_its_room(searcher
     front = np.array([2.2, 3.45, 0.6])
     report = inspect_voxel(mission.voxel_map, front, mission.floor_z_m)
     assert report.labels[0][0] == "counter"
-    assert (report.level, report.room) == (Level.NEAR, "kitchen")
+    assert (report.level, report.room()) == (Level.NEAR, "kitchen")
 
     mug = EmbeddedPrior().levels("mug", "", MATTERPORT_40)
     far = LabelLevel(label="counter", level=Level.FAR, reason=BY_OPERATOR)

@@ -8,7 +8,14 @@ import pytest
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import FREE, NOT_MAPPED, MapArrays
 from ippon.mapping.objects.surface_rows import NO_LABEL
-from ippon.rooms.room_inference import NO_ROOM, RoomConfig, infer_rooms, rate_types, room_shares
+from ippon.rooms.room_inference import (
+    NO_ROOM,
+    RoomConfig,
+    infer_rooms,
+    rate_types,
+    room_evidence,
+    room_shares,
+)
 from ippon.vocabulary import MATTERPORT_40
 
 VOXEL_M = 0.1
@@ -66,13 +73,17 @@ def home(left=(), right=(), count=300, confidence=254):
     )
 
 
+def infer(voxel_map):
+    return infer_rooms(room_evidence(voxel_map, RoomConfig()), RoomConfig())
+
+
 def types_of(rooms):
     room = rooms.at(np.array([[2.0, 2.0], [7.0, 2.0], [50.0, 2.0]]))
     return [rooms.types[n] if n != NO_ROOM else None for n in room]
 
 
 def test_rooms_are_told_apart_by_what_stands_in_them():
-    rooms = infer_rooms(home(["sink", "toilet"], ["sink", "counter"]), RoomConfig())
+    rooms = infer(home(["sink", "toilet"], ["sink", "counter"]))
     assert types_of(rooms) == ["bathroom", "kitchen", None]
 
 
@@ -87,13 +98,13 @@ def test_rooms_are_told_apart_by_what_stands_in_them():
     ],
 )
 def test_what_tells_too_little_gives_no_type(left, change):
-    assert types_of(infer_rooms(home(left, **change), RoomConfig()))[0] is None
+    assert types_of(infer(home(left, **change)))[0] is None
 
 
 def test_an_empty_map_has_no_rooms():
     empty = home()
     empty.pools.used[:] = 0
-    assert types_of(infer_rooms(empty, RoomConfig())) == [None, None, None]
+    assert types_of(infer(empty)) == [None, None, None]
 
 
 def test_probabilities_of_types_sum_to_one():
@@ -105,7 +116,7 @@ def test_probabilities_of_types_sum_to_one():
 
 
 def test_the_room_at_a_place_has_a_name_in_words():
-    rooms = infer_rooms(home(["sofa", "fireplace"], ["sink", "counter"]), RoomConfig())
+    rooms = infer(home(["sofa", "fireplace"], ["sink", "counter"]))
     assert [rooms.name_at(xy) for xy in ((2.0, 2.0), (7.0, 2.0), (50.0, 2.0))] == [
         "living room",
         "kitchen",
@@ -120,3 +131,13 @@ def test_the_room_at_a_place_has_a_name_in_words():
 def test_settings_that_cannot_be_are_refused(change, text):
     with pytest.raises(ValueError, match=text):
         RoomConfig(**change)
+
+
+def test_evidence_is_a_copy_that_later_changes_of_the_map_do_not_affect():
+    voxel_map = home(["sink", "toilet"], ["sink", "counter"])
+    evidence = room_evidence(voxel_map, RoomConfig())
+    before = types_of(infer_rooms(evidence, RoomConfig()))
+    voxel_map.pools.state[:] = 0
+    voxel_map.surface.label[:] = NO_LABEL
+    assert types_of(infer_rooms(evidence, RoomConfig())) == before
+    assert types_of(infer(voxel_map)) == [None, None, None]

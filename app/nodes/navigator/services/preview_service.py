@@ -44,7 +44,7 @@ class PreviewService:
             labels=[LabelShare(label=name, probability=p) for name, p in report.labels],
             ooi=report.ooi,
             level=None if report.level is None else Level(report.level).text,
-            room=report.room,
+            room=report.room(),
         )
 
     def preview(self, request: PreviewRequest) -> PreviewReply:
