@@ -46,7 +46,7 @@ def fetch_missing(names: Iterable[str], folder: Path, hub: str = HUB) -> None:
 
 
 def is_here(name: str, folder: Path) -> bool:
-    """Return whether a model lies in a folder, or in the hub's local cache."""
+    """Return whether a model is in a folder or in the hub's local cache."""
     if Path(name).is_dir() or (folder / Path(name).name).is_dir():
         return True
     return isinstance(try_to_load_from_cache(name, "config.json"), str)
@@ -84,7 +84,7 @@ def _fetch(name: str, folder: Path, hub: str) -> None:
             f"auth login`"
         ) from error
     except RepositoryNotFoundError as error:
-        raise ModelHubError(f"{hub} knows no such model") from error
+        raise ModelHubError(f"{hub} has no such model") from error
     except (httpx.HTTPError, OSError, ValueError) as error:
         reason = " ".join(str(error).split())[:200]
         raise ModelHubError(f"{hub} cannot be reached or gave an error: {reason}") from error

@@ -19,7 +19,7 @@ def complaint(what: str, text: str) -> str | None:
         is_control = unicodedata.category(character) == "Cc" and character not in _WHITE
         if is_control or character in _TURNING:
             return (
-                f"{what} holds a control character (U+{ord(character):04X}, at place {place}); "
-                "type it anew in letters"
+                f"{what} holds a control character (U+{ord(character):04X}, at position "
+                f"{place}); type it again with letters"
             )
     return None

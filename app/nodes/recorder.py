@@ -51,7 +51,7 @@ class RecorderConfig:
     """Folder of the sessions."""
     limits: RecordingLimits = field(default_factory=RecordingLimits)
     sensor_hz: float = 2.0
-    """Depth images and heatmaps a second of the robot's clock that are kept; 0 keeps all."""
+    """Depth images and heatmaps recorded per second of the robot's clock; 0 records all."""
     wait: bool = False
     """Record only on request."""
 
@@ -59,7 +59,9 @@ class RecorderConfig:
         """Refuse an invalid prefix or rate."""
         keys.check_prefix(self.robot)
         if not 0.0 <= self.sensor_hz <= 1000.0:
-            raise ValueError(f"0 to 1000 images a second are kept; got {self.sensor_hz:g}")
+            raise ValueError(
+                f"the rate of recorded images lies in 0 to 1000 per second; got {self.sensor_hz:g}"
+            )
 
 
 class Recorder:

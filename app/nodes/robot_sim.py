@@ -126,7 +126,7 @@ class RobotSim:
                 return
             time.sleep(0.1)
         raise SimulatedRobotError(
-            f"no navigator says at {self._key(keys.LABELS)} what to tell apart; is one running at "
+            f"no navigator publishes labels at {self._key(keys.LABELS)}; is one running at "
             f"{self._config.connect} under the prefix {self._config.robot}?"
         )
 

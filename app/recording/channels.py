@@ -106,7 +106,7 @@ def decode_text(data: bytes) -> bytes:
         RecordingError: The data are not a String.
     """
     if len(data) < 9 or data[:2] not in (b"\x00\x01", b"\x00\x00"):
-        raise RecordingError(f"{len(data)} bytes are no std_msgs/String")
+        raise RecordingError(f"{len(data)} bytes are not a std_msgs/String")
     (size,) = struct.unpack_from("<I" if data[1] else ">I", data, 4)
     if not 1 <= size <= len(data) - 8:
         raise RecordingError(f"a std_msgs/String of {size} bytes does not fit in {len(data)}")

@@ -16,7 +16,7 @@ class Note(msgspec.Struct, frozen=True, kw_only=True):
     """A user's note on one moment of a recording."""
 
     time_ns: int
-    """Of the recording, nanoseconds since 1970."""
+    """Time in the recording, nanoseconds since 1970."""
     kind: Literal["note", "mark"]
     text: Annotated[str, Meta(max_length=2000)]
     author: Annotated[str, Meta(max_length=80)] = ""

@@ -1,4 +1,4 @@
-"""`ippon ask`: a query from any terminal that reaches the navigator."""
+"""`ippon ask`: sends a query to a navigator from any terminal."""
 
 import json
 import queue
@@ -34,9 +34,9 @@ from ippon.guidance.levels import Level
 
 SILENT_S = 10.0
 READ_S = 12.0
-"""A language model may read the sentence; rules do after eight seconds."""
+"""Time for reading a sentence; rules replace a language model after 8 s."""
 ANSWER_S = 150.0
-"""Two requests to a language model and one for what it left out, with time to spare."""
+"""Time for up to three requests to a language model."""
 NAME = "ippon ask"
 
 
@@ -55,7 +55,7 @@ def run_ask(command: Ask) -> int:
         raise UsageError(str(error)) from error
     try:
         # A navigator that compiles is at its endpoint already, and takes no request yet. Where it
-        # cannot be told, the request itself comes to that.
+        # cannot be determined, the request itself fails.
         is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", command.timeout_s)
         if command.add_label is not None:
             _add_label(session, robot, command)
@@ -96,10 +96,10 @@ def _search(session: zenoh.Session, robot: str, command: Ask) -> int:
 
 
 def find_navigator(connect: str | None, robot: str | None) -> tuple[str, str]:
-    """Return endpoint and key prefix of the navigator that is meant.
+    """Return endpoint and key prefix of the navigator.
 
     Raises:
-        UsageError: None runs on this machine, or several do and none is named.
+        UsageError: No navigator runs on this machine, or several do and none is named.
     """
     if connect is not None:
         return connect, robot or "ippon"
@@ -149,9 +149,9 @@ def _agreed(wanted: str, context: str) -> bool:
 
 
 def _explain(tables: "queue.SimpleQueue[bytes]", accepted: SearchAccepted, command: Ask) -> None:
-    """Print the goal's levels, once the language model has answered where one is asked."""
+    """Print the goal's levels, after the answer of the language model if one is used."""
     if accepted.position > 0:
-        print("levels are shown when the goal's turn comes", file=sys.stderr)
+        print("levels are available when the search for this goal starts", file=sys.stderr)
         return
     table = _final_table(tables, accepted.goal_id)
     rated = [(Level.parse(row.level), row) for row in table.rows]

@@ -32,13 +32,13 @@ class ChatConfig:
     base_url: str
     """Address up to and without `/chat/completions`, such as http://127.0.0.1:11434/v1."""
     model: str
-    """Name of the model as the endpoint knows it."""
+    """Name of the model at the endpoint."""
     api_key: str | None = field(default=None, repr=False)
     """Sent as bearer token; never logged, cached or recorded."""
     timeout_s: float = 30.0
     """Maximum total time of one request."""
     temperature: float | None = 0.0
-    """0 gives the likeliest answer; None leaves it to the endpoint."""
+    """0 gives the most probable answer; None uses the endpoint's default."""
 
     def __post_init__(self) -> None:
         """Refuse addresses that cannot be asked."""
@@ -101,7 +101,7 @@ class ChatEndpoint:
         self._client = _connect(config, clock)
 
     def close(self) -> None:
-        """Close the connection; a request that is under way fails."""
+        """Close the connection; a pending request fails."""
         self._client.close()
 
     @property
@@ -119,7 +119,7 @@ class ChatEndpoint:
             schema: JSON Schema of the answer.
 
         Raises:
-            ChatError: No answer within the time, or one that is no chat completion.
+            ChatError: No answer in time, or an answer that is not a chat completion.
         """
         deadline = self._clock() + self._config.timeout_s
         while True:
@@ -244,7 +244,7 @@ def _read_completion(body: bytes) -> tuple[str, bool]:
         message = cast("dict[str, Any]", choice["message"])
         text, refusal = message.get("content"), message.get("refusal")
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
-        raise ChatError("the answer is no chat completion", retry=True) from None
+        raise ChatError("the answer is not a chat completion", retry=True) from None
     if not isinstance(text, str) or not text.strip():
         why = f": {_short(refusal)}" if isinstance(refusal, str) else ""
         raise ChatError(f"the model gave no answer{why}", retry=True)

@@ -25,7 +25,7 @@ class LevelsAnswer:
     elapsed_ms: float
     from_cache: bool
     failed: str
-    """Why the embedded prior answered in place of the model; empty if the model answered."""
+    """Why the embedded prior was used instead of the model; empty if the model answered."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class SentenceAnswer:
     prompt: str
     reply: str
     failed: str
-    """Why rules read it in place of the model; empty if the model answered."""
+    """Why rules read it instead of the model; empty if the model answered."""
 
 
 @dataclass(frozen=True, slots=True)

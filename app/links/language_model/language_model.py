@@ -89,7 +89,7 @@ class LanguageModel:
         return f"{self._config.model} at {self._config.host}"
 
     def close(self) -> None:
-        """End a request that is under way and refuse further ones."""
+        """Cancel a pending request and refuse further ones."""
         self._closed.set()
         self._endpoint.close()
 

@@ -26,7 +26,7 @@ class RunningNavigator(msgspec.Struct, frozen=True, kw_only=True):
 def registry_folder() -> Path:
     """Return the folder that holds one file for each running navigator.
 
-    It lies in the user's cache, not in the runtime folder: a terminal of another login, of `sudo`
+    It is in the user's cache, not in the runtime folder: a terminal of another login, of `sudo`
     or of a container has no runtime folder or a different one, and would see no navigator.
     """
     return platformdirs.user_cache_path("ippon") / "navigators"

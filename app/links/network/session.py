@@ -10,8 +10,8 @@ import zenoh
 LEASE_MS: Final = 1000
 """Silence after which a peer counts as gone."""
 PROFILE: Final = "IPPON_ZENOH_PROFILE"
-"""Environment variable: a zenoh configuration file (JSON5) that every session starts from, for TLS
-and access control. Endpoints and time-outs stay ours."""
+"""Environment variable: a zenoh configuration file (JSON5) for TLS and access control. Endpoints
+and time-outs are set by this program."""
 
 
 class LinkError(Exception):
@@ -103,6 +103,6 @@ def _profile(path: str | None) -> zenoh.Config:
         return zenoh.Config.from_file(path)
     except zenoh.ZError as error:
         raise LinkError(
-            f"{PROFILE} names {path!r}, which is no zenoh configuration ({error}); "
+            f"{PROFILE} names {path!r}, which is not a zenoh configuration ({error}); "
             "see docs/guides/security.md for examples"
         ) from error

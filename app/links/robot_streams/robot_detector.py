@@ -99,7 +99,7 @@ class RobotDetector:
 
         Args:
             boxes: Boxes of an image.
-            masks: (N) of each row of `boxes`; None for all without.
+            masks: (N) mask of each row of `boxes`; None without masks.
             image_size: (H, W) pixels.
         """
         names = [self._label_of(name) or "" for name in boxes.names]

@@ -148,7 +148,7 @@ def unpack(
     expected = height * width * channels
     if encoding == RAW:
         if data.size != expected:
-            raise MessageError(f"heatmap data are {data.size} bytes, the size says {expected}")
+            raise MessageError(f"heatmap data are {data.size} bytes, the stated size is {expected}")
         return data.reshape(shape)
     if encoding == WHOLE:
         return _decompress(data, expected, expected).reshape(shape)

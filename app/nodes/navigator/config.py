@@ -25,10 +25,10 @@ class NavigatorConfig:
     """What the scores of the network are worth; None for the shipped default."""
     mission: MissionConfig = field(default_factory=MissionConfig)
     labels: tuple[str, ...] = MATTERPORT_40
-    """Common objects that the segmentation is asked to tell apart."""
+    """Common objects that the segmentation has to recognise."""
     language_model: str = ""
     """Name of the language model that is asked for levels, as the operator sees it; empty for none.
-    It stands here to be recorded; its key does not."""
+    It is recorded with the configuration; its API key is not."""
     look_every_s: float = 0.0
     """Interval at which the language model is shown the camera image and may add common objects
     that it sees; 0 never shows it an image."""

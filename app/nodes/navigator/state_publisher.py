@@ -1,4 +1,4 @@
-"""Publishes what late joiners are told as well: configuration, labels, levels, status."""
+"""Publishes latched topics: configuration, labels, levels, status."""
 
 import time
 

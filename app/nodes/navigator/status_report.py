@@ -1,4 +1,4 @@
-"""Assembles the status message, which is published twice a second and after each step."""
+"""Assembles the status message, which is published twice per second and after each step."""
 
 import time
 from collections import deque

@@ -130,7 +130,7 @@ class Scanner:
         if not index.complete:
             self._unended = (
                 f"the file was not ended: its index is missing, and {size - index.end} bytes at "
-                "its end are no whole record"
+                f"its end are not a complete record"
             )
             index.problems.append(self._unended)
         index.entries = self._merged()

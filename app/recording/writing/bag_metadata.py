@@ -20,10 +20,10 @@ def write_bag_metadata(
 
     Args:
         folder: The session.
-        file_name: Of the MCAP in it.
+        file_name: Name of the MCAP file in it.
         counts: Messages of each topic.
-        start_ns: Of the first message, nanoseconds since 1970.
-        end_ns: Of the last.
+        start_ns: Time of the first message, nanoseconds since 1970.
+        end_ns: Time of the last message.
     """
     total = sum(counts.values())
     span = {

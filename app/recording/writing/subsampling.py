@@ -24,7 +24,7 @@ class SensorSubsampling:
     """
 
     def __init__(self, sensor_hz: float) -> None:
-        """Keep `sensor_hz` messages a second of each topic; 0 keeps all."""
+        """Keep `sensor_hz` messages per second of each topic; 0 keeps all."""
         self._period_ns = round(NANOSECONDS / sensor_hz) if sensor_hz > 0.0 else 0
         self._kept: dict[str, int] = {}
 

@@ -208,7 +208,7 @@ def test_uncompressed_heatmap_without_an_object():
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({"width": 3}, "data are 4 bytes, the size says 6"),
+        ({"width": 3}, "data are 4 bytes, the stated size is 6"),
         ({"labels": []}, "1 to 512 channels; got 0"),
         ({"encoding": "lz4"}, "raw, zstd or top-zstd; got 'lz4'"),
         ({"height": 2**31, "width": 2**31}, "pixels is not accepted"),

@@ -15,13 +15,13 @@ def test_what_people_write_is_fine(text):
 @pytest.mark.parametrize(
     ("text", "where"),
     [
-        ("h\x00at", "U+0000, at place 2"),
-        ("\x1b[31mhat", "U+001B, at place 1"),
-        ("hat\x7f", "U+007F, at place 4"),
-        ("hat\u202etah", "U+202E, at place 4"),
+        ("h\x00at", "U+0000, at position 2"),
+        ("\x1b[31mhat", "U+001B, at position 1"),
+        ("hat\x7f", "U+007F, at position 4"),
+        ("hat\u202etah", "U+202E, at position 4"),
     ],
 )
 def test_control_characters_are_named(text, where):
     assert complaint("the object", text) == (
-        f"the object holds a control character ({where}); type it anew in letters"
+        f"the object holds a control character ({where}); type it again with letters"
     )

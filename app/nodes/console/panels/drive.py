@@ -30,7 +30,7 @@ TOOLS: Final[dict[str, Tool]] = {
     "Not here": "not_here",
 }
 TOOL_TEXT: Final[dict[Tool, str]] = {
-    "explain": "Click a viewpoint or a surface to see what the robot knows about it.",
+    "explain": "Click a viewpoint or a surface to see what the map stores about it.",
     "go": "Click the floor: the robot drives there, then continues its search.",
     "look_here": "Click the floor where to search first, or hold Shift and drag a rectangle.",
     "not_here": "Click the floor where not to search, or hold Shift and drag a rectangle.",

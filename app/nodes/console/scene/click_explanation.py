@@ -1,4 +1,4 @@
-"""Explains a clicked viewpoint or surface: what the robot knows about it, and images of it."""
+"""Explains a clicked viewpoint or surface: its values in map and plan, and images of it."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -62,7 +62,7 @@ class ExplanationBuilder:
     def explain(
         self, origin: Float64Array, direction: Float64Array, ceiling_m: float | None
     ) -> tuple[ClickExplanation, Highlight, tuple[float, float, float] | None]:
-        """Explain the first thing on a ray.
+        """Explain the first viewpoint or voxel on a ray.
 
         Returns:
             The explanation, the highlight, and the voxel to ask the navigator about, or None.

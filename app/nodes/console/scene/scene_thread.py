@@ -38,7 +38,7 @@ from app.view.model.scene_reader import SceneReader
 logger = logging.getLogger(__name__)
 
 DRAW_S: Final = 0.05
-"""Changes are collected this long before drawing: at most 20 drawings a second."""
+"""Changes are collected this long before drawing: at most 20 drawings per second."""
 PICTURE_S: Final = 0.7
 """Interval between two camera images in the scene; the panel shows every image."""
 NOTICE_S: Final = 0.2

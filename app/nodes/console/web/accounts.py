@@ -44,7 +44,7 @@ class Accounts:
         return len(self._accounts)
 
     def verify(self, name: str, password: str) -> Role | None:
-        """Return the role of a user who knows the password, None otherwise.
+        """Return the role of a user with the right password, None otherwise.
 
         It takes equally long for an unknown name, so that the time reveals nothing.
         """

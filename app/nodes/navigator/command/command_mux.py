@@ -1,6 +1,7 @@
 """Multiplexes the commands of the planner and of the operator.
 
-The mission commands once a frame, a few times a second; teleoperation needs a shorter latency. The
+The mission commands once per frame, a few times per second; teleoperation needs a lower latency.
+The
 multiplexer keeps the pose and the obstacles of the latest frame, and filters the operator's input
 against them, at a fixed rate and whenever a message arrives.
 """

@@ -13,7 +13,7 @@ from app.messages.control import SentenceReading, SentenceRequest
 from ippon.guidance.language.sentence import read_query
 
 SENTENCE_TIMEOUT_S: Final = 8.0
-"""Time after which rules read a sentence in place of the model: a user waits for it."""
+"""Time after which rules read a sentence instead of the model, because a user is waiting."""
 
 
 class SentenceService:

@@ -120,7 +120,7 @@ class Lease:
     def refusal(self, who: Credential | None, now_s: float) -> str | None:
         """Return why a command is refused, None when it is accepted.
 
-        While the lease is free, commands of everybody are accepted.
+        While the lease is free, everyone's commands are accepted.
         """
         self._expire(now_s)
         holder = self._holder
@@ -160,7 +160,7 @@ class Lease:
     def _assign_next(self, now_s: float) -> None:
         successor, self._holder, self._requester = self._requester, None, None
         if successor is not None:
-            # Requesters renew rarely: the time of the last renewal starts anew for the holder.
+            # Requesters renew rarely, so the time of the last renewal is reset for the new holder.
             self._assign(replace(successor, heard_s=now_s), "has control now")
 
     def _expire(self, now_s: float) -> None:

@@ -126,7 +126,7 @@ def test_one_failure_is_retried(
         (401, b'{"error": {"message": "bad key sk-very-secret-0123456789"}}', 1, "bad key ***"),
         (404, b'{"error": {"message": "model tiny not found"}}', 1, "model tiny not found"),
         (302, b"", 2, "HTTP 302"),
-        (200, b"garbage", 2, "the answer is no chat completion"),
+        (200, b"garbage", 2, "the answer is not a chat completion"),
         (200, b"x" * (MAX_REPLY_BYTES + 1), 1, "the answer is longer than 1 MB"),
         (500, b"x" * (MAX_REPLY_BYTES + 1), 1, "the answer is longer than 1 MB"),
     ],

@@ -140,5 +140,5 @@ def test_a_profile_that_is_none_is_named(tmp_path, monkeypatch, free_endpoint):
     with pytest.raises(LinkError, match=r"IPPON_ZENOH_PROFILE names .*none.json5"):
         open_router(free_endpoint)
     path.write_text("{ transport: 3 }")
-    with pytest.raises(LinkError, match="no zenoh configuration"):
+    with pytest.raises(LinkError, match="not a zenoh configuration"):
         open_router(free_endpoint)
