@@ -95,7 +95,7 @@ class CalibrationRecording:
             if heatmap.kind != "scores":
                 raise CalibrationError(
                     f"{heatmap.source or 'this network'} gives probabilities that sum to 1, "
-                    f"which need no calibration: only networks that score each label separately"
+                    f"which need no calibration: only networks that score each label separately "
                     "(detector, sam3, grounding-dino, owlv2, clipseg) are calibrated"
                 )
             self.network = heatmap.source

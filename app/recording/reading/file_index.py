@@ -77,8 +77,7 @@ class FileIndex:
 def _not_ours(path: Path) -> str:
     return (
         f"{path} is not a recording: it does not begin like an MCAP file. `ippon review` opens "
-        f".mcap"
-        "files of ippon and of ROS 2; a bag in .db3 is converted by `ros2 bag convert`"
+        ".mcap files of ippon and of ROS 2; a bag in .db3 is converted by `ros2 bag convert`"
     )
 
 

@@ -121,7 +121,7 @@ def test_a_home_that_cannot_be_read_is_named_and_the_others_are_searched(room, t
     [
         ({"workers": 0}, "--workers is at least 1; got 0"),
         ({"limit": 0}, "--limit is at least 1; got 0"),
-        ({"second_object": True, "methods": "ippon,oracle"}, "oracle cannot go on to a second"),
+        ({"second_object": True, "methods": "ippon,oracle"}, "oracle cannot search for a second"),
         ({"ray": ("a", "b")}, "--ray takes one address; got a, b"),
         ({"objects": "?"}, "no object in"),
     ],

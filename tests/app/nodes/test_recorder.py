@@ -89,7 +89,7 @@ def test_what_is_said_is_recorded_with_who_asked_for_it(sessions, record):
 def test_recording_is_switched_on_and_off_by_request(sessions, record):
     _, client = sessions
     finish = record(limits=RecordingLimits(min_free_gb=0.0), wait=True)
-    with pytest.raises(RequestRefusedError, match="nothing is recorded"):
+    with pytest.raises(RequestRefusedError, match="there is no recording"):
         _request(client, "mark")
     assert _request(client, "start").state == "recording"
     client.put(f"{ROBOT}/a", b"1")

@@ -32,7 +32,7 @@ def test_broken_files_are_listed_with_what_is_wrong(tmp_path, made_up):
     cut.writer.abandon()
     (tmp_path / "other.mcap").write_bytes(b"nonsense")
     entries = {entry.id: entry for entry in list_sessions(tmp_path)}
-    assert "no recording" in entries["other.mcap"].problem
+    assert "not a recording" in entries["other.mcap"].problem
     (whole,) = (entry for name, entry in entries.items() if name != "other.mcap")
     assert (whole.object, whole.outcome, whole.problem) == ("hat", "found", "")
 

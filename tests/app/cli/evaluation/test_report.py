@@ -83,7 +83,7 @@ def test_episodes_that_crashed_are_shown(results, capsys):
     results.write_error("3.bed.0.untold.ippon", "Traceback")
     run_eval_report(EvalReport(folder=results.path))
     assert "3.bed.0.untold.ippon ended with an error" in capsys.readouterr().err
-    assert "1 episodes could not be run" in (results.path / "report.html").read_text()
+    assert "1 episodes failed with an error" in (results.path / "report.html").read_text()
 
 
 def test_names_from_a_home_cannot_break_the_page(results, make_row, capsys):

@@ -280,8 +280,8 @@ def test_malformed_requests_get_an_answer(operator):
 def test_requests_out_of_place_are_refused(operator):
     for topic, request, kind, text in (
         (keys.CONTROL, ControlRequest(action="cancel"), ControlReply, "no goal to cancel"),
-        (keys.FEEDBACK, FeedbackRequest(verdict="confirm"), Accepted, "nothing was found"),
-        (keys.GUIDANCE, GuidanceRequest(label="bed", level="far"), Accepted, "there is none"),
+        (keys.FEEDBACK, FeedbackRequest(verdict="confirm"), Accepted, "there is no find"),
+        (keys.GUIDANCE, GuidanceRequest(label="bed", level="far"), Accepted, "there is no goal"),
     ):
         with pytest.raises(RequestRefusedError, match=text):
             operator.ask(topic, request, kind)

@@ -64,4 +64,4 @@ def test_what_cannot_be_shown_is_said(tmp_path, launch):
     process = launch("review", str(tmp_path / "a.mcap"), "--port", "0")
     status, _ = process.finish()
     assert status == 2
-    assert "is no recording" in process.log()
+    assert "is not a recording" in process.log()

@@ -205,9 +205,9 @@ def test_what_was_planned_by_the_clock_is_recomputed_by_count(searched):
         ),
         ("map.voxel_size_m=-1", "voxel_size_m must be positive"),
         ("map.fusion=sum", "refused"),
-        ("planner.step_budget_s=0.02", "planner.step_budget_s changes nothing here"),
+        ("planner.step_budget_s=0.02", "planner.step_budget_s has no effect"),
         ("guidance.levels.sofa=close", "the levels are far, average, near, certain"),
-        ("guidance.levels.ufo=far", "there is no label 'ufo'"),
+        ("guidance.levels.ufo=far", "unknown label 'ufo'"),
     ],
 )
 def test_changes_that_are_none_are_refused(searched, change, text):

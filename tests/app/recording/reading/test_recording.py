@@ -96,8 +96,8 @@ def test_a_damaged_byte_costs_one_chunk_and_is_counted(session_folder, made_up, 
 @pytest.mark.parametrize(
     ("content", "text"),
     [
-        (b"", "no recording"),
-        (b"SQLite format 3\0" * 9, "no recording"),
+        (b"", "not a recording"),
+        (b"SQLite format 3\0" * 9, "not a recording"),
         (b"\x89MCAP0\r\n", "no message"),
     ],
 )  # fmt: skip

@@ -39,10 +39,15 @@ def test_limits_warn_first_and_stop_then(written, free, stop, text):
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"max_gb": 0.0}, {"min_free_gb": -1.0}, {"max_gb": float("nan")}]
+    ("wrong", "text"),
+    [
+        ({"max_gb": 0.0}, "size limit of a recording must be positive; got 0"),
+        ({"min_free_gb": -1.0}, "free disk space must not be negative; got -1"),
+        ({"max_gb": float("nan")}, "must be positive; got nan"),
+    ],
 )
-def test_limits_that_are_none_are_refused(wrong):
-    with pytest.raises(ValueError, match="GB"):
+def test_limits_that_are_none_are_refused(wrong, text):
+    with pytest.raises(ValueError, match=text):
         RecordingLimits(**wrong)
 
 

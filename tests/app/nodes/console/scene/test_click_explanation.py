@@ -178,7 +178,7 @@ def test_a_drag_paints_a_region_and_nothing_else():
 
 def test_a_click_off_the_floor_or_without_a_ray_commands_nothing():
     said, _ = _click("go", direction=(0.0, 0.0, 1.0))
-    assert said == "refused: that click is not on the floor; tilt the view down"
+    assert said == "refused: the click is not on the floor; tilt the view down"
     assert _click("go", direction=(float("nan"), 0.0, 1.0)) == ("", [])
     assert _click("explain", origin=None) == ("", [])
 

@@ -34,16 +34,19 @@ def test_panels_of_who_watches_do_nothing(client, viser_server, navigator):
 
 
 def test_who_watches_may_change_what_this_browser_sees_and_no_more():
-    def allowed(kind, uuid="", may_use_panels=False):
+    browser = Browser("x" * 20, "browser 1", "supervisor")
+    browser.own_controls.add("own")
+
+    def allowed(kind, uuid="", panels=False):
         message = msgspec.msgpack.encode({"type": kind, "uuid": uuid, "updates": {}})
-        return viser_proxy._allowed(message, may_use_panels, {"own"})
+        return viser_proxy._allowed(message, browser, panels=panels)
 
     assert allowed("GuiUpdateMessage", "own")
     assert not allowed("GuiUpdateMessage", "another")
     assert not allowed("SceneNodeClickMessage", "own")
     assert allowed("ViewerCameraMessage")
-    assert allowed("GuiUpdateMessage", "another", may_use_panels=True)
-    assert not allowed("ShareUrlRequest", "own", may_use_panels=True)
+    assert allowed("GuiUpdateMessage", "another", panels=True)
+    assert not allowed("ShareUrlRequest", "own", panels=True)
 
 
 def test_a_panels_click_is_answered_in_the_name_of_its_browser(client, viser_server):

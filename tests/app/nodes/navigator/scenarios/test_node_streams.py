@@ -196,7 +196,7 @@ def test_a_detector_that_cannot_tell_the_object_says_what_it_can(robot):
 
 def test_a_detector_that_stamps_its_messages_itself_is_told(robot):
     robot.send_until(
-        lambda s: any("the stamp of no image" in note for note in s.notes),
+        lambda s: any("no image has the stamp" in note for note in s.notes),
         heatmap=False, detector=seen_on_the_wall(), stamp_off_ns=50_000_000,
     )  # fmt: skip
     robot.send_until(lambda s: not s.notes, heatmap=False, detector=seen_on_the_wall())

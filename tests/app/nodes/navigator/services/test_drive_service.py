@@ -116,7 +116,7 @@ def test_what_is_painted_counts_is_kept_for_late_joiners_and_can_be_undone(servi
 
 
 def test_questions_without_an_answer_say_why(service):
-    with pytest.raises(RequestRefusedError, match="levels belong to a goal, and there is none"):
+    with pytest.raises(RequestRefusedError, match="there is no goal whose levels could change"):
         service.request(keys.PREVIEW, PreviewRequest(context="on the sofa"), PreviewReply)
     with pytest.raises(RequestRefusedError, match="the map has no surface there"):
         service.request(keys.INSPECT, InspectRequest(point_world=(0.0, 0.0, 0.0)), InspectReply)

@@ -181,7 +181,7 @@ def test_a_cancelled_find_stays_a_find(office):
     start(office)
     office.goals.conclude("found")
     reply = office.service.control(ControlRequest(action="cancel"))
-    assert reply.detail == "the search for hat was over: found"
+    assert reply.detail == "the search for hat had ended: found"
     office.operations.run_queued(office.mission)
     active, _, history = office.goals.statuses()
     assert active is None
@@ -189,7 +189,7 @@ def test_a_cancelled_find_stays_a_find(office):
 
 
 def test_feedback_belongs_to_a_find(office):
-    with pytest.raises(RequestRefusedError, match="nothing was found"):
+    with pytest.raises(RequestRefusedError, match="there is no find"):
         office.service.feedback(FeedbackRequest(verdict="reject"))
     start(office)
     office.goals.conclude("found")

@@ -17,7 +17,7 @@ def test_navigation_starts_on_the_prior_and_swaps_when_the_answer_comes(open_off
     search(office)
     assert levels(office)["sofa"] is Level.CERTAIN
     (note,) = office.guidance.notes()
-    assert note == f"asking {MODEL}; the embedded prior guides until then"
+    assert note == f"asking {MODEL}; using the embedded prior until then"
     table = level_table(office.goals.active())
     assert (table.provider, table.asking, table.prompt) == (PROVIDER, MODEL, "")
     revision = office.mission.voxel_map.revision
@@ -85,7 +85,7 @@ def test_a_goal_that_waits_gets_its_answer_too(open_office):
 
 def test_what_the_operator_sets_wins_over_later_answers(open_office):
     office = open_office(Model())
-    with pytest.raises(RequestRefusedError, match="there is none"):
+    with pytest.raises(RequestRefusedError, match="there is no goal"):
         office.guidance.set_level(GuidanceRequest(label="bed", level="certain"))
     search(office)
     with pytest.raises(
