@@ -124,7 +124,7 @@ def test_what_is_here_is_not_asked_for(hub, tmp_path, said):
         ("some/nothing", "{hub} knows no such model"),
         (
             "gated/model",
-            "access must be granted by its owners: request it at {hub}/gated/model, then run `hf auth",
+            "access must be granted by its owners: request it at {hub}/gated/model, then run `hf",
         ),
         ("some/pickles", "it holds no weights in safetensors, and pickles can run code"),
     ],

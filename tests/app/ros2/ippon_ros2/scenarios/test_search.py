@@ -12,9 +12,10 @@ from app.links.network.requests import last_message
 from app.links.network.session import open_client
 from app.links.network.subscription import is_alive, subscribe
 from app.messages import keys
-from app.messages.control import Status, decode
+from app.messages.control import decode
 from app.messages.images import decode_color, decompress_color
 from app.messages.motion import StampedTwist, decode_transforms, encode_twist
+from app.messages.status import Status
 from ippon.geometry import yaw_of
 from tests.app.messages.robot_messages import odometry, raw_color
 from tests.app.ros2.ippon_ros2.ros2_process import Ros2Process
