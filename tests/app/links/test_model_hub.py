@@ -121,7 +121,7 @@ def test_what_is_here_is_not_asked_for(hub, tmp_path, said):
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("some/nothing", "{hub} knows no such model"),
+        ("some/nothing", "{hub} has no such model"),
         (
             "gated/model",
             "access must be granted by its owners: request it at {hub}/gated/model, then run `hf",
