@@ -1,5 +1,6 @@
 """Operator commands between two steps: hold still, drive mode, a point to drive to, regions."""
 
+from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -13,7 +14,7 @@ from ippon.mission.journal import Journal
 from ippon.mission.snapshot import MissionState
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Viewpoint
-from ippon.planning.visibility.region_weights import RegionWeights
+from ippon.planning.visibility.region_weights import Stroke
 
 HELD_TEXT = {
     MissionState.STOPPED: "stopped: press Resume to go on",
@@ -34,8 +35,8 @@ class SteerablePlanner(Protocol):
         """Return (K, 2) points from the robot to as near `xy` (2,) as it can stand, or None."""
         ...
 
-    def set_regions(self, regions: RegionWeights | None) -> None:
-        """Multiply the gain of viewpoints by the weights of the regions that they see."""
+    def set_regions(self, strokes: Sequence[Stroke]) -> None:
+        """Weigh the gain of viewpoints by the painted regions that they see; empty for none."""
         ...
 
     def preview(self, map_arrays: MapArrays, *, cues: bool) -> Viewpoint | None:
@@ -96,15 +97,15 @@ class OperatorControl:
         self._mode = mode
         self.waypoint = None
 
-    def set_regions(self, regions: RegionWeights | None) -> bool:
-        """Weigh parts of the floor as the operator painted them, for every goal until changed.
+    def set_regions(self, strokes: Sequence[Stroke]) -> bool:
+        """Set the painted regions of the floor, for every goal until changed.
 
         Returns:
             Whether the planner supports regions.
         """
         if not isinstance(self._planner, SteerablePlanner):
             return False
-        self._planner.set_regions(regions)
+        self._planner.set_regions(strokes)
         return True
 
     def go_to(self, xy: tuple[float, float]) -> float | None:

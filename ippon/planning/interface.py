@@ -1,4 +1,4 @@
-"""What a mission needs of a planner, so that another method can take its place."""
+"""The interface of planners, so that missions can run with different methods."""
 
 from typing import Protocol
 
@@ -13,10 +13,10 @@ from ippon.planning.plan import Plan
 
 
 class Planner(Protocol):
-    """Decides where the robot goes; `ViewpointPlanner` is the one of the paper."""
+    """Selects where the robot goes; `ViewpointPlanner` is the paper's."""
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
-        """Take over a new goal or other levels.
+        """Set a new goal, or other levels for the same goal.
 
         Args:
             probabilities: (4,) p_img by level.
@@ -25,7 +25,7 @@ class Planner(Protocol):
         ...
 
     def set_termination_min(self, termination_min: float) -> None:
-        """Take another T_min for the goal that there is; all else stays."""
+        """Change T_min of the present goal."""
         ...
 
     def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
@@ -37,14 +37,20 @@ class Planner(Protocol):
         ...
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
-        """Take note that the robot ran into something.
+        """Record that the robot has touched an obstacle.
 
         Args:
-            T_world_base: Where it stands.
-            motion: What it was commanded last; None for straight ahead.
+            T_world_base: Pose of the robot.
+            motion: The last command; None for straight ahead.
         """
         ...
 
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
-        """Return the best plan for a robot that stands here and has just updated the map."""
+        """Return the best plan for a robot at this pose.
+
+        Args:
+            map_arrays: The map, with the image taken from here in it.
+            T_world_base: Pose of the robot.
+            tilt_rad: Tilt of its camera.
+        """
         ...

@@ -1,4 +1,4 @@
-"""What the planner hands to the mission: where to go, how, and why."""
+"""The plan: target, path and tree of viewpoints, from the planner to the mission."""
 
 import math
 from dataclasses import dataclass
@@ -12,27 +12,27 @@ from ippon.guidance.levels import Level
 
 
 class NodeKind(IntEnum):
-    """How a viewpoint is drawn and chosen (Fig. 2 of the paper)."""
+    """How a viewpoint is selected and drawn (Fig. 2 of the paper)."""
 
     EXPLORING = 0
     MINIMAL = 1
-    """Explores little; faces the direction of travel; black."""
+    """Has little gain, and faces the direction of travel; black."""
     TERMINATING = 2
-    """Sees enough of the object from close by to end the search here; white."""
+    """Shows enough of the object from nearby to end the search here; white."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Viewpoint:
-    """A place to stand and a direction to look, with what it promises."""
+    """A position and orientation of the robot, with gain and cost."""
 
     position_world: tuple[float, float, float]
     """The base on the floor, metres."""
     yaw_rad: float
     tilt_rad: float
     gain: float
-    """G(n), eq. (3): expected voxels of the object that it shows."""
+    """G(n), eq. (3): number of object voxels that it is expected to show."""
     termination: float
-    """T(n), eq. (4): object voxels in sight within reach, and what lies just behind."""
+    """T(n), eq. (4): visible object voxels within reach, and those just beyond."""
     level: Level
     """Level that p_img(n) was taken from."""
     kind: NodeKind
@@ -68,35 +68,35 @@ class Plan:
     """The best plan so far."""
 
     target: Viewpoint | None
-    """None when nothing worth going to is known yet, or any more."""
+    """None if no known viewpoint has enough gain."""
     path_world: Float64Array
     """(K, 3) metres from the robot to the target, K = 0 without a target."""
     tree: TreeView
     exhausted: bool
-    """Everything reachable was seen: no viewpoint promises anything."""
+    """Everything reachable was seen: no viewpoint has enough gain."""
     evaluated: int
-    """Viewpoints evaluated for this plan."""
+    """Number of viewpoints evaluated in this step."""
     closer_look: bool = False
-    """The target is where something that may be the object is seen better."""
+    """The target is a viewpoint for a closer look at what may be the object."""
     out_of_reach_m: float | None = None
-    """The target is where the search ends with an object that no way leads close to: metres over
-    the floor from there to it. None otherwise."""
-    unseen_straight_m: float = 0.0
-    """How much of the straight way to the target leads over floor that was never seen; 0 where the
-    path is straight or an obstacle is known to be in the way."""
+    """Set if the search ends at the target with an object out of reach: metres over the floor from
+    there to it. None otherwise."""
+    unseen_shortcut_m: float = 0.0
+    """Length of the straight line to the target over unseen floor, metres; 0 if the path is
+    straight, or if a known obstacle blocks the line."""
     floor_gap: tuple[float, float] | None = None
-    """World x and y of unseen floor nearby that is all that keeps the robot from a room."""
+    """World x and y of nearby unseen floor that separates the robot from a room, metres."""
     full: bool = False
-    """No viewpoint more is kept: what lies beyond those that there are stays unseen."""
+    """The roadmap is full: it takes no viewpoint beyond those that it has."""
     cut_short: bool = False
-    """The seconds of the step were used up before its work was done: the next step goes on with it.
-    A step that was cut short has not shown that nothing is left."""
-    promised_per_s: float = math.inf
-    """Gain a second of the way to explore that has most of it, infinite where none is weighed."""
+    """The time budget ended the step before its work was done; the next step continues with it.
+    Such a plan is never exhausted."""
+    max_gain_per_s: float = math.inf
+    """Highest gain per second of any exploring path; infinite from planners without scores."""
 
     @property
     def ends_search(self) -> bool:
-        """The target is where the object can be seen from as close as a path leads."""
+        """The search ends at the target."""
         if self.target is None:
             return False
         return self.target.kind is NodeKind.TERMINATING or self.out_of_reach_m is not None

@@ -1,15 +1,15 @@
-"""The planner: grows viewpoints, keeps what they promise up to date, says where to go next.
+"""The planner: grows the roadmap, evaluates its viewpoints and selects the one to go to.
 
-One `step` is one increment of the anytime algorithm (Sec. Informative Path Planning). Its work is
-bounded by counts, so that two runs of one seed are the same run, and for a robot that waits by
-`PlannerConfig.step_budget_s` as well. Past that, it still follows the map's changes and does one
-piece of each kind of work (a viewpoint added, one evaluated, some iterations of OMPL), so that
-whatever is left gets its turn in the steps that follow.
+One `step` is one increment of the anytime algorithm (Sec. Informative Path Planning). Counts bound
+its work, so that two runs with one seed are identical; for a robot that waits,
+`PlannerConfig.step_budget_s` bounds its time as well. After that time a step still takes over the
+map's changes and does one piece of each kind of work (one new viewpoint, one evaluation, some
+iterations of OMPL), so that all pending work is done in later steps.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,42 +26,39 @@ from ippon.planning.roadmap.roadmap import Roadmap
 from ippon.planning.roadmap.roadmap_builder import RoadmapBuilder
 from ippon.planning.roadmap.robot_path import shorten_path
 from ippon.planning.roadmap.shortest_tree import RootEdges, ShortestTree
-from ippon.planning.selection.approach import CloserLooks
+from ippon.planning.selection.closer_look import CloserLookSelector
 from ippon.planning.selection.detours import Surroundings
-from ippon.planning.selection.look_target import Look
-from ippon.planning.selection.node_selection import Scores, held, promised_per_s, select
-from ippon.planning.selection.target_choice import TargetChoice
+from ippon.planning.selection.look_target import LookTarget
+from ippon.planning.selection.node_selection import (
+    Scores,
+    holding_termination_min,
+    max_gain_per_s,
+    select,
+)
+from ippon.planning.selection.target_selector import TargetSelector
 from ippon.planning.terrain.traversability import Traversability
 from ippon.planning.terrain.unseen_gaps import UnseenGapDetector
 from ippon.planning.terrain.unseen_shortcut import unseen_shortcut_m
-from ippon.planning.tree_view import TreePicture
-from ippon.planning.visibility.evaluation_schedule import Evaluations
-from ippon.planning.visibility.region_weights import RegionWeights
-from ippon.planning.visibility.viewpoints import Viewpoints
+from ippon.planning.tree_export import TreeExporter
+from ippon.planning.visibility.evaluation_scheduler import EvaluationScheduler
+from ippon.planning.visibility.region_weights import Stroke
+from ippon.planning.visibility.viewpoint_store import ViewpointStore
 from ippon.robot import RobotProfile
-
-_MOST_OBJECT_VOXELS: Final = 512
-"""More of them tell nothing new of where to look."""
-_BESIDE_M: Final = 0.12
-"""A viewpoint this near to the robot is where it stands."""
-_LAYOUT_SHARE: Final = 0.6
-"""Of a step's seconds, those for adding and joining viewpoints; the others are for evaluating them:
-a local way that OMPL looks for in vain would take all of them."""
 
 
 class ViewpointPlanner:
-    """Owns the tree of viewpoints; lives as long as the map does."""
+    """The paper's planner; it keeps its roadmap as long as the map lasts."""
 
     def __init__(
         self, config: PlannerConfig, robot: RobotProfile, seed: int, clock: Clock | None = None
     ) -> None:
-        """Begin with an empty tree.
+        """Begin with an empty roadmap.
 
         Args:
-            config: How it is grown.
+            config: Parameters of all parts.
             robot: Body, camera and speed.
-            seed: Of the samples.
-            clock: What `config.step_budget_s` is kept by.
+            seed: Seed of the samples.
+            clock: Measures `config.step_budget_s`.
 
         Raises:
             ValueError: There is a budget in seconds and no clock.
@@ -70,13 +67,15 @@ class ViewpointPlanner:
         self._clock = clock
         self._deadline()
         self._floor = Traversability(config.traversability, robot)
-        self._road = Roadmap(config.max_nodes)
-        self._views = Viewpoints(config.view, robot, config.max_nodes, config.ooi_threshold)
-        self._evaluations = Evaluations(config.evaluations_per_step, self._road, self._views)
-        self._choice = TargetChoice(
-            config.selection, self._road, self._views, robot.max_yaw_rate_rad_s
+        self._roadmap = Roadmap(config.max_nodes, config.reserved_nodes)
+        self._viewpoints = ViewpointStore(
+            config.view, robot, config.max_nodes, config.ooi_threshold
         )
-        self._growth = RoadmapBuilder(
+        self._scheduler = EvaluationScheduler(config.evaluation, self._roadmap, self._viewpoints)
+        self._selector = TargetSelector(
+            config.selection, self._roadmap, self._viewpoints, robot.max_yaw_rate_rad_s
+        )
+        self._builder = RoadmapBuilder(
             config.sampling,
             config.connection,
             config.local_planner,
@@ -84,9 +83,9 @@ class ViewpointPlanner:
             seed,
             samples_per_step=config.samples_per_step,
             floor=self._floor,
-            road=self._road,
+            roadmap=self._roadmap,
         )
-        self._closer = CloserLooks(config.closer_look, robot.max_linear_m_s)
+        self._closer_look = CloserLookSelector(config.closer_look, robot.max_linear_m_s)
         self._gaps = UnseenGapDetector(config.unseen_gap)
         self._objects = OoiVoxels(config.ooi_threshold)
         self._termination_min = math.inf
@@ -95,17 +94,17 @@ class ViewpointPlanner:
         self._second_chances = 0
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
-        """Weigh everything anew for a new goal or other levels; no ray is cast for it.
+        """Recompute every gain for a new goal or other levels; casts no ray.
 
         Args:
             probabilities: (4,) p_img by level.
             termination_min: T_min; viewpoints that show more object voxels end the search.
         """
         self._termination_min = termination_min
-        self._views.set_probabilities(probabilities)
+        self._viewpoints.set_probabilities(probabilities)
         self._levels_changed = True
-        self._choice.reset()
-        self._closer.forget()
+        self._selector.reset()
+        self._closer_look.reset()
         self._second_chances = self.config.second_chances
 
     def set_termination_min(self, termination_min: float) -> None:
@@ -113,149 +112,150 @@ class ViewpointPlanner:
         self._termination_min = termination_min
 
     def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
-        """Weigh every viewpoint by what images show beyond the map's range, from now on."""
-        self._views.set_far_evidence(far_evidence)
+        """See `Planner.set_far_evidence`."""
+        self._viewpoints.set_far_evidence(far_evidence)
 
-    def set_regions(self, regions: RegionWeights | None) -> None:
-        """Weigh every viewpoint by what the operator painted; None for nothing painted."""
-        self._views.set_regions(regions)
-        self._choice.reset()
+    def set_regions(self, strokes: Sequence[Stroke]) -> None:
+        """Weigh every viewpoint by the regions that the operator painted, empty for none."""
+        self._viewpoints.set_regions(strokes)
+        self._selector.reset()
 
     def preview(self, map_arrays: MapArrays, *, cues: bool) -> Viewpoint | None:
-        """Tell what would be chosen if the map's levels were these; nothing changes by it.
+        """Return the target that other levels of the map would give; the planner does not change.
 
         Args:
             map_arrays: The map of the last step, with other levels.
-            cues: Whether what is certain for the object would still be so, also from afar.
+            cues: Whether far evidence of labels that are certainly near the object still counts.
 
         Returns:
-            The viewpoint, None when none would be worth it or there was no step yet.
+            The viewpoint; None if none has enough gain, or before the first step.
         """
         if self._tree is None:
             return None
-        views = self._views.copy()
+        viewpoints = self._viewpoints.copy()
         if not cues:
-            views.cued = np.zeros_like(views.cued)
-        views.recount(map_arrays)
-        scores = self._choice.score(self._tree, self._termination_min, views)
-        target = select(self.config.selection, scores, None)
-        picture = self._picture(views, self._tree, scores)
-        return None if target is None else picture.viewpoint(target)
+            viewpoints.cued = np.zeros_like(viewpoints.cued)
+        viewpoints.recount_levels(map_arrays)
+        scores = self._selector.score(self._tree, self._termination_min, viewpoints)
+        target = select(scores, None)
+        exporter = self._exporter(viewpoints, self._tree, scores)
+        return None if target is None else exporter.viewpoint(target)
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
-        """Take the triangular region ahead of the robot for untraversable (Sec. Traversability)."""
+        """Close the triangular region ahead of the robot (Sec. Traversability)."""
         self._floor.mark_contact(T_world_base, motion)
-        self._choice.path = None
+        self._selector.path = None
 
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
-        """Grow the tree by one increment and return the best plan so far.
+        """Extend roadmap and evaluations by one increment and return the best plan so far.
 
-        With a budget in seconds that is what is known when they are used up: a target is still one
-        that a known way leads to.
+        A step that ends because of its time budget returns the best target that a known path leads
+        to.
 
         Args:
             map_arrays: The map, with the image taken from here in it.
-            T_world_base: Where the robot stands.
-            tilt_rad: Its camera's tilt.
+            T_world_base: Pose of the robot.
+            tilt_rad: Tilt of its camera.
         """
         deadline = self._deadline()
-        layout = deadline.share(_LAYOUT_SHARE)
+        growth = deadline.share(self.config.growth_share)
         x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
-        standing = self._follow(map_arrays, T_world_base, tilt_rad)
-        reachable = self._growth.reachable(x, y)
-        objects = self._objects.update(map_arrays)[0][:_MOST_OBJECT_VOXELS]
-        worth, choice = self._views.potential, self._choice
-        self._forget(self._growth.thin_out(objects, worth, choice.node, x, y))
-        saturated = self._growth.sample(objects, reachable, x, y, layout)
+        standing = self._update(map_arrays, T_world_base, tilt_rad)
+        reachable = self._builder.reachable(x, y)
+        objects = self._objects.update(map_arrays)[0][: self.config.max_object_voxels]
+        potential, selector = self._viewpoints.potential, self._selector
+        self._forget(self._builder.thin_out(objects, potential, selector.node, x, y))
+        saturated = self._builder.sample(objects, reachable, x, y, growth)
         self._add_root(objects, map_arrays, x, y)
-        root_edges, tree = self._growth.shortest_tree(
-            reachable, x, y, yaw, layout, target=choice.node, path=choice.path
+        root_edges, tree = self._builder.shortest_tree(
+            reachable, x, y, yaw, growth, target=selector.node, path=selector.path
         )
-        evaluated = self._evaluations.step(
-            map_arrays, tree, objects, deadline, target=self._choice.node, standing=standing
+        evaluated = self._scheduler.step(
+            map_arrays, tree, objects, deadline, target=selector.node, standing=standing
         )
-        chosen, scores = self._choice.choose(map_arrays, tree, self._termination_min, deadline)
+        chosen, scores = selector.choose(map_arrays, tree, self._termination_min, deadline)
         around = self._surroundings(map_arrays, reachable)
         look = self._look_closer(
-            chosen, scores, objects, around, tree, T_world_base, cut_short=layout.cut_short
+            chosen, scores, objects, around, tree, T_world_base, cut_short=growth.cut_short
         )
-        self._choice.settle(chosen, scores, look, (x, y))
-        path = self._way_to_target(tree, root_edges, yaw, deadline)
-        laid_out = saturated and not layout.cut_short
-        done = laid_out and self._choice.node is None and not self._promising_left(map_arrays, tree)
-        exhausted = done and not self._try_harder()
+        selector.set_target(chosen, scores, look, (x, y))
+        path = self._path_to_target(tree, root_edges, yaw, deadline)
+        grown = saturated and not growth.cut_short
+        done = grown and selector.node is None and not self._gain_is_left(map_arrays, tree)
+        exhausted = done and not self._relax_floor()
         self._tree = tree
-        picture = self._picture(self._views, tree, scores)
+        exporter = self._exporter(self._viewpoints, tree, scores)
         floor_gap = self._gaps.step(self._floor, reachable, (x, y), deadline)
         return Plan(
-            target=_target_of(picture, self._choice.node, look),
+            target=_target_of(exporter, selector.node, look),
             path_world=np.column_stack([path, np.full(len(path), self._floor.floor_z_m)]),
-            tree=picture.tree_view(x, y, yaw, tilt_rad),
+            tree=exporter.tree_view(x, y, yaw, tilt_rad),
             exhausted=exhausted,
             evaluated=evaluated,
             closer_look=look is not None,
             out_of_reach_m=None if look is None else look.away_m,
-            unseen_straight_m=unseen_shortcut_m(around.grid, around.limits, around.margin_m, path),
+            unseen_shortcut_m=unseen_shortcut_m(around.grid, around.limits, around.margin_m, path),
             floor_gap=floor_gap,
             cut_short=deadline.cut_short,
-            promised_per_s=promised_per_s(self.config.selection, scores),
-            full=self._road.room == 0,
+            max_gain_per_s=max_gain_per_s(self.config.selection, scores),
+            full=self._roadmap.room == 0,
         )
 
     def path_to_point(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
         """See `RoadmapBuilder.path_to_point`; the roadmap is that of the last `step`."""
-        choice = self._choice
-        return self._growth.path_to_point(
-            T_world_base, xy, self._deadline(), target=choice.node, path=choice.path
+        selector = self._selector
+        return self._builder.path_to_point(
+            T_world_base, xy, self._deadline(), target=selector.node, path=selector.path
         )
 
     def _deadline(self) -> Deadline:
         budget_s = self.config.step_budget_s
         return UNLIMITED if budget_s is None else Deadline(budget_s, self._clock)
 
-    def _follow(self, arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> bool:
-        """Take over what changed in the map; tell whether the robot has come to its target."""
+    def _update(self, arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> bool:
+        """Take over the map's changes; return whether the robot has reached its target."""
         box = self._floor.update(arrays, T_world_base)
-        standing_at = self._choice.standing_at(float(T_world_base[0, 3]), float(T_world_base[1, 3]))
-        self._views.follow(arrays, self._floor.floor_z_m, T_world_base, tilt_rad, standing_at)
+        standing_at = self._selector.standing_at(
+            float(T_world_base[0, 3]), float(T_world_base[1, 3])
+        )
+        self._viewpoints.update(arrays, self._floor.floor_z_m, T_world_base, tilt_rad, standing_at)
         if self._levels_changed:
-            self._views.memory.forget_surfaces()
-            self._views.recount(arrays)
+            self._viewpoints.memory.forget_surfaces()
+            self._viewpoints.recount_levels(arrays)
             self._levels_changed = False
         if box is not None:
-            self._forget(self._growth.update_floor(box))
+            self._forget(self._builder.update_floor(box))
         return standing_at is not None
 
     def _forget(self, nodes: list[int]) -> None:
-        """Forget the values of removed nodes: new nodes may take their numbers."""
+        """Clear the evaluations of removed nodes: new nodes may take their numbers."""
         for node in nodes:
-            self._views.forget(node)
-            self._choice.forget(node)
+            self._viewpoints.forget(node)
+            self._selector.forget(node)
 
     def _add_root(self, voxels: Float64Array, arrays: MapArrays, x: float, y: float) -> None:
-        """Evaluate where the robot stands, too, once the object is within reach from there.
+        """Add and evaluate the robot's own position if the search may end there.
 
-        On the way to a viewpoint the search may be over before that is reached.
+        On the way to a terminating viewpoint the object may already be within reach.
         """
-        target = self._choice.node
-        enough, apart = held(self.config.selection, self._termination_min), _BESIDE_M
-        if target is None or self._views.termination[target] <= enough:
-            if not self._closer.active:
+        config, target = self.config, self._selector.node
+        enough = holding_termination_min(config.selection, self._termination_min)
+        apart = config.sampling.robot_spacing_m
+        if target is None or self._viewpoints.termination[target] <= enough:
+            if not self._closer_look.active:
                 return
-            apart = self.config.sampling.object_spacing_m
+            apart = config.sampling.object_spacing_m
         else:
-            reach = self.config.view.termination_range_m
+            reach = config.view.termination_range_m
             if np.hypot(voxels[:, 0] - x, voxels[:, 1] - y).min(initial=math.inf) > reach:
                 return
-        node = self._growth.add_here(x, y, apart)
+        node = self._builder.add_here(x, y, apart)
         if node is not None:
-            self._views.evaluate(node, self._road.xy[node], arrays)
+            self._viewpoints.evaluate(node, self._roadmap.xy[node], arrays)
 
     def _surroundings(self, arrays: MapArrays, reachable: NDArray[np.uint8]) -> Surroundings:
-        floor = self._floor
-        return Surroundings(
-            floor.grid, floor.limits, floor.margin_m, reachable, arrays, self._views
-        )
+        floor, geometry = self._floor, self._viewpoints.geometry
+        return Surroundings(floor.grid, floor.limits, floor.margin_m, reachable, arrays, geometry)
 
     def _look_closer(
         self,
@@ -267,57 +267,60 @@ class ViewpointPlanner:
         T_world_base: Float64Array,
         *,
         cut_short: bool,
-    ) -> Look | None:
-        """Look closer at what may be the object, unless the target ends the search."""
+    ) -> LookTarget | None:
+        """Return the closer look at what may be the object; None if the target ends the search."""
         if target is not None and scores.terminating[target]:
-            self._closer.rest()
+            self._closer_look.cancel()
             return None
-        look = self._closer.choose(
+        look = self._closer_look.choose(
             voxels,
             around,
             tree,
-            self._road.xy,
+            self._roadmap.xy,
             T_world_base,
             termination_min=self._termination_min,
             cut_short=cut_short,
         )
         if look is None or look.away_m is None:
             return look
-        if self._try_harder():
-            self._closer.out_of_reach.think_again()
+        if self._relax_floor():
+            self._closer_look.out_of_reach.reopen()
             return None
-        place = self._closer.out_of_reach.wanted_place()
+        place = self._closer_look.out_of_reach.wanted_place()
         if place is not None:
-            self._growth.add_at(place)
+            self._builder.add_at(place)
         return look
 
-    def _try_harder(self) -> bool:
-        """Before giving up, try what contacts closed, and the narrowest gaps; tell if it is new."""
+    def _relax_floor(self) -> bool:
+        """Open narrow gaps and the cells of contacts before giving up; return if any was closed."""
         if self._second_chances == 0:
             return False
         self._second_chances -= 1
         return self._floor.relax()
 
-    def _promising_left(self, arrays: MapArrays, tree: ShortestTree) -> bool:
-        """Tell whether a viewpoint waits to be evaluated that might be worth going to."""
-        return self._evaluations.promising_left(arrays, tree, 0.5 * self.config.selection.min_gain)
+    def _gain_is_left(self, arrays: MapArrays, tree: ShortestTree) -> bool:
+        """Return whether a viewpoint whose evaluation is pending may be worth going to."""
+        min_potential = 0.5 * self.config.selection.min_gain
+        return self._scheduler.any_worth_evaluating(arrays, tree, min_potential)
 
-    def _way_to_target(
+    def _path_to_target(
         self, tree: ShortestTree, root_edges: RootEdges, yaw: float, deadline: Deadline
     ) -> Float64Array:
-        """Return the (K, 2) points of the way to the target, K = 0 without one; remember it."""
-        choice = self._choice
-        if choice.node is None:
-            choice.path = None
+        """Return and keep the (K, 2) points of the path to the target, K = 0 without one."""
+        selector = self._selector
+        if selector.node is None:
+            selector.path = None
             return np.zeros((0, 2))
-        way = self._road.path_to(choice.node, tree, root_edges)
-        choice.path = shorten_path(way, self._floor, yaw, deadline)
-        return choice.path
+        path = self._roadmap.path_to(selector.node, tree, root_edges)
+        selector.path = shorten_path(path, self._floor, yaw, deadline)
+        return selector.path
 
-    def _picture(self, views: Viewpoints, tree: ShortestTree, scores: Scores) -> TreePicture:
-        return TreePicture(
-            views,
-            self._road.xy,
+    def _exporter(
+        self, viewpoints: ViewpointStore, tree: ShortestTree, scores: Scores
+    ) -> TreeExporter:
+        return TreeExporter(
+            viewpoints,
+            self._roadmap.xy,
             self._floor.floor_z_m,
             tree,
             scores,
@@ -325,11 +328,13 @@ class ViewpointPlanner:
         )
 
 
-def _target_of(picture: TreePicture, node: int | None, look: Look | None) -> Viewpoint | None:
-    """Return a node as others see it, facing the way of a closer look; None for none."""
+def _target_of(
+    exporter: TreeExporter, node: int | None, look: LookTarget | None
+) -> Viewpoint | None:
+    """Return the viewpoint of a node, with the orientation of a closer look; None for no node."""
     if node is None:
         return None
-    viewpoint = picture.viewpoint(node)
+    viewpoint = exporter.viewpoint(node)
     if look is None:
         return viewpoint
     return replace(viewpoint, yaw_rad=look.yaw_rad, tilt_rad=look.tilt_rad)

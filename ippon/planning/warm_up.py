@@ -5,11 +5,12 @@ import numpy as np
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.roadmap.narrow_passages import straight_passage
-from ippon.planning.selection.detours import Surroundings, flood_unseen
+from ippon.planning.selection.detours import Surroundings, flood_fill_unseen
 from ippon.planning.terrain.motion_check import can_turn
 from ippon.planning.terrain.reachability import reachable_cells
 from ippon.planning.terrain.traversability import Traversability, TraversabilityConfig
-from ippon.planning.visibility.viewpoints import ViewConfig, Viewpoints
+from ippon.planning.visibility.view_config import ViewConfig
+from ippon.planning.visibility.view_geometry import ViewGeometry, layers_at
 from ippon.robot import RobotProfile
 
 
@@ -26,9 +27,11 @@ def warm_up(arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array) 
     grid, limits, margin_m = floor.grid, floor.limits, floor.margin_m
     x, y = float(T_world_base[0, 3]), float(T_world_base[1, 3])
     reachable = reachable_cells(grid, limits, x, y, margin_m, 0.0)
-    views = Viewpoints(ViewConfig(), robot, 1, 0.5)
-    around = Surroundings(grid, limits, margin_m, reachable, arrays, views)
-    flood_unseen(around, np.zeros_like(reachable), (x, y))
+    view, v = ViewConfig(), arrays.voxel_size
+    layers = layers_at(view, robot, v, floor.floor_z_m)
+    geometry = ViewGeometry.build(view, robot, v, layers, 0.5)
+    around = Surroundings(grid, limits, margin_m, reachable, arrays, geometry)
+    flood_fill_unseen(around, np.zeros_like(reachable), (x, y))
     if not robot.is_round:
         can_turn(grid, limits, x, y, 0.0, 1.0, margin_m, margin_m)
         straight_passage(grid, limits, x, y, margin_m)

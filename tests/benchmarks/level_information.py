@@ -29,8 +29,8 @@ from ippon.guidance.levels import Level
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import StepResult
-from ippon.planning.visibility.orientation import imagined_level, with_evidence
-from ippon.planning.visibility.viewpoints import Viewpoints
+from ippon.planning.visibility.viewpoint_gain import imagined_level, with_evidence
+from ippon.planning.visibility.viewpoint_store import ViewpointStore
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.scene import Scene
 from tests.benchmarks.rows import Row
@@ -172,7 +172,7 @@ def note_viewpoints(config: TrialConfig, scene: Scene, spec: EpisodeSpec) -> lis
     def note(frame: Frame, result: StepResult, mission: Mission) -> None:
         if next(frames) % EVERY_FRAMES:
             return
-        views: Viewpoints = mission._planner._planner._views  # pyright: ignore
+        views: ViewpointStore = mission._planner._planner._viewpoints  # pyright: ignore
         time_s = result.snapshot.elapsed_s
         for node, sums in views._sums.items():
             heading = int(np.argmin(np.abs(views.headings - views.yaw[node])))

@@ -13,7 +13,7 @@ import numpy as np
 
 from ippon.evaluation.methods.method_table import METHODS
 from ippon.evaluation.trial import habitat_trial
-from ippon.planning.visibility.viewpoints import Viewpoints
+from ippon.planning.visibility.viewpoint_store import ViewpointStore
 from ippon.simulation.homes.generator import generate_home
 from tests.benchmarks.exploring import explore
 from tests.benchmarks.rows import Row
@@ -51,15 +51,15 @@ def evaluation_rows(seconds: Sequence[float], where: str) -> Iterator[Row]:
 def timed_evaluations() -> Iterator[list[float]]:
     """Collect the processor time of every evaluation of a viewpoint, seconds."""
     seconds: list[float] = []
-    plain = Viewpoints.evaluate
+    plain = ViewpointStore.evaluate
 
     def timed(*arguments, **named) -> None:
         began = time.process_time()
         plain(*arguments, **named)
         seconds.append(time.process_time() - began)
 
-    Viewpoints.evaluate = timed
+    ViewpointStore.evaluate = timed
     try:
         yield seconds
     finally:
-        Viewpoints.evaluate = plain
+        ViewpointStore.evaluate = plain

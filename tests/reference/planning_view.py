@@ -95,11 +95,11 @@ def panorama(
                     continue
                 if state == UNKNOWN:
                     if far <= (end - 1 if hit else end):
-                        looks = field.unknown_looks[element]
-                        left = max(0.0, 1.0 - looks / rules.unknown_looks)
+                        images = field.unknown_views[element]
+                        left = max(0.0, 1.0 - images / rules.unknown_views)
                         unknown[at] += rules.unknown_occupied * left
                     continue
-                left = max(0.0, 1.0 - field.surface_looks[element] / rules.surface_looks)
+                left = max(0.0, 1.0 - field.surface_views[element] / rules.surface_views)
                 pool = _pool(arrays, i, j, k)
                 pool = int(arrays.slab[pool[0]]), pool[1]
                 near = far <= rules.surface_range
@@ -114,7 +114,7 @@ def panorama(
                 level = arrays.level[pool]
                 if level != NOT_MAPPED and far <= rules.level_range:
                     levels[column, level] += 1
-    beside = table.yaw_bins // 32
+    beside = rules.termination_depth_columns
     for column in range(table.yaw_bins):
         near = [(column + d) % table.yaw_bins for d in range(-beside, beside + 1)]
         if not ooi[:, near].any():

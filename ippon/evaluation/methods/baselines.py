@@ -174,7 +174,7 @@ class BaselinePlanner:
         )
         path_world = np.column_stack([path, np.full(len(path), z)])
         return replace(
-            plan, target=target, path_world=path_world, exhausted=False, unseen_straight_m=0.0
+            plan, target=target, path_world=path_world, exhausted=False, unseen_shortcut_m=0.0
         )
 
 

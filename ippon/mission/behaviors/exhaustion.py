@@ -57,7 +57,7 @@ class Exhaustion:
         """Return whether the best path to explore promises next to nothing."""
         if plan.ends_search or plan.closer_look:
             return False
-        return plan.promised_per_s < self._config.idle_gain
+        return plan.max_gain_per_s < self._config.idle_gain
 
     def _relax_termination(self, search: Search, situation: Situation) -> None:
         """Lower T_min once a small object is sure and no approach to it is left to try."""

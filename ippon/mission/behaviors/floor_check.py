@@ -87,7 +87,7 @@ class FloorCheck:
         self, plan: Plan, x: float, y: float, yaw: float, tilt_rad: float
     ) -> _Check | None:
         """Return a check of the straight path to the target, where that may save enough time."""
-        if plan.target is None or plan.unseen_straight_m <= 0.0:
+        if plan.target is None or plan.unseen_shortcut_m <= 0.0:
             return None
         dx, dy = plan.target.position_world[0] - x, plan.target.position_world[1] - y
         bearing, robot = math.atan2(dy, dx), self._robot

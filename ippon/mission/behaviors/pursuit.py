@@ -16,7 +16,7 @@ from ippon.mission.explanation import explain
 from ippon.mission.search import Search
 from ippon.mission.snapshot import MissionState
 from ippon.planning.plan import Plan
-from ippon.planning.selection.look_target import towards
+from ippon.planning.selection.look_target import yaw_tilt_to
 from ippon.robot import RobotProfile
 
 _ARRIVING_M: Final = 0.4
@@ -62,6 +62,6 @@ class Pursuit:
             return None
         nearest = min(search.candidates, key=lambda c: math.dist(c.position_world[:2], end[:2]))
         camera_z_m = float(here[2]) + robot.camera_height_m
-        yaw, tilt = towards(here[:2], np.array(nearest.position_world), camera_z_m)
+        yaw, tilt = yaw_tilt_to(here[:2], np.array(nearest.position_world), camera_z_m)
         off = wrap_angle(yaw - yaw_of(frame.T_world_base))
         return None if abs(off) > 0.5 * robot.horizontal_fov_rad else robot.within_tilt(tilt)

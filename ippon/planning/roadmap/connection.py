@@ -28,6 +28,12 @@ class ConnectionConfig:
     rejoin_m: float = 0.15
     """A robot beside its path that cannot cut across rejoins it this far ahead; more returns at a
     flatter angle."""
+    local_planner_nodes: int = 3
+    """Nodes that the local planner tries to connect the robot to, nearest first, if no straight
+    move is free; more takes longer where the robot is shut in."""
+    reconnected_nodes: int = 6
+    """Nodes connected again after a change of the floor at most; more finds opened passages
+    sooner."""
     waypoint_reach_m: float = 0.75
     """How far a point that the operator chose may be from where the robot can stand, for example on
     a table; more accepts more points and stops farther from them."""
@@ -49,13 +55,13 @@ class Connector:
     def __init__(
         self,
         config: ConnectionConfig,
-        road: Roadmap,
+        roadmap: Roadmap,
         floor: Traversability,
         local_planner: LocalPlanner,
         robot: RobotProfile,
     ) -> None:
         self._config = config
-        self._road = road
+        self._roadmap = roadmap
         self._floor = floor
         self._local_planner = local_planner
         self._turn_rate = robot.max_yaw_rate_rad_s
@@ -78,7 +84,7 @@ class Connector:
         """
         self._local_planner.note_floor_change()
         grid = self._floor.grid
-        gone, _ = self._road.recheck(grid, self._floor.limits, box, self._margin)
+        gone, _ = self._roadmap.recheck(grid, self._floor.limits, box, self._margin)
         self._failed = {
             pair: floor_changes
             for pair, floor_changes in self._failed.items()
@@ -97,16 +103,16 @@ class Connector:
         Args:
             crowded: Nodes that other nodes can stand in for.
         """
-        orphans = self._road.neighbours(crowded)
+        orphans = self._roadmap.neighbours(crowded)
         for node in crowded:
-            self._road.remove_node(node)
+            self._roadmap.remove_node(node)
         self._forget(crowded)
         for node in sorted(orphans):
             self.connect(node)
 
     def connect(self, node: int) -> int:
         """Add the free straight edges of a node; return their number."""
-        return self._road.connect(
+        return self._roadmap.connect(
             node,
             self._floor.grid,
             self._floor.limits,
@@ -117,10 +123,10 @@ class Connector:
 
     def connect_pair(self, a: int, b: int) -> bool:
         """Add the straight edge between two nodes, however tight; tell whether it is free."""
-        xy, margin = self._road.xy, self._margin
+        xy, margin = self._roadmap.xy, self._margin
         free, time, _ = move_between(self._floor.grid, self._floor.limits, xy[a], xy[b], margin)
         if free:
-            self._road.add_edge(a, b, time)
+            self._roadmap.add_edge(a, b, time)
         return free
 
     def bridge(
@@ -142,14 +148,16 @@ class Connector:
             Whether an edge was added.
         """
         grid, added = self._floor.grid, False
-        nodes = self._road.nodes
+        nodes = self._roadmap.nodes
         reached = nodes[np.isfinite(tree.cost[nodes])]
         lost = nodes[~np.isfinite(tree.cost[nodes])]
         if not len(reached) or not len(lost):
             return False
-        cells = np.floor(self._road.xy[lost] / grid.voxel_size).astype(np.int64) - grid.origin
+        cells = np.floor(self._roadmap.xy[lost] / grid.voxel_size).astype(np.int64) - grid.origin
         lost = lost[reachable[cells[:, 0], cells[:, 1]] > 0]
-        apart = np.linalg.norm(self._road.xy[lost, None] - self._road.xy[None, reached], axis=2)
+        apart = np.linalg.norm(
+            self._roadmap.xy[lost, None] - self._roadmap.xy[None, reached], axis=2
+        )
         for flat in np.argsort(apart, axis=None, kind="stable"):
             if solves == 0:
                 break
@@ -157,7 +165,7 @@ class Connector:
             if apart[row, column] > 2.0 * self._config.radius_m:
                 break
             a, b = int(lost[row]), int(reached[column])
-            if (a, b) in self._failed or self._road.has_edge(a, b):
+            if (a, b) in self._failed or self._roadmap.has_edge(a, b):
                 continue
             if self._join(a, b, deadline):
                 added = True
@@ -168,21 +176,21 @@ class Connector:
 
     def _join(self, a: int, b: int, deadline: Deadline) -> bool:
         """Connect two nodes by the local planner, or else by a tight straight edge."""
-        grid, limits, xy = self._floor.grid, self._floor.limits, self._road.xy
+        grid, limits, xy = self._floor.grid, self._floor.limits, self._roadmap.xy
         path = self._local_planner.solve(xy[a], xy[b], deadline)
         if path is not None:
             time = path_time(grid, limits, path, self._margin)
             if time is not None:
-                self._road.add_edge(a, b, time, path, turning_time(path, self._turn_rate))
+                self._roadmap.add_edge(a, b, time, path, turning_time(path, self._turn_rate))
                 return True
         return not self._local_planner.unfinished and self.connect_pair(a, b)
 
-    def _reconnect(self, box: tuple[int, int, int, int], count: int = 6) -> None:
+    def _reconnect(self, box: tuple[int, int, int, int]) -> None:
         """Connect a few nodes in the box again: the change may have freed straight edges."""
-        nodes = [int(n) for n in self._road.nodes if self._in_box(self._road.xy[n], box)]
+        nodes = [int(n) for n in self._roadmap.nodes if self._in_box(self._roadmap.xy[n], box)]
         if not nodes:
             return
-        for _ in range(min(count, len(nodes))):
+        for _ in range(min(self._config.reconnected_nodes, len(nodes))):
             self._next += 1
             self.connect(nodes[self._next % len(nodes)])
 
@@ -197,7 +205,7 @@ class Connector:
             }
 
     def _middle(self, pair: tuple[int, int]) -> Float64Array:
-        return self._road.xy[list(pair)].mean(axis=0)
+        return self._roadmap.xy[list(pair)].mean(axis=0)
 
     def _in_box(self, point: Float64Array, box: tuple[int, int, int, int]) -> bool:
         grid = self._floor.grid

@@ -9,7 +9,6 @@ the root and each change of the map, and no edge is lost when the root moves.
 import math
 from collections.abc import Collection
 from itertools import pairwise
-from typing import Final
 
 import numpy as np
 from numba import njit
@@ -21,15 +20,19 @@ from ippon.planning.terrain.body_limits import BodyLimits
 from ippon.planning.terrain.floor_grid import FloorGrid
 from ippon.planning.terrain.motion_check import can_stand, move_between, straight_move
 
-_RESERVE: Final = 64
-"""Nodes kept free for viewpoints near an object and at the robot."""
-
 
 class Roadmap:
-    """Nodes at cell centres and undirected edges with travel times."""
+    """Nodes at cell centres and undirected edges with travel times.
 
-    def __init__(self, capacity: int) -> None:
+    Args:
+        capacity: Number of nodes at most.
+        reserve: Nodes kept free for viewpoints near an object and at the robot, at most an eighth
+            of all.
+    """
+
+    def __init__(self, capacity: int, reserve: int = 0) -> None:
         self.capacity = capacity
+        self._reserve = min(reserve, capacity // 8)
         self.count = 0
         self.xy = np.zeros((capacity, 2), dtype=np.float64)
         self.alive = np.zeros(capacity, dtype=np.bool_)
@@ -78,7 +81,7 @@ class Roadmap:
     def room(self) -> int:
         """Nodes that can still be added to cover the floor, without the reserve for objects."""
         left = len(self._free) + self.capacity - self.count
-        return max(0, left - min(_RESERVE, self.capacity // 8))
+        return max(0, left - self._reserve)
 
     def neighbours(self, nodes: Collection[int]) -> set[int]:
         """Return the nodes that share an edge with any of `nodes`, without `nodes` themselves."""

@@ -32,7 +32,7 @@ class RoadmapBuilder:
         *,
         samples_per_step: int,
         floor: Traversability,
-        road: Roadmap,
+        roadmap: Roadmap,
     ) -> None:
         """Begin with an empty roadmap.
 
@@ -44,19 +44,19 @@ class RoadmapBuilder:
             seed: Of the samples and of the local planner.
             samples_per_step: Viewpoints added in a step at most.
             floor: Where the robot can drive.
-            road: The roadmap to maintain; empty.
+            roadmap: The roadmap to maintain; empty.
         """
         self._config = connection
         self._turn_rate = robot.max_yaw_rate_rad_s
         self._floor = floor
-        self._road = road
+        self._roadmap = roadmap
         local = LocalPlanner(local_planner, floor, seed)
-        self._connector = Connector(connection, road, floor, local, robot)
-        self._root = RootConnector(connection, road, floor, local, robot)
+        self._connector = Connector(connection, roadmap, floor, local, robot)
+        self._root = RootConnector(connection, roadmap, floor, local, robot)
         self._sampler = ViewpointSampler(
-            sampling, samples_per_step, road, floor, self._connector, seed
+            sampling, samples_per_step, roadmap, floor, self._connector, seed
         )
-        self._thinning = Thinning(sampling, samples_per_step, road)
+        self._thinning = Thinning(sampling, samples_per_step, roadmap)
 
     def update_floor(self, box: tuple[int, int, int, int]) -> list[int]:
         """Recheck nodes and edges where the floor changed.
@@ -158,9 +158,9 @@ class RoadmapBuilder:
             The edges from the robot into the roadmap, and the tree that begins with them.
         """
         root_edges = self._root.edges(x, y, yaw, target, path, deadline)
-        tree = self._road.shortest_tree(root_edges, yaw, self._turn_rate)
+        tree = self._roadmap.shortest_tree(root_edges, yaw, self._turn_rate)
         if self._connector.bridge(tree, reachable, deadline=deadline):
-            tree = self._road.shortest_tree(root_edges, yaw, self._turn_rate)
+            tree = self._roadmap.shortest_tree(root_edges, yaw, self._turn_rate)
         return root_edges, tree
 
     def path_to_point(

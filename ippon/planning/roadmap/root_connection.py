@@ -1,7 +1,6 @@
 """Connecting the robot, the root of the tree, to the roadmap, and points that are no nodes."""
 
 import math
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +17,6 @@ from ippon.planning.terrain.path_geometry import rejoined_path, remaining_path
 from ippon.planning.terrain.traversability import Traversability
 from ippon.robot import RobotProfile
 
-_NEAREST: Final = 3
-"""Nodes that the local planner is asked for, nearest first, where no straight move is free."""
-
 
 class RootConnector:
     """Finds the edges from the robot to nodes near it."""
@@ -28,13 +24,13 @@ class RootConnector:
     def __init__(
         self,
         config: ConnectionConfig,
-        road: Roadmap,
+        roadmap: Roadmap,
         floor: Traversability,
         local_planner: LocalPlanner,
         robot: RobotProfile,
     ) -> None:
         self._config = config
-        self._road = road
+        self._roadmap = roadmap
         self._floor = floor
         self._local_planner = local_planner
         self._robot = robot
@@ -71,13 +67,13 @@ class RootConnector:
                 time = self._drive_time(rest, min(self._floor.margin_m, 0.0), yaw)
             if time is not None:
                 found.append((target, time, rest))
-        nodes = self._road.near(x, y, self._config.radius_m, 2 * self._config.neighbours)
+        nodes = self._roadmap.near(x, y, self._config.radius_m, 2 * self._config.neighbours)
         for node in nodes:
             move = self._straight(x, y, yaw, int(node))
             if move is not None:
                 found.append(move)
         if not found:
-            found = self._detours(x, y, yaw, nodes[:_NEAREST], deadline)
+            found = self._detours(x, y, yaw, nodes[: self._config.local_planner_nodes], deadline)
         return RootEdges(
             node=np.array([f[0] for f in found], dtype=np.int64),
             time=np.array([f[1] for f in found], dtype=np.float64),
@@ -104,27 +100,27 @@ class RootConnector:
         Returns:
             (K, 2) points from the robot to the goal, metres; None if no path was found.
         """
-        floor, road = self._floor, self._road
+        floor, roadmap = self._floor, self._roadmap
         straight, yaw = np.stack([T_world_base[:2, 3], goal]), yaw_of(T_world_base)
         if self._drive_time(straight, floor.margin_m, yaw) is not None:
             return straight
-        nodes = road.near(
+        nodes = roadmap.near(
             float(goal[0]), float(goal[1]), self._config.radius_m, 2 * self._config.neighbours
         )
         nodes = [int(n) for n in nodes if np.isfinite(tree.cost[n])]
         best, path = math.inf, None
         for node in nodes:
             free, time, _ = move_between(
-                floor.grid, floor.limits, road.xy[node], goal, floor.margin_m
+                floor.grid, floor.limits, roadmap.xy[node], goal, floor.margin_m
             )
             if free and tree.cost[node] + time < best:
-                best, path = tree.cost[node] + time, road.path_to(node, tree, root_edges)
+                best, path = tree.cost[node] + time, roadmap.path_to(node, tree, root_edges)
         if path is not None:
             return shorten_path(np.vstack([path, goal]), floor, yaw)
-        for node in nodes[:_NEAREST]:
-            detour = self._local_planner.solve(road.xy[node], goal)
+        for node in nodes[: self._config.local_planner_nodes]:
+            detour = self._local_planner.solve(roadmap.xy[node], goal)
             if detour is not None:
-                path = np.vstack([road.path_to(node, tree, root_edges), detour[1:]])
+                path = np.vstack([roadmap.path_to(node, tree, root_edges), detour[1:]])
                 return shorten_path(path, floor, yaw)
         return None
 
@@ -132,7 +128,7 @@ class RootConnector:
         self, x: float, y: float, yaw: float, node: int
     ) -> tuple[int, float, Float64Array] | None:
         """Return node, seconds and (2, 2) path of a straight move; None if it is blocked."""
-        path = np.array([(x, y), self._road.xy[node]])
+        path = np.array([(x, y), self._roadmap.xy[node]])
         for margin in (self._floor.margin_m + self._floor.config.comfort_m, self._floor.margin_m):
             time = self._drive_time(path, margin, yaw)
             if time is not None:
@@ -148,7 +144,7 @@ class RootConnector:
         if 0 < tried == len(near):
             return []
         for node in near[tried:]:
-            path = self._local_planner.solve(np.array([x, y]), self._road.xy[node], deadline)
+            path = self._local_planner.solve(np.array([x, y]), self._roadmap.xy[node], deadline)
             time = None if path is None else self._drive_time(path, self._floor.margin_m, yaw)
             if path is not None and time is not None:
                 return [(node, time, path)]

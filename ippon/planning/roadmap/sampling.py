@@ -30,12 +30,20 @@ class SamplingConfig:
     """Least distance elsewhere; more covers the floor with fewer viewpoints."""
     object_spacing_m: float = 0.3
     """Least distance between viewpoints near a recognised object."""
+    robot_spacing_m: float = 0.12
+    """Least distance from the robot to other viewpoints for its own position to become one, where
+    the search may end; more adds fewer of them."""
     object_reach_m: float = 0.95
     """Viewpoints near an object lie within this distance of one of its voxels: less than the metre
     of the task, so that the robot need not stop exactly on them."""
     choices: int = 4
     """Cells drawn per sample, of which the one with the largest clearance is used; more moves
     viewpoints away from walls."""
+    ample_clearance_m: float = 0.5
+    """Clearance above which cells are equally good; more moves viewpoints farther into the open."""
+    thinning_interval_steps: int = 5
+    """Steps between two searches for crowded viewpoints of a full roadmap; more takes less time and
+    frees nodes later."""
 
     def __post_init__(self) -> None:
         """Reject densities that contradict each other."""
@@ -115,7 +123,11 @@ def tight_cells(
 
 
 def draw_cell(
-    places: NDArray[np.int64], grid: FloorGrid, rng: np.random.Generator, choices: int
+    places: NDArray[np.int64],
+    grid: FloorGrid,
+    rng: np.random.Generator,
+    choices: int,
+    ample_clearance_m: float,
 ) -> tuple[int, int]:
     """Draw a few cells at random and return the one with the largest clearance.
 
@@ -124,9 +136,9 @@ def draw_cell(
         grid: The floor.
         rng: Source of randomness.
         choices: Cells to draw.
+        ample_clearance_m: See `SamplingConfig.ample_clearance_m`.
     """
     drawn = places[rng.integers(0, len(places), size=choices)]
     room = [clearance_at(grid, *cell_centre(grid, int(i), int(j))) for i, j in drawn]
-    # More than half a metre of clearance is no better.
-    best = int(np.argmax(np.minimum(room, 0.5)))
+    best = int(np.argmax(np.minimum(room, ample_clearance_m)))
     return int(drawn[best, 0]), int(drawn[best, 1])

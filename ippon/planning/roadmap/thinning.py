@@ -1,7 +1,6 @@
 """Thinning out a full roadmap: it was sampled densely where the robot has been."""
 
 import math
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,18 +9,15 @@ from ippon.geometry import Float64Array
 from ippon.planning.roadmap.roadmap import Roadmap
 from ippon.planning.roadmap.sampling import SamplingConfig
 
-_INTERVAL_STEPS: Final = 5
-"""Steps between two searches for crowded viewpoints: each compares all pairs of nodes."""
-
 
 class Thinning:
     """Finds, every few steps, the viewpoints of a full roadmap that others can stand in for."""
 
-    def __init__(self, config: SamplingConfig, min_room: int, road: Roadmap) -> None:
+    def __init__(self, config: SamplingConfig, min_room: int, roadmap: Roadmap) -> None:
         """Begin; the roadmap counts as full with room for no more than `min_room` nodes."""
         self._config = config
         self._min_room = min_room
-        self._road = road
+        self._roadmap = roadmap
         self._since = 0
 
     def crowded(
@@ -41,13 +37,13 @@ class Thinning:
             x: Robot, metres; viewpoints near it stay.
             y: See x.
         """
-        config, road = self._config, self._road
+        config, roadmap = self._config, self._roadmap
         self._since += 1
-        if road.room > self._min_room or self._since < _INTERVAL_STEPS:
+        if roadmap.room > self._min_room or self._since < config.thinning_interval_steps:
             return []
         self._since = 0
-        nodes = road.nodes
-        xy = road.xy[nodes]
+        nodes = roadmap.nodes
+        xy = roadmap.xy[nodes]
         rank: Float64Array = worth[nodes].astype(np.float64)
         rank[np.hypot(xy[:, 0] - x, xy[:, 1] - y) <= config.local_radius_m] = math.inf
         rank[nodes == target] = math.inf

@@ -35,7 +35,7 @@ class ViewpointSampler:
         self,
         config: SamplingConfig,
         most: int,
-        road: Roadmap,
+        roadmap: Roadmap,
         floor: Traversability,
         connector: Connector,
         seed: int,
@@ -43,7 +43,7 @@ class ViewpointSampler:
         """Begin; at most `most` viewpoints are added in a step."""
         self._config = config
         self._most = most
-        self._road = road
+        self._roadmap = roadmap
         self._floor = floor
         self._connector = connector
         self._rng = np.random.default_rng(seed)
@@ -82,9 +82,9 @@ class ViewpointSampler:
             (np.ones_like(reachable), config.spacing_m, left),
         ):
             for _ in range(min(share, left)):
-                if mask is not objects and not self._road.room:
+                if mask is not objects and not self._roadmap.room:
                     break
-                xy = self._road.xy[self._road.nodes]
+                xy = self._roadmap.xy[self._roadmap.nodes]
                 places = np.argwhere(open_cells(reachable * mask, grid, xy, spacing))
                 if not len(places):
                     break
@@ -111,7 +111,7 @@ class ViewpointSampler:
             floor.grid, floor.limits, here, floor.margin_m
         ):
             return None
-        return None if len(self._road.near(x, y, apart_m, 1)) else self._add(x, y)
+        return None if len(self._roadmap.near(x, y, apart_m, 1)) else self._add(x, y)
 
     def add_narrow_passages(
         self, reachable: NDArray[np.uint8], deadline: Deadline = UNLIMITED
@@ -122,15 +122,15 @@ class ViewpointSampler:
             reachable: (X, Y) from `reachable_cells`.
             deadline: Once it has passed, the search waits for another step.
         """
-        floor, road = self._floor, self._road
+        floor, roadmap = self._floor, self._roadmap
         self._since_passages += 1
         due = len(floor.limits.discs) > 0 and self._since_passages >= _PASSAGE_INTERVAL_STEPS
         if not due or deadline.passed():
             return
         self._since_passages = 0
         for ends in find_narrow_passages(floor.grid, floor.limits, reachable, floor.margin_m):
-            beside = [road.near(x, y, _PASSAGE_JOINED_M, 20) for x, y in ends]
-            if any(road.has_edge(int(a), int(b)) for a in beside[0] for b in beside[1]):
+            beside = [roadmap.near(x, y, _PASSAGE_JOINED_M, 20) for x, y in ends]
+            if any(roadmap.has_edge(int(a), int(b)) for a in beside[0] for b in beside[1]):
                 continue
             a, b = (self._add(float(x), float(y)) for x, y in ends)
             if a is not None and b is not None:
@@ -138,11 +138,13 @@ class ViewpointSampler:
 
     def _add_one(self, places: NDArray[np.int64]) -> bool:
         grid = self._floor.grid
-        i, j = draw_cell(places, grid, self._rng, self._config.choices)
+        i, j = draw_cell(
+            places, grid, self._rng, self._config.choices, self._config.ample_clearance_m
+        )
         return self._add(*cell_centre(grid, i, j)) is not None
 
     def _add(self, x: float, y: float) -> int | None:
-        node = self._road.add_node(x, y)
+        node = self._roadmap.add_node(x, y)
         if node is not None:
             self._connector.connect(node)
         return node

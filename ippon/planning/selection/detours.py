@@ -1,11 +1,12 @@
-"""Ways round to what the map shows and no viewpoint comes close enough to.
+"""Detours over unseen floor to an object that no viewpoint is close enough to.
 
-The rule that ends a search asks for a place within a metre of the object. Where there seems to be
-none, floor that was not seen yet may still lead there: a flood that takes unseen floor for free
-tells. Where even that leads nowhere, the object is out of reach, whatever else is explored.
+A search ends at a place within a metre of the object. Where none is known, unseen floor may still
+lead to one. A flood fill that treats unseen floor as free finds that out; where it reaches no such
+place either, the object is out of reach.
 """
 
-from typing import Final, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -23,41 +24,58 @@ from ippon.planning.terrain.floor_grid import (
     obstacle_distance_m,
 )
 from ippon.planning.terrain.reachability import SLACK_CELLS, STANDABLE
-from ippon.planning.visibility.viewpoints import Viewpoints
+from ippon.planning.visibility.view_geometry import ViewGeometry
 
-SIGHTS: Final = 6
-"""Voxels of a cluster that lines of sight are drawn to."""
-_TRIES: Final = 48
-"""Places whose lines of sight are checked at most."""
-_APART_M: Final = 0.2
-"""Places that are tried lie at least this far from each other."""
-_STAND_ROOM_M: Final = 0.07
-"""Room beside the body where it stands to look, even after gaps were opened that leave less: those
-are for passing through, and the rim of a drop is no place to stand."""
-_CLOSED_M: Final = 0.35
-"""Unseen floor that stays unseen is taken for blocked up to this far round the point looked at."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DetourConfig:
+    """How places close to an object are searched for."""
+
+    max_places: int = 48
+    """Places whose lines of sight are checked at most; more finds places in narrower views and
+    takes longer."""
+    place_spacing_m: float = 0.2
+    """Least distance between such places; more covers more floor with the same number."""
+    stand_room_m: float = 0.07
+    """Free space beside the body where it stands to look, also after narrower gaps were opened for
+    passing through; more keeps farther from the edge of a drop."""
+    closed_radius_m: float = 0.35
+    """Unseen floor that stays unseen counts as blocked within this radius of the point looked at;
+    more gives up a detour sooner."""
+
+    def __post_init__(self) -> None:
+        """Reject a search without places."""
+        if self.max_places < 1 or self.place_spacing_m < 0.0:
+            raise ValueError(
+                "max_places must be at least 1 and place_spacing_m at least 0; got "
+                f"{self.max_places}, {self.place_spacing_m}"
+            )
 
 
 class Surroundings(NamedTuple):
-    """What a way is looked for on."""
+    """Floor, body and map for a search for detours and lines of sight."""
 
     grid: FloorGrid
     limits: BodyLimits
     margin_m: float
-    """Room beside the body that every move must leave."""
+    """Free space beside the body that every move must leave, metres."""
     reachable: NDArray[np.uint8]
     """(X, Y) from `reachable_cells`."""
     arrays: MapArrays
-    views: Viewpoints
+    geometry: ViewGeometry
 
     @property
-    def eye_z_m(self) -> float:
+    def camera_z_m(self) -> float:
         """Height of the camera in the world, metres."""
-        return self.views.eye_z_m(self.arrays)
+        return self.geometry.camera_z_m
+
+    def is_visible(self, xy: Float64Array, point_world: Float64Array) -> bool:
+        """Return whether a robot at (2,) sees a (3,) point; see `ViewGeometry.is_visible`."""
+        return self.geometry.is_visible(xy, point_world, self.arrays)
 
 
-def spread(cluster: Float64Array, most: int) -> Float64Array:
-    """Return up to `most` of (M, 3) voxels, the middle one first, each far from those before."""
+def farthest_point_sample(cluster: Float64Array, most: int) -> Float64Array:
+    """Return up to `most` of (M, 3) voxels: the one at the centre, then the farthest from those."""
     away = ((cluster - cluster.mean(axis=0)) ** 2).sum(axis=1)
     chosen = [int(np.argmin(away))]
     apart = ((cluster - cluster[chosen[0]]) ** 2).sum(axis=1)
@@ -67,54 +85,60 @@ def spread(cluster: Float64Array, most: int) -> Float64Array:
     return cluster[chosen]
 
 
-def way_round(
+def find_detour(
+    config: DetourConfig,
     around: Surroundings,
     cluster: Float64Array,
     closed: list[tuple[float, float]],
     reach_m: float,
     robot_xy: tuple[float, float],
+    sight_points: int,
 ) -> tuple[float, float] | None:
-    """Find where unseen floor begins on the shortest way to a place close to a cluster.
+    """Find where unseen floor begins on the shortest detour to a place close to a cluster.
 
     Args:
+        config: Which places are tried.
         around: Floor and map.
         cluster: (M, 3) voxel centres, metres.
-        closed: Points whose surroundings were looked at and are taken for blocked.
-        reach_m: A place is close to the cluster within this distance, over the floor.
-        robot_xy: Where the robot stands, metres.
+        closed: Points of unseen floor that count as blocked.
+        reach_m: A place is close to the cluster within this distance over the floor.
+        robot_xy: Position of the robot, metres.
+        sight_points: Voxels of the cluster that lines of sight are checked to.
 
     Returns:
-        x and y of the first cell of that way that the robot cannot be sure of, metres; None where
-        no way leads close, even if all unseen floor were free.
+        x and y of the first cell of the detour that is not known to be free, metres; None if no
+        detour leads close, even over unseen floor.
     """
     grid = around.grid
     blocked = np.zeros(grid.kind.shape, dtype=np.uint8)
-    mark_discs(blocked, grid, np.array(closed, dtype=np.float64).reshape(-1, 2), _CLOSED_M, 1)
-    steps, parent = flood_unseen(around, blocked, robot_xy)
+    mark_discs(
+        blocked, grid, np.array(closed, dtype=np.float64).reshape(-1, 2), config.closed_radius_m, 1
+    )
+    steps, parent = flood_fill_unseen(around, blocked, robot_xy)
     close = np.zeros(grid.kind.shape, dtype=np.uint8)
     mark_discs(close, grid, np.ascontiguousarray(cluster[:, :2]), reach_m, 1)
     cells = np.argwhere((steps >= 0) & (close == 1) & (around.reachable == 0))
     order = np.argsort(steps[cells[:, 0], cells[:, 1]], kind="stable")
-    sights = spread(cluster, SIGHTS)
-    for i, j in _thinned(cells[order], grid):
+    sights = farthest_point_sample(cluster, sight_points)
+    for i, j in _spaced(config, cells[order], grid):
         if _sees_any(around, cell_centre(grid, i, j), sights):
-            return _first_unsure(around, parent, i, j)
+            return _first_unknown(around, parent, i, j)
     return None
 
 
-def flood_unseen(
+def flood_fill_unseen(
     around: Surroundings, blocked: NDArray[np.uint8], robot_xy: tuple[float, float]
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Flood the floor from the robot, unseen floor taken for free.
+    """Flood the floor from the robot; unseen floor counts as free.
 
     Args:
         around: Floor and map.
-        blocked: (X, Y) uint8, 1 where unseen floor is taken for blocked all the same.
-        robot_xy: Where the robot stands, metres.
+        blocked: (X, Y) uint8, 1 where unseen floor counts as blocked.
+        robot_xy: Position of the robot, metres.
 
     Returns:
-        (X, Y) int32 steps to each cell, -1 where no way leads; (X, Y) int32 cell before it on the
-        way, as row * Y + column, -1 at the start.
+        (X, Y) int32 steps to each cell, -1 where the flood does not lead; (X, Y) int32 cell before
+        it, as row * Y + column, -1 at the start.
     """
     grid = around.grid
     steps = np.full(grid.kind.shape, -1, dtype=np.int32)
@@ -126,66 +150,74 @@ def flood_unseen(
     return steps, parent
 
 
-def _first_unsure(
+def _first_unknown(
     around: Surroundings, parent: NDArray[np.int32], i: int, j: int
 ) -> tuple[float, float]:
-    """Follow a way back to the robot and return the unsure cell of it that is nearest to it."""
-    columns, unsure = around.grid.kind.shape[1], (i, j)
+    """Return the centre of the detour's first cell that is not known to be reachable."""
+    columns, unknown = around.grid.kind.shape[1], (i, j)
     while True:
         if around.reachable[i, j] == 0:
-            unsure = (i, j)
+            unknown = (i, j)
         before = int(parent[i, j])
         if before < 0:
-            return cell_centre(around.grid, *unsure)
+            return cell_centre(around.grid, *unknown)
         i, j = divmod(before, columns)
 
 
-def nearest_stand(
-    around: Surroundings, cluster: Float64Array, enough: float
+def nearest_viewing_position(
+    config: DetourConfig,
+    around: Surroundings,
+    cluster: Float64Array,
+    enough: float,
+    sight_points: int,
 ) -> tuple[Float64Array, Float64Array] | None:
     """Find the place nearest to a cluster where the robot can stand and see it.
 
     Args:
+        config: Which places are tried.
         around: Floor and map.
         cluster: (M, 3) voxel centres, metres.
-        enough: Voxels that must be in sight.
+        enough: Voxels that must be visible.
+        sight_points: See `find_detour`; four times as many are checked here.
 
     Returns:
-        The place (2,) and a voxel (3,) in sight; None where none sees enough.
+        The place (2,) and a visible voxel (3,), metres; None if enough is visible from no place.
     """
     grid = around.grid
     cells = np.argwhere(around.reachable == STANDABLE)
-    cells = cells[obstacle_distance_m(grid, cells) >= around.limits.radius + _STAND_ROOM_M]
+    cells = cells[obstacle_distance_m(grid, cells) >= around.limits.radius + config.stand_room_m]
     if not len(cells):
         return None
     places = cell_centres(grid, cells)
     away = np.full(len(places), np.inf)
     for voxel in np.unique(cluster[:, :2], axis=0):
         np.minimum(away, np.hypot(*(places - voxel).T), out=away)
-    sample = spread(cluster, 4 * SIGHTS)
-    for i, j in _thinned(cells[np.argsort(away, kind="stable")], grid):
+    sample = farthest_point_sample(cluster, 4 * sight_points)
+    for i, j in _spaced(config, cells[np.argsort(away, kind="stable")], grid):
         place = np.array(cell_centre(grid, i, j))
-        seen = [v for v in sample if around.views.sees(place, v, around.arrays)]
+        seen = [v for v in sample if around.is_visible(place, v)]
         if len(seen) * len(cluster) > enough * len(sample):
             return place, seen[0]
     return None
 
 
-def _thinned(cells: NDArray[np.int64], grid: FloorGrid) -> list[tuple[int, int]]:
-    """Return the first cells of (N, 2), leaving out those close to one before."""
+def _spaced(
+    config: DetourConfig, cells: NDArray[np.int64], grid: FloorGrid
+) -> list[tuple[int, int]]:
+    """Return the first of (N, 2) cells, without those too close to an earlier one."""
     kept: list[tuple[int, int]] = []
-    apart = _APART_M / grid.voxel_size
+    apart = config.place_spacing_m / grid.voxel_size
     for i, j in cells.tolist():
         if all((i - a) ** 2 + (j - b) ** 2 >= apart * apart for a, b in kept):
             kept.append((i, j))
-            if len(kept) == _TRIES:
+            if len(kept) == config.max_places:
                 break
     return kept
 
 
 def _sees_any(around: Surroundings, xy: tuple[float, float], voxels: Float64Array) -> bool:
     place = np.array(xy)
-    return any(around.views.sees(place, voxel, around.arrays) for voxel in voxels)
+    return any(around.is_visible(place, voxel) for voxel in voxels)
 
 
 @njit(cache=True, nogil=True)

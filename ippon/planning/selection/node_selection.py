@@ -1,8 +1,8 @@
-"""Which viewpoint to go to (Sec. Node Selection)."""
+"""Scores of the viewpoints, and the one to go to (Sec. Node Selection)."""
 
 import math
-from dataclasses import dataclass, replace
-from typing import Final, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -11,45 +11,54 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.planning.roadmap.shortest_tree import ShortestTree
 
-MOVED_ON_M: Final = 0.5
-_MOST_RETURNS: Final = 30
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SelectionConfig:
-    """When a viewpoint is worth going to, and when to change one's mind."""
+    """When a viewpoint is worth going to, and when another one replaces the target."""
 
     min_gain: float = 1.5
-    """Expected object voxels, at the average level, below which a viewpoint explores little; more
-    ends a search earlier."""
+    """Gain, in voxels at the average level, below which a viewpoint counts as explored; more ends a
+    search earlier."""
     passing_weight: float = 0.5
-    """Share of the gain of viewpoints on the way that counts: the camera looks ahead there, and
-    views of neighbours overlap. 1 is the paper's sum."""
-    stay_factor: float = 1.3
-    """Another target must be this much better; more dithers less and corrects itself later."""
-    stay_power: float = 0.6
-    """That factor grows with the seconds left, by (seconds + look_s) to this power: who often
-    leaves a long way half way drives much and sees little. 0 lets it."""
-    fade_power: float = 4.0
-    """What a way promises is often seen from half way. That power falls with the share of it that
-    is left, to this power: more turns to something else sooner, 0 drives to the end anyway."""
-    patience: float = 1.2
-    """Factor on that for each return to a target that was given up since the robot moved on, so
-    that two of them do not take turns for ever. 1 lets them."""
-    framing_cap: float = 1.5
-    """Object voxels beyond this many times T_min count no more in T(n) / C(P_n); more drives on
-    for a fuller view of what is found already, and infinity is the paper's rule."""
-    hold: float = 0.6
-    """The target goes on terminating while its T(n) stays above this share of T_min: voxels of what
-    is hard to recognise come and go."""
-    settle_s: float = 1.0
-    """Added to the cost of what ends the search: time to come to rest and look. Keeps the ratio
-    finite at the robot."""
+    """Fraction of the gain of viewpoints along the path that counts: the camera looks ahead there,
+    and views of neighbours overlap. 1 is the paper's sum; more prefers longer paths."""
     look_s: float = 4.0
-    """Likewise of what explores; more leaves small gains beside the robot for larger ones."""
+    """Added to the cost of a viewpoint that explores; more prefers large gains to small gains near
+    the robot."""
+    settle_s: float = 1.0
+    """Added to the cost of a viewpoint that ends the search: the time to stop and look. It keeps
+    the ratio finite at the robot; more prefers fuller views to near ones."""
     cost_power: float = 1.6
-    """Power of the cost that gain is divided by. 1 is the paper's ratio, which takes no account of
-    what it costs to come back for what is left; more finishes what is near first, drives less."""
+    """Power of the cost that the gain is divided by; more finishes near regions first, since it
+    costs time to return to them. 1 is the paper's ratio."""
+    framing_cap: float = 1.5
+    """Object voxels above this many times T_min do not count in T(n) / C(P_n); more drives farther
+    for a fuller view of the object. Infinity is the paper's rule."""
+    hold: float = 0.6
+    """The target stays a terminating one while its T(n) exceeds this fraction of T_min: voxels that
+    are hard to recognise appear and disappear. More gives up such a target sooner."""
+    stay_factor: float = 1.3
+    """Factor by which the score of another viewpoint must exceed that of the target; more changes
+    the target less often and corrects a bad choice later."""
+    stay_power: float = 0.6
+    """That factor grows with the travel time left to the target, by (time + look_s) to this power:
+    a path that is often left half way costs time and shows little. 0 switches it off."""
+    fade_power: float = 4.0
+    """`stay_power` is multiplied by the fraction of the path's gain that is left, to this power: a
+    gain is often seen from half way. More leaves such a path sooner; 0 drives to its end."""
+    patience: float = 1.2
+    """Factor on `stay_factor` for each return to a target that was given up, while the robot has
+    not moved on; more ends an alternation of two targets sooner. 1 switches it off."""
+    max_returns: int = 30
+    """Returns that `patience` counts at most."""
+    moved_on_m: float = 0.5
+    """Distance after which returns are counted from 0; more counts returns for longer."""
+    reached_m: float = 0.2
+    """Distance from the target within which the robot has reached it; more counts images taken
+    farther away as images from the target."""
+    max_reevaluations: int = 4
+    """Stale candidates for the target that are evaluated again in a step at most; more takes longer
+    and relies less on outdated gains."""
 
     def __post_init__(self) -> None:
         """Reject weights without meaning."""
@@ -75,18 +84,25 @@ class SelectionConfig:
                 "framing_cap must be at least 1 and hold in (0, 1]; got "
                 f"{self.framing_cap}, {self.hold}"
             )
+        if self.max_reevaluations < 1 or self.max_returns < 0:
+            raise ValueError(
+                "max_reevaluations must be at least 1 and max_returns at least 0; got "
+                f"{self.max_reevaluations}, {self.max_returns}"
+            )
 
 
 class Scores(NamedTuple):
-    """Per node: what its path gathers and takes, and how the two compare."""
+    """Gain, cost and their ratio for the path to each node."""
 
     path_gain: NDArray[np.float64]
-    """G(P_n)."""
+    """(N,) G(P_n)."""
     path_cost: NDArray[np.float64]
-    """C(P_n) in seconds, the turn to the final heading included."""
+    """(N,) C(P_n) in seconds, the turn to the final heading included."""
     ratio: NDArray[np.float64]
-    """G(P_n) / C(P_n)^cost_power, or T(n) / C(P_n) for terminating nodes; -1 where not eligible."""
+    """(N,) G(P_n) / C(P_n)^cost_power, or T(n) / C(P_n) for terminating nodes; -1 for nodes that
+    are not eligible."""
     terminating: NDArray[np.bool_]
+    """(N,) nodes that end the search."""
 
 
 def score_nodes(
@@ -102,19 +118,19 @@ def score_nodes(
     turn_rate: float,
     current: int | None = None,
 ) -> Scores:
-    """Weigh every node of the tree.
+    """Return the scores of every node of the tree.
 
     Args:
         config: Weights.
-        tree: Cheapest ways.
+        tree: Shortest paths.
         gain: (N,) G(n).
         by_heading: (N, A) gain of each candidate heading, evenly spaced from just above 0.
         termination: (N,) T(n).
         yaw: (N,) final heading of each node.
         eligible: (N,) nodes that may be chosen.
         termination_min: T_min; nodes above it terminate.
-        turn_rate: Radians a second.
-        current: The target so far, None for none.
+        turn_rate: Radians per second.
+        current: The present target, None for none.
     """
     n = len(tree.cost)
     path_gain = np.zeros(n)
@@ -125,100 +141,57 @@ def score_nodes(
     reached = np.isfinite(path_cost)
     enough = np.full(n, termination_min)
     if current is not None:
-        enough[current] = held(config, termination_min)
+        enough[current] = holding_termination_min(config, termination_min)
     terminating = reached & (termination > enough)
     framed = np.minimum(termination, config.framing_cap * termination_min)
     ratio = np.full(n, -1.0)
     explores = reached & eligible & ~terminating
-    ratio[explores] = _gain_ratio(config, path_gain[explores], path_cost[explores])
+    ratio[explores] = gain_ratio(config, path_gain[explores], path_cost[explores])
     ratio[terminating] = framed[terminating] / (path_cost[terminating] + config.settle_s)
     return Scores(path_gain, path_cost, ratio, terminating)
 
 
-def _gain_ratio(config: SelectionConfig, gain: Float64Array, cost: Float64Array) -> Float64Array:
+def gain_ratio(config: SelectionConfig, gain: Float64Array, cost: Float64Array) -> Float64Array:
+    """Return the score of exploring paths with (N,) gains and (N,) costs in seconds."""
     return gain / (cost + config.look_s) ** config.cost_power
 
 
-def promised_per_s(config: SelectionConfig, scores: Scores) -> float:
-    """Return the gain a second of the way to explore that has most of it, 0 where none is left."""
+def max_gain_per_s(config: SelectionConfig, scores: Scores) -> float:
+    """Return the highest gain per second of any exploring path, 0 if there is none."""
     explores = (scores.ratio > 0.0) & ~scores.terminating
     seconds = scores.path_cost[explores] + config.look_s
     return float((scores.path_gain[explores] / seconds).max(initial=0.0))
 
 
-def held(config: SelectionConfig, termination_min: float) -> float:
-    """Return what T(n) of the target must exceed for it to go on terminating.
-
-    One voxel is enough only where T_min asks for no more.
+def holding_termination_min(config: SelectionConfig, termination_min: float) -> float:
+    """Return the T(n) above which the present target stays a terminating one.
 
     Args:
         config: Weights.
-        termination_min: T_min.
+        termination_min: T_min. One voxel is enough only if T_min asks for no more.
     """
     return min(termination_min, max(1.0, config.hold * termination_min))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Commitment:
-    """What the way to a target promised when it was chosen, and at most since then."""
-
-    node: int
-    passing: float
-    """Gain of the viewpoints on that way."""
-    cost: float
-    """Seconds that it took."""
-    promised: float
-    """The most gain that the way to it has had since then."""
-
-    def left(self, scores: Scores) -> float:
-        """Return the share of that gain which is still there to be seen, 0 to 1."""
-        if self.promised <= 0.0:
-            return 0.0
-        return min(1.0, float(scores.path_gain[self.node]) / self.promised)
-
-
-def commit(
-    scores: Scores, gain: NDArray[np.float32], target: int | None, before: Commitment | None
-) -> Commitment | None:
-    """Return what the way to a target promises: when it was chosen, and at most since then.
+def select(scores: Scores, current: int | None, retention: float = 1.0) -> int | None:
+    """Return the node of the highest score, eq. (5); terminating nodes come before others.
 
     Args:
-        scores: Of every node, what is still to be passed with them.
-        gain: (N,) G(n).
-        target: The node that was chosen, None for none.
-        before: What the last step returned.
+        scores: Scores of every node.
+        current: The present target, None for none.
+        retention: Factor by which another node's score must exceed that of the target.
+
+    Returns:
+        The node, None if none is eligible.
     """
-    if target is None:
+    group = scores.terminating if scores.terminating.any() else scores.ratio > 0.0
+    if not group.any():
         return None
-    gathered = float(scores.path_gain[target])
-    if before is not None and before.node == target:
-        more = gathered > before.promised
-        return replace(before, promised=gathered) if more else before
-    return Commitment(
-        node=target,
-        passing=gathered - float(gain[target]),
-        cost=float(scores.path_cost[target]),
-        promised=gathered,
-    )
-
-
-def with_passing(
-    config: SelectionConfig, scores: Scores, gain: NDArray[np.float32], commitment: Commitment
-) -> Scores:
-    """Count for the target what it was chosen to pass, as far as that still lies ahead.
-
-    The robot's own way to it leads past the same places, but through none of their nodes: without
-    this the target would be worth less for being the target, and two of them take turns for ever.
-    """
-    node = commitment.node
-    left = min(1.0, float(scores.path_cost[node]) / max(commitment.cost, 1e-6))
-    path_gain = max(float(scores.path_gain[node]), float(gain[node]) + left * commitment.passing)
-    if scores.ratio[node] <= 0.0 or scores.terminating[node]:
-        return scores
-    gains, ratio = scores.path_gain.copy(), scores.ratio.copy()
-    gains[node] = path_gain
-    ratio[node] = _gain_ratio(config, gains[node], scores.path_cost[node])
-    return scores._replace(path_gain=gains, ratio=ratio)
+    ratio = np.where(group, scores.ratio, -1.0)
+    best = int(np.argmax(ratio))
+    if current is None or not group[current]:
+        return best
+    return current if ratio[best] < retention * ratio[current] else best
 
 
 @njit(cache=True, nogil=True)
@@ -234,71 +207,3 @@ def _path_kernel(tree, gain, by_heading, yaw, weight, rate, path_gain, path_cost
         gathered[node] = before + weight * by_heading[node, ahead]
         turn = abs((yaw[node] - tree.heading[node] + math.pi) % (2.0 * math.pi) - math.pi)
         path_cost[node] = tree.cost[node] + turn / rate
-
-
-class Patience:
-    """Counts how often a target that was given up is chosen again before the robot has moved on.
-
-    Two targets may take turns for many reasons: an estimate of a way that is off by a second or two
-    is enough. Each return then makes the next change of mind harder.
-    """
-
-    def __init__(self) -> None:
-        self._given_up: set[int] = set()
-        self._returns = 0
-        self._since: tuple[float, float] | None = None
-
-    def stay_factor(self, config: SelectionConfig) -> float:
-        """Return how much better another target must be by now."""
-        return config.stay_factor * config.patience**self._returns
-
-    def note(self, before: int | None, chosen: int | None, xy: tuple[float, float]) -> None:
-        """Take note of a choice.
-
-        Args:
-            before: The target so far.
-            chosen: The one from now on.
-            xy: Where the robot is.
-        """
-        if self._since is None or math.dist(self._since, xy) > MOVED_ON_M:
-            self._since, self._returns = xy, 0
-            self._given_up.clear()
-        if before is None or chosen is None or chosen == before:
-            return
-        self._given_up.add(before)
-        if chosen in self._given_up:
-            self._returns = min(self._returns + 1, _MOST_RETURNS)
-
-
-def select(
-    config: SelectionConfig,
-    scores: Scores,
-    current: int | None,
-    stay_factor: float | None = None,
-    left: float = 1.0,
-) -> int | None:
-    """Choose a node by eq. (5): terminating ones first, then by gain over cost.
-
-    Args:
-        config: Weights.
-        scores: Of every node.
-        current: The target so far, kept unless another is clearly better; None for none.
-        stay_factor: How much better where the current target is near; None for
-            `config.stay_factor`.
-        left: Share of what the way to the current target promised that is still there.
-
-    Returns:
-        The node, None when none is eligible.
-    """
-    group = scores.terminating if scores.terminating.any() else scores.ratio > 0.0
-    if not group.any():
-        return None
-    ratio = np.where(group, scores.ratio, -1.0)
-    best = int(np.argmax(ratio))
-    if current is None or not group[current]:
-        return best
-    stay = config.stay_factor if stay_factor is None else stay_factor
-    if not scores.terminating[current]:
-        firmness = config.stay_power * left**config.fade_power
-        stay *= (float(scores.path_cost[current]) + config.look_s) ** firmness
-    return current if ratio[best] < stay * ratio[current] else best

@@ -1,7 +1,7 @@
-"""When to say that an object is found but out of reach, after the ways round to it were tried.
+"""Objects that are found but out of reach: on a sofa behind a table, behind glass, on a shelf.
 
-A search used to explore the rest of the home and end without a find, minutes later, although the
-map had shown the object all along: on a sofa behind a table, behind glass, on a shelf of a closet.
+The robot first tries detours over unseen floor. If there is none, it goes to the place nearest to
+the object from which it is visible, and the search ends there.
 """
 
 from dataclasses import dataclass, field
@@ -10,12 +10,16 @@ import numpy as np
 
 from ippon.geometry import Float64Array
 from ippon.planning.roadmap.shortest_tree import ShortestTree
-from ippon.planning.selection.detours import Surroundings, nearest_stand, way_round
+from ippon.planning.selection.detours import (
+    DetourConfig,
+    Surroundings,
+    find_detour,
+    nearest_viewing_position,
+)
 from ippon.planning.selection.look_target import (
-    SIGHT_TRIES,
-    STAY_S,
-    Look,
-    is_same,
+    LookConfig,
+    LookTarget,
+    is_same_cluster,
     look_at,
     stands_facing,
 )
@@ -23,21 +27,23 @@ from ippon.planning.selection.look_target import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OutOfReachConfig:
-    """How hard the robot tries before it says that an object is out of reach."""
+    """How long the robot tries before an object counts as out of reach."""
 
     around_steps: int = 300
-    """Steps spent on ways round that lead through unseen floor, a minute at five a second; more
-    tries longer ones."""
+    """Steps spent on detours over unseen floor, a minute at five per second; more tries more of
+    them."""
     patience_steps: int = 8
-    """Steps that it looks at such floor before that counts as blocked; more waits for worse
+    """Steps that the robot looks at unseen floor before it counts as blocked; more allows for worse
     images."""
     sure_steps: int = 10
-    """Steps in a row in which no way shows before that counts; more lets new viewpoints come up."""
+    """Steps without a detour after which there is none; more waits longer for new viewpoints."""
     approach_steps: int = 250
-    """Steps on the way to the nearest place from which it sees the object, after which it explores
-    on instead."""
+    """Steps on the way to the nearest place with a view of the object, after which the robot
+    explores instead; more drives longer to it."""
     reach_m: float = 0.95
-    """What lies farther from the robot than this, over the floor, is out of reach; as in N_T."""
+    """Distance over the floor up to which an object is within reach, as in N_T; more ends the
+    search farther from it."""
+    detour: DetourConfig = field(default_factory=DetourConfig)
 
     def __post_init__(self) -> None:
         """Reject counts without meaning."""
@@ -53,7 +59,7 @@ class OutOfReachConfig:
 
 @dataclass(slots=True, kw_only=True)
 class _Case:
-    """One object that no way leads to, as it seems."""
+    """One object that may be out of reach."""
 
     centre: Float64Array
     steps: int = 0
@@ -66,19 +72,20 @@ class _Case:
 
 
 class OutOfReach:
-    """Tries ways round to an object, then leads to the nearest place that shows it."""
+    """Tries detours to an object, then leads to the nearest place from which it is visible."""
 
-    def __init__(self, config: OutOfReachConfig, speed_m_s: float) -> None:
+    def __init__(self, config: OutOfReachConfig, look: LookConfig, speed_m_s: float) -> None:
         self._config = config
+        self._look = look
         self._speed = speed_m_s
         self._case: _Case | None = None
 
-    def forget(self) -> None:
-        """Start anew: another object is searched for."""
+    def reset(self) -> None:
+        """Drop the case, for another object."""
         self._case = None
 
-    def think_again(self) -> None:
-        """The floor was opened a little: look for ways for some steps more."""
+    def reopen(self) -> None:
+        """Look for detours again: the margin of the floor was reduced."""
         if self._case is not None:
             self._case.sure, self._case.stand = 0, None
 
@@ -92,35 +99,46 @@ class OutOfReach:
         *,
         enough: float,
         cut_short: bool = False,
-    ) -> Look | None:
-        """Return where to go for an object that was looked at and that no viewpoint ends at.
+    ) -> LookTarget | None:
+        """Return where to go for an object that no viewpoint ends the search at.
 
         Args:
             cluster: (M, 3) voxel centres, metres.
             around: Floor and map.
-            tree: Cheapest ways; it reaches a viewpoint at least.
-            xy: (capacity, 2) positions of the viewpoints.
-            T_world_base: Where the robot stands.
-            enough: Voxels that must be in sight to be sure of the object: T_min.
-            cut_short: This step had no time for all viewpoints and ways that it might have added:
-                that no way shows in it makes nothing surer.
+            tree: Shortest paths; it reaches at least one viewpoint.
+            xy: (capacity, 2) positions of the viewpoints, metres.
+            T_world_base: Pose of the robot.
+            enough: Voxels that must be visible: T_min.
+            cut_short: The step had no time for all new viewpoints and edges: it does not count as
+                a step without a detour.
 
         Returns:
-            None while nothing is sure, or when the object cannot be seen well from anywhere.
+            None while the case is undecided, or if the object is not visible well enough from any
+            place.
         """
         case = self._case_of(cluster)
         case.steps += 1
         robot = float(T_world_base[0, 3]), float(T_world_base[1, 3])
         if case.stand is None and case.steps <= self._config.around_steps:
-            unsure = way_round(around, cluster, case.closed, self._config.reach_m, robot)
-            if unsure is not None:
+            unknown = find_detour(
+                self._config.detour,
+                around,
+                cluster,
+                case.closed,
+                self._config.reach_m,
+                robot,
+                self._look.sight_points,
+            )
+            if unknown is not None:
                 case.sure = 0
-                return self._towards(case, unsure, around, tree, xy, T_world_base)
+                return self._look_at_floor(case, unknown, around, tree, xy, T_world_base)
         case.sure += 0 if cut_short else 1
         if case.sure < self._config.sure_steps:
             return None
         if case.stand is None:
-            found = nearest_stand(around, cluster, enough)
+            found = nearest_viewing_position(
+                self._config.detour, around, cluster, enough, self._look.sight_points
+            )
             if found is None:
                 case.sure = 0
                 return None
@@ -131,47 +149,49 @@ class OutOfReach:
         place, voxel = case.stand
         node = int(tree.order[np.argmin(np.hypot(*(xy[tree.order] - place).T))])
         away = float(np.hypot(*(cluster[:, :2] - xy[node]).T).min())
-        return look_at(node, xy[node], voxel, around.eye_z_m, away)
+        return look_at(node, xy[node], voxel, around.camera_z_m, away)
 
     def wanted_place(self) -> Float64Array | None:
-        """Return the place (2,) where a viewpoint is wanted, None for none."""
+        """Return the place (2,) that needs a viewpoint, None for none."""
         return None if self._case is None or self._case.stand is None else self._case.stand[0]
 
     def _case_of(self, cluster: Float64Array) -> _Case:
         centre, case = cluster.mean(axis=0), self._case
-        if case is None or not is_same(case.centre, centre):
+        if case is None or not is_same_cluster(self._look, case.centre, centre):
             case = _Case(centre=centre)
         case.centre = centre
         self._case = case
         return case
 
-    def _towards(
+    def _look_at_floor(
         self,
         case: _Case,
-        unsure: tuple[float, float],
+        unknown: tuple[float, float],
         around: Surroundings,
         tree: ShortestTree,
         xy: Float64Array,
         T_world_base: Float64Array,
-    ) -> Look | None:
-        """Look at unseen floor from where that is soonest; it counts as blocked after a while."""
+    ) -> LookTarget | None:
+        """Look at unseen floor from the viewpoint that takes least time; later it is blocked."""
         nodes, floor_z = tree.order, float(T_world_base[2, 3])
-        point = np.array([*unsure, floor_z + 0.5 * around.grid.voxel_size])
+        point = np.array([*unknown, floor_z + 0.5 * around.grid.voxel_size])
         away = np.hypot(*(xy[nodes] - point[:2]).T)
-        seconds = tree.cost[nodes] + 1.5 * away / self._speed
-        seconds[nodes == case.node] -= STAY_S
-        for row in np.argsort(seconds, kind="stable")[:SIGHT_TRIES].tolist():
+        seconds = tree.cost[nodes] + self._look.detour_factor * away / self._speed
+        seconds[nodes == case.node] -= self._look.keep_s
+        for row in np.argsort(seconds, kind="stable")[: self._look.max_viewpoints].tolist():
             node = int(nodes[row])
-            if around.views.sees(xy[node], point, around.arrays):
+            if around.is_visible(xy[node], point):
                 break
         else:
-            case.closed.append(unsure)
+            case.closed.append(unknown)
             return None
-        look = look_at(node, xy[node], point, around.eye_z_m)
-        stays = node == case.node and stands_facing(T_world_base, xy[node], look.yaw_rad)
+        look = look_at(node, xy[node], point, around.camera_z_m)
+        stays = node == case.node and stands_facing(
+            self._look, T_world_base, xy[node], look.yaw_rad
+        )
         case.settled = case.settled + 1 if stays else 0
         case.node = node
         if case.settled >= self._config.patience_steps:
-            case.closed.append(unsure)
+            case.closed.append(unknown)
             case.settled = 0
         return look

@@ -52,7 +52,7 @@ class TraversabilityConfig:
     """The robot starts on floor that it cannot see: a disc this much wider than the body counts as
     floor, and so does all floor below the camera's lowest view. More trusts more unseen floor."""
     min_seen: float = 0.5
-    """Fraction of the body's height that must be known free; more needs better views."""
+    """Fraction of the body's height that must be known free; more needs better viewpoints."""
     unseen_overlap_m: float = 0.15
     """How far the body may reach over unseen floor; more passes more gaps in the map."""
     clearance_max_m: float = 1.5

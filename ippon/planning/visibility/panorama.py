@@ -1,7 +1,7 @@
-"""What can be seen from one place, in every direction at once (Sec. Node Evaluation)."""
+"""The panorama of a viewpoint: visible voxels summed by direction (Sec. Node Evaluation)."""
 
 import math
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -12,27 +12,22 @@ from ippon.planning.visibility.rays import cast_rays_kernel
 from ippon.planning.visibility.view_table import ViewTable
 from ippon.planning.voxel_lookup import block_row, voxel_column
 
-_BEHIND: Final = 3.0
-"""So many object voxels behind each that is within reach count at most, but for a fringe: a search
-ends in front of the object and not of what is nearly in reach."""
-_BESIDE: Final = 32
-"""What is behind lies in a direction of what is within reach, or this share of a circle beside."""
-
 
 class ViewField(NamedTuple):
-    """The layers that count, dense: state, and how often the camera looked without settling it.
+    """The layers that count as dense arrays: state, and the number of images of each voxel.
 
-    Wide enough that no view from a mapped place reaches beyond it; its layers are the table's.
+    The field is so wide that no view from a mapped place reaches beyond it; its layers are those of
+    the table.
     """
 
     origin: NDArray[np.int64]
     """(3,) voxel index of element (0, 0, 0)."""
     state: NDArray[np.uint8]
     """(X, Y, Z) `UNKNOWN`, `FREE` or `OCCUPIED`."""
-    unknown_looks: NDArray[np.uint8]
-    """(X, Y, Z) looks after which the voxel was still unknown."""
-    surface_looks: NDArray[np.uint8]
-    """(X, Y, Z) looks at the voxel as a surface."""
+    unknown_views: NDArray[np.uint8]
+    """(X, Y, Z) images after which the voxel was still unknown."""
+    surface_views: NDArray[np.uint8]
+    """(X, Y, Z) images of the voxel as a surface."""
 
 
 class ViewRules(NamedTuple):
@@ -42,13 +37,12 @@ class ViewRules(NamedTuple):
     """p_occ of an unknown voxel."""
     unknown_depth: float
     """Voxels of unknown space that a ray crosses before it ends."""
-    unknown_looks: float
-    """Looks after which an unknown voxel is believed to stay unknown: glass, or a dark hole."""
-    surface_looks: float
-    """Looks after which a surface voxel has nothing more to tell."""
+    unknown_views: float
+    """Images after which an unknown voxel has no gain: it is glass or a dark hole."""
+    surface_views: float
+    """Images after which a surface voxel has no gain."""
     surface_range: float
-    """Range in voxels within which the goal is recognised: a surface farther away than that
-    gains nothing from a look."""
+    """Range in voxels within which a surface has a gain: farther away no object is recognised."""
     ooi_floor: float
     """p(v in O) up to which a voxel counts as background."""
     ooi_threshold: float
@@ -56,18 +50,22 @@ class ViewRules(NamedTuple):
     termination_range: float
     """Horizontal reach of N_T in voxels."""
     termination_depth: float
-    """Voxels beyond that within which more of the object counts with what is within reach."""
+    """Range in voxels beyond `termination_range` in which further object voxels count."""
+    termination_depth_factor: float
+    """Those count up to this many times the object voxels within reach."""
+    termination_depth_columns: int
+    """They count in columns up to this far from one with an object voxel within reach."""
     termination_fringe: float
-    """Object voxels within reach that may be misread beside it: none behind them counts."""
+    """Object voxels within reach that may be misclassified: they make none beyond it count."""
     level_range: float
     """Range in voxels within which labelled voxels decide p_img."""
     floor_layers: int = 0
-    """Lowest layers of the field in which only object voxels count: what lies flat on the floor
-    ends a search, and the floor itself promises nothing."""
+    """Lowest layers of the field in which only object voxels count: an object that lies flat on the
+    floor ends a search, but the floor has no gain."""
 
 
 class Panorama(NamedTuple):
-    """Sums per direction, pitch-major, before any orientation is chosen."""
+    """Sums per direction, pitch-major, for all orientations of the camera."""
 
     known: NDArray[np.float32]
     """(P, Y) sum of p(v in O) over visible voxels of V_O."""
@@ -76,15 +74,15 @@ class Panorama(NamedTuple):
     ooi: NDArray[np.float32]
     """(P, Y) object voxels of N_T."""
     behind: NDArray[np.float32]
-    """(P, Y) object voxels a little farther away than those, in their directions."""
+    """(P, Y) object voxels a little farther away, in the directions of those."""
     levels: NDArray[np.int32]
-    """(Y, 4) labelled voxels nearby by heading and level."""
+    """(Y, 4) nearby labelled voxels by heading and level."""
     labelled: NDArray[np.int32]
-    """(M,) rows of the table's offsets, rising, at which the voxels are that `levels` counts."""
+    """(M,) rows of the table's offsets, rising, of the voxels that `levels` counts."""
     depth: NDArray[np.float32]
-    """(P, Y) voxels until the ray hit something or ended; a hit is negative."""
+    """(P, Y) length of the ray in voxels; negative where it ended at a surface."""
     termination: float = 0.0
-    """T(n), eq. (4): object voxels of N_T, and of those behind them what counts with them."""
+    """T(n), eq. (4): object voxels of N_T, and those of `behind` that count."""
 
     @property
     def framed(self) -> NDArray[np.float32]:
@@ -92,24 +90,24 @@ class Panorama(NamedTuple):
         return self.ooi + self.behind
 
 
-def see(
+def cast_panorama(
     arrays: MapArrays,
     table: ViewTable,
     rules: ViewRules,
     field: ViewField,
     camera_voxel: tuple[int, int, int],
 ) -> Panorama:
-    """Evaluate one viewpoint in every direction.
+    """Sum the visible voxels of one viewpoint in every direction.
 
     Args:
         arrays: The map.
         table: Directions and offsets.
         rules: What a voxel counts.
-        field: States and looks.
+        field: States and numbers of images.
         camera_voxel: Voxel that holds the camera.
 
     Raises:
-        ValueError: The view would reach beyond the field.
+        ValueError: The view reaches beyond the field.
     """
     if not within_field(table, field, camera_voxel):
         raise ValueError(f"voxel {camera_voxel} lies too close to the rim of the mapped space")
@@ -124,47 +122,47 @@ def see(
         depth=np.empty(shape, dtype=np.float32),
     )
     camera = np.array(camera_voxel, dtype=np.int64)
-    count = _see_kernel(arrays, table, rules, field, camera, out)
-    _keep_behind(out.ooi, out.behind)
+    count = _panorama_kernel(arrays, table, rules, field, camera, out)
+    _drop_other_directions(out.ooi, out.behind, rules.termination_depth_columns)
     reached = float(out.ooi.sum())
-    most = _BEHIND * max(0.0, reached - rules.termination_fringe)
+    most = rules.termination_depth_factor * max(0.0, reached - rules.termination_fringe)
     return out._replace(
         labelled=out.labelled[:count].copy(),
         termination=reached + min(float(out.behind.sum()), most),
     )
 
 
-def _keep_behind(ooi: NDArray[np.float32], behind: NDArray[np.float32]) -> None:
-    """Forget what lies in other directions: it is another thing, or nothing."""
+def _drop_other_directions(
+    ooi: NDArray[np.float32], behind: NDArray[np.float32], columns: int
+) -> None:
+    """Clear (P, Y) `behind` away from the object voxels within reach: it is another object."""
     if not behind.any():
         return
     ahead = ooi.max(axis=0) > 0.0
-    beside = ooi.shape[1] // _BESIDE
-    near = np.stack([np.roll(ahead, shift) for shift in range(-beside, beside + 1)])
+    near = np.stack([np.roll(ahead, shift) for shift in range(-columns, columns + 1)])
     behind[:, near.max(axis=0) == 0] = 0.0
 
 
 def within_field(table: ViewTable, field: ViewField, voxel: tuple[int, int, int]) -> bool:
-    """Tell whether every voxel that a camera at `voxel` could see is an element of the field."""
+    """Return whether the field holds every voxel that a camera at `voxel` can see."""
     reach = math.floor(table.range_voxels)
     low = np.array(voxel[:2]) - reach - field.origin[:2]
     return bool((low >= 0).all() and (low + 2 * reach < field.state.shape[:2]).all())
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _see_kernel(arrays, table, rules, field, camera, out):
+def _panorama_kernel(arrays, table, rules, field, camera, out):
     cx, cy, cz = camera[0], camera[1], camera[2]
-    # From offsets to elements of the field, whose layers are read flat: what `within_field` let
-    # pass needs no test for indices below zero.
+    # The field is read as a flat array; `within_field` has excluded negative indices.
     fx, fy, fz = cx - field.origin[0], cy - field.origin[1], cz - field.origin[2]
     along_x, along_y = field.state.shape[1] * field.state.shape[2], field.state.shape[2]
     base = fx * along_x + fy * along_y + fz
     states = field.state.reshape(-1)
-    unknown_looks, surface_looks = field.unknown_looks.reshape(-1), field.surface_looks.reshape(-1)
+    unknown_views, surface_views = field.unknown_views.reshape(-1), field.surface_views.reshape(-1)
     hidden_worth, surface_worth = np.empty(256), np.empty(256)
     for c in range(256):
-        hidden_worth[c] = rules.unknown_occupied * max(0.0, 1.0 - c / rules.unknown_looks)
-        surface_worth[c] = max(0.0, 1.0 - c / rules.surface_looks)
+        hidden_worth[c] = rules.unknown_occupied * max(0.0, 1.0 - c / rules.unknown_views)
+        surface_worth[c] = max(0.0, 1.0 - c / rules.surface_views)
     cells = np.empty(table.yaw_bins, dtype=np.int64)
     lengths = np.empty(table.yaw_bins)
     reach2 = rules.termination_range * rules.termination_range
@@ -182,8 +180,8 @@ def _see_kernel(arrays, table, rules, field, camera, out):
             cell = p * table.yaw_bins + y
             depth = lengths[y // group]
             out.depth[p, y] = depth
-            # A surface is seen a voxel deep; space ends a voxel before it, so that the unknown
-            # inside of a wall seen at a slant does not count.
+            # A surface is visible one voxel deep. Free and unknown space ends one voxel before it,
+            # so that the unknown inside of a wall seen at a slant does not count.
             solid_end = (1.0 - depth) if depth < 0.0 else depth
             space_end = (-1.0 - depth) if depth < 0.0 else depth
             known, unknown, ooi, behind = 0.0, 0.0, 0.0, 0.0
@@ -198,15 +196,15 @@ def _see_kernel(arrays, table, rules, field, camera, out):
                     continue
                 if state == UNKNOWN:
                     if far <= space_end:
-                        unknown += hidden_worth[unknown_looks[at]]
+                        unknown += hidden_worth[unknown_views[at]]
                     continue
                 i, j, k = cx + dx, cy + dy, cz + dz
                 row = block_row(arrays, i, j, k)
                 if row < 0:
-                    # Dropped from a full map: nothing is known of its labels.
+                    # The block was evicted from a full map, with its labels.
                     continue
                 column = voxel_column(i, j, k)
-                fresh = surface_worth[surface_looks[at]]
+                fresh = surface_worth[surface_views[at]]
                 slab = arrays.slab[row]
                 code = arrays.ooi[slab, column]
                 recognised = far <= rules.surface_range

@@ -1,4 +1,4 @@
-"""Following rays through free and unknown space, many at a time."""
+"""Ray casting through free and unknown space, many rays at a time."""
 
 import math
 
@@ -19,7 +19,7 @@ def cast_ray(
     camera_voxel: tuple[int, int, int],
     direction: Float64Array,
 ) -> float:
-    """Follow one ray from the centre of a voxel.
+    """Cast one ray from the centre of a voxel.
 
     Args:
         arrays: The map.
@@ -45,13 +45,13 @@ def cast_rays(
     camera: NDArray[np.int64],
     cells: NDArray[np.int64],
 ) -> Float64Array:
-    """Follow the rays of some cells of the raster from the centre of voxel `camera` (3,).
+    """Cast the rays of some cells of the raster from the centre of voxel `camera` (3,).
 
     Args:
         arrays: The map.
         table: Rays, range and layers.
         unknown_depth: Voxels of unknown space that a ray crosses before it ends.
-        camera: Voxel that they start from.
+        camera: Voxel that holds the camera.
         cells: (N,) rows of `table.rays`.
 
     Returns:
@@ -66,11 +66,11 @@ def cast_rays(
 def cast_rays_kernel(arrays, table, unknown_depth, camera, directions, cells, depth):
     """Write the length of the ray `directions[cells[n]]` into `depth[n]`, negative for a hit.
 
-    Steps are as long as the distance field allows: an occupied voxel reaches less than one edge
-    beyond what its centre's distance says, corners aside. Unobserved blocks are crossed in one.
+    The distance field gives the length of each step: apart from its corners, an occupied voxel
+    extends less than one edge from its centre. An unobserved block is crossed in one step.
 
-    Each step of a ray waits for what the one before it read. So all rays of a batch take one step
-    after another together, and the processor works on several at once.
+    Each step of a ray depends on a value that the step before has loaded. Therefore all rays of a
+    batch advance together, step by step, so that the processor can overlap their loads.
     """
     batch = 256
     px, py, pz = camera[0] + 0.5, camera[1] + 0.5, camera[2] + 0.5
@@ -81,7 +81,7 @@ def cast_rays_kernel(arrays, table, unknown_depth, camera, directions, cells, de
     for first in range(0, cells.shape[0], batch):
         going = 0
         for r in range(first, min(first + batch, cells.shape[0])):
-            # The camera's own voxel and its neighbours cannot hold anything it stands in.
+            # Rays begin one voxel from the camera: its own voxel must be free.
             rays[going], travelled[going], crossed[going] = r, 1.0, 0.0
             going += 1
         while going > 0:

@@ -1,4 +1,4 @@
-"""What the camera has looked at, and where the map has changed for a viewpoint."""
+"""Number of images of each voxel, and the step in which the map last changed around it."""
 
 import math
 
@@ -10,21 +10,33 @@ from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, UNKNOWN, MapArrays
 from ippon.planning.array_overlap import copy_overlap
 from ippon.planning.visibility.panorama import ViewField, ViewRules, within_field
 from ippon.planning.visibility.rays import cast_rays
+from ippon.planning.visibility.view_config import StalenessConfig
+from ippon.planning.visibility.view_geometry import ViewLayers
 from ippon.planning.visibility.view_table import ViewTable
 
 
 class ViewMemory:
-    """State of and looks at each voxel, and the step in which each block column last changed.
+    """State and number of images of each voxel, and the last change of each block column.
 
-    Space that stays unknown although the camera looked at it (glass, mirrors, a dark hole, what no
-    map keeps) must not attract for ever; neither must a surface that has told all it will. The
-    block statistics keep viewpoints from being evaluated again for changes that cannot matter.
+    Space that remains unknown although the camera observed it (glass, mirrors, dark holes) must
+    lose its gain; so must a surface that was observed often. Statistics of each block keep
+    viewpoints from being evaluated again for small changes.
+
+    Args:
+        config: Changes of a block after which it counts as changed.
+        range_m: Range of the camera.
     """
 
-    def __init__(self, range_voxels: float) -> None:
+    def __init__(self, config: StalenessConfig, range_m: float) -> None:
         self.step = 0
-        # Blocks kept round the map, so that no view reaches beyond.
-        self._margin = math.ceil(range_voxels / 8.0) + 1
+        """Number of updates so far."""
+        self._range_m = range_m
+        self._thresholds = (
+            config.unknown_voxels,
+            config.occupied_voxels,
+            config.unlabelled_voxels,
+            config.object_voxels,
+        )
         self._field = _empty_field(np.zeros(3, dtype=np.int64), (0, 0, 0))
         self._changed = np.zeros((0, 0), dtype=np.int64)
         self._statistics = np.zeros((0, 4), dtype=np.float32)
@@ -32,7 +44,7 @@ class ViewMemory:
 
     @property
     def field(self) -> ViewField:
-        """States and looks as the view kernels take them."""
+        """States and numbers of images, for the view kernels."""
         return self._field
 
     @property
@@ -41,23 +53,23 @@ class ViewMemory:
         return self._changed
 
     def forget_surfaces(self) -> None:
-        """Count looks at surfaces anew: another object is searched for.
+        """Set the number of images of every surface to 0, for another object.
 
-        Viewpoints stay as they are until the map itself changes: a new goal resets the labels of
-        the object, which shows in every block, while other levels alone need no new ray.
+        No viewpoint becomes stale by this: a new goal resets the object probabilities of every
+        block, which does, while other levels alone need no new ray.
         """
-        self._field.surface_looks[:] = 0
+        self._field.surface_views[:] = 0
 
-    def follow(self, arrays: MapArrays, layers: tuple[int, int], rules: ViewRules) -> None:
-        """Match the map's extent and note which block columns changed in a way that matters.
+    def update(self, arrays: MapArrays, layers: ViewLayers, rules: ViewRules) -> None:
+        """Match the map's extent, and record which block columns have changed by enough.
 
         Args:
             arrays: The map.
-            layers: Lowest and highest voxel layer that counts, upper end included.
+            layers: Voxel layers that count.
             rules: What a voxel counts.
         """
         self.step += 1
-        self._fit(arrays, layers, rules.floor_layers)
+        self._fit(arrays, layers)
         rows = arrays.state.shape[0]
         if rows > self._statistics.shape[0]:
             grown = np.zeros((max(rows, 2 * self._statistics.shape[0]), 4), dtype=np.float32)
@@ -67,8 +79,9 @@ class ViewMemory:
         _note_changes_kernel(
             arrays,
             self._revision,
-            np.array(layers, dtype=np.int64),
+            np.array((layers.low, layers.high), dtype=np.int64),
             rules,
+            self._thresholds,
             self._statistics,
             self._field,
             self.step,
@@ -85,43 +98,45 @@ class ViewMemory:
         camera_voxel: tuple[int, int, int],
         shown: NDArray[np.bool_],
     ) -> None:
-        """Count one image: every visible voxel that it left unsettled.
+        """Count one image of every voxel that it shows as unknown or as a surface.
 
         Args:
             arrays: The map, with that image in it.
             table: Directions and offsets.
             rules: What a voxel counts.
             camera_voxel: Voxel that held the camera.
-            shown: (P * Y,) directions that the image showed.
+            shown: (P * Y,) directions within the image.
         """
         if not within_field(table, self._field, camera_voxel):
-            # The robot drove off the map; there is nothing to settle there.
+            # The robot has left the map.
             return
         camera = np.array(camera_voxel, dtype=np.int64)
         cells = np.flatnonzero(shown)
         depth = cast_rays(arrays, table, rules.unknown_depth, camera, cells)
         _record_kernel(table, rules, self._field, camera, cells, depth, self.step, self._changed)
 
-    def _fit(self, arrays: MapArrays, layers: tuple[int, int], floor_layers: int) -> None:
-        """Match extent and layers; other layers mean another floor, and a fresh start."""
-        margin, old = self._margin, self._field
+    def _fit(self, arrays: MapArrays, layers: ViewLayers) -> None:
+        """Match extent and layers; other layers mean another floor, and an empty memory."""
+        # Blocks around the map, so that no view reaches beyond the field.
+        margin = math.ceil(self._range_m / arrays.voxel_size / 8.0) + 1
+        old = self._field
         first = (arrays.origin_block[:2] - margin) * 8
-        origin = np.array([first[0], first[1], layers[0]], dtype=np.int64)
+        origin = np.array([first[0], first[1], layers.low], dtype=np.int64)
         shape = (
             (arrays.directory.shape[0] + 2 * margin) * 8,
             (arrays.directory.shape[1] + 2 * margin) * 8,
-            layers[1] - layers[0] + 1,
+            layers.high - layers.low + 1,
         )
         if old.state.shape == shape and (old.origin == origin).all():
             return
         field = _empty_field(origin, shape)
-        field.state[:, :, :floor_layers] = FREE
+        field.state[:, :, : layers.floor] = FREE
         changed = np.zeros((shape[0] // 8, shape[1] // 8), dtype=np.int64)
         if old.origin[2] == origin[2] and old.state.shape[2] == shape[2]:
             offset = old.origin - origin
             copy_overlap(old.state, offset, field.state)
-            copy_overlap(old.unknown_looks, offset, field.unknown_looks)
-            copy_overlap(old.surface_looks, offset, field.surface_looks)
+            copy_overlap(old.unknown_views, offset, field.unknown_views)
+            copy_overlap(old.surface_views, offset, field.surface_views)
             copy_overlap(self._changed, offset[:2] >> 3, changed)
         else:
             changed[:] = self.step
@@ -133,13 +148,15 @@ def _empty_field(origin: NDArray[np.int64], shape: tuple[int, int, int]) -> View
     return ViewField(
         origin=origin,
         state=np.full(shape, UNKNOWN, dtype=np.uint8),
-        unknown_looks=np.zeros(shape, dtype=np.uint8),
-        surface_looks=np.zeros(shape, dtype=np.uint8),
+        unknown_views=np.zeros(shape, dtype=np.uint8),
+        surface_views=np.zeros(shape, dtype=np.uint8),
     )
 
 
 @njit(cache=True, nogil=True)
-def _note_changes_kernel(arrays, since, layers, rules, statistics, field, step, changed):
+def _note_changes_kernel(
+    arrays, since, layers, rules, thresholds, statistics, field, step, changed
+):
     directory, origin = arrays.directory, field.origin
     for bx in range(directory.shape[0]):
         for by in range(directory.shape[1]):
@@ -175,13 +192,12 @@ def _note_changes_kernel(arrays, since, layers, rules, statistics, field, step, 
                         elif code / 254.0 > rules.ooi_floor:
                             known += code / 254.0
                 old = statistics[row]
-                # A handful of voxels, or one object voxel, is the least that shows in a gain.
                 if (
                     old[0] < 0.0
-                    or abs(unknown - old[0]) >= 24.0
-                    or abs(occupied - old[1]) >= 8.0
-                    or abs(unlabelled - old[2]) >= 4.0
-                    or abs(known - old[3]) >= 0.7
+                    or abs(unknown - old[0]) >= thresholds[0]
+                    or abs(occupied - old[1]) >= thresholds[1]
+                    or abs(unlabelled - old[2]) >= thresholds[2]
+                    or abs(known - old[3]) >= thresholds[3]
                 ):
                     old[0], old[1], old[2], old[3] = unknown, occupied, unlabelled, known
                     changed[fx >> 3, fy >> 3] = step
@@ -191,8 +207,8 @@ def _note_changes_kernel(arrays, since, layers, rules, statistics, field, step, 
 def _record_kernel(table, rules, field, camera, cells, depths, step, changed):
     cx, cy, cz = camera[0], camera[1], camera[2]
     fx, fy, fz = cx - field.origin[0], cy - field.origin[1], cz - field.origin[2]
-    half = math.ceil(0.5 * rules.unknown_looks)
-    enough = math.ceil(rules.unknown_looks)
+    half = math.ceil(0.5 * rules.unknown_views)
+    enough = math.ceil(rules.unknown_views)
     for r in range(cells.shape[0]):
         cell, depth = cells[r], depths[r]
         solid_end = (1.0 - depth) if depth < 0.0 else depth
@@ -204,10 +220,10 @@ def _record_kernel(table, rules, field, camera, cells, depths, step, changed):
             a, b, c = fx + table.offset[n, 0], fy + table.offset[n, 1], fz + table.offset[n, 2]
             state = field.state[a, b, c]
             if state == UNKNOWN:
-                if far <= space_end and field.unknown_looks[a, b, c] < 255:
-                    field.unknown_looks[a, b, c] += 1
-                    count = field.unknown_looks[a, b, c]
+                if far <= space_end and field.unknown_views[a, b, c] < 255:
+                    field.unknown_views[a, b, c] += 1
+                    count = field.unknown_views[a, b, c]
                     if count in (half, enough):
                         changed[a >> 3, b >> 3] = step
             elif state == OCCUPIED and far <= rules.surface_range:
-                field.surface_looks[a, b, c] = min(254, field.surface_looks[a, b, c]) + 1
+                field.surface_views[a, b, c] = min(254, field.surface_views[a, b, c]) + 1

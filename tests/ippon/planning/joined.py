@@ -24,21 +24,21 @@ class Joined:
         self.pose = base_pose(1.3, 1.3, 0.0, 0.0) if pose is None else pose
         self.floor = Traversability(TraversabilityConfig(), robot)
         self.floor.update(volume.arrays(), self.pose)
-        self.road = Roadmap(30)
+        self.roadmap = Roadmap(30)
         self.local_planner = LocalPlanner(LocalPlannerConfig(**local), self.floor, 5)
         self.connector = Connector(
-            ConnectionConfig(), self.road, self.floor, self.local_planner, robot
+            ConnectionConfig(), self.roadmap, self.floor, self.local_planner, robot
         )
         self.root = RootConnector(
-            ConnectionConfig(), self.road, self.floor, self.local_planner, robot
+            ConnectionConfig(), self.roadmap, self.floor, self.local_planner, robot
         )
 
     def add(self, x, y):
-        node = self.road.add_node(x, y)
+        node = self.roadmap.add_node(x, y)
         self.connector.connect(node)
         return node
 
     def tree(self, yaw=0.0, target=None, path=None):
         x, y = self.pose[0, 3], self.pose[1, 3]
         root_edges = self.root.edges(x, y, yaw, target, path)
-        return root_edges, self.road.shortest_tree(root_edges, yaw, ZED.max_yaw_rate_rad_s)
+        return root_edges, self.roadmap.shortest_tree(root_edges, yaw, ZED.max_yaw_rate_rad_s)

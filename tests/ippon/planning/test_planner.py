@@ -14,10 +14,11 @@ from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind, Plan
 from ippon.planning.planner import ViewpointPlanner
 from ippon.planning.roadmap.sampling import SamplingConfig
-from ippon.planning.selection import target_choice as target_choice_module
-from ippon.planning.selection.node_selection import select
+from ippon.planning.selection import target_selector as target_selector_module
+from ippon.planning.selection.target_hysteresis import retention_of
 from ippon.planning.terrain.motion_check import move_between
-from ippon.planning.visibility import viewpoints as viewpoints_module
+from ippon.planning.visibility import viewpoint_store as viewpoint_store_module
+from ippon.planning.visibility.evaluation_scheduler import EvaluationConfig
 from ippon.robot import HABITAT, ZED
 from tests.ippon.planning.test_deadline import Clock
 
@@ -133,7 +134,7 @@ def test_what_if_is_answered_after_a_viewpoint_was_added_late(dense_map):
     volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
     planner = make()
     plan = run(planner, volume, 12)
-    planner._growth._sampler.add_at(np.array([2.35, 1.65]))
+    planner._builder._sampler.add_at(np.array([2.35, 1.65]))
     preview = planner.preview(volume.arrays(), cues=True)
     assert preview is not None
     assert preview.position_world == plan.target.position_world
@@ -154,7 +155,7 @@ def test_a_door_to_the_unknown_attracts(dense_map):
     assert_consistent(plan, volume)
 
 
-def test_what_was_looked_at_and_stays_unknown_attracts_no_more(dense_map):
+def test_unknown_space_that_stays_unknown_loses_its_gain(dense_map):
     volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
     # A window: free to look through, impossible to settle.
     volume.fill((4.8, 2.3, 0.9), (4.9, 3.3, 1.6), FREE)
@@ -205,8 +206,10 @@ def test_levels_weigh_the_gain_without_a_new_ray(dense_map, monkeypatch):
     volume.level[volume.state == OCCUPIED] = Level.FAR
     arrays = volume.arrays()
     rays = []
-    see = viewpoints_module.see
-    monkeypatch.setattr(viewpoints_module, "see", lambda *a: rays.append(1) or see(*a))
+    cast_panorama = viewpoint_store_module.cast_panorama
+    monkeypatch.setattr(
+        viewpoint_store_module, "cast_panorama", lambda *a: rays.append(1) or cast_panorama(*a)
+    )
     planner.set_goal(probabilities=PROBABILITIES, termination_min=4.0)
     after = planner.step(arrays, POSE, -0.2)
     assert len(rays) == 0
@@ -215,16 +218,16 @@ def test_levels_weigh_the_gain_without_a_new_ray(dense_map, monkeypatch):
     assert len(after.tree.parents) >= len(before.tree.parents), "the tree is kept"
 
 
-def test_a_way_is_held_by_what_is_left_of_its_promise(dense_map, monkeypatch):
+def test_a_target_is_kept_by_the_gain_that_is_left_on_the_path(dense_map, monkeypatch):
     volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
     volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
     shares = []
 
-    def noted(config, scores, current, stay_factor=None, left=1.0):
-        shares.append(left)
-        return select(config, scores, current, stay_factor, left)
+    def noted(*args, remaining, **named):
+        shares.append(remaining)
+        return retention_of(*args, remaining=remaining, **named)
 
-    monkeypatch.setattr(target_choice_module, "select", noted)
+    monkeypatch.setattr(target_selector_module, "retention_of", noted)
     planner = make()
     before = run(planner, volume, 12)
     # Other levels are no broken promise, though all there is to see is worth a tenth of it.
@@ -263,7 +266,7 @@ def test_paths_keep_the_body_off_walls(two_rooms):
         b = tree.positions_world[row, :2].astype(float)
         straight += move_between(grid, limits, a, b, 0.0)[0]
     # What is not straight came from the local planner.
-    assert straight + len(planner._road._curves) >= len(tree.parents) - 1
+    assert straight + len(planner._roadmap._curves) >= len(tree.parents) - 1
 
 
 def test_a_closed_door_cuts_the_tree_and_an_opened_one_joins_it(two_rooms):
@@ -324,13 +327,13 @@ def test_one_seed_gives_one_plan(two_rooms, robot):
 
 def test_work_per_step_is_bounded(dense_map):
     volume = dense_map((9.6, 9.6, 2.4)).room((0.8, 0.8), (8.8, 8.8), ooi=None)
-    planner = make(samples_per_step=7, evaluations_per_step=3)
+    planner = make(samples_per_step=7, evaluation=EvaluationConfig(per_step=3))
     sizes = [1]
     for _ in range(10):
         plan = planner.step(volume.arrays(), base_pose(4.0, 4.0, 0.0, 0.0), -0.2)
         assert plan.evaluated <= 4
-        assert len(planner._road.nodes) - sizes[-1] <= 7
-        sizes.append(len(planner._road.nodes))
+        assert len(planner._roadmap.nodes) - sizes[-1] <= 7
+        sizes.append(len(planner._roadmap.nodes))
 
 
 def assert_driveable(planner, plan) -> None:
@@ -355,18 +358,18 @@ def test_a_step_that_ran_out_of_time_returns_the_best_plan_so_far(dense_map):
         assert_consistent(plan, volume)
         if plan.target is not None:
             assert_driveable(hurried, plan)
-        sizes.append(len(hurried._road.nodes))
+        sizes.append(len(hurried._roadmap.nodes))
     assert cut_short[0]
     assert not cut_short[-1], "nothing is left to do"
     assert max(np.diff(sizes)) == 1
     # It takes longer, and comes to the same.
-    nodes = hurried._road.nodes
-    assert (hurried._views.evaluated[nodes] >= 0).all()
-    np.testing.assert_array_equal(hurried._road.xy[nodes], calm._road.xy[calm._road.nodes])
+    nodes = hurried._roadmap.nodes
+    assert (hurried._viewpoints.evaluated[nodes] >= 0).all()
+    np.testing.assert_array_equal(hurried._roadmap.xy[nodes], calm._roadmap.xy[calm._roadmap.nodes])
     assert plan.target.position_world == expected.target.position_world
 
 
-def test_a_room_is_exhausted_only_when_all_of_it_had_its_turn(dense_map):
+def test_a_room_is_exhausted_only_after_all_of_it_was_evaluated(dense_map):
     volume = dense_map().room((0.8, 0.8), (4.8, 4.8))
     calm, hurried = make(), make_hurried(Clock(jump_s=10.0))
     run(calm, volume, 25)
@@ -375,10 +378,10 @@ def test_a_room_is_exhausted_only_when_all_of_it_had_its_turn(dense_map):
         if plan.exhausted:
             break
     assert plan.exhausted
-    nodes = hurried._road.nodes
-    assert len(nodes) == len(calm._road.nodes)
-    assert not hurried._promising_left(volume.arrays(), hurried._tree)
-    assert hurried._views.potential[nodes].max() < hurried.config.selection.min_gain
+    nodes = hurried._roadmap.nodes
+    assert len(nodes) == len(calm._roadmap.nodes)
+    assert not hurried._gain_is_left(volume.arrays(), hurried._tree)
+    assert hurried._viewpoints.potential[nodes].max() < hurried.config.selection.min_gain
 
 
 def test_a_step_without_time_to_join_all_has_not_shown_that_nothing_is_left(dense_map, monkeypatch):
@@ -391,23 +394,25 @@ def test_a_step_without_time_to_join_all_has_not_shown_that_nothing_is_left(dens
         clock.now_s += 0.7
         return not deadline.passed()
 
-    monkeypatch.setattr(planner._growth._connector, "bridge", bridge)
+    monkeypatch.setattr(planner._builder._connector, "bridge", bridge)
     plan = run(planner, volume, 1)
     assert (plan.target, plan.cut_short, plan.exhausted) == (None, True, False)
     monkeypatch.undo()
     assert run(planner, volume, 1).exhausted
 
 
-def test_whoever_waited_longest_has_its_turn_however_late_it_is(dense_map, monkeypatch):
+def test_the_oldest_evaluation_is_repeated_even_after_the_deadline(dense_map, monkeypatch):
     volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
     volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
     planner = make_hurried(Clock(jump_s=10.0))
     # As if the map changed everywhere all the time: the target alone could take every turn.
-    monkeypatch.setattr(planner._views, "stale", lambda nodes, *_: np.ones(len(nodes), np.bool_))
+    monkeypatch.setattr(
+        planner._viewpoints, "stale", lambda nodes, *_: np.ones(len(nodes), np.bool_)
+    )
     run(planner, volume, 120)
-    nodes = planner._road.nodes
+    nodes = planner._roadmap.nodes
     assert len(nodes) > 10
-    assert (planner._views.evaluated[nodes] >= 0).all()
+    assert (planner._viewpoints.evaluated[nodes] >= 0).all()
 
 
 def test_a_narrow_corner_is_passed_by_a_local_way_found_in_pieces(dense_map):
@@ -416,7 +421,7 @@ def test_a_narrow_corner_is_passed_by_a_local_way_found_in_pieces(dense_map):
     planner = make_hurried(Clock(jump_s=10.0))
     for _ in range(200):
         plan = planner.step(volume.arrays(), pose, -0.2)
-        assert not plan.exhausted or not planner._growth._connector._local_planner.unfinished
+        assert not plan.exhausted or not planner._builder._connector._local_planner.unfinished
         if (plan.tree.positions_world[:, 1] > 3.5).any():
             break
     assert (plan.tree.positions_world[:, 1] > 3.5).any()
@@ -463,7 +468,7 @@ def test_a_real_clock_ends_a_step_early(dense_map):
     assert early.cut_short
     assert not full.cut_short
     assert early.evaluated == 1 < full.evaluated
-    assert len(hurried._road.nodes) == 1 < len(calm._road.nodes)
+    assert len(hurried._roadmap.nodes) == 1 < len(calm._roadmap.nodes)
 
 
 def test_a_robot_inside_an_obstacles_margin_finds_its_way_out(dense_map):
@@ -484,6 +489,8 @@ def test_an_empty_map_gives_an_empty_plan(dense_map):
 def test_budgets_that_get_nowhere_are_refused():
     with pytest.raises(ValueError, match="samples_per_step must be at least 1"):
         PlannerConfig(samples_per_step=0)
+    with pytest.raises(ValueError, match="growth_share must lie in"):
+        PlannerConfig(growth_share=0.0)
     with pytest.raises(ValueError, match="ooi_threshold"):
         PlannerConfig(ooi_threshold=1.0)
     for seconds in (0.0, -1.0, math.inf, math.nan):

@@ -1,5 +1,6 @@
 """Requests that direct the robot: drive mode, waypoint, order of goals, painted regions."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Protocol
 
@@ -17,7 +18,7 @@ from app.nodes.navigator.services.mission_queue import MissionQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.control.drive_mode import DriveMode
 from ippon.mission.mission import Mission
-from ippon.planning.visibility.region_weights import RegionWeights, Stroke
+from ippon.planning.visibility.region_weights import Stroke
 
 MAX_STROKES = 200
 
@@ -80,9 +81,9 @@ class DriveService:
         """Add, undo or clear painted regions, which weigh the gain of viewpoints."""
         detail = self._repaint(request)
         strokes = [
-            Stroke(wish=s.kind, points=tuple(s.strokes), radius_m=s.radius_m) for s in self._strokes
+            Stroke(kind=s.kind, points=tuple(s.strokes), radius_m=s.radius_m) for s in self._strokes
         ]
-        self._operations.enqueue(partial(_weigh, RegionWeights(strokes) if strokes else None))
+        self._operations.enqueue(partial(_weigh, strokes))
         self._painted.put(encode(PaintedRegions(regions=list(self._strokes))))
         return Accepted(detail=detail)
 
@@ -105,5 +106,5 @@ class DriveService:
         return "searching there first" if request.action == "look_here" else "not searching there"
 
 
-def _weigh(regions: RegionWeights | None, mission: Mission) -> None:
-    mission.operator.set_regions(regions)
+def _weigh(strokes: Sequence[Stroke], mission: Mission) -> None:
+    mission.operator.set_regions(strokes)

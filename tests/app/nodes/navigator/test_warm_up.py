@@ -11,7 +11,7 @@ from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.warm_up import warm_up
 from ippon.guidance.levels import Level
 from ippon.mission.snapshot import MissionState
-from ippon.planning.visibility.region_weights import RegionWeights, Stroke
+from ippon.planning.visibility.region_weights import Stroke
 from ippon.robot import ZED
 from tests import kernels
 from tests.ippon.mission.conftest import Searcher, boxed_room
@@ -110,8 +110,8 @@ def _do_all_that_an_operator_may(profile) -> None:
     other = guidance.changed([dataclasses.replace(guidance.rows[0], level=Level.CERTAIN)])
     assert mission.preview(other) is not None
     mission.goals.set_guidance(other)
-    stroke = Stroke(wish="look_here", points=((5.0, 2.0),), radius_m=0.8)
-    assert mission.operator.set_regions(RegionWeights([stroke]))
+    stroke = Stroke(kind="look_here", points=((5.0, 2.0),), radius_m=0.8)
+    assert mission.operator.set_regions([stroke])
     robot.search(2.0)
     assert mission.operator.go_to((2.0, 2.0)) is not None
     robot.search(2.0)

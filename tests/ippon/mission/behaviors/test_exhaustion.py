@@ -27,7 +27,7 @@ def test_steps_without_time_neither_end_a_search_nor_count_for_its_going_on(last
     exhaustion = Exhaustion(MissionConfig(), None, None, Journal())
     idle_gain = MissionConfig().exhaustion.idle_gain
     nothing = dataclasses.replace(
-        last_plan, target=None, exhausted=True, promised_per_s=0.5 * idle_gain
+        last_plan, target=None, exhausted=True, max_gain_per_s=0.5 * idle_gain
     )
     open_yet = dataclasses.replace(nothing, exhausted=False, cut_short=True)
     search = SimpleNamespace(empty_steps=0, idle_steps=0)
@@ -41,7 +41,7 @@ def test_steps_without_time_neither_end_a_search_nor_count_for_its_going_on(last
     assert counted(open_yet, open_yet) == (2, 2)
     assert counted(nothing) == (3, 3)
     assert counted(dataclasses.replace(nothing, exhausted=False)) == (0, 4)
-    promising = dataclasses.replace(open_yet, promised_per_s=2.0 * idle_gain)
+    promising = dataclasses.replace(open_yet, max_gain_per_s=2.0 * idle_gain)
     assert counted(nothing, promising) == (1, 0)
     target = last_plan.target
     assert counted(dataclasses.replace(promising, target=target)) == (0, 0)

@@ -31,7 +31,7 @@ def plan_to(x: float, y: float, cost_s: float, unseen_m: float) -> Plan:
     )  # fmt: skip
     return Plan(
         target=target, path_world=np.array([[0.0, 0.0, 0.0], [x, y, 0.0]]), tree=tree,
-        exhausted=False, evaluated=0, unseen_straight_m=unseen_m,
+        exhausted=False, evaluated=0, unseen_shortcut_m=unseen_m,
     )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from ippon.mission.goal import Goal
 from ippon.mission.inspection import inspect_voxel
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import MissionState
-from ippon.planning.visibility.region_weights import RegionWeights, Stroke
+from ippon.planning.visibility.region_weights import Stroke
 from ippon.robot import ZED
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.world import SimulatedWorld
@@ -163,8 +163,8 @@ def test_what_if_and_what_is_there_change_nothing(world, mission):
 def test_painting_takes_effect_with_the_next_plan(world, mission):
     plan = [step(world, mission) for _ in range(12)][-1].snapshot.plan
     x, y, _ = plan.target.position_world
-    gone = Stroke(wish="not_here", points=((x, y),), radius_m=5.0)
-    assert mission.operator.set_regions(RegionWeights((gone,)))
+    gone = Stroke(kind="not_here", points=((x, y),), radius_m=5.0)
+    assert mission.operator.set_regions((gone,))
     after = step(world, mission).snapshot.plan
     assert after.tree.gains.max() < plan.tree.gains.max()
-    assert mission.operator.set_regions(None)
+    assert mission.operator.set_regions(())

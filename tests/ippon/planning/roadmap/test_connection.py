@@ -24,15 +24,15 @@ def bridged(joined, tries=5):
 def test_the_local_planner_joins_what_no_straight_line_does(corner):
     joined = Joined(corner)
     near, far = joined.add(3.45, 1.35), joined.add(4.75, 3.35)
-    assert joined.road.edge_count == 0
+    assert joined.roadmap.edge_count == 0
     root_edges, tree = bridged(joined)
     assert math.isfinite(tree.cost[far])
-    path = joined.road.path_to(far, tree, root_edges)
+    path = joined.roadmap.path_to(far, tree, root_edges)
     np.testing.assert_allclose(path[0], [1.3, 1.3])
-    np.testing.assert_allclose(path[-1], joined.road.xy[far])
+    np.testing.assert_allclose(path[-1], joined.roadmap.xy[far])
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
     assert tree.cost[far] > length / ZED.max_linear_m_s
-    assert joined.road.has_edge(near, far)
+    assert joined.roadmap.has_edge(near, far)
 
 
 def test_joining_that_ran_out_of_time_goes_on_and_is_no_failure(corner):
@@ -106,12 +106,12 @@ def test_a_node_with_the_number_of_a_removed_one_is_tried_anew(two_rooms):
 def test_thinning_out_joins_what_the_removed_ones_joined(dense_map):
     joined = Joined(dense_map().room((0.8, 0.8), (5.6, 5.6)), base_pose(1.6, 2.85, 0.0, 0.0))
     nodes = [joined.add(1.6 + 0.3 * k, 2.85) for k in range(12)]
-    assert joined.road.neighbours([nodes[0]])
+    assert joined.roadmap.neighbours([nodes[0]])
     joined.connector.thin_out(nodes[2:8] + nodes[10:])
     left = [nodes[k] for k in (0, 1, 8, 9)]
-    assert joined.road.nodes.tolist() == left
+    assert joined.roadmap.nodes.tolist() == left
     assert np.isfinite(joined.tree()[1].cost[left]).all()
-    assert joined.road.has_edge(nodes[0], nodes[8])
+    assert joined.roadmap.has_edge(nodes[0], nodes[8])
 
 
 def test_a_door_that_opens_joins_old_neighbours(two_rooms):
@@ -119,9 +119,9 @@ def test_a_door_that_opens_joins_old_neighbours(two_rooms):
     volume.fill((3.8, 2.2, 0.0), (3.9, 3.4, 2.0), OCCUPIED)
     joined = Joined(volume, base_pose(2.0, 2.85, 0.0, 0.0))
     a, b = joined.add(3.3, 2.85), joined.add(4.5, 2.85)
-    assert not joined.road.has_edge(a, b)
+    assert not joined.roadmap.has_edge(a, b)
     volume.fill((3.8, 2.2, 0.0), (3.9, 3.4, 2.0), FREE)
     box = joined.floor.update(volume.arrays(), joined.pose)
     assert box is not None
     assert joined.connector.update_floor(box) == []
-    assert joined.road.has_edge(a, b)
+    assert joined.roadmap.has_edge(a, b)

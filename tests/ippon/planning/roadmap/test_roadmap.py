@@ -12,8 +12,8 @@ from tests.ippon.planning.terrain.test_clearance import LIMITS, make_grid, rando
 from tests.reference import planning_tree as reference
 
 
-def seeds_from(x: float, y: float, road: Roadmap, nodes: list[int]) -> RootEdges:
-    paths = [np.array([[x, y], road.xy[n]]) for n in nodes]
+def seeds_from(x: float, y: float, roadmap: Roadmap, nodes: list[int]) -> RootEdges:
+    paths = [np.array([[x, y], roadmap.xy[n]]) for n in nodes]
     headings = [math.atan2(*(p[1] - p[0])[::-1]) for p in paths]
     return RootEdges(
         node=np.array(nodes, dtype=np.int64),
@@ -25,109 +25,109 @@ def seeds_from(x: float, y: float, road: Roadmap, nodes: list[int]) -> RootEdges
 
 
 def grown(grid, seed: int, count: int = 40) -> Roadmap:
-    road = Roadmap(count + 5)
+    roadmap = Roadmap(count + 5)
     rng = np.random.default_rng(seed)
     for x, y in 0.4 + rng.random((count, 2)) * (np.array(grid.kind.shape) * 0.1 - 0.8):
-        node = road.add_node(x, y)
-        road.connect(node, grid, LIMITS, radius=1.2, most=8, margin=0.0)
-    return road
+        node = roadmap.add_node(x, y)
+        roadmap.connect(node, grid, LIMITS, radius=1.2, most=8, margin=0.0)
+    return roadmap
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_tree_is_the_cheapest(seed):
     grid = make_grid(random_kind(seed, (60, 50), 0.004))
-    road = grown(grid, seed)
-    start = road.near(2.0, 2.0, 3.0, 3).tolist()
-    root_edges = seeds_from(2.0, 2.0, road, start)
+    roadmap = grown(grid, seed)
+    start = roadmap.near(2.0, 2.0, 3.0, 3).tolist()
+    root_edges = seeds_from(2.0, 2.0, roadmap, start)
     # Without turning the order of relaxing cannot matter: both ways must agree exactly.
-    tree = road.shortest_tree(root_edges, 0.3, math.inf)
+    tree = roadmap.shortest_tree(root_edges, 0.3, math.inf)
     edges = []
-    for a, b in sorted(road._index):
-        edge = road._index[a, b]
-        path = road.edge_path(edge, a)
+    for a, b in sorted(roadmap._index):
+        edge = roadmap._index[a, b]
+        path = roadmap.edge_path(edge, a)
         heading = math.atan2(*(path[1] - path[0])[::-1])
-        edges.append((a, b, road._time[edge], heading, heading))
+        edges.append((a, b, roadmap._time[edge], heading, heading))
     given = list(zip(start, root_edges.time, root_edges.depart, root_edges.arrive, strict=True))
-    expected = reference.cheapest(road.count, edges, given, 0.3, math.inf)
+    expected = reference.cheapest(roadmap.count, edges, given, 0.3, math.inf)
     np.testing.assert_allclose(tree.cost, expected)
     assert np.isfinite(tree.cost).sum() > 20
     # With turning the tree is a tree, and every cost is its parent's plus the edge's.
-    tree = road.shortest_tree(root_edges, 0.3, 1.2)
+    tree = roadmap.shortest_tree(root_edges, 0.3, 1.2)
     for node in tree.order[len(start) :]:
         parent, via = int(tree.parent[node]), int(tree.via[node])
         if parent < 0:
             continue
-        path = road.edge_path(via, parent)
+        path = roadmap.edge_path(via, parent)
         heading = math.atan2(*(path[1] - path[0])[::-1])
         turn = reference.turn(tree.heading[parent], heading, 1.2)
-        assert tree.cost[node] == pytest.approx(tree.cost[parent] + road._time[via] + turn)
+        assert tree.cost[node] == pytest.approx(tree.cost[parent] + roadmap._time[via] + turn)
     assert (np.diff(tree.cost[tree.order]) >= -1e-12).all()
 
 
 def test_turning_counts(dense_map):
-    road = Roadmap(4)
-    ahead = road.add_node(2.0, 1.0)
-    behind = road.add_node(0.0, 1.0)
-    root_edges = seeds_from(1.0, 1.0, road, [ahead, behind])
-    tree = road.shortest_tree(root_edges, 0.0, 1.2)
+    roadmap = Roadmap(4)
+    ahead = roadmap.add_node(2.0, 1.0)
+    behind = roadmap.add_node(0.0, 1.0)
+    root_edges = seeds_from(1.0, 1.0, roadmap, [ahead, behind])
+    tree = roadmap.shortest_tree(root_edges, 0.0, 1.2)
     assert tree.cost[ahead] == pytest.approx(1.0 / 0.8)
     assert tree.cost[behind] == pytest.approx(1.0 / 0.8 + math.pi / 1.2)
 
 
 def test_a_path_leads_from_the_robot_to_the_node():
     grid = make_grid(np.full((60, 50), OPEN))
-    road = grown(grid, 1)
-    root_edges = seeds_from(2.0, 2.0, road, road.near(2.0, 2.0, 1.5, 2).tolist())
-    tree = road.shortest_tree(root_edges, 0.0, 1.2)
+    roadmap = grown(grid, 1)
+    root_edges = seeds_from(2.0, 2.0, roadmap, roadmap.near(2.0, 2.0, 1.5, 2).tolist())
+    tree = roadmap.shortest_tree(root_edges, 0.0, 1.2)
     node = int(tree.order[-1])
-    path = road.path_to(node, tree, root_edges)
+    path = roadmap.path_to(node, tree, root_edges)
     np.testing.assert_allclose(path[0], [2.0, 2.0])
-    np.testing.assert_allclose(path[-1], road.xy[node])
+    np.testing.assert_allclose(path[-1], roadmap.xy[node])
     assert (np.linalg.norm(np.diff(path, axis=0), axis=1) > 0.0).all()
 
 
 def test_a_change_of_the_floor_drops_what_it_blocks_and_nothing_else():
     grid = make_grid(np.full((60, 50), OPEN))
-    road = grown(grid, 2)
-    edges = set(road._index)
+    roadmap = grown(grid, 2)
+    edges = set(roadmap._index)
     grid.kind[30, :] = OBSTACLE
     grid = make_grid(grid.kind)
-    gone, dropped = road.recheck(grid, LIMITS, (15, 46, 0, 50), 0.0)
+    gone, dropped = roadmap.recheck(grid, LIMITS, (15, 46, 0, 50), 0.0)
     wall = 3.05
     for node in gone:
-        assert abs(road.xy[node, 0] - wall) < LIMITS.radius
+        assert abs(roadmap.xy[node, 0] - wall) < LIMITS.radius
     assert dropped > 0
     for a, b in edges:
-        crosses = (road.xy[a, 0] - wall) * (road.xy[b, 0] - wall) < 0.0
-        near = min(abs(road.xy[a, 0] - wall), abs(road.xy[b, 0] - wall)) < LIMITS.radius
-        assert road.has_edge(a, b) == (not crosses and not near)
+        crosses = (roadmap.xy[a, 0] - wall) * (roadmap.xy[b, 0] - wall) < 0.0
+        near = min(abs(roadmap.xy[a, 0] - wall), abs(roadmap.xy[b, 0] - wall)) < LIMITS.radius
+        assert roadmap.has_edge(a, b) == (not crosses and not near)
 
 
 def test_curved_edges_are_followed_and_checked_along_their_curve():
     grid = make_grid(np.full((60, 50), OPEN))
-    road = Roadmap(4)
-    a, b = road.add_node(1.0, 1.0), road.add_node(3.0, 1.0)
+    roadmap = Roadmap(4)
+    a, b = roadmap.add_node(1.0, 1.0), roadmap.add_node(3.0, 1.0)
     curve = np.array([[1.0, 1.0], [2.0, 2.0], [3.0, 1.0]])
     turning = turning_time(curve, 1.2)
     assert turning == pytest.approx(math.pi / 2 / 1.2)
-    road.add_edge(a, b, path_time(grid, LIMITS, curve, 0.0), curve, turning)
-    assert road.has_edge(b, a)
-    np.testing.assert_allclose(road.edge_path(0, b), curve[::-1])
-    tree = road.shortest_tree(seeds_from(1.0, 0.5, road, [a]), math.pi / 2, 1.2)
+    roadmap.add_edge(a, b, path_time(grid, LIMITS, curve, 0.0), curve, turning)
+    assert roadmap.has_edge(b, a)
+    np.testing.assert_allclose(roadmap.edge_path(0, b), curve[::-1])
+    tree = roadmap.shortest_tree(seeds_from(1.0, 0.5, roadmap, [a]), math.pi / 2, 1.2)
     assert tree.heading[b] == pytest.approx(-math.pi / 4)
     grid.kind[20, 20] = OBSTACLE
-    _, dropped = road.recheck(make_grid(grid.kind), LIMITS, (5, 36, 5, 36), 0.0)
+    _, dropped = roadmap.recheck(make_grid(grid.kind), LIMITS, (5, 36, 5, 36), 0.0)
     assert dropped == 1
 
 
 def test_removed_nodes_make_room_for_new_ones():
-    road = Roadmap(3)
-    nodes = [road.add_node(float(n), 0.0) for n in range(3)]
-    assert road.add_node(9.0, 0.0) is None
-    road.add_edge(nodes[0], nodes[1], 1.0)
-    road.add_edge(nodes[1], nodes[2], 1.0)
-    road.remove_node(nodes[1])
-    assert road.edge_count == 0
-    assert road.nodes.tolist() == [0, 2]
-    assert road.add_node(5.0, 0.0) == 1
-    assert road.near(5.0, 0.0, 0.5, 9).tolist() == [1]
+    roadmap = Roadmap(3)
+    nodes = [roadmap.add_node(float(n), 0.0) for n in range(3)]
+    assert roadmap.add_node(9.0, 0.0) is None
+    roadmap.add_edge(nodes[0], nodes[1], 1.0)
+    roadmap.add_edge(nodes[1], nodes[2], 1.0)
+    roadmap.remove_node(nodes[1])
+    assert roadmap.edge_count == 0
+    assert roadmap.nodes.tolist() == [0, 2]
+    assert roadmap.add_node(5.0, 0.0) == 1
+    assert roadmap.near(5.0, 0.0, 0.5, 9).tolist() == [1]

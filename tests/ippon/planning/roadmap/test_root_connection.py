@@ -87,7 +87,7 @@ def test_a_robot_beside_its_path_in_a_tight_passage_goes_on(dense_map, beside):
     root_edges, tree = joined.tree(target=there, path=path)
     assert tree.cost[there] < 20.0
     np.testing.assert_allclose(
-        joined.road.path_to(there, tree, root_edges),
+        joined.roadmap.path_to(there, tree, root_edges),
         [(2.6, 1.65 + beside), (2.75, 1.65), (5.0, 1.65)],
     )
 
@@ -104,7 +104,7 @@ def test_a_point_is_reached_straight_over_the_roadmap_or_by_a_local_way(corner):
     joined.add(3.0, 1.35)
     node = joined.add(4.7, 1.35)
     way = joined.root.path_to_point(far, joined.pose, *joined.tree())
-    np.testing.assert_allclose(way, [(1.3, 1.3), joined.road.xy[node], far])
+    np.testing.assert_allclose(way, [(1.3, 1.3), joined.roadmap.xy[node], far])
     joined.connector.thin_out([node])
     way = joined.root.path_to_point(far, joined.pose, *joined.tree())
     np.testing.assert_allclose(way[[0, -1]], [(1.3, 1.3), far])

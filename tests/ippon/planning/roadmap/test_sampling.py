@@ -55,7 +55,7 @@ def test_filling_every_open_place_leaves_none_and_crowds_nobody(seed):
         places = np.argwhere(open_cells(reachable, grid, nodes, 0.5))
         if not len(places):
             break
-        nodes = np.vstack([nodes, cell_centre(grid, *draw_cell(places, grid, rng, 4))])
+        nodes = np.vstack([nodes, cell_centre(grid, *draw_cell(places, grid, rng, 4, 0.5))])
     apart = np.linalg.norm(nodes[:, None] - nodes[None], axis=2) + 10.0 * np.eye(len(nodes))
     assert apart.min() >= 0.5 - 1e-9
     covered = np.zeros_like(reachable)
@@ -69,7 +69,7 @@ def test_roomy_places_are_preferred():
     grid = make_grid(kind)
     places = np.array([[20, 2], [20, 10]])
     rng = np.random.default_rng(0)
-    drawn = [draw_cell(places, grid, rng, 6)[1] for _ in range(60)]
+    drawn = [draw_cell(places, grid, rng, 6, 0.5)[1] for _ in range(60)]
     assert drawn.count(10) > 50
 
 

@@ -14,7 +14,9 @@ from tests.long_robot import LONG
 
 def sampled(volume, robot=LONG, at=(1.8, 2.8)):
     joined = Joined(volume, base_pose(*at, 0.0, 0.0), robot)
-    sampler = ViewpointSampler(SamplingConfig(), 10, joined.road, joined.floor, joined.connector, 0)
+    sampler = ViewpointSampler(
+        SamplingConfig(), 10, joined.roadmap, joined.floor, joined.connector, 0
+    )
     reachable = reachable_cells(joined.floor.grid, joined.floor.limits, *at, 0.02, 0.05)
     return joined, sampler, reachable
 
@@ -22,29 +24,29 @@ def sampled(volume, robot=LONG, at=(1.8, 2.8)):
 def test_a_door_is_led_through_once_and_looked_at_now_and_then(two_rooms):
     joined, sampler, reachable = sampled(two_rooms(0.75))
     sampler.add_narrow_passages(reachable, late())
-    assert len(joined.road.nodes) == 0, "that has to wait"
+    assert len(joined.roadmap.nodes) == 0, "that has to wait"
     sampler.add_narrow_passages(reachable)
-    nodes = joined.road.nodes
+    nodes = joined.roadmap.nodes
     assert len(nodes) >= 2
-    x = joined.road.xy[nodes, 0]
-    assert any(joined.road.has_edge(a, b) for a in nodes[x < 3.9] for b in nodes[x > 3.9])
+    x = joined.roadmap.xy[nodes, 0]
+    assert any(joined.roadmap.has_edge(a, b) for a in nodes[x < 3.9] for b in nodes[x > 3.9])
     for node in nodes:
-        joined.road.remove_node(int(node))
+        joined.roadmap.remove_node(int(node))
     for _ in range(4):
         sampler.add_narrow_passages(reachable)
-        assert len(joined.road.nodes) == 0
+        assert len(joined.roadmap.nodes) == 0
     sampler.add_narrow_passages(reachable)
-    before = len(joined.road.nodes)
+    before = len(joined.roadmap.nodes)
     assert before >= 2
     for _ in range(10):
         sampler.add_narrow_passages(reachable)
-    assert len(joined.road.nodes) == before, "it is joined there already"
+    assert len(joined.roadmap.nodes) == before, "it is joined there already"
 
 
 def test_a_round_body_needs_no_gates(two_rooms):
     joined, sampler, reachable = sampled(two_rooms(0.75), ZED)
     sampler.add_narrow_passages(reachable)
-    assert len(joined.road.nodes) == 0
+    assert len(joined.roadmap.nodes) == 0
 
 
 @pytest.mark.parametrize(("robot", "added"), [(ZED, True), (LONG, False)])
@@ -54,4 +56,4 @@ def test_a_viewpoint_is_added_where_the_robot_stands_if_it_can_turn_there(two_ro
     assert sampler.add_here(1.8, 2.8, 0.1) is not None
     assert sampler.add_here(1.85, 2.8, 0.1) is None, "one is there"
     sampler.add_at(np.array([2.4, 2.0]))
-    assert len(joined.road.nodes) == 2 + added
+    assert len(joined.roadmap.nodes) == 2 + added

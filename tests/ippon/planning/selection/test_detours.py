@@ -1,4 +1,4 @@
-"""Ways over unseen floor to what no viewpoint comes close to; the searches are in tests/mission."""
+"""Detours over unseen floor to an object; whole searches are in tests/ippon/mission."""
 
 from types import SimpleNamespace
 
@@ -7,7 +7,13 @@ import pytest
 
 from ippon.planning.roadmap.sampling import mark_discs
 from ippon.planning.selection import out_of_reach as out_of_reach_module
-from ippon.planning.selection.detours import Surroundings, flood_unseen, spread
+from ippon.planning.selection.detours import (
+    DetourConfig,
+    Surroundings,
+    farthest_point_sample,
+    flood_fill_unseen,
+)
+from ippon.planning.selection.look_target import LookConfig
 from ippon.planning.selection.out_of_reach import OutOfReach, OutOfReachConfig
 from ippon.planning.terrain.body_limits import BodyLimits
 from ippon.planning.terrain.reachability import reachable_cells
@@ -27,9 +33,9 @@ def test_the_flood_over_unseen_floor_agrees_with_a_plain_search(seed):
     sure = reachable_cells(grid, LIMITS, x, y, 0.02, 0.05)
     blocked = np.zeros_like(sure)
     mark_discs(blocked, grid, np.array([[x + 1.0, y]]), 0.35, 1)
-    nothing: dict = {"arrays": None, "views": None}
+    nothing: dict = {"arrays": None, "geometry": None}
     around = Surroundings(grid=grid, limits=LIMITS, margin_m=0.02, reachable=sure, **nothing)
-    steps, parent = flood_unseen(around, blocked, (x, y))
+    steps, parent = flood_fill_unseen(around, blocked, (x, y))
     plain = reference.steps_over_unseen_floor(grid, LIMITS, sure, blocked, x, y, 0.02)
     np.testing.assert_array_equal(steps, plain)
     on_the_way = np.argwhere(parent >= 0)
@@ -38,20 +44,20 @@ def test_the_flood_over_unseen_floor_agrees_with_a_plain_search(seed):
     np.testing.assert_array_equal(steps[before] + 1, steps[parent >= 0])
 
 
-def test_sights_are_spread_over_a_cluster():
+def test_lines_of_sight_go_to_all_parts_of_a_cluster():
     row = np.column_stack([np.arange(11) * 0.1, np.zeros(11), np.zeros(11)])
-    assert sorted(spread(row, 3)[:, 0]) == pytest.approx([0.0, 0.5, 1.0])
-    assert len(spread(row[:2], 6)) == 2
+    assert sorted(farthest_point_sample(row, 3)[:, 0]) == pytest.approx([0.0, 0.5, 1.0])
+    assert len(farthest_point_sample(row[:2], 6)) == 2
 
 
-def test_steps_without_time_for_all_ways_make_nothing_surer(monkeypatch):
+def test_a_step_that_was_cut_short_does_not_count_as_one_without_a_detour(monkeypatch):
     place, voxel = np.array([1.0, 1.0]), np.array([2.0, 1.0, 0.5])
-    monkeypatch.setattr(out_of_reach_module, "way_round", lambda *_: None)
-    monkeypatch.setattr(out_of_reach_module, "nearest_stand", lambda *_: (place, voxel))
-    around = SimpleNamespace(eye_z_m=1.0)
+    monkeypatch.setattr(out_of_reach_module, "find_detour", lambda *_: None)
+    monkeypatch.setattr(out_of_reach_module, "nearest_viewing_position", lambda *_: (place, voxel))
+    around = SimpleNamespace(camera_z_m=1.0)
     tree = SimpleNamespace(order=np.array([0]))
     given = (voxel[None], around, tree, place[None], np.eye(4))
-    planned = OutOfReach(OutOfReachConfig(), 0.5)
+    planned = OutOfReach(OutOfReachConfig(), LookConfig(), 0.5)
     for _ in range(50):
         assert planned.choose(*given, enough=4.0, cut_short=True) is None
     looks = [planned.choose(*given, enough=4.0) for _ in range(OutOfReachConfig().sure_steps)]
@@ -64,3 +70,5 @@ def test_counts_without_meaning_are_refused():
         OutOfReachConfig(patience_steps=0)
     with pytest.raises(ValueError, match="reach_m must be above 0"):
         OutOfReachConfig(reach_m=0.0)
+    with pytest.raises(ValueError, match="max_places must be at least 1"):
+        DetourConfig(max_places=0)

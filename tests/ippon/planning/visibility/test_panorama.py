@@ -6,21 +6,23 @@ import numpy as np
 import pytest
 
 from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN
-from ippon.planning.visibility.orientation import recount_levels
-from ippon.planning.visibility.panorama import ViewField, ViewRules, see, within_field
+from ippon.planning.visibility.panorama import ViewField, ViewRules, cast_panorama, within_field
 from ippon.planning.visibility.view_table import build_view_table
+from ippon.planning.visibility.viewpoint_gain import recount_levels
 from tests.reference import planning_view as reference
 
 RULES = ViewRules(
     unknown_occupied=0.1,
     unknown_depth=12.0,
-    unknown_looks=4.0,
-    surface_looks=20.0,
+    unknown_views=4.0,
+    surface_views=20.0,
     surface_range=18.0,
     ooi_floor=0.05,
     ooi_threshold=0.8,
     termination_range=9.5,
     termination_depth=3.0,
+    termination_depth_factor=3.0,
+    termination_depth_columns=1,
     termination_fringe=1.0,
     level_range=15.0,
 )
@@ -55,7 +57,9 @@ def make_field(volume, low: int, high: int, reach: int = 24, rng=None) -> ViewFi
 def look(volume, camera, rules=RULES, **table_options):
     table = make_table(**table_options)
     low, high = camera[2] + table.layer_low, camera[2] + table.layer_high
-    return see(volume.arrays(), table, rules, make_field(volume, low, high), camera), table
+    return cast_panorama(
+        volume.arrays(), table, rules, make_field(volume, low, high), camera
+    ), table
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -67,7 +71,7 @@ def test_agrees_with_asking_every_voxel_one_by_one(speckled, seed):
     camera = (i, j, 8)
     field = make_field(volume, -2, 17, rng=rng)
     arrays = volume.arrays()
-    result = see(arrays, table, RULES, field, camera)
+    result = cast_panorama(arrays, table, RULES, field, camera)
     known, unknown, ooi, behind, levels = reference.panorama(arrays, table, RULES, field, camera)
     np.testing.assert_allclose(result.known, known, rtol=1e-5, atol=1e-5)
     np.testing.assert_allclose(result.unknown, unknown, rtol=1e-5, atol=1e-5)
@@ -126,13 +130,13 @@ def test_looks_wear_unknown_space_out(dense_map):
     volume = dense_map()
     table = make_table()
     field = make_field(volume, 0, 19)
-    fresh = see(volume.arrays(), table, RULES, field, (32, 32, 10)).unknown.sum()
-    field.unknown_looks[:] = 2
-    assert see(volume.arrays(), table, RULES, field, (32, 32, 10)).unknown.sum() == pytest.approx(
-        0.5 * fresh, rel=1e-4
-    )
-    field.unknown_looks[:] = 4
-    assert see(volume.arrays(), table, RULES, field, (32, 32, 10)).unknown.sum() == 0.0
+    fresh = cast_panorama(volume.arrays(), table, RULES, field, (32, 32, 10)).unknown.sum()
+    field.unknown_views[:] = 2
+    assert cast_panorama(
+        volume.arrays(), table, RULES, field, (32, 32, 10)
+    ).unknown.sum() == pytest.approx(0.5 * fresh, rel=1e-4)
+    field.unknown_views[:] = 4
+    assert cast_panorama(volume.arrays(), table, RULES, field, (32, 32, 10)).unknown.sum() == 0.0
 
 
 def test_object_voxels_count_within_reach_and_in_sight_only(dense_map):
@@ -209,4 +213,4 @@ def test_a_view_beyond_the_field_is_refused(dense_map):
     field = make_field(volume, 0, 19, reach=8)
     assert not within_field(table, field, (0, 0, 10))
     with pytest.raises(ValueError, match="rim of the mapped space"):
-        see(volume.arrays(), table, RULES, field, (0, 0, 10))
+        cast_panorama(volume.arrays(), table, RULES, field, (0, 0, 10))

@@ -6,41 +6,43 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ippon.planning.visibility.orientation import ViewChoice, ViewSums, choose_view
-from ippon.planning.visibility.region_weights import WEIGHTS, RegionWeights, Stroke
+from ippon.planning.visibility.region_weights import RegionWeights, Stroke
+from ippon.planning.visibility.view_config import RegionConfig
+from ippon.planning.visibility.viewpoint_gain import ViewChoice, ViewSums, choose_view
 
-AHEAD = Stroke(wish="look_here", points=((2.0, 0.0),), radius_m=0.7)
+CONFIG = RegionConfig()
+AHEAD = Stroke(kind="look_here", points=((2.0, 0.0),), radius_m=0.7)
 HEADINGS = np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False)
 FAR = np.full(8, 5.0)
 
 
 def test_nothing_painted_weighs_nothing():
-    weights = RegionWeights(())
+    weights = RegionWeights(CONFIG, ())
     assert (weights.at(np.random.default_rng(0).normal(size=(50, 2)) * 20.0) == 1.0).all()
 
 
 def test_a_later_stroke_lies_over_an_earlier_one():
-    over = Stroke(wish="not_here", points=((2.0, 0.0),), radius_m=0.3)
-    weights = RegionWeights((AHEAD, over))
+    over = Stroke(kind="not_here", points=((2.0, 0.0),), radius_m=0.3)
+    weights = RegionWeights(CONFIG, (AHEAD, over))
     at = weights.at(np.array([[2.0, 0.0], [2.5, 0.0], [9.0, 9.0]]))
-    assert at.tolist() == [WEIGHTS["not_here"], WEIGHTS["look_here"], 1.0]
+    assert at.tolist() == [CONFIG.avoided_weight, CONFIG.preferred_weight, 1.0]
 
 
 def test_only_the_direction_of_the_region_is_weighed():
-    ahead = RegionWeights((AHEAD,)).ahead(np.zeros(2), HEADINGS, FAR)
+    ahead = RegionWeights(CONFIG, (AHEAD,)).ahead(np.zeros(2), HEADINGS, FAR)
     assert ahead[0] > 2.0
     assert (ahead[2:7] == 1.0).all()
 
 
 def test_the_floor_behind_a_wall_does_not_count():
     near = np.full(8, 1.0)
-    assert (RegionWeights((AHEAD,)).ahead(np.zeros(2), HEADINGS, near) == 1.0).all()
+    assert (RegionWeights(CONFIG, (AHEAD,)).ahead(np.zeros(2), HEADINGS, near) == 1.0).all()
 
 
 def test_not_here_is_worth_less_than_any_threshold():
-    everywhere = Stroke(wish="not_here", points=((0.0, 0.0),), radius_m=6.0)
-    ahead = RegionWeights((everywhere,)).ahead(np.zeros(2), HEADINGS, FAR)
-    assert ahead == pytest.approx(WEIGHTS["not_here"])
+    everywhere = Stroke(kind="not_here", points=((0.0, 0.0),), radius_m=6.0)
+    ahead = RegionWeights(CONFIG, (everywhere,)).ahead(np.zeros(2), HEADINGS, FAR)
+    assert ahead == pytest.approx(CONFIG.avoided_weight)
 
 
 def test_a_viewpoint_turns_to_what_is_painted_and_its_gain_is_that_of_there():

@@ -5,15 +5,17 @@ import pytest
 
 from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN
 from ippon.planning.array_overlap import copy_overlap
+from ippon.planning.visibility.view_config import StalenessConfig
+from ippon.planning.visibility.view_geometry import ViewLayers
 from ippon.planning.visibility.view_memory import ViewMemory
 from tests.ippon.planning.visibility.test_panorama import RULES, make_table
 
-LAYERS = (0, 19)
+LAYERS = ViewLayers(camera=10, low=0, high=19, floor=0)
 
 
 def followed(volume) -> ViewMemory:
-    memory = ViewMemory(30.0)
-    memory.follow(volume.arrays(), LAYERS, RULES)
+    memory = ViewMemory(StalenessConfig(), 3.0)
+    memory.update(volume.arrays(), LAYERS, RULES)
     return memory
 
 
@@ -23,7 +25,7 @@ def test_the_field_holds_the_maps_states_where_they_belong(speckled):
     field = memory.field
     for index in np.random.default_rng(0).integers(0, volume.state.shape, size=(300, 3)):
         voxel = index + volume.origin * 8
-        if not LAYERS[0] <= voxel[2] <= LAYERS[1]:
+        if not LAYERS.low <= voxel[2] <= LAYERS.high:
             continue
         missing = volume.missing[tuple(index // 8)]
         expected = UNKNOWN if missing else volume.state[tuple(index)]
@@ -34,8 +36,8 @@ def test_of_the_floors_layers_only_object_voxels_count(dense_map):
     volume = dense_map().room((0.8, 0.8), (5.6, 5.6), ooi=0.5)
     volume.fill((4.0, 4.0, -0.1), (4.1, 4.1, 0.0), OCCUPIED, ooi=0.9)
     volume.fill((2.0, 2.0, 0.0), (2.1, 2.1, 0.1), OCCUPIED, ooi=0.9)
-    memory = ViewMemory(30.0)
-    memory.follow(volume.arrays(), (-1, 19), RULES._replace(floor_layers=2))
+    memory = ViewMemory(StalenessConfig(), 3.0)
+    memory.update(volume.arrays(), ViewLayers(10, -1, 19, 2), RULES._replace(floor_layers=2))
     floor = memory.field.state[:, :, :2]
     found = np.argwhere(floor != FREE) + memory.field.origin
     assert found.tolist() == [[20, 20, 0], [40, 40, -1]]
@@ -47,14 +49,14 @@ def test_only_changes_that_matter_are_noted(dense_map):
     memory = followed(volume)
     assert (memory.changed == 1).any()
     volume.fill((2.0, 2.0, 0.5), (2.1, 2.1, 0.6), UNKNOWN)
-    memory.follow(volume.arrays(), LAYERS, RULES)
+    memory.update(volume.arrays(), LAYERS, RULES)
     assert (memory.changed != 2).all(), "one voxel is nothing"
     volume.fill((2.0, 2.0, 0.5), (2.5, 2.3, 0.9), UNKNOWN)
-    memory.follow(volume.arrays(), LAYERS, RULES)
+    memory.update(volume.arrays(), LAYERS, RULES)
     changed = np.argwhere(memory.changed == 3) * 8 + memory.field.origin[:2]
     assert changed.tolist() == [[16, 16]], "the next block lost a dozen voxels only"
     volume.fill((4.0, 4.0, 0.5), (4.1, 4.1, 0.6), OCCUPIED, ooi=0.9)
-    memory.follow(volume.arrays(), LAYERS, RULES)
+    memory.update(volume.arrays(), LAYERS, RULES)
     assert (memory.changed == 4).sum() == 1, "one object voxel matters"
 
 
@@ -68,12 +70,12 @@ def test_looks_count_what_an_image_left_unsettled(dense_map):
     shown[table.rays[:, 0] > 0.9] = True
     for _ in range(3):
         memory.record(volume.arrays(), table, rules, (32, 30, 10), shown)
-    looks = memory.field.unknown_looks
+    looks = memory.field.unknown_views
     assert looks.max() == 3
     seen = np.argwhere(looks == 3) + memory.field.origin
     assert (seen[:, 0] >= 40).all(), "only ahead"
     assert (volume.state[seen[:, 0], seen[:, 1], seen[:, 2] + 8] == UNKNOWN).all()
-    surface = memory.field.surface_looks
+    surface = memory.field.surface_views
     assert surface.max() == 3
     memory.forget_surfaces()
     assert surface.max() == 0
@@ -83,19 +85,19 @@ def test_looks_count_what_an_image_left_unsettled(dense_map):
 def test_a_growing_map_keeps_looks(dense_map):
     memory = followed(dense_map().room((0.8, 0.8), (5.6, 5.6)))
     at = np.array([30, 40, 5])
-    memory.field.unknown_looks[tuple(at - memory.field.origin)] = 7
+    memory.field.unknown_views[tuple(at - memory.field.origin)] = 7
     bigger = dense_map((9.6, 9.6, 2.4), origin=(-2, -1, -1)).room((0.8, 0.8), (5.6, 5.6))
-    memory.follow(bigger.arrays(), LAYERS, RULES)
-    assert memory.field.unknown_looks[tuple(at - memory.field.origin)] == 7
-    assert memory.field.unknown_looks.sum() == 7
+    memory.update(bigger.arrays(), LAYERS, RULES)
+    assert memory.field.unknown_views[tuple(at - memory.field.origin)] == 7
+    assert memory.field.unknown_views.sum() == 7
 
 
 def test_another_floor_starts_afresh(dense_map):
     volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
     memory = followed(volume)
-    memory.field.unknown_looks[:] = 5
-    memory.follow(volume.arrays(), (-4, 10), RULES)
-    assert memory.field.unknown_looks.max() == 0
+    memory.field.unknown_views[:] = 5
+    memory.update(volume.arrays(), ViewLayers(6, -4, 10, 0), RULES)
+    assert memory.field.unknown_views.max() == 0
     assert (memory.field.state == FREE).any(), "states are read again"
 
 
@@ -105,7 +107,7 @@ def test_a_robot_off_the_map_settles_nothing(dense_map):
     table = make_table()
     everything = np.ones(len(table.rays), dtype=bool)
     memory.record(volume.arrays(), table, RULES, (900, 900, 10), everything)
-    assert memory.field.unknown_looks.max() == 0
+    assert memory.field.unknown_views.max() == 0
 
 
 @pytest.mark.parametrize("offset", [(-2, 1), (3, 3), (9, 0), (0, -9)])

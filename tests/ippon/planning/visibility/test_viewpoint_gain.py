@@ -9,21 +9,22 @@ from hypothesis import strategies as st
 
 from ippon.guidance.levels import Level, LevelProbabilities
 from ippon.mapping.arrays import OCCUPIED
-from ippon.planning.visibility.orientation import (
+from ippon.planning.visibility.panorama import Panorama
+from ippon.planning.visibility.view_table import build_orientations, build_view_table
+from ippon.planning.visibility.viewpoint_gain import (
     choose_view,
     frame_object,
     imagined_level,
     recount_levels,
     sum_views,
 )
-from ippon.planning.visibility.panorama import Panorama
-from ippon.planning.visibility.view_table import build_orientations, build_view_table
 from ippon.robot import ZED
 from tests.reference import planning_view as reference
 
 PROBABILITIES = LevelProbabilities().as_array()
 NOTHING = np.zeros(10, np.float32)
 NO_CUE = np.zeros(10, np.bool_)
+FRAMING = {"hold": 0.05, "centre_weight": 0.01}
 
 
 def chosen(sums, *, probabilities=PROBABILITIES, far_evidence_nat=NOTHING, cued=NO_CUE):
@@ -149,7 +150,7 @@ def test_an_object_is_framed_whole_and_in_the_middle(table, orientations):
         if -0.6 < pitch < -0.2:
             panorama.ooi[row, [38, 39, 0, 1]] = 1.0
     sums = sum_views(panorama, orientations, 4)
-    framed = frame_object(sums, panorama, orientations, table.bin_rad, table.pitch_low)
+    framed = frame_object(sums, panorama, orientations, table, **FRAMING)
     assert framed is not None
     yaw, tilt = framed
     assert abs(math.remainder(yaw, 2 * math.pi)) <= 0.5 * 4 * table.bin_rad + 1e-9
@@ -164,7 +165,7 @@ def test_a_framing_stays_while_a_voxel_comes_and_goes(table, orientations):
         panorama = empty(table)
         panorama.ooi[table.pitch_bins // 2, columns] = 1.0
         sums = sum_views(panorama, orientations, 4)
-        return frame_object(sums, panorama, orientations, table.bin_rad, table.pitch_low, before)
+        return frame_object(sums, panorama, orientations, table, before, **FRAMING)
 
     few, more, moved = [1, 2], [2, 3], [12, 13]
     assert framed(few) != framed(more), "by themselves they are framed by two headings"
@@ -176,7 +177,7 @@ def test_a_framing_stays_while_a_voxel_comes_and_goes(table, orientations):
 def test_without_an_object_there_is_nothing_to_frame(table, orientations):
     panorama = empty(table)
     sums = sum_views(panorama, orientations, 4)
-    assert frame_object(sums, panorama, orientations, table.bin_rad, table.pitch_low) is None
+    assert frame_object(sums, panorama, orientations, table, **FRAMING) is None
 
 
 def test_levels_are_counted_anew_without_a_ray(dense_map, table):

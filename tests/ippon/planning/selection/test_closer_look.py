@@ -11,7 +11,7 @@ from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN
 from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind
 from ippon.planning.planner import ViewpointPlanner
-from ippon.planning.selection.approach import CloserLookConfig, clusters_of
+from ippon.planning.selection.closer_look import CloserLookConfig, clusters_of
 from ippon.robot import ZED
 
 POSE = base_pose(1.4, 2.8, 0.0, 0.0)

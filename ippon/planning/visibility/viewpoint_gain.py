@@ -1,4 +1,4 @@
-"""Choosing heading and tilt of a viewpoint from its panorama."""
+"""Gain G(n), eq. (3), and orientation of a viewpoint, from the sums of its panorama."""
 
 import math
 from typing import NamedTuple
@@ -21,20 +21,20 @@ class ViewSums(NamedTuple):
     unknown: NDArray[np.float32]
     """(A, B) sum of p_occ of voxels outside V_O."""
     ooi: NDArray[np.float32]
-    """(A, B) object voxels within reach, and what lies just behind."""
+    """(A, B) object voxels within reach, and those just beyond."""
     levels: NDArray[np.int32]
-    """(A, 4) nearby labelled voxels by level, whatever the tilt."""
+    """(A, 4) nearby labelled voxels by level, at any tilt."""
 
 
 class ViewChoice(NamedTuple):
-    """The best orientation of a viewpoint, and what every heading is worth."""
+    """The orientation of highest gain, and the gain of every heading."""
 
     gain: float
-    """G(n), eq. (3), at the best orientation."""
+    """G(n), eq. (3), at that orientation."""
     heading: int
     tilt: int
     level: int
-    """Level that p_img(n) was taken from there."""
+    """Level that p_img(n) was taken from at that orientation."""
     potential: float
     """Highest gain of any orientation if p_img were that of the average level."""
     by_heading: NDArray[np.float32]
@@ -45,7 +45,7 @@ def sum_views(panorama: Panorama, orientations: Orientations, half_fov_columns: 
     """Sum a panorama over every candidate image.
 
     Args:
-        panorama: Of the viewpoint.
+        panorama: Panorama of the viewpoint.
         orientations: Candidates.
         half_fov_columns: Half the camera's horizontal field of view in raster columns.
     """
@@ -107,11 +107,11 @@ def recount_levels(
     camera_voxel: tuple[int, int, int],
     labelled: NDArray[np.int32],
 ) -> NDArray[np.int32]:
-    """Count the levels of voxels that were seen before, without a new ray.
+    """Count the present levels of voxels that an earlier panorama saw; casts no ray.
 
     Args:
-        arrays: The map, with other levels than when the voxels were seen.
-        table: Directions and offsets that they were seen by.
+        arrays: The map, with the present levels.
+        table: Directions and offsets of the panorama.
         camera_voxel: Voxel that held the camera.
         labelled: (M,) rows of the table's offsets in rising order, from `Panorama.labelled`.
 
@@ -157,11 +157,11 @@ def imagined_level(counts: NDArray[np.int32], minimum: int) -> int:
 
 @njit(cache=True, nogil=True)
 def with_evidence(p, nat):
-    """Return what p_img weighs after evidence of so many nat: it may exceed 1.
+    """Return p_img times the likelihood ratio of the far evidence; it may exceed 1.
 
-    By Bayes' rule for what is unlikely: that one place among all of a home holds the object is,
-    however large the p_img of its voxels. Odds of p_img itself would stop at 1 / p_img times as
-    much, where the images say more (docs/decisions.md).
+    This is Bayes' rule for a small prior: the probability that the object is at this one place of
+    the home is small even where p_img is large. An update of the odds of p_img would be bounded by
+    a factor of 1 / p_img, although the images say more (docs/decisions.md).
     """
     return p if nat == 0.0 else p * np.exp(nat)
 
@@ -177,12 +177,12 @@ def choose_view(
     """Find the orientation of highest gain, eq. (3).
 
     Args:
-        sums: Of the viewpoint.
+        sums: Sums of the viewpoint's panorama.
         probabilities: (4,) p_img of each level.
         min_level_voxels: Voxels below which a level counts as empty.
         far_evidence_nat: (A,) nat, log-likelihood ratio of the object in each heading's view.
-        cued: (A,) headings that look at what images show to be certainly near the object.
-        weights: (A,) what the gain of each heading is multiplied by.
+        cued: (A,) headings that look at far evidence of a label that is certainly near the object.
+        weights: (A,) factor on the gain of each heading.
     """
     by_heading = np.empty(sums.known.shape[0], dtype=np.float32)
     rules = (probabilities, min_level_voxels)
@@ -212,31 +212,30 @@ def _choose_kernel(known, unknown, levels, rules, far_evidence_nat, cued, weight
     return best, best_a, best_b, best_level, potential
 
 
-_STAYS = 0.05
-"""Share of the object that another framing must show more for a camera to turn to it."""
-
-
 def frame_object(
     sums: ViewSums,
     panorama: Panorama,
     orientations: Orientations,
-    bin_rad: float,
-    pitch_low: float,
+    table: ViewTable,
     before: tuple[float, float] | None = None,
+    *,
+    hold: float,
+    centre_weight: float,
 ) -> tuple[float, float] | None:
     """Find the orientation that shows the most object voxels (object framing).
 
-    Among orientations that show equally many, the one that points closest to their middle wins.
-    The one before stays unless another is clearly better: a voxel that comes and goes would turn
-    the robot to and fro for ever.
+    Among orientations that show equally many, the one closest to their centre wins. The previous
+    framing is kept unless another shows clearly more: otherwise a single voxel near the threshold
+    would turn the robot back and forth.
 
     Args:
-        sums: Of the viewpoint.
-        panorama: The same, by direction.
+        sums: Sums of the viewpoint's panorama.
+        panorama: The panorama.
         orientations: Candidates.
-        bin_rad: Edge of a direction cell.
-        pitch_low: Lower edge of the panorama, radians.
-        before: Yaw and tilt of the last framing from there, None for none.
+        table: Directions of the panorama.
+        before: Yaw and tilt of the previous framing, radians; None for none.
+        hold: See `ViewConfig.framing_hold`.
+        centre_weight: See `ViewConfig.framing_centre_weight`.
 
     Returns:
         Yaw and tilt in radians; None when no object voxel is within reach.
@@ -247,19 +246,18 @@ def frame_object(
     total = float(framed.sum())
     rows, columns = np.nonzero(framed)
     weight = framed[rows, columns].astype(np.float64)
-    yaw = (columns + 0.5) * bin_rad
-    pitch = float(((pitch_low + (rows + 0.5) * bin_rad) * weight).sum() / total)
-    middle = math.atan2(float((np.sin(yaw) * weight).sum()), float((np.cos(yaw) * weight).sum()))
-    off_yaw = np.abs((orientations.yaws - middle + math.pi) % (2.0 * math.pi) - math.pi)
+    yaw = (columns + 0.5) * table.bin_rad
+    pitch = float(((table.pitch_low + (rows + 0.5) * table.bin_rad) * weight).sum() / total)
+    centre = math.atan2(float((np.sin(yaw) * weight).sum()), float((np.cos(yaw) * weight).sum()))
+    off_yaw = np.abs((orientations.yaws - centre + math.pi) % (2.0 * math.pi) - math.pi)
     off = np.hypot(off_yaw[:, None], (orientations.tilts - pitch)[None, :])
-    # Up to a hundredth of the object may be given up to have the rest in the middle.
-    score = sums.ooi - 0.01 * total * off
+    score = sums.ooi - centre_weight * total * off
     a, b = np.unravel_index(int(np.argmax(score)), score.shape)
     if before is not None:
         kept = (
             int(np.argmin(np.abs(orientations.yaws - before[0]))),
             int(np.argmin(np.abs(orientations.tilts - before[1]))),
         )
-        if score[kept] >= score[a, b] - _STAYS * total:
+        if score[kept] >= score[a, b] - hold * total:
             a, b = kept
     return float(orientations.yaws[a]), float(orientations.tilts[b])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ippon.planning.deadline import UNLIMITED, Deadline
-from ippon.planning.visibility.evaluation_schedule import Evaluations
+from ippon.planning.visibility.evaluation_scheduler import EvaluationConfig, EvaluationScheduler
 from tests.ippon.planning.joined import late
 
 ARRAYS = SimpleNamespace(voxel_size=0.1)
@@ -32,27 +32,27 @@ class Views:
         self.evaluated[node] = 100
 
 
-def evaluations(views: Views, most=4):
-    count = len(views.due)
-    road = SimpleNamespace(
+def evaluations(viewpoints: Views, most=4):
+    count = len(viewpoints.due)
+    roadmap = SimpleNamespace(
         nodes=np.arange(count), xy=np.column_stack([3.0 * np.arange(count), np.zeros(count)])
     )
     tree = SimpleNamespace(order=np.arange(count), cost=np.zeros(count))
-    made = Evaluations(most, road, views)
+    made = EvaluationScheduler(EvaluationConfig(per_step=most), roadmap, viewpoints)
 
     def step(deadline: Deadline = UNLIMITED, target=None, *, standing=False):
-        views.done.clear()
+        viewpoints.done.clear()
         count = made.step(ARRAYS, tree, NOTHING, deadline, target=target, standing=standing)
-        assert count == len(views.done)
-        return list(views.done)
+        assert count == len(viewpoints.done)
+        return list(viewpoints.done)
 
     return made, tree, step
 
 
-def test_the_most_promising_ones_come_first_and_whoever_waited_longest_last():
-    views = Views()
-    views.evaluated[:] = [5, 4, 3, 0, 6, 7, 8, 9]
-    assert evaluations(views)[2]() == [7, 6, 5, 3]
+def test_the_highest_priorities_come_first_and_the_oldest_evaluation_last():
+    viewpoints = Views()
+    viewpoints.evaluated[:] = [5, 4, 3, 0, 6, 7, 8, 9]
+    assert evaluations(viewpoints)[2]() == [7, 6, 5, 3]
 
 
 def test_the_target_comes_before_all_others():
@@ -65,22 +65,29 @@ def test_nothing_is_due_where_nothing_changed_but_a_target_that_was_looked_at():
     assert step(target=2, standing=True) == [2]
 
 
-def test_one_is_evaluated_however_late_it_is_and_whoever_waited_longest_is_next():
-    views = Views()
-    *_, step = evaluations(views)
-    views.evaluated[0] = -5
-    views.gain[0] = -1e9
+def test_one_is_evaluated_after_the_deadline_and_the_oldest_is_next():
+    viewpoints = Views()
+    *_, step = evaluations(viewpoints)
+    viewpoints.evaluated[0] = -5
+    viewpoints.gain[0] = -1e9
     assert step(late()) == [7]
     assert step(late()) == [0]
     assert step(late()) == [7]
 
 
 @pytest.mark.parametrize(("potential", "left"), [(2.0, True), (1.0, False)])
-def test_what_showed_too_little_before_it_changed_is_not_waited_for(potential, left):
-    views = Views(due=(3,))
-    views.potential[3] = potential
-    views.potential[4] = 9.0
-    made, tree, _ = evaluations(views)
-    assert made.promising_left(ARRAYS, tree, 1.5) is left
-    views.evaluated[3] = -1
-    assert made.promising_left(ARRAYS, tree, 1.5), "it was never evaluated"
+def test_a_stale_viewpoint_with_little_potential_is_not_worth_evaluating(potential, left):
+    viewpoints = Views(due=(3,))
+    viewpoints.potential[3] = potential
+    viewpoints.potential[4] = 9.0
+    made, tree, _ = evaluations(viewpoints)
+    assert made.any_worth_evaluating(ARRAYS, tree, 1.5) is left
+    viewpoints.evaluated[3] = -1
+    assert made.any_worth_evaluating(ARRAYS, tree, 1.5), "it was never evaluated"
+
+
+def test_an_evaluation_schedule_that_stops_is_refused():
+    with pytest.raises(ValueError, match="per_step must be at least 2"):
+        EvaluationConfig(per_step=1)
+    with pytest.raises(ValueError, match="arrival_s must be above 0"):
+        EvaluationConfig(arrival_s=0.0)

@@ -1,0 +1,234 @@
+"""A closer look at a cluster that may be the object, before exploring continues.
+
+The paper puts terminating nodes first (Sec. Node Selection). An object that is recognised from a
+distance has none while the floor beside it is unseen, and its few voxels weigh little against the
+thousands of an unseen room, so that the robot would drive away. A cluster of OOI voxels that is
+large enough therefore comes before exploring. An object that is clearly visible but that no path
+leads close to ends the search as out of reach.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from ippon.geometry import Float64Array
+from ippon.planning.roadmap.shortest_tree import ShortestTree
+from ippon.planning.selection.detours import Surroundings, farthest_point_sample
+from ippon.planning.selection.look_target import (
+    LookConfig,
+    LookTarget,
+    is_same_cluster,
+    look_at,
+    stands_facing,
+)
+from ippon.planning.selection.out_of_reach import OutOfReach, OutOfReachConfig
+
+_kd_tree: Any = KDTree
+_components: Any = connected_components
+"""Untyped: scipy has no annotations for what these functions return."""
+
+_CLUSTER_GAP = 2.1
+"""Largest distance between neighbours in a cluster, in voxel edges: one voxel may be missing."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CloserLookConfig:
+    """Which clusters are worth a closer look, and how long it lasts."""
+
+    share: float = 0.5
+    """Fraction of T_min that the voxels of a cluster must exceed; less looks at more misclassified
+    voxels."""
+    patience_steps: int = 16
+    """Steps at the viewpoint, facing the cluster, after which it is left; in the last three
+    quarters the camera looks down, since unseen floor mostly keeps the robot from coming closer.
+    More waits longer for voxels that no image confirms."""
+    down_rad: float = 0.5
+    """How far the camera looks down below the cluster then; more sees floor closer to the robot."""
+    give_up_steps: int = 250
+    """Steps on the way to the viewpoint after which the cluster is left; more drives farther."""
+    grown: float = 1.5
+    """A cluster that was left is looked at again once it has this many times the voxels; more
+    returns to fewer clusters."""
+    look: LookConfig = field(default_factory=LookConfig)
+    out_of_reach: OutOfReachConfig = field(default_factory=OutOfReachConfig)
+
+    def __post_init__(self) -> None:
+        """Reject shares and counts without meaning."""
+        if self.share < 0.0 or self.patience_steps < 1 or self.give_up_steps < 1:
+            raise ValueError(
+                "share must be at least 0, patience_steps and give_up_steps at least 1; got "
+                f"{self.share}, {self.patience_steps}, {self.give_up_steps}"
+            )
+
+
+@dataclass(slots=True, kw_only=True)
+class _ActiveLook:
+    """The cluster that the robot looks at, and for how long it has done so."""
+
+    centre: Float64Array
+    voxels: int
+    node: int
+    stand: Float64Array
+    yaw_rad: float
+    age: int = 0
+    """Steps since the look began."""
+    settled: int = 0
+    """Steps in a row at the viewpoint, facing the cluster."""
+
+
+class CloserLookSelector:
+    """Selects clusters to look at, and keeps those that a closer look did not confirm."""
+
+    def __init__(self, config: CloserLookConfig, speed_m_s: float) -> None:
+        self._config = config
+        self._speed = speed_m_s
+        self._active: _ActiveLook | None = None
+        self._left: list[tuple[Float64Array, int]] = []
+        """Centre and number of voxels of each cluster that was left."""
+        self.out_of_reach = OutOfReach(config.out_of_reach, config.look, speed_m_s)
+
+    @property
+    def active(self) -> bool:
+        """A cluster is being looked at."""
+        return self._active is not None
+
+    def reset(self) -> None:
+        """Drop all clusters, for another object."""
+        self._active = None
+        self._left.clear()
+        self.out_of_reach.reset()
+
+    def cancel(self) -> None:
+        """End the present look: the target ends the search."""
+        self._active = None
+
+    def choose(
+        self,
+        voxels: Float64Array,
+        around: Surroundings,
+        tree: ShortestTree,
+        xy: Float64Array,
+        T_world_base: Float64Array,
+        *,
+        termination_min: float,
+        cut_short: bool = False,
+    ) -> LookTarget | None:
+        """Return the viewpoint to look from, None if no cluster is worth it.
+
+        Args:
+            voxels: (M, 3) centres of OOI voxels, metres.
+            around: Floor and map, for lines of sight and detours.
+            tree: Shortest paths.
+            xy: (capacity, 2) positions of the viewpoints, metres.
+            T_world_base: Pose of the robot.
+            termination_min: T_min.
+            cut_short: See `OutOfReach.choose`.
+        """
+        self._update_active(T_world_base)
+        nodes = tree.order
+        best: tuple[float, int, Float64Array, Float64Array] | None = None
+        known: Float64Array | None = None
+        for cluster in clusters_of(voxels, around.grid.voxel_size) if len(nodes) else ():
+            if len(cluster) <= self._config.share * termination_min:
+                continue
+            if self._was_left(cluster):
+                if len(cluster) > max(termination_min, 0 if known is None else len(known)):
+                    known = cluster
+                continue
+            found = self._first_in_sight(cluster, nodes, around, tree, xy)
+            if found is not None and (best is None or found[0] < best[0]):
+                best = (*found, cluster)
+        if best is not None:
+            return self._look(best[1], best[2], best[3], xy, around.camera_z_m)
+        self._active = None
+        if known is None:
+            return None
+        return self.out_of_reach.choose(
+            known, around, tree, xy, T_world_base, enough=termination_min, cut_short=cut_short
+        )
+
+    def _first_in_sight(
+        self,
+        cluster: Float64Array,
+        nodes: NDArray[np.int64],
+        around: Surroundings,
+        tree: ShortestTree,
+        xy: Float64Array,
+    ) -> tuple[float, int, Float64Array] | None:
+        """Return seconds, viewpoint and visible voxel (3,) where the cluster is reached soonest."""
+        config = self._config.look
+        away = np.linalg.norm(xy[nodes, None] - cluster[None, :, :2], axis=2).min(axis=1)
+        seconds = tree.cost[nodes] + config.detour_factor * away / self._speed
+        if self._active is not None:
+            seconds[nodes == self._active.node] -= config.keep_s
+        samples = farthest_point_sample(cluster, config.sight_points)
+        for row in np.argsort(seconds, kind="stable")[: config.max_viewpoints].tolist():
+            for voxel in samples:
+                if around.is_visible(xy[nodes[row]], voxel):
+                    return float(seconds[row]), int(nodes[row]), voxel
+        return None
+
+    def _look(
+        self,
+        node: int,
+        voxel: Float64Array,
+        cluster: Float64Array,
+        xy: Float64Array,
+        camera_z_m: float,
+    ) -> LookTarget:
+        """Begin or continue the look at a cluster from a viewpoint."""
+        centre = cluster.mean(axis=0)
+        look = look_at(node, xy[node], voxel, camera_z_m)
+        old = self._active
+        same = old is not None and is_same_cluster(self._config.look, old.centre, centre)
+        self._active = _ActiveLook(
+            centre=centre,
+            voxels=len(cluster),
+            node=node,
+            stand=xy[node].copy(),
+            yaw_rad=look.yaw_rad,
+            age=old.age if old is not None and same else 0,
+            settled=old.settled if old is not None and same and old.node == node else 0,
+        )
+        if self._active.settled < self._config.patience_steps // 4:
+            return look
+        return replace(look, tilt_rad=look.tilt_rad - self._config.down_rad)
+
+    def _update_active(self, T_world_base: Float64Array) -> None:
+        """Count this step of the active look; leave the cluster once the patience is used up."""
+        active = self._active
+        if active is None:
+            return
+        active.age += 1
+        stays = stands_facing(self._config.look, T_world_base, active.stand, active.yaw_rad)
+        active.settled = active.settled + 1 if stays else 0
+        patient = active.settled < self._config.patience_steps
+        if not patient or active.age >= self._config.give_up_steps:
+            self._left.append((active.centre, active.voxels))
+            self._active = None
+
+    def _was_left(self, cluster: Float64Array) -> bool:
+        centre, size = cluster.mean(axis=0), len(cluster)
+        return any(
+            is_same_cluster(self._config.look, old, centre) and size < self._config.grown * count
+            for old, count in self._left
+        )
+
+
+def clusters_of(voxels: Float64Array, voxel_size: float) -> list[Float64Array]:
+    """Split (M, 3) voxel centres into clusters that touch, with one voxel of gap allowed."""
+    count = len(voxels)
+    if count == 0:
+        return []
+    pairs: NDArray[np.int64] = _kd_tree(voxels).query_pairs(
+        _CLUSTER_GAP * voxel_size, output_type="ndarray"
+    )
+    ones = np.ones(len(pairs), dtype=np.int8)
+    graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), (count, count))
+    number, member_of = _components(graph, directed=False)
+    return [voxels[member_of == c] for c in range(number)]
