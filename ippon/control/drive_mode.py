@@ -85,7 +85,7 @@ def blend_commands(
 
 
 def follows_plan(mode: DriveMode, teleop: TeleopInput) -> bool:
-    """Tell whether the planner steers."""
+    """Return whether the planner steers."""
     if mode is DriveMode.AUTO:
         return True
     return mode is DriveMode.ASSISTED and teleop.forward > 0.0 and teleop.turn == 0.0

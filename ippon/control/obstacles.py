@@ -96,7 +96,7 @@ def observed_obstacles(
     rows, columns = frame.depth.shape
     step = max(1, math.ceil(math.sqrt(rows * columns / _MOST_PIXELS)))
     depth = frame.depth[::step, ::step]
-    # Nothing within the radius is deeper in the image than this.
+    # No point within the radius has a larger depth than this.
     deepest = math.hypot(radius_m + robot.radius_m, robot.camera_height_m + 1.0)
     v, u = np.nonzero((depth >= robot.min_depth_m) & (depth < deepest))
     z = depth[v, u].astype(np.float64)

@@ -119,7 +119,7 @@ class PathFollower:
         return self._drive(path, target, T_world_base, map_arrays, dt_s)
 
     def _has_arrived(self, target: Viewpoint, T_world_base: Float64Array) -> bool:
-        """Tell whether the robot only has to turn to the target's yaw.
+        """Return whether the robot only has to turn to the target's yaw.
 
         It does not turn towards a target within `AT_NODE_M`: the planner assumes the same, and a
         turn would raise the cost of the target until the planner chose another one, and so on
@@ -185,7 +185,7 @@ class PathFollower:
         return self._limit(-speed if backwards else speed, rate, tilt, dt_s)
 
     def _must_reverse(self, off: float, T_world_base: Float64Array, map_arrays: MapArrays) -> bool:
-        """Tell whether a long body has to reverse, because it cannot turn to a path behind it."""
+        """Return whether a long body has to reverse, because it cannot turn to a path behind it."""
         robot = self._robot
         if robot.is_round or not robot.can_reverse or abs(off) < 0.5 * math.pi:
             return False

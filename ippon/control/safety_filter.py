@@ -140,7 +140,7 @@ def _room_along(
 
 
 def _where(command: Command, T_world_base: Float64Array, obstacles: Float64Array) -> str:
-    """Say where the nearest obstacle in the way of a command is."""
+    """Return where the nearest obstacle in the way of a command is."""
     offset = obstacles - T_world_base[:2, 3]
     heading = yaw_of(T_world_base) + (math.pi if command.linear_m_s < 0.0 else 0.0)
     ahead = offset @ np.array([math.cos(heading), math.sin(heading)])

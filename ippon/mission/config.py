@@ -13,6 +13,7 @@ from ippon.mission.behaviors.config import (
     RecoveryConfig,
     TravelPitchConfig,
 )
+from ippon.mission.finds.context_check import ContextCheckConfig
 from ippon.mission.finds.image_check import ImageCheckConfig
 from ippon.mission.finds.second_opinion import SecondOpinionConfig
 from ippon.mission.finds.size_check import SizeCheckConfig
@@ -35,11 +36,12 @@ class MissionConfig:
     exhaustion: ExhaustionConfig = field(default_factory=ExhaustionConfig)
     image_check: ImageCheckConfig = field(default_factory=ImageCheckConfig)
     size_check: SizeCheckConfig = field(default_factory=SizeCheckConfig)
+    context_check: ContextCheckConfig = field(default_factory=ContextCheckConfig)
     second_opinion: SecondOpinionConfig = field(default_factory=SecondOpinionConfig)
     confirm_steps: int = 5
-    """Frames that must agree in front of the object before it counts as found; more end fewer
-    searches at the wrong object and take longer."""
+    """Frames in front of the object, less those without it, after which it is found; more ends
+    fewer searches at the wrong object and takes longer."""
 
     def counted(self) -> "MissionConfig":
-        """Return it without a time budget: two runs of one seed are then identical."""
+        """Return the configuration without a time budget: two runs with one seed are identical."""
         return replace(self, planner=replace(self.planner, step_budget_s=None))

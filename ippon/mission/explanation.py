@@ -1,4 +1,4 @@
-"""One line that says why the robot goes where it goes."""
+"""The reason for the robot's target, in one line."""
 
 import numpy as np
 from numba import njit
@@ -12,9 +12,9 @@ from ippon.mission.goal import Goal
 from ippon.planning.plan import NodeKind, Plan, Viewpoint
 
 NEARBY_M = 2.5
-"""Common objects within this distance of a viewpoint are named as what it is by."""
+"""Distance within which a common object is named as being beside a viewpoint."""
 _FAR_EVIDENCE_NAT = 0.5
-"""Log-likelihood ratio from which evidence from images beyond the map is named as the reason."""
+"""Log-likelihood ratio from which far evidence is named as the reason."""
 _UNSEEN = "in unseen space"
 _AHEAD = "ahead"
 _MOST_NAMED = 3
@@ -27,7 +27,7 @@ def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> 
     Args:
         plan: The plan that the robot follows.
         voxel_map: The map that it was made from.
-        goal: What is searched for.
+        goal: The object.
         guidance: Levels of the map's labels for that goal.
     """
     target = plan.target
@@ -83,7 +83,7 @@ def label_census(
     Args:
         voxel_map: The map.
         centre_world: (3,) metres; its height does not matter.
-        radius_m: Of the upright cylinder.
+        radius_m: Radius of the vertical cylinder around the point.
 
     Returns:
         (N,) int64, one count for each of the map's labels.

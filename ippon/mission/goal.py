@@ -1,4 +1,4 @@
-"""What is searched for."""
+"""The object that is searched for."""
 
 from dataclasses import dataclass
 
@@ -9,9 +9,10 @@ class Goal:
 
     goal_id: int
     object: str
-    """Canonical label: what the segmentation is asked for."""
+    """Canonical label, as in the queries to the segmentation."""
     display: str
-    """The operator's own words, for the screen."""
+    """The object in the operator's words."""
     context: str = ""
+    """What the operator said about its place; empty for nothing."""
     category: str | None = None
-    """The common object that it is an instance of, where one is known."""
+    """The common object that it is an instance of; None if there is none."""

@@ -1,4 +1,4 @@
-"""Begins, changes and ends searches as the operator asks."""
+"""Begins, changes and ends searches on request of the operator."""
 
 from typing import Final
 
@@ -9,7 +9,7 @@ from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.look_around import LookAround
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.rejection import reject_find
-from ippon.mission.finds.termination import lowest_m
+from ippon.mission.finds.termination_threshold import lowest_m
 from ippon.mission.goal import Goal
 from ippon.mission.journal import WAITING, Journal
 from ippon.mission.search import Search
@@ -97,7 +97,7 @@ class GoalControl:
         self._journal.why = WAITING
 
     def reject_find(self) -> bool:
-        """Rule out the find that ended the search, and search on.
+        """Exclude the find that ended the search, and continue the search.
 
         Returns:
             Whether there was a find to reject.

@@ -29,7 +29,7 @@ class VoxelReport:
     """The most probable common objects and their probabilities, best first; empty before any
     segmentation of the voxel."""
     ooi: float | None
-    """p(v in O); None where no image told."""
+    """p(v in O); None if no image showed it."""
     level: int | None
     """`Level` of the most probable label; None without one."""
     position_xy: tuple[float, float]

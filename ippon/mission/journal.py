@@ -1,4 +1,4 @@
-"""What the operator reads: the present reason, and the events of a step."""
+"""Texts for the operator: the present reason, and the events of a step."""
 
 from typing import Final
 
@@ -19,8 +19,8 @@ class Journal:
         """Note once that the map has begun to drop blocks.
 
         Args:
-            blocks: Dropped in this step.
-            limit_mb: The bound of the map's memory.
+            blocks: Blocks dropped in this step.
+            limit_mb: Limit of the map's memory, megabytes.
         """
         if blocks and not self._map_is_full:
             self._map_is_full = True

@@ -14,7 +14,7 @@ from ippon.control.path_follower import PathFollower
 from ippon.frame import NANOSECONDS, Frame
 from ippon.guidance.levels import Guidance
 from ippon.mapping.voxel_map import VoxelMap
-from ippon.mission.behaviors.behavior import Situation
+from ippon.mission.behaviors.behavior import StepContext
 from ippon.mission.behaviors.priority import Behaviors
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.rejection import update_candidates
@@ -186,7 +186,7 @@ class Mission:
                 self._behaviors.look_around.abandon(search)
         plan = self._planner.step(self.voxel_map.arrays(), frame.T_world_base, frame.tilt_rad)
         action = self._behaviors.act(
-            Situation(frame, dt_s, plan, search, self._follower, self.voxel_map)
+            StepContext(frame, dt_s, plan, search, self._follower, self.voxel_map)
         )
         self._plan = action.plan or plan
         self._journal.why = action.why or self._journal.why

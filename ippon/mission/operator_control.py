@@ -66,12 +66,12 @@ class OperatorControl:
 
     @property
     def drives(self) -> bool:
-        """The operator drives, by hand or by a point to go to."""
+        """The operator drives, by hand or to a point."""
         return self.waypoint is not None or self._mode is DriveMode.MANUAL
 
     @property
     def follows_mission(self) -> bool:
-        """The robot carries out the mission's commands: nobody else drives."""
+        """The robot executes the mission's commands: the operator does not drive by hand."""
         return self.waypoint is not None or self._mode is DriveMode.AUTO
 
     def stop(self) -> None:
@@ -91,7 +91,7 @@ class OperatorControl:
         self.held = None
 
     def drive(self, mode: DriveMode) -> None:
-        """Change the drive mode; cancels a point to go to. The mission goes on mapping."""
+        """Change the drive mode; cancels a point to go to. Mapping continues."""
         if mode is not self._mode:
             self._journal.note("drive", DRIVE_TEXT[mode])
         self._mode = mode

@@ -1,4 +1,4 @@
-"""Commands within the robot's accelerations, and clear of all known obstacles."""
+"""Limits commands by the robot's accelerations and by known obstacles."""
 
 from typing import Final
 
@@ -11,7 +11,7 @@ from ippon.robot import RobotProfile
 
 MIN_HORIZON_S: Final = 0.1
 MAX_HORIZON_S: Final = 0.5
-"""A command holds until the next frame; the last interval predicts how long, within these."""
+"""Bounds of the time until the next frame, which the last interval predicts."""
 
 
 def moves_base(command: Command) -> bool:
@@ -27,23 +27,23 @@ class SafeMotion:
         self._voxel_map = voxel_map
         self._manual = False
         self.last = Command()
-        """The command that the robot was given last."""
+        """The last command of the robot."""
 
     def resume_from(self, command: Command, *, manual: bool = False) -> None:
-        """Replace the last command by the one that the robot was really given.
+        """Replace the last command by the one that the robot has executed.
 
         Args:
-            command: At rest where the robot was kept from driving.
-            manual: It is the operator's: the next command brakes at once where it is slower.
+            command: The executed command.
+            manual: It is the operator's: if the next command is slower, the robot brakes at once.
         """
         self.last = command
         self._manual = self._manual or manual
 
     def accelerate(self, command: Command, dt_s: float, *, brakes_at_once: bool) -> Command:
-        """Return the command that is reached from the last one within the robot's accelerations.
+        """Return the command nearest to the wanted one within the robot's accelerations.
 
         Args:
-            command: Wanted.
+            command: The wanted command.
             dt_s: Seconds since the last frame.
             brakes_at_once: Slowing down is not limited.
         """
@@ -54,15 +54,15 @@ class SafeMotion:
     def avoid_collision(
         self, command: Command, frame: Frame, dt_s: float
     ) -> tuple[Command, str | None]:
-        """Return the part of a command that drives the body into nothing, and remember it.
+        """Scale a command down until it is free of collisions, and keep it as the last one.
 
         Args:
-            command: Wanted.
+            command: The wanted command.
             frame: Pose and newest image.
             dt_s: Seconds since the last frame.
 
         Returns:
-            The command as it may be carried out, and the reason where it is less than wanted.
+            The safe command, and the reason if it differs from the wanted one.
         """
         reason = None
         if moves_base(command):

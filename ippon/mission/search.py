@@ -1,4 +1,4 @@
-"""State of one search."""
+"""The state of one search."""
 
 from dataclasses import dataclass
 
@@ -46,7 +46,7 @@ class Search:
         goal: The object.
         guidance: Levels of the map's labels for it.
         config: Parameters of the search.
-        models: What the scores of networks are worth; without them, the shipped defaults.
+        models: Observation models of the networks; None for the defaults.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class Search:
         self.guidance = guidance
         self.state = MissionState.STARTING
         self.candidates: tuple[Find, ...] = ()
-        """Clusters of voxels that may be the object, most voxels first."""
+        """Clusters of voxels that may be the object, largest first."""
         self.find: Find | None = None
         """The find that ended the search."""
         self.rejected: list[ExclusionSphere] = []
@@ -70,11 +70,11 @@ class Search:
         """Regions that were set aside once: images must contradict them more strongly."""
         self.path_length_m = 0.0
         self.relaxed_termination = False
-        """Less than T_min of a small object is enough: what shows is surely the object."""
+        """Less than T_min voxels of a small object are enough, since they surely belong to it."""
         self.arrived_steps = 0
         """Steps at a terminating viewpoint, less those elsewhere."""
         self.empty_steps = self.idle_steps = 0
-        """Steps in a row without a viewpoint, and without one that promises much."""
+        """Steps in a row without a viewpoint, and without one that has enough gain."""
         self._size = SizeCheck(config.size_check, goal, config.map.voxel_size_m)
         self._ooi_voxels = OoiVoxels(config.planner.ooi_threshold)
         self._centres: Float64Array = np.zeros((0, 3))
@@ -101,7 +101,7 @@ class Search:
         if self._started_ns is None:
             self._started_ns = frame.stamp_ns
         elif last is not None and frame.stamp_ns < last.stamp_ns:
-            # The robot's clock was reset: the search keeps its age.
+            # The robot's clock was reset; the age of the search does not change.
             self._started_ns += frame.stamp_ns - last.stamp_ns
         if last is not None and self.state is not MissionState.FOUND:
             moved = frame.T_world_base[:3, 3] - last.T_world_base[:3, 3]
@@ -176,14 +176,14 @@ class Search:
         return self._size.is_too_large(find)
 
     def objection(self, find: Find, *, elsewhere: bool) -> str | None:
-        """Return what contradicts a find: its size, or the images.
+        """Return the evidence against a find: its size, or the images.
 
         Args:
-            find: Where the search would end.
+            find: The find that would end the search.
             elsewhere: It is not where the operator said.
 
         Returns:
-            A predicate, as in "hardly looks like it"; None where nothing contradicts it.
+            A predicate such as "hardly looks like it"; None if nothing contradicts the find.
         """
         again = self.is_reconsidered(find)
         if self._size.is_too_large(find):

@@ -1,4 +1,4 @@
-"""The state of a mission after a step, frozen so that it may cross threads."""
+"""The state of a mission after a step, frozen so that threads can share it."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -14,7 +14,7 @@ from ippon.planning.plan import Plan
 
 
 class MissionState(StrEnum):
-    """What the robot is doing, in the words of the screen, the log and the report."""
+    """What the robot is doing; the values are the words of pages, logs and reports."""
 
     STARTING = "starting"
     LOOKING_AROUND = "looking_around"
@@ -38,20 +38,20 @@ class Find:
     position_world: tuple[float, float, float]
     """Centroid, metres."""
     size_m: tuple[float, float, float]
-    """Extent of the axis-aligned box round the voxels."""
+    """Extent of the axis-aligned box around the voxels."""
     probability: float
     """Mean p(v in O) of its voxels."""
     voxels: int
     box_px: tuple[int, int, int, int] | None
     """(u0, v0, u1, v1) in the colour image of the step, None when out of view."""
     out_of_reach_m: float | None = None
-    """Metres over the floor to it from the nearest place where the robot can stand and see it, in a
-    find that no way leads close to; None in all others."""
+    """Set for a find out of reach: metres over the floor from the nearest place where the robot can
+    stand and see it; None otherwise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionEvent:
-    """Something that happened in this step and that an operator wants to know of."""
+    """An event of a step, for the operator."""
 
     kind: str
     text: str
@@ -64,20 +64,20 @@ class Snapshot:
     stamp_ns: int
     state: MissionState
     why: str
-    """One line: where the robot goes and for what."""
+    """Where the robot goes and why, in one line."""
     goal: Goal | None
     plan: Plan | None
     find: Find | None
     """The find that ended the search, in state `found`."""
     candidates: tuple[Find, ...]
-    """Clusters that look like the object, most voxels first."""
+    """Clusters that look like the object, largest first."""
     far_evidence: NDArray[np.float32]
-    """(M, 3) cells of the floor where images from afar show what may be the object: world x and y
-    in metres, and the log of how much likelier that makes it."""
+    """(M, 3) floor cells with far evidence of the object: world x and y in metres, and the
+    log-likelihood ratio in nats."""
     far_evidence_cell_m: float
     T_world_base: Float64Array
     path_length_m: float
-    """Driven since the goal was set."""
+    """Path length since the goal was set."""
     elapsed_s: float
     """Robot time since the goal was set."""
     best_ooi: float
@@ -86,7 +86,7 @@ class Snapshot:
 
     @property
     def outcome(self) -> Literal["found", "out_of_reach", "exhausted"] | None:
-        """How the search ended; None while it goes on."""
+        """How the search ended; None while it runs."""
         if self.state is MissionState.EXHAUSTED:
             return "exhausted"
         if self.state is not MissionState.FOUND:

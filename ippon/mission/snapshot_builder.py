@@ -1,4 +1,4 @@
-"""The mission after a step, as it is shown."""
+"""Builds the snapshot of a step."""
 
 from typing import Final
 
@@ -24,16 +24,16 @@ def snapshot_of(
     events: tuple[MissionEvent, ...],
     far_evidence_cell_m: float,
 ) -> Snapshot:
-    """Put together what others see of a step.
+    """Return the snapshot of a step.
 
     Args:
-        frame: The step's.
-        voxel_map: With it in the map.
-        search: None without a goal.
-        plan: What was chosen on it.
-        state: What the robot is doing.
-        why: And why.
-        events: What happened in the step.
+        frame: The frame of the step.
+        voxel_map: The map, with the frame in it.
+        search: The search; None without a goal.
+        plan: The plan of the step.
+        state: State of the mission.
+        why: The reason that the operator reads.
+        events: Events of the step.
         far_evidence_cell_m: Edge of the cells of `Snapshot.far_evidence`.
     """
     return Snapshot(

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from ippon.planning.roadmap.connection import ConnectionConfig
 from ippon.planning.roadmap.local_planner import LocalPlannerConfig
+from ippon.planning.roadmap.narrow_passages import NarrowPassageConfig
 from ippon.planning.roadmap.sampling import SamplingConfig
 from ippon.planning.selection.closer_look import CloserLookConfig
 from ippon.planning.selection.node_selection import SelectionConfig
@@ -25,6 +26,7 @@ class PlannerConfig:
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     traversability: TraversabilityConfig = field(default_factory=TraversabilityConfig)
     unseen_gap: UnseenGapConfig = field(default_factory=UnseenGapConfig)
+    narrow_passages: NarrowPassageConfig = field(default_factory=NarrowPassageConfig)
     connection: ConnectionConfig = field(default_factory=ConnectionConfig)
     local_planner: LocalPlannerConfig = field(default_factory=LocalPlannerConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)

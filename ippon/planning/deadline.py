@@ -44,7 +44,7 @@ class Deadline:
         return part
 
     def passed(self) -> bool:
-        """Tell whether the deadline has passed, so that pending work must wait for another step.
+        """Return whether the deadline has passed, so that pending work must wait for another step.
 
         Call this only with work pending: a passed deadline sets `cut_short`.
         """

@@ -77,6 +77,7 @@ class ViewpointPlanner:
         )
         self._builder = RoadmapBuilder(
             config.sampling,
+            config.narrow_passages,
             config.connection,
             config.local_planner,
             robot,

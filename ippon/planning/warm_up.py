@@ -4,7 +4,7 @@ import numpy as np
 
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
-from ippon.planning.roadmap.narrow_passages import straight_passage
+from ippon.planning.roadmap.narrow_passages import NarrowPassageConfig, straight_passage
 from ippon.planning.selection.detours import Surroundings, flood_fill_unseen
 from ippon.planning.terrain.motion_check import can_turn
 from ippon.planning.terrain.reachability import reachable_cells
@@ -34,4 +34,4 @@ def warm_up(arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array) 
     flood_fill_unseen(around, np.zeros_like(reachable), (x, y))
     if not robot.is_round:
         can_turn(grid, limits, x, y, 0.0, 1.0, margin_m, margin_m)
-        straight_passage(grid, limits, x, y, margin_m)
+        straight_passage(NarrowPassageConfig(), grid, limits, x, y, margin_m)

@@ -1,1 +1,1 @@
-"""What the robot does in one step: the behaviors that the mission chooses from."""
+"""Behaviors: alternatives for what the robot does in a step, in order of priority."""

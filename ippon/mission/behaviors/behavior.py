@@ -1,4 +1,4 @@
-"""The interface of a behavior: a situation in, an action out or nothing."""
+"""The interface of a behavior: it returns an action for a step, or none."""
 
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -14,7 +14,7 @@ from ippon.planning.plan import Plan
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """What the robot does until the next frame, and what the operator is told of it."""
+    """The command until the next frame, and what the operator reads about it."""
 
     command: Command
     state: MissionState | None = None
@@ -22,19 +22,19 @@ class Action:
     why: str | None = None
     """The new reason that the operator reads; None leaves it as it is."""
     plan: Plan | None = None
-    """Replaces the planner's plan on the screen."""
+    """Shown instead of the planner's plan; None shows that."""
 
 
 @dataclass(slots=True)
-class Situation:
-    """One frame and the plan that was made on it."""
+class StepContext:
+    """Frame, plan and search of one step."""
 
     frame: Frame
     dt_s: float
-    """Since the last frame."""
+    """Seconds since the last frame."""
     plan: Plan
     search: Search | None
-    """The running search; None where the robot only drives to the operator's point."""
+    """The running search; None if the robot only drives to the operator's point."""
     follower: PathFollower
     voxel_map: VoxelMap
     _followed: Command | None = field(default=None, init=False)
@@ -45,7 +45,7 @@ class Situation:
         return Command(tilt_rad=self.frame.tilt_rad)
 
     def follow(self, plan: Plan) -> Command:
-        """Step the path follower along a plan's path; `follower.reached` tells of its end."""
+        """Step the path follower along a plan; `follower.reached` is set at its end."""
         return self.follower.step(
             plan,
             self.frame.T_world_base,
@@ -62,8 +62,8 @@ class Situation:
 
 
 class Behavior(Protocol):
-    """One way to act; see `ippon.mission.behaviors.priority` for their order."""
+    """One kind of action; see `ippon.mission.behaviors.priority` for their order."""
 
-    def act(self, situation: Situation) -> Action | None:
-        """Return what to do, or None to leave it to the behaviors of lower priority."""
+    def act(self, step: StepContext) -> Action | None:
+        """Return an action, or None to pass the step to the behavior of next lower priority."""
         ...

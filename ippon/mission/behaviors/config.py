@@ -8,42 +8,68 @@ class RecoveryConfig:
     """When the robot counts as stuck, and how it gets free."""
 
     stuck_after_s: float = 2.5
-    """Driving commands without movement for this long mean stuck."""
+    """Seconds of driving commands without movement after which the robot is stuck; more tolerates
+    slow starts and frees it later."""
     moved_m: float = 0.05
-    """Less than this counts as no movement."""
+    """Distance below which the robot has not moved; more frees a robot that crawls."""
+    turned_rad: float = 0.1
+    """Turn below which it has not moved either; more frees a robot that turns very slowly."""
+    driving_m_s: float = 0.05
+    """Speed of a command above which movement is expected; more ignores slow commands."""
+    driving_rad_s: float = 0.1
+    """Yaw rate of a command above which movement is expected; more ignores slow turns."""
     back_up_s: float = 0.8
-    """How long to drive back; more gives the planner more room to turn."""
+    """Seconds of reversing; more gives the planner more space to turn."""
     back_up_m_s: float = 0.2
+    """Speed of reversing; more backs off farther, over floor that the camera does not see."""
     turn_s: float = 1.2
-    """How long to turn instead, for a robot that cannot drive back."""
+    """Seconds of turning instead, for a robot that cannot reverse; more turns farther away."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LookAroundConfig:
-    """How the robot takes in its surroundings before it goes in search of an object."""
+    """The look around at the start of a search (Sec. Traversability)."""
 
     down_tilt_rad: float = -0.9
-    """Tilt at which the floor before the robot comes into view; lower sees closer floor."""
+    """Tilt that shows the floor in front of the robot; less shows floor closer to it."""
     turn_tilt_rad: float = -0.25
-    """Tilt while turning; lower sees more floor and less wall."""
+    """Tilt while turning; less shows more floor and less wall."""
     turn: bool = True
-    """Turn once round after looking down; off in the ablation "w/o Initial Yaw"."""
+    """Turn by a full circle after looking down; off in the ablation "w/o Initial Yaw"."""
     floor_tilt_rad: float | None = -0.75
-    """Tilt while turning back: the floor close by, on which the first metres are planned. None does
-    not turn back, and saves the time."""
+    """Tilt while turning back, for the near floor on which the first metres are planned; less shows
+    floor closer to the robot. None does not turn back, which saves the time."""
     tilt_tolerance_rad: float = 0.05
+    """Error of the tilt up to which it is reached; more waits less."""
+    overlap_fraction: float = 0.25
+    """Overlap of the first and the last image of the circle, as a fraction of the field of view;
+    more turns farther."""
+    wait_steps: int = 5
+    """Steps to wait for a terminating viewpoint that has just disappeared; more waits longer."""
+    same_place_m: float = 0.5
+    """Distance within which a look around need not be repeated or completed; more repeats fewer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FloorCheckConfig:
-    """When the robot checks the floor between itself and its target."""
+    """When the robot looks at unseen floor on the straight path to its target."""
 
     min_saving_s: float = 2.0
-    """Time that the straight path must save beyond the check's own; more checks less often."""
+    """Seconds that the straight path must save beyond those of the check; more checks less."""
     tilt_rad: float = -0.7
-    """Lower sees closer floor and less far."""
+    """Tilt of the check; less shows closer floor and less distant floor."""
     hold_s: float = 0.6
-    """How long the camera rests on the floor; more takes more images of it."""
+    """Seconds that the camera looks at the floor; more takes more images of it."""
+    facing_rad: float = 0.1
+    """Error of the heading up to which the robot faces the floor; more turns less."""
+    tilt_tolerance_rad: float = 0.06
+    """Error of the tilt up to which it is reached; more waits less."""
+    same_place_m: float = 0.4
+    """Distance from an earlier check within which the same floor is not checked again; more checks
+    less often."""
+    seen_fraction: float = 0.4
+    """Angle to either side of an earlier check that it has seen, as a fraction of the field of
+    view; more checks less often."""
 
     def __post_init__(self) -> None:
         """Reject times without meaning."""
@@ -59,27 +85,35 @@ class TravelPitchConfig:
     """The sweep of the camera while driving (Sec. Traversability; ablation "w/o Travel Pitch")."""
 
     sweep: bool = True
+    """Off in the ablation."""
     low_rad: float = -0.42
-    """Lowest tilt of the sweep; lower sees the floor right before the robot, and less far."""
+    """Lowest tilt of the sweep; less shows floor closer to the robot and less distant floor."""
     high_rad: float = -0.18
-    """Highest tilt of the sweep; higher sees the tops of shelves, and nothing that is near."""
+    """Highest tilt of the sweep; more shows higher objects and less near floor."""
     period_s: float = 4.0
-    """A shorter period shows more and blurs more."""
+    """Seconds per period; more blurs images less and shows each height less often."""
     level_rad: float = -0.3
-    """Tilt without a sweep."""
+    """Tilt without a sweep; less shows more floor."""
+    arriving_m: float = 0.4
+    """Distance to the viewpoint within which the camera takes the viewpoint's orientation; more
+    sweeps less."""
+    driving_m_s: float = 0.05
+    """Speed above which the camera sweeps; more sweeps less."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExhaustionConfig:
-    """When nothing is left to explore."""
+    """When a search ends without a find."""
 
     empty_steps: int = 15
-    """Steps in a row without a viewpoint worth a visit before the search ends as exhausted."""
+    """Steps without a viewpoint of enough gain after which the search ends as exhausted; more waits
+    longer for new viewpoints."""
     idle_gain: float = 0.3
-    """Gain per second of the best path below which a step counts as idle; 0 waits until nothing is
-    left to explore. Exploring has 1 to 15, the last corners less than this."""
+    """Gain per second of the best path below which a step is idle. Exploring has 1 to 15; more
+    returns to doubted finds earlier, 0 only after everything was explored."""
     idle_steps: int = 15
-    """Idle steps in a row before the robot returns to what it doubted."""
+    """Idle steps in a row after which the robot returns to a doubted find; more explores longer
+    before that."""
 
     def __post_init__(self) -> None:
         """Reject counts without meaning."""

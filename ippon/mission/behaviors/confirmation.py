@@ -1,8 +1,8 @@
-"""Decides in front of a candidate whether it is the object (Sec. Node Selection)."""
+"""Decides at a terminating viewpoint whether the candidate is the object (Sec. Node Selection)."""
 
 from ippon.command import Command
 from ippon.mapping.voxel_map import VoxelMap
-from ippon.mission.behaviors.behavior import Action, Situation
+from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.context_check import contradicts_context
 from ippon.mission.finds.find_geometry import find_from, nearest_find, reached_find
@@ -14,7 +14,7 @@ from ippon.mission.snapshot import Find, MissionState
 
 
 class Confirmation:
-    """Ends the search at a terminating viewpoint, unless the evidence speaks against the find."""
+    """Ends the search at a terminating viewpoint unless the evidence contradicts the find."""
 
     def __init__(
         self,
@@ -24,32 +24,33 @@ class Confirmation:
         opinions: SecondOpinions,
     ) -> None:
         self._confirm_steps = config.confirm_steps
+        self._context = config.context_check
         self._min_images = config.image_check.min_images
         self._find_from = config.planner.ooi_threshold
         self._opinions = opinions
         self._voxel_map = voxel_map
         self._journal = journal
 
-    def act(self, situation: Situation) -> Action | None:
+    def act(self, step: StepContext) -> Action | None:
         """See `Behavior.act`."""
-        search, plan = situation.search, situation.plan
+        search, plan = step.search, step.plan
         if search is None:
             return None
-        still = Command(tilt_rad=situation.follow_plan().tilt_rad)
-        arrived = plan.ends_search and situation.follower.reached
-        # One frame that does not show the object weighs no more than one that does.
+        still = Command(tilt_rad=step.follow_plan().tilt_rad)
+        arrived = plan.ends_search and step.follower.reached
+        # Frames without the object reduce the count as fast as others raise it.
         search.arrived_steps = max(0, search.arrived_steps + (1 if arrived else -1))
         elsewhere = plan.ends_search and not arrived
         if elsewhere or search.arrived_steps < self._confirm_steps:
             return None
-        find = self._find_here(situation, search)
+        find = self._find_here(step, search)
         if find is None:
             # The voxels that led here have disappeared.
             search.arrived_steps = 0
             return None
-        return self._judge(situation, search, find, still)
+        return self._judge(step, search, find, still)
 
-    def _judge(self, situation: Situation, search: Search, find: Find, still: Command) -> Action:
+    def _judge(self, step: StepContext, search: Search, find: Find, still: Command) -> Action:
         """Conclude with a find, wait for more images of it, or set it aside."""
         display = search.goal.display
         objection = self._objection(search, find)
@@ -59,7 +60,7 @@ class Confirmation:
             return Action(still, MissionState.APPROACHING, f"looking whether that is {display}")
         if objection is not None:
             return self._doubt(search, find, still, f"{objection}: going on")
-        weighed = self._opinions.weigh(find, search.goal.goal_id, display, situation.frame)
+        weighed = self._opinions.weigh(find, search.goal.goal_id, display, step.frame)
         if weighed.waiting:
             why = f"waiting for a second opinion on {display}"
             return Action(still, MissionState.APPROACHING, why)
@@ -69,23 +70,23 @@ class Confirmation:
             objection = f"is hardly one (p = {weighed.find.probability:.2f})"
             return self._doubt(search, find, still, f"{objection}, {weighed.sentence}: going on")
         search.find = weighed.find
-        why = search.found_text(situation.frame.T_world_base)
+        why = search.found_text(step.frame.T_world_base)
         if weighed.opinion is not None:
             why = f"{why}; {weighed.sentence}"
         self._journal.note(MissionState.FOUND.value, why)
         return Action(still, MissionState.FOUND, why)
 
     def _doubt(self, search: Search, find: Find, still: Command, objection: str) -> Action:
-        """Set a find aside, and say why."""
+        """Set a find aside and report why."""
         why = f"what seemed to be {search.goal.display} {objection}"
         set_aside(search, self._voxel_map, find)
         self._journal.note("doubted", why)
         return Action(still, MissionState.SEARCHING, why)
 
-    def _find_here(self, situation: Situation, search: Search) -> Find | None:
-        """Return the candidate that the robot stands in front of; None where there is none."""
-        candidates, T_world_base = search.candidates, situation.frame.T_world_base
-        plan = situation.plan
+    def _find_here(self, step: StepContext, search: Search) -> Find | None:
+        """Return the candidate in front of the robot; None if there is none."""
+        candidates, T_world_base = search.candidates, step.frame.T_world_base
+        plan = step.plan
         if plan.out_of_reach_m is not None:
             return find_from(candidates, T_world_base, plan.out_of_reach_m)
         find = reached_find(candidates, T_world_base)
@@ -94,9 +95,11 @@ class Confirmation:
         return find
 
     def _objection(self, search: Search, find: Find) -> str | None:
-        """Return the objection to a find, stricter where the operator's context contradicts it."""
+        """Return the objection to a find; stricter if the operator's context contradicts it."""
         objection = search.objection(find, elsewhere=False)
         context = search.guidance.context
-        if objection is None and contradicts_context(find, search.goal, context, self._voxel_map):
+        if objection is None and contradicts_context(
+            self._context, find, search.goal, context, self._voxel_map
+        ):
             return search.objection(find, elsewhere=True)
         return objection

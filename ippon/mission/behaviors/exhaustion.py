@@ -1,7 +1,7 @@
-"""Notices that nothing is left to explore: returns to what was doubted, or ends the search."""
+"""Returns to a doubted find, or ends the search, once too little is left to explore."""
 
 from ippon.mapping.voxel_map import VoxelMap
-from ippon.mission.behaviors.behavior import Action, Situation
+from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.find_geometry import exhausted_text
 from ippon.mission.finds.rejection import readmit_most_likely
@@ -13,7 +13,7 @@ from ippon.planning.plan import Plan
 
 
 class Exhaustion:
-    """Counts the steps in a row that promise nothing, and concludes from them."""
+    """Counts the steps in a row in which the plan has too little gain."""
 
     def __init__(
         self, config: MissionConfig, voxel_map: VoxelMap, planner: Planner, journal: Journal
@@ -23,27 +23,27 @@ class Exhaustion:
         self._planner = planner
         self._journal = journal
 
-    def act(self, situation: Situation) -> Action | None:
+    def act(self, step: StepContext) -> Action | None:
         """See `Behavior.act`."""
-        search, plan = situation.search, situation.plan
+        search, plan = step.search, step.plan
         if search is None:
             return None
-        self._relax_termination(search, situation)
+        self._relax_termination(search, step)
         self.count(search, plan)
         exhausted = search.empty_steps >= self._config.empty_steps
         idle = search.idle_steps >= self._config.idle_steps
         if (exhausted or idle) and readmit_most_likely(search, self._voxel_map):
             why = f"going back to what may be {search.goal.display} after all"
             self._journal.note("reconsidered", f"nothing better is left: {why}")
-            return Action(situation.hold, MissionState.SEARCHING, why) if exhausted else None
+            return Action(step.hold, MissionState.SEARCHING, why) if exhausted else None
         if not exhausted:
             return None
         why = exhausted_text(search.goal.display, search.candidates, full=plan.full)
         self._journal.note(MissionState.EXHAUSTED.value, why)
-        return Action(situation.hold, MissionState.EXHAUSTED, why)
+        return Action(step.hold, MissionState.EXHAUSTED, why)
 
     def count(self, search: Search, plan: Plan) -> None:
-        """Count a step that promises nothing; a plan that was cut short proves nothing."""
+        """Count a step with too little gain; one that was cut short does not count."""
         if plan.exhausted:
             search.empty_steps += 1
         elif plan.target is not None or not plan.cut_short:
@@ -54,15 +54,15 @@ class Exhaustion:
             search.idle_steps += 1
 
     def _is_idle(self, plan: Plan) -> bool:
-        """Return whether the best path to explore promises next to nothing."""
+        """Return whether the best exploring path has less gain per second than `idle_gain`."""
         if plan.ends_search or plan.closer_look:
             return False
         return plan.max_gain_per_s < self._config.idle_gain
 
-    def _relax_termination(self, search: Search, situation: Situation) -> None:
-        """Lower T_min once a small object is sure and no approach to it is left to try."""
-        if search.relaxed_termination or situation.plan.ends_search or situation.plan.closer_look:
+    def _relax_termination(self, search: Search, step: StepContext) -> None:
+        """Lower T_min for a small object that is surely there, when no approach is planned."""
+        if search.relaxed_termination or step.plan.ends_search or step.plan.closer_look:
             return
-        search.relaxed_termination = search.shows_single_voxel(situation.frame.T_world_base)
+        search.relaxed_termination = search.shows_single_voxel(step.frame.T_world_base)
         if search.relaxed_termination:
             self._planner.set_termination_min(search.termination_min)

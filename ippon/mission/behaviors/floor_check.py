@@ -2,21 +2,14 @@
 
 import math
 from dataclasses import dataclass
-from typing import Final
 
 from ippon.command import Command
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
-from ippon.mission.behaviors.behavior import Action, Situation
+from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.behaviors.config import FloorCheckConfig
 from ippon.mission.snapshot import MissionState
 from ippon.planning.plan import NodeKind, Plan
 from ippon.robot import RobotProfile
-
-_SAME_PLACE_M: Final = 0.4
-_FACING_RAD: Final = 0.1
-_TILT_RAD: Final = 0.06
-_SEEN_SHARE: Final = 0.4
-"""Of the field of view, to either side of an earlier check: that floor was seen."""
 
 
 @dataclass(slots=True)
@@ -25,13 +18,13 @@ class _Check:
     y_m: float
     bearing_rad: float
     left_s: float
-    """Time until it is abandoned: without space to turn the robot never faces the floor."""
-    why: str = "looking at the floor ahead, before a way round it"
+    """Seconds until it is abandoned: a robot without space to turn never faces the floor."""
+    why: str = "looking at the floor ahead before taking a detour"
     held_s: float = 0.0
 
 
 class FloorCheck:
-    """Turns to the straight path to the target where only unseen floor is known to block it."""
+    """Turns to the straight path to the target if only unseen floor blocks it."""
 
     def __init__(self, config: FloorCheckConfig, robot: RobotProfile) -> None:
         self._config = config
@@ -40,10 +33,10 @@ class FloorCheck:
         self._active: _Check | None = None
         self._earlier: list[_Check] = []
 
-    def act(self, situation: Situation) -> Action | None:
+    def act(self, step: StepContext) -> Action | None:
         """See `Behavior.act`."""
-        plan, frame = situation.plan, situation.frame
-        command = self.step(plan, frame.T_world_base, frame.tilt_rad, situation.dt_s)
+        plan, frame = step.plan, step.frame
+        command = self.step(plan, frame.T_world_base, frame.tilt_rad, step.dt_s)
         if command is None or self._active is None:
             return None
         state = MissionState.APPROACHING if plan.ends_search else MissionState.SEARCHING
@@ -57,12 +50,15 @@ class FloorCheck:
         Args:
             plan: The planner's plan on this frame.
             T_world_base: Pose of the robot.
-            tilt_rad: Of its camera.
+            tilt_rad: Tilt of its camera.
             dt_s: Seconds since the last step.
         """
         x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
         check = self._active
-        if check is not None and math.hypot(x - check.x_m, y - check.y_m) > _SAME_PLACE_M:
+        if (
+            check is not None
+            and math.hypot(x - check.x_m, y - check.y_m) > self._config.same_place_m
+        ):
             check = None
         if check is None:
             check = self._on_path(plan, x, y, yaw, tilt_rad) or self._at_gap(plan, x, y, yaw)
@@ -72,11 +68,12 @@ class FloorCheck:
         if check is None:
             return None
         check.left_s -= dt_s
-        error = wrap_angle(check.bearing_rad - yaw)
-        if abs(error) < _FACING_RAD and abs(tilt_rad - self._tilt) < _TILT_RAD:
+        error, tilt_off = wrap_angle(check.bearing_rad - yaw), abs(tilt_rad - self._tilt)
+        config = self._config
+        if abs(error) < config.facing_rad and tilt_off < config.tilt_tolerance_rad:
             check.held_s += dt_s
             error = 0.0
-        if check.held_s >= self._config.hold_s or check.left_s <= 0.0:
+        if check.held_s >= config.hold_s or check.left_s <= 0.0:
             self._active = None
             return None
         fastest = self._robot.max_yaw_rate_rad_s
@@ -117,8 +114,8 @@ class FloorCheck:
     def _was_checked(self, x: float, y: float, bearing: float) -> bool:
         """Return whether an earlier check from here had about the same bearing."""
         return any(
-            math.hypot(x - earlier.x_m, y - earlier.y_m) < _SAME_PLACE_M
+            math.hypot(x - earlier.x_m, y - earlier.y_m) < self._config.same_place_m
             and abs(wrap_angle(bearing - earlier.bearing_rad))
-            < _SEEN_SHARE * self._robot.horizontal_fov_rad
+            < self._config.seen_fraction * self._robot.horizontal_fov_rad
             for earlier in self._earlier
         )

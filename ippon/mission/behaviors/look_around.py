@@ -1,27 +1,21 @@
-"""The start of a search: look down, turn once round, and back (Sec. Traversability)."""
+"""The look around at the start of a search: down, a full turn, and back (Sec. Traversability)."""
 
 import math
-from typing import Final
 
 import numpy as np
 
 from ippon.command import Command
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
-from ippon.mission.behaviors.behavior import Action, Situation
+from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.behaviors.config import LookAroundConfig
 from ippon.mission.search import Search
 from ippon.mission.snapshot import MissionState
 from ippon.robot import RobotProfile
 
-_WAITS_STEPS: Final = 5
-"""Steps to wait for a terminating viewpoint that has just disappeared."""
-SAME_PLACE_M: Final = 0.5
-"""Within this distance the surroundings of the robot count as the same."""
-
 
 class LookAround:
-    """Looks down, turns by a full circle less what one image shows, and back over the floor."""
+    """Looks down, turns until the images cover a full circle, and turns back over the floor."""
 
     def __init__(self, config: LookAroundConfig, robot: RobotProfile) -> None:
         self._config = config
@@ -31,9 +25,9 @@ class LookAround:
         self._done_for: tuple[str, Float64Array] | None = None
         """Object of the last look around, and the pose of the robot then."""
         self.restart()
-        overlap = 0.25 * robot.horizontal_fov_rad
-        self._circle_rad = 2.0 * math.pi - robot.horizontal_fov_rad + overlap
-        # A fixed camera would see the same again.
+        self._overlap_rad = config.overlap_fraction * robot.horizontal_fov_rad
+        self._circle_rad = 2.0 * math.pi - robot.horizontal_fov_rad + self._overlap_rad
+        # A fixed camera would show the same images again.
         self._floor_tilt = config.floor_tilt_rad if robot.can_tilt else None
         turns = 0 if not config.turn else 1 if self._floor_tilt is None else 2
         self._all_rad = turns * self._circle_rad
@@ -55,33 +49,33 @@ class LookAround:
         if self._done_for is None or last is None or self._done_for[0] != label:
             return False
         moved = last.T_world_base[:3, 3] - self._done_for[1][:3, 3]
-        return float(np.linalg.norm(moved)) <= SAME_PLACE_M
+        return float(np.linalg.norm(moved)) <= self._config.same_place_m
 
-    def act(self, situation: Situation) -> Action | None:
+    def act(self, step: StepContext) -> Action | None:
         """See `Behavior.act`."""
-        search, frame = situation.search, situation.frame
+        search, frame = step.search, step.frame
         if search is None:
             return None
-        if situation.plan.ends_search:
+        if step.plan.ends_search:
             self.interrupt(search.path_length_m)
             return None
         if self.done:
             return None
         if self.waits():
-            return Action(situation.hold)
+            return Action(step.hold)
         self._done_for = (search.goal.object, frame.T_world_base)
         why = f"looking around ({self.progress:.0%})"
         command = self.step(yaw_of(frame.T_world_base), frame.tilt_rad)
         return Action(command, MissionState.LOOKING_AROUND, why)
 
     def abandon(self, search: Search | None) -> None:
-        """Skip the rest, if the robot is looking around now: there is no space to turn."""
+        """Skip the rest if the robot is looking around now: it has no space to turn."""
         if search is not None and search.state is MissionState.LOOKING_AROUND:
             self.skip()
 
     @property
     def done(self) -> bool:
-        """Everything that can be seen by turning on the spot was seen."""
+        """The images cover the full circle."""
         return self._looked_down and self._turned_rad >= self._all_rad
 
     @property
@@ -92,21 +86,21 @@ class LookAround:
         return 1.0 if self.done else self._turned_rad / self._all_rad
 
     def skip(self) -> None:
-        """Count as done."""
+        """Skip the rest of the look around."""
         self._looked_down = True
         self._turned_rad = self._all_rad
 
     def interrupt(self, gone_m: float) -> None:
-        """Let a terminating viewpoint come first.
+        """Interrupt the look around for a terminating viewpoint.
 
-        The rest follows, from the heading that the robot has then, if the object disappears nearby.
+        It continues, from the heading that the robot has then, if the object disappears nearby.
 
         Args:
-            gone_m: How far the robot has driven since the search began.
+            gone_m: Path length since the search began.
         """
         self._last_yaw = None
-        self._waits = _WAITS_STEPS
-        if gone_m > SAME_PLACE_M:
+        self._waits = self._config.wait_steps
+        if gone_m > self._config.same_place_m:
             self.skip()
 
     def waits(self) -> bool:
@@ -131,7 +125,7 @@ class LookAround:
         if floor_tilt is None or self._turned_rad < self._circle_rad:
             return self._turn(1.0, self._turn_tilt)
         tilt = self._robot.within_tilt(floor_tilt)
-        begins = self._turned_rad < self._circle_rad + 0.25 * self._robot.horizontal_fov_rad
+        begins = self._turned_rad < self._circle_rad + self._overlap_rad
         if begins and not self._is_at(tilt, tilt_rad):
             return Command(tilt_rad=tilt)
         return self._turn(-1.0, tilt)

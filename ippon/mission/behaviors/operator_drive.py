@@ -7,7 +7,7 @@ import numpy as np
 
 from ippon.geometry import Float64Array, yaw_of
 from ippon.guidance.levels import Level
-from ippon.mission.behaviors.behavior import Action, Situation
+from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.journal import Journal
 from ippon.mission.operator_control import OperatorControl, path_length, path_to
 from ippon.planning.interface import Planner
@@ -15,39 +15,39 @@ from ippon.planning.plan import NodeKind, Plan, Viewpoint
 
 
 class ManualDrive:
-    """Leaves driving to the operator; map and tree go on growing."""
+    """Leaves driving to the operator; mapping and planning continue."""
 
     def __init__(self, operator: OperatorControl) -> None:
         self._operator = operator
 
-    def act(self, situation: Situation) -> Action | None:
+    def act(self, step: StepContext) -> Action | None:
         """See `Behavior.act`."""
         if not self._operator.drives or self._operator.waypoint is not None:
             return None
-        return Action(situation.hold, why="you drive; the map goes on growing")
+        return Action(step.hold, why="you drive; the map goes on growing")
 
 
 class GoToPoint:
-    """Drives to the operator's point; ends there, or where no path leads to it any more."""
+    """Drives to the operator's point; ends there, or once no path leads to it."""
 
     def __init__(self, operator: OperatorControl, planner: Planner, journal: Journal) -> None:
         self._operator = operator
         self._planner = planner
         self._journal = journal
 
-    def act(self, situation: Situation) -> Action | None:
+    def act(self, step: StepContext) -> Action | None:
         """See `Behavior.act`."""
         waypoint = self._operator.waypoint
         if waypoint is None:
             return None
-        T_world_base = situation.frame.T_world_base
+        T_world_base = step.frame.T_world_base
         path = path_to(self._planner, waypoint, T_world_base)
         if path is None:
-            return Action(situation.hold, why=self._end("there is no path to the point any more"))
-        plan = plan_along(path, situation.plan, T_world_base)
-        command = situation.follow(plan)
+            return Action(step.hold, why=self._end("there is no path to the point any more"))
+        plan = plan_along(path, step.plan, T_world_base)
+        command = step.follow(plan)
         why = f"going to your point, {path_length(path):.1f} m"
-        if situation.follower.reached:
+        if step.follower.reached:
             why = self._end("at the point that you chose")
         return Action(command, why=why, plan=plan)
 
@@ -58,7 +58,7 @@ class GoToPoint:
 
 
 def plan_along(path: Float64Array, base: Plan, T_world_base: Float64Array) -> Plan:
-    """Return a plan with the path to the operator's point in place of the planner's choice.
+    """Return a plan with the path to the operator's point instead of the planner's target.
 
     Args:
         path: (K, 2) points from the robot to the end, metres.

@@ -1,7 +1,7 @@
 """The behaviors in the order of their priority."""
 
 from ippon.mapping.voxel_map import VoxelMap
-from ippon.mission.behaviors.behavior import Action, Behavior, Situation
+from ippon.mission.behaviors.behavior import Action, Behavior, StepContext
 from ippon.mission.behaviors.confirmation import Confirmation
 from ippon.mission.behaviors.exhaustion import Exhaustion
 from ippon.mission.behaviors.floor_check import FloorCheck
@@ -18,7 +18,7 @@ from ippon.robot import RobotProfile
 
 
 class Behaviors:
-    """Gives each situation to the behaviors in turn, until one returns an action."""
+    """Asks the behaviors in order of priority until one returns an action."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class Behaviors:
             Pursuit(config.travel_pitch, robot, voxel_map),
         )
 
-    def act(self, situation: Situation) -> Action:
+    def act(self, step: StepContext) -> Action:
         """Return the action of the first behavior that has one; else hold still."""
-        actions = (behavior.act(situation) for behavior in self._by_priority)
-        return next((action for action in actions if action is not None), Action(situation.hold))
+        actions = (behavior.act(step) for behavior in self._by_priority)
+        return next((action for action in actions if action is not None), Action(step.hold))

@@ -1,17 +1,17 @@
-"""Getting free after a contact, or when the robot does not move although it is told to."""
+"""Freeing the robot after a contact, or when it does not follow its commands."""
 
 import math
 
 from ippon.command import Command
 from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
-from ippon.mission.behaviors.behavior import Action, Situation
+from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.behaviors.config import RecoveryConfig
 from ippon.robot import RobotProfile
 
 
 class Recovery:
-    """Notices that the robot is blocked and takes over for a moment."""
+    """Backs off, or turns, for a moment when the robot is blocked."""
 
     def __init__(self, config: RecoveryConfig, robot: RobotProfile) -> None:
         self._config = config
@@ -22,7 +22,7 @@ class Recovery:
         self._was_contact = False
 
     def is_blocked(self, frame: Frame) -> bool:
-        """Return, once for each event, whether the robot touched something or got stuck."""
+        """Return whether the robot has just touched something or got stuck; once per event."""
         stamp_ns, contact = frame.stamp_ns, frame.contact
         touched = contact and not self._was_contact
         self._was_contact = contact
@@ -36,25 +36,26 @@ class Recovery:
         if self._moving_since_ns is None:
             return False
         if stamp_ns < self._moving_since_ns:
-            # The robot's clock started anew: how long it has not moved is not known.
+            # The robot's clock was reset.
             self._moving_since_ns = None
             return False
         x, y, yaw = self._moving_from
         moved = math.hypot(T_world_base[0, 3] - x, T_world_base[1, 3] - y)
-        if moved > self._config.moved_m or abs(wrap_angle(yaw_of(T_world_base) - yaw)) > 0.1:
+        turned = abs(wrap_angle(yaw_of(T_world_base) - yaw))
+        if moved > self._config.moved_m or turned > self._config.turned_rad:
             self._moving_since_ns = None
             return False
         return stamp_ns - self._moving_since_ns > self._config.stuck_after_s * NANOSECONDS
 
-    def act(self, situation: Situation) -> Action | None:
+    def act(self, step: StepContext) -> Action | None:
         """See `Behavior.act`."""
-        command = self._command(situation.frame.stamp_ns, situation.frame.tilt_rad)
+        command = self._command(step.frame.stamp_ns, step.frame.tilt_rad)
         return None if command is None else Action(command)
 
     def _command(self, stamp_ns: int, tilt_rad: float) -> Command | None:
         since = self._freeing_since_ns
         duration_s = self._config.back_up_s if self._robot.can_reverse else self._config.turn_s
-        # A stamp from before the contact means that the robot's clock started anew: it is over.
+        # A stamp from before the contact means that the robot's clock was reset.
         if since is None or not 0 <= stamp_ns - since < int(duration_s * NANOSECONDS):
             self._freeing_since_ns = None
             return None
@@ -69,15 +70,15 @@ class Recovery:
         return self._freeing_since_ns is not None
 
     def watch(self, frame: Frame, command: Command | None) -> None:
-        """Remember the command that was given, to see whether the robot follows it.
+        """Keep a command, to check in later frames whether the robot follows it.
 
         Args:
-            frame: The frame that it answers.
-            command: Before the collision filter: a robot that is kept from driving is stuck, too.
-                None where somebody else drives.
+            frame: The frame that the command answers.
+            command: The command before the collision filter, since a robot that the filter stops is
+                stuck, too. None if the operator drives.
         """
         stamp_ns, T_world_base = frame.stamp_ns, frame.T_world_base
-        driving = command is not None and _drives(command)
+        driving = command is not None and self._drives(command)
         if not driving:
             self._moving_since_ns = None
         elif self._moving_since_ns is None:
@@ -88,6 +89,9 @@ class Recovery:
                 yaw_of(T_world_base),
             )
 
-
-def _drives(command: Command) -> bool:
-    return abs(command.linear_m_s) > 0.05 or abs(command.yaw_rate_rad_s) > 0.1
+    def _drives(self, command: Command) -> bool:
+        config = self._config
+        return (
+            abs(command.linear_m_s) > config.driving_m_s
+            or abs(command.yaw_rate_rad_s) > config.driving_rad_s
+        )

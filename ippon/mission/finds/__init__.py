@@ -1,1 +1,1 @@
-"""Candidates for the object, and the evidence for and against each."""
+"""Finds: clusters of voxels that may be the object, and the checks before a search ends."""

@@ -26,7 +26,7 @@ def cluster_finds(
         probabilities: (M,) p(v in O).
         voxel_size: Edge of a voxel, metres.
         camera: Intrinsics of the present colour image.
-        T_world_camera: Its pose.
+        T_world_camera: Pose of its camera.
     """
     if centres_world.shape[0] == 0:
         return ()
@@ -75,7 +75,7 @@ def project_box(
     camera: PinholeCamera,
     T_world_camera: Float64Array,
 ) -> tuple[int, int, int, int] | None:
-    """Return the pixel box (u0, v0, u1, v1) round voxels, None when none of them is in view."""
+    """Return the pixel box (u0, v0, u1, v1) around voxels; None if none of them is in view."""
     points = transform_points(invert_transform(T_world_camera), centres_world)
     points = points[points[:, 2] > 0.1]
     u, v = camera.project(points)

@@ -1,7 +1,8 @@
-"""Whether a find contradicts what the operator said about its place."""
+"""Comparison of a find with what the operator said about its place."""
 
 import functools
 import math
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -12,26 +13,44 @@ from ippon.mission.explanation import label_census
 from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find
 
-_ON_M: Final = 0.6
-"""Greatest gap between a find and what it lies on, in or under: maps blur edges."""
-_BESIDE_M: Final = 1.5
-"""The same for relations such as next to, near or behind."""
 _TOUCHING: Final = frozenset({"on", "in", "under", "above"})
 
 
-def contradicts_context(find: Find, goal: Goal, context: str, voxel_map: VoxelMap) -> bool:
-    """Return whether the operator named what the object is on or beside, and none is near a find.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContextCheckConfig:
+    """Distances between a find and the object that the operator said it is on or beside."""
 
-    False where the operator named a room or a thing without a label: the map cannot tell.
+    touching_m: float = 0.6
+    """Largest gap for on, in, under and above, since maps blur edges; more accepts finds farther
+    from the place that was named."""
+    beside_m: float = 1.5
+    """Largest gap for other relations, such as next to or behind; more accepts likewise."""
+
+    def __post_init__(self) -> None:
+        """Reject gaps that accept nothing."""
+        if not 0.0 <= self.touching_m <= self.beside_m:
+            raise ValueError(
+                "gaps must grow: 0 <= touching_m <= beside_m; got "
+                f"{self.touching_m}, {self.beside_m}"
+            )
+
+
+def contradicts_context(
+    config: ContextCheckConfig, find: Find, goal: Goal, context: str, voxel_map: VoxelMap
+) -> bool:
+    """Return whether the operator named objects that the find is on or beside, and none is near it.
+
+    False if the operator named a room, or an object without a label of the map.
 
     Args:
+        config: Largest gaps.
         find: A candidate.
         goal: The object.
         context: What the operator said.
         voxel_map: The map.
     """
     places = _places(context, voxel_map.labels, goal.object)
-    return bool(places) and not any(_is_near(find, claim, voxel_map) for claim in places)
+    return bool(places) and not any(_is_near(config, find, claim, voxel_map) for claim in places)
 
 
 @functools.lru_cache(maxsize=8)
@@ -42,9 +61,9 @@ def _places(context: str, labels: tuple[str, ...], ooi: str) -> tuple[Claim, ...
     return tuple(stated) if known else ()
 
 
-def _is_near(find: Find, claim: Claim, voxel_map: VoxelMap) -> bool:
+def _is_near(config: ContextCheckConfig, find: Find, claim: Claim, voxel_map: VoxelMap) -> bool:
     assert claim.label is not None, "only such claims are looked up"
-    beside_m = _ON_M if claim.relation in _TOUCHING else _BESIDE_M
-    radius_m = 0.5 * math.hypot(find.size_m[0], find.size_m[1]) + beside_m
+    gap_m = config.touching_m if claim.relation in _TOUCHING else config.beside_m
+    radius_m = 0.5 * math.hypot(find.size_m[0], find.size_m[1]) + gap_m
     counts = label_census(voxel_map, np.array(find.position_world), radius_m)
     return bool(counts[voxel_map.labels.index(claim.label)])

@@ -1,4 +1,4 @@
-"""Distances to finds, and which candidate the robot has reached."""
+"""Distances between robot and finds, and the candidate that the robot has reached."""
 
 import dataclasses
 import math
@@ -12,15 +12,15 @@ from ippon.geometry import Float64Array
 from ippon.mission.snapshot import Find
 
 SUCCESS_M = 1.0
-"""An object this near, over the floor, is reached: the metre of the task."""
+"""Horizontal distance within which an object is reached: the metre of the task."""
 ARRIVED_M = SUCCESS_M + 0.1
-"""The same, with the tolerance within which the robot stops at a viewpoint."""
+"""That distance and the tolerance within which the robot stops at a viewpoint."""
 FIND_WITHIN_M = 2.5
-"""Greatest distance between a find and the robot at the end of a search."""
+"""Largest distance between a find and the robot at the end of a search."""
 AROUND_M = 0.2
 """Margin around a rejected find; voxels closer to it than this are part of it."""
 REST_SHARE = 0.25
-"""The same for a large find, as a share of its radius."""
+"""That margin for a large find, as a share of its radius."""
 LOOKED_AT_RADIUS_M = 0.75
 """Radius of the excluded region when a find without voxels is rejected."""
 
@@ -58,14 +58,14 @@ def nearest_find(
 def reached_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find | None:
     """Return the candidate that a terminating viewpoint has led to.
 
-    A larger candidate out of reach does not count: a chair behind the stool that was reached.
+    A larger candidate out of reach does not count, such as a chair behind the stool in reach.
 
     Args:
         candidates: Clusters that may be the object.
         T_world_base: Pose of the robot at the viewpoint.
 
     Returns:
-        The largest in view and in reach; None where there is none.
+        The largest one in view and within reach; None if there is none.
     """
     reached = (
         find
@@ -76,15 +76,15 @@ def reached_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find
 
 
 def find_from(candidates: Iterable[Find], T_world_base: Float64Array, away_m: float) -> Find | None:
-    """Return the candidate that a search ends at when no path leads closer.
+    """Return the candidate that a search ends at if no path leads closer to it.
 
     Args:
         candidates: Clusters that may be the object.
-        T_world_base: Pose of the robot, as near to the object as it can stand.
+        T_world_base: Pose of the robot, as close to the object as it can stand.
         away_m: Horizontal distance from there to the object, metres.
 
     Returns:
-        The find, out of reach where it is farther than `SUCCESS_M`; None where none is that near.
+        The find, marked as out of reach if it is farther than `SUCCESS_M`; None if there is none.
     """
     find = nearest_find(candidates, T_world_base, max(FIND_WITHIN_M, away_m + 1.0))
     if find is None or away_m <= SUCCESS_M:
@@ -106,7 +106,7 @@ def _gap_m(at: Float64Array, find: Find) -> float:
 
 
 def looked_at(frame: Frame) -> Float64Array:
-    """Return the world point (3,) in the middle of the image, metres."""
+    """Return the world point (3,) at the centre of the image, metres."""
     rows, columns = frame.depth.shape
     middle = frame.depth[rows // 3 : rows - rows // 3, columns // 3 : columns - columns // 3]
     seen = middle[np.isfinite(middle) & (middle > 0.0)]

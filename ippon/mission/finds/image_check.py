@@ -1,16 +1,17 @@
-"""Whether a candidate looks like the object in the images, too.
+"""Check of a candidate against the images that show it.
 
 The filter treats images as independent (Sec. Object Probability Mapping), but the errors of a
-network are not: an object that is misread once is misread again from the same view, and a few such
-images raise the posterior near 1. Before a search ends, the images vote: how often is the object
-the most probable label of the candidate's pixels, or, with a network that scores each label by
-itself, how often does its score speak for it?
+network are not: an object that is misclassified once is misclassified again from the same view, and
+a few such images raise the posterior to nearly 1. Therefore the images vote before a search ends:
+the share of the candidate's pixels whose most probable label is the object or, with a network that
+scores each label by itself, whose score is evidence for it.
 """
 
 import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,44 +21,49 @@ from ippon.geometry import Float64Array, invert_transform, transform_points
 from ippon.mission.snapshot import Find
 from ippon.observation_model import NOTHING_SAID, ObservationModels
 
-_MAX_TRACKS = 6
-"""Candidates that are tracked: this many of the largest, and as many others in view."""
-_SAME_M = 0.6
-_BEHIND_M = 0.2
-"""A voxel is visible where its depth differs from the image by no more than this."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImageCheckConfig:
     """Share of a find's pixels that must look like the object before a search ends.
 
-    A pixel looks like the object where the object is its most probable label or, with a network
-    that scores each label by itself, where the object's score speaks for it. A larger share ends
-    fewer searches at the wrong object, and leaves more right ones that are hard to recognise.
+    A larger share ends fewer searches at the wrong object and rejects more correct finds that are
+    hard to recognise.
     """
 
     least_share: float = 0.45
-    """For a find whose posterior is sure."""
+    """Share for a find whose posterior is sure."""
     least_share_small: float = 0.3
-    """For a find of up to `outline_voxels`: most of its pixels are outline, where labels mix."""
+    """Share for a find of up to `outline_voxels`: most of its pixels lie on its outline, where
+    labels mix."""
     outline_voxels: float = 9.0
     """Size of such a find, in voxels of 10 cm; more applies the lower share to larger finds."""
     unsure_share: float = 0.52
-    """For a find whose posterior is below `sure`."""
+    """Share for a find whose posterior is below `sure`."""
     elsewhere_share: float = 0.45
-    """For a find that is not where the operator said; more trusts the operator over the images."""
+    """Share for a find that is not where the operator said; more trusts the operator over the
+    images."""
     reconsidered_share: float = 0.2
-    """For a find that was set aside before, when nothing better is left; more prefers to report
-    that nothing was found."""
+    """Share for a find that was set aside before, once no better one is left; more reports more
+    often that nothing was found."""
     single_voxel_share: float = 0.5
-    """Share from which a small object is confirmed by less than T_min; above 1 it never is."""
+    """Share from which less than T_min voxels of a small object suffice; above 1 they never do."""
     sure: float = 0.99
-    """Mean p(v in O) from which the posterior of a find counts as sure; more doubts more finds."""
+    """Mean p(v in O) from which the posterior of a find is sure; more doubts more finds."""
     images: int = 40
-    """Images that shares are averaged over; an approach takes about as many."""
+    """Images that shares are averaged over, about those of one approach; more changes the average
+    later."""
     min_images: int = 8
-    """Images that must show a find before its share counts, and extra images for a find that is
-    about to be set aside."""
+    """Images that must show a find before its share counts, and further images of a find that would
+    be set aside; more decides later."""
+    max_tracks: int = 6
+    """Candidates that are tracked: this many of the largest, and as many others in view; more takes
+    longer."""
+    same_m: float = 0.6
+    """Distance within which the centre of a candidate may move from image to image; more merges
+    neighbouring candidates."""
+    depth_tolerance_m: float = 0.2
+    """Difference between a voxel's depth and that of the image up to which the voxel is visible;
+    more counts voxels behind the surface."""
 
     def __post_init__(self) -> None:
         """Reject shares and counts without meaning."""
@@ -80,6 +86,11 @@ class ImageCheckConfig:
             )
         if not self.outline_voxels >= 0.0:
             raise ValueError(f"outline_voxels must not be negative; got {self.outline_voxels}")
+        if self.max_tracks < 1 or min(self.same_m, self.depth_tolerance_m) <= 0.0:
+            raise ValueError(
+                "max_tracks must be at least 1, same_m and depth_tolerance_m above 0; got "
+                f"{self.max_tracks}, {self.same_m}, {self.depth_tolerance_m}"
+            )
         if not self.single_voxel_share > 0.0:
             raise ValueError(f"single_voxel_share must be positive; got {self.single_voxel_share}")
 
@@ -88,17 +99,37 @@ class ImageCheckConfig:
 class _Track:
     centre: Float64Array
     shares: deque[float]
-    """Of the last images that showed it, oldest first."""
+    """Shares in the last images that showed it, oldest first."""
+
+
+class ImageScore(NamedTuple):
+    """The score of a find by its images, and the terms of which it consists."""
+
+    all_images: float
+    """Mean share of all images."""
+    last_images: float
+    """Mean share of the last `min_images`: from nearby an object is recognised more often."""
+    needed: float
+    """The share that such a find needs."""
+
+    @property
+    def margin(self) -> float:
+        """The share beyond the needed one; negative where the images contradict the find.
+
+        The last images count as much as all images together, if they show the find more clearly.
+        """
+        combined = 0.5 * (self.all_images + self.last_images)
+        return max(self.all_images, combined) - self.needed
 
 
 class ImageCheck:
-    """Tracks the candidates from image to image, and keeps the share of each.
+    """Tracks the candidates from image to image, and scores each by the images that show it.
 
     Args:
         config: Shares that finds need.
-        label: The object, as the heatmaps call it.
-        outline_voxels: Voxels up to which a find is mostly outline; 0 for what is large.
-        models: What the scores of networks are worth; without them, the shipped defaults.
+        label: The object's label in the heatmaps.
+        outline_voxels: Voxels up to which a find is mostly outline; 0 for large objects.
+        models: Observation models of the networks; None for the defaults.
     """
 
     def __init__(
@@ -120,17 +151,18 @@ class ImageCheck:
 
         Args:
             frame: An image without a heatmap of the object is ignored.
-            centres_world: (M, 3) voxels that the map takes for the object, metres.
+            centres_world: (M, 3) centres of OOI voxels, metres.
             finds: Their clusters, largest first.
         """
         heatmap = frame.heatmap
         if heatmap is None or heatmap.ooi != self._label or not len(centres_world):
             return
-        seen, wins = votes(frame, centres_world, self._models)
+        seen, wins = votes(frame, centres_world, self._models, self._config.depth_tolerance_m)
         kept: list[_Track] = []
-        # Candidates in view are tracked whatever their size: each may end the search.
-        in_view = [find for find in finds[_MAX_TRACKS:] if find.box_px is not None]
-        for find in (*finds[:_MAX_TRACKS], *in_view[:_MAX_TRACKS]):
+        # Smaller candidates in view are tracked as well, since each may end the search.
+        most = self._config.max_tracks
+        in_view = [find for find in finds[most:] if find.box_px is not None]
+        for find in (*finds[:most], *in_view[:most]):
             centre = np.array(find.position_world)
             track = self._of(find)
             if track is None:
@@ -150,11 +182,10 @@ class ImageCheck:
             return None
         return float(np.mean(track.shares))
 
-    def margin(self, find: Find, *, again: bool = False, elsewhere: bool = False) -> float | None:
-        """Return by how much the share of a find exceeds the share that it needs.
-
-        An object is recognised less often from afar: where the last images show it more clearly,
-        they count as much as all images together.
+    def score(
+        self, find: Find, *, again: bool = False, elsewhere: bool = False
+    ) -> ImageScore | None:
+        """Return the score of a find by its images.
 
         Args:
             find: A candidate.
@@ -162,25 +193,25 @@ class ImageCheck:
             elsewhere: It is not where the operator said.
 
         Returns:
-            Negative where the images contradict the find; None where too few images show it.
+            None if too few images show it.
         """
         share = self.share(find)
         if share is None:
             return None
         needed = self._needed_share(find, again=again, elsewhere=elsewhere)
-        return max(share, 0.5 * (share + self._last_share(find))) - needed
+        return ImageScore(share, self._last_share(find), needed)
 
     def contradicts(self, find: Find, *, again: bool = False, elsewhere: bool = False) -> bool:
-        """Return whether the images contradict a find; see `margin`."""
-        margin = self.margin(find, again=again, elsewhere=elsewhere)
-        return margin is not None and margin < 0.0
+        """Return whether the images contradict a find; see `ImageScore.margin`."""
+        score = self.score(find, again=again, elsewhere=elsewhere)
+        return score is not None and score.margin < 0.0
 
     def is_sure(self, find: Find) -> bool:
         """Return whether the posterior of a find is sure."""
         return find.probability >= self._config.sure
 
     def confirms(self, find: Find) -> bool:
-        """Return whether posterior and images both confirm a find, whatever its size."""
+        """Return whether posterior and images both confirm a find, regardless of its size."""
         share = self.share(find)
         return self.is_sure(find) and share is not None and share >= self._config.single_voxel_share
 
@@ -204,22 +235,27 @@ class ImageCheck:
     def _of(self, find: Find) -> _Track | None:
         at = find.position_world
         nearest = min(self._tracks, key=lambda track: math.dist(track.centre, at), default=None)
-        return nearest if nearest is None or math.dist(nearest.centre, at) <= _SAME_M else None
+        close = nearest is not None and math.dist(nearest.centre, at) <= self._config.same_m
+        return nearest if close else None
 
 
 def votes(
-    frame: Frame, centres_world: Float64Array, models: ObservationModels
+    frame: Frame,
+    centres_world: Float64Array,
+    models: ObservationModels,
+    depth_tolerance_m: float,
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return which voxels an image shows, and which it takes for the object.
+    """Return which voxels an image shows, and which of them look like the object.
 
     Args:
         frame: With a heatmap that has a channel for the object.
-        centres_world: (M, 3) metres.
-        models: What scores are worth.
+        centres_world: (M, 3) centres of voxels, metres.
+        models: Observation models of the networks.
+        depth_tolerance_m: See `ImageCheckConfig.depth_tolerance_m`.
 
     Returns:
-        (M,) whether the image shows each voxel, and (M,) whether it looks like the object. Where
-        scores say nothing of the object, the image does not show it.
+        (M,) whether the image shows each voxel, and (M,) whether it looks like the object there. A
+        voxel without a score does not count as shown.
     """
     heatmap, camera = frame.heatmap, frame.camera
     seen = np.zeros(len(centres_world), dtype=np.bool_)
@@ -231,7 +267,7 @@ def votes(
     u, v = (np.floor(pixel + 0.5) for pixel in camera.project(points[at]))
     inside = (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
     at, u, v = at[inside], u[inside].astype(np.int64), v[inside].astype(np.int64)
-    shown = np.abs(frame.depth[v, u] - points[at, 2]) <= _BEHIND_M
+    shown = np.abs(frame.depth[v, u] - points[at, 2]) <= depth_tolerance_m
     at, u, v = at[shown], u[shown], v[shown]
     rows, columns = heatmap.probabilities.shape[:2]
     pixel = heatmap.probabilities[v * rows // camera.height, u * columns // camera.width]

@@ -1,7 +1,7 @@
-"""Excludes from the search what is not the object.
+"""Excludes finds from the search.
 
-The operator rejects finds; images and sizes contradict candidates. What continues an excluded find
-is excluded with it.
+The operator rejects finds; images and sizes contradict candidates. Candidates that continue an
+excluded find are excluded with it.
 """
 
 from ippon.frame import Frame
@@ -15,15 +15,15 @@ def reject_find(search: Search, voxel_map: VoxelMap, frame: Frame | None) -> Non
     """Exclude the find that ended a search, so that the search can continue.
 
     Args:
-        search: Ended with a find.
-        voxel_map: Its evidence for the object is removed there.
+        search: The search that ended with a find.
+        voxel_map: The map, whose evidence for the object is removed there.
         frame: The last frame, None before the first.
     """
     find = search.drop_find()
     if find is not None:
         _exclude(search, voxel_map, find)
     elif frame is not None:
-        # The voxels of the find have disappeared: the middle of the image is what it was.
+        # The voxels of the find have disappeared: it was at the centre of the image.
         voxel_map.suppress_ooi(looked_at(frame), LOOKED_AT_RADIUS_M)
 
 
@@ -45,7 +45,7 @@ def set_aside(search: Search, voxel_map: VoxelMap, find: Find) -> None:
 def readmit_most_likely(search: Search, voxel_map: VoxelMap) -> bool:
     """Readmit the candidate among those set aside that looked most like the object.
 
-    Candidates that were too large come last: they end a search only if they turn out smaller.
+    Candidates that were too large come last: they end a search only if they become smaller.
 
     Returns:
         Whether there was one.
@@ -65,9 +65,9 @@ def update_candidates(search: Search, voxel_map: VoxelMap, frame: Frame) -> None
     """Find the candidates in the map, and exclude those that continue an excluded find.
 
     Args:
-        search: Gets the candidates.
-        voxel_map: With the frame fused.
-        frame: The pose and camera of the candidates' boxes.
+        search: The search whose candidates are updated.
+        voxel_map: The map, with the frame in it.
+        frame: Gives pose and camera for the candidates' boxes.
     """
     search.update_candidates(voxel_map.arrays(), frame)
     for region, entry in search.take_continuations():

@@ -1,7 +1,8 @@
-"""What a vision-language model says of a find before it is announced, weighed as evidence.
+"""A vision-language model's opinion on a find, weighed as evidence before the find is announced.
 
-The mission asks and goes on looking; somebody else answers, or nobody does. An answer is a witness
-like an image: it adds nats to the find's log-odds, and the threshold that made it a find decides.
+The mission hands out a request and continues to look at the find until an answer arrives or its
+time is over. An answer is evidence like an image: it adds nats to the find's log-odds, which are
+then compared with the threshold of object voxels.
 """
 
 import math
@@ -16,57 +17,68 @@ from ippon.frame import NANOSECONDS, Frame
 from ippon.guidance.prompts.opinion_prompt import Verdict
 from ippon.mission.snapshot import Find
 
-_SAME_M: Final = 0.5
-"""A candidate that moved less, as its voxels changed, is the one that was asked about."""
-_LEAST_PX: Final = 64
-"""Shorter side of what is shown of an image."""
-_MARGIN: Final = 0.5
-"""Of the box's longer side, on each side."""
-_MOST: Final = 1.0 - 1e-4
+_MAX_PROBABILITY: Final = 1.0 - 1e-4
+"""Bound of a find's probability before it is changed: log-odds must be finite."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SecondOpinionConfig:
-    """How much a vision-language model's answer is worth.
+    """Weight of a vision-language model's answer.
 
-    Set by hand, cautiously: a yes is worth less than one good look of a detector, and a no undoes
-    it. Answers of such models on crops of true and false finds were not measured.
+    The weights are set by hand: a yes is worth less than one clear image of a detector, and a no
+    outweighs it. Answers of such models on crops of true and false finds were not measured.
     """
 
     wait_s: float = 8.0
-    """The longest that a find waits for its answer, in robot time; without one it is announced."""
+    """Seconds of robot time after which a find is announced without an answer; more waits longer
+    for a slow model."""
     yes_nats: float = 2.0
+    """Nats that a yes adds to the log-odds of the find; more trusts it more."""
     no_nats: float = -3.0
+    """Nats that a no adds, at most 0; less trusts it more."""
+    same_m: float = 0.5
+    """Distance that the centre of a find may move, as its voxels change, without being another one;
+    more asks less often."""
+    min_crop_px: int = 64
+    """Shortest side of the part of the image that is shown; more shows more around small finds."""
+    crop_margin: float = 0.5
+    """Margin on each side of the find, as a fraction of its longer side; more shows more around
+    it."""
 
     def __post_init__(self) -> None:
-        """Refuse an answer that says the opposite."""
+        """Reject weights of the wrong sign, and crops without pixels."""
         if not (0.0 <= self.wait_s <= 60.0 and self.yes_nats >= 0.0 >= self.no_nats):
             raise ValueError(
                 "wait_s lies within 0 to 60, yes_nats is 0 or more, no_nats 0 or less; got "
                 f"{self.wait_s}, {self.yes_nats}, {self.no_nats}"
             )
+        if self.min_crop_px < 1 or self.crop_margin < 0.0:
+            raise ValueError(
+                "min_crop_px must be at least 1 and crop_margin at least 0; got "
+                f"{self.min_crop_px}, {self.crop_margin}"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class OpinionRequest:
-    """What is to be asked."""
+    """A question about one find."""
 
     number: int
     object: str
-    """In the operator's words."""
+    """The object, in the operator's words."""
     crop: NDArray[np.uint8]
-    """(h, w, 3) RGB, the find in its middle."""
+    """(h, w, 3) RGB image around the find."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Opinion:
-    """An answer, or why there is none."""
+    """An answer, or the reason why there is none."""
 
     verdict: Verdict | Literal["none"]
     text: str = ""
     """The reason in the model's words, or the failure."""
     by: str = ""
-    """Who answered."""
+    """Name of the model."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,14 +86,14 @@ class Weighed:
     """A find with the opinion on it."""
 
     find: Find
-    """With the probability after the answer."""
+    """The find with its probability after the answer."""
     waiting: bool = False
     opinion: Opinion | None = None
-    """None where nobody was asked."""
+    """None if no model was asked."""
 
     @property
     def sentence(self) -> str:
-        """What the operator reads; empty where nobody was asked."""
+        """The text for the operator; empty if no model was asked."""
         one = self.opinion
         if one is None:
             return ""
@@ -102,21 +114,21 @@ class _Asked:
 
 
 class SecondOpinions:
-    """Asks about each find once; off until somebody sets `ask`.
+    """Requests one opinion on each find; inactive until `ask` is set.
 
     Args:
-        config: Worth of the answers.
+        config: Weight of the answers.
     """
 
     def __init__(self, config: SecondOpinionConfig) -> None:
         self.ask: Callable[[OpinionRequest], None] | None = None
-        """Takes a request and returns at once; the answer comes by `answer`."""
+        """Takes a request and returns at once; the answer arrives by `answer`."""
         self._config = config
         self._asked: list[_Asked] = []
         self._number = 0
 
     def answer(self, number: int, opinion: Opinion) -> bool:
-        """Take an answer; returns whether its find still waits for it."""
+        """Set the answer to a request; returns whether it is still pending."""
         for one in self._asked:
             if one.number == number and one.opinion is None:
                 one.opinion = opinion
@@ -124,25 +136,25 @@ class SecondOpinions:
         return False
 
     def weigh(self, find: Find, goal_id: int, display: str, frame: Frame) -> Weighed:
-        """Return a find with the opinion on it; asks for one the first time.
+        """Return a find with the opinion on it; the first call requests one.
 
         Args:
-            find: About to be announced.
-            goal_id: Of the search.
-            display: The object in the operator's words.
-            frame: Present image.
+            find: The find that would be announced.
+            goal_id: Goal of the search.
+            display: The object, in the operator's words.
+            frame: The present frame.
         """
         if self.ask is None:
             return Weighed(find=find)
         self._asked = [one for one in self._asked if one.goal_id == goal_id]
-        asked = next((one for one in self._asked if _is_same(one.find, find)), None)
+        asked = next((one for one in self._asked if self._is_same(one.find, find)), None)
         if asked is None:
             if find.box_px is None:
                 return Weighed(find=find)
             self._number += 1
             asked = _Asked(self._number, goal_id, find, frame.stamp_ns)
             self._asked.append(asked)
-            crop = crop_of(frame.color, find.box_px)
+            crop = crop_of(self._config, frame.color, find.box_px)
             self.ask(OpinionRequest(number=self._number, object=display, crop=crop))
         if asked.opinion is None:
             waited_s = (frame.stamp_ns - asked.since_ns) / NANOSECONDS
@@ -157,22 +169,24 @@ class SecondOpinions:
         nats = {"yes": self._config.yes_nats, "no": self._config.no_nats}.get(opinion.verdict, 0.0)
         if nats == 0.0:
             return find
-        p = min(max(find.probability, 1.0 - _MOST), _MOST)
+        p = min(max(find.probability, 1.0 - _MAX_PROBABILITY), _MAX_PROBABILITY)
         odds = math.log(p / (1.0 - p)) + nats
         return replace(find, probability=1.0 / (1.0 + math.exp(-odds)))
 
+    def _is_same(self, one: Find, other: Find) -> bool:
+        near_m = max(self._config.same_m, 0.5 * max(one.size_m))
+        return math.dist(one.position_world, other.position_world) < near_m
 
-def crop_of(color: NDArray[np.uint8], box_px: tuple[int, int, int, int]) -> NDArray[np.uint8]:
-    """Return the part of an image round a box, (h, w, 3), with half its side as margin."""
+
+def crop_of(
+    config: SecondOpinionConfig, color: NDArray[np.uint8], box_px: tuple[int, int, int, int]
+) -> NDArray[np.uint8]:
+    """Return the (h, w, 3) part of an image around a box (u0, v0, u1, v1), with a margin."""
     height, width = color.shape[:2]
     left, top, right, bottom = box_px
     side = max(right - left, bottom - top)
-    half = max(0.5 * side + _MARGIN * side, 0.5 * _LEAST_PX)
+    half = max(0.5 * side + config.crop_margin * side, 0.5 * config.min_crop_px)
     u, v = 0.5 * (left + right), 0.5 * (top + bottom)
     rows = slice(max(0, int(v - half)), min(height, int(v + half) + 1))
     columns = slice(max(0, int(u - half)), min(width, int(u + half) + 1))
     return np.ascontiguousarray(color[rows, columns])
-
-
-def _is_same(one: Find, other: Find) -> bool:
-    return math.dist(one.position_world, other.position_world) < max(_SAME_M, 0.5 * max(one.size_m))

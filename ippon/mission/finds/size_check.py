@@ -1,9 +1,9 @@
-"""Whether a find is large enough and small enough to be the object."""
+"""Comparison of a find with the size of the object."""
 
 from dataclasses import dataclass
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.mission.finds.termination import is_small, termination_voxels
+from ippon.mission.finds.termination_threshold import is_small, termination_voxels
 from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find
 
@@ -13,15 +13,17 @@ class SizeCheckConfig:
     """Bounds on the size of a find."""
 
     unsure_factor: float = 2.5
-    """Multiplies T_min for a large object whose posterior is not sure; more doubts more finds."""
+    """Factor on T_min for a large object whose posterior is not sure; more doubts more finds."""
     relaxed_share: float = 0.5
-    """Share of T_min that ends a search where no more of a small object can be seen."""
+    """Share of T_min that ends a search if no more of a small object can be seen; more ends fewer
+    searches early."""
     oversize_share: float = 1.25
-    """Largest extent of a find, as a share of the longest side of an ordinary specimen."""
+    """Largest extent of a find, as a factor on the longest side of an ordinary specimen; more
+    accepts larger finds."""
     oversize_voxels: float = 2.0
-    """Added to that, in voxels: the map blurs edges."""
+    """Voxels added to that, since the map blurs edges; more accepts larger finds."""
     near_m: float = 2.0
-    """Within this distance nothing more of an object will come into view."""
+    """Distance within which an object shows all its voxels; more relaxes T_min earlier."""
 
 
 class SizeCheck:
@@ -30,9 +32,9 @@ class SizeCheck:
     def __init__(self, config: SizeCheckConfig, goal: Goal, voxel_size_m: float) -> None:
         self.config = config
         self.small = is_small(goal.object, goal.category)
-        """The object is one that a single voxel of the map may hold."""
+        """The object may fit into a single voxel of the map."""
         self.termination_min = termination_voxels(goal.object, goal.category, voxel_size_m)
-        """T_min, not relaxed."""
+        """T_min without relaxation."""
         self._longest_m = config.oversize_share * load_knowledge().size_m(goal.object)
         self._longest_m += config.oversize_voxels * voxel_size_m
 
@@ -44,7 +46,7 @@ class SizeCheck:
         """Return whether too few voxels of a large object show.
 
         Args:
-            find: Where the search would end.
+            find: The find that would end the search.
             sure: The posterior of its voxels is sure.
         """
         factor = 1.0 if sure else self.config.unsure_factor

@@ -122,7 +122,7 @@ class Connector:
         )
 
     def connect_pair(self, a: int, b: int) -> bool:
-        """Add the straight edge between two nodes, however tight; tell whether it is free."""
+        """Add the straight edge between two nodes, however tight; return whether it is free."""
         xy, margin = self._roadmap.xy, self._margin
         free, time, _ = move_between(self._floor.grid, self._floor.limits, xy[a], xy[b], margin)
         if free:

@@ -112,7 +112,7 @@ class LocalQuery:
             )
 
     def joins(self, start: Float64Array, goal: Float64Array) -> bool:
-        """Tell whether this is the query between two points (2,)."""
+        """Return whether this is the query between two points (2,)."""
         same_start = math.dist(self._start, start) <= SAME_PLACE_M
         return same_start and math.dist(self._goal, goal) == 0.0
 
@@ -175,7 +175,7 @@ class LocalPlanner:
         self.floor_changes += 1
 
     def may_retry(self, floor_changes: int) -> bool:
-        """Tell whether a query that failed at this count of floor changes may be repeated."""
+        """Return whether a query that failed at this count of floor changes may be repeated."""
         return self.floor_changes - floor_changes >= self._config.retry_after_changes
 
     def solve(

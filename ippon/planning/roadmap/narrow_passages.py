@@ -8,7 +8,8 @@ points are searched on either side of it, as in the bridge test for narrow passa
 
 import math
 from collections.abc import Callable
-from typing import Any, Final
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -21,26 +22,51 @@ from ippon.planning.terrain.floor_grid import FloorGrid, cell_centres, offset_di
 from ippon.planning.terrain.motion_check import can_stand_at, straight_move
 from ippon.planning.terrain.reachability import STANDABLE
 
-_HEADINGS: Final = 24
-"""Directions that are tried, over half a turn."""
-_LONGEST_M: Final = 1.8
-"""Longest distance from the narrow place to where the body can turn, on either side."""
-_MOST: Final = 12
-"""Narrow places checked per search."""
-_APART_M: Final = 0.4
-"""Least distance between these places."""
-
 _label: Callable[..., Any] = ndimage.label
 _distance: Callable[..., Any] = ndimage.distance_transform_edt
 """Untyped: scipy has no annotations for what these functions return."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NarrowPassageConfig:
+    """The search for straight passages of a long body."""
+
+    headings: int = 24
+    """Directions tried over half a turn; more finds narrower passages and takes longer."""
+    max_length_m: float = 1.8
+    """Longest distance from the narrow place to where the body can turn, on either side; more finds
+    deeper passages."""
+    max_places: int = 12
+    """Narrow places checked per search; more takes longer."""
+    place_spacing_m: float = 0.4
+    """Least distance between these places; more checks fewer of them."""
+    interval_steps: int = 5
+    """Steps between two searches; more takes less time and finds a passage later."""
+    joined_m: float = 0.45
+    """A passage is connected already if an edge joins nodes within this distance of its two ends;
+    more adds fewer edges."""
+
+    def __post_init__(self) -> None:
+        """Reject a search that finds nothing."""
+        if min(self.headings, self.max_places, self.interval_steps) < 1 or self.max_length_m <= 0.0:
+            raise ValueError(
+                "headings, max_places and interval_steps must be at least 1 and max_length_m above "
+                f"0; got {self.headings}, {self.max_places}, {self.interval_steps}, "
+                f"{self.max_length_m}"
+            )
+
+
 def find_narrow_passages(
-    grid: FloorGrid, limits: BodyLimits, reachable: NDArray[np.uint8], margin_m: float
+    config: NarrowPassageConfig,
+    grid: FloorGrid,
+    limits: BodyLimits,
+    reachable: NDArray[np.uint8],
+    margin_m: float,
 ) -> list[Float64Array]:
     """Find straight passages between regions in which the body can turn.
 
     Args:
+        config: Number and length of the passages.
         grid: The floor.
         limits: The body.
         reachable: (X, Y) from `reachable_cells`.
@@ -59,19 +85,26 @@ def find_narrow_passages(
         return []
     _, nearest = _distance(regions == 0, return_indices=True)
     owner = np.where(reachable > 0, regions[tuple(nearest)], 0)
-    narrow = cell_centres(grid, _spread(np.argwhere(_borders(owner) & ~turns), room, grid))
-    passages = [straight_passage(grid, limits, x, y, margin_m) for x, y in narrow.tolist()]
+    cells = _spread(config, np.argwhere(_borders(owner) & ~turns), room, grid)
+    narrow = cell_centres(grid, cells).tolist()
+    passages = [straight_passage(config, grid, limits, x, y, margin_m) for x, y in narrow]
     return [passage for passage in passages if passage is not None]
 
 
 def straight_passage(
-    grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin_m: float
+    config: NarrowPassageConfig,
+    grid: FloorGrid,
+    limits: BodyLimits,
+    x: float,
+    y: float,
+    margin_m: float,
 ) -> Float64Array | None:
     """Find the straight passage with the most clearance near a point.
 
     The body can turn at both ends.
 
     Args:
+        config: Directions and longest passage.
         grid: The floor.
         limits: The body.
         x: Of the point, metres; likewise y.
@@ -82,7 +115,10 @@ def straight_passage(
         (2, 2) both ends, metres; None if there is no passage.
     """
     ends = np.zeros((2, 2))
-    return ends if _passage_kernel(grid, limits, x, y, margin_m, ends) else None
+    found = _passage_kernel(
+        grid, limits, x, y, margin_m, config.headings, config.max_length_m, ends
+    )
+    return ends if found else None
 
 
 def _ends_unseen(may_turn: NDArray[np.bool_], reachable: NDArray[np.uint8]) -> NDArray[np.bool_]:
@@ -108,49 +144,52 @@ def _borders(owner: NDArray[np.int32]) -> NDArray[np.bool_]:
     return border
 
 
-def _spread(cells: NDArray[np.int64], worth: Float64Array, grid: FloorGrid) -> NDArray[np.int64]:
-    """Return up to `_MOST` of (M, 2) cells, highest worth first, at least `_APART_M` apart.
+def _spread(
+    config: NarrowPassageConfig, cells: NDArray[np.int64], worth: Float64Array, grid: FloorGrid
+) -> NDArray[np.int64]:
+    """Return the first of (M, 2) cells, highest worth first, without those close to others.
 
     Args:
+        config: Number and least distance.
         cells: Their indices.
         worth: (X, Y) of every cell of the grid.
         grid: The floor.
     """
     kept: list[NDArray[np.int64]] = []
-    apart = _APART_M / grid.voxel_size
+    apart = config.place_spacing_m / grid.voxel_size
     for cell in cells[np.argsort(-worth[cells[:, 0], cells[:, 1]], kind="stable")]:
         if all(math.hypot(*(cell - other)) >= apart for other in kept):
             kept.append(cell)
-            if len(kept) == _MOST:
+            if len(kept) == config.max_places:
                 break
     return np.array(kept, dtype=np.int64).reshape(-1, 2)
 
 
 @njit(cache=True, nogil=True)
-def _turning_place_kernel(grid, limits, x, y, c, s, margin):
+def _turning_place_kernel(grid, limits, x, y, c, s, margin, longest):
     """Return the distance to the first place in a direction where the body can turn; -1 if none."""
     step = 0.5 * grid.voxel_size
-    for n in range(1, int(_LONGEST_M / step) + 1):
+    for n in range(1, int(longest / step) + 1):
         if can_stand_at(grid, limits, x + n * step * c, y + n * step * s, margin):
             return n * step
     return -1.0
 
 
 @njit(cache=True, nogil=True)
-def _passage_kernel(grid, limits, x, y, margin, ends):
-    """Write the ends of the passage with the most clearance; tell whether there is one."""
+def _passage_kernel(grid, limits, x, y, margin, headings, longest, ends):
+    """Write the ends of the passage with the most clearance; return whether there is one."""
     best, found = math.inf, False
     v = grid.voxel_size
-    for h in range(_HEADINGS):
-        heading = h * math.pi / _HEADINGS
+    for h in range(headings):
+        heading = h * math.pi / headings
         c, s = math.cos(heading), math.sin(heading)
         for aside in range(-2, 3):
             # The narrow place is known to one cell; its axis may pass between cell centres.
             px, py = x - 0.5 * aside * v * s, y + 0.5 * aside * v * c
-            ahead = _turning_place_kernel(grid, limits, px, py, c, s, margin)
+            ahead = _turning_place_kernel(grid, limits, px, py, c, s, margin, longest)
             if ahead < 0.0:
                 continue
-            behind = _turning_place_kernel(grid, limits, px, py, -c, -s, margin)
+            behind = _turning_place_kernel(grid, limits, px, py, -c, -s, margin, longest)
             if behind < 0.0:
                 continue
             ax, ay = px - behind * c, py - behind * s

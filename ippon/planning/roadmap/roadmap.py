@@ -90,7 +90,7 @@ class Roadmap:
         return set(ends[touching].ravel().tolist()).difference(nodes)
 
     def has_edge(self, a: int, b: int) -> bool:
-        """Tell whether an edge joins two nodes."""
+        """Return whether an edge joins two nodes."""
         return (min(a, b), max(a, b)) in self._index
 
     def add_edge(

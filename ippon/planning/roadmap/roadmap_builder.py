@@ -7,6 +7,7 @@ from ippon.geometry import Float64Array, yaw_of
 from ippon.planning.deadline import Deadline
 from ippon.planning.roadmap.connection import ConnectionConfig, Connector
 from ippon.planning.roadmap.local_planner import LocalPlanner, LocalPlannerConfig
+from ippon.planning.roadmap.narrow_passages import NarrowPassageConfig
 from ippon.planning.roadmap.roadmap import Roadmap
 from ippon.planning.roadmap.root_connection import RootConnector
 from ippon.planning.roadmap.sampling import SamplingConfig
@@ -25,6 +26,7 @@ class RoadmapBuilder:
     def __init__(
         self,
         sampling: SamplingConfig,
+        passages: NarrowPassageConfig,
         connection: ConnectionConfig,
         local_planner: LocalPlannerConfig,
         robot: RobotProfile,
@@ -38,6 +40,7 @@ class RoadmapBuilder:
 
         Args:
             sampling: Density of the viewpoints.
+            passages: Search for narrow passages.
             connection: Which nodes are connected.
             local_planner: How nodes are connected that no straight move joins.
             robot: Body and speed.
@@ -54,7 +57,7 @@ class RoadmapBuilder:
         self._connector = Connector(connection, roadmap, floor, local, robot)
         self._root = RootConnector(connection, roadmap, floor, local, robot)
         self._sampler = ViewpointSampler(
-            sampling, samples_per_step, roadmap, floor, self._connector, seed
+            sampling, passages, samples_per_step, roadmap, floor, self._connector, seed
         )
         self._thinning = Thinning(sampling, samples_per_step, roadmap)
 
@@ -88,7 +91,7 @@ class RoadmapBuilder:
         Args:
             voxels: (M, 3) centres of OOI voxels, metres.
             worth: (capacity,) what each viewpoint might show; the one with more stays.
-            target: Node that the robot is on its way to, None for none.
+            target: Node that the robot drives to, None for none.
             x: Robot, metres.
             y: Robot, metres.
 
@@ -151,7 +154,7 @@ class RoadmapBuilder:
             y: Robot, metres.
             yaw: Its heading, radians.
             deadline: Ends the local planner's queries.
-            target: Node that the robot is on its way to, None for none.
+            target: Node that the robot drives to, None for none.
             path: (K, 2) path to it, None for none.
 
         Returns:

@@ -64,7 +64,7 @@ def can_face(
     start_clearance: float,
     margin: float | None = None,
 ) -> bool:
-    """Tell whether the body can turn towards a point; within `AT_NODE_M` it need not turn.
+    """Return whether the body can turn towards a point; within `AT_NODE_M` it need not turn.
 
     Args:
         floor: What it turns over.

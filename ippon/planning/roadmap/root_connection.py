@@ -53,7 +53,7 @@ class RootConnector:
             x: Robot, metres.
             y: Robot, metres.
             yaw: Its heading, radians.
-            target: Node that the robot is on its way to, None for none.
+            target: Node that the robot drives to, None for none.
             path: (K, 2) path to it, None for none.
             deadline: Ends the local planner's queries, which run if no straight move is free.
         """

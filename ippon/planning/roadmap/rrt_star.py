@@ -30,7 +30,7 @@ class FloorSpace:
         return straight_move(self.grid, self._limits, ax, ay, bx, by, self._margin_m, math.inf)
 
     def stands(self, x: float, y: float) -> bool:
-        """Tell whether the body can stand and turn at a point."""
+        """Return whether the body can stand and turn at a point."""
         return can_stand_at(self.grid, self._limits, float(x), float(y), self._margin_m)
 
 

@@ -33,7 +33,7 @@ class Thinning:
         Args:
             voxels: (M, 3) centres of OOI voxels, metres; viewpoints beside them stay.
             worth: (capacity,) what each viewpoint might show; the one with more stays.
-            target: Node that the robot is on its way to, None for none; it stays.
+            target: Node that the robot drives to, None for none; it stays.
             x: Robot, metres; viewpoints near it stay.
             y: See x.
         """

@@ -1,14 +1,12 @@
 """Adding viewpoints to the roadmap, step by step."""
 
-from typing import Final
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.planning.deadline import UNLIMITED, Deadline
 from ippon.planning.roadmap.connection import Connector
-from ippon.planning.roadmap.narrow_passages import find_narrow_passages
+from ippon.planning.roadmap.narrow_passages import NarrowPassageConfig, find_narrow_passages
 from ippon.planning.roadmap.roadmap import Roadmap
 from ippon.planning.roadmap.sampling import (
     SamplingConfig,
@@ -22,11 +20,6 @@ from ippon.planning.terrain.motion_check import can_stand
 from ippon.planning.terrain.reachability import STANDABLE
 from ippon.planning.terrain.traversability import Traversability
 
-_PASSAGE_INTERVAL_STEPS: Final = 5
-"""Steps between two searches for narrow passages."""
-_PASSAGE_JOINED_M: Final = 0.45
-"""A passage needs no new edge if an edge joins nodes within this distance of its two ends."""
-
 
 class ViewpointSampler:
     """Samples viewpoints near objects first, then near the robot, then everywhere."""
@@ -34,6 +27,7 @@ class ViewpointSampler:
     def __init__(
         self,
         config: SamplingConfig,
+        passages: NarrowPassageConfig,
         most: int,
         roadmap: Roadmap,
         floor: Traversability,
@@ -42,12 +36,13 @@ class ViewpointSampler:
     ) -> None:
         """Begin; at most `most` viewpoints are added in a step."""
         self._config = config
+        self._passages = passages
         self._most = most
         self._roadmap = roadmap
         self._floor = floor
         self._connector = connector
         self._rng = np.random.default_rng(seed)
-        self._since_passages = _PASSAGE_INTERVAL_STEPS
+        self._since_passages = passages.interval_steps
 
     def add(
         self,
@@ -57,7 +52,7 @@ class ViewpointSampler:
         y: float,
         deadline: Deadline = UNLIMITED,
     ) -> bool:
-        """Add viewpoints; tell whether the floor is saturated, with no place left for another one.
+        """Add viewpoints; return whether the floor is saturated, with no place for another one.
 
         Args:
             voxels: (M, 3) centres of OOI voxels, metres.
@@ -122,14 +117,16 @@ class ViewpointSampler:
             reachable: (X, Y) from `reachable_cells`.
             deadline: Once it has passed, the search waits for another step.
         """
-        floor, roadmap = self._floor, self._roadmap
+        floor, roadmap, config = self._floor, self._roadmap, self._passages
         self._since_passages += 1
-        due = len(floor.limits.discs) > 0 and self._since_passages >= _PASSAGE_INTERVAL_STEPS
+        due = len(floor.limits.discs) > 0 and self._since_passages >= config.interval_steps
         if not due or deadline.passed():
             return
         self._since_passages = 0
-        for ends in find_narrow_passages(floor.grid, floor.limits, reachable, floor.margin_m):
-            beside = [roadmap.near(x, y, _PASSAGE_JOINED_M, 20) for x, y in ends]
+        for ends in find_narrow_passages(
+            config, floor.grid, floor.limits, reachable, floor.margin_m
+        ):
+            beside = [roadmap.near(x, y, config.joined_m, 20) for x, y in ends]
             if any(roadmap.has_edge(int(a), int(b)) for a in beside[0] for b in beside[1]):
                 continue
             a, b = (self._add(float(x), float(y)) for x, y in ends)

@@ -18,7 +18,7 @@ class Retention(NamedTuple):
     returns: float
     """`patience` to the number of returns: ends an alternation of two targets."""
     progress: float
-    """Grows with the travel time left, and falls to 1 as the gain of the path is seen from afar; 1
+    """Grows with the travel time left, and falls to 1 as the gain of the path is used up; 1
     for a terminating target."""
 
     @property
@@ -68,7 +68,7 @@ class TargetProgress:
 def update_target_progress(
     scores: Scores, gain: NDArray[np.float32], target: int | None, before: TargetProgress | None
 ) -> TargetProgress | None:
-    """Return the progress towards a target, which begins anew if the target is another one.
+    """Return the progress towards a target, which restarts if the target is another one.
 
     Args:
         scores: Scores of every node, with `credit_passed_gain`.

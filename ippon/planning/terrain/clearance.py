@@ -33,7 +33,7 @@ def clearance_at(grid: FloorGrid, x: float, y: float) -> float:
 
 @njit(cache=True, nogil=True)
 def seen_around(grid: FloorGrid, x: float, y: float, radius: float) -> bool:
-    """Tell whether no unseen cell lies within `radius` metres of the cell that holds a point."""
+    """Return whether no unseen cell lies within `radius` metres of the cell that holds a point."""
     i = math.floor(x / grid.voxel_size) - grid.origin[0]
     j = math.floor(y / grid.voxel_size) - grid.origin[1]
     if i < 0 or j < 0 or i >= grid.kind.shape[0] or j >= grid.kind.shape[1]:
@@ -65,7 +65,7 @@ def clearance_at_pose(grid: FloorGrid, limits: BodyLimits, x: float, y: float, y
 
 @njit(cache=True, nogil=True)
 def seen_at_pose(grid: FloorGrid, limits: BodyLimits, x: float, y: float, yaw: float) -> bool:
-    """Tell whether the body at a pose covers no unseen floor, apart from the allowed overlap."""
+    """Return whether the body at a pose covers no unseen floor, apart from the allowed overlap."""
     if limits.discs.shape[0] == 0:
         return seen_around(grid, x, y, limits.unseen_radius)
     c, s = math.cos(yaw), math.sin(yaw)

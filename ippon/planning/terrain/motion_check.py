@@ -30,7 +30,7 @@ def can_turn(
     margin: float,
     start_clearance: float,
 ) -> bool:
-    """Tell whether the body can turn on the spot.
+    """Return whether the body can turn on the spot.
 
     At the robot's present position the floor below the turn must have been seen; elsewhere it will
     have been seen by the time the robot gets there.
@@ -64,7 +64,7 @@ def can_turn(
 
 
 def can_stand(grid: FloorGrid, limits: BodyLimits, point: Float64Array, margin: float) -> bool:
-    """Tell whether the body fits at a (2,) point and can turn, with `margin` metres to spare.
+    """Return whether the body fits at a (2,) point and can turn, with `margin` metres to spare.
 
     For a long body no known obstacle may be in the way of the turn, but only the middle of the
     floor below the turn must have been seen.

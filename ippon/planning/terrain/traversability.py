@@ -46,13 +46,13 @@ class TraversabilityConfig:
     a voxel is up to half its edge off the surface. More leaves tighter places to the local planner,
     which keeps to their middle."""
     squeeze_margin_m: float = -0.04
-    """The same once nothing else is left to see: the map is up to half a voxel off, and a door that
-    it shows too narrow may be wide enough. Less tries narrower gaps and touches more."""
+    """`margin_m` before a search gives up: the map is up to half a voxel off, and a door that it
+    shows too narrow may be wide enough. Less tries narrower gaps and touches more."""
     start_margin_m: float = 0.2
     """The robot starts on floor that it cannot see: a disc this much wider than the body counts as
     floor, and so does all floor below the camera's lowest view. More trusts more unseen floor."""
     min_seen: float = 0.5
-    """Fraction of the body's height that must be known free; more needs better viewpoints."""
+    """Fraction of the body's height that must be known free; more needs better views."""
     unseen_overlap_m: float = 0.15
     """How far the body may reach over unseen floor; more passes more gaps in the map."""
     clearance_max_m: float = 1.5
@@ -151,7 +151,7 @@ class Traversability:
         self._record.mark_contact(self._grid, T_world_base, motion)
 
     def relax(self) -> bool:
-        """Reopen cells closed by contacts and reduce the margin; tell whether anything changes."""
+        """Reopen cells closed by contacts and reduce the margin; return whether any changed."""
         new = self._record.forget_contacts() or self.margin_m > self.config.squeeze_margin_m
         self.margin_m = self.config.squeeze_margin_m
         self._reread = True
@@ -168,7 +168,7 @@ class Traversability:
     def can_turn(
         self, at: Float64Array, start: float, end: float, margin: float, leave: float
     ) -> bool:
-        """Tell whether the body can turn at a (2,) point; see `motion_check.can_turn`."""
+        """Return whether the body can turn at a (2,) point; see `motion_check.can_turn`."""
         x, y = float(at[0]), float(at[1])
         return can_turn(self.grid, self.limits, x, y, start, end, margin, leave)
 

@@ -120,7 +120,7 @@ class TraversalRecord:
         self.cells[i[closed], j[closed]] |= CONTACT
 
     def forget_contacts(self) -> bool:
-        """Reopen the cells closed by contacts; tell whether there were any."""
+        """Reopen the cells closed by contacts; return whether there were any."""
         closed = bool((self.cells & CONTACT).any())
         self.cells &= 255 - CONTACT
         return closed

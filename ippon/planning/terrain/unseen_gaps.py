@@ -20,7 +20,7 @@ from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN, UNSEEN, FloorGrid
 from ippon.planning.terrain.traversability import Traversability
 
 _WINDOW_M: Final = 5.0
-"""Half the edge of the square of floor round the robot that is searched."""
+"""Half the edge of the square of floor around the robot that is searched."""
 _NEAREST_M: Final = 0.3
 """Floor closer to the robot than this is under its body."""
 

@@ -1,4 +1,4 @@
-"""The voxels round a viewpoint, sorted by the direction in which they lie."""
+"""The voxels around a viewpoint, sorted by the direction in which they lie."""
 
 import math
 from typing import Any, NamedTuple
@@ -52,7 +52,7 @@ def build_view_table(
     """Sort all voxel offsets within range into directions.
 
     Args:
-        yaw_bins: Directions round the horizon; cells are square, so it sets the pitch too.
+        yaw_bins: Directions around the horizon; cells are square, so it sets the pitch too.
         pitch_low: Lowest pitch that the camera can show, radians.
         pitch_high: Highest such pitch.
         range_voxels: Range of the camera in voxels.
@@ -106,7 +106,7 @@ def _columns_per_ray(pitch: NDArray[Any], yaw_bins: int) -> NDArray[np.int64]:
 def in_frustum(
     rays: Float64Array, robot: RobotProfile, yaw: float, tilt: float, shrink: float = 1.0
 ) -> NDArray[np.bool_]:
-    """Tell which directions the camera shows at one yaw and tilt.
+    """Return which directions the camera shows at one yaw and tilt.
 
     Args:
         rays: (N, 3) directions in the world frame.

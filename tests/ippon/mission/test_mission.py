@@ -16,7 +16,7 @@ from ippon.geometry import base_pose, yaw_of
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.levels import Level
 from ippon.guidance.prior import EmbeddedPrior
-from ippon.mission.behaviors.look_around import SAME_PLACE_M
+from ippon.mission.behaviors.config import LookAroundConfig
 from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
@@ -122,7 +122,7 @@ def test_looks_around_anew_for_the_same_object_somewhere_else(scene) -> None:
         world.step(Command(linear_m_s=0.5), 0.2)
         mission.step(world.observe())
     gone = np.linalg.norm(world.trajectory[-1] - world.trajectory[0])
-    assert gone > SAME_PLACE_M, "the start pose has room ahead"
+    assert gone > LookAroundConfig().same_place_m, "the start pose has room ahead"
     ask(mission, "sofa", goal_id=2)
     assert mission.state is MissionState.STARTING
 

@@ -7,7 +7,7 @@ import pytest
 
 from ippon.control.path_follower import PathFollower
 from ippon.frame import Frame
-from ippon.mission.behaviors.behavior import Situation
+from ippon.mission.behaviors.behavior import StepContext
 from ippon.mission.behaviors.confirmation import Confirmation
 from ippon.mission.behaviors.pursuit import Pursuit
 from ippon.mission.config import MissionConfig
@@ -37,8 +37,8 @@ def before_a_bed(searcher, room):
     search.arrived_steps = config.confirm_steps + config.image_check.min_images + 2
 
     def act(frame, plan):
-        situation = Situation(frame, 0.2, plan, search, follower, voxel_map)
-        return confirmation.act(situation) or pursuit.act(situation)
+        step = StepContext(frame, 0.2, plan, search, follower, voxel_map)
+        return confirmation.act(step) or pursuit.act(step)
 
     return robot, act, search
 

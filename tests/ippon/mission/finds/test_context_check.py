@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ippon.mission.config import MissionConfig
-from ippon.mission.finds.context_check import contradicts_context
+from ippon.mission.finds.context_check import ContextCheckConfig, contradicts_context
 from ippon.mission.finds.image_check import ImageCheckConfig
 from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find, MissionState
@@ -91,4 +91,9 @@ def test_only_a_stated_thing_that_is_not_there_speaks_against_a_find(mapped, con
         box_px=None,
     )  # fmt: skip
     goal = Goal(goal_id=1, object="hat", display="hat", context=context, category=None)
-    assert contradicts_context(find, goal, context, mapped) is elsewhere
+    assert contradicts_context(ContextCheckConfig(), find, goal, context, mapped) is elsewhere
+
+
+def test_gaps_that_contradict_each_other_are_refused():
+    with pytest.raises(ValueError, match="gaps must grow: 0 <= touching_m <= beside_m"):
+        ContextCheckConfig(touching_m=2.0)

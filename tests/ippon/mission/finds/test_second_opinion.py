@@ -116,6 +116,6 @@ def test_answers_that_would_say_the_opposite_are_refused(wrong):
 
 @pytest.mark.parametrize("box", [(0, 0, 5, 5), (90, 50, 100, 60), (-20, -20, 300, 200)])
 def test_a_crop_stays_in_the_image(box):
-    crop = crop_of(np.zeros((60, 100, 3), np.uint8), box)
+    crop = crop_of(SecondOpinionConfig(), np.zeros((60, 100, 3), np.uint8), box)
     assert 0 < crop.shape[0] <= 60
     assert 0 < crop.shape[1] <= 100

@@ -1,4 +1,4 @@
-"""Straight ways for a long body through what it cannot turn in."""
+"""Straight passages for a long body where it cannot turn."""
 
 import math
 from itertools import pairwise
@@ -10,7 +10,12 @@ from ippon.geometry import base_pose
 from ippon.mapping.arrays import FREE, OCCUPIED
 from ippon.planning.config import PlannerConfig
 from ippon.planning.planner import ViewpointPlanner
-from ippon.planning.roadmap.narrow_passages import _passage_kernel, _spread, find_narrow_passages
+from ippon.planning.roadmap.narrow_passages import (
+    NarrowPassageConfig,
+    _passage_kernel,
+    _spread,
+    find_narrow_passages,
+)
 from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN, cell_centres
 from ippon.planning.terrain.motion_check import can_stand, move_between, straight_move
 from ippon.planning.terrain.reachability import PASSED, STANDABLE, reachable_cells
@@ -22,6 +27,7 @@ from tests.long_robot import LONG
 from tests.reference import planning_floor as reference
 
 MARGIN_M = 0.02
+CONFIG = NarrowPassageConfig()
 LIMITS = limits_of_robot(LONG)
 
 
@@ -35,7 +41,7 @@ def floor_of(volume, robot=LONG, at=(1.8, 2.8)):
 @pytest.mark.parametrize("door_m", [0.65, 0.7, 0.8])
 def test_a_door_narrower_than_the_body_is_long_is_passed_straight(two_rooms, door_m):
     floor, reachable = floor_of(two_rooms(door_m))
-    passages = find_narrow_passages(floor.grid, floor.limits, reachable, MARGIN_M)
+    passages = find_narrow_passages(CONFIG, floor.grid, floor.limits, reachable, MARGIN_M)
     assert passages
     for ends in passages:
         left, right = sorted(ends.tolist())
@@ -49,14 +55,14 @@ def test_a_door_narrower_than_the_body_is_long_is_passed_straight(two_rooms, doo
 def test_what_is_narrower_than_the_body_is_no_gate(two_rooms):
     floor, reachable = floor_of(two_rooms(0.4))
     assert (reachable[40:] == 0).all(), "the flood does not get through either"
-    assert find_narrow_passages(floor.grid, floor.limits, reachable, MARGIN_M) == []
+    assert find_narrow_passages(CONFIG, floor.grid, floor.limits, reachable, MARGIN_M) == []
 
 
 def test_a_door_between_rooms_one_behind_the_other_is_one_too(dense_map):
     volume = dense_map((5.6, 8.0, 2.4)).room((0.8, 0.8), (4.8, 3.8)).room((0.8, 3.9), (4.8, 6.9))
     volume.fill((2.5, 3.8, 0.0), (3.2, 3.9, 2.0), FREE)
     floor, reachable = floor_of(volume, at=(2.8, 1.8))
-    passages = find_narrow_passages(floor.grid, floor.limits, reachable, MARGIN_M)
+    passages = find_narrow_passages(CONFIG, floor.grid, floor.limits, reachable, MARGIN_M)
     assert passages
     for ends in passages:
         near, far = sorted(ends[:, 1].tolist())
@@ -69,7 +75,7 @@ def test_a_passage_longer_than_a_way_is_none(dense_map):
     volume.fill((3.7, 2.45, 0.0), (8.1, 3.15, 2.0), FREE)
     floor, reachable = floor_of(volume)
     assert (reachable[90:] == STANDABLE).any(), "the flood leads through"
-    assert find_narrow_passages(floor.grid, floor.limits, reachable, MARGIN_M) == []
+    assert find_narrow_passages(CONFIG, floor.grid, floor.limits, reachable, MARGIN_M) == []
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -83,7 +89,9 @@ def test_the_roomiest_way_is_found_as_by_trying_all(seed):
     grid = make_grid(kind, origin=(-7, 5))
     for x, y in cell_centres(grid, np.array([(30, middle), (31, middle - 1), (20, 10)])):
         ends = np.zeros((2, 2))
-        found = _passage_kernel(grid, LIMITS, x, y, MARGIN_M, ends)
+        found = _passage_kernel(
+            grid, LIMITS, x, y, MARGIN_M, CONFIG.headings, CONFIG.max_length_m, ends
+        )
         expected = reference.narrow_passage(grid, LIMITS, x, y, MARGIN_M)
         assert found == (expected is not None)
         if expected is not None:
@@ -96,25 +104,25 @@ def test_a_few_narrow_places_stand_for_all():
     grid = make_grid(np.full((100, 100), OPEN, dtype=np.uint8))
     cells = np.argwhere(np.ones((100, 100), dtype=np.bool_))
     worth = np.random.default_rng(0).random((100, 100))
-    chosen = _spread(cells, worth, grid)
+    chosen = _spread(CONFIG, cells, worth, grid)
     assert len(chosen) == 12
     apart = np.linalg.norm(chosen[:, None] - chosen[None], axis=2) + 99.0 * np.eye(len(chosen))
     assert apart.min() * grid.voxel_size >= 0.4
     np.testing.assert_array_equal(chosen[0], np.unravel_index(worth.argmax(), worth.shape))
-    assert len(_spread(cells[:3], worth, grid)) == 1, "those lie side by side"
-    assert _spread(cells[:0], worth, grid).shape == (0, 2)
+    assert len(_spread(CONFIG, cells[:3], worth, grid)) == 1, "those lie side by side"
+    assert _spread(CONFIG, cells[:0], worth, grid).shape == (0, 2)
 
 
 def test_a_round_body_needs_none(two_rooms):
     floor, reachable = floor_of(two_rooms(0.8), ZED)
-    assert find_narrow_passages(floor.grid, floor.limits, reachable, MARGIN_M) == []
+    assert find_narrow_passages(CONFIG, floor.grid, floor.limits, reachable, MARGIN_M) == []
 
 
 def test_one_region_has_no_gates(dense_map):
     floor, reachable = floor_of(dense_map().room((0.8, 0.8), (5.6, 5.6)))
     assert (reachable == STANDABLE).any()
     assert (reachable == PASSED).any()
-    assert find_narrow_passages(floor.grid, floor.limits, reachable, MARGIN_M) == []
+    assert find_narrow_passages(CONFIG, floor.grid, floor.limits, reachable, MARGIN_M) == []
 
 
 def test_the_planner_leads_a_long_body_through_a_door(two_rooms):
@@ -145,3 +153,8 @@ def test_a_circle_that_holds_it_does_not_fit(two_rooms):
     assert not can_stand(floor.grid, floor.limits, door, 0.0)
     assert not floor.can_turn(door, 0.0, math.pi, 0.0, math.inf)
     assert floor.can_turn(door, 0.0, 0.05, 0.0, math.inf)
+
+
+def test_a_search_that_finds_nothing_is_refused():
+    with pytest.raises(ValueError, match="max_length_m above 0; got 24, 12, 5"):
+        NarrowPassageConfig(max_length_m=0.0)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ippon.geometry import base_pose
+from ippon.planning.roadmap.narrow_passages import NarrowPassageConfig
 from ippon.planning.roadmap.sampling import SamplingConfig
 from ippon.planning.roadmap.viewpoint_sampler import ViewpointSampler
 from ippon.planning.terrain.reachability import reachable_cells
@@ -15,7 +16,13 @@ from tests.long_robot import LONG
 def sampled(volume, robot=LONG, at=(1.8, 2.8)):
     joined = Joined(volume, base_pose(*at, 0.0, 0.0), robot)
     sampler = ViewpointSampler(
-        SamplingConfig(), 10, joined.roadmap, joined.floor, joined.connector, 0
+        SamplingConfig(),
+        NarrowPassageConfig(),
+        10,
+        joined.roadmap,
+        joined.floor,
+        joined.connector,
+        0,
     )
     reachable = reachable_cells(joined.floor.grid, joined.floor.limits, *at, 0.02, 0.05)
     return joined, sampler, reachable

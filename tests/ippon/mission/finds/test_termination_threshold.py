@@ -1,6 +1,6 @@
 import math
 
-from ippon.mission.finds.termination import is_small, lowest_m, termination_voxels
+from ippon.mission.finds.termination_threshold import is_small, lowest_m, termination_voxels
 
 
 def test_larger_objects_need_more_voxels() -> None:

@@ -1,11 +1,11 @@
-"""T_min: how many object voxels end a search, and how high above the floor they begin."""
+"""T_min, the number of object voxels that ends a search, and the height at which they begin."""
 
 import math
 from typing import Final
 
 from ippon.planning.surface_scale import surface_scale
 
-# About a fifth of the surface voxels of 10 cm that one view shows of an ordinary specimen. The
+# About a fifth of the surface voxels of 10 cm that one image shows of an ordinary specimen. The
 # paper gives no numbers: "smaller for plants and larger for beds".
 _VOXELS_AT_REFERENCE: Final[dict[str, float]] = {
     "bed": 24.0,
@@ -31,7 +31,7 @@ _SMALL_OBJECT: Final = 1.0
 _MAY_BE_FLAT: Final = frozenset(
     {"shower", "gym_equipment", "appliances", "floor", "bath_mat", "welcome_mat", "yoga_mat"}
 )
-"""Objects that may be no higher than a mat or a tray."""
+"""Objects that may be as flat as a mat or a tray."""
 _STANDS_M: Final = 0.1
 
 
@@ -60,7 +60,7 @@ def is_small(label: str, category: str | None) -> bool:
 def lowest_m(label: str, category: str | None) -> float:
     """Return the height above the floor at which an object's voxels begin, metres.
 
-    The lowest voxels of standing objects look like floor; small objects may be no higher.
+    The lowest voxels of standing objects look like floor; small objects may consist of them.
 
     Args:
         label: Canonical label of the object.
