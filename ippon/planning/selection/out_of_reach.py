@@ -120,15 +120,7 @@ class OutOfReach:
         case.steps += 1
         robot = float(T_world_base[0, 3]), float(T_world_base[1, 3])
         if case.stand is None and case.steps <= self._config.around_steps:
-            unknown = find_detour(
-                self._config.detour,
-                around,
-                cluster,
-                case.closed,
-                self._config.reach_m,
-                robot,
-                self._look.sight_points,
-            )
+            unknown = self._detour(case, cluster, around, robot)
             if unknown is not None:
                 case.sure = 0
                 return self._look_at_floor(case, unknown, around, tree, xy, T_world_base)
@@ -150,6 +142,24 @@ class OutOfReach:
         node = int(tree.order[np.argmin(np.hypot(*(xy[tree.order] - place).T))])
         away = float(np.hypot(*(cluster[:, :2] - xy[node]).T).min())
         return look_at(node, xy[node], voxel, around.camera_z_m, away)
+
+    def _detour(
+        self,
+        case: _Case,
+        cluster: Float64Array,
+        around: Surroundings,
+        robot_xy: tuple[float, float],
+    ) -> tuple[float, float] | None:
+        """Return where unseen floor begins on a detour to the object; see `find_detour`."""
+        return find_detour(
+            self._config.detour,
+            around,
+            cluster,
+            case.closed,
+            self._config.reach_m,
+            robot_xy,
+            self._look.sight_points,
+        )
 
     def wanted_place(self) -> Float64Array | None:
         """Return the place (2,) that needs a viewpoint, None for none."""

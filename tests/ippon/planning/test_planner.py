@@ -487,7 +487,9 @@ def test_an_empty_map_gives_an_empty_plan(dense_map):
 
 
 def test_budgets_that_get_nowhere_are_refused():
-    with pytest.raises(ValueError, match="samples_per_step must be at least 1"):
+    with pytest.raises(
+        ValueError, match="max_object_voxels must be at least 1, max_nodes"
+    ):
         PlannerConfig(samples_per_step=0)
     with pytest.raises(ValueError, match="growth_share must lie in"):
         PlannerConfig(growth_share=0.0)
