@@ -175,7 +175,7 @@ def note_viewpoints(config: TrialConfig, scene: Scene, spec: EpisodeSpec) -> lis
         views: ViewpointStore = mission._planner._planner._viewpoints  # pyright: ignore
         time_s = result.snapshot.elapsed_s
         for node, sums in views._sums.items():
-            heading = int(np.argmin(np.abs(views.headings - views.yaw[node])))
+            heading = int(np.argmin(np.abs(views.geometry.orientations.yaws - views.yaw[node])))
             promise = float((sums.known[heading] + average * sums.unknown[heading]).max())
             if promise < LEAST_GAIN:
                 continue

@@ -31,7 +31,7 @@ def test_auto_is_the_planner_whatever_is_held():
 
 
 @pytest.mark.parametrize("mode", [DriveMode.ASSISTED, DriveMode.MANUAL])
-def test_letting_go_stands(mode):
+def test_the_robot_stands_without_an_input(mode):
     command = blend_commands(mode, NO_INPUT, PLANNED, ZED)
     assert (command.linear_m_s, command.yaw_rate_rad_s) == (0.0, 0.0)
 

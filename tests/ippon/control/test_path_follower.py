@@ -136,7 +136,7 @@ def test_the_robot_turns_on_the_spot_before_it_drives_the_other_way(floor_with):
 
 
 @pytest.mark.parametrize("away", [0.09, 0.14])
-def test_nobody_turns_round_for_a_hands_breadth(floor_with, away):
+def test_the_robot_does_not_turn_for_a_target_15_cm_away(floor_with, away):
     # The planner says so, too: else going to a target would make it dearer than another one.
     ride = Ride(floor_with(), HABITAT)
     plan = make_plan([(0.0, 0.0), (-away, 0.0)], yaw=0.7)
@@ -145,7 +145,7 @@ def test_nobody_turns_round_for_a_hands_breadth(floor_with, away):
     assert min(c.yaw_rate_rad_s for c in ride.commands) > -0.1, "straight to the final heading"
 
 
-def test_who_drives_straight_at_the_target_goes_on_to_it(floor_with):
+def test_a_robot_that_faces_the_target_drives_on_to_it(floor_with):
     ride = Ride(floor_with(), HABITAT)
     assert ride.run(make_plan([(0.0, 0.0), (0.14, 0.0)], yaw=0.7), 8.0)
     assert math.hypot(ride.x - 0.14, ride.y) < 0.1
@@ -270,7 +270,7 @@ def test_a_long_robot_turns_round_where_it_has_the_room(floor_with):
     assert min(c.linear_m_s for c in ride.commands) >= 0.0
 
 
-def test_who_cannot_drive_backwards_does_not(floor_with):
+def test_a_robot_that_cannot_reverse_turns(floor_with):
     corridor = [(-1.0, y, 0.0, 2.0, y + 0.2, 1.0) for y in (-0.5, 0.3)]
     ride = Ride(floor_with(*corridor), dataclasses.replace(LONG, can_reverse=False))
     ride.run(make_plan([(0.0, 0.0), (-1.8, 0.0)], yaw=math.pi), 5.0)

@@ -97,7 +97,7 @@ def test_finds_two_objects_in_a_row_on_one_map(scene) -> None:
     assert Judge(scene, ZED, "sofa").is_success(world.trajectory[-1])
 
 
-def test_looks_around_anew_for_another_object_but_not_for_the_same_one(scene) -> None:
+def test_looks_around_again_for_another_object_but_not_for_the_same_one(scene) -> None:
     world, mission = looked_around(scene, "sofa")
     ask(mission, "sofa", "it is in the living room", goal_id=2)
     mission.step(world.observe())
@@ -114,7 +114,7 @@ def test_looks_around_anew_for_another_object_but_not_for_the_same_one(scene) ->
         mission._behaviors.look_around.skip()
 
 
-def test_looks_around_anew_for_the_same_object_somewhere_else(scene) -> None:
+def test_looks_around_again_for_the_same_object_somewhere_else(scene) -> None:
     world, mission = looked_around(scene, "sofa")
     # The search is over, and somebody else drives.
     mission.search.state = MissionState.FOUND
@@ -237,7 +237,7 @@ def test_a_frame_without_any_depth_changes_nothing(scene) -> None:
     assert mission.voxel_map.revision == revision
 
 
-def test_a_robot_clock_that_starts_anew_does_not_make_a_search_younger(scene) -> None:
+def test_a_reset_of_the_clock_does_not_change_the_age_of_a_search(scene) -> None:
     world, mission = start(scene)
     ask(mission, "hat")
     frame = world.observe()

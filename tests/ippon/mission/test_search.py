@@ -59,13 +59,13 @@ def searching(monkeypatch):
     ],
     ids=["sure", "unlike it", "few images", "unsure map", "far away", "enough of it"],
 )
-def test_a_speck_counts_where_map_and_images_are_sure_of_it(searching, share, find, shows):
+def test_a_single_voxel_counts_if_map_and_images_are_sure(searching, share, find, shows):
     search = searching(share)
     search.candidates = (find,)
     assert search.shows_single_voxel(base_pose(0.0, 0.0, 0.0, 0.0)) is shows
 
 
-def test_a_large_thing_is_never_found_in_a_speck(searching):
+def test_a_few_voxels_are_never_a_large_object(searching):
     search = searching(0.9, goal="bed", category="bed")
     search.candidates = (speck(),)
     assert not search.shows_single_voxel(base_pose(0.0, 0.0, 0.0, 0.0))
@@ -87,7 +87,7 @@ def test_half_of_t_min_is_enough_from_then_on(searching):
         (None, 1.0, "shows too little to be sure"),
     ],
 )
-def test_so_little_must_surely_be_it(searching, share, probability, doubt):
+def test_few_voxels_of_a_small_object_must_be_sure(searching, share, probability, doubt):
     search, find = searching(share), speck(probability=probability)
     assert search.objection(find, elsewhere=False) is None, "two such voxels ended the search"
     search.relaxed_termination = True
@@ -138,7 +138,7 @@ def test_a_find_has_the_size_of_the_object(searching, goal, size_m, voxels, doub
     [(6, 1.0, False), (7, 1.0, True), (15, 0.98, False), (16, 0.98, True)],
     ids=["T_min", "more", "unsure", "unsure of much"],
 )
-def test_a_large_thing_shows_the_more_the_less_the_map_is_sure(
+def test_an_unsure_posterior_demands_more_voxels_of_a_large_object(
     searching, voxels, probability, enough
 ):
     search = searching(0.9, goal="toilet", category="toilet")
@@ -149,7 +149,7 @@ def test_a_large_thing_shows_the_more_the_less_the_map_is_sure(
     assert search.objection(find, elsewhere=False) is None, "with nothing better left"
 
 
-def test_what_is_too_large_is_gone_back_to_last(searching):
+def test_finds_that_are_too_large_are_reconsidered_last(searching):
     search = searching(0.9)
     voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), MATTERPORT_40)
     bin_ = replace(speck(x=4.0, voxels=54), size_m=(0.6, 0.6, 0.8))

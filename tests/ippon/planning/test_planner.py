@@ -84,7 +84,7 @@ def test_a_closed_room_that_was_seen_is_exhausted(dense_map):
     assert_consistent(plan, volume)
 
 
-def test_viewpoints_with_little_left_to_see_look_the_way_the_robot_comes(dense_map):
+def test_viewpoints_with_little_gain_face_the_direction_of_travel(dense_map):
     tree = run(make(), dense_map().room((0.8, 0.8), (4.8, 4.8)), 25).tree
     places, yaws = tree.positions_world[:, :2], tree.yaws_rad
     way = places[1:] - places[tree.parents[1:]]
@@ -197,7 +197,7 @@ def test_an_object_behind_glass_does_not_terminate_from_afar(dense_map):
     assert (plan.tree.terminations == 0.0).all()
 
 
-def test_levels_weigh_the_gain_without_a_new_ray(dense_map, monkeypatch):
+def test_other_levels_change_the_gain_without_a_ray(dense_map, monkeypatch):
     volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
     volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
     planner = make()
@@ -446,7 +446,7 @@ def test_changes_of_the_map_are_followed_however_late_it_is(two_rooms):
     assert (plan.tree.positions_world[:, 0] < 3.9).all()
 
 
-def test_seconds_that_are_not_used_up_change_nothing(two_rooms):
+def test_a_budget_that_is_not_used_up_changes_nothing(two_rooms):
     volume = two_rooms(1.0)
     volume.fill((6.9, 2.0, 0.0), (7.0, 3.0, 1.8), FREE)
     counted, timed = make(), make_hurried(Clock())
@@ -487,9 +487,7 @@ def test_an_empty_map_gives_an_empty_plan(dense_map):
 
 
 def test_budgets_that_get_nowhere_are_refused():
-    with pytest.raises(
-        ValueError, match="max_object_voxels must be at least 1, max_nodes"
-    ):
+    with pytest.raises(ValueError, match="max_object_voxels must be at least 1, max_nodes"):
         PlannerConfig(samples_per_step=0)
     with pytest.raises(ValueError, match="growth_share must lie in"):
         PlannerConfig(growth_share=0.0)

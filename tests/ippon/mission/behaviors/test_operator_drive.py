@@ -102,7 +102,7 @@ def test_a_point_beyond_the_map_has_no_way_and_changes_nothing(world, mission):
     assert mission.state is before
 
 
-def test_by_hand_the_map_and_the_tree_grow_and_auto_plans_anew(world, mission):
+def test_mapping_and_planning_continue_in_manual(world, mission):
     mission.operator.drive(DriveMode.MANUAL)
     first = step(world, mission)
     assert first.snapshot.state is MissionState.MANUAL
@@ -134,7 +134,7 @@ def test_driving_by_hand_ends_the_way_to_a_point_and_never_counts_as_stuck(world
     assert "contact" not in kinds
 
 
-def test_what_if_and_what_is_there_change_nothing(world, mission):
+def test_a_preview_changes_nothing(world, mission):
     assert mission.preview(guidance_of("")) is None, "there is no plan yet"
     result = [step(world, mission) for _ in range(12)][-1]
     before = mission.voxel_map.arrays().level.copy()

@@ -81,7 +81,7 @@ def test_a_moving_or_waiting_robot_is_not_stuck() -> None:
 
 
 @pytest.mark.parametrize("robot", [ZED, HABITAT])
-def test_a_clock_that_starts_anew_ends_the_recovery(robot: RobotProfile) -> None:
+def test_a_reset_of_the_clock_ends_the_recovery(robot: RobotProfile) -> None:
     recovery = Recovery(RecoveryConfig(), robot)
     recovery.is_blocked(frame(1000 * S, HERE, contact=True))
     assert freeing(recovery, 1000 * S, 0.0) is not None
@@ -90,7 +90,7 @@ def test_a_clock_that_starts_anew_ends_the_recovery(robot: RobotProfile) -> None
     assert freeing(recovery, 1000 * S, 0.0) is None
 
 
-def test_a_clock_that_starts_anew_is_no_reason_to_count_as_stuck() -> None:
+def test_a_robot_is_not_stuck_after_a_reset_of_the_clock() -> None:
     recovery = Recovery(RecoveryConfig(stuck_after_s=2.0), ZED)
     recovery.watch(frame(100 * S, HERE), DRIVE)
     assert not recovery.is_blocked(frame(S, HERE, contact=False))

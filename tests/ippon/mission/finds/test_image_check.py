@@ -127,7 +127,7 @@ def test_a_find_that_the_map_is_not_sure_of_must_look_like_it_more_often(
     assert look.contradicts(unsure) is against
 
 
-def test_few_images_say_nothing():
+def test_a_find_with_few_images_has_no_score():
     look, find = after([0.0] * 7)
     assert look.share(find) is None
     assert not look.contradicts(find)
@@ -157,7 +157,7 @@ def test_a_heatmap_that_comes_late_is_asked_too(searcher, room):
     assert asked == [None, frame.heatmap]
 
 
-def test_another_find_starts_anew():
+def test_another_find_has_its_own_images():
     look, find = after([0.0] * 20)
     elsewhere = dataclasses.replace(find, position_world=(5.0, 3.0, 1.0))
     assert look.contradicts(find)
@@ -200,7 +200,7 @@ def doubter(searcher, room):
 
 
 @pytest.mark.slow
-def test_a_search_goes_on_from_what_the_images_deny(doubter):
+def test_a_search_continues_after_a_doubted_find(doubter):
     robot, results, events = doubter(60.0, reconsidered_share=1.0)
     doubted = [event for event in events if event.kind == "doubted"]
     assert doubted
@@ -210,7 +210,7 @@ def test_a_search_goes_on_from_what_the_images_deny(doubter):
 
 
 @pytest.mark.parametrize("idle_gain", [0.0, 0.15])
-def test_what_the_images_deny_is_gone_back_to_when_nothing_better_is_left(doubter, idle_gain):
+def test_a_doubted_find_is_reconsidered_when_no_better_one_is_left(doubter, idle_gain):
     robot, _, events = doubter(200.0, ExhaustionConfig(idle_gain=idle_gain))
     kinds = [event.kind for event in events]
     assert kinds.count("doubted") == kinds.count("reconsidered") == 1

@@ -53,7 +53,7 @@ def test_another_goal_begins_without_them(hall):
     assert len(robot.last.far_evidence) == 0
 
 
-def test_switched_off_it_knows_of_nothing_beyond_its_map(hall):
+def test_without_far_evidence_nothing_beyond_the_map_counts(hall):
     config = MissionConfig()
     robot = hall(replace(config, far_evidence=replace(config.far_evidence, enabled=False)))
     robot.search(60.0)

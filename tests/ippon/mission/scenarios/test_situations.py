@@ -183,7 +183,7 @@ def test_an_object_that_no_way_leads_to_is_found_out_of_reach(searcher, room):
     assert robot.last.outcome == "exhausted"
 
 
-def test_a_way_round_that_was_not_seen_yet_is_tried_before_that_is_said(searcher, room):
+def test_a_detour_over_unseen_floor_is_tried_before_an_object_is_out_of_reach(searcher, room):
     barrier = ("wall", "wall", (4.0, -0.1, 0.0), (4.1, 3.0, 0.9))
     screen = ("wall", "wall", (2.4, 2.4, 0.0), (2.5, 4.1, 2.5))
     robot = searcher([*room(), barrier, screen, toilet(5.4, 0.2)], 1.0, 0.6)
@@ -262,7 +262,7 @@ def test_the_camera_sweeps_while_the_robot_explores(searcher, room, sweep):
 
 
 @pytest.mark.parametrize("held_still", [False, True])
-def test_nobody_commands_more_than_the_body_can_follow(searcher, room, held_still):
+def test_commands_stay_within_the_robots_limits(searcher, room, held_still):
     """Neither the look around, a pause on the way, nor the way back from an obstacle."""
     robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
     robot.ask("toilet")

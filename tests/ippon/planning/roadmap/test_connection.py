@@ -91,7 +91,7 @@ def test_a_pair_that_failed_is_not_solved_twice_while_nothing_changes(two_rooms,
     assert len(solved) == 1
 
 
-def test_a_node_with_the_number_of_a_removed_one_is_tried_anew(two_rooms):
+def test_a_node_with_the_number_of_a_removed_one_is_tried_again(two_rooms):
     joined = Joined(two_rooms(0.0), base_pose(2.0, 2.85, 0.0, 0.0))
     joined.add(3.3, 2.85)
     lost = joined.add(4.5, 2.85)

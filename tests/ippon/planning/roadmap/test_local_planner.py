@@ -124,7 +124,7 @@ def test_a_query_that_ran_out_of_time_goes_on_where_it_was():
         assert move_between(grid, LIMITS, a, b, 0.0)[0]
 
 
-def test_no_way_is_no_way_after_as_many_iterations_as_without_a_clock():
+def test_a_query_without_a_path_ends_after_the_same_iterations_with_a_clock():
     grid, ends = divided()
     asked = query(grid, **ends)
     pieces = solved_in_pieces(asked, grid)

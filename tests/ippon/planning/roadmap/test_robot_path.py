@@ -51,7 +51,7 @@ def test_a_long_body_that_cannot_turn_drives_ahead_or_back(dense_map):
     assert drive_time(back, floor_of(dense_map().room(*CORRIDOR), ZED), ZED, 0.02, 0.0) is not None
 
 
-def test_what_is_a_hands_breadth_away_needs_no_turning(dense_map):
+def test_a_target_within_15_cm_needs_no_turn(dense_map):
     floor = floor_of(dense_map((9.6, 3.2, 2.4)).room(*CORRIDOR), LONG)
     here, aside = np.array([4.0, 1.6]), np.array([0.0, 1.0])
     ahead = here + np.array([1.0, 0.05])

@@ -39,7 +39,7 @@ def run(planner, volume, steps, pose=POSE):
     return plan
 
 
-def test_what_may_be_the_object_goes_before_the_unknown(dense_map):
+def test_a_closer_look_comes_before_exploring(dense_map):
     volume = seen_from_afar(dense_map)
     plan = run(make(), volume, 10)
     assert plan.closer_look
@@ -51,13 +51,13 @@ def test_what_may_be_the_object_goes_before_the_unknown(dense_map):
     assert plan.target.tilt_rad < 0.0
 
 
-def test_a_speck_is_left_for_when_it_has_grown(dense_map):
+def test_a_small_cluster_gets_no_closer_look(dense_map):
     volume = seen_from_afar(dense_map, voxels=0.1)
     assert not run(make(), volume, 10).closer_look, "4 voxels are less than half of 9"
     assert run(make(closer_look=CloserLookConfig(share=0.3)), volume, 10).closer_look
 
 
-def test_what_stays_a_speck_from_close_by_is_left_alone(dense_map):
+def test_a_cluster_that_does_not_grow_is_left(dense_map):
     volume = seen_from_afar(dense_map)
     planner = make()
     plan = run(planner, volume, 10)

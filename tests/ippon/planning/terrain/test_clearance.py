@@ -55,7 +55,7 @@ def random_kind(seed: int, shape=(34, 27), share=0.03) -> np.ndarray:
 
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 10_000), share=st.sampled_from([0.0, 0.01, 0.05, 0.4]))
-def test_every_cell_knows_its_nearest_obstacle(seed, share):
+def test_every_cell_has_its_nearest_obstacle(seed, share):
     kind = random_kind(seed, (21, 17), share)
     grid = make_grid(kind, cutoff=7)
     for i in range(kind.shape[0]):
@@ -137,7 +137,7 @@ def test_unseen_floor_blocks_only_close_to_the_centre():
         assert move_between(grid, LIMITS, np.array([2, y]), np.array([4, y]), 0.0)[0] is free
 
 
-def test_who_stands_too_close_may_leave_but_not_come_closer():
+def test_a_robot_too_close_to_an_obstacle_may_only_move_away():
     kind = np.full((60, 40), OPEN)
     kind[30, 20] = OBSTACLE
     grid = make_grid(kind)

@@ -13,7 +13,7 @@ def test_what_is_left_of_a_path_begins_at_the_robot():
     np.testing.assert_allclose(remaining_path(path, 1.0, 0.5), [(1.0, 0.5), (1.0, 1.0)])
 
 
-def test_who_comes_back_to_a_path_does_so_farther_on():
+def test_a_robot_rejoins_its_path_farther_ahead():
     path = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
     np.testing.assert_allclose(
         rejoined_path(path, 0.4, -0.1, 0.2), [(0.4, -0.1), (0.6, 0.0), (1.0, 0.0), (1.0, 1.0)]

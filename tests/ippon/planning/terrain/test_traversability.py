@@ -102,7 +102,7 @@ def test_only_the_changed_window_is_worked_on_and_equals_starting_afresh(dense_m
     assert floor.clearance(3.5, 4.1) == pytest.approx(math.hypot(0.55, 0.05), abs=1e-6)
 
 
-def test_a_growing_map_keeps_marks(dense_map):
+def test_marks_are_kept_as_the_grid_grows(dense_map):
     floor = Traversability(TraversabilityConfig(), ZED)
     floor.update(open_floor(dense_map).arrays(), POSE)
     floor.mark_contact(POSE)
@@ -114,7 +114,7 @@ def test_a_growing_map_keeps_marks(dense_map):
     assert kind_at(floor, 1.05, 2.05) == OPEN
 
 
-def test_relaxing_opens_contacts_and_narrows_the_margin_once(dense_map):
+def test_relaxing_opens_contacts_and_reduces_the_margin_once(dense_map):
     volume = open_floor(dense_map)
     floor = Traversability(TraversabilityConfig(), ZED)
     floor.update(volume.arrays(), POSE)

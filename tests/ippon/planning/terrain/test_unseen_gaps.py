@@ -61,7 +61,7 @@ def test_the_nearest_unseen_floor_before_a_room_is_found(origin):
     ],
     ids=["nothing unseen", "too wide", "the body does not fit", "hardly a room behind"],
 )
-def test_nothing_to_look_at(grid):
+def test_no_floor_check_without_unseen_floor(grid):
     assert gap(grid) is None
 
 
@@ -107,7 +107,7 @@ def test_a_gap_is_looked_for_in_every_fifth_step_and_must_stay():
     assert watched([open_] * 5 + [closed] * 5 + [open_] * 10) == [20]
 
 
-def test_another_gap_than_the_last_time_is_not_told_yet(monkeypatch):
+def test_a_gap_is_reported_after_it_was_found_twice(monkeypatch):
     places = [(1.0, 1.0), (1.0, 1.7), (3.0, 1.7), (3.0, 1.7), None, (3.0, 1.7)]
     found = iter(places)
     monkeypatch.setattr(unseen_gaps_module, "find_unseen_gap", lambda *_: next(found))

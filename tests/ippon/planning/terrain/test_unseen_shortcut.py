@@ -27,13 +27,13 @@ def test_only_what_was_never_seen_counts():
     assert across(kind) == pytest.approx(1.0, abs=0.1)
 
 
-def test_a_known_obstacle_in_the_way_ends_the_hope():
+def test_a_known_obstacle_on_the_line_excludes_a_shortcut():
     kind = np.full((41, 41), UNSEEN, np.uint8)
     kind[20, 20] = OBSTACLE
     assert across(kind) == 0.0
 
 
-def test_no_path_no_way():
+def test_an_empty_path_has_no_shortcut():
     grid = make_grid(np.full((41, 41), UNSEEN, np.uint8), origin=(0, 0))
     assert unseen_shortcut_m(grid, LIMITS, 0.02, np.zeros((0, 2))) == 0.0
 

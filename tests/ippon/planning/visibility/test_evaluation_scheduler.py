@@ -59,7 +59,7 @@ def test_the_target_comes_before_all_others():
     assert evaluations(Views())[2](target=2)[0] == 2
 
 
-def test_nothing_is_due_where_nothing_changed_but_a_target_that_was_looked_at():
+def test_only_a_target_that_was_reached_is_stale_without_a_change():
     *_, step = evaluations(Views(due=()))
     assert step() == step(target=2) == []
     assert step(target=2, standing=True) == [2]

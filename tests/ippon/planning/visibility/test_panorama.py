@@ -126,7 +126,7 @@ def test_unknown_depth_bounds_what_lies_behind_the_frontier(dense_map):
     assert 0.0 < sums[0] < sums[1] < sums[2]
 
 
-def test_looks_wear_unknown_space_out(dense_map):
+def test_unknown_space_loses_its_gain_with_every_image(dense_map):
     volume = dense_map()
     table = make_table()
     field = make_field(volume, 0, 19)
@@ -154,7 +154,7 @@ def test_object_voxels_count_within_reach_and_in_sight_only(dense_map):
     assert count(2.9, p=0.7) == 0.0, "below the threshold"
 
 
-def test_what_lies_behind_object_voxels_in_reach_counts_up_to_three_times_as_many(dense_map):
+def test_voxels_beyond_reach_count_up_to_three_times_those_within_reach(dense_map):
     deep = RULES._replace(termination_depth=7.0)
 
     def view(front: float | None, height: float = 0.2):
@@ -174,7 +174,7 @@ def test_what_lies_behind_object_voxels_in_reach_counts_up_to_three_times_as_man
     assert view(3.1, height=1.5).behind.sum() < edge.behind.sum(), "its front hides some of it"
 
 
-def test_what_lies_elsewhere_is_no_more_of_what_is_in_reach(dense_map):
+def test_voxels_beyond_reach_in_other_directions_do_not_count(dense_map):
     deep = RULES._replace(termination_depth=7.0)
     volume = dense_map().room((0.8, 0.8), (6.0, 6.0))
     volume.fill((2.8, 3.1, 0.4), (2.9, 3.4, 0.6), OCCUPIED, ooi=0.95, level=2)
@@ -188,7 +188,7 @@ def test_what_lies_elsewhere_is_no_more_of_what_is_in_reach(dense_map):
     assert look(volume, (22, 32, 11), deep)[0].termination > alone, "in the same direction"
 
 
-def test_a_fringe_in_reach_ends_no_search_by_what_is_behind_it(dense_map):
+def test_voxels_beyond_reach_do_not_count_for_a_fringe_within_reach(dense_map):
     deep = RULES._replace(termination_depth=7.0)
     volume = dense_map().room((0.8, 0.8), (6.0, 6.0))
     volume.fill((3.0, 3.2, 0.4), (3.1, 3.3, 0.5), OCCUPIED, ooi=0.95, level=2)
@@ -198,7 +198,7 @@ def test_a_fringe_in_reach_ends_no_search_by_what_is_behind_it(dense_map):
     assert seen.behind.sum() > 3.0
 
 
-def test_far_surfaces_gain_nothing(dense_map):
+def test_surfaces_out_of_range_have_no_gain(dense_map):
     volume = dense_map()
     volume.room((2.4, 2.4), (4.0, 4.0), ooi=None)
     near_only = RULES._replace(surface_range=5.0)

@@ -16,7 +16,7 @@ HEADINGS = np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False)
 FAR = np.full(8, 5.0)
 
 
-def test_nothing_painted_weighs_nothing():
+def test_the_weight_is_1_without_strokes():
     weights = RegionWeights(CONFIG, ())
     assert (weights.at(np.random.default_rng(0).normal(size=(50, 2)) * 20.0) == 1.0).all()
 

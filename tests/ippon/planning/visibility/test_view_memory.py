@@ -60,7 +60,7 @@ def test_only_changes_that_matter_are_noted(dense_map):
     assert (memory.changed == 4).sum() == 1, "one object voxel matters"
 
 
-def test_looks_count_what_an_image_left_unsettled(dense_map):
+def test_images_are_counted_for_unknown_voxels_and_surfaces(dense_map):
     volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
     volume.fill((4.0, 2.0, 0.5), (4.4, 4.0, 1.5), UNKNOWN)
     memory = followed(volume)
@@ -82,7 +82,7 @@ def test_looks_count_what_an_image_left_unsettled(dense_map):
     assert looks.max() == 3, "unknown stays unknown, whatever is searched for"
 
 
-def test_a_growing_map_keeps_looks(dense_map):
+def test_numbers_of_images_are_kept_as_the_map_grows(dense_map):
     memory = followed(dense_map().room((0.8, 0.8), (5.6, 5.6)))
     at = np.array([30, 40, 5])
     memory.field.unknown_views[tuple(at - memory.field.origin)] = 7
@@ -92,7 +92,7 @@ def test_a_growing_map_keeps_looks(dense_map):
     assert memory.field.unknown_views.sum() == 7
 
 
-def test_another_floor_starts_afresh(dense_map):
+def test_another_floor_has_an_empty_memory(dense_map):
     volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
     memory = followed(volume)
     memory.field.unknown_views[:] = 5
@@ -101,7 +101,7 @@ def test_another_floor_starts_afresh(dense_map):
     assert (memory.field.state == FREE).any(), "states are read again"
 
 
-def test_a_robot_off_the_map_settles_nothing(dense_map):
+def test_a_robot_outside_the_map_counts_no_images(dense_map):
     volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
     memory = followed(volume)
     table = make_table()
@@ -111,7 +111,7 @@ def test_a_robot_off_the_map_settles_nothing(dense_map):
 
 
 @pytest.mark.parametrize("offset", [(-2, 1), (3, 3), (9, 0), (0, -9)])
-def test_pasting_copies_what_overlaps(offset):
+def test_only_the_overlap_is_copied(offset):
     source = np.arange(1, 17).reshape(4, 4)
     target = np.zeros((5, 5), dtype=int)
     copy_overlap(source, np.array(offset), target)

@@ -103,7 +103,7 @@ def test_unknown_space_by_a_promising_object_is_worth_more(table, orientations):
     assert choice.by_heading.max() == pytest.approx(choice.gain)
 
 
-def test_other_probabilities_weigh_the_same_sums_anew(table, orientations):
+def test_other_probabilities_change_the_gain_of_the_same_sums(table, orientations):
     panorama = empty(table)
     panorama.unknown[:] = 1.0
     panorama.known[table.pitch_bins // 2, 3] = 2.0
@@ -180,7 +180,7 @@ def test_without_an_object_there_is_nothing_to_frame(table, orientations):
     assert frame_object(sums, panorama, orientations, table, **FRAMING) is None
 
 
-def test_levels_are_counted_anew_without_a_ray(dense_map, table):
+def test_levels_are_counted_again_without_a_ray(dense_map, table):
     volume = dense_map((1.6, 1.6, 1.6))
     volume.fill((0.2, 0.2, 0.2), (0.4, 0.4, 0.4), OCCUPIED, ooi=0.0, level=Level.AVERAGE)
     camera = (4, 4, 2)

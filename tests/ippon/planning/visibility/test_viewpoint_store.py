@@ -76,7 +76,7 @@ def test_a_promising_level_raises_gain_but_not_potential(dense_map):
     assert viewpoints.potential[0] == pytest.approx(potential)
 
 
-def test_standing_by_a_viewpoint_wears_out_what_it_sees(dense_map):
+def test_a_viewpoint_loses_its_gain_while_the_robot_stands_there(dense_map):
     volume = room_with_door(dense_map)
     viewpoints = make(volume)
     viewpoints.evaluate(0, XY[0], volume.arrays())
