@@ -30,7 +30,7 @@ def mapped_obstacles(
     Args:
         arrays: The map.
         robot: Its body and step height.
-        T_world_base: Where it stands.
+        T_world_base: Pose of the robot.
         radius_m: Radius of the search around it.
 
     Returns:

@@ -101,7 +101,7 @@ class PathFollower:
 
         Args:
             plan: Target and path.
-            T_world_base: Where the robot stands.
+            T_world_base: Pose of the robot.
             tilt_rad: Its camera's tilt.
             map_arrays: The map, whose obstacles may be newer than the plan.
             dt_s: Seconds since the last step.

@@ -37,7 +37,7 @@ def filter_command(
 
     Args:
         command: The requested command.
-        T_world_base: Where the robot stands.
+        T_world_base: Pose of the robot.
         robot: Its body and limits.
         map_arrays: The map; unknown space is no obstacle here.
         horizon_s: Longest time until the next command, seconds.
@@ -64,11 +64,11 @@ def filter_among_obstacles(
     margin_m: float = -OVERLAP_TOLERANCE_M,
     slack_m: float = 0.002,
 ) -> tuple[Command, str | None]:
-    """Do what `filter_command` does for a given list of obstacles.
+    """Scale a command down among given obstacles; see `filter_command`.
 
     Args:
         command: The requested command.
-        T_world_base: Where the robot stands.
+        T_world_base: Pose of the robot.
         robot: Its body and limits.
         obstacles: (M, 2) world x and y of occupied voxel columns within reach, metres.
         horizon_s: Longest time until the next command, seconds.

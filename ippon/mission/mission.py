@@ -42,7 +42,7 @@ class Mission:
         config: All tunable parameters of a search.
         robot: Body, limits and camera mount.
         labels: The common objects that the map distinguishes.
-        seed: Of the planner's samples.
+        seed: Seed of the planner's samples.
         planner: Replaces the paper's planner, to compare methods.
         voxel_map: Replaces an empty map; it must have these labels.
         clock: Measures `PlannerConfig.step_budget_s`; ValueError where that is set without a clock.

@@ -20,7 +20,7 @@ def warm_up(arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array) 
     Args:
         arrays: A map in which the robot has driven.
         robot: A long body needs additional kernels.
-        T_world_base: Where it stands.
+        T_world_base: Pose of the robot.
     """
     floor = Traversability(TraversabilityConfig(), robot)
     floor.update(arrays, T_world_base)

@@ -107,7 +107,7 @@ def straight_passage(
         config: Directions and longest passage.
         grid: The floor.
         limits: The body.
-        x: Of the point, metres; likewise y.
+        x: World x of the point, metres; likewise y.
         y: See x.
         margin_m: Free space beside the body that a move must leave.
 

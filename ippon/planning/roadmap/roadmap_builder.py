@@ -44,7 +44,7 @@ class RoadmapBuilder:
             connection: Which nodes are connected.
             local_planner: How nodes are connected that no straight move joins.
             robot: Body and speed.
-            seed: Of the samples and of the local planner.
+            seed: Seed of the samples and of the local planner.
             samples_per_step: Viewpoints added in a step at most.
             floor: Where the robot can drive.
             roadmap: The roadmap to maintain; empty.
@@ -86,7 +86,7 @@ class RoadmapBuilder:
         x: float,
         y: float,
     ) -> list[int]:
-        """Remove viewpoints of a full roadmap that others can stand in for; see `Thinning`.
+        """Remove viewpoints of a full roadmap that others can replace; see `Thinning`.
 
         Args:
             voxels: (M, 3) centres of OOI voxels, metres.
@@ -178,7 +178,7 @@ class RoadmapBuilder:
         """Find a path to a point that the operator chose, over the roadmap as it is.
 
         Args:
-            T_world_base: Where the robot stands.
+            T_world_base: Pose of the robot.
             xy: (2,) world x and y, metres.
             deadline: See `shortest_tree`.
             target: See `shortest_tree`.

@@ -93,7 +93,7 @@ class RootConnector:
 
         Args:
             goal: (2,) where the robot can stand, metres.
-            T_world_base: Where it stands.
+            T_world_base: Pose of the robot.
             root_edges: Edges from the robot into the roadmap.
             tree: Best paths to the nodes.
 

@@ -11,7 +11,7 @@ from ippon.planning.roadmap.sampling import SamplingConfig
 
 
 class Thinning:
-    """Finds, every few steps, the viewpoints of a full roadmap that others can stand in for."""
+    """Finds, every few steps, the viewpoints of a full roadmap that others can replace."""
 
     def __init__(self, config: SamplingConfig, min_room: int, roadmap: Roadmap) -> None:
         """Begin; the roadmap counts as full with room for no more than `min_room` nodes."""

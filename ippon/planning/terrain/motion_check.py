@@ -74,7 +74,7 @@ def can_stand(grid: FloorGrid, limits: BodyLimits, point: Float64Array, margin: 
 
 @njit(cache=True, nogil=True)
 def can_stand_at(grid: FloorGrid, limits: BodyLimits, x: float, y: float, margin: float) -> bool:
-    """Do what `can_stand` does, for coordinates."""
+    """Return what `can_stand` returns, for coordinates."""
     return clearance_at(grid, x, y) >= limits.radius + margin and seen_around(
         grid, x, y, inscribed_unseen_radius(limits)
     )

@@ -123,7 +123,7 @@ class Traversability:
 
         Args:
             arrays: The map.
-            T_world_base: Where the robot stands.
+            T_world_base: Pose of the robot.
 
         Returns:
             Cells (i0, i1, j0, j1) whose distances may have changed, None when nothing did; all of

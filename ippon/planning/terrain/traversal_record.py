@@ -83,7 +83,7 @@ class TraversalRecord:
 
         Args:
             grid: The floor.
-            T_world_base: Where the robot stands.
+            T_world_base: Pose of the robot.
             motion: The last command; None for straight ahead.
         """
         v = grid.voxel_size
@@ -139,7 +139,7 @@ class TraversalRecord:
         Args:
             dx: World x from the base's centre, metres; likewise dy.
             dy: See dx.
-            yaw: Of the base.
+            yaw: Heading of the base, radians.
 
         Returns:
             Metres, negative inside, and the unit vector's x and y, each of the shape of `dx`.

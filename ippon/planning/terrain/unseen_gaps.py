@@ -77,7 +77,7 @@ class UnseenGapDetector:
         Args:
             floor: The floor and the body.
             reachable: (X, Y) from `reachable_cells`.
-            xy: Where the robot stands, metres.
+            xy: Position of the robot, metres.
             deadline: Once it has passed, the search waits up to `patience_steps`.
         """
         config = self._config
@@ -110,7 +110,7 @@ def find_unseen_gap(
         limits: Size of the body.
         margin_m: Free space beside the body that a move must leave.
         reachable: (X, Y) above 0 where the robot can get to, from `reachable_cells`.
-        xy: Where it stands, metres.
+        xy: Position of the robot, metres.
 
     Returns:
         World x and y of the nearest cell of such a gap in sight, metres; None if there is none.
