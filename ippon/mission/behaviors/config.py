@@ -25,6 +25,14 @@ class RecoveryConfig:
     turn_s: float = 1.2
     """Seconds of turning instead, for a robot that cannot reverse; more turns farther away."""
 
+    def __post_init__(self) -> None:
+        """Reject times and speeds without meaning."""
+        if self.stuck_after_s <= 0.0 or min(self.back_up_s, self.back_up_m_s, self.turn_s) < 0.0:
+            raise ValueError(
+                "stuck_after_s must be above 0, back_up_s, back_up_m_s and turn_s at least 0; got "
+                f"{self.stuck_after_s}, {self.back_up_s}, {self.back_up_m_s}, {self.turn_s}"
+            )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LookAroundConfig:
@@ -48,6 +56,14 @@ class LookAroundConfig:
     """Steps to wait for a terminating viewpoint that has just disappeared; more waits longer."""
     same_place_m: float = 0.5
     """Distance within which a look around need not be repeated or completed; more repeats fewer."""
+
+    def __post_init__(self) -> None:
+        """Reject a circle that never closes."""
+        if not 0.0 <= self.overlap_fraction < 1.0 or self.tilt_tolerance_rad <= 0.0:
+            raise ValueError(
+                "overlap_fraction must lie in [0, 1) and tilt_tolerance_rad be above 0; got "
+                f"{self.overlap_fraction}, {self.tilt_tolerance_rad}"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,6 +115,11 @@ class TravelPitchConfig:
     sweeps less."""
     driving_m_s: float = 0.05
     """Speed above which the camera sweeps; more sweeps less."""
+
+    def __post_init__(self) -> None:
+        """Reject a sweep without a period."""
+        if self.period_s <= 0.0:
+            raise ValueError(f"period_s must be above 0; got {self.period_s}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -182,6 +182,13 @@ def test_a_config_without_meaning_is_refused(wrong):
         ImageCheckConfig(**wrong)
 
 
+def test_a_check_that_tracks_nothing_is_refused():
+    with pytest.raises(ValueError, match="max_tracks must be at least 1"):
+        ImageCheckConfig(max_tracks=0)
+    with pytest.raises(ValueError, match="same_m and depth_tolerance_m above 0"):
+        ImageCheckConfig(depth_tolerance_m=0.0)
+
+
 @pytest.fixture
 def doubter(searcher, room):
     """Ask for a bed that never looks enough like one; returns robot, results and events."""

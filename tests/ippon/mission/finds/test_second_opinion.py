@@ -114,6 +114,11 @@ def test_answers_that_would_say_the_opposite_are_refused(wrong):
         SecondOpinionConfig(**wrong)
 
 
+def test_a_crop_without_pixels_is_refused():
+    with pytest.raises(ValueError, match="min_crop_px must be at least 1"):
+        SecondOpinionConfig(min_crop_px=0)
+
+
 @pytest.mark.parametrize("box", [(0, 0, 5, 5), (90, 50, 100, 60), (-20, -20, 300, 200)])
 def test_a_crop_stays_in_the_image(box):
     crop = crop_of(SecondOpinionConfig(), np.zeros((60, 100, 3), np.uint8), box)

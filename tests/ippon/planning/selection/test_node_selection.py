@@ -111,6 +111,8 @@ def test_nodes_that_are_unreachable_or_not_eligible_are_not_selected():
 def test_weights_without_meaning_are_refused():
     with pytest.raises(ValueError, match="stay_factor"):
         SelectionConfig(stay_factor=0.5)
+    with pytest.raises(ValueError, match="max_reevaluations must be at least 1"):
+        SelectionConfig(max_reevaluations=0)
     with pytest.raises(ValueError, match="passing_weight"):
         SelectionConfig(passing_weight=2.0)
     for name, wrong in (
