@@ -14,6 +14,7 @@ from ippon.mission.behaviors.config import (
     TravelPitchConfig,
 )
 from ippon.mission.finds.context_check import ContextCheckConfig
+from ippon.mission.finds.find_geometry import ExclusionConfig
 from ippon.mission.finds.image_check import ImageCheckConfig
 from ippon.mission.finds.second_opinion import SecondOpinionConfig
 from ippon.mission.finds.size_check import SizeCheckConfig
@@ -36,6 +37,7 @@ class MissionConfig:
     exhaustion: ExhaustionConfig = field(default_factory=ExhaustionConfig)
     image_check: ImageCheckConfig = field(default_factory=ImageCheckConfig)
     size_check: SizeCheckConfig = field(default_factory=SizeCheckConfig)
+    exclusion: ExclusionConfig = field(default_factory=ExclusionConfig)
     context_check: ContextCheckConfig = field(default_factory=ContextCheckConfig)
     second_opinion: SecondOpinionConfig = field(default_factory=SecondOpinionConfig)
     confirm_steps: int = 5

@@ -58,6 +58,7 @@ class Search:
     ) -> None:
         self.goal = goal
         self.guidance = guidance
+        self.exclusion = config.exclusion
         self.state = MissionState.STARTING
         self.candidates: tuple[Find, ...] = ()
         """Clusters of voxels that may be the object, largest first."""
@@ -144,7 +145,7 @@ class Search:
             if entry is None and not any(region.touches(find) for region in self.rejected):
                 left.append(find)
             else:
-                continuations.append((exclusion_sphere(find), entry))
+                continuations.append((exclusion_sphere(self.exclusion, find), entry))
         self.candidates = tuple(left)
         return continuations
 

@@ -17,12 +17,29 @@ ARRIVED_M = SUCCESS_M + 0.1
 """That distance and the tolerance within which the robot stops at a viewpoint."""
 FIND_WITHIN_M = 2.5
 """Largest distance between a find and the robot at the end of a search."""
-AROUND_M = 0.2
-"""Margin around a rejected find; voxels closer to it than this are part of it."""
-REST_SHARE = 0.25
-"""That margin for a large find, as a share of its radius."""
-LOOKED_AT_RADIUS_M = 0.75
-"""Radius of the excluded region when a find without voxels is rejected."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExclusionConfig:
+    """The region that is excluded from a search with a rejected find."""
+
+    margin_m: float = 0.2
+    """Margin around the find; voxels within it of the region belong to the same object. More also
+    excludes neighbouring objects."""
+    margin_share: float = 0.25
+    """That margin for voxels around a large find, as a share of the region's radius; more excludes
+    more of a large object's remaining voxels."""
+    image_radius_m: float = 0.75
+    """Radius of the region at the centre of the image if the rejected find has no voxels any more;
+    more excludes more of its surroundings."""
+
+    def __post_init__(self) -> None:
+        """Reject regions that exclude nothing."""
+        if min(self.margin_m, self.margin_share) < 0.0 or self.image_radius_m <= 0.0:
+            raise ValueError(
+                "margin_m and margin_share must be at least 0 and image_radius_m above 0; got "
+                f"{self.margin_m}, {self.margin_share}, {self.image_radius_m}"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -30,19 +47,24 @@ class ExclusionSphere:
     """A region that is excluded from the search."""
 
     centre_world: Float64Array
+    """(3,) metres."""
     radius_m: float
+    margin_m: float
+    """Gap up to which a find belongs to the same object."""
 
     def touches(self, find: Find) -> bool:
         """Return whether a find touches the sphere: it is then part of the same object."""
         gap_m = _gap_m(self.centre_world, find) - self.radius_m
-        return gap_m <= max(AROUND_M, REST_SHARE * self.radius_m)
+        return gap_m <= self.margin_m
 
 
-def exclusion_sphere(find: Find) -> ExclusionSphere:
+def exclusion_sphere(config: ExclusionConfig, find: Find) -> ExclusionSphere:
     """Return the region that is excluded when a find is rejected."""
+    radius_m = 0.5 * math.hypot(*find.size_m) + config.margin_m
     return ExclusionSphere(
         centre_world=np.array(find.position_world),
-        radius_m=0.5 * math.hypot(*find.size_m) + AROUND_M,
+        radius_m=radius_m,
+        margin_m=max(config.margin_m, config.margin_share * radius_m),
     )
 
 

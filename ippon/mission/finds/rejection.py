@@ -6,7 +6,7 @@ excluded find are excluded with it.
 
 from ippon.frame import Frame
 from ippon.mapping.voxel_map import VoxelMap
-from ippon.mission.finds.find_geometry import LOOKED_AT_RADIUS_M, exclusion_sphere, looked_at
+from ippon.mission.finds.find_geometry import exclusion_sphere, looked_at
 from ippon.mission.search import Search, SetAside
 from ippon.mission.snapshot import Find
 
@@ -24,7 +24,7 @@ def reject_find(search: Search, voxel_map: VoxelMap, frame: Frame | None) -> Non
         _exclude(search, voxel_map, find)
     elif frame is not None:
         # The voxels of the find have disappeared: it was at the centre of the image.
-        voxel_map.suppress_ooi(looked_at(frame), LOOKED_AT_RADIUS_M)
+        voxel_map.suppress_ooi(looked_at(frame), search.exclusion.image_radius_m)
 
 
 def set_aside(search: Search, voxel_map: VoxelMap, find: Find) -> None:
@@ -33,7 +33,7 @@ def set_aside(search: Search, voxel_map: VoxelMap, find: Find) -> None:
     if search.is_reconsidered(find):
         _exclude(search, voxel_map, find)
         return
-    region = exclusion_sphere(find)
+    region = exclusion_sphere(search.exclusion, find)
     share = search.image_check.share(find) or 0.0
     before = voxel_map.suppress_ooi(region.centre_world, region.radius_m)
     too_large = search.is_too_large(find)
@@ -78,6 +78,6 @@ def update_candidates(search: Search, voxel_map: VoxelMap, frame: Frame) -> None
 
 def _exclude(search: Search, voxel_map: VoxelMap, find: Find) -> None:
     """Exclude a find for the rest of a search."""
-    region = exclusion_sphere(find)
+    region = exclusion_sphere(search.exclusion, find)
     search.rejected.append(region)
     voxel_map.suppress_ooi(region.centre_world, region.radius_m)

@@ -92,7 +92,7 @@ def test_few_voxels_of_a_small_object_must_be_sure(searching, share, probability
     assert search.objection(find, elsewhere=False) is None, "two such voxels ended the search"
     search.relaxed_termination = True
     assert search.objection(find, elsewhere=False) == doubt
-    search.reconsidered.append(exclusion_sphere(find))
+    search.reconsidered.append(exclusion_sphere(search.exclusion, find))
     assert search.objection(find, elsewhere=False) is None, "nothing better is left"
 
 
@@ -128,7 +128,7 @@ def test_a_find_has_the_size_of_the_object(searching, goal, size_m, voxels, doub
     search = searching(0.9, goal=goal)
     find = replace(speck(voxels=voxels), size_m=size_m)
     assert search.objection(find, elsewhere=False) == doubt
-    search.reconsidered.append(exclusion_sphere(find))
+    search.reconsidered.append(exclusion_sphere(search.exclusion, find))
     later = doubt if doubt == "is too large" else None
     assert search.objection(find, elsewhere=False) == later, "with nothing better left"
 
@@ -145,7 +145,7 @@ def test_an_unsure_posterior_demands_more_voxels_of_a_large_object(
     assert search.termination_min == 6.0
     find = replace(speck(voxels=voxels, probability=probability), size_m=(0.3, 0.3, 0.3))
     assert (search.objection(find, elsewhere=False) is None) is enough
-    search.reconsidered.append(exclusion_sphere(find))
+    search.reconsidered.append(exclusion_sphere(search.exclusion, find))
     assert search.objection(find, elsewhere=False) is None, "with nothing better left"
 
 

@@ -8,6 +8,7 @@ from ippon.frame import Frame
 from ippon.geometry import base_pose
 from ippon.mission.finds.find_geometry import (
     FIND_WITHIN_M,
+    ExclusionConfig,
     distance_m,
     exhausted_text,
     find_from,
@@ -87,3 +88,8 @@ def test_a_search_that_found_nothing_says_what_it_could_not_get_to():
     assert exhausted_text("hat", ()) == plain
     text = exhausted_text("hat", (find(3.0, 9), find(1.0, 2)))
     assert text == f"{plain}; no path leads close to the most likely candidate, at (3.0, 2.0) m"
+
+
+def test_a_region_that_excludes_nothing_is_refused():
+    with pytest.raises(ValueError, match="image_radius_m above 0; got"):
+        ExclusionConfig(image_radius_m=0.0)
