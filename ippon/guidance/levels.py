@@ -8,6 +8,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.mapping.config import LEVEL_PROBABILITIES
+
 BY_OPERATOR: Final = "set by the operator"
 """Reason of a level that the operator set; no later answer changes it."""
 
@@ -53,11 +55,11 @@ _NAMES: Final[dict[Level, LevelName]] = {
 class LevelProbabilities:
     """l(O | C) for each level. The paper publishes the order only; these are our defaults."""
 
-    certain: float = 0.6
+    certain: float = LEVEL_PROBABILITIES[3]
     """An unknown voxel near such an object is counted as this fraction of a voxel of the goal."""
-    near: float = 0.25
-    average: float = 0.1
-    far: float = 0.02
+    near: float = LEVEL_PROBABILITIES[2]
+    average: float = LEVEL_PROBABILITIES[1]
+    far: float = LEVEL_PROBABILITIES[0]
 
     def __post_init__(self) -> None:
         """Hold the order that the paper demands."""

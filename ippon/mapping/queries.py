@@ -1,4 +1,4 @@
-"""Questions about points: state, distance, gradient, spheres."""
+"""Queries at points: state, distance, gradient, collision of spheres."""
 
 from typing import Literal
 

@@ -37,9 +37,6 @@ class Segmentation:
     """Shorter side of the image that SAN sees; larger sees smaller things and takes longer."""
     small_objects: bool = True
     """Look a second time at a crop where the object of interest is small or not to be seen."""
-    distractors: bool = False
-    """Offer the network labels of common small things, so that what is no object of interest has
-    something better to be taken for."""
     labels_file: str = ""
     """Classes of the detector, one a line in the order of its outputs; "couch = sofa, settee" says
     what a class answers to. Empty takes what the model says of itself, else COCO's 80."""

@@ -16,7 +16,7 @@ STEEPNESS: Final = 1.7
 LEAST_SCORE: Final = 0.002
 MOST_NAT: Final = 5.0
 LEAST_DEPTH: Final = 0.2
-"""Share of the depth image with returns below which it does not count as a view of the floor."""
+"""Share of depth pixels with returns below which an image does not count as a view of the floor."""
 OBJECT_HEIGHT_M: Final = 0.4
 """A cell is in view when the point at this height over it is."""
 SLACK_M: Final = 0.6

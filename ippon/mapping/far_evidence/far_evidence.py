@@ -47,8 +47,8 @@ class FarEvidenceConfig:
     most_nat: float = 4.0
     """Upper bound of the evidence of a cell; more trusts images from afar more."""
     cue_nat: float = 2.0
-    """Evidence above which a common object that the goal is certainly near counts from afar as if
-    it were in the map; more requires clearer images of it."""
+    """Evidence above which a common object of level *certain* counts as if it were in the map; more
+    requires clearer images of it."""
     forget_s: float = 40.0
     """Time constant of the decay of evidence that no image renews; more keeps it longer."""
     images_near: int = 3

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import MapArrays
+from ippon.mapping.config import LEVEL_PROBABILITIES
 from ippon.mapping.far_evidence.far_evidence import MIN_CHANGE_NAT, FarEvidence
 from ippon.planning.surface_scale import surface_scale
 from ippon.planning.visibility.orientation import (
@@ -138,7 +139,7 @@ class Viewpoints:
         self._rules: ViewRules | None = None
         self._layers = (0, 0)
         self._camera_layer = 0
-        self._probabilities = np.array([0.02, 0.1, 0.25, 0.6], dtype=np.float32)
+        self._probabilities = np.array(LEVEL_PROBABILITIES, dtype=np.float32)
 
     @property
     def memory(self) -> ViewMemory:

@@ -18,7 +18,7 @@ from ippon.simulation.scene import Scene
 from ippon.simulation.segmentation.false_places import FalsePlaceConfig, draw_false_places
 from ippon.simulation.segmentation.heatmap import sigmoid
 from ippon.simulation.segmentation.instance_boxes import InstanceBoxes, instance_boxes
-from ippon.simulation.segmentation.truth import NamePredicate, told_labels, true_label
+from ippon.simulation.segmentation.truth import NamePredicate, detectable_labels, true_label
 from ippon.simulation.segmentation.view_noise import UInt64Array, hashed, normals, view_noise
 
 SOURCE: Final = "simulated detector"
@@ -122,7 +122,7 @@ class SimulatedDetector:
         if len(set(self.labels)) != len(self.labels):
             raise ValueError(f"labels must be distinct; got {self.labels}")
         self.config = config or DetectorConfig()
-        self._told = told_labels(self.labels, ooi)
+        self._told = detectable_labels(self.labels, ooi)
         row_of = {label: k for k, label in enumerate(self._told)}
         truths = [true_label(i, self.labels, ooi, is_instance_of) for i in scene.instances]
         self._truth = np.array([row_of.get(x or "", -1) for x in truths], np.int64)

@@ -1,4 +1,4 @@
-"""Places on the surfaces of a home that a detector takes for something else."""
+"""Places on surfaces of a home where a detector makes false detections."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Noise that is alike for like views of one thing: computed from keys, so no state is kept."""
+"""Noise that is correlated between similar views of an object; stateless, computed from keys."""
 
 import math
 from typing import Final

@@ -4,13 +4,13 @@ import math
 import numpy as np
 import pytest
 
-from ippon.evaluation.goal_objects import matching_instances, viewpoints
+from ippon.evaluation.goal_objects import goal_viewpoints, matching_instances
 from ippon.simulation.camera.line_of_sight import LineOfSight
 from ippon.simulation.robot.navigation_grid import robot_grid
 
 
 def _views(scene, robot, instance):
-    return viewpoints(scene, robot_grid(scene, robot), robot, instance, LineOfSight(scene))
+    return goal_viewpoints(scene, robot_grid(scene, robot), robot, instance, LineOfSight(scene))
 
 
 def test_a_goal_means_label_or_category_however_it_is_written(make_scene, flat_boxes):

@@ -7,7 +7,9 @@ import pytest
 
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import FREE, NOT_MAPPED, MapArrays
-from ippon.mapping.objects.surface_rows import NO_LABEL
+from ippon.mapping.config import MapConfig
+from ippon.mapping.objects.surface_voxels import NO_LABEL
+from ippon.mapping.voxel_map import VoxelMap
 from ippon.rooms.room_inference import NO_ROOM, RoomConfig, infer_rooms, rate_types, room_shares
 from ippon.vocabulary import MATTERPORT_40
 
@@ -40,6 +42,8 @@ def home(left=(), right=(), count=300, confidence=254):
     level.reshape(-1)[voxels[1:]] = Level.AVERAGE
     shown = {
         "voxel_size": VOXEL_M,
+        "origin_block": np.array([0, 0, LAYER // 8]),
+        "directory": np.arange(len(blocks), dtype=np.int32).reshape(SIZE // 8, 6, 1),
         "state": state.reshape(-1, 512),
         "slab": np.arange(len(blocks), dtype=np.int32),
         "level": level,
@@ -50,12 +54,7 @@ def home(left=(), right=(), count=300, confidence=254):
         labels=MATTERPORT_40,
         revision=7,
         config=SimpleNamespace(voxel_size_m=VOXEL_M),
-        pools=SimpleNamespace(
-            tally=np.array([len(blocks), 0, 0]),
-            used=np.ones(len(blocks), np.uint8),
-            coord=coord,
-            state=arrays.state,
-        ),
+        block_coords=coord,
         surface=SimpleNamespace(
             tally=np.array([len(voxels), 0]),
             voxel=np.array(voxels, np.int32),
@@ -91,9 +90,14 @@ def test_what_tells_too_little_gives_no_type(left, change):
 
 
 def test_an_empty_map_has_no_rooms():
-    empty = home()
-    empty.pools.used[:] = 0
+    empty = VoxelMap(MapConfig(memory_limit_mb=64.0), MATTERPORT_40)
     assert types_of(infer_rooms(empty, RoomConfig())) == [None, None, None]
+
+
+def test_a_map_that_ends_below_the_open_height_has_no_rooms():
+    low = home()
+    low.arrays().directory[:] = -1
+    assert types_of(infer_rooms(low, RoomConfig())) == [None, None, None]
 
 
 def test_probabilities_of_types_sum_to_one():

@@ -172,8 +172,8 @@ def test_a_damaged_folder_is_refused(folder, tmp_path):
         load_segmenter(config("clipseg"), tmp_path)
 
 
-def test_second_passes_go_round_any_network(folder, image_by_formula):
-    segmenter = load_segmenter(config("clipseg", small_objects=True, distractors=True), folder)
+def test_a_network_for_every_pixel_gets_a_second_pass(folder, image_by_formula):
+    segmenter = load_segmenter(config("clipseg", small_objects=True), folder)
     heatmap = segmenter.segment(image_by_formula(48, 64), LABELS, "hat")
     assert (heatmap.labels, heatmap.kind, heatmap.source) == (LABELS, "scores", "clipseg")
     assert heatmap.probabilities.shape[2] == 4

@@ -16,7 +16,7 @@ from ippon.segmentation.backends.sam3 import LEAST_SCORE, Sam3Segmenter  # noqa:
 from ippon.segmentation.config import SegmentationConfig  # noqa: E402
 from ippon.segmentation.errors import CheckpointError, SegmentationError  # noqa: E402
 from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from ippon.segmentation.published import PUBLISHED, USUAL  # noqa: E402
+from ippon.segmentation.model_registry import DEFAULT_MODELS, MODELS  # noqa: E402
 from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
 from tests.ippon.segmentation.backends.library_processors import (  # noqa: E402
     WITH_TORCHVISION,
@@ -174,11 +174,9 @@ def test_values_that_are_no_numbers_are_refused(segmenter, image_by_formula):
 def test_a_missing_model_says_what_to_fetch(tmp_path, backend):
     with pytest.raises(CheckpointError) as caught:
         load_segmenter(config(backend, model=""), tmp_path)
-    name = USUAL[backend]
+    name = DEFAULT_MODELS[backend]
     assert f"https://huggingface.co/{name}" in str(caught.value)
-    assert f"the weights of {name} ({PUBLISHED[name].megabytes} MB, SAM License" in str(
-        caught.value
-    )
+    assert f"the weights of {name} ({MODELS[name].megabytes} MB, SAM License" in str(caught.value)
 
 
 def test_another_architecture_is_refused(folder):

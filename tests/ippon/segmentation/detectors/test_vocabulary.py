@@ -3,11 +3,18 @@
 import pytest
 
 from ippon.guidance.language.naming import resolve_object, same_object
-from ippon.segmentation.detectors.coco import ALSO, COCO_80, COCO_91, NO_CLASS, SAME, answers_of
+from ippon.segmentation.detectors.coco import (
+    ALSO,
+    COCO_80,
+    COCO_91,
+    NO_CLASS,
+    SAME,
+    synonyms_of_class,
+)
 from ippon.segmentation.detectors.vocabulary import (
     ClosedVocabulary,
     closed_vocabulary,
-    refusal_of,
+    unsupported_reason,
 )
 from ippon.vocabulary import LABORATORY_40, MATTERPORT_40
 
@@ -94,12 +101,14 @@ def test_the_nearest_kinds_share_a_word_or_are_misspelt(label, near):
 
 
 def test_a_refusal_says_what_would_do():
-    assert ClosedVocabulary.of(["cup", "office chair", "", "cup"]).refusal("arm_chair") == (
+    assert ClosedVocabulary.of(["cup", "office chair", "", "cup"]).unsupported_reason(
+        "arm_chair"
+    ) == (
         "this detector knows 2 kinds of thing and 'arm_chair' is none of them; nearest to it: "
         "office_chair; it knows: cup, office_chair; an open-vocabulary network "
         "(--segmentation.backend san or owlv2) takes any word"
     )
-    many = ClosedVocabulary.of([f"thing {k}" for k in range(365)]).refusal("hat")
+    many = ClosedVocabulary.of([f"thing {k}" for k in range(365)]).unsupported_reason("hat")
     assert "knows 365 kinds of thing" in many
     assert "thing_99 and 265 more; an open" in many
 
@@ -109,13 +118,13 @@ def test_only_closed_vocabularies_refuse():
         vocabulary = COCO
 
     assert closed_vocabulary(Closed()) is COCO
-    assert refusal_of(Closed(), "couch") is None
-    assert "'hat' is none of them" in (refusal_of(Closed(), "hat") or "")
+    assert unsupported_reason(Closed(), "couch") is None
+    assert "'hat' is none of them" in (unsupported_reason(Closed(), "hat") or "")
     assert closed_vocabulary(object()) is None
-    assert refusal_of(object(), "hat") is None
+    assert unsupported_reason(object(), "hat") is None
 
 
 def test_a_class_answers_to_its_own_name_first():
-    assert answers_of("couch") == ("couch", "sofa", "settee")
-    assert answers_of("television")[:4] == ("television", "tv", "monitor", "screen")
-    assert answers_of("forklift") == ("forklift",)
+    assert synonyms_of_class("couch") == ("couch", "sofa", "settee")
+    assert synonyms_of_class("television")[:4] == ("television", "tv", "monitor", "screen")
+    assert synonyms_of_class("forklift") == ("forklift",)

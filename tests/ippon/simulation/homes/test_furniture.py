@@ -98,5 +98,7 @@ def test_small_things_are_small_and_stand_on_what_carries_them(label, seed):
 
 
 def test_a_thing_that_nobody_makes_is_refused():
-    with pytest.raises(ValueError, match="no small thing is called 'unicorn'; there are mug, book"):
+    with pytest.raises(
+        ValueError, match="no small object is called 'unicorn'; there are mug, book"
+    ):
         small_thing(np.random.default_rng(0), "unicorn")

@@ -209,7 +209,7 @@ def test_bad_commands_and_durations_are_refused(room):
     with pytest.raises(ValueError, match="finite numbers"):
         base.step(Command(linear_m_s=math.nan), 0.1)
     for dt in (0.0, -1.0, math.inf):
-        with pytest.raises(ValueError, match="positive number of seconds"):
+        with pytest.raises(ValueError, match="positive, finite number of seconds"):
             base.step(FORWARD, dt)
     with pytest.raises(ValueError, match="tick_s must be positive"):
         BaseConfig(tick_s=0.0)

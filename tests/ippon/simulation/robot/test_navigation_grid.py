@@ -9,7 +9,7 @@ from ippon.errors import SceneError
 from ippon.robot import ZED
 from ippon.simulation.robot.navigation_grid import (
     FINE_CELL_M,
-    Sheet,
+    FloorCells,
     _draw_kernel,
     grid_of_triangles,
     navigation_grid,
@@ -112,7 +112,7 @@ def test_no_floor_and_absurd_size_are_refused():
     with pytest.raises(SceneError, match="no floor"):
         _grid(_box((0, 0, 3.0), (1, 1, 4.0)))
     wings = [_box((0, 0, -0.1), (80.0, 12.0, 0.0)), _box((0, 0, -0.1), (12.0, 60.0, 0.0))]
-    hospital = Sheet.under(np.concatenate(wings), 0.06, FINE_CELL_M)
+    hospital = FloorCells.under(np.concatenate(wings), 0.06, FINE_CELL_M)
     assert hospital.shape == (3224, 2424), "80 m by 60 m are not absurd"
     with pytest.raises(SceneError, match="too large"):
         _grid(_box((0, 0, -0.1), (9000.0, 9000.0, 0.0)))

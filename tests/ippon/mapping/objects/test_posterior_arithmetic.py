@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from ippon.mapping.arrays import NOT_MAPPED
 from ippon.mapping.config import MapConfig
-from ippon.mapping.objects.bayes_filter import LOG_ODDS_MAX, energy_table, ooi_code
-from ippon.mapping.objects.surface_rows import ENERGY_MAX, N_USED, NORM_STEPS, STEPS_PER_NAT
+from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX, energy_table, ooi_code
+from ippon.mapping.objects.surface_voxels import ENERGY_MAX, N_USED, NORM_STEPS, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
 from tests.reference.object_filter import joint_filter, two_part_filter
