@@ -109,8 +109,8 @@ def _read(path: Path) -> dict[str, Tensor]:
     except (SafetensorError, pickle.UnpicklingError, RuntimeError, OSError, EOFError) as error:
         reason = str(error).split("\n", maxsplit=1)[0][:200]
         raise CheckpointError(
-            f"{path} is not a checkpoint of weights ({reason}); download it again from
-            {WEIGHTS_PAGE}"
+            f"{path} is not a checkpoint of weights ({reason}); "
+            f"download it again from {WEIGHTS_PAGE}"
         ) from error
     state = content.get("model", content) if isinstance(content, dict) else None
     if not isinstance(state, dict) or not all(isinstance(v, Tensor) for v in state.values()):

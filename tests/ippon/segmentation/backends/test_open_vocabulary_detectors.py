@@ -65,7 +65,7 @@ def test_the_network_for_masks_must_be_there(folder):
     with pytest.raises(CheckpointError, match=r"the weights of facebook/sam2.1-hiera-tiny \("):
         load_segmenter(config(folder, "facebook/sam2.1-hiera-tiny"), folder)
     detector = Detector(config(folder, ""), folder)
-    with pytest.raises(ValueError, match="no network for masks is named; masks_model names one"):
+    with pytest.raises(ValueError, match="no network for masks is configured; set masks_model"):
         outlined_detector(detector, config(folder, ""), folder)
 
 

@@ -168,7 +168,7 @@ def test_a_folder_of_another_model_is_refused(folder):
 def test_a_damaged_folder_is_refused(folder, tmp_path):
     (tmp_path / "clipseg-tiny").mkdir()
     (tmp_path / "clipseg-tiny" / "config.json").write_text(json.dumps({"model_type": "clipseg"}))
-    with pytest.raises(CheckpointError, match="clipseg-tiny is no folder of such a model"):
+    with pytest.raises(CheckpointError, match="clipseg-tiny is not a folder of such a model"):
         load_segmenter(config("clipseg"), tmp_path)
 
 

@@ -210,7 +210,7 @@ def test_pickled_weights_are_refused_and_not_opened(folder, tmp_path):
     where = copied(folder / "sam3-tiny", tmp_path / "pickled", "model.safetensors")
     torch.save({"weights": Opened(tmp_path / "opened")}, where / "pytorch_model.bin")
     with pytest.raises(
-        CheckpointError, match=r"pickled is no folder of such a model: .*safetensors"
+        CheckpointError, match=r"pickled is not a folder of such a model: .*safetensors"
     ):
         load_segmenter(config("sam3", model=str(where)), folder)
     assert not (tmp_path / "opened").exists()
@@ -236,7 +236,7 @@ def test_damaged_weights_are_refused(folder, tmp_path):
     where = copied(folder / "sam3-tiny", tmp_path / "cut", "model.safetensors")
     whole = (folder / "sam3-tiny" / "model.safetensors").read_bytes()
     (where / "model.safetensors").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(CheckpointError, match="cut is no folder of such a model"):
+    with pytest.raises(CheckpointError, match="cut is not a folder of such a model"):
         load_segmenter(config("sam3", model=str(where)), folder)
 
 

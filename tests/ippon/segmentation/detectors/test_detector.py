@@ -218,7 +218,7 @@ def test_a_network_is_named_by_its_file_or_folder(tmp_path):
         ({"a": (1, 5, 5), "b": (1, 9), "c": (1, 2)}, "a (5, 5), b (9,), c (2,) for an input of"),
         ({"output0": (1, 83, CELLS + 2)}, "known are nanodet, yolox, yolov5, yolov8"),
         ({"boxes": (1, 9, 4), "scores": (1, 9), "labels": (1, 8)}, "of no detector"),
-        ({"logits": (1, 9, 80), "pred_boxes": (1, 8, 4)}, "of no detector that is known"),
+        ({"logits": (1, 9, 80), "pred_boxes": (1, 8, 4)}, "not of a known detector"),
     ],
 )
 def test_other_architectures_are_refused(tmp_path, outputs, text):

@@ -151,14 +151,14 @@ def test_weights_that_do_not_fit_are_named(state, tmp_path):
 def test_files_that_are_no_checkpoints_are_refused(tmp_path, content):
     path = tmp_path / "san.pth"
     path.write_bytes(content)
-    with pytest.raises(CheckpointError, match=r"san.pth is no checkpoint of weights \("):
+    with pytest.raises(CheckpointError, match=r"san.pth is not a checkpoint of weights \("):
         load_network(path)
 
 
 def test_a_checkpoint_never_runs_code(tmp_path):
     path = tmp_path / "san.pth"
     torch.save({"model": pytest.approx}, path)
-    with pytest.raises(CheckpointError, match="is no checkpoint of weights"):
+    with pytest.raises(CheckpointError, match="is not a checkpoint of weights"):
         load_network(path)
     torch.save([1, 2], path)
     with pytest.raises(CheckpointError, match="holds no weights by name"):
