@@ -141,7 +141,7 @@ def test_misspelt_places_are_read() -> None:
 @pytest.mark.parametrize(
     ("context", "note"),
     [
-        ("it is in the gazebo", "“gazebo” is no place that is known"),
+        ("it is in the gazebo", "“gazebo” is not a known place"),
         ("it is on the floor", "“on the floor” does not narrow the search: it is in every room"),
         ("upstairs", "“upstairs” is not used: storeys are not told apart"),
         ("it is blue and round", "no place was understood in the context"),
