@@ -56,7 +56,7 @@ class LevelProbabilities:
     """l(O | C) of each level. The paper gives only the order; these are our defaults."""
 
     certain: float = LEVEL_PROBABILITIES[3]
-    """p(O) of an unknown voxel near such an object, relative to a voxel of the goal; larger draws
+    """An unknown voxel near such an object counts as this share of a voxel of the goal; larger draws
     the search to it."""
     near: float = LEVEL_PROBABILITIES[2]
     average: float = LEVEL_PROBABILITIES[1]
