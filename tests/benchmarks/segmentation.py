@@ -78,7 +78,7 @@ def _heatmaps() -> list[Heatmap]:
     for start in scene.start_poses[:REPEATS]:
         world = SimulatedWorld(scene, ZED, camera, start)
         world.set_labels(MATTERPORT_40, "hat")
-        heatmap = world.add_energies().heatmap
+        heatmap = world.observe().heatmap
         assert heatmap is not None
         found.append(heatmap)
     return found
