@@ -160,8 +160,8 @@ class RobotProfile:
             )
         if not LEAST_STEP_M <= self.max_step_m <= 1.0:
             raise ValueError(
-                f"max_step_m lies in {LEAST_STEP_M:g} to 1: a map is no more exact than that; got "
-                f"{self.max_step_m:g}"
+                f"max_step_m lies in {LEAST_STEP_M:g} to 1, since maps are accurate to about 1 cm; "
+                f"got {self.max_step_m:g}"
             )
         if not all(-MOST_M <= x <= MOST_M for x in self._lengths()):
             raise ValueError(f"lengths are metres, at most {MOST_M:g}; is one in millimetres?")

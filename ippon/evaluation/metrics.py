@@ -113,10 +113,10 @@ class Judge:
 
     def nearest_instance(self, position: ArrayLike) -> int | None:
         """Return the instance at the end of the shortest path from (x, y, ...), or None."""
-        way = self.path_from(position)
-        if not len(way):
+        path = self.path_from(position)
+        if not len(path):
             return None
-        apart = np.hypot(*(self.viewpoints - way[-1]).T)
+        apart = np.hypot(*(self.viewpoints - path[-1]).T)
         return int(self._seen_from[np.argmin(apart)])
 
     def is_success(self, position: ArrayLike) -> bool:

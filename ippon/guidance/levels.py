@@ -56,8 +56,8 @@ class LevelProbabilities:
     """l(O | C) of each level. The paper gives only the order; these are our defaults."""
 
     certain: float = LEVEL_PROBABILITIES[3]
-    """An unknown voxel near such an object counts as this share of a voxel of the goal; larger draws
-    the search to it."""
+    """An unknown voxel near such an object counts as this share of a voxel of the goal; larger
+    draws the search to it."""
     near: float = LEVEL_PROBABILITIES[2]
     average: float = LEVEL_PROBABILITIES[1]
     far: float = LEVEL_PROBABILITIES[0]

@@ -67,7 +67,7 @@ class FrameIntegrator:
         self._endpoints = make_endpoint_counts(0)
         self._last_pose: tuple[int, NDArray[np.float64]] | None = None
         self.layer: int | None = None
-        """Voxel layer at body height, once the first frame told where the floor is."""
+        """Voxel layer at body height; None before the first frame."""
         self.floor_z_m = 0.0
         """Height of the floor that the robot stood on last."""
 

@@ -110,7 +110,7 @@ def _digest(content: bytes) -> bytes:
 
 def _dtype(text: str) -> np.dtype[Any]:
     if text not in DTYPES:
-        raise ValueError(f"dtype {text!r} is none of {', '.join(DTYPES)}")
+        raise ValueError(f"dtype {text!r} is not one of {', '.join(DTYPES)}")
     return np.dtype(text)
 
 

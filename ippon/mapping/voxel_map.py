@@ -113,7 +113,7 @@ class VoxelMap:
     def set_ooi(
         self, ooi: str | None, highest_m: float = math.inf, *, lowest_m: float = -math.inf
     ) -> None:
-        """Set the object of interest; its probabilities start anew, everything else stays.
+        """Set the object of interest; its probabilities are reset, everything else is kept.
 
         Args:
             ooi: Canonical label; None for no object of interest. The probabilities of a common

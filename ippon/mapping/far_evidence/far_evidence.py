@@ -45,7 +45,7 @@ class FarEvidenceConfig:
     least_nat: float = 1.1
     """Evidence that is subtracted, since other things resemble the object; more ignores more."""
     most_nat: float = 4.0
-    """Upper bound of the evidence of a cell; more trusts images from afar more."""
+    """Upper bound of the evidence of a cell; more trusts distant images more."""
     cue_nat: float = 2.0
     """Evidence above which a common object of level *certain* counts as if it were in the map; more
     requires clearer images of it."""

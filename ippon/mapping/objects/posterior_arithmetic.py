@@ -54,7 +54,7 @@ class FusionInput(NamedTuple):
     ooi_channel: int
     """Channel of the map's OOI, `NONE` when the heatmap was not asked for it."""
     ooi_alias: int
-    """Map label that is the OOI itself, `NONE` when the OOI is no common object."""
+    """Map label that is the OOI itself, `NONE` if the OOI is not a common label."""
     prior: np.float32
     """See `prior_log_odds`."""
     energy_of: NDArray[np.float32]

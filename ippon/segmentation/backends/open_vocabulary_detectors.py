@@ -53,7 +53,7 @@ class OutlinedDetector(OutlinedSegmenter):
     def __init__(self, detector: Detector, masks: BoxMasks, longest_side_px: int) -> None:
         super().__init__(detector, masks, longest_side_px)
         self.vocabulary: ClosedVocabulary = detector.vocabulary
-        """The kinds of thing that it finds."""
+        """Its classes."""
 
 
 def outlined_detector(

@@ -75,7 +75,7 @@ class Detector:
             outputs, size, _family(config.family, path), None if said is None else len(said.classes)
         )
         self.vocabulary = matched_vocabulary(said, self.layout)
-        """The kinds of thing that it finds."""
+        """Its classes."""
         self.image_input = image_input(self.layout, size, path)
         self._read(outputs)
 

@@ -36,11 +36,13 @@ def read_labels_file(path: Path) -> ClosedVocabulary:
     if not path.is_file():
         raise CheckpointError(f"there is no labels file {path}")
     if path.stat().st_size > _LARGEST_FILE:
-        raise CheckpointError(f"{path} is no list of labels: it is larger than {_LARGEST_FILE} B")
+        raise CheckpointError(
+            f"{path} is not a list of labels: it is larger than {_LARGEST_FILE} B"
+        )
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
-        raise CheckpointError(f"{path} is no list of labels: it is not text") from error
+        raise CheckpointError(f"{path} is not a list of labels: it is not text") from error
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
@@ -79,7 +81,7 @@ def labels_beside(model: Path, notes: Mapping[str, str]) -> ClosedVocabulary | N
             return _numbered(ast.literal_eval(notes["names"]))
         except (ValueError, SyntaxError, MemoryError, RecursionError) as error:
             raise CheckpointError(
-                f"{model.name} says names that are no table: {notes['names'][:60]!r}"
+                f"{model.name} has class names that are not a table: {notes['names'][:60]!r}"
             ) from error
     said = read_description(model).get("id2label")
     if said is None and model.suffix == ".param":

@@ -71,7 +71,9 @@ def _checked(path: Path) -> Path:
     if not path.exists():
         raise CheckpointError(f"there is no {path}; a detector is an .onnx or an ncnn .param file")
     if not path.is_file():
-        raise CheckpointError(f"{path} is no file; a detector is an .onnx or an ncnn .param file")
+        raise CheckpointError(
+            f"{path} is not a file; a detector is an .onnx or an ncnn .param file"
+        )
     with path.open("rb") as file:
         head = file.read(64)
     if suffix in _PICKLES or head.startswith(_PICKLE_MARKS):
@@ -84,13 +86,12 @@ def _checked(path: Path) -> Path:
         return path.with_suffix(".param")
     if suffix not in {".onnx", ".param"}:
         raise CheckpointError(
-            f"{path.name} is none of the files that a detector is kept in: .onnx, or an ncnn "
-            ".param with its .bin beside it"
+            f"{path.name} is not a detector file: .onnx, or an ncnn .param with its .bin beside it"
         )
     if len(head) < _SMALLEST:
         raise CheckpointError(f"{path.name} is empty or cut off: it has {len(head)} bytes")
     if suffix == ".onnx" and head.isascii() and head.decode("ascii").isprintable():
         raise CheckpointError(
-            f"{path.name} is no ONNX file: it is text that begins with {head[:30].decode()!r}"
+            f"{path.name} is not an ONNX file: it is text that begins with {head[:30].decode()!r}"
         )
     return path

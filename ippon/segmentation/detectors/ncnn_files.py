@@ -49,10 +49,10 @@ def read_structure(path: Path) -> tuple[Layer, ...]:
     try:
         lines = path.read_text(encoding="ascii").split("\n")
     except UnicodeDecodeError as error:
-        raise CheckpointError(f"{path} is no ncnn .param file: it is not text") from error
+        raise CheckpointError(f"{path} is not an ncnn .param file: it is not text") from error
     if not lines or lines[0].strip() != MAGIC:
         raise CheckpointError(
-            f"{path} is no ncnn .param file: it begins with {lines[0][:20]!r}, not {MAGIC}"
+            f"{path} is not an ncnn .param file: it begins with {lines[0][:20]!r}, not {MAGIC}"
         )
     rows = [line.split() for line in lines[1:] if line.strip()]
     try:

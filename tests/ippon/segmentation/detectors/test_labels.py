@@ -24,8 +24,8 @@ def test_a_line_is_a_class_and_may_say_what_it_answers_to(tmp_path):
             "line 2 of {path} holds no name; '-' stands for an output without a class",
         ),
         (b"cup\ntv = \n", "line 2 of {path} says no label after '='"),
-        (b"\xff\xfe\x00", "{path} is no list of labels: it is not text"),
-        (b"a" * 1_000_001, "{path} is no list of labels: it is larger than 1000000 B"),
+        (b"\xff\xfe\x00", "{path} is not a list of labels: it is not text"),
+        (b"a" * 1_000_001, "{path} is not a list of labels: it is larger than 1000000 B"),
     ],
 )
 def test_files_that_are_no_list_are_refused(tmp_path, content, text):
@@ -44,7 +44,8 @@ def test_names_in_the_file_are_read_as_literals_alone(tmp_path):
     assert read.classes == ("cup", "", "tv")
     made = tmp_path / "made"
     code = f"__import__('os').mkdir({str(made)!r})"
-    with pytest.raises(CheckpointError, match=r"y\.onnx says names that are no table: .__import__"):
+    text = r"y\.onnx has class names that are not a table: .__import__"
+    with pytest.raises(CheckpointError, match=text):
         labels_beside(model, {"names": code})
     assert not made.exists()
 
@@ -56,7 +57,7 @@ def test_names_in_the_file_are_read_as_literals_alone(tmp_path):
         ("{}", "names of classes are a table; got '{}'"),
         ("{'a': 'cup'}", "classes have numbers; got"),
         ("{-1: 'cup'}", "classes are numbered from 0 to 10000; got -1"),
-        ("{10**9: 'cup'}", "says names that are no table"),
+        ("{10**9: 'cup'}", "has class names that are not a table"),
         ("{1000000000: 'cup'}", "classes are numbered from 0 to 10000; got 1000000000"),
     ],
 )

@@ -81,14 +81,14 @@ def test_files_that_are_none_are_named_with_what_would_do(tmp_path):
     assert refusal(folder) == f"{folder} is no file; {is_what}"
     (tmp_path / "a.jpg").write_bytes(b"\xff\xd8" * 20)
     assert refusal(tmp_path / "a.jpg") == (
-        "a.jpg is none of the files that a detector is kept in: .onnx, or an ncnn .param with its "
-        ".bin beside it"
+        "a.jpg is not a detector file: .onnx, or an ncnn .param with its .bin beside it"
     )
     (tmp_path / "short.onnx").write_bytes(b"\x08\x08")
     assert refusal(tmp_path / "short.onnx") == "short.onnx is empty or cut off: it has 2 bytes"
     (tmp_path / "page.onnx").write_text("<html>404: Not Found</html>" * 3)
     assert refusal(tmp_path / "page.onnx") == (
-        "page.onnx is no ONNX file: it is text that begins with '<html>404: Not Found</html><ht'"
+        "page.onnx is not an ONNX file: it is text that begins with "
+        "'<html>404: Not Found</html><ht'"
     )
 
 

@@ -219,7 +219,7 @@ def test_a_network_at_which_ncnn_dies_is_refused(copied):
 @here
 def test_bytes_in_place_of_structure_are_refused(copied):
     copied.write_bytes(bytes(range(256)) * 9)
-    refused(copied, "net.param is no ncnn .param file: it is not text")
+    refused(copied, "net.param is not an ncnn .param file: it is not text")
 
 
 @here
