@@ -29,6 +29,12 @@ class MapConfig:
     behind_voxels: float = 2.0
     """The same behind a surface, in voxels; larger lets the two sides of thin walls disturb each
     other."""
+    clear_voxels: float = 0.4
+    """Least distance of a voxel's centre before the surface, in voxels, for the voxel to be seen
+    free; larger clears less space close to surfaces."""
+    endpoint_depth_voxels: float = 0.2
+    """Depth under the surface, in voxels, at which endpoints are counted, so that a floor on the
+    boundary of two voxels occupies one layer; larger moves surfaces back."""
     min_range_m: float = 0.1
     """Least depth that is used, metres."""
     max_range_m: float = 5.0
@@ -83,11 +89,16 @@ class MapConfig:
         """Reject values from which no map can be built."""
         positive = (
             "voxel_size_m", "truncation_voxels", "behind_voxels", "max_range_m", "distance_max_m",
-            "common_max_range_m", "ooi_max_range_m", "max_valid_depth_m", "max_camera_speed_m_s",
+            "clear_voxels", "common_max_range_m", "ooi_max_range_m", "max_valid_depth_m",
+            "max_camera_speed_m_s",
         )  # fmt: skip
         for name in positive:
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be positive; got {getattr(self, name)}")
+        if not 0.0 <= self.endpoint_depth_voxels <= 1.0:
+            raise ValueError(
+                f"endpoint_depth_voxels lies in 0 to 1; got {self.endpoint_depth_voxels}"
+            )
         if not 0.0 < self.min_range_m < self.max_range_m:
             raise ValueError(
                 f"min_range_m must lie between 0 and max_range_m; got {self.min_range_m}"

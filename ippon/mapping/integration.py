@@ -29,12 +29,6 @@ from ippon.mapping.occupancy.ray_endpoints import (
     sample_strides,
 )
 
-CLEAR_VOXELS = 0.4
-"""A voxel whose centre lies at least this far before the surface, in voxels, is seen free."""
-ENDPOINT_DEPTH_VOXELS = 0.2
-"""Depth under the surface, in voxels, at which endpoints are counted, so that a floor on the
-boundary of two voxels occupies one layer."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntegrationReport:
@@ -205,8 +199,8 @@ class FrameIntegrator:
             voxel_size=v,
             truncation=cfg.truncation_voxels * v,
             behind=cfg.behind_voxels * v,
-            clear=CLEAR_VOXELS * v,
-            endpoint_depth=ENDPOINT_DEPTH_VOXELS * v,
+            clear=cfg.clear_voxels * v,
+            endpoint_depth=cfg.endpoint_depth_voxels * v,
             weight_max=cfg.weight_max,
             hit=cfg.hit_evidence,
             miss=cfg.miss_evidence,

@@ -24,12 +24,6 @@ from ippon.mapping.voxel_map import VoxelMap
 
 NO_ROOM: Final = -1
 _CELL_VOXELS: Final = 2
-_ENOUGH_VOXELS: Final = 200
-"""Voxels of a label from which it counts fully; fewer count in proportion, as they are often
-misread."""
-_ODD_SHARE: Final = 0.03
-"""Probability of a label in a room type for which the table lists none."""
-_MIN_CONFIDENCE: Final = 127
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,6 +38,14 @@ class RoomConfig:
     reach_m: float = 0.7
     """Distance to open space within which objects count; more includes objects in deep
     furniture."""
+    enough_voxels: int = 200
+    """Voxels of a label from which it counts fully; fewer count in proportion, as they are often
+    misread. More requires larger views of objects."""
+    odd_share: float = 0.03
+    """Probability of a label in a room type for which the table lists none; more tolerates more
+    misplaced objects."""
+    min_confidence: float = 0.5
+    """Least probability of a voxel's label; more uses fewer voxels."""
     min_share: float = 0.75
     """Least probability of a room's type; more leaves more rooms without one."""
     min_kinds: float = 1.0
@@ -53,7 +55,14 @@ class RoomConfig:
         """Reject values out of range."""
         if not 0.5 <= self.min_share <= 1.0:
             raise ValueError(f"min_share must lie in [0.5, 1]; got {self.min_share}")
-        for name in ("open_height_m", "door_width_m", "reach_m", "min_kinds"):
+        for name in (
+            "open_height_m",
+            "door_width_m",
+            "reach_m",
+            "enough_voxels",
+            "odd_share",
+            "min_kinds",
+        ):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be positive; got {getattr(self, name)}")
 
@@ -106,19 +115,22 @@ def room_shares(labels: Sequence[str]) -> tuple[tuple[str, ...], Float64Array]:
     return types, shares
 
 
-def rate_types(seen: Float64Array, shares: Float64Array) -> tuple[Float64Array, Float64Array]:
+def rate_types(
+    seen: Float64Array, shares: Float64Array, config: RoomConfig
+) -> tuple[Float64Array, Float64Array]:
     """Return the probabilities of the room types of each part.
 
     Args:
         seen: (P, N) voxels of each label in each part.
         shares: (N, R) from `room_shares`.
+        config: Parameters.
 
     Returns:
         (P, R) probabilities with a uniform prior, and (P,) the number of informative kinds.
     """
     telling = shares.sum(axis=1) > 0.0
-    weight = np.minimum(seen / _ENOUGH_VOXELS, 1.0) * telling
-    evidence = weight @ np.log(np.where(telling[:, None], shares + _ODD_SHARE, 1.0))
+    weight = np.minimum(seen / config.enough_voxels, 1.0) * telling
+    evidence = weight @ np.log(np.where(telling[:, None], shares + config.odd_share, 1.0))
     odds = np.exp(evidence - evidence.max(axis=1, keepdims=True))
     return odds / odds.sum(axis=1, keepdims=True), weight.sum(axis=1)
 
@@ -137,13 +149,13 @@ def infer_rooms(voxel_map: VoxelMap, config: RoomConfig, floor_z_m: float = 0.0)
     layer = int(np.floor((floor_z_m + config.open_height_m) / voxel_m))
     origin, is_open = _open_cells(voxel_map, layer)
     part = _parts(is_open, cell_m, config)
-    xy, label = _labelled(voxel_map, voxel_m)
+    xy, label = _labelled(voxel_map, voxel_m, config.min_confidence)
     cell = np.floor(xy / cell_m).astype(np.int64) - origin
     inside = ((cell >= 0) & (cell < part.shape)).all(axis=1)
     seen = np.zeros((int(part.max(initial=0)) + 1, len(voxel_map.labels)))
     np.add.at(seen, (part[cell[inside, 0], cell[inside, 1]], label[inside]), 1.0)
     seen[0] = 0.0
-    probability, kinds = rate_types(seen, shares)
+    probability, kinds = rate_types(seen, shares, config)
     share = probability.max(axis=1)
     clear = (share >= config.min_share) & (kinds >= config.min_kinds)
     room = np.where(clear, probability.argmax(axis=1), NO_ROOM)
@@ -182,14 +194,16 @@ def _parts(is_open: NDArray[np.bool_], cell_m: float, config: RoomConfig) -> NDA
     return np.asarray(watershed(depth, cores, mask=near), dtype=np.int32)
 
 
-def _labelled(voxel_map: VoxelMap, voxel_m: float) -> tuple[Float64Array, NDArray[np.int64]]:
+def _labelled(
+    voxel_map: VoxelMap, voxel_m: float, min_confidence: float
+) -> tuple[Float64Array, NDArray[np.int64]]:
     """Return (M, 2) positions and (M,) labels of the surface with a confident label."""
     surface = voxel_map.surface
     used = slice(1, int(surface.tally[N_USED]))
     keep = (
         (surface.voxel[used] >= 0)
         & (surface.label[used] != NO_LABEL)
-        & (surface.confidence[used] >= _MIN_CONFIDENCE)
+        & (surface.confidence[used] >= 254.0 * min_confidence)
     )
     at = surface.voxel[used][keep]
     return columns_of(voxel_map, at, voxel_m), surface.label[used][keep].astype(np.int64)

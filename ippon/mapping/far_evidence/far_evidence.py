@@ -23,8 +23,6 @@ from ippon.observation import Heatmap
 
 MOST_PX: Final = 320
 """Larger heatmaps are subsampled to this many pixels along their longer side."""
-MIN_CHANGE_NAT: Final = 0.25
-"""Change of a cell after which viewpoints are evaluated against the grid again."""
 MAX_AGE_NS: Final = 2_000_000_000
 """Time after which fading evidence is published again."""
 
@@ -52,7 +50,14 @@ class FarEvidenceConfig:
     forget_s: float = 40.0
     """Time constant of the decay of evidence that no image renews; more keeps it longer."""
     images_near: int = 3
-    """Images within the map's range after which a cell is left to the map."""
+    """Images within the map's range after which a cell is left to the map; more keeps evidence
+    near the robot for longer."""
+    spread_m: float = 0.75
+    """Radius over which the evidence of a cell is spread, because distant positions are inexact;
+    more draws viewpoints from a wider area."""
+    min_change_nat: float = 0.25
+    """Change of a cell after which viewpoints are evaluated against the grid again; more evaluates
+    less often."""
 
     def __post_init__(self) -> None:
         """Reject values without meaning."""
@@ -72,6 +77,11 @@ class FarEvidenceConfig:
             )
         if not self.forget_s > 0.0:
             raise ValueError(f"forget_s is a positive time; got {self.forget_s}")
+        if not (0.0 <= self.spread_m < math.inf and self.min_change_nat > 0.0):
+            raise ValueError(
+                "spread_m is at least 0 and min_change_nat positive; got "
+                f"{self.spread_m}, {self.min_change_nat}"
+            )
         for name in ("least_nat", "cue_nat"):
             if not 0.0 <= getattr(self, name) < self.most_nat < math.inf:
                 raise ValueError(
@@ -138,7 +148,11 @@ class FarEvidence:
     def _begin(self, corner: Float64Array, near: NDArray[np.uint8]) -> EvidenceGrid:
         config = self._config
         self._grid = EvidenceGrid(
-            cell_m=config.cell_m, images_near=config.images_near, corner=corner, near=near
+            cell_m=config.cell_m,
+            images_near=config.images_near,
+            spread_m=config.spread_m,
+            corner=corner,
+            near=near,
         )
         return self._grid
 
@@ -170,7 +184,7 @@ class FarEvidence:
         ranges = (self._near_m, config.reach_m, self._max_valid_m)
         change = grid.integrate(columns, frame, size, ranges, config.share, config.most_nat)
         old = self._stamp_ns - self._published_ns > MAX_AGE_NS and grid.any_published
-        if change > MIN_CHANGE_NAT or old:
+        if change > config.min_change_nat or old:
             self._published_ns = self._stamp_ns
             self._published += 1
             grid.publish(config.least_nat)

@@ -103,7 +103,7 @@ def test_a_map_that_ends_below_the_open_height_has_no_rooms():
 def test_probabilities_of_types_sum_to_one():
     _, shares = room_shares(MATTERPORT_40)
     seen = np.random.default_rng(0).integers(0, 500, (5, 40)).astype(np.float64)
-    probability, kinds = rate_types(seen, shares)
+    probability, kinds = rate_types(seen, shares, RoomConfig())
     assert np.allclose(probability.sum(axis=1), 1.0)
     assert (kinds > 1.0).all()
 
@@ -119,7 +119,11 @@ def test_the_room_at_a_place_has_a_name_in_words():
 
 @pytest.mark.parametrize(
     ("change", "text"),
-    [({"min_share": 0.3}, r"min_share must lie in \[0.5, 1\]"), ({"reach_m": 0.0}, "reach_m must")],
+    [
+        ({"min_share": 0.3}, r"min_share must lie in \[0.5, 1\]"),
+        ({"reach_m": 0.0}, "reach_m must"),
+        ({"odd_share": 0.0}, "odd_share must"),
+    ],
 )
 def test_settings_that_cannot_be_are_refused(change, text):
     with pytest.raises(ValueError, match=text):

@@ -9,7 +9,6 @@ import pytest
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import make_transform, rotation_z
-from ippon.mapping.far_evidence.evidence_grid import SPREAD_M
 from ippon.mapping.far_evidence.far_evidence import FarEvidence, FarEvidenceConfig
 from ippon.observation import Heatmap
 from ippon.robot import ZED
@@ -81,7 +80,7 @@ def test_what_stands_far_ahead_draws_those_who_would_look_at_it():
 def test_where_it_meets_the_floor_bounds_how_far_it_is():
     far_evidence = made([frame_of(AHEAD)] * 8)
     assert seen_from(far_evidence, 6.0, 0.0)[0] > 2.0
-    beyond = 7.0 + SPREAD_M + 1.0
+    beyond = 7.0 + FarEvidenceConfig().spread_m + 1.0
     assert seen_from(far_evidence, beyond, 0.0)[0] == 0.0
     # What may stand on a table is bounded by the reach alone.
     level = (rows_at(7.0, height_m=1.2), slice(76, 84))
@@ -309,6 +308,8 @@ def test_a_robot_far_from_its_start_goes_on_without_what_is_farther():
         {"least_nat": 4.0},
         {"cue_nat": 4.0},
         {"forget_s": 0.0},
+        {"spread_m": -0.1},
+        {"min_change_nat": 0.0},
     ],
 )
 def test_numbers_without_meaning_are_refused(change):
