@@ -60,7 +60,7 @@ def test_nothing_is_seen_through_a_wall(make_scene, flat_boxes, robot):
     assert points[:, 0].min() > 4.0
 
 
-def test_what_is_shut_in_has_no_viewpoint(make_scene, flat_boxes, robot):
+def test_an_enclosed_object_has_no_viewpoint(make_scene, flat_boxes, robot):
     shut = [*flat_boxes, ("objects", "box", (6.3, 1.3, 0.7), (6.8, 1.8, 1.0))]
     assert len(_views(make_scene(shut), robot, 7)) == 0
 

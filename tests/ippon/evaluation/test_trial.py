@@ -128,7 +128,7 @@ def test_a_row_survives_plain_values(make_row):
         row_from({k: v for k, v in values.items() if k != "spl"})
 
 
-def test_the_hash_tells_set_ups_apart(config):
+def test_the_hash_distinguishes_set_ups(config):
     hashes = {config_hash(config, m) for m in METHODS.values()}
     assert len(hashes) == len(METHODS)
     assert config_hash(config, METHODS["ippon"]) == config_hash(config, METHODS["ippon"])

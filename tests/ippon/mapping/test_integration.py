@@ -192,7 +192,7 @@ def test_ten_thousand_frames_leave_memory_flat(tools, world):
     assert resident[-1] <= resident[1] + 5.0
 
 
-def test_a_room_that_was_given_up_is_mapped_anew(tools):
+def test_a_dropped_room_is_mapped_again(tools):
     config = MapConfig(memory_limit_mb=15.0, max_range_m=3.0)
     voxel_map = VoxelMap(config, LABELS)
 
@@ -255,9 +255,11 @@ def test_explored_area(tools, world):
     assert voxel_map.explored_m2() == pytest.approx(np.sum(state[..., 5] == FREE) * 0.01)
 
 
-def test_config_says_what_would_do():
+def test_an_invalid_config_says_what_would_work():
     with pytest.raises(ValueError, match="voxel_size_m must be positive"):
         MapConfig(voxel_size_m=0.0)
+    with pytest.raises(ValueError, match=r"endpoint_depth_voxels lies in 0 to 1; got 2\.0"):
+        MapConfig(endpoint_depth_voxels=2.0)
     with pytest.raises(ValueError, match=r"raise it, or use larger voxels"):
         MapConfig(voxel_size_m=0.02, memory_limit_mb=100.0)
     with pytest.raises(ValueError, match="evidence must satisfy"):

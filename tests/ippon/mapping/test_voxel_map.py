@@ -96,7 +96,7 @@ def test_rejected_frame_says_why_and_changes_nothing(tools, furnished):
     assert voxel_map.revision == revision + 1
 
 
-def test_a_heatmap_that_comes_late_teaches_labels_and_leaves_depth_and_colour(tools, furnished):
+def test_a_late_heatmap_updates_labels_but_not_depth_or_colour(tools, furnished):
     names = {0: "floor", 6: "hat"}
     heat = heat_of(LABELS, "hat", lambda n: names.get(int(n), "wall"))
     poses = tools.tour([(1.0, 1.0)], yaws=3)

@@ -26,7 +26,7 @@ def _printed_by(code):
     return done.stdout
 
 
-def test_the_process_beside_compiles_what_a_map_uses():
+def test_the_second_process_compiles_the_kernels_of_a_map():
     # In a process of its own: what is compiled stays compiled in this one.
     code = (
         "from ippon.mapping.warm_up import warm_up, warm_up_objects\n"

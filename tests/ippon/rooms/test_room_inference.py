@@ -70,7 +70,7 @@ def types_of(rooms):
     return [rooms.types[n] if n != NO_ROOM else None for n in room]
 
 
-def test_rooms_are_told_apart_by_what_stands_in_them():
+def test_rooms_get_the_type_of_their_objects():
     rooms = infer_rooms(home(["sink", "toilet"], ["sink", "counter"]), RoomConfig())
     assert types_of(rooms) == ["bathroom", "kitchen", None]
 
@@ -85,7 +85,7 @@ def test_rooms_are_told_apart_by_what_stands_in_them():
         ([], {}),
     ],
 )
-def test_what_tells_too_little_gives_no_type(left, change):
+def test_too_few_informative_objects_give_no_type(left, change):
     assert types_of(infer_rooms(home(left, **change), RoomConfig()))[0] is None
 
 
@@ -125,6 +125,6 @@ def test_the_room_at_a_place_has_a_name_in_words():
         ({"odd_share": 0.0}, "odd_share must"),
     ],
 )
-def test_settings_that_cannot_be_are_refused(change, text):
+def test_values_out_of_range_are_rejected(change, text):
     with pytest.raises(ValueError, match=text):
         RoomConfig(**change)

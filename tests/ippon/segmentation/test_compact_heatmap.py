@@ -12,7 +12,7 @@ def probabilities():
 
 
 @pytest.mark.parametrize("count", [1, 3, 12, 40])
-def test_sums_stay_and_what_is_kept_is_exact(probabilities, count):
+def test_sums_and_kept_channels_are_exact(probabilities, count):
     top = keep_top(probabilities, count)
     back = expand_top(top, 12)
     assert (back.sum(axis=2, dtype=int) == 255).all()
@@ -36,14 +36,14 @@ def test_the_object_of_interest_is_exact_however_small(probabilities):
     np.testing.assert_array_equal(back[..., 7], probabilities[..., 7])
 
 
-def test_what_is_left_out_is_shared_equally():
+def test_the_remainder_is_shared_equally():
     p = np.array([[[200, 30, 15, 7, 3]]], np.uint8)
     back = expand_top(keep_top(p, 1), 5)
     assert back[0, 0, 0] == 200
     assert sorted(back[0, 0, 1:].tolist()) == [13, 14, 14, 14]
 
 
-def test_a_count_of_none_and_channels_that_are_not_there_are_refused(probabilities):
+def test_a_count_of_zero_and_unknown_channels_are_rejected(probabilities):
     with pytest.raises(ValueError, match="at least one label a pixel is kept; got 0"):
         keep_top(probabilities, 0)
     with pytest.raises(ValueError, match="of 3"):

@@ -82,6 +82,6 @@ def test_the_rim_of_the_crop_stays_except_at_the_images_border():
     assert (columns[0], columns[-1]) == (0, 8)
 
 
-def test_a_crop_that_is_none_is_refused():
+def test_invalid_crops_are_rejected():
     with pytest.raises(ValueError, match="crop_share must be in"):
         CropConfig(crop_share=1.0)

@@ -113,7 +113,7 @@ def test_claims(context: str, claims: list[str]) -> None:
     assert claims_of(context) == claims
 
 
-def test_the_object_itself_is_no_place() -> None:
+def test_the_object_itself_is_not_a_place() -> None:
     assert claims_of("the keys lie with the keys on the table", ooi="keys") == ["on table"]
 
 
@@ -147,7 +147,7 @@ def test_misspelt_places_are_read() -> None:
         ("it is blue and round", "no place was understood in the context"),
     ],
 )
-def test_what_is_not_understood_is_told(context: str, note: str) -> None:
+def test_unknown_places_are_noted(context: str, note: str) -> None:
     reading = read_context(context, MATTERPORT_40)
     assert reading.claims == ()
     assert note in reading.notes

@@ -33,7 +33,7 @@ def voxel_map(tools):
     return result
 
 
-def test_a_common_object_starts_from_what_is_known(voxel_map):
+def test_a_common_object_starts_from_its_label(voxel_map):
     voxel_map.set_ooi("chair")
     best = np.zeros(len(voxel_map._pools.best_ooi), int)
     for slot, block, column in plain.labelled(voxel_map):
@@ -108,7 +108,7 @@ def test_a_place_is_taken_back_as_it_was(voxel_map):
     voxel_map.restore_ooi(nowhere)
 
 
-def test_surface_that_came_or_went_meanwhile_starts_anew_or_stays_gone(voxel_map):
+def test_surface_that_changed_while_suppressed_is_reset_or_stays_removed(voxel_map):
     ball = np.array([1.0, 1.0, 0.0])
     ruled_out = voxel_map.suppress_ooi(ball, 0.8)
     half = len(ruled_out.voxel) // 2
@@ -161,7 +161,7 @@ def test_nothing_is_the_object_higher_than_it_can_be(tools, voxel_map, ooi):
 
 @pytest.mark.parametrize("lowest_m", [0.0, 0.1])
 @pytest.mark.parametrize("ooi", ["hat", LABELS[0]])
-def test_the_floor_is_no_object_that_stands_on_it(tools, voxel_map, ooi, lowest_m):
+def test_the_floor_is_not_an_object_on_it(tools, voxel_map, ooi, lowest_m):
     def odds_of_floor_and_rest():
         floor, rest = [], []
         for slot, block, column in plain.labelled(voxel_map):

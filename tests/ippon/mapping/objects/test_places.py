@@ -80,7 +80,7 @@ def test_the_order_of_images_within_a_place_does_not_matter(tools):
     )
 
 
-def test_a_place_that_was_left_teaches_no_more(tools):
+def test_images_from_a_closed_place_are_ignored(tools):
     there_and_back = [wall(tools, 100, y=1.0), wall(tools, 100, y=2.6, n=1)]
     twice = [*there_and_back, wall(tools, 100, y=1.0, n=2), wall(tools, 100, y=2.6, n=3)]
     once = cup_probability(there_and_back)

@@ -153,7 +153,7 @@ def test_a_common_label_as_the_object_of_interest(wall_frame, pixels):
     assert later.best_ooi() == pytest.approx(1.0 / (1.0 + np.exp(-best)), abs=1 / 254)
 
 
-def test_a_heatmap_for_another_object_teaches_common_objects_only(wall_frame):
+def test_a_heatmap_for_another_object_updates_common_objects_only(wall_frame):
     voxel_map = observed(wall_frame, [[10, 200, 10, 10, 10, 10]], ooi="hat")
     voxel_map.set_ooi("keys")
     before = voxel_map.surface.energy[1, :5].copy()

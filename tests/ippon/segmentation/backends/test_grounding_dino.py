@@ -165,7 +165,7 @@ def test_marks_within_a_label_do_not_end_it(segmenter):
     assert [text.tokens.shape[1] for text in long] == [40, 4]
 
 
-def test_values_that_are_no_numbers_are_refused(segmenter, image_by_formula):
+def test_nan_is_rejected(segmenter, image_by_formula):
     with torch.no_grad():
         for values in segmenter._model.model.decoder.layer_norm.parameters():
             values.fill_(float("nan"))
@@ -173,7 +173,7 @@ def test_values_that_are_no_numbers_are_refused(segmenter, image_by_formula):
         segmenter.segment(image_by_formula(48, 64), LABELS, None)
 
 
-def test_a_missing_model_says_what_to_fetch(tmp_path):
+def test_a_missing_model_names_its_source(tmp_path):
     with pytest.raises(CheckpointError) as caught:
         load_segmenter(config(""), tmp_path)
     assert f"https://huggingface.co/{DEFAULT_MODELS['grounding-dino']}" in str(caught.value)

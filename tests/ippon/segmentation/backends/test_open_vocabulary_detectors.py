@@ -54,7 +54,7 @@ def test_boxes_of_a_detector_become_masks(folder):
     assert seen.source == bare.source
 
 
-def test_the_detector_still_says_what_it_cannot_see(folder):
+def test_the_detector_still_reports_unknown_objects(folder):
     segmenters = [load_segmenter(config(folder, name), folder) for name in ("none", "sam2")]
     one, other = (unsupported_reason(segmenter, "screwdriver") for segmenter in segmenters)
     assert one

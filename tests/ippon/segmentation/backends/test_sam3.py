@@ -163,7 +163,7 @@ def test_the_image_is_encoded_once_and_words_once_for_all_images(
     assert counts == {"image": 4, "words": 2}
 
 
-def test_values_that_are_no_numbers_are_refused(segmenter, image_by_formula):
+def test_nan_is_rejected(segmenter, image_by_formula):
     with torch.no_grad():
         segmenter._model.dot_product_scoring.query_proj.bias.fill_(float("nan"))
     with pytest.raises(SegmentationError, match="values that are not numbers; try --segmentation"):
@@ -171,7 +171,7 @@ def test_values_that_are_no_numbers_are_refused(segmenter, image_by_formula):
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_a_missing_model_says_what_to_fetch(tmp_path, backend):
+def test_a_missing_model_names_its_source(tmp_path, backend):
     with pytest.raises(CheckpointError) as caught:
         load_segmenter(config(backend, model=""), tmp_path)
     name = DEFAULT_MODELS[backend]

@@ -65,14 +65,14 @@ def test_code_in_an_old_pickle_does_not_run(tmp_path):
     assert not made.exists()
 
 
-def test_what_torch_save_writes_is_not_opened(tmp_path):
+def test_pickles_are_not_opened(tmp_path):
     with zipfile.ZipFile(tmp_path / "best.onnx", "w") as archive:
         archive.writestr("archive/data.pkl", pickle.dumps(RunsCode(tmp_path / "made")))
     assert refusal(tmp_path / "best.onnx") == f"best.onnx{PYTORCH}"
     assert not (tmp_path / "made").exists()
 
 
-def test_files_that_are_none_are_named_with_what_would_do(tmp_path):
+def test_invalid_files_are_named_with_alternatives(tmp_path):
     is_what = "a detector is an .onnx or an ncnn .param file"
     missing = tmp_path / "none.onnx"
     assert refusal(missing) == f"there is no {missing}; {is_what}"
@@ -131,7 +131,7 @@ def test_a_model_is_a_path_or_a_name_in_the_folder_of_models(tmp_path):
     )
 
 
-def test_devices_that_are_none_are_refused(tmp_path):
+def test_unknown_devices_are_rejected(tmp_path):
     path = constant_network(tmp_path / "y.onnx", {"output0": np.zeros((1, 5, 6), np.float32)})
     config = SegmentationConfig(backend="detector", model=str(path), device="tpu")
     with pytest.raises(SegmentationError, match="a device is auto, cpu, cuda or cuda:N; got 'tpu'"):

@@ -25,7 +25,7 @@ def naive(boxes, scores, classes, overlap, most):
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("overlap", [0.0, 0.3, 0.6])
-def test_it_keeps_what_comparing_each_with_each_keeps(seed, overlap):
+def test_it_keeps_the_boxes_of_a_pairwise_comparison(seed, overlap):
     rng = np.random.default_rng(seed)
     corners = rng.uniform(-20, 100, (120, 2))
     boxes = np.concatenate([corners, corners + rng.uniform(-3, 60, (120, 2))], axis=1)

@@ -50,7 +50,7 @@ def test_synonyms_are_those_of_the_words_that_people_ask_with():
     assert set(ALSO) <= {name for group in SAME for name in group} | set(COCO_80)
 
 
-def test_labels_are_those_that_were_asked_for_and_can_be_told():
+def test_labels_are_the_requested_ones_that_are_known():
     assigned = COCO.assign(("wall", "sofa", "table", "fridge", "appliances"), "mug")
     assert assigned.labels == ("sofa", "table", "fridge", "mug")
     assert assigned.ooi == "mug"
@@ -77,7 +77,7 @@ def test_two_words_for_a_class_are_found_under_the_same_label():
     assert COCO.label_for("mug", (*MATTERPORT_40, "mug")) == "mug"
 
 
-def test_what_cannot_be_seen_is_said():
+def test_unknown_objects_are_reported():
     assert COCO.assign(("chair",), "hat").ooi is None
     assert COCO.assign(("wall", "floor"), "hat").labels == ()
     assert COCO.unseen(("wall", "chair", "hat", "television")) == ("wall", "hat")
@@ -100,7 +100,7 @@ def test_the_nearest_kinds_share_a_word_or_are_misspelt(label, near):
     assert COCO.nearest(label) == near
 
 
-def test_a_refusal_says_what_would_do():
+def test_an_unsupported_label_gets_alternatives():
     assert ClosedVocabulary.of(["cup", "office chair", "", "cup"]).unsupported_reason(
         "arm_chair"
     ) == (

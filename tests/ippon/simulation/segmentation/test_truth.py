@@ -23,7 +23,7 @@ def test_the_object_of_interest_comes_first_then_the_noun_then_the_category(ooi,
     assert true_label(HAT, labels, ooi) == expected
 
 
-def test_the_predicate_decides_what_answers_a_question():
+def test_the_predicate_decides_which_objects_match_the_goal():
     assert true_label(HAT, (), "headgear") is None
     assert true_label(HAT, (), "headgear", lambda name, _: name == "sun_hat") == "headgear"
 

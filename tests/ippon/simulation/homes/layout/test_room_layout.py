@@ -40,7 +40,7 @@ def test_walls_cover_every_side_of_every_room_once(seed):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_doors_join_all_rooms_and_nobody_walks_through_a_bathroom(seed):
+def test_doors_join_all_rooms_and_bathrooms_are_not_passages(seed):
     _, rooms, _, doors = _joined(seed)
     reached = {0}
     for _ in rooms:
