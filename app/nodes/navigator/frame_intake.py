@@ -138,7 +138,7 @@ class FrameIntake:
 
     def notes(self) -> tuple[str, ...]:
         """Return what the operator should know of the detections."""
-        notes = [self.assembler.detector.unsupported_reason()]
+        notes = [self.assembler.detector.refusal()]
         if self.assembler.unmatched >= UNMATCHED:
             notes.append(
                 "detections carry the stamp of no image: a detector copies the header of the "

@@ -23,6 +23,8 @@ from ippon.observation import Heatmap
 
 MOST_PX: Final = 320
 """Larger heatmaps are subsampled to this many pixels along their longer side."""
+MIN_CHANGE_NAT: Final = 0.25
+"""Change of a cell after which viewpoints are evaluated against the grid again."""
 MAX_AGE_NS: Final = 2_000_000_000
 """Time after which fading evidence is published again."""
 
@@ -55,9 +57,6 @@ class FarEvidenceConfig:
     spread_m: float = 0.75
     """Radius over which the evidence of a cell is spread, because distant positions are inexact;
     more draws viewpoints from a wider area."""
-    min_change_nat: float = 0.25
-    """Change of a cell after which viewpoints are evaluated against the grid again; more evaluates
-    less often."""
 
     def __post_init__(self) -> None:
         """Reject values without meaning."""
@@ -77,11 +76,8 @@ class FarEvidenceConfig:
             )
         if not self.forget_s > 0.0:
             raise ValueError(f"forget_s is a positive time; got {self.forget_s}")
-        if not (0.0 <= self.spread_m < math.inf and self.min_change_nat > 0.0):
-            raise ValueError(
-                "spread_m is at least 0 and min_change_nat positive; got "
-                f"{self.spread_m}, {self.min_change_nat}"
-            )
+        if not 0.0 <= self.spread_m < math.inf:
+            raise ValueError(f"spread_m is at least 0; got {self.spread_m}")
         for name in ("least_nat", "cue_nat"):
             if not 0.0 <= getattr(self, name) < self.most_nat < math.inf:
                 raise ValueError(
@@ -184,7 +180,7 @@ class FarEvidence:
         ranges = (self._near_m, config.reach_m, self._max_valid_m)
         change = grid.integrate(columns, frame, size, ranges, config.share, config.most_nat)
         old = self._stamp_ns - self._published_ns > MAX_AGE_NS and grid.any_published
-        if change > config.min_change_nat or old:
+        if change > MIN_CHANGE_NAT or old:
             self._published_ns = self._stamp_ns
             self._published += 1
             grid.publish(config.least_nat)

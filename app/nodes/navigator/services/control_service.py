@@ -65,7 +65,7 @@ class ControlService:
         if isinstance(message, ControlRequest) and message.action == "stop":
             return
         with self._lock:
-            problem = self._lease.unsupported_reason(who, self._clock())
+            problem = self._lease.refusal(who, self._clock())
         if problem is not None:
             raise RequestRefusedError(problem)
 

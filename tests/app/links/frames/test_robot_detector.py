@@ -75,9 +75,9 @@ def test_the_profile_names_the_network_before_the_detector_does():
 
 
 def test_what_it_cannot_tell_is_said_with_what_it_can():
-    assert detector(names=["cup", "couch"], ooi="mug").unsupported_reason() == ""
-    assert detector(ooi="hat").unsupported_reason() == "", "its names are not known"
-    text = detector(names=["cup", "couch"], ooi="hat").unsupported_reason()
+    assert detector(names=["cup", "couch"], ooi="mug").refusal() == ""
+    assert detector(ooi="hat").refusal() == "", "its names are not known"
+    text = detector(names=["cup", "couch"], ooi="hat").refusal()
     assert text.startswith("this detector knows 2 kinds of thing and 'hat' is none of them")
 
 

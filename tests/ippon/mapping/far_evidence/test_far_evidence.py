@@ -309,7 +309,6 @@ def test_evidence_outside_the_grid_is_ignored():
         {"cue_nat": 4.0},
         {"forget_s": 0.0},
         {"spread_m": -0.1},
-        {"min_change_nat": 0.0},
     ],
 )
 def test_numbers_without_meaning_are_refused(change):

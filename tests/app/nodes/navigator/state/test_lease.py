@@ -46,27 +46,27 @@ def test_what_is_free_is_taken(lease: Lease) -> None:
 
 
 def test_while_it_is_free_every_command_counts(lease: Lease) -> None:
-    assert lease.unsupported_reason(None, 0.0) is None
-    assert lease.unsupported_reason(ANNA, 0.0) is None
+    assert lease.refusal(None, 0.0) is None
+    assert lease.refusal(ANNA, 0.0) is None
     assert lease.teleop_refusal(ANNA.session, 0, 0.0) == "nobody holds control: take it to drive"
 
 
 def test_the_holders_commands_count_and_nobody_elses(held: Lease) -> None:
-    assert held.unsupported_reason(ANNA_1, 0.1) is None
+    assert held.refusal(ANNA_1, 0.1) is None
     assert held.teleop_refusal(ANNA.session, 1, 0.1) is None
     refused = (
         "Anna holds control: ask for it, wait until it is released, or take it over "
         "(ippon ask --take)"
     )
-    assert held.unsupported_reason(None, 0.1) == refused
-    assert held.unsupported_reason(of_epoch(BERT, 1), 0.1) == refused
+    assert held.refusal(None, 0.1) == refused
+    assert held.refusal(of_epoch(BERT, 1), 0.1) == refused
     assert held.teleop_refusal(BERT.session, 1, 0.1) == "Anna holds control"
 
 
 def test_an_old_epoch_counts_no_more(held: Lease) -> None:
     held.release(ANNA_1, 0.1)
     assert held.request(ANNA, 0.2).epoch == 2
-    assert "ended" in str(held.unsupported_reason(ANNA_1, 0.3))
+    assert "ended" in str(held.refusal(ANNA_1, 0.3))
     assert held.teleop_refusal(ANNA.session, 1, 0.3) == "this control has ended"
     assert held.teleop_refusal(ANNA.session, 2, 0.3) is None
 
@@ -77,7 +77,7 @@ def test_renewals_keep_it_and_silence_ends_it(held: Lease) -> None:
     last = 10.0
     assert held.status(last + STALE_S).state == "held"
     assert held.status(last + STALE_S + 0.01).state == "stale"
-    assert held.unsupported_reason(ANNA_1, last + EXPIRY_S) is None
+    assert held.refusal(ANNA_1, last + EXPIRY_S) is None
     assert held.status(last + EXPIRY_S + 0.01).state == "free"
     assert held.take_events() == ("Anna is gone: control ran out",)
     assert held.renew(ANNA_1, last + 3.0).standing == "watches"
@@ -92,8 +92,8 @@ def test_asking_shows_and_the_holder_grants(held: Lease) -> None:
     assert held.grant(ANNA_1, 0.2).standing == "watches"
     reply = held.renew(BERT, 0.3)
     assert (reply.standing, reply.epoch) == ("holds", 2)
-    assert held.unsupported_reason(of_epoch(BERT, 2), 0.3) is None
-    assert held.unsupported_reason(ANNA_1, 0.3) is not None
+    assert held.refusal(of_epoch(BERT, 2), 0.3) is None
+    assert held.refusal(ANNA_1, 0.3) is not None
     assert held.take_events() == ("Bert was given control by Anna",)
 
 
@@ -145,7 +145,7 @@ def test_nobody_follows_who_has_left_too(held: Lease) -> None:
 def test_a_supervisor_takes_it(held: Lease) -> None:
     held.request(BERT, 0.1)
     assert held.take(CARL, 0.2).epoch == 2
-    assert str(held.unsupported_reason(ANNA_1, 0.2)).startswith("Carl holds control: ask for it")
+    assert str(held.refusal(ANNA_1, 0.2)).startswith("Carl holds control: ask for it")
     assert held.status(0.2).requester == "Bert"
     assert held.take_events()[-1] == "Carl took control from Anna"
     assert held.take(of_epoch(CARL, 2), 0.3).epoch == 2, "taking one's own changes nothing"
@@ -193,7 +193,7 @@ def test_whatever_happens_one_at_most_commands(steps: list[tuple[str, int, float
             allowed = [
                 (p.name, e)
                 for p, e in itertools.product(PEOPLE, range(status.epoch + 1))
-                if lease.unsupported_reason(of_epoch(p, e), now) is None
+                if lease.refusal(of_epoch(p, e), now) is None
             ]
             assert allowed == [(status.holder, status.epoch)]
             driving = [p for p in PEOPLE if not lease.teleop_refusal(p.session, last_epoch, now)]
