@@ -39,7 +39,7 @@ KEYFRAME_NS: Final = 10_000_000_000
 
 
 class EpisodeRecorder:
-    """Is a observer of a trial; its recording runs in simulated time from the moment it began."""
+    """Observer of a trial; the recording runs in simulated time from its start."""
 
     def __init__(self, root: Path, wall_ns: int, version: str, guidance: Guidance) -> None:
         """Begin a session in a new folder under `root`.
@@ -63,7 +63,7 @@ class EpisodeRecorder:
         self._cloud_ns = -1
         self._frames = 0
 
-    def observer(self, frame: Frame, result: StepResult, mission: Mission) -> None:
+    def observe(self, frame: Frame, result: StepResult, mission: Mission) -> None:
         """Write one step; see `ippon.evaluation.episode_record.FrameObserver`."""
         snapshot = result.snapshot
         self._add_frame(frame)

@@ -70,7 +70,7 @@ def replay_episode(
     try:
         recorder = EpisodeRecorder(root, time.time_ns(), version, guidance)
         tell(f"searching for up to {trial.limits.max_time_s:.0f} simulated s")
-        again = Trial(trial, scene, version, clocks, prior, recorder.observer).run(spec, method)
+        again = Trial(trial, scene, version, clocks, prior, recorder.observe).run(spec, method)
         session = recorder.close()
     except OSError as error:
         raise EvaluationError(f"cannot write to {root}: {error.strerror}") from error

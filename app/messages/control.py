@@ -264,7 +264,7 @@ class Timings(_Message, frozen=True):
 
 
 class Status(_Message, frozen=True):
-    """ModelInfo with every step and at least twice a second."""
+    """Published with every step and at least twice a second."""
 
     robot: str
     version: str
