@@ -84,21 +84,14 @@ class BlockSelector:
         most = int(np.prod(high - low))
         rows, kinds = np.empty(most, np.int32), np.empty(most, np.int8)
         is_new, place = np.empty(most, np.uint8), np.empty(most + 1, np.int32)
-        v = cfg.voxel_size_m
-        depths = (
-            cfg.min_range_m,
-            cfg.max_range_m,
-            cfg.truncation_voxels * v,
-            cfg.behind_voxels * v,
-        )
         dropped: list[NDArray[np.int64]] = []
         while True:
             n = select_kernel(
                 low,
                 high,
                 invert_transform(frame.T_world_camera),
-                v,
-                depths,
+                cfg.voxel_size_m,
+                self._depth_range(),
                 (camera.fx, camera.fy, camera.cx, camera.cy),
                 (camera.width, camera.height),
                 image.tiles,
@@ -124,6 +117,16 @@ class BlockSelector:
                     f"one view needs more than the {cfg.max_blocks} blocks of "
                     f"memory_limit_mb {cfg.memory_limit_mb}; raise it"
                 )
+
+    def _depth_range(self) -> tuple[float, float, float, float]:
+        """Return `depth_range` of `classify_block`, metres."""
+        cfg, v = self._config, self._config.voxel_size_m
+        return (
+            cfg.min_range_m,
+            cfg.max_range_m,
+            cfg.truncation_voxels * v,
+            cfg.behind_voxels * v,
+        )
 
     def _release_blocks_of(self, layers: ObjectLayers, revision: int) -> None:
         """Remove the blocks that were allocated for a refused frame."""

@@ -23,7 +23,7 @@ def test_labels_are_canonical_and_notes_are_ignored():
     ("content", "text"),
     [
         ([], "known objects are"),
-        ({}, "nothing is known"),
+        ({}, "are all empty: list at least one"),
         ({"objects": {}}, "objects is a list; got dict"),
         ({"objects": [{"label": "cup"}]}, "objects[0]: 'centre_world' is missing"),
         ({"objects": [CUP | {"centre_world": [1, 2]}]}, "objects[0]"),

@@ -217,7 +217,7 @@ def test_a_network_is_named_by_its_file_or_folder(tmp_path):
         ({"out": (1, 21, 64, 64)}, "looks like a network that judges every pixel"),
         ({"a": (1, 5, 5), "b": (1, 9), "c": (1, 2)}, "a (5, 5), b (9,), c (2,) for an input of"),
         ({"output0": (1, 83, CELLS + 2)}, "known are nanodet, yolox, yolov5, yolov8"),
-        ({"boxes": (1, 9, 4), "scores": (1, 9), "labels": (1, 8)}, "of no detector"),
+        ({"boxes": (1, 9, 4), "scores": (1, 9), "labels": (1, 8)}, "not of a known detector"),
         ({"logits": (1, 9, 80), "pred_boxes": (1, 8, 4)}, "not of a known detector"),
     ],
 )
