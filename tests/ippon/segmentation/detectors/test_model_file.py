@@ -78,7 +78,7 @@ def test_invalid_files_are_named_with_alternatives(tmp_path):
     assert refusal(missing) == f"there is no {missing}; {is_what}"
     folder = tmp_path / "folder.onnx"
     folder.mkdir()
-    assert refusal(folder) == f"{folder} is no file; {is_what}"
+    assert refusal(folder) == f"{folder} is not a file; {is_what}"
     (tmp_path / "a.jpg").write_bytes(b"\xff\xd8" * 20)
     assert refusal(tmp_path / "a.jpg") == (
         "a.jpg is not a detector file: .onnx, or an ncnn .param with its .bin beside it"
