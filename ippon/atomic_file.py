@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all."""
+"""Atomic replacement of files."""
 
 import os
 import threading
@@ -6,16 +6,15 @@ from pathlib import Path
 
 
 def replace_file(path: Path, content: bytes, *, mode: int = 0o666) -> None:
-    """Write a file in the place of another: a crash or a power cut leaves either, whole.
+    """Replace a file atomically: a crash or power cut leaves the old file or the new one.
 
     Args:
-        path: The file; its folder is there. Writers in other threads and processes do no harm: one
-            of them is last.
-        content: What it will hold.
-        mode: Permissions of the file, less the process's umask.
+        path: The file; its folder exists. With several writers, the last one wins.
+        content: New content.
+        mode: Permissions of the file, reduced by the process's umask.
 
     Raises:
-        OSError: It cannot be written; what was there stays, and nothing is left beside it.
+        OSError: The file cannot be written; the old file remains, without temporary files.
     """
     partial = path.with_name(f"{path.name[:99]}.{threading.get_native_id()}.partial")
     descriptor = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode)

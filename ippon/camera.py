@@ -19,7 +19,7 @@ class PinholeCamera:
     cy: float
 
     def __post_init__(self) -> None:
-        """Reject intrinsics that no camera has."""
+        """Reject invalid intrinsics."""
         if not (1 <= self.width <= 16384 and 1 <= self.height <= 16384):
             raise ValueError(
                 f"image size {self.width}x{self.height} is outside 1x1 to 16384x16384 pixels"
@@ -36,7 +36,7 @@ class PinholeCamera:
 
     @classmethod
     def from_horizontal_fov(cls, width: int, height: int, fov: float) -> "PinholeCamera":
-        """Make a camera with square pixels and a centred principal point.
+        """Return a camera with square pixels and a centred principal point.
 
         Args:
             width: Image width in pixels.
@@ -59,7 +59,7 @@ class PinholeCamera:
         return 2.0 * math.atan(0.5 * self.height / self.fy)
 
     def scaled_to(self, width: int, height: int) -> "PinholeCamera":
-        """Return the camera of the same view at another image size (pixel centres kept)."""
+        """Return the camera of the same view at another image size."""
         sx, sy = width / self.width, height / self.height
         return PinholeCamera(
             width=width,
@@ -71,7 +71,7 @@ class PinholeCamera:
         )
 
     def rays(self) -> NDArray[np.float64]:
-        """Return (H, W, 3) directions in the camera frame, one a pixel, with z = 1 (not unit)."""
+        """Return (H, W, 3) directions in the camera frame, one per pixel, with z = 1."""
         u = (np.arange(self.width) - self.cx) / self.fx
         v = (np.arange(self.height) - self.cy) / self.fy
         grid = np.empty((self.height, self.width, 3), dtype=np.float64)
@@ -83,7 +83,7 @@ class PinholeCamera:
     def project(
         self, points_camera: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return (N,) columns and (N,) rows of (N, 3) points before the camera, in its frame."""
+        """Return (N,) columns and (N,) rows of (N, 3) points with z > 0 in the camera frame."""
         x, y, z = points_camera.T
         return self.fx * x / z + self.cx, self.fy * y / z + self.cy
 

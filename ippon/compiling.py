@@ -1,4 +1,4 @@
-"""Compiling kernels in two processes at once."""
+"""Compilation of kernels in a second process."""
 
 import contextlib
 import subprocess
@@ -7,17 +7,17 @@ from collections.abc import Generator
 
 
 @contextlib.contextmanager
-def compile_beside(module: str, function: str) -> Generator[None]:
-    """Call a function in a process of its own meanwhile; waits for it where the block ends.
+def compile_in_second_process(module: str, function: str) -> Generator[None]:
+    """Call a function in a second process; wait for it at the end of the block.
 
-    What it compiles is kept on disk and loaded from there. What it did not get done, for whatever
-    reason, is compiled where it is needed.
+    Kernels that it compiles are cached on disk and loaded from there. Those that it does not finish
+    are compiled where they are needed.
 
     Args:
-        module: Where the function is, for example "ippon.mapping.warm_up".
-        function: Its name; it takes no arguments.
+        module: Module of the function, for example "ippon.mapping.warm_up".
+        function: Name of the function, which takes no arguments.
     """
-    beside = subprocess.Popen(  # noqa: S603, both names are the program's own
+    beside = subprocess.Popen(  # noqa: S603, both names are constants of the program
         [sys.executable, "-c", f"from {module} import {function} as go; go()"],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,

@@ -1,8 +1,8 @@
-"""Errors that the library raises; everything else it raises is a `ValueError`."""
+"""Errors of the library; invalid arguments raise `ValueError` instead."""
 
 
 class IpponError(Exception):
-    """Base of every error that a caller may want to catch as one."""
+    """Base class of the library's errors."""
 
 
 class FrameRejectedError(IpponError):

@@ -1,4 +1,4 @@
-"""One observation: colour, depth, pose and, where there is one, a heatmap."""
+"""One RGB-D frame: colour, depth, poses and, optionally, a heatmap."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -12,12 +12,12 @@ from ippon.geometry import Float64Array, is_rigid
 from ippon.observation import Heatmap
 
 NANOSECONDS: Final = 1_000_000_000
-"""In a second of `stamp_ns`."""
+"""Nanoseconds per second, for `stamp_ns`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Frame:
-    """What the robot saw and where it was, at one moment."""
+    """Images and poses of one moment."""
 
     stamp_ns: int
     color: NDArray[np.uint8]
@@ -29,16 +29,16 @@ class Frame:
     T_world_camera: Float64Array
     T_world_base: Float64Array
     tilt_rad: float
-    """Camera tilt that `T_world_camera` was taken with, positive up."""
+    """Camera tilt in `T_world_camera`, positive up."""
     heatmap: Heatmap | None = None
     contact: bool = False
-    """The bumper is pressed, or the base was stopped by something."""
+    """Whether the bumper is pressed or an obstacle stopped the base."""
 
     def __post_init__(self) -> None:
         """Check shapes, types and poses.
 
         Raises:
-            FrameRejectedError: Something that no camera or tracker could have measured.
+            FrameRejectedError: A shape, type or pose is invalid.
         """
         size = (self.camera.height, self.camera.width)
         if self.color.shape != (*size, 3) or self.color.dtype != np.uint8:

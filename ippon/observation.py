@@ -1,4 +1,4 @@
-"""What a source says of an image: label probabilities of each pixel, or instances of things."""
+"""Results of a segmentation for one image: label probabilities per pixel, or instances."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -11,26 +11,26 @@ HeatmapKind = Literal["distribution", "scores"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Heatmap:
-    """What an image says of each label at each pixel.
+    """Probability or score of each label at each pixel.
 
     The last channel is the object of interest when `ooi` is set and is not itself one of the
     common labels; otherwise the channels are just the common labels.
     """
 
     labels: tuple[str, ...]
-    """Common labels, one a channel, in the order of the channels."""
+    """Common labels in the order of the channels."""
     ooi: str | None
-    """Label of the object of interest that the source was asked for, where it can tell it."""
+    """Object of interest that the source was asked for; None if it cannot recognise it."""
     probabilities: NDArray[np.uint8]
     """(h, w, C) uint8 in units of 1/255; (h, w) may be smaller than the image it belongs to."""
     kind: HeatmapKind = "distribution"
-    """`distribution`: probabilities that sum to 1 at each pixel. `scores`: each label's own score,
-    0 where it was not recognised."""
+    """`distribution`: probabilities that sum to 1 at each pixel. `scores`: a separate score for
+    each label, 0 where it was not recognised."""
     source: str = ""
-    """Network that made it, the key of its observation model; empty where unknown."""
+    """Name of the network, the key of its observation model; empty if unknown."""
 
     def __post_init__(self) -> None:
-        """Check that channels and labels agree."""
+        """Check that channels and labels match."""
         expected = len(self.labels) + (self.ooi is not None and self.ooi not in self.labels)
         p = self.probabilities
         if p.ndim != 3 or p.dtype != np.uint8 or p.shape[2] != expected:
@@ -41,7 +41,7 @@ class Heatmap:
 
     @property
     def ooi_channel(self) -> int | None:
-        """Channel of the object of interest, None when the source was not asked for one."""
+        """Channel of the object of interest; None without one."""
         if self.ooi is None:
             return None
         return self.labels.index(self.ooi) if self.ooi in self.labels else len(self.labels)
@@ -49,45 +49,45 @@ class Heatmap:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Instance:
-    """One thing that a detector found in an image."""
+    """An object that a detector found in an image."""
 
     label: str
     """Canonical."""
     score: float
-    """0 to 1, as the network gives it."""
+    """Score of the network, 0 to 1."""
     box_px: tuple[float, float, float, float]
-    """Left, top, right, bottom in pixels of the image, inside it."""
+    """Left, top, right, bottom in pixels, inside the image."""
     mask: NDArray[np.bool_] | None = None
-    """(h, w) over the whole image, in proportion to it; None where only the box is known."""
+    """(h, w) over the whole image, in its proportions; None for a box only."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Detections:
-    """The instances that a detector found in an image."""
+    """Instances that a detector found in an image."""
 
     source: str
-    """Network that found them, the key of its observation model."""
+    """Name of the network, the key of its observation model."""
     labels: tuple[str, ...]
-    """Labels that were looked for, the object of interest included: one without an instance was not
-    recognised. What the detector cannot tell is not among them."""
+    """Labels that were searched for, including the object of interest. Labels without an instance
+    were not recognised; labels that the detector does not know are not included."""
     ooi: str | None
-    """Object of interest; None without one, or where the detector cannot tell it."""
+    """Object of interest; None without one, or if the detector does not know it."""
     image_size: tuple[int, int]
     """(H, W) pixels that boxes refer to."""
     instances: tuple[Instance, ...]
     dropped: int = 0
-    """Instances that were no finding: outside the image, reversed, not finite, too many."""
+    """Number of invalid instances: outside the image, inverted, not finite, or beyond the limit."""
 
     def __post_init__(self) -> None:
-        """Check that instances carry labels that were looked for."""
+        """Check that the labels of instances were searched for."""
         unknown = {one.label for one in self.instances} - set(self.labels)
         if unknown:
             raise ValueError(
-                f"instances carry labels that were not looked for: {', '.join(sorted(unknown))}"
+                f"instances have labels that were not searched for: {', '.join(sorted(unknown))}"
             )
         if self.ooi is not None and self.ooi not in self.labels:
             raise ValueError(f"the object of interest {self.ooi!r} is not among the labels")
 
 
 Observation: TypeAlias = Heatmap | Detections
-"""What any source says of an image."""
+"""Result of any source for one image."""

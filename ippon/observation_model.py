@@ -1,8 +1,8 @@
-"""How much a network's score says: the observation model between a source and the filter.
+"""Observation model of a network: log-likelihood ratio of a score.
 
-A score s of a label is worth log p(s | label) / p(s | another label) nats, read from a monotone
-table of the network, and of the label where it has one of its own. Tables are fitted by
-`ippon calibrate`; those that lie beside this module are cautious defaults, each with its origin.
+A score s of a label gives log p(s | label) / p(s | another label) nats, from a monotone table of
+the network, or of the label if it has its own table. `ippon calibrate` fits tables; those beside
+this module are cautious defaults that state their origin.
 """
 
 import json
@@ -20,37 +20,37 @@ from ippon.errors import IpponError
 from ippon.observation import Heatmap, HeatmapKind
 
 NOT_RECOGNISED: Final = 0
-"""Value of a heatmap of scores where a label was looked for, well in view, and not recognised."""
+"""Heatmap value of a label that was searched for and not recognised in good view."""
 NOTHING_SAID: Final = 1
-"""Value where nothing is known of a label: too far, at the border of the image, covered."""
+"""Heatmap value without information on a label: too far, at the image border, or covered."""
 LEAST_SCORE: Final = 2
-"""Scores begin with this value."""
+"""First heatmap value that stands for a score."""
 MOST_NATS: Final = 12.0
-"""No score is worth more, for or against."""
+"""Upper bound of the absolute log-likelihood ratio of a score."""
 _FOLDER: Final = "observation_models"
 
 
 class ObservationModelError(IpponError):
-    """A file is no observation model; the text says why."""
+    """A file is not an observation model; the message gives the reason."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScoreTable:
-    """The worth of a score: linear between knots, constant beyond them.
+    """Log-likelihood ratio by score: linear between knots, constant beyond them.
 
     For a distribution it is linear in the logarithm of the probability.
     """
 
     scores: tuple[float, ...]
-    """Knots, rising, 0 to 1."""
+    """Scores of the knots, increasing, 0 to 1."""
     nats: tuple[float, ...]
-    """Log-likelihood ratio at each knot; never falling."""
+    """Log-likelihood ratio at each knot, non-decreasing."""
     not_recognised: float = 0.0
-    """Log-likelihood ratio, at most 0, where a label in good view was not recognised; only for
-    networks whose labels have scores of their own."""
+    """Log-likelihood ratio, at most 0, of a label that was not recognised in good view; only for
+    networks with separate scores per label."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no monotone table."""
+        """Reject tables that are not monotone."""
         scores, nats = np.array(self.scores), np.array(self.nats)
         if scores.ndim != 1 or scores.shape != nats.shape or len(scores) < 2:
             raise ValueError(
@@ -86,24 +86,24 @@ class ScoreTable:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ObservationModel:
-    """What the scores of one network are worth."""
+    """Score tables of one network."""
 
     source: str
-    """Name of the network, as `Heatmap.source` gives it."""
+    """Name of the network, as in `Heatmap.source`."""
     kind: HeatmapKind
     table: ScoreTable
-    """For labels without a table of their own."""
+    """Table of labels without their own."""
     labels: Mapping[str, ScoreTable] = field(default_factory=dict[str, ScoreTable])
     """Tables of single labels."""
     provenance: str
-    """What the tables were fitted on, or why they are what they are."""
+    """Data that the tables were fitted to, or the reason for their values."""
 
     def table_of(self, label: str) -> ScoreTable:
-        """Return the table that applies to a label."""
+        """Return the table of a label."""
         return self.labels.get(label, self.table)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return what `parse` reads."""
+        """Return the model in the form that `parse` reads."""
         return {
             "source": self.source,
             "kind": self.kind,
@@ -130,7 +130,7 @@ class ObservationModel:
             )
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
-            raise ObservationModelError(f"no observation model: {what}") from error
+            raise ObservationModelError(f"not an observation model: {what}") from error
 
 
 def _kind(text: object) -> HeatmapKind:
@@ -158,10 +158,10 @@ def _table(content: Mapping[str, Any]) -> ScoreTable:
 
 
 def read_observation_model(path: Path) -> ObservationModel:
-    """Read a file that `ippon calibrate` wrote.
+    """Read a file of `ippon calibrate`.
 
     Raises:
-        ObservationModelError: It cannot be read, or is no observation model.
+        ObservationModelError: The file cannot be read, or is not an observation model.
     """
     try:
         content = json.loads(path.read_text("utf-8"))
@@ -171,12 +171,12 @@ def read_observation_model(path: Path) -> ObservationModel:
 
 
 class ObservationModels:
-    """The models that a map uses.
+    """Observation models of a map.
 
-    A heatmap is read by the model of its source; where there is none, by the default of its kind.
+    A heatmap is read by the model of its source, or by the default of its kind.
 
     Args:
-        own: Come before those that are shipped.
+        own: Models that take precedence over the shipped ones.
     """
 
     def __init__(self, own: Iterable[ObservationModel] = ()) -> None:
@@ -188,7 +188,7 @@ class ObservationModels:
         return self.of_source(heatmap.source, heatmap.kind)
 
     def of_source(self, source: str, kind: HeatmapKind) -> ObservationModel:
-        """Return the model of a network's heatmaps; the default of their kind where it has none."""
+        """Return the model of a network, or the default of the kind."""
         model = self._models.get(source)
         if model is not None and model.kind == kind:
             return model
@@ -197,7 +197,7 @@ class ObservationModels:
 
 @cache
 def shipped_models() -> tuple[ObservationModel, ...]:
-    """Return the defaults."""
+    """Return the default models."""
     folder = resources.files("ippon") / _FOLDER
     return tuple(
         ObservationModel.parse(json.loads(file.read_text("utf-8")))

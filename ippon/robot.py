@@ -1,4 +1,4 @@
-"""What the planner must know of a robot's body, limits and camera mount."""
+"""Robot profile: body, motion limits and camera mount."""
 
 import math
 from dataclasses import dataclass, fields
@@ -10,17 +10,17 @@ import numpy as np
 from ippon.geometry import R_BASE_CAMERA_LEVEL, Float64Array, make_transform, rotation_y
 
 LEAST_STEP_M: Final = 0.01
-"""The floor is uneven, and seen to a centimetre at best."""
+"""Least value of `max_step_m`: unevenness of floors and accuracy of the map."""
 MOST_M: Final = 30.0
 MOST_SPHERES: Final = 500
-"""Each is looked at for every command."""
+"""Limit, because every sphere is checked for every command."""
 _ROUND_SHARE: Final = 0.9
-"""A body is taken for round if it is as wide as this share of the circle that holds it."""
+"""Ratio of width to circumscribed circle from which a body counts as round."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CollisionSphere:
-    """A ball that is part of the robot's body, in the base frame (origin on the floor)."""
+    """A sphere of the robot's body in the base frame, whose origin is on the floor."""
 
     x_m: float
     y_m: float
@@ -30,16 +30,16 @@ class CollisionSphere:
 
 @lru_cache(maxsize=16)
 def _outermost(spheres: tuple[CollisionSphere, ...]) -> tuple[tuple[float, float, float], ...]:
-    """Return the discs (x, y, radius) of spheres from above that no other one holds.
+    """Return the discs (x, y, radius) of spheres from above that no other disc contains.
 
-    Remembered: a body of 200 spheres takes 13 ms, and the discs are asked for several times a step.
+    Cached: a body of 200 spheres takes 13 ms, and the discs are used several times per step.
     """
     discs = {(s.x_m, s.y_m, s.radius_m) for s in spheres}
     return tuple(sorted(d for d in discs if not any(_holds(e, d) for e in discs - {d})))
 
 
 def _holds(outer: tuple[float, float, float], inner: tuple[float, float, float]) -> bool:
-    """Tell whether a disc (x, y, radius) holds another one."""
+    """Tell whether a disc (x, y, radius) contains another one."""
     return math.dist(outer[:2], inner[:2]) + inner[2] <= outer[2]
 
 
@@ -84,7 +84,7 @@ def upright_body(
 
 
 def _flat_body(radius_m: float, height_m: float, clearance_m: float) -> tuple[CollisionSphere, ...]:
-    """Fill a cylinder that is wider than high: spheres of its height, inside and along its rim."""
+    """Fill a cylinder that is wider than high with spheres of its height, inside and at its rim."""
     ball_m = 0.5 * (height_m - clearance_m)
     ring_m = radius_m - ball_m
     count = math.ceil(2.0 * math.pi * ring_m / ball_m)
@@ -97,34 +97,34 @@ def _flat_body(radius_m: float, height_m: float, clearance_m: float) -> tuple[Co
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotProfile:
-    """Body, limits and camera mount of one kind of robot. Lengths in metres, angles in radians."""
+    """Body, limits and camera mount of a robot. Metres and radians."""
 
     name: str
     spheres: tuple[CollisionSphere, ...]
-    """The body; the planner keeps every sphere out of every obstacle."""
+    """Spheres that enclose the body; all stay free of obstacles."""
     max_linear_m_s: float
     max_yaw_rate_rad_s: float
     max_tilt_rate_rad_s: float
     max_linear_acceleration_m_s2: float = 0.8
     max_yaw_acceleration_rad_s2: float = 2.0
     min_tilt_rad: float = -1.2
-    """How far the camera looks down (negative); as much as `max_tilt_rad` where it is fixed."""
+    """Lowest camera tilt (negative is down); equal to `max_tilt_rad` for a fixed camera."""
     max_tilt_rad: float = 0.43
     camera_height_m: float = 1.2
     """Height of the camera's tilt axis above the floor."""
     camera_forward_m: float = 0.0
-    """How far the tilt axis lies before the base's centre."""
+    """Distance of the tilt axis in front of the base's centre."""
     horizontal_fov_rad: float = math.radians(74.0)
     image_aspect: float = 1.6
     """Width over height of the camera image."""
     min_depth_m: float = 0.3
     max_depth_m: float = 5.0
     max_step_m: float = 0.08
-    """Highest step the base takes; more is an obstacle, and as much downwards is a drop."""
+    """Highest step, up or down, that the base drives over."""
     can_reverse: bool = True
 
     def __post_init__(self) -> None:
-        """Reject a body or limits that nothing could plan for."""
+        """Reject invalid bodies and limits."""
         if not self.spheres or any(s.radius_m <= 0.0 for s in self.spheres):
             raise ValueError("a robot needs at least one collision sphere of positive radius")
         if len(self.spheres) > MOST_SPHERES:
@@ -160,8 +160,8 @@ class RobotProfile:
             )
         if not LEAST_STEP_M <= self.max_step_m <= 1.0:
             raise ValueError(
-                f"max_step_m lies in {LEAST_STEP_M:g} to 1: a map is no more exact than that; got "
-                f"{self.max_step_m:g}"
+                f"max_step_m lies in {LEAST_STEP_M:g} to 1, since maps are accurate to about 1 cm; "
+                f"got {self.max_step_m:g}"
             )
         if not all(-MOST_M <= x <= MOST_M for x in self._lengths()):
             raise ValueError(f"lengths are metres, at most {MOST_M:g}; is one in millimetres?")
@@ -172,27 +172,27 @@ class RobotProfile:
 
     @property
     def radius_m(self) -> float:
-        """Radius of the circle round the base's centre that holds every sphere."""
+        """Radius of the circle around the base's centre that contains every sphere."""
         return max(math.hypot(s.x_m, s.y_m) + s.radius_m for s in self.spheres)
 
     @property
     def half_width_m(self) -> float:
-        """How far the body reaches to either side of the line that the base's centre drives on."""
+        """Largest lateral extent of the body from the line that the base's centre drives on."""
         return max(abs(s.y_m) + s.radius_m for s in self.spheres)
 
     @property
     def is_round(self) -> bool:
-        """The body turns wherever it stands: its heading does not matter, or hardly."""
+        """Whether the body can turn anywhere, so that its heading is irrelevant to clearance."""
         return self.half_width_m > _ROUND_SHARE * self.radius_m
 
     @property
     def inscribed_radius_m(self) -> float:
-        """Radius of the circle that fits wherever the body can drive straight ahead."""
+        """Radius of the circle that fits wherever the body can drive straight."""
         return self.radius_m if self.is_round else self.half_width_m
 
     @property
     def outline(self) -> tuple[tuple[float, float, float], ...]:
-        """Discs that hold the body seen from above: x, y in the base frame and radius, metres.
+        """Discs that cover the body seen from above: x, y in the base frame and radius, metres.
 
         One circle for a body that is round or nearly so: its heading does not matter then.
         """
@@ -200,12 +200,12 @@ class RobotProfile:
 
     @property
     def height_m(self) -> float:
-        """Top of the body above the floor."""
+        """Height of the body's top above the floor."""
         return max(s.z_m + s.radius_m for s in self.spheres)
 
     @property
     def can_tilt(self) -> bool:
-        """The camera is not fixed."""
+        """Whether the camera tilts."""
         return self.min_tilt_rad < self.max_tilt_rad
 
     @property
@@ -215,10 +215,10 @@ class RobotProfile:
 
     @property
     def floor_in_view_m(self) -> float:
-        """How far before the base's centre the camera sees the nearest floor, metres.
+        """Distance from the base's centre to the nearest floor that the camera sees, metres.
 
-        0 where that is under itself, infinite where it cannot be tilted low enough, or the floor is
-        out of its range.
+        0 if it is under the camera; infinite if the camera cannot be tilted low enough, or the
+        floor is out of range.
         """
         lowest = self.min_tilt_rad - 0.5 * self.vertical_fov_rad
         steepest = min(-lowest, 0.5 * math.pi)
@@ -230,7 +230,7 @@ class RobotProfile:
         return max(0.0, self.camera_forward_m + ahead)
 
     def within_tilt(self, tilt_rad: float) -> float:
-        """Return the tilt nearest to one that the camera can take."""
+        """Return a tilt clamped to the camera's range."""
         return min(max(tilt_rad, self.min_tilt_rad), self.max_tilt_rad)
 
     def T_base_camera(self, tilt_rad: float) -> Float64Array:  # noqa: N802
@@ -248,7 +248,7 @@ ZED = RobotProfile(
     max_yaw_rate_rad_s=1.2,
     max_tilt_rate_rad_s=1.2,
 )
-"""The hardware set-up of the paper: a ZED X at 1.2 m on a base that drives at walking pace."""
+"""The robot of the paper: a ZED X at 1.2 m on a base with walking speed."""
 
 HABITAT = RobotProfile(
     name="habitat",

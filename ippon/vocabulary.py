@@ -94,5 +94,5 @@ HABITAT_GOALS: tuple[str, ...] = ("chair", "bed", "plant", "toilet", "tv", "sofa
 
 
 def canonical_label(text: str) -> str:
-    """Write a label the way vocabularies do: lower case, words joined by single underscores."""
+    """Return a label in the form of the vocabularies: lower case, words joined by underscores."""
     return "_".join(text.replace("_", " ").replace("-", " ").lower().split())

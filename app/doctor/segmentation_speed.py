@@ -91,10 +91,11 @@ def random_san(name: str, config: SegmentationConfig) -> "Segmenter":
     from ippon.segmentation.backends.san.random_weights import random_network
     from ippon.segmentation.backends.san.segmenter import SanSegmenter
     from ippon.segmentation.backends.san.tokenizer import ClipTokenizer
-    from ippon.segmentation.loading import with_second_passes
+    from ippon.segmentation.crop_segmenter import CropSegmenter
 
     network = random_network(RELEASED[name], seed=0)
-    return with_second_passes(SanSegmenter(network, ClipTokenizer([]), config), config)
+    san = SanSegmenter(network, ClipTokenizer([]), config)
+    return CropSegmenter(san) if config.small_objects else san
 
 
 def _where(config: SegmentationConfig) -> str:

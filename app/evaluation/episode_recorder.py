@@ -28,7 +28,7 @@ from ippon.frame import Frame
 from ippon.geometry import invert_transform
 from ippon.guidance.levels import Guidance
 from ippon.mapping.objects.surface_changes import SurfaceTracker
-from ippon.mapping.objects.surface_rows import N_FREE, N_USED
+from ippon.mapping.objects.surface_voxels import N_FREE, N_USED
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import Snapshot, StepResult
@@ -63,8 +63,8 @@ class EpisodeRecorder:
         self._cloud_ns = -1
         self._frames = 0
 
-    def witness(self, frame: Frame, result: StepResult, mission: Mission) -> None:
-        """Record one step; see `ippon.evaluation.search.Witness`."""
+    def observe(self, frame: Frame, result: StepResult, mission: Mission) -> None:
+        """Write one step; see `ippon.evaluation.episode_record.FrameObserver`."""
         snapshot = result.snapshot
         self._add_frame(frame)
         if self._tracker is None:

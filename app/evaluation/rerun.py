@@ -17,10 +17,10 @@ from app.evaluation.setup import trial_of
 from app.evaluation.version import version_text
 from app.homes import load_home
 from app.robot_file import read_profile
-from ippon.evaluation.catalogue import EpisodeSpec
+from ippon.evaluation.episode_generation import EpisodeSpec
+from ippon.evaluation.episode_record import Clocks
 from ippon.evaluation.methods.method_table import method_named
 from ippon.evaluation.row import TIMING_COLUMNS, EpisodeRow
-from ippon.evaluation.search import Clocks
 from ippon.evaluation.trial import Trial, TrialConfig, config_hash
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.robot import RobotProfile
@@ -70,7 +70,7 @@ def rerun_episode(
     try:
         recorder = EpisodeRecorder(root, time.time_ns(), version, guidance)
         tell(f"searching for up to {trial.limits.max_time_s:.0f} simulated s")
-        again = Trial(trial, scene, version, clocks, prior, recorder.witness).run(spec, method)
+        again = Trial(trial, scene, version, clocks, prior, recorder.observe).run(spec, method)
         session = recorder.close()
     except OSError as error:
         raise EvaluationError(f"cannot write to {root}: {error.strerror}") from error

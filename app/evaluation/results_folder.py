@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 from app.evaluation.errors import EvaluationError
 from app.homes import home_key
 from ippon.atomic_file import replace_file
-from ippon.evaluation.catalogue import home_file_name
+from ippon.evaluation.episode_generation import home_file_name
 from ippon.evaluation.row import EpisodeRow, row_from
 
 RUN_FILE = "run.json"

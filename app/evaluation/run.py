@@ -21,7 +21,12 @@ from app.evaluation.workers.process_workers import ProcessWorkers, Workers
 from app.evaluation.workers.ray_workers import RayWorkers
 from app.evaluation.workers.worker import Job, WorkerSetup, list_home, run_job
 from app.homes import expand_homes
-from ippon.evaluation.catalogue import Dropped, EpisodeSpec, draw_episodes, home_name
+from ippon.evaluation.episode_generation import (
+    EpisodeSpec,
+    ExcludedEpisode,
+    draw_episodes,
+    home_name,
+)
 from ippon.evaluation.methods.method_table import method_named
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.trial import TrialConfig, config_hash
@@ -86,7 +91,7 @@ def _list(
 ) -> tuple[list[EpisodeSpec], int]:
     """List the episodes of every home; return them and the number of failed homes."""
     found: dict[str, tuple[EpisodeSpec, ...]] = {}
-    dropped: list[Dropped] = []
+    dropped: list[ExcludedEpisode] = []
     failed: dict[str, BaseException] = {}
     observer.begin("listing episodes", len(homes))
     for home, listed in workers.each(list_home, homes):
@@ -113,7 +118,9 @@ def _list(
     return episodes, len(failed)
 
 
-def _why_no_episodes(dropped: Sequence[Dropped], failed: Mapping[str, BaseException]) -> str:
+def _why_no_episodes(
+    dropped: Sequence[ExcludedEpisode], failed: Mapping[str, BaseException]
+) -> str:
     if failed:
         home, error = next(iter(failed.items()))
         return f"no home could be searched; the first, {home}: {error}"

@@ -8,8 +8,8 @@ from app.configuration import changed
 from app.evaluation.config import EvaluationConfig
 from app.evaluation.errors import EvaluationError
 from app.robot_file import PROFILES, map_config, read_profile
-from ippon.evaluation.catalogue import CatalogueConfig, goals_of
 from ippon.evaluation.episode import EpisodeLimits
+from ippon.evaluation.episode_generation import EpisodeGenerationConfig, goals_of
 from ippon.evaluation.methods.method_table import ABLATIONS, BASELINES, METHODS, method_named
 from ippon.evaluation.trial import TrialConfig, config_hash, habitat_trial
 from ippon.mapping.config import MapConfig
@@ -76,9 +76,9 @@ def trial_of(
     return dataclasses.replace(trial, mission=mission, world=world)
 
 
-def catalogue_of(config: EvaluationConfig) -> CatalogueConfig:
+def catalogue_of(config: EvaluationConfig) -> EpisodeGenerationConfig:
     """Return the catalogue of the episodes; raises ValueError."""
-    return CatalogueConfig(
+    return EpisodeGenerationConfig(
         goals=goals_of([g.strip() for g in config.objects.split(",") if g.strip()]),
         starts_per_goal=config.starts,
         small_per_home=config.small_per_home,
@@ -94,7 +94,7 @@ def check_request(config: EvaluationConfig, methods: tuple[str, ...]) -> None:
     for name, value in (("workers", config.workers), ("limit", config.limit)):
         if value is not None and value < 1:
             raise EvaluationError(f"--{name} is at least 1; got {value}")
-    single = [name for name in methods if not method_named(name).goes_on]
+    single = [name for name in methods if not method_named(name).supports_second_goal]
     if config.second_object and single:
         raise EvaluationError(
             f"{', '.join(single)} cannot search for a second object; remove them from --methods, "

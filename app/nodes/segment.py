@@ -23,7 +23,7 @@ from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import SegmentationLabels
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from ippon.observation import Detections, Heatmap
-from ippon.segmentation.detectors.vocabulary import closed_vocabulary, refusal_of
+from ippon.segmentation.detectors.vocabulary import closed_vocabulary, unsupported_reason
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.segmenter import Segmenter
 
@@ -157,7 +157,7 @@ class SegmentNode:
             self.failed += 1
             logger.warning("labels skipped: %s", error)
             return
-        refusal = None if request.ooi is None else refusal_of(self._segmenter, request.ooi)
+        refusal = None if request.ooi is None else unsupported_reason(self._segmenter, request.ooi)
         if refusal is not None and refusal != self._refusal:
             logger.warning("%s", refusal)
         self._refusal = refusal

@@ -67,12 +67,12 @@ def plan(
         voxel_map: Map whose highest surface below 1.9 m is shown in its colour.
         marks: Texts and positions in the map's world, metres.
     """
-    surface, pools, size = voxel_map.surface, voxel_map.pools, voxel_map.config.voxel_size_m
+    surface, size = voxel_map.surface, voxel_map.config.voxel_size_m
     rows = np.flatnonzero((surface.voxel >= 0) & (surface.color_count > 0))
     rows = rows[rows > 0]
     block, k = surface.voxel[rows] // 512, surface.voxel[rows] % 512
     inner = np.stack([k >> 6, (k >> 3) & 7, k & 7], axis=1)
-    voxels = pools.coord[block].astype(np.int64) * BLOCK_EDGE + inner
+    voxels = voxel_map.block_coords[block].astype(np.int64) * BLOCK_EDGE + inner
     low = voxels[:, 2] * size < _CEILING_M
     voxels, rows = voxels[low], rows[low]
     if len(voxels) == 0:

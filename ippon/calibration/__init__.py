@@ -1,1 +1,1 @@
-"""Observation models fitted to recordings in which some objects are known."""
+"""Observation models of networks, fitted to recordings with known objects."""

@@ -1,4 +1,4 @@
-"""What images said of surface voxels of which it is known whether they are an object."""
+"""Scores of images at surface voxels whose true label is known."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ from ippon.observation import Heatmap
 from ippon.observation_model import NOTHING_SAID
 
 CORE_SHARE: Final = 0.3
-"""Surface within this share of an object's size of its centre is certainly the object."""
+"""Surface within this share of an object's size from its centre belongs to the object."""
 _LEAST_CORE_M: Final = 0.08
-"""Centres are known to about this."""
+"""Accuracy of the known centres, metres."""
 _AROUND_M: Final = 0.3
-"""Surface this far beyond an object's half size is certainly not the object."""
+"""Surface beyond an object's half size plus this does not belong to the object, metres."""
 _PLACES: Final = 64
 _HALF_BITS: Final = 20
 """Voxel coordinates are packed to 21 bits each: 50 km at 5 cm."""
@@ -29,34 +29,34 @@ _HALF_BITS: Final = 20
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Evidence:
-    """What the images of a recording said of one label."""
+    """Heatmap values of one label over a recording."""
 
     label: str
     values: Any
-    """(G, 256) CSR float32: for each place of each voxel, the share of its images in which the
-    heatmap had each value."""
+    """(G, 256) CSR float32: for each place of each voxel, the share of its images with each heatmap
+    value."""
     place: NDArray[np.uint8]
-    """(G,) of each row of `values`, see `ippon.mapping.objects.places.place_of`."""
+    """(G,) place of each row of `values`; see `ippon.mapping.objects.places.place_of`."""
     images: NDArray[np.int64]
-    """(G,) images from there."""
+    """(G,) number of images from that place."""
     first: NDArray[np.int64]
     """(V,) first row of `values` of each voxel."""
     of_object: NDArray[np.int64]
-    """(V,) number of the known object that the voxel belongs to, -1 for no such object."""
+    """(V,) number of the known object of the voxel, -1 for none."""
     objects: int
-    """Known objects of the label that were seen."""
+    """Number of known objects of the label that were in view."""
 
 
 _ALL: Final = slice(None)
 
 
 class EvidenceCollector:
-    """Collects what heatmaps of scores say of the surface, as the map's filter would read them.
+    """Collects the heatmap values of surface voxels as the map's filter reads them.
 
     Args:
-        labels: Labels of which anything is known.
+        labels: Labels with known objects, or known to be absent.
         voxel_size_m: Edge of a voxel.
-        range_m: Surface farther away is not read.
+        range_m: Range within which surface is used.
     """
 
     def __init__(self, labels: Sequence[str], voxel_size_m: float, range_m: float) -> None:
@@ -68,11 +68,11 @@ class EvidenceCollector:
         self._values: list[NDArray[np.uint8]] = []
 
     def add(self, frame: Frame, heatmap: Heatmap) -> None:
-        """Read a frame; a label that the heatmap lacks was not looked for, and nothing is said.
+        """Add a frame; labels that the heatmap lacks are skipped.
 
         Args:
             frame: Depth and pose.
-            heatmap: Of kind `scores`, as `paint` makes it of this depth.
+            heatmap: Of kind `scores`, from `paint` with this depth.
         """
         h, w, _ = heatmap.probabilities.shape
         rows, columns = frame.depth.shape
@@ -98,18 +98,18 @@ class EvidenceCollector:
 
     @property
     def frames(self) -> int:
-        """Number of frames that were read."""
+        """Number of frames added."""
         return len(self._keys)
 
     def evidence(
         self, known: KnownObjects, T_map_world: Float64Array, frames: slice = _ALL
     ) -> list[Evidence]:
-        """Return the evidence of each label of which something was seen.
+        """Return the evidence of each label that was in view.
 
         Args:
-            known: Positions in the recording's own world.
-            T_map_world: From there to the frames' world.
-            frames: Those that count.
+            known: Known objects, in the recording's own world.
+            T_map_world: (4, 4) from there to the frames' world.
+            frames: Frames to use.
         """
         if not self._keys[frames]:
             return []
@@ -155,7 +155,7 @@ _NEITHER: Final = -2
 def _objects_at(
     centres: Float64Array, known: KnownObjects, label: str, T_map_world: Float64Array
 ) -> tuple[NDArray[np.int64], int]:
-    """Return (V,) the known object of each voxel, and how many of them have a voxel."""
+    """Return (V,) the known object of each voxel, and the number of objects with a voxel."""
     of_object = np.full(len(centres), _NO_OBJECT, np.int64)
     cores: list[NDArray[np.bool_]] = []
     for one in (*known.objects, *known.unclear):
@@ -173,11 +173,11 @@ def _objects_at(
 
 
 def _taught(keys: NDArray[np.int64], places: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Return which images of voxels count: a place that was left teaches no more.
+    """Return which images of voxels count: those from a place after it was left do not.
 
     Args:
-        keys: (N,) voxels, sorted, each one's images in their order.
-        places: (N,) from where.
+        keys: (N,) voxels, sorted, the images of each in temporal order.
+        places: (N,) place of each image.
     """
     opens = np.ones(len(keys), np.bool_)
     opens[1:] = (np.diff(keys) != 0) | (np.diff(places.astype(np.int16)) != 0)

@@ -1,10 +1,10 @@
-"""Fits a score table: the one under which the map would have been least surprised by the truth.
+"""Fit of a score table: maximum a posteriori of the truth under the map's filter.
 
-A voxel's posterior under a table is that of the filter by places (`ippon.mapping.objects`). Its
-log loss is minimised over the table's nats, which rise with the score and are drawn towards a
-table from before with a Gaussian of `SPREAD_NATS`: few objects move it little (maximum a
-posteriori; Bishop, Pattern Recognition and Machine Learning, 2006, 1.2.5). Each known object
-weighs 1, however large it is, and so does other surface of an object's average size.
+A voxel's posterior under a table is that of the fusion by places (`ippon.mapping.objects`). Its log
+loss is minimised over the table's nats, which rise with the score. A Gaussian prior of width
+`SPREAD_NATS` around an earlier table limits the change for few objects (Bishop, Pattern Recognition
+and Machine Learning, 2006, 1.2.5). Each known object has weight 1, whatever its size, and so has
+other surface of an object's average size.
 """
 
 from collections.abc import Sequence
@@ -25,46 +25,46 @@ from ippon.observation_model import (
 )
 
 KNOTS: Final = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8)
-"""Scores at which a table is fitted."""
+"""Scores of the knots of a fitted table."""
 SPREAD_NATS: Final = 2.0
-"""How far the nats of another network are expected to lie from those of the table before."""
+"""Prior standard deviation of the difference between the nats of two networks."""
 _NOT_RECOGNISED_SPREAD: Final = 0.5
 _LEAST_NOT_RECOGNISED: Final = -1.0
 _LEAST_NATS: Final = -2.0
 BELIEVED: Final = 0.5
-"""A voxel is believed to be the object from this probability on, as `ippon recognise` has it."""
+"""Probability from which a voxel counts as the object, as in `ippon recognise`."""
 BELIEVED_SHARE: Final = 0.25
-"""An object is believed where this share of its voxels is."""
+"""Share of its voxels from which an object counts as found."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Score:
-    """How well a table explains evidence."""
+    """Fit of a table to evidence."""
 
     log_loss: float
-    """Sum over objects, and over surface of an object's size that is none; lower is better."""
+    """Sum over objects and over other surface in units of an object's size; lower is better."""
     objects: int
     believed: int
-    """Objects that are believed."""
+    """Number of objects that are found."""
     wrong_voxels: int
-    """Voxels that are believed to be an object and are not."""
+    """Voxels that count as an object and are not."""
 
 
 def fit_table(
     evidence: Sequence[Evidence], before: ScoreTable, prior_log_odds: float
 ) -> ScoreTable:
-    """Return the table that explains evidence best.
+    """Return the maximum a posteriori table for some evidence.
 
     Args:
-        evidence: Of one label or of several, from any number of recordings.
-        before: What is known of such networks.
-        prior_log_odds: Of an object at a voxel before any image.
+        evidence: Of one or several labels, from any number of recordings.
+        before: Mean of the prior.
+        prior_log_odds: Log-odds of an object at a voxel before any image.
     """
     data = _Data(evidence, prior_log_odds)
     known = before.log_ratios("scores")
     towards = np.array([*(known[round(255 * knot)] for knot in KNOTS), before.not_recognised])
     spread = np.array([SPREAD_NATS] * len(KNOTS) + [_NOT_RECOGNISED_SPREAD])
-    # The parameters are the first nats, the rises from knot to knot, and what is not recognised.
+    # Parameters: nats of the first knot, increments between knots, nats of "not recognised".
     n = len(KNOTS)
     to_nats = np.zeros((n + 1, n + 1))
     to_nats[:n, :n] = np.tril(np.ones((n, n)))
@@ -89,7 +89,7 @@ def fit_table(
 
 
 def score_of(evidence: Sequence[Evidence], table: ScoreTable, prior_log_odds: float) -> Score:
-    """Return how well a table explains evidence that it was or was not fitted to."""
+    """Return the fit of a table to any evidence."""
     data = _Data(evidence, prior_log_odds)
     log_odds = data.log_odds(table.log_ratios("scores").astype(np.float64))
     objects = believed = wrong = 0
@@ -105,7 +105,7 @@ def score_of(evidence: Sequence[Evidence], table: ScoreTable, prior_log_odds: fl
 
 
 class _Data:
-    """Evidence of several labels, one voxel after the other."""
+    """Evidence of several labels, concatenated over voxels."""
 
     def __init__(self, evidence: Sequence[Evidence], prior_log_odds: float) -> None:
         self._parts = evidence
@@ -125,13 +125,13 @@ class _Data:
         self._reading = _reading()
 
     def log_odds(self, ratios: Float64Array) -> Float64Array:
-        """Return (V,) each voxel's log-odds under (256,) nats of a heatmap's values."""
+        """Return (V,) the log-odds of each voxel, given (256,) nats of the heatmap values."""
         likelihood = np.exp(ratios)
         sums = [np.add.reduceat(np.log(one.values @ likelihood), one.first) for one in self._parts]
         return self._prior + np.concatenate(sums)
 
     def loss(self, nats: Float64Array) -> tuple[float, Float64Array]:
-        """Return the log loss under nats of the knots and of what is not recognised, and its slope.
+        """Return the log loss and its gradient, given nats of the knots and of "not recognised".
 
         Args:
             nats: (K + 1,).
@@ -152,7 +152,7 @@ class _Data:
 
 
 def _reading() -> NDArray[np.float64]:
-    """Return (256, K + 1): which knots make up the nats of each value of a heatmap."""
+    """Return (256, K + 1) the weights of the knots for each heatmap value."""
     reading = np.zeros((256, len(KNOTS) + 1))
     values = np.arange(256) / 255.0
     for k in range(len(KNOTS)):

@@ -1,4 +1,4 @@
-"""What is known of a recorded place: where objects are, and of which kinds there are none."""
+"""Known objects of a recorded place."""
 
 import math
 from collections.abc import Mapping
@@ -12,48 +12,48 @@ MAX_SIZE_M = 20.0
 
 
 class KnownObjectsError(IpponError):
-    """A file does not say where objects are; the text says why."""
+    """A file of known objects is invalid; the message gives the reason."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KnownObject:
-    """An object whose place is known."""
+    """An object at a known position."""
 
     label: str
     """Canonical."""
     centre_world: tuple[float, float, float]
     """Metres, in the recording's own world."""
     about_m: float
-    """Its size, metres."""
+    """Size, metres."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KnownObjects:
-    """Everything that is known of a recorded place."""
+    """Known objects and known absences of a recorded place."""
 
     objects: tuple[KnownObject, ...]
     complete_for: frozenset[str] = field(default_factory=frozenset[str])
-    """Labels all of whose objects are known: elsewhere there is none."""
+    """Labels of which all objects are listed."""
     absent: frozenset[str] = field(default_factory=frozenset[str])
-    """Labels of which there is none."""
+    """Labels without any object."""
     unclear: tuple[KnownObject, ...] = ()
-    """What may be one or not; it counts neither way."""
+    """Objects of uncertain label; their surface is ignored."""
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Labels of which anything is known."""
+        """Return the labels with known objects or known absence."""
         named = {one.label for one in self.objects} | self.complete_for | self.absent
         return tuple(sorted(named))
 
     def is_complete(self, label: str) -> bool:
-        """Tell whether surface away from the known objects is none of this label."""
+        """Tell whether surface away from the known objects is certainly not of this label."""
         return label in self.complete_for or label in self.absent
 
     @classmethod
     def parse(cls, content: object) -> "KnownObjects":
         """Read `{"objects": [{"label", "centre_world", "about_m"}], "complete_for", "absent"}`.
 
-        `unclear` lists objects as `objects` does. Further fields are notes.
+        `unclear` has the form of `objects`. Other fields are ignored.
 
         Raises:
             KnownObjectsError: A field is missing, of another type, or contradicts another.
@@ -76,7 +76,9 @@ class KnownObjects:
                 f"{', '.join(sorted(both))}: listed as absent, and in objects or complete_for"
             )
         if not known.labels:
-            raise KnownObjectsError("nothing is known: objects, complete_for and absent are empty")
+            raise KnownObjectsError(
+                "objects, complete_for and absent are all empty: list at least one object or label"
+            )
         return known
 
 

@@ -1,4 +1,4 @@
-"""One search in a simulated home, without processes: the world and the mission, step by step."""
+"""Loop over one search in a simulated home: world and mission, step by step."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,17 +13,17 @@ ENDED = (MissionState.FOUND, MissionState.EXHAUSTED)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EpisodeLimits:
-    """How an episode is clocked and when it is given up."""
+    """Time steps and time limit of an episode."""
 
     time_step_s: float = 0.2
-    """Simulated time that one command lasts; path length is summed over these steps."""
+    """Simulated time between commands; path length is summed over these steps."""
     steps_per_frame: int = 1
-    """Time steps from one image to the next; more is faster and reacts later."""
+    """Time steps between images; more is faster and reacts later."""
     max_time_s: float = 500.0
-    """Simulated time after which the episode ends without a stop."""
+    """Simulated time limit of an episode."""
 
     def __post_init__(self) -> None:
-        """Reject times in which nothing happens."""
+        """Reject values out of range."""
         if not (self.time_step_s > 0.0 and self.steps_per_frame >= 1 and self.max_time_s > 0.0):
             raise ValueError(
                 "time_step_s and max_time_s must be positive and steps_per_frame at least 1; got "
@@ -37,15 +37,15 @@ def run_episode(
     limits: EpisodeLimits,
     watch: Callable[[Frame], None] | None = None,
 ) -> Iterator[StepResult]:
-    """Yield what the mission answers to each frame until it ends the search or time is up.
+    """Yield the mission's result for each frame until the search ends or time is up.
 
     The mission must have a goal; the world is asked to segment the labels of the mission's map.
 
     Args:
         world: Home and robot.
-        mission: Searches.
-        limits: Clock.
-        watch: Sees each frame before the mission does.
+        mission: The search.
+        limits: Time steps and time limit.
+        watch: Called with each frame before the mission.
     """
     goal = mission.goal
     if goal is None:

@@ -1,4 +1,4 @@
-"""Lengths of shortest ways over the floor, for straight lines in any direction."""
+"""Shortest path lengths over the floor, any-angle."""
 
 import math
 
@@ -9,15 +9,16 @@ from numpy.typing import NDArray
 from ippon.simulation.robot.navigation_grid import NavigationGrid
 
 _SNAP_M = 0.3
-"""How far outside the free cells a position may be, as when the base leans on a wall."""
+"""Distance outside the free cells at which a position still counts, as when the base touches a
+wall."""
 
 
 class GeodesicField:
-    """Distance over free floor from anywhere to the nearest of some places.
+    """Distance over free floor from any position to the nearest of some targets.
 
-    Lazy Theta* (Nash, Koenig and Tovey 2010) without heuristic: each cell keeps the last corner
-    of its way, and a way goes straight wherever it can, so that lengths are those of a taut
-    string round the obstacles of the grid rather than of steps in eight directions.
+    Lazy Theta* (Nash, Koenig and Tovey 2010) without heuristic: each cell stores the last corner of
+    its path, and paths are straight wherever possible, so that their lengths are those of a taut
+    string around the obstacles, not of steps in eight directions.
     """
 
     def __init__(self, grid: NavigationGrid, sources: NDArray[np.float64]) -> None:
@@ -25,7 +26,7 @@ class GeodesicField:
 
         Args:
             grid: Where the body fits.
-            sources: (N, 2) places in metres; those where the body does not fit are left out.
+            sources: (N, 2) targets in metres; those where the body does not fit are ignored.
         """
         self._grid = grid
         cells = np.array(
@@ -42,13 +43,13 @@ class GeodesicField:
 
     @property
     def distance_m(self) -> NDArray[np.float64]:
-        """(X, Y) metres from each cell's centre, infinite where there is no way."""
+        """(X, Y) metres from each cell's centre, infinite without a path."""
         return self._distance
 
     def distance_from(self, x: float, y: float) -> float:
-        """Return the metres from a point, infinite where there is no way.
+        """Return the distance from a point in metres, infinite without a path.
 
-        A point a little outside the free cells counts from the free cell nearest to it.
+        A point slightly outside the free cells counts from the nearest free cell.
         """
         grid = self._grid
         i, j = grid.cell_at(x, y)
@@ -66,9 +67,9 @@ class GeodesicField:
         return math.hypot(px - x, py - y) + float(self._distance[cell])
 
     def path_from(self, x: float, y: float) -> NDArray[np.float64]:
-        """Return the (K, 2) corners of the shortest way from a point, itself first; K = 0 for none.
+        """Return the (K, 2) corners of the shortest path from a point; K = 0 for none.
 
-        A point a little outside the free cells starts at the free cell nearest to it.
+        A point slightly outside the free cells starts at the nearest free cell.
         """
         grid = self._grid
         cell = grid.nearest_free(x, y, _SNAP_M)
@@ -88,7 +89,7 @@ class GeodesicField:
         return np.array(corners, dtype=np.float64)
 
     def _by_corner(self, x: float, y: float, a: int, b: int) -> float:
-        """Return the length of the way that goes straight to the last corner of a cell's way."""
+        """Return the length of the path through the last corner of a cell's path."""
         grid = self._grid
         ca, cb = int(self._corner[a, b, 0]), int(self._corner[a, b, 1])
         px, py = grid.point_at(ca, cb)
@@ -123,7 +124,7 @@ def _is_straight_kernel(free, u0, v0, u1, v1):
         if i == i1 and j == j1:
             return True
         if abs(tu - tv) < 1e-9:
-            # Through a corner: not between two cells that are both taken.
+            # Through a corner: blocked if both adjacent cells are blocked.
             if not free[i + step_i, j] and not free[i, j + step_j]:
                 return False
             i += step_i
@@ -156,7 +157,7 @@ def _push_kernel(cost, cell, count, c, k):
 
 @njit(cache=True, nogil=True)
 def _pop_kernel(cost, cell, count):
-    """Take the cheapest entry from a binary heap; it is left in the last place."""
+    """Move the cheapest entry of a binary heap to its last place."""
     c, k = cost[0], cell[0]
     last = count - 1
     x, y = cost[last], cell[last]
@@ -194,8 +195,8 @@ def _field_kernel(free, sources, distance, corner, heap_cost, heap_cell):
             continue
         done[i, j] = True
         ci, cj = corner[i, j, 0], corner[i, j, 1]
-        # The corner was taken over from a neighbour on trust; now it is looked at, and so are
-        # the corners of the other neighbours, which may give a shorter way round an obstacle.
+        # The corner was inherited from a neighbour without a visibility test. Test it now, and the
+        # corners of the other neighbours, which may give a shorter path around an obstacle.
         best = distance[i, j]
         if not _is_straight_kernel(free, float(i), float(j), float(ci), float(cj)):
             best = np.inf

@@ -1,4 +1,4 @@
-"""Which objects a goal means, and from where they can be seen."""
+"""Instances of a goal, and the viewpoints from which they can be seen."""
 
 import math
 
@@ -18,11 +18,11 @@ VIEWPOINT_DISTANCE_M = 1.0
 _LATTICE_M = 0.1
 _SAMPLES = 96
 _LEAST_SEEN = 0.03
-"""Share of the points on an object's surface that must be in sight."""
+"""Share of the points on an object's surface that must be visible."""
 
 
 def matching_instances(scene: Scene, goal: str) -> tuple[int, ...]:
-    """Return the rows of `scene.instances` whose label or category answers the goal.
+    """Return the rows of `scene.instances` whose label or category matches the goal.
 
     Args:
         scene: The home.
@@ -36,14 +36,14 @@ def matching_instances(scene: Scene, goal: str) -> tuple[int, ...]:
     )
 
 
-def viewpoints(
+def goal_viewpoints(
     scene: Scene,
     grid: NavigationGrid,
     robot: RobotProfile,
     instance: int,
     sight: LineOfSight,
 ) -> NDArray[np.float64]:
-    """Find where a robot can stand to see an object by turning and tilting its camera.
+    """Return positions from which a robot sees an object by turning and tilting its camera.
 
     A viewpoint is a navigable position at most 1 m, measured on the floor, from the object's box,
     from which at least 3 % of points spread over the object's surface are in sight within the
@@ -54,10 +54,10 @@ def viewpoints(
         grid: Where the robot's body fits.
         robot: Body and camera.
         instance: Row of `scene.instances`.
-        sight: Rays through the home.
+        sight: Line-of-sight tests in the home.
 
     Returns:
-        (N, 2) metres, on a lattice of 0.1 m; empty where the object cannot be seen from near.
+        (N, 2) metres, on a lattice of 0.1 m; empty if the object cannot be seen from close by.
     """
     positions = _near_positions(scene, grid, instance)
     points = _surface_points(scene, instance)
@@ -80,7 +80,7 @@ def viewpoints(
 
 
 def _near_positions(scene: Scene, grid: NavigationGrid, instance: int) -> NDArray[np.float64]:
-    """Return free cells of the lattice within 1 m of an object's box that a start can reach."""
+    """Return free lattice cells within 1 m of an object's box, reachable from a start."""
     box = scene.instances[instance]
     reach = VIEWPOINT_DISTANCE_M
     i0, j0 = grid.cell_at(box.aabb_min[0] - reach, box.aabb_min[1] - reach)
@@ -97,7 +97,7 @@ def _near_positions(scene: Scene, grid: NavigationGrid, instance: int) -> NDArra
 
 
 def _surface_points(scene: Scene, instance: int) -> NDArray[np.float64]:
-    """Spread points over an object's triangles, in proportion to their area; always the same."""
+    """Return points distributed over an object's triangles by area; deterministic."""
     triangles = scene.vertices[scene.faces[scene.face_instance == instance]].astype(np.float64)
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)

@@ -29,35 +29,36 @@ from ippon.segmentation.segmenter import Segmenter
 from ippon.vocabulary import MATTERPORT_40
 
 HM3D_GOALS: Final = ("chair", "bed", "plant", "toilet", "tv", "sofa")
-"""What the numbers of the `objectgoal` sensor mean in HM3D ObjectNav v2."""
+"""Goals by the number of the `objectgoal` sensor in HM3D ObjectNav v2."""
 TIME_STEP_S: Final = 0.1
 _OVER: Final = (MissionState.FOUND, MissionState.EXHAUSTED)
 _BLOCKED_SHARE: Final = 0.25
-"""A base that moved less than this share of what it was told to has met something."""
+"""Share of the commanded distance below which the base counts as blocked."""
 _LEAST_STEP_M: Final = 0.01
 
 Action = dict[str, Any]
 Guide = Callable[[ResolvedObject, tuple[str, ...]], Guidance]
-"""Rates the common labels for an object."""
+"""Rates the common labels for a goal."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HabitatAgentConfig:
-    """How the search reads habitat's sensors and how often it thinks."""
+    """Configuration of the agent."""
 
     robot: RobotProfile = HABITAT
     mission: MissionConfig = field(default_factory=MissionConfig)
     labels: tuple[str, ...] = MATTERPORT_40
     goals: tuple[str, ...] = HM3D_GOALS
-    """Object for each number of the `objectgoal` sensor."""
+    """Goal for each number of the `objectgoal` sensor."""
     image_stride: int = 2
-    """Every so many pixels of depth and colour go into the map; the segmenter sees all."""
+    """Pixel stride of depth and colour for the map; more is faster and coarser. The segmenter gets
+    all pixels."""
     steps_per_frame: int = 2
-    """Actions from one look to the next; more is faster and reacts later."""
+    """Actions between images; more is faster and reacts later."""
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Reject steps that skip everything."""
+        """Reject values out of range."""
         if self.image_stride < 1 or self.steps_per_frame < 1 or not self.goals:
             raise ValueError(
                 "image_stride and steps_per_frame are at least 1 and goals not empty; got "
@@ -66,16 +67,16 @@ class HabitatAgentConfig:
 
 
 class IpponAgent:
-    """Searches one episode after another through habitat-lab's `Agent` interface."""
+    """Agent of habitat-lab that searches one episode after another."""
 
     def __init__(
         self, segmenter: Segmenter, guide: Guide, config: HabitatAgentConfig | None = None
     ) -> None:
-        """Take what sees and what knows.
+        """Store segmenter, guidance and configuration.
 
         Args:
-            segmenter: Sees the colour images at their full size.
-            guide: Makes the levels of a goal.
+            segmenter: Segments the colour images at full size.
+            guide: Returns the levels for a goal.
             config: Robot and mission.
         """
         self._segmenter = segmenter
@@ -85,11 +86,11 @@ class IpponAgent:
 
     @property
     def state(self) -> MissionState | None:
-        """How far the search is, None before the first observation."""
+        """State of the mission, None before the first observation."""
         return None if self._mission is None else self._mission.state
 
     def reset(self) -> None:
-        """Forget everything: another episode begins."""
+        """Reset for the next episode."""
         self._mission: Mission | None = None
         self._ooi = ""
         self._steps = 0
@@ -99,7 +100,7 @@ class IpponAgent:
         self._contact = False
 
     def act(self, observations: Mapping[str, Any]) -> Action:
-        """Answer one observation.
+        """Return the action for one observation.
 
         Args:
             observations: `rgb` (H, W, 3) uint8; `depth` (H, W, 1) float32, 0 to 1 for the camera's
@@ -152,7 +153,7 @@ class IpponAgent:
         return mission
 
     def _watch(self, gps: NDArray[np.float64]) -> None:
-        """Tell from the way it made whether the base met something: there is no bumper."""
+        """Detect contact from the distance moved, because there is no bumper."""
         told_m = self._command.linear_m_s * TIME_STEP_S
         if self._last_gps is None or told_m < _LEAST_STEP_M:
             return
@@ -164,7 +165,7 @@ class IpponAgent:
         color = np.ascontiguousarray(observations["rgb"][..., :3], dtype=np.uint8)
         share = np.asarray(observations["depth"], np.float32).reshape(color.shape[:2])
         depth = robot.min_depth_m + share * (robot.max_depth_m - robot.min_depth_m)
-        # Clipped readings say only that the surface is nearer or farther.
+        # Clipped readings only bound the distance.
         depth[(share <= 0.0) | (share >= 1.0)] = 0.0
         camera, color_small, depth_small = _thinned(color, depth, robot, config.image_stride)
         yaw = float(np.ravel(observations["compass"])[0])
@@ -187,7 +188,7 @@ class IpponAgent:
         return seen if isinstance(seen, Heatmap) else paint(seen, depth)
 
     def _action(self, *, stop: bool) -> Action:
-        """Scale the command to -1 to 1, and follow the tilt, which no sensor reports."""
+        """Scale the command to -1 to 1 and integrate the tilt, which no sensor reports."""
         robot, command = self._config.robot, self._command
         forward = min(max(command.linear_m_s / robot.max_linear_m_s, 0.0), 1.0)
         turn = min(max(command.yaw_rate_rad_s / robot.max_yaw_rate_rad_s, -1.0), 1.0)
@@ -201,7 +202,7 @@ class IpponAgent:
             "action_args": {
                 "linear_velocity": np.array([2.0 * forward - 1.0], np.float32),
                 "angular_velocity": np.array([turn], np.float32),
-                # The challenge documents the first name and reads the second.
+                # The challenge documents the first name, but reads the second.
                 "camera_pitch_velocity": pitch,
                 "camera_pitch_angular_velocity": pitch,
                 "velocity_stop": np.array([1.0 if stop else -1.0], np.float32),
@@ -212,7 +213,7 @@ class IpponAgent:
 def _thinned(
     color: NDArray[np.uint8], depth: NDArray[np.float32], robot: RobotProfile, stride: int
 ) -> tuple[PinholeCamera, NDArray[np.uint8], NDArray[np.float32]]:
-    """Keep every `stride`-th pixel, and return the camera that would have taken just those."""
+    """Return every `stride`-th pixel and the camera of the reduced images."""
     height, width = depth.shape
     first = stride // 2
     small = np.ascontiguousarray(depth[first::stride, first::stride])

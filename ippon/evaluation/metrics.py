@@ -1,4 +1,4 @@
-"""Success and efficiency of one search, as habitat-lab defines them."""
+"""Success and path efficiency of one search, as defined by habitat-lab."""
 
 import math
 from dataclasses import dataclass
@@ -7,32 +7,32 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ippon.evaluation.geodesic import GeodesicField
-from ippon.evaluation.goal_objects import matching_instances, viewpoints
+from ippon.evaluation.goal_objects import goal_viewpoints, matching_instances
 from ippon.robot import RobotProfile
 from ippon.simulation.camera.line_of_sight import LineOfSight
 from ippon.simulation.robot.navigation_grid import NavigationGrid, robot_grid
 from ippon.simulation.scene import Scene, StartPose
 
 SUCCESS_DISTANCE_M = 0.1
-"""A search succeeds when it stops nearer than this, over the floor, to a viewpoint."""
+"""Distance over the floor to a viewpoint within which a stop is a success."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Metrics:
-    """How one search went."""
+    """Metrics of one search."""
 
     success: bool
-    """Stop was called within `SUCCESS_DISTANCE_M` of a viewpoint of the object."""
+    """Whether the search stopped within `SUCCESS_DISTANCE_M` of a viewpoint of the object."""
     spl: float
     """Success weighted by path length: S d0 / max(d0, L)."""
     soft_spl: float
     """Progress weighted by path length: max(0, 1 - dT / d0) d0 / max(d0, L); needs no stop."""
     path_length_m: float
-    """L: sum of the base's straight displacements from sample to sample."""
+    """L: sum of the base's straight displacements between samples."""
     shortest_path_m: float
-    """d0: from the start to the nearest viewpoint, infinite where there is no way."""
+    """d0: from the start to the nearest viewpoint, infinite without a path."""
     distance_to_goal_m: float
-    """dT: from the end to the nearest viewpoint, infinite where there is no way."""
+    """dT: from the end to the nearest viewpoint, infinite without a path."""
 
 
 def search_metrics(
@@ -42,10 +42,10 @@ def search_metrics(
     path_length_m: float,
     stopped: bool,
 ) -> Metrics:
-    """Compute the metrics of habitat-lab (`tasks/nav/nav.py`) without its undefined cases.
+    """Return the metrics of habitat-lab (`tasks/nav/nav.py`), defined in all cases.
 
-    A start that is itself a viewpoint (d0 = 0) counts as all progress made while the end is one
-    too; a start without a way to the goal scores 0 instead of NaN.
+    If the start is itself a viewpoint (d0 = 0), all progress counts as made while the end is one
+    too. A start without a path to the goal scores 0 instead of NaN.
     """
     d0, dT, length = shortest_path_m, distance_to_goal_m, path_length_m
     success = stopped and dT < SUCCESS_DISTANCE_M
@@ -68,31 +68,31 @@ def search_metrics(
 
 
 class Judge:
-    """Scores searches for one goal in one home by one robot, from the home's ground truth."""
+    """Scores searches for one goal in one home by one robot, from ground truth."""
 
     def __init__(
         self, scene: Scene, robot: RobotProfile, goal: str, *, grid: NavigationGrid | None = None
     ) -> None:
-        """Find the goal's objects, their viewpoints, and the ways to them.
+        """Find the goal's instances, their viewpoints, and the paths to them.
 
         Args:
             scene: The home.
             robot: Body and camera.
             goal: Label or category; see `matching_instances`.
-            grid: Floor grid of this home and robot, when it is at hand.
+            grid: Navigation grid of this home and robot, if already computed.
         """
         grid = robot_grid(scene, robot) if grid is None else grid
         sight = LineOfSight(scene)
         self.instances = matching_instances(scene, goal)
-        """Rows of `scene.instances` that the goal means; empty when the home has none."""
-        found = [viewpoints(scene, grid, robot, k, sight) for k in self.instances]
+        """Rows of `scene.instances` that match the goal."""
+        found = [goal_viewpoints(scene, grid, robot, k, sight) for k in self.instances]
         self.viewpoints: NDArray[np.float64] = np.concatenate(found) if found else np.empty((0, 2))
-        """(N, 2) positions in metres from which one of them is seen."""
+        """(N, 2) positions in metres from which one of them is visible."""
         self._seen_from = np.repeat(np.array(self.instances, np.int64), [len(f) for f in found])
         self._field = GeodesicField(grid, self.viewpoints)
 
     def distance_m(self, position: ArrayLike) -> float:
-        """Return the metres over the floor from (x, y, ...) to the nearest viewpoint.
+        """Return the distance over the floor from (x, y, ...) to the nearest viewpoint, metres.
 
         Raises:
             ValueError: The position is not finite.
@@ -103,32 +103,31 @@ class Judge:
         return self._field.distance_from(x, y)
 
     def shortest_path_m(self, start: StartPose) -> float:
-        """Return the length of the shortest way to success, infinite where there is none."""
+        """Return the length of the shortest path to a viewpoint, infinite without a path."""
         return self.distance_m((start.x, start.y))
 
     def path_from(self, position: ArrayLike) -> NDArray[np.float64]:
-        """Return the (K, 2) corners of the shortest way to a viewpoint; see `GeodesicField`."""
+        """Return the (K, 2) corners of the shortest path to a viewpoint; see `GeodesicField`."""
         x, y = (float(v) for v in np.asarray(position, np.float64)[:2])
         return self._field.path_from(x, y)
 
     def nearest_instance(self, position: ArrayLike) -> int | None:
-        """Return the row of the object that the shortest way from (x, y, ...) leads to, or None."""
-        way = self.path_from(position)
-        if not len(way):
+        """Return the instance at the end of the shortest path from (x, y, ...), or None."""
+        path = self.path_from(position)
+        if not len(path):
             return None
-        apart = np.hypot(*(self.viewpoints - way[-1]).T)
+        apart = np.hypot(*(self.viewpoints - path[-1]).T)
         return int(self._seen_from[np.argmin(apart)])
 
     def is_success(self, position: ArrayLike) -> bool:
-        """Tell whether stopping at (x, y, ...) counts as having found the object."""
+        """Tell whether stopping at (x, y, ...) counts as a success."""
         return self.distance_m(position) < SUCCESS_DISTANCE_M
 
     def metrics(self, trajectory: NDArray[np.float64], *, stopped: bool) -> Metrics:
         """Score a search.
 
         Args:
-            trajectory: (N, 2+) true positions of the base in metres, one a time step, from start
-                to end.
+            trajectory: (N, 2+) true positions of the base in metres, one per time step.
             stopped: Whether the robot ended the search itself.
 
         Raises:

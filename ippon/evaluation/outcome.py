@@ -1,4 +1,4 @@
-"""How a search ended, and why one failed."""
+"""End of a search, and the cause of a failure."""
 
 import math
 from collections.abc import Sequence
@@ -23,21 +23,21 @@ FAILURES: Final[tuple[Failure, ...]] = (
 STUCK_AFTER_S: Final = 60.0
 STUCK_WITHIN_M: Final = 0.3
 TOUCHED_BEFORE_S: Final = 5.0
-"""A touch this long before the robot came to stand still still counts for what stopped it."""
+"""Contact up to this long before the robot stopped counts as the cause of the stop."""
 _SEEN_SHARE: Final = 0.0005
 """Share of the image that the object must fill to count as seen."""
 _FIND_TOLERANCE_M: Final = 0.4
 
 
 def shows_object(rendering: Rendering, instances: Sequence[int], max_range_m: float) -> bool:
-    """Tell whether one of some instances fills a noticeable part of an image, within a range."""
+    """Tell whether one of some instances fills enough of an image, within a range."""
     mine = np.isin(rendering.instance, instances)
     mine &= (rendering.depth > 0.0) & (rendering.depth <= max_range_m)
     return int(mine.sum()) >= max(1, math.ceil(_SEEN_SHARE * mine.size))
 
 
 def is_at_instance(find: Find, instances: Sequence[Instance]) -> bool:
-    """Tell whether a cluster of voxels lies on one of some instances, or within 0.4 m of one."""
+    """Tell whether a cluster of voxels lies on an instance, or within 0.4 m of one."""
     p = np.array(find.position_world)
     for instance in instances:
         outside = np.maximum(
@@ -52,8 +52,8 @@ def stood_still(positions: NDArray[np.float64], step_s: float) -> bool:
     """Tell whether a robot stayed in one place for the last minute.
 
     Args:
-        positions: (N, 2) metres, one a frame.
-        step_s: Seconds between them.
+        positions: (N, 2) metres, one per frame.
+        step_s: Seconds between frames.
     """
     frames = round(STUCK_AFTER_S / step_s)
     if len(positions) <= frames:
@@ -65,11 +65,11 @@ def stood_still(positions: NDArray[np.float64], step_s: float) -> bool:
 def touched_there(
     positions: NDArray[np.float64], contacts: NDArray[np.bool_], step_s: float
 ) -> bool:
-    """Tell whether a robot touched something where it stands at the end, or just before.
+    """Tell whether a robot touched an obstacle where it stands at the end, or just before.
 
     Args:
-        positions: (N, 2) metres, one a frame.
-        contacts: (N,) whether the base touched something since the frame before.
+        positions: (N, 2) metres, one per frame.
+        contacts: (N,) whether the base was in contact since the frame before.
         step_s: Seconds between frames.
     """
     away = np.flatnonzero(np.linalg.norm(positions - positions[-1], axis=1) > STUCK_WITHIN_M)
@@ -80,23 +80,22 @@ def touched_there(
 def failure_cause(
     *, success: bool, ending: Ending, seen: bool, recognised: bool, stuck: bool, touched: bool
 ) -> Failure:
-    """Name why a search failed; the first that applies.
+    """Return the cause of a failure; the first that applies.
 
     Args:
-        success: It did not.
-        ending: How it ended.
-        seen: The object was in the image, near enough to be mapped.
-        recognised: At the end, the map held a cluster of its voxels at the object.
-        stuck: The robot had not moved for the last minute of an episode that ran out of time.
-        touched: It touched something where it stands.
+        success: Whether the search succeeded.
+        ending: End of the search.
+        seen: Whether the object was in an image, within mapping range.
+        recognised: Whether the map holds a cluster of voxels at the object at the end.
+        stuck: Whether the robot stood still for the last minute until time ran out.
+        touched: Whether it was in contact where it stands.
 
     Returns:
-        `false_stop`: the robot said found where the object is not. `out_of_reach`: it said
-        that it sees the object and no way leads close to it. `collision`: it touched something
-        and did not get away from there. `stuck`: it did not move, and touched nothing.
-        `never_seen`: the object never came into view. `time`: the map shows it, and time ran out
-        before the robot stood in front of it. `seen_and_missed`: it came into view, and the search
-        went past it.
+        `false_stop`: the robot stopped where the object is not. `out_of_reach`: it reported the
+        object without a path to it. `collision`: it was in contact and did not get away.
+        `stuck`: it did not move, without contact. `never_seen`: the object never came into view.
+        `time`: the map holds the object, and time ran out. `seen_and_missed`: the object came into
+        view, and the search passed it.
     """
     if success:
         return "none"

@@ -6,13 +6,13 @@ from typing import Any, Final, Literal
 from ippon.evaluation.outcome import Ending, Failure
 
 SearchKind = Literal["single", "second", "fresh"]
-"""Of a search: an episode by itself; one on the map that the search before it made; one from the
-same start and for the same object as a second search, with an empty map."""
+"""`single`: an episode by itself. `second`: on the map of an earlier search. `fresh`: same start
+and object as a second search, with an empty map."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EpisodeRow:
-    """A search and how it went. All but `TIMING_COLUMNS` repeats exactly for the same seed."""
+    """Results of a search. For a seed all but `TIMING_COLUMNS` are reproducible."""
 
     episode_id: str
     method: str
@@ -28,9 +28,9 @@ class EpisodeRow:
     image_width: int
     image_height: int
     config_hash: str
-    """Of robot, camera, world, limits, mission and method."""
+    """Hash of robot, camera, world, limits, mission and method."""
     version: str
-    """Of this program, its commit, and of numpy, numba and ompl."""
+    """Versions of this program, its commit, and of numpy, numba and ompl."""
     success: bool
     spl: float
     soft_spl: float
@@ -43,15 +43,15 @@ class EpisodeRow:
     """Simulated time."""
     frames: int
     hits: int
-    """Times that the base began to touch something."""
+    """Number of times that the base came into contact."""
     first_seen_s: float
-    """When the object first came into view, -1 for never."""
+    """Time at which the object first came into view, -1 for never."""
     explored_m2: float
     best_ooi: float
     candidates: int
-    """Clusters that looked like the object at the end."""
+    """Candidate clusters at the end."""
     path_x_m: tuple[float, ...]
-    """The way, a point every 10 cm or so."""
+    """Path of the base, a point about every 10 cm."""
     path_y_m: tuple[float, ...]
     planner_ms_p50: float
     """Median processor time of a planner step."""
@@ -62,10 +62,10 @@ class EpisodeRow:
     cpu_s: float
     """Processor time of the whole episode, rendering and segmentation included."""
     realtime_factor: float
-    """Simulated time over processor time: how much faster than real time one core is."""
+    """Simulated time over processor time."""
     kind: SearchKind = "single"
     after: str = ""
-    """What was searched for before, where this search begins at that one's end."""
+    """Goal of the previous search, at whose end this search starts; empty for none."""
 
 
 TIMING_COLUMNS: Final = (
@@ -75,7 +75,7 @@ TIMING_COLUMNS: Final = (
 
 
 def row_from(values: dict[str, Any]) -> EpisodeRow:
-    """Read a row from plain values.
+    """Return a row from plain values.
 
     Raises:
         ValueError: Columns are missing or unknown.

@@ -1,4 +1,4 @@
-"""Confidence intervals and tests for searches that share homes."""
+"""Confidence intervals and tests for searches that are clustered by home."""
 
 import itertools
 from dataclasses import dataclass
@@ -10,31 +10,31 @@ from scipy import stats
 
 _RESAMPLES: Final = 10_000
 _EXACT_CLUSTERS: Final = 12
-"""Up to so many homes every pattern of signs is tried; beyond, 10,000 random ones."""
+"""Number of homes up to which all sign patterns are tested; beyond, 10,000 random ones."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairedDifference:
-    """One method less another on the same episodes."""
+    """Difference of two methods on the same episodes."""
 
     pairs: int
     mean: float
     ci95: tuple[float, float]
     """Bootstrap over homes."""
     p: float
-    """Two-sided, from flipping the sign of each home's differences together."""
+    """Two-sided, by flipping the signs of each home's differences together."""
 
 
 def mean_interval(values: ArrayLike, clusters: ArrayLike, *, seed: int = 0) -> tuple[float, float]:
-    """Return the 95 % bootstrap interval of a mean over episodes that come in homes.
+    """Return the 95 % bootstrap interval of a mean over episodes clustered by home.
 
-    Episodes of one home resemble each other, so that homes are drawn with all their episodes; with
-    a single home, episodes are.
+    Episodes of one home are correlated, so homes are resampled with all their episodes; with a
+    single home, episodes are resampled.
 
     Args:
         values: (N,) N of at least 1.
-        clusters: (N,) anything that tells homes apart.
-        seed: Of the resampling.
+        clusters: (N,) identifier of each home.
+        seed: Seed of the resampling.
 
     Returns:
         Percentiles 2.5 and 97.5 of the resampled means.
@@ -56,7 +56,7 @@ def paired_difference(
         one: (N,) values of the first method, N of at least 1.
         other: (N,) values of the second on the same episodes, in the same order.
         clusters: (N,) the home of each.
-        seed: Of resampling and sign flips.
+        seed: Seed of resampling and sign flips.
     """
     difference = np.asarray(one, np.float64) - np.asarray(other, np.float64)
     sums, _ = _by_cluster(difference, clusters)

@@ -1,4 +1,4 @@
-"""From rows to tables: each method's figures, and how they compare."""
+"""Tables from rows: metrics of each method, and comparisons."""
 
 import math
 from collections import Counter, defaultdict
@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from ippon.evaluation.catalogue import home_name
+from ippon.evaluation.episode_generation import home_name
 from ippon.evaluation.methods.method_table import METHODS
 from ippon.evaluation.outcome import FAILURES, Failure
 from ippon.evaluation.row import EpisodeRow
@@ -20,9 +20,9 @@ from ippon.evaluation.statistics import (
 )
 
 REFERENCE: Final = "ippon"
-"""The method that all others are compared with."""
+"""Method that the others are compared with."""
 LEAST_WAY_M: Final = 1.0
-"""Shorter ways to the object, from where the search before happened to end, are no search."""
+"""Second searches with a shorter path to the object are excluded."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,20 +42,20 @@ class MethodSummary:
     time_s: float
     path_length_m: float
     planner_ms_p95: float
-    """Mean of the episodes' 95th percentiles of a planner step, weighted by their frames: not the
-    95th percentile of all steps."""
+    """Mean of the episodes' 95th percentiles of a planner step, weighted by frames; not the 95th
+    percentile of all steps."""
     realtime_factor: float
-    """All simulated time over all processor time."""
+    """Total simulated time over total processor time."""
     failures: dict[Failure, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """A method against the reference, on the episodes that both have."""
+    """A method against the reference, on their common episodes."""
 
     method: str
     spl: PairedDifference
-    """Reference less method."""
+    """Reference minus method."""
     soft_spl: PairedDifference
     success: PairedDifference
     success_p: float
@@ -66,7 +66,7 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """What some knowledge is worth to a method, on pairs of searches that differ in it alone."""
+    """Effect of a single difference on a method, over pairs of searches."""
 
     method: str
     spl_with: float
@@ -116,7 +116,7 @@ def compare(rows: Sequence[EpisodeRow], reference: str = REFERENCE) -> tuple[Com
 
 
 def context_effects(rows: Sequence[EpisodeRow]) -> tuple[Effect, ...]:
-    """Compare searches with a truthful sentence with those of the same start and goal without."""
+    """Compare searches with a true context to the same searches without."""
     out: list[Effect] = []
     for name, of in by_method(singles(rows)).items():
         key = {(r.home, r.goal, r.start_index): r for r in of if not r.context}
@@ -130,10 +130,10 @@ def context_effects(rows: Sequence[EpisodeRow]) -> tuple[Effect, ...]:
 
 
 def second_object_effects(rows: Sequence[EpisodeRow]) -> tuple[Effect, ...]:
-    """Compare searches on the map of the search before with those on an empty map.
+    """Compare searches on the map of an earlier search to those on an empty map.
 
-    Pairs begin at the same place and look for the same object. Those that begin within a metre of
-    a viewpoint, or without a way to one, say nothing of a search and are left out.
+    Pairs have the same start and goal. Pairs that start within a metre of a viewpoint, or without a
+    path to one, are excluded.
     """
     out: list[Effect] = []
     for name, of in by_method(rows).items():
@@ -150,7 +150,7 @@ def second_object_effects(rows: Sequence[EpisodeRow]) -> tuple[Effect, ...]:
 
 
 def singles(rows: Iterable[EpisodeRow]) -> list[EpisodeRow]:
-    """Return the rows of episodes by themselves: what methods are compared on."""
+    """Return the rows of single episodes, on which methods are compared."""
     return [row for row in rows if row.kind == "single"]
 
 
@@ -159,7 +159,7 @@ def _pair_key(row: EpisodeRow) -> str:
 
 
 def _effect(method: str, pairs: list[tuple[EpisodeRow, EpisodeRow]]) -> tuple[Effect, ...]:
-    """Return what the first of each pair gains; nothing without pairs."""
+    """Return the difference between the first and second of each pair; empty without pairs."""
     if not pairs:
         return ()
     spl_with, spl_without = (float(np.mean([pair[k].spl for pair in pairs])) for k in (0, 1))

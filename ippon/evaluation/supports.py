@@ -1,4 +1,4 @@
-"""What a thing stands on, and a truthful sentence about it."""
+"""The support of an object, and a true sentence about it."""
 
 import numpy as np
 
@@ -6,15 +6,15 @@ from ippon.simulation.scene import Instance, Scene
 from ippon.vocabulary import canonical_label
 
 _GAP_M = 0.08
-"""Greatest gap between a thing's underside and the surface below it."""
+"""Largest gap between an object's underside and the surface below it."""
 _NOT_NAMED = frozenset({"wall", "ceiling", "beam", "column", "objects", "others", "furniture"})
 
 
 def support_of(scene: Scene, instance: int) -> Instance | None:
-    """Return what a thing stands or lies on, None where nothing tells.
+    """Return the instance on which an object stands or lies, None if there is none.
 
-    Seats and beds are lower inside their box than at its top, so that a surface counts when the
-    scene has a triangle of it right below the thing; of several the highest counts.
+    Seats and beds are lower than the top of their box, so the triangles right below the object are
+    compared; the highest counts.
 
     Args:
         scene: The home.
@@ -37,9 +37,9 @@ def support_of(scene: Scene, instance: int) -> Instance | None:
 
 
 def context_sentence(scene: Scene, instance: int) -> str | None:
-    """Say truthfully, as a person would, on what a thing lies; None where nothing tells.
+    """Return a true sentence about the support of an object; None if there is none.
 
-    On the floor the room says more than the floor does.
+    For an object on the floor the sentence names the room.
     """
     support = support_of(scene, instance)
     if support is None:
@@ -53,10 +53,10 @@ def context_sentence(scene: Scene, instance: int) -> str | None:
 
 
 def _surface_below(scene: Scene, instance: int, point: np.ndarray, z_max: float) -> float:
-    """Return the height of an object's highest triangle over a point up to z_max, -inf for none."""
+    """Return the height of an object's highest triangle at a point up to z_max, -inf for none."""
     triangles = scene.vertices[scene.faces[scene.face_instance == instance]].astype(np.float64)
     a, b, c = (triangles[:, k, :2] - point for k in range(3))
-    # Signs of the areas that the point spans with each edge: all alike where it lies inside.
+    # Signs of the areas that the point spans with each edge: equal if it lies inside.
     s = np.stack([_cross(a, b), _cross(b, c), _cross(c, a)])
     area = s.sum(axis=0)
     inside = ((s >= -1e-12).all(axis=0) | (s <= 1e-12).all(axis=0)) & (np.abs(area) > 1e-9)

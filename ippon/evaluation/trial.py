@@ -1,4 +1,4 @@
-"""Runs one episode with one method and writes down how it went."""
+"""One episode with one method, and its row."""
 
 import dataclasses
 import hashlib
@@ -8,13 +8,20 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ippon.camera import PinholeCamera
-from ippon.evaluation.catalogue import EpisodeSpec
 from ippon.evaluation.episode import EpisodeLimits
-from ippon.evaluation.methods.method_table import Method, Situation
+from ippon.evaluation.episode_generation import EpisodeSpec
+from ippon.evaluation.episode_record import (
+    Clocks,
+    EpisodeSetup,
+    FrameObserver,
+    SearchRecord,
+    TimedPlanner,
+    search,
+)
+from ippon.evaluation.methods.method_table import Method, PlannerInputs
 from ippon.evaluation.metrics import Judge
 from ippon.evaluation.outcome import failure_cause, stood_still, touched_there
 from ippon.evaluation.row import EpisodeRow
-from ippon.evaluation.search import Clocks, Rig, SearchRecord, TimedPlanner, Witness, search
 from ippon.geometry import Float64Array
 from ippon.guidance.language.naming import is_instance_of, resolve_object
 from ippon.guidance.levels import Guidance
@@ -31,11 +38,12 @@ from ippon.vocabulary import MATTERPORT_40
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrialConfig:
-    """Everything that all methods share."""
+    """Configuration that all methods share."""
 
     robot: RobotProfile = HABITAT
     image_width: int = 240
-    """Half of the challenge's 480 x 640: the same for every method."""
+    """Half of the challenge's 480 x 640; the same for every method. Larger shows smaller objects
+    and costs time."""
     limits: EpisodeLimits = field(default_factory=EpisodeLimits)
     world: WorldConfig = field(default_factory=WorldConfig)
     mission: MissionConfig = field(default_factory=MissionConfig)
@@ -50,9 +58,9 @@ class TrialConfig:
 def habitat_trial(image_width: int = 240) -> TrialConfig:
     """Return the set-up of the Habitat ObjectNav Challenge 2023.
 
-    Steps of 0.1 s, 500 s, no sliding, the pose free of noise; an image every second step, in which
-    the robot moves at most 6 cm and turns 5 degrees. Unlike there, colour and depth are noisy and
-    the segmentation errs, as `WorldConfig` has it.
+    Steps of 0.1 s, 500 s, no sliding, an exact pose; an image every second step, in which the
+    robot moves at most 6 cm and turns 5 degrees. Unlike in the challenge, colour and depth are
+    noisy and the segmentation has errors; see `WorldConfig`.
     """
     world = WorldConfig(base=BaseConfig(sliding=False))
     limits = EpisodeLimits(time_step_s=0.1, steps_per_frame=2, max_time_s=500.0)
@@ -60,15 +68,15 @@ def habitat_trial(image_width: int = 240) -> TrialConfig:
 
 
 def config_hash(config: TrialConfig, method: Method) -> str:
-    """Return twelve hexadecimal digits that differ wherever two set-ups do."""
+    """Return twelve hexadecimal digits that identify a set-up."""
     trial = dataclasses.asdict(
         dataclasses.replace(config, mission=method.configure(config.mission))
     )
     if trial["mission"]["planner"]["step_budget_s"] is None:
-        # The work is counted alone, as it was before there was such a budget.
+        # Omitted when unset, so that hashes of earlier runs stay valid.
         del trial["mission"]["planner"]["step_budget_s"]
     if config.world.segmentation_errors == "paper":
-        # Likewise: there was no other.
+        # Omitted at its earlier value, for the same reason.
         del trial["world"]["segmentation_errors"], trial["world"]["detector"]
     shown = {"trial": trial, "method": method.name}
     return hashlib.sha256(json.dumps(shown, sort_keys=True).encode()).hexdigest()[:12]
@@ -84,55 +92,55 @@ class Trial:
         version: str,
         clocks: Clocks,
         prior: EmbeddedPrior,
-        witness: Witness | None = None,
+        observer: FrameObserver | None = None,
     ) -> None:
-        """Take what all episodes share.
+        """Store what all episodes share.
 
         Args:
             config: Robot, camera, world and mission.
             scene: The home.
-            version: Goes into the rows.
-            clocks: Time for the rows.
-            prior: Makes levels.
-            witness: Is shown every step of every search.
+            version: Version column of the rows.
+            clocks: Time sources.
+            prior: Source of levels.
+            observer: Called with every step of every search, or None.
         """
         self._config = config
         self._scene = scene
         self._version = version
         self._clocks = clocks
         self._prior = prior
-        self._witness = witness
+        self._witness = observer
         self._judges: dict[str, Judge] = {}
 
     def run(self, spec: EpisodeSpec, method: Method) -> EpisodeRow:
-        """Search once; `spec.then` is left alone."""
+        """Run one search; `spec.then` is ignored."""
         return self._run_first(spec, method)[0]
 
     def run_all(self, spec: EpisodeSpec, method: Method) -> tuple[EpisodeRow, ...]:
-        """Search once, or, with `spec.then`, for two objects and for the second one afresh.
+        """Run one search, or three with `spec.then`: first, second, and second with an empty map.
 
         Returns:
-            The rows named by `spec.row_ids`: the search; the second one, on the map and from the
-            place where the first ended; one from that place with an empty map.
+            The rows named by `spec.row_ids`: the search; the second search, on the map and from the
+            end of the first; one from there with an empty map.
 
         Raises:
-            ValueError: The method cannot go on to a second object.
+            ValueError: The method does not support a second goal.
         """
-        if spec.then and not method.goes_on:
+        if spec.then and not method.supports_second_goal:
             raise ValueError(f"{method.name} searches for one object only")
-        row, rig = self._run_first(spec, method)
+        row, setup = self._run_first(spec, method)
         if not spec.then:
             return (row,)
         second_id, fresh_id = spec.row_ids[1:]
         began = self._clocks.wall(), self._clocks.cpu()
-        base = rig.world.base
+        base = setup.world.base
         start = StartPose(x=base.x_m, y=base.y_m, z=base.z_m, yaw=base.yaw_rad)
         later = dataclasses.replace(spec, goal=spec.then, start=start, context="", then="")
-        rig.mission.goals.set_goal(*self._goal(later, method, goal_id=2))
-        second = self._row(second_id, later, method, self._search(rig, later), began)
+        setup.mission.goals.set_goal(*self._goal(later, method, goal_id=2))
+        second = self._row(second_id, later, method, self._search(setup, later), began)
         began = self._clocks.wall(), self._clocks.cpu()
-        rig = self._rig(later, method)
-        fresh = self._row(fresh_id, later, method, self._search(rig, later), began)
+        setup = self._setup(later, method)
+        fresh = self._row(fresh_id, later, method, self._search(setup, later), began)
         return (
             row,
             dataclasses.replace(second, kind="second", after=spec.goal),
@@ -140,14 +148,14 @@ class Trial:
         )
 
     def guidance(self, spec: EpisodeSpec, method: Method) -> Guidance:
-        """Return the levels that the search goes by."""
+        """Return the levels of the search."""
         return self._goal(spec, method)[1]
 
-    def _run_first(self, spec: EpisodeSpec, method: Method) -> tuple[EpisodeRow, Rig]:
+    def _run_first(self, spec: EpisodeSpec, method: Method) -> tuple[EpisodeRow, EpisodeSetup]:
         began = self._clocks.wall(), self._clocks.cpu()
         self._judge(spec.goal)
-        rig = self._rig(spec, method)
-        return self._row(spec.episode_id, spec, method, self._search(rig, spec), began), rig
+        setup = self._setup(spec, method)
+        return self._row(spec.episode_id, spec, method, self._search(setup, spec), began), setup
 
     def _judge(self, goal: str) -> Judge:
         if goal not in self._judges:
@@ -166,13 +174,13 @@ class Trial:
         )
         return goal, guidance
 
-    def _rig(self, spec: EpisodeSpec, method: Method) -> Rig:
-        """Put a robot with an empty map at the start."""
+    def _setup(self, spec: EpisodeSpec, method: Method) -> EpisodeSetup:
+        """Place a robot with an empty map at the start."""
         config = self._config
         mission_config = method.configure(config.mission)
         goal, guidance = self._goal(spec, method)
-        equipment = method.equip(
-            Situation(
+        planner_setup = method.make_planner(
+            PlannerInputs(
                 config=mission_config,
                 robot=config.robot,
                 guidance=guidance,
@@ -182,25 +190,27 @@ class Trial:
                 goal=spec.goal,
             )
         )
-        timed = TimedPlanner(equipment.planner, self._clocks.cpu)
+        timed = TimedPlanner(planner_setup.planner, self._clocks.cpu)
         mission = Mission(mission_config, config.robot, config.labels, spec.seed, planner=timed)
         mission.goals.set_goal(goal, guidance)
         world = SimulatedWorld(
             self._scene, config.robot, config.camera, spec.start, spec.seed, config.world,
             is_instance_of,
         )  # fmt: skip
-        return Rig(world=world, mission=mission, equipment=equipment, planner=timed)
+        return EpisodeSetup(
+            world=world, mission=mission, planner_setup=planner_setup, planner=timed
+        )
 
-    def _search(self, rig: Rig, spec: EpisodeSpec) -> SearchRecord:
+    def _search(self, setup: EpisodeSetup, spec: EpisodeSpec) -> SearchRecord:
         config = self._config
         reach = min(config.mission.map.ooi_max_range_m, config.robot.max_depth_m)
         return search(
-            rig,
+            setup,
             self._judge(spec.goal),
             config.limits,
             self._clocks.cpu,
             seen_within_m=reach,
-            witness=self._witness,
+            observer=self._witness,
         )
 
     def _row(
@@ -270,7 +280,7 @@ class Trial:
 
 
 def _thinned(path: Float64Array, step_m: float = 0.1) -> Float64Array:
-    """Keep a point about every `step_m`, rounded to a centimetre, first and last included."""
+    """Return a point about every `step_m`, rounded to centimetres, with first and last point."""
     kept = [path[0]]
     for point in path[1:-1]:
         if float(np.linalg.norm(point - kept[-1])) >= step_m:

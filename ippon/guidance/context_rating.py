@@ -1,4 +1,4 @@
-"""Levels from what the operator said, over what is common."""
+"""Levels from the operator's context, combined with the knowledge table."""
 
 from collections.abc import Sequence
 
@@ -21,19 +21,19 @@ from ippon.guidance.rating import (
 
 _STATED = {"sure": "you said", "likely": "you think", "habit": "usually", "maybe": "perhaps"}
 _OWN_ROOM_SHARE = 0.9
-"""Share of a landmark in a room from which it stands for the room: a bed for the bedroom."""
+"""Share of a landmark in a room type from which it indicates this room, as a bed the bedroom."""
 _TYPICAL_ROOM_SHARE = 0.1
-"""Share of a landmark in the room that was named under which it tells of another room."""
+"""Share of a landmark in the stated room below which it indicates another room."""
 
 
 def rate_by_claims(
     goal: Entry | None, landmark: Entry, claims: Sequence[Claim], knowledge: Knowledge
 ) -> Rating:
-    """Rate a landmark for a goal of which the operator said where it is, or is not.
+    """Rate a landmark, given what the operator said about the goal's position.
 
-    What was stated replaces what is common: the goal is where the place is, so the landmarks of
-    that place count. Typical places of the goal still count where they can be in the same room.
-    What was only offered (perhaps, usually) adds to what is common. A denial takes places away.
+    Firm statements replace the table: the goal is at the stated place, so the landmarks of that
+    place count. Typical places of the goal still count if they can be in the same room. Uncertain
+    statements (perhaps, usually) are added to the table. A denial excludes places.
 
     Args:
         goal: Entry of the goal; None for an unknown object.
@@ -50,7 +50,7 @@ def rate_by_claims(
     negative = [claim for claim in claims if claim.negated]
     firm = [claim for claim in positive if claim.firm]
     said = [rate_claim(claim, landmark, knowledge) for claim in firm]
-    # What was only offered can lift a landmark above what was stated, but a shrug cannot.
+    # An uncertain statement can raise a landmark above the firm ones; an uninformative one cannot.
     offered = [rate_claim(claim, landmark, knowledge) for claim in positive if not claim.firm]
     said += [rating for rating in offered if rating.level >= Level.NEAR or not firm]
     best = max(said, key=lambda rating: rating.level, default=None)
@@ -122,7 +122,7 @@ def _denied(landmark: Entry, negative: Sequence[Claim], at_rooms: Rooms) -> Rati
 def _common(
     goal: Entry | None, landmark: Entry, knowledge: Knowledge, negative: Sequence[Claim]
 ) -> Rating:
-    """Rate by what is common, in the rooms that were not excluded."""
+    """Rate by the table, in the rooms that were not excluded."""
     if goal is None:
         return Rating(level=Level.AVERAGE, reason="no indication")
     excluded = {claim.place for claim in negative if claim.kind == "room"}
@@ -133,7 +133,7 @@ def _common(
 
 
 def _compatible(claim: Claim, at_rooms: Rooms, knowledge: Knowledge) -> bool:
-    """Tell whether a landmark can be in the room of the place that was named."""
+    """Tell whether a landmark can be in the room of the stated place."""
     room = claim.place if claim.kind == "room" else claim.room
     if room is not None:
         return not at_rooms or at_rooms.get(room, 0.0) >= _TYPICAL_ROOM_SHARE

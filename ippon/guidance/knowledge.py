@@ -1,15 +1,15 @@
-"""The knowledge table: what stands, lies and hangs where in homes, offices and laboratories.
+"""The knowledge table: typical places of things in homes, offices and laboratories.
 
-The table is package data (`tables/*.yaml`), one entry a thing:
+The table is package data (`tables/*.yaml`), one entry per thing:
 
-* `also` are other names of the same thing, `kinds` are narrower things that are found where the
-  thing itself is found, `is` are the wider things that it is an instance of;
-* `rooms` weighs the types of room that it is found in;
-* `sure`, `on`, `in` and `by` say which things it is found at: `sure` always, the others typically;
-* `size` is the longest side of a large one in metres, for things that do not come in rows;
-* `aloft: yes` marks things that hang or stand higher than a person reaches;
-* `spread` marks things that say little about a place: `pervasive` (walls), `broad` (catch-all
-  categories such as "furniture") and `everywhere` (windows: no room, but things stand by them).
+* `also`: synonyms; `kinds`: narrower things in the same places; `is`: wider things that it is an
+  instance of;
+* `rooms`: weights of the room types in which it occurs;
+* `sure`, `on`, `in` and `by`: things at which it is found, always (`sure`) or typically;
+* `size`: longest side of a large thing in metres, for things that do not come in rows;
+* `aloft: yes`: it hangs or stands higher than a person reaches;
+* `spread`: it says little about a place: `pervasive` (walls), `broad` (catch-all categories such as
+  "furniture") and `everywhere` (windows: in any room, but things stand at them).
 """
 
 import math
@@ -31,7 +31,7 @@ _FIELDS = frozenset(
 )
 _ROOMS_FILE = "rooms.yaml"
 WITHIN_REACH_M: Final = 2.3
-"""People put and hang things below this: the ceiling is higher, the top of a wardrobe lower."""
+"""Height below which people put and hang things: above wardrobes, below ceilings."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,49 +52,49 @@ class Thing:
     also: tuple[str, ...]
     kinds: tuple[str, ...]
     parents: tuple[str, ...]
-    """Wider things, the likeliest first."""
+    """Wider things, the most likely first."""
     rooms: Mapping[str, float]
-    """Share of this thing that is found in each type of room; sums to 1, or empty: anywhere."""
+    """Share of this thing in each room type; sums to 1, or empty for any room."""
     places: tuple[Place, ...]
     spread: Spread
     aloft: bool
-    """It may be higher than a person reaches."""
+    """Whether it may be higher than a person reaches."""
     size_m: float
-    """Longest side of a large one; infinite where none is told."""
+    """Longest side of a large thing; infinite if not given."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Entry:
-    """What a phrase of the table stands for."""
+    """Meaning of a phrase in the table."""
 
     label: str
-    """Canonical label of the phrase: of the thing for a synonym, its own for a kind."""
+    """Canonical label: that of the thing for a synonym, its own for a kind."""
     thing: Thing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Knowledge:
-    """The table, indexed."""
+    """The indexed table."""
 
     things: Mapping[str, Thing]
     """By canonical label."""
     phrases: Mapping[str, Entry]
-    """By phrase, words in lower case joined by single spaces."""
+    """By phrase, lower-case words joined by single spaces."""
     room_names: Mapping[str, str]
-    """Type of room by phrase."""
+    """Room type by phrase."""
     room_types: tuple[str, ...]
     activities: Mapping[str, tuple[str, ...]]
-    """Where somebody was, by what they did: names of things or types of room."""
+    """Places of activities: things or room types."""
 
     def find(self, phrase: str) -> Entry | None:
-        """Look a phrase up as written, then with its last word in the singular."""
+        """Look up a phrase as written, then with its last word in the singular."""
         for form in _forms(phrase):
             if form in self.phrases:
                 return self.phrases[form]
         return None
 
     def thing(self, label: str) -> Thing | None:
-        """Return the thing that a canonical label or a kind's label stands for."""
+        """Return the thing of a canonical label or of a kind's label."""
         direct = self.things.get(label)
         if direct is not None:
             return direct
@@ -102,22 +102,22 @@ class Knowledge:
         return entry.thing if entry else None
 
     def highest_m(self, label: str) -> float:
-        """Return how high above the floor an object may be, metres; infinite where unknown."""
+        """Return the largest height of an object above the floor, metres; infinite if unknown."""
         thing = self.thing(label)
         if thing is None or thing.aloft:
             return math.inf
         parents = (self.things[name] for name in thing.parents)
-        # "furniture" may hang, too, but says nothing of a wardrobe.
+        # "furniture" may hang, but that does not apply to a wardrobe.
         aloft = any(parent.aloft and parent.spread != "broad" for parent in parents)
         return math.inf if aloft else WITHIN_REACH_M
 
     def size_m(self, label: str) -> float:
-        """Return the longest side of a large one of an object, metres; infinite where unknown."""
+        """Return the longest side of a large object, metres; infinite if unknown."""
         thing = self.thing(label)
         return math.inf if thing is None else thing.size_m
 
     def room(self, phrase: str) -> str | None:
-        """Return the type of room that a phrase names."""
+        """Return the room type of a phrase."""
         return next(
             (self.room_names[form] for form in _forms(phrase) if form in self.room_names), None
         )
@@ -125,10 +125,10 @@ class Knowledge:
 
 @cache
 def load_knowledge() -> Knowledge:
-    """Read the table that comes with the package; the same object every time.
+    """Return the table of the package, cached.
 
     Raises:
-        ValueError: The table contradicts itself; the text names file and entry.
+        ValueError: The table is inconsistent; the message names file and entry.
     """
     folder = files("ippon.guidance.tables")
     tables = {
@@ -144,11 +144,11 @@ def build_knowledge(tables: Mapping[str, Mapping[str, Any]], rooms: Mapping[str,
     """Index and check parsed tables.
 
     Args:
-        tables: Entries by file name; the file's name serves the error texts only.
+        tables: Entries by file name; the names are used in messages only.
         rooms: `names` (phrases by type of room) and `activities` (places by phrase).
 
     Raises:
-        ValueError: An entry has an unknown field, room or place, or a phrase stands twice.
+        ValueError: An entry has an unknown field, room or place, or a phrase occurs twice.
     """
     names = cast("Mapping[str, list[str]]", rooms["names"])
     things: dict[str, Thing] = {}

@@ -1,4 +1,4 @@
-"""Proximity levels: how likely the goal is near a common object."""
+"""Proximity levels: the probability that the goal is near a common object."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -8,8 +8,10 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.mapping.config import LEVEL_PROBABILITIES
+
 BY_OPERATOR: Final = "set by the operator"
-"""Reason of a level that the operator set; no later answer changes it."""
+"""Reason of a level that the operator set; later answers do not change it."""
 
 LevelName = Literal["certain", "near", "average", "far"]
 
@@ -24,7 +26,7 @@ class Level(IntEnum):
 
     @property
     def text(self) -> LevelName:
-        """Name in lower case, as on the wire and on pages; `parse` reads it."""
+        """Name in lower case, as on the wire; `parse` reads it."""
         return _NAMES[self]
 
     @classmethod
@@ -51,16 +53,17 @@ _NAMES: Final[dict[Level, LevelName]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LevelProbabilities:
-    """l(O | C) for each level. The paper publishes the order only; these are our defaults."""
+    """l(O | C) of each level. The paper gives only the order; these are our defaults."""
 
-    certain: float = 0.6
-    """An unknown voxel near such an object is counted as this fraction of a voxel of the goal."""
-    near: float = 0.25
-    average: float = 0.1
-    far: float = 0.02
+    certain: float = LEVEL_PROBABILITIES[3]
+    """An unknown voxel near such an object counts as this share of a voxel of the goal; larger
+    draws the search to it."""
+    near: float = LEVEL_PROBABILITIES[2]
+    average: float = LEVEL_PROBABILITIES[1]
+    far: float = LEVEL_PROBABILITIES[0]
 
     def __post_init__(self) -> None:
-        """Hold the order that the paper demands."""
+        """Check the order that the paper demands."""
         if not 1.0 >= self.certain > self.near > self.average > self.far >= 0.0:
             raise ValueError(
                 "level probabilities must fall strictly: 1 >= certain > near > average > far >= 0; "
@@ -74,7 +77,7 @@ class LevelProbabilities:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LabelLevel:
-    """The level of one common object, and why."""
+    """The level of one common object, with the reason."""
 
     label: str
     level: Level
@@ -83,16 +86,16 @@ class LabelLevel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guidance:
-    """One level per common object, as one provider answered for one goal."""
+    """Levels of all common objects for one goal, from one provider."""
 
     ooi: str
     """Canonical label of the object of interest."""
     context: str
     provider: str
     rows: tuple[LabelLevel, ...]
-    """In the order of the vocabulary that was asked about."""
+    """In the order of the vocabulary."""
     notes: tuple[str, ...] = ()
-    """What the operator should know: unknown object, claims of the context not understood, …"""
+    """Messages for the operator: unknown object, claims that were not understood, …"""
 
     def labels_of(self, level: Level) -> tuple[str, ...]:
         """Return the common objects of one level, in the order of the vocabulary."""
@@ -103,7 +106,7 @@ class Guidance:
         return np.array([row.level for row in self.rows], dtype=np.uint8)
 
     def changed(self, rows: Iterable[LabelLevel]) -> "Guidance":
-        """Return the guidance with other rows for some labels; labels that it lacks are ignored."""
+        """Return the guidance with some rows replaced; labels that it lacks are ignored."""
         other = {row.label: row for row in rows}
         return replace(self, rows=tuple(other.get(row.label, row) for row in self.rows))
 

@@ -1,4 +1,4 @@
-"""The embedded prior: proximity levels without a network, from the knowledge table."""
+"""The embedded prior: proximity levels from the knowledge table, without a network."""
 
 from collections.abc import Sequence
 
@@ -15,16 +15,13 @@ PROVIDER = "embedded prior"
 
 
 class EmbeddedPrior:
-    """Common sense from a table: instant, deterministic, and the fallback of every other provider.
-
-    Reads its table when it is made.
-    """
+    """Levels from the knowledge table: fast, deterministic, and the fallback of other providers."""
 
     def __init__(self) -> None:
         self._knowledge: Knowledge = load_knowledge()
 
     def warm_up(self) -> None:
-        """Pay what the first question with an unknown plural costs, about a second, in advance."""
+        """Load the library for plurals in advance, which takes about a second."""
         singular("gazebos")
 
     def levels(
@@ -34,11 +31,11 @@ class EmbeddedPrior:
 
         Args:
             ooi: The goal, as typed or resolved.
-            context: What the operator knows about where it is; may be empty.
+            context: The operator's context; may be empty.
             vocabulary: Labels of the common objects.
 
         Raises:
-            ValueError: `ooi` holds no word.
+            ValueError: `ooi` contains no word.
         """
         goal = resolve_object(ooi, vocabulary) if isinstance(ooi, str) else ooi
         reading = read_context(context, vocabulary, ooi=goal.concept or goal.canonical)

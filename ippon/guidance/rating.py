@@ -1,8 +1,8 @@
-"""How close is one thing to another, by the knowledge table: the general rules of the prior.
+"""Proximity of two things by the knowledge table: the rules of the embedded prior.
 
-The rules follow the level definitions of the paper's prompt. All of them ask the same question: the
-robot stands at a landmark; is the goal in the vicinity? The answer for (goal, landmark) is not that
-for (landmark, goal).
+The rules follow the level definitions of the paper's prompt. Each rates how likely the goal is near
+a landmark at which the robot stands. The rating of (goal, landmark) differs from that of (landmark,
+goal).
 """
 
 from collections.abc import Mapping
@@ -14,13 +14,13 @@ from ippon.guidance.language.words import generic, with_article
 from ippon.guidance.levels import Level
 
 SAME_ROOM_SHARE = 0.5
-"""Probability of being in one room from which a landmark is NEAR."""
+"""Probability of the same room from which a landmark is NEAR."""
 REVERSE_SHARE = 0.4
-"""The same for a landmark that is itself usually found at the goal."""
+"""The same for a landmark that is typically found at the goal."""
 COMPATIBLE_SHARE = 0.3
-"""Overlap of rooms from which a typical place still counts beside the operator's own words."""
+"""Overlap of rooms from which a typical place still counts beside the operator's words."""
 FAR_SHARE = 0.05
-"""Overlap of rooms under which a landmark is FAR."""
+"""Overlap of rooms below which a landmark is FAR."""
 
 Rooms = Mapping[str, float]
 
@@ -35,24 +35,24 @@ _PHRASES: Mapping[Relation, str] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rating:
-    """A level and why."""
+    """A level with its reason."""
 
     level: Level
     reason: str
 
 
 def overlap(one: Rooms, other: Rooms) -> float:
-    """Return the share of two room distributions that they have in common, 0 to 1."""
+    """Return the overlap of two room distributions, 0 to 1."""
     return sum(min(share, other.get(room, 0.0)) for room, share in one.items())
 
 
 def same_room(one: Rooms, other: Rooms) -> float:
-    """Return the probability that two independent things are in the same type of room."""
+    """Return the probability that two independent things are in the same room type."""
     return sum(share * other.get(room, 0.0) for room, share in one.items())
 
 
 def words(label: str) -> str:
-    """Write a label for people."""
+    """Return a label in words."""
     return label.replace("_", " ")
 
 
@@ -66,10 +66,10 @@ def rate(
     """Rate the proximity of a landmark to a goal.
 
     Args:
-        goal: What is looked for.
-        landmark: A common object that the robot sees.
+        goal: The goal.
+        landmark: A common object.
         knowledge: The table.
-        goal_rooms: Where the goal may be; by default the table's rooms.
+        goal_rooms: Rooms of the goal; by default the table's.
     """
     in_rooms = goal.thing.rooms if goal_rooms is None else goal_rooms
     at_rooms = landmark.thing.rooms
@@ -93,7 +93,7 @@ def rate(
 
 
 def rate_identity(goal: Entry, landmark: Entry, knowledge: Knowledge) -> Rating | None:
-    """Rate a landmark that is the goal, includes it, or is a kind of it; None for any other."""
+    """Rate a landmark that is the goal, a wider thing, or a kind of it; None for any other."""
     name = words(goal.label)
     if goal.label == landmark.label:
         return Rating(level=Level.CERTAIN, reason="this is what you are looking for")
@@ -123,7 +123,7 @@ def _spread(label: str, knowledge: Knowledge) -> str:
 def _rate_places(
     goal: Entry, landmark: Entry, knowledge: Knowledge, in_rooms: Rooms, at_rooms: Rooms
 ) -> Rating | None:
-    """Rate a landmark at which the goal is found, or that is itself found at the goal."""
+    """Rate a landmark at which the goal is found, or that is found at the goal."""
     place = _place_at(goal, landmark, knowledge, in_rooms, at_rooms)
     if place is not None:
         text = f"{generic(words(goal.label))} {_PHRASES[place.relation]} {_the(landmark)}"
@@ -142,7 +142,7 @@ def _rate_places(
 def _place_at(
     thing: Entry, place: Entry, knowledge: Knowledge, in_rooms: Rooms, at_rooms: Rooms
 ) -> Place | None:
-    """Return how a thing is found at a place, or at something that the place is a kind of."""
+    """Return the relation of a thing to a place, or to a wider thing of the place."""
     names = {place.label}
     if overlap(in_rooms, at_rooms) >= COMPATIBLE_SHARE or not at_rooms:
         names.update(wider(place, knowledge))
@@ -165,7 +165,7 @@ def _rate_rooms(goal: Entry, landmark: Entry, in_rooms: Rooms, at_rooms: Rooms) 
 
 
 def rooms_text(rooms: Rooms, most: int = 2) -> str:
-    """Name the likeliest rooms: "the kitchen or the bathroom"."""
+    """Return the most likely rooms in words: "the kitchen or the bathroom"."""
     ranked = sorted(rooms, key=lambda room: -rooms[room])[:most]
     named = [f"the {words(room)}" for room in ranked if rooms[room] >= 0.1]
     return " or ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)

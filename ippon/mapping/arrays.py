@@ -22,15 +22,16 @@ INNER_OPTIONS: Final[dict[str, Any]] = {
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
 }
-"""For functions that only kernels call: they compile faster without ways in from outside."""
+"""Options of functions that only kernels call: without an entry point for Python they compile
+faster."""
 INNER: Final = njit(**INNER_OPTIONS)
 
 
 def read_only(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return an image in one piece, as a view that nobody may write to.
+    """Return a contiguous, read-only view of an image.
 
-    numba compiles a kernel for arrays that may be written to and for others apart, and what was
-    unpacked from a message may not.
+    numba compiles a kernel separately for writable and for read-only arrays; arrays that were
+    unpacked from a message are read-only.
     """
     view = np.ascontiguousarray(image).view()
     view.flags.writeable = False
@@ -55,7 +56,7 @@ class MapArrays(NamedTuple):
     state: NDArray[np.uint8]
     """(B, 512) `UNKNOWN`, `FREE` or `OCCUPIED`."""
     slab: NDArray[np.int32]
-    """(B,) row in `ooi` and `level`, which only blocks with surface have one of their own of."""
+    """(B,) row in `ooi` and `level`; blocks without surface share row 0."""
     ooi: NDArray[np.uint8]
     """(S, 512) p(v in O) in units of 1/254 of voxels in V_O, else `NOT_MAPPED`."""
     level: NDArray[np.uint8]

@@ -1,4 +1,4 @@
-"""Blocks of voxels: pools of fixed rows, a directory that finds them, growth and the bound.
+"""Blocks of voxels: pools with one row per block, the directory of rows, and the memory limit.
 
 Every pool is reserved at the map's bound when the map is made. The operating system backs a page
 of it when the page is first written, so memory follows what was observed, nothing is ever copied
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ippon.mapping.arrays import BLOCK_VOLUME, INNER, NOT_MAPPED
 
 GROWTH_MARGIN: Final = 8
-"""Blocks that the directory grows beyond what is asked for, so that it seldom grows."""
+"""Blocks by which the directory grows beyond what is needed, so that it grows rarely."""
 
 # Entries of `Pools.tally`.
 N_ROWS: Final = 0
@@ -23,16 +23,16 @@ N_LAYER_FREE: Final = 2
 N_SLABS: Final = 3
 N_FREE_SLABS: Final = 4
 BYTES_PER_VOXEL: Final = 14
-"""Of one block's row over all pools and of a slab, surface rows not counted."""
+"""Bytes of one voxel in all block pools and in a slab, without surface voxels."""
 NO_SLAB: Final = 0
-"""The slab of every block without surface: no slot, nothing mapped."""
+"""Slab that all blocks without surface share: no slot, nothing mapped."""
 
 
 class Pools(NamedTuple):
-    """Per-block arrays; row r of each belongs to one block, `tally` holds how many are in use.
+    """Arrays with one row per block; `tally` counts the rows in use.
 
-    `slot`, `ooi` and `level` say something of surface voxels only. They have a row, a slab, for
-    each block that has surface, which is about every second one.
+    `slot`, `ooi` and `level` describe surface voxels only. Their rows are slabs: one for each block
+    with surface, which is about every second block.
     """
 
     tsdf: NDArray[np.int16]
@@ -40,7 +40,7 @@ class Pools(NamedTuple):
     weight: NDArray[np.uint8]
     """(B, 512) observations behind `tsdf`, up to a cap; 0 for none."""
     evidence: NDArray[np.int8]
-    """(B, 512) for occupied (positive) or free (negative)."""
+    """(B, 512) integer evidence, positive for occupied, negative for free."""
     state: NDArray[np.uint8]
     """(B, 512) see `MapArrays.state`."""
     squared_distance: NDArray[np.uint16]
@@ -58,11 +58,11 @@ class Pools(NamedTuple):
     revision: NDArray[np.int64]
     """(B,) map revision of the last change of state, ooi or level."""
     appearance: NDArray[np.int64]
-    """(B,) map revision of the last change of a surface voxel's looks."""
+    """(B,) map revision at which a surface voxel last changed its colour or labels."""
     seen: NDArray[np.int64]
     """(B,) map revision of the last observation."""
     settled: NDArray[np.uint8]
-    """(B,) 1 when every voxel is as free as it can get."""
+    """(B,) 1 when the evidence for free of every voxel is at its limit."""
     used: NDArray[np.uint8]
     """(B,) 1 while the row belongs to a block."""
     best_ooi: NDArray[np.uint8]
@@ -72,9 +72,9 @@ class Pools(NamedTuple):
     layer_free: NDArray[np.int32]
     """(B,) free voxels of the block in the map's body layer."""
     free: NDArray[np.int32]
-    """(B,) stack of rows that were given back."""
+    """(B,) stack of released rows."""
     free_slabs: NDArray[np.int32]
-    """(S,) stack of slabs that were given back."""
+    """(S,) stack of released slabs."""
     tally: NDArray[np.int64]
     """(5,) rows ever used, length of `free`, sum of `layer_free`, slabs ever used (`NO_SLAB`
     included), length of `free_slabs`."""
@@ -124,7 +124,7 @@ class BlockDirectory:
     def part(
         self, low: NDArray[np.int64], high: NDArray[np.int64]
     ) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-        """Return the lower corner and the rows of what it holds of the box [low, high)."""
+        """Return lower corner and rows of the part of [low, high) that the directory covers."""
         low = np.maximum(low, self.origin)
         first, end = low - self.origin, np.maximum(high - self.origin, 0)
         return low, self.rows[tuple(slice(a, b) for a, b in zip(first, end, strict=True))]
@@ -132,7 +132,7 @@ class BlockDirectory:
     def reach(
         self, low: NDArray[np.int64], high: NDArray[np.int64]
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the box [low, high) of blocks that holds this directory and the given box."""
+        """Return the box [low, high) that encloses this directory and a given box of blocks."""
         if self._empty:
             return low, high
         return np.minimum(low, self.origin), np.maximum(high, self.origin + self.rows.shape)
@@ -164,8 +164,8 @@ class BlockDirectory:
 
 
 @njit(cache=True, nogil=True)
-def take_row(pools, x, y, z, farthest, revision):
-    """Give a clean row to block (x, y, z); -1 when the bound is reached."""
+def allocate_block(pools, x, y, z, farthest, revision):
+    """Return a cleared row for block (x, y, z); -1 when the memory limit is reached."""
     if pools.tally[N_FREE] > 0:
         pools.tally[N_FREE] -= 1
         row = pools.free[pools.tally[N_FREE]]
@@ -195,8 +195,8 @@ def take_row(pools, x, y, z, farthest, revision):
 
 
 @INNER
-def take_slab(pools, row):
-    """Return the slab of a block that has surface, a clean one if it had none."""
+def allocate_slab(pools, row):
+    """Return the slab of a block; allocate a cleared one if the block has none."""
     slab = pools.slab[row]
     if slab != NO_SLAB:
         return slab
@@ -214,8 +214,8 @@ def take_slab(pools, row):
 
 
 @INNER
-def give_slab_back(pools, row):
-    """Return the slab of a block without surface."""
+def release_slab(pools, row):
+    """Release the slab of a block without surface."""
     if pools.slab[row] != NO_SLAB:
         pools.free_slabs[pools.tally[N_FREE_SLABS]] = pools.slab[row]
         pools.tally[N_FREE_SLABS] += 1

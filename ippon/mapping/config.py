@@ -1,4 +1,4 @@
-"""How observations become a map."""
+"""Configuration of the voxel map."""
 
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -6,73 +6,99 @@ from typing import Final, Literal
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME
 from ippon.mapping.blocks import BYTES_PER_VOXEL
 
-SURFACE_ROWS_PER_BLOCK: Final = 64
-"""Surface voxels that the map's bound allows for each block, on average."""
-BYTES_PER_SURFACE_ROW: Final = 76
+SURFACE_VOXELS_PER_BLOCK: Final = 64
+"""Surface voxels per block, on average, that fit within the memory limit."""
+BYTES_PER_SURFACE_VOXEL: Final = 76
 
+
+LEVEL_PROBABILITIES: Final = (0.02, 0.1, 0.25, 0.6)
+"""Default l(O | C) of the proximity levels far, average, near and certain."""
 
 Fusion = Literal["places", "paper", "max"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapConfig:
-    """How observations become a map."""
+    """How observations are fused into the map."""
 
     voxel_size_m: float = 0.1
     """Edge of a voxel; larger is faster and coarser."""
     truncation_voxels: float = 4.0
-    """Band before a surface in which the signed distance is graded, in voxels."""
+    """Distance before a surface, in voxels, up to which the signed distance is measured; larger
+    smooths more."""
     behind_voxels: float = 2.0
-    """Band behind a surface in which it is; wider lets thin walls' two sides disturb each other."""
+    """The same behind a surface, in voxels; larger lets the two sides of thin walls disturb each
+    other."""
+    clear_voxels: float = 0.4
+    """Least distance of a voxel's centre before the surface, in voxels, for the voxel to be seen
+    free; larger clears less space close to surfaces."""
+    endpoint_depth_voxels: float = 0.2
+    """Depth under the surface, in voxels, at which endpoints are counted, so that a floor on the
+    boundary of two voxels occupies one layer; larger moves surfaces back."""
     min_range_m: float = 0.1
-    """Nearer depth is not used."""
+    """Least depth that is used, metres."""
     max_range_m: float = 5.0
-    """Farther depth is used to see free space up to here, but makes no surface."""
+    """Largest depth that makes surface; farther readings clear free space up to here. Larger costs
+    time."""
     max_valid_depth_m: float = 20.0
-    """Readings above are a sensor's code for nothing, such as 65.535 m."""
+    """Readings above count as no return, such as a sensor's code of 65.535 m."""
     common_max_range_m: float = 5.0
-    """Surface farther away learns nothing about common objects."""
+    """Range within which images update the labels of common objects; larger includes less certain
+    views."""
     ooi_max_range_m: float = 4.0
-    """Surface farther away learns nothing about the object of interest, which takes a closer
-    look."""
+    """Range within which images update the object of interest; larger includes less certain
+    views."""
     distance_max_m: float = 1.0
-    """Distances to obstacles are cut off here; larger costs time with its square."""
+    """Cut-off of the distance to obstacles; computing time grows with its square."""
     fusion: Fusion = "places"
-    """"places": scores of a detector by its observation model, images from one place as one
-    witness; heatmaps by the paper's filter. "paper": the paper's filter, for which all images are
-    independent, for both (ablation). "max": keep the highest probability seen (ablation)."""
+    """Rule for scores: "places" reads them by the network's observation model and averages images
+    from one place; "paper" uses the paper's filter, which treats all images as independent
+    (ablation); "max" keeps the highest probability seen (ablation). Heatmaps of probabilities use
+    the paper's filter in "places" and "paper"."""
     likelihood_floor: float = 1.0 / 255.0
-    """No single image makes a label less likely than this; smaller trusts images more."""
+    """Least likelihood of a label in one image; smaller trusts single images more."""
     weight_max: int = 32
-    """Observations that the signed distance remembers; larger is smoother and slower to change."""
+    """Cap on the weight of the running mean of the signed distance; larger is smoother and adapts
+    more slowly."""
     hit_evidence: int = 2
-    """Evidence for occupied that an image's hits add to a voxel."""
+    """Evidence for occupied that an image adds to a voxel with surface points; larger maps
+    obstacles sooner."""
     miss_evidence: int = 1
-    """Evidence for free that an image adds to a voxel it sees through."""
+    """Evidence for free that an image adds to a voxel that it sees through; larger clears space
+    sooner."""
     max_evidence: int = 10
-    """A removed object vanishes after `max_evidence / miss_evidence + 1` views of free space."""
+    """Upper bound of the evidence: a removed object vanishes after `max_evidence / miss_evidence +
+    1` views."""
     min_evidence: int = -4
-    """A placed object appears after `-min_evidence / hit_evidence + 1` views."""
+    """Lower bound of the evidence: a new object appears after `-min_evidence / hit_evidence + 1`
+    views."""
     hit_share: float = 0.08
-    """Share of a voxel's face that must be covered by surface for the voxel to be occupied."""
+    """Share of a voxel's face that surface must cover for the voxel to be occupied; larger ignores
+    thin objects."""
     body_height_m: float = 0.5
-    """Height above the base at which floor area counts as explored when it is free."""
+    """Height above the base of the voxel layer whose free area counts as explored floor."""
     max_camera_speed_m_s: float = 10.0
-    """A frame whose camera would have moved faster, beyond a metre, is refused as a pose jump."""
+    """Speed of the camera above which a frame is refused as a pose jump, if it moved more than one
+    metre."""
     memory_limit_mb: float = 1024.0
-    """Bound on the map's memory; beyond it the oldest far blocks are dropped."""
+    """Limit of the map's memory, megabytes; at the limit the oldest distant blocks are dropped."""
     directory_max_cells: int = 16_000_000
-    """Bound on the box of blocks that holds the map; frames that would need more are refused."""
+    """Limit of the box of blocks that encloses the map; frames beyond it are refused."""
 
     def __post_init__(self) -> None:
-        """Reject values that no map can be made with."""
+        """Reject values from which no map can be built."""
         positive = (
             "voxel_size_m", "truncation_voxels", "behind_voxels", "max_range_m", "distance_max_m",
-            "common_max_range_m", "ooi_max_range_m", "max_valid_depth_m", "max_camera_speed_m_s",
+            "clear_voxels", "common_max_range_m", "ooi_max_range_m", "max_valid_depth_m",
+            "max_camera_speed_m_s",
         )  # fmt: skip
         for name in positive:
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be positive; got {getattr(self, name)}")
+        if not 0.0 <= self.endpoint_depth_voxels <= 1.0:
+            raise ValueError(
+                f"endpoint_depth_voxels lies in 0 to 1; got {self.endpoint_depth_voxels}"
+            )
         if not 0.0 < self.min_range_m < self.max_range_m:
             raise ValueError(
                 f"min_range_m must lie between 0 and max_range_m; got {self.min_range_m}"
@@ -99,6 +125,8 @@ class MapConfig:
 
     @property
     def max_blocks(self) -> int:
-        """Blocks that fit in the memory limit."""
-        per_block = BLOCK_VOLUME * BYTES_PER_VOXEL + SURFACE_ROWS_PER_BLOCK * BYTES_PER_SURFACE_ROW
+        """Number of blocks that fit within the memory limit."""
+        per_block = (
+            BLOCK_VOLUME * BYTES_PER_VOXEL + SURFACE_VOXELS_PER_BLOCK * BYTES_PER_SURFACE_VOXEL
+        )
         return int(self.memory_limit_mb * 1e6 / per_block)

@@ -1,4 +1,4 @@
-"""Depth as the map's kernels want it: cleaned, padded, with slopes and tiles."""
+"""A depth image prepared for the map's kernels: cleaned and padded, with slopes and tiles."""
 
 from typing import Final, NamedTuple
 
@@ -10,37 +10,38 @@ from ippon.camera import PinholeCamera
 from ippon.mapping.arrays import INNER, INNER_OPTIONS
 
 MIN_SLOPE: Final = 0.15
-"""Least ratio of perpendicular to axial distance: surfaces seen under less than 9 degrees are too
-uncertain to tell from a step in depth."""
+"""Least ratio of perpendicular to axial distance. Surfaces seen at less than 9 degrees cannot be
+told from a step in depth."""
 SPAN: Final = 2
-"""Slopes are measured over so many cells, far enough for the depth's noise to matter little."""
+"""Distance in cells over which slopes are measured; large enough to suppress the noise of the
+depth."""
 NOTHING: Final = 1e9
-"""Least depth of a tile without any."""
+"""Least depth of a tile without returns."""
 TILE: Final = 16
 """Edge of the tiles of `DepthImage.tiles` in pixels."""
 SQUARES: Final = 5
-"""Sizes of squares in `DepthImage.tiles`; few blocks span more than 16 tiles, and those take more
-of them."""
+"""Number of square sizes in `DepthImage.tiles`. Few blocks span more than 16 tiles; those combine
+several squares."""
 
 
 class DepthImage(NamedTuple):
-    """One depth image with what the kernels read beside each pixel."""
+    """A depth image with precomputed slopes and tiles."""
 
     depth: NDArray[np.float32]
     """(H + 2, W + 2) metres, 0 for none; a border of zeros spares the kernels a bounds test."""
     slope: NDArray[np.float32]
-    """(h, w) one for each cell of `1 << slope_shift` pixels squared: perpendicular distance to the
-    surface for one metre along the optical axis, 1 for a surface that faces the camera."""
+    """(h, w) per cell of `1 << slope_shift` pixels squared: perpendicular distance to the surface
+    per metre along the optical axis; 1 for a surface that faces the camera."""
     slope_shift: int
     tiles: NDArray[np.float32]
-    """(K, TH, TW, 2) least depth, `NOTHING` for none, and greatest depth, 0 for none, of each
-    square of 1 << k tiles that begins at a tile; what lies beyond the image is left out."""
+    """(K, TH, TW, 2) least depth (`NOTHING` for none) and greatest depth (0 for none) of the square
+    of 1 << k tiles that begins at each tile; parts beyond the image are left out."""
 
 
 def prepare_depth(
     depth: NDArray[np.float32], camera: PinholeCamera, max_valid_m: float
 ) -> DepthImage:
-    """Clean and index a depth image.
+    """Clean a depth image and compute its slopes and tiles.
 
     Args:
         depth: (H, W) metres; NaN, infinite, negative values and those above `max_valid_m` count as
@@ -63,7 +64,7 @@ def prepare_depth(
 
 @njit(cache=True, nogil=True)
 def _clean_kernel(depth, max_valid, padded, tiles):
-    """Copy valid depth into the padded image and take the extremes of each tile."""
+    """Copy valid depth into the padded image and compute the extremes of each tile."""
     height, width = depth.shape
     low = np.empty(width, np.float32)
     high = np.empty(width, np.float32)
@@ -74,7 +75,7 @@ def _clean_kernel(depth, max_valid, padded, tiles):
             _clean_row(depth[v], max_valid, padded[v + 1], low, high)
         tiles[ty, :, 0] = np.float32(NOTHING)
         tiles[ty, :, 1] = np.float32(0.0)
-        # Tiles in the inner loop do not wait for each other, pixels of one would.
+        # Iterations over tiles are independent of each other; those over the pixels of one are not.
         for k in range(TILE):
             for tx in range((width - k + TILE - 1) // TILE):
                 tiles[ty, tx, 0] = min(tiles[ty, tx, 0], low[tx * TILE + k])
@@ -83,7 +84,7 @@ def _clean_kernel(depth, max_valid, padded, tiles):
 
 @njit(cache=True, nogil=True)
 def _join_kernel(tiles):
-    """Take the extremes of each square of tiles from those of four squares half as wide."""
+    """Compute the extremes of each square of tiles from four squares of half its width."""
     _, height, width, _ = tiles.shape
     for k in range(1, tiles.shape[0]):
         half = 1 << (k - 1)
@@ -102,7 +103,7 @@ def _join_kernel(tiles):
 
 @INNER
 def _clean_row(depth, max_valid, out, low, high):
-    """Clean a row; keep each column's extremes."""
+    """Clean a row and update the extremes of each column."""
     zero, nothing = np.float32(0.0), np.float32(NOTHING)
     for u in range(depth.shape[0]):
         d = depth[u]
@@ -114,7 +115,7 @@ def _clean_row(depth, max_valid, out, low, high):
         low[u] = min(low[u], clean if valid else nothing)
 
 
-# Without numba's check for zero, a division leaves the loop its vectors.
+# Without numba's check for division by zero the loop can be vectorised.
 @njit(
     **INNER_OPTIONS,
     error_model="numpy",

@@ -1,4 +1,4 @@
-"""Blocks that the map gives up: those that turned out unobserved, and those beyond its bound."""
+"""Blocks that the map drops: blocks without observations, and old ones at the memory limit."""
 
 from typing import Final
 
@@ -6,22 +6,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.mapping.blocks import N_FREE, N_FREE_SLABS, N_LAYER_FREE, N_ROWS, NO_SLAB, Pools
-from ippon.mapping.objects.surface_rows import N_FREE as N_FREE_SURFACE
-from ippon.mapping.objects.surface_rows import SurfaceRows
+from ippon.mapping.objects.surface_voxels import N_FREE as N_FREE_SURFACE
+from ippon.mapping.objects.surface_voxels import SurfaceVoxels
 
 DROPPED_SHARE: Final = 8
-"""One in so many blocks is dropped at a time, so that it seldom happens."""
+"""One in this many blocks is dropped at a time; larger drops fewer blocks more often."""
 
 
 def oldest_blocks(
     pools: Pools, position: NDArray[np.float64], reach: float, revision: int
 ) -> NDArray[np.int64]:
-    """Return rows to drop: longest unseen first, those within reach of a position last.
+    """Return rows to drop: the longest unseen first, those near a position last.
 
     Args:
         pools: The map's pools.
         position: (3,) in units of a block's edge.
-        reach: Radius round `position` whose blocks are kept if others remain, same unit.
+        reach: Radius around `position` whose blocks are dropped last, same unit.
         revision: Blocks seen at this revision are never dropped.
     """
     n = int(pools.tally[N_ROWS])
@@ -34,11 +34,11 @@ def oldest_blocks(
 def drop_blocks(
     rows: NDArray[np.integer],
     pools: Pools,
-    surface: SurfaceRows,
+    surface: SurfaceVoxels,
     directory: NDArray[np.int32],
     origin: NDArray[np.int64],
 ) -> None:
-    """Forget the blocks of some pool rows entirely.
+    """Remove blocks from pools, surface voxels and directory.
 
     Args:
         rows: (n,) rows in use, each once.
@@ -58,8 +58,8 @@ def drop_blocks(
     _push(pools.free, pools.tally, N_FREE, rows)
 
 
-def _give_surface_back(rows: NDArray[np.integer], pools: Pools, surface: SurfaceRows) -> None:
-    """Return the slabs of blocks, and the surface rows of their voxels."""
+def _give_surface_back(rows: NDArray[np.integer], pools: Pools, surface: SurfaceVoxels) -> None:
+    """Release the slabs of blocks and the surface voxels in them."""
     rows = rows[pools.slab[rows] != NO_SLAB]
     slabs = pools.slab[rows]
     slots = pools.slot[slabs]

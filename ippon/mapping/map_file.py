@@ -1,4 +1,4 @@
-"""Arrays with a header in one file: versioned, compressed, with a checksum.
+"""File format of maps: a JSON header and arrays, versioned, compressed, with a checksum.
 
 Layout: 8 bytes of magic, version (uint32), length of the header (uint32), the header as JSON, the
 arrays one after the other as one zstd frame, and a BLAKE2b digest of everything before it. The
@@ -95,7 +95,7 @@ def decode(content: bytes, max_bytes: int = 1 << 32) -> tuple[dict[str, Any], Ar
 
 
 def write(path: Path, header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Write a file so that a crash leaves either the old one or the new one."""
+    """Write a file atomically: a crash leaves the old file or the new one."""
     replace_file(path, encode(header, arrays))
 
 
@@ -110,7 +110,7 @@ def _digest(content: bytes) -> bytes:
 
 def _dtype(text: str) -> np.dtype[Any]:
     if text not in DTYPES:
-        raise ValueError(f"dtype {text!r} is none of {', '.join(DTYPES)}")
+        raise ValueError(f"dtype {text!r} is not one of {', '.join(DTYPES)}")
     return np.dtype(text)
 
 

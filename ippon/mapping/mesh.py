@@ -1,4 +1,4 @@
-"""The surface as a triangle mesh, from a copy of the map, so that any thread may take its time."""
+"""Triangle mesh of the surface, from a copy of the map, so that it can run on any thread."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from ippon.mapping.occupancy.free_space import TSDF_ONE
 from ippon.mapping.voxel_map import VoxelMap
 
 CHUNK_BLOCKS = 24
-"""Edge of the cubes that are meshed at a time, which bounds the memory it takes."""
+"""Edge in blocks of the cubes that are meshed at a time; larger needs more memory."""
 UNSEEN_COLOR = 128
 
 
@@ -30,7 +30,7 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True)
 class SignedDistances:
-    """A copy of what the mesh is made from."""
+    """Copy of the data that the mesh is computed from."""
 
     voxel_size: float
     coord: NDArray[np.int64]
@@ -45,7 +45,7 @@ class SignedDistances:
 
 def copy_signed_distances(voxel_map: VoxelMap) -> SignedDistances:
     """Copy what the mesh needs; call it between frames."""
-    pools, surface = voxel_map.pools, voxel_map.surface
+    pools, surface = voxel_map._pools, voxel_map.surface  # noqa: SLF001 - one package
     rows = np.flatnonzero(pools.used[: int(pools.tally[N_ROWS])])
     slot = pools.slot[pools.slab[rows]]
     color = surface.color[slot]
@@ -82,7 +82,7 @@ def extract_mesh(distances: SignedDistances) -> Mesh:
 
 
 def _mesh_chunk(distances: SignedDistances, low: NDArray[np.int64]) -> Mesh | None:
-    """Mesh the cells that begin in one chunk; one layer of the next blocks closes the seams."""
+    """Mesh the cells that begin in one chunk, with one layer of the next blocks to close seams."""
     inside = ((distances.coord >= low) & (distances.coord <= low + CHUNK_BLOCKS)).all(axis=1)
     rows = np.flatnonzero(inside)
     size = (distances.coord[rows].max(axis=0) - low + 1) * BLOCK_EDGE
@@ -120,7 +120,7 @@ def _mesh_chunk(distances: SignedDistances, low: NDArray[np.int64]) -> Mesh | No
 
 
 def _colors_at(points: NDArray[np.float32], color: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return each vertex's colour from the two voxels that it lies between, the known one first."""
+    """Return each vertex's colour from the two voxels around it, preferring one with a colour."""
     low = np.floor(points).astype(np.int64)
     high = np.minimum(np.ceil(points).astype(np.int64), np.array(color.shape[:3]) - 1)
     behind, before = color[tuple(low.T)], color[tuple(high.T)]

@@ -1,4 +1,4 @@
-"""Questions about points: state, distance, gradient, spheres."""
+"""Queries at points: state, distance, gradient, collision of spheres."""
 
 from typing import Literal
 
@@ -65,7 +65,7 @@ def distance_at(
         (N,) float32 metres between voxel centres, at most `distance_max`.
 
     Raises:
-        ValueError: The points are not (N, 3) or not finite, or there is no such policy.
+        ValueError: The points are not (N, 3) or not finite, or the policy is unknown.
     """
     if unknown not in ("free", "obstacle"):
         raise ValueError(f'unknown space is "free" or "obstacle"; got {unknown!r}')

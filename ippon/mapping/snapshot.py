@@ -1,4 +1,4 @@
-"""The whole map as plain arrays and back, without the gaps that removed voxels leave."""
+"""Conversion of the map to plain arrays without gaps, and back."""
 
 from typing import Any, Final
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ippon.errors import MapFileError
 from ippon.mapping.arrays import BLOCK_VOLUME
 from ippon.mapping.blocks import N_LAYER_FREE, N_ROWS, N_SLABS, BlockDirectory, Pools
-from ippon.mapping.objects.surface_rows import ENERGY_MAX, N_USED, SurfaceRows
+from ippon.mapping.objects.surface_voxels import ENERGY_MAX, N_USED, SurfaceVoxels
 
 BLOCK_LAYERS: Final = (
     "tsdf", "weight", "evidence", "state", "squared_distance", "slab", "coord", "revision",
@@ -22,8 +22,8 @@ SURFACE_LAYERS: Final = (
 Arrays = dict[str, NDArray[Any]]
 
 
-def capture(pools: Pools, surface: SurfaceRows, labels: int) -> Arrays:
-    """Copy everything that is in use; rows are numbered anew, without gaps."""
+def capture(pools: Pools, surface: SurfaceVoxels, labels: int) -> Arrays:
+    """Copy all rows in use, renumbered without gaps."""
     n, m = int(pools.tally[N_ROWS]), int(surface.tally[N_USED])
     blocks = np.flatnonzero(pools.used[:n])
     rows = np.flatnonzero(surface.voxel[:m] >= 0)
@@ -39,7 +39,9 @@ def capture(pools: Pools, surface: SurfaceRows, labels: int) -> Arrays:
     return arrays
 
 
-def restore(arrays: Arrays, pools: Pools, surface: SurfaceRows, directory: BlockDirectory) -> None:
+def restore(
+    arrays: Arrays, pools: Pools, surface: SurfaceVoxels, directory: BlockDirectory
+) -> None:
     """Fill a new map with captured arrays.
 
     Raises:
@@ -75,7 +77,7 @@ def restore(arrays: Arrays, pools: Pools, surface: SurfaceRows, directory: Block
     surface.voxel[slot[slab, voxel]] = (block[slab] * BLOCK_VOLUME + voxel).astype(np.int32)
 
 
-def _check(arrays: Arrays, pools: Pools, surface: SurfaceRows) -> tuple[int, int]:
+def _check(arrays: Arrays, pools: Pools, surface: SurfaceVoxels) -> tuple[int, int]:
     """Return numbers of blocks and of surface rows."""
     missing = [k for k in (*BLOCK_LAYERS, *SLAB_LAYERS) if k not in arrays]
     missing += [k for k in SURFACE_LAYERS if f"surface_{k}" not in arrays]

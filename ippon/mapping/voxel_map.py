@@ -1,4 +1,4 @@
-"""The map: geometry, object probabilities and distances of everything that was observed."""
+"""The voxel map: geometry, object probabilities and distances to obstacles."""
 
 import dataclasses
 import math
@@ -16,28 +16,28 @@ from ippon.mapping.arrays import BLOCK_EDGE, MapArrays
 from ippon.mapping.blocks import N_LAYER_FREE, N_ROWS, N_SLABS, BlockDirectory, Pools, make_pools
 from ippon.mapping.config import MapConfig
 from ippon.mapping.integration import FrameIntegrator, IntegrationReport
-from ippon.mapping.objects.object_layers import ObjectLayers, RuledOut
-from ippon.mapping.objects.surface_rows import SurfaceRows
+from ippon.mapping.objects.object_layers import ObjectLayers
+from ippon.mapping.objects.ooi_suppression import SuppressedRegion
+from ippon.mapping.objects.surface_voxels import SurfaceVoxels
 from ippon.observation_model import ObservationModels
 
 
 class VoxelMap:
-    """Everything observed so far, as voxels in blocks of 8 x 8 x 8.
+    """Map of everything observed so far, in blocks of 8 x 8 x 8 voxels.
 
-    Occupied or free is decided by evidence (see `geometry_update`), the signed distance gives the
-    surface inside a voxel, the object probabilities follow the filter of `object_filter`, and the
-    distance field is exact up to `MapConfig.distance_max_m`.
+    Integrated evidence decides between occupied and free (`geometry_update`), the signed distance
+    locates the surface inside a voxel, a Bayes filter keeps the object probabilities
+    (`posterior_arithmetic`), and the distance field is exact up to `MapConfig.distance_max_m`.
 
     Args:
-        config: How observations become a map.
+        config: How observations are fused.
         labels: Names of the common objects.
-        models: What the scores of networks are worth; without them, the shipped defaults.
+        models: Observation models of the networks; None for the shipped defaults.
 
-    Where the object of interest is one of the common labels, a voxel labelled so before the search
-    starts with that probability. A heatmap that was asked for another object of interest teaches
-    common objects only. `level` of a voxel is that of its most probable common label, also where
-    p(v in O) is high. p(v in C_j), as used for labels and for l(v), is conditional on the voxel not
-    being the object of interest.
+    If the object of interest is one of the common labels, its probability starts from that of the
+    label. A heatmap for another object of interest updates common objects only. The `level` of a
+    voxel is that of its most probable common label, even where p(v in O) is high. p(v in C_j), used
+    for labels and for l(v), is conditional on the voxel not being the object of interest.
     """
 
     def __init__(
@@ -49,16 +49,16 @@ class VoxelMap:
         self.config = config
         self.revision = 0
         """Grows by one with each change."""
-        self.pools: Pools = make_pools(config.max_blocks)
+        self._pools: Pools = make_pools(config.max_blocks)
         self.models = models or ObservationModels()
         """What the scores of networks are worth."""
-        self._layers = ObjectLayers(config, labels, self.pools, self.models)
+        self._layers = ObjectLayers(config, labels, self._pools, self.models)
         self._directory = BlockDirectory(config.directory_max_cells)
-        self._integrator = FrameIntegrator(config, self.pools, self._directory)
+        self._integrator = FrameIntegrator(config, self._pools, self._directory)
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """The common objects, in the order of `SurfaceRows.label` and of levels."""
+        """The common objects, in the order of `SurfaceVoxels.label` and of levels."""
         return self._layers.labels
 
     @property
@@ -67,24 +67,34 @@ class VoxelMap:
         return self._layers.ooi
 
     @property
-    def surface(self) -> SurfaceRows:
-        """Rows of the surface voxels; `pools.slot` finds them."""
+    def block_coords(self) -> NDArray[np.int64]:
+        """(B, 3) block index of each row of `arrays`; rows that the directory lacks are void."""
+        return self._pools.coord
+
+    @property
+    def surface_slots(self) -> NDArray[np.int32]:
+        """(S, 512) row of `surface` for each voxel of a slab, 0 for none; see `MapArrays.slab`."""
+        return self._pools.slot
+
+    @property
+    def surface(self) -> SurfaceVoxels:
+        """Rows of the surface voxels; `surface_slots` finds them."""
         return self._layers.surface
 
     def integrate(self, frame: Frame) -> IntegrationReport:
-        """Take one frame into the map.
+        """Fuse one frame.
 
         Raises:
-            FrameRejectedError: The frame cannot be true; the map is as it was before.
+            FrameRejectedError: The frame is implausible; the map is unchanged.
         """
         report = self._integrator.integrate(frame, self._layers, self.revision + 1)
         self.revision = report.revision
         return report
 
-    def learn(self, frame: Frame) -> int:
-        """Take only the heatmap of a frame that was integrated without it: it came late.
+    def integrate_heatmap(self, frame: Frame) -> int:
+        """Fuse the late heatmap of a frame that was integrated without it.
 
-        Depth and colour stay as they are. What is no surface any more learns nothing.
+        Depth and colour are not fused again. Voxels that are no longer surface are skipped.
 
         Args:
             frame: The frame, now with its heatmap.
@@ -96,23 +106,23 @@ class VoxelMap:
             ValueError: The frame has no heatmap.
         """
         if frame.heatmap is None:
-            raise ValueError("a frame teaches nothing without a heatmap; integrate it instead")
+            raise ValueError("the frame has no heatmap; use integrate() for frames without one")
         self.revision += 1
-        return self._integrator.learn(frame, self._layers, self.revision)
+        return self._integrator.integrate_heatmap(frame, self._layers, self.revision)
 
     def set_ooi(
         self, ooi: str | None, highest_m: float = math.inf, *, lowest_m: float = -math.inf
     ) -> None:
-        """Search for another object: its probabilities start anew, everything else stays.
+        """Set the object of interest; its probabilities are reset, everything else is kept.
 
         Args:
-            ooi: Canonical label; None for no object of interest. A common label's probabilities
-                are taken over.
-            highest_m: Nothing this high above the floor that the robot stands on is the object.
-            lowest_m: Nor is the floor itself, from 20 cm below it up to this high above it.
+            ooi: Canonical label; None for no object of interest. The probabilities of a common
+                label are the starting point.
+            highest_m: Height above the robot's floor from which nothing is the object.
+            lowest_m: Height above the floor up to which nothing is the object, from 20 cm below it.
 
         Raises:
-            ValueError: The heights are no numbers, or not in that order.
+            ValueError: A height is not a number, or they are not in that order.
         """
         if not highest_m > 0.0:
             raise ValueError(f"highest_m is metres above the floor, more than 0; got {highest_m}")
@@ -123,12 +133,12 @@ class VoxelMap:
         self._layers.set_ooi(ooi, highest_m, floor_z_m, self.revision, lowest_m=lowest_m)
 
     def set_models(self, models: ObservationModels) -> None:
-        """Say what the scores of networks are worth from now on; what was fused stays."""
+        """Set the observation models for images from now on; earlier images are not fused again."""
         self.models = models
         self._layers.set_models(models)
 
     def set_levels(self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32]) -> None:
-        """Say how likely the object of interest is near each common object.
+        """Set how likely the object of interest is near each common object.
 
         Args:
             levels: (N,) level of each label, an index of `probabilities`.
@@ -141,22 +151,22 @@ class VoxelMap:
         self.revision += 1
 
     def add_label(self, label: str) -> None:
-        """Tell one more common object apart; known surface gives it the share of its prior."""
+        """Add a common object; each known surface voxel gives it the share of its prior."""
         self._layers.add_label(label, self.revision + 1)
         self.revision += 1
 
-    def suppress_ooi(self, centre_world: NDArray[np.float64], radius_m: float) -> RuledOut:
-        """Rule a ball out for the current object of interest, whatever later images say.
+    def suppress_ooi(self, centre_world: NDArray[np.float64], radius_m: float) -> SuppressedRegion:
+        """Exclude the object of interest from a ball, whatever later images show.
 
         Args:
             centre_world: (3,) metres.
-            radius_m: Of the ball.
+            radius_m: Radius of the ball.
 
         Returns:
-            What the map held of it there, for `readmit_ooi`.
+            The values before, for `restore_ooi`.
 
         Raises:
-            ValueError: The ball is none.
+            ValueError: The centre is not finite or the radius not positive.
         """
         before = self._layers.suppress_ooi(
             centre_world, radius_m, self._directory, self.revision + 1
@@ -164,24 +174,24 @@ class VoxelMap:
         self.revision += 1
         return before
 
-    def readmit_ooi(self, ruled_out: RuledOut) -> None:
-        """Take back that a ball is ruled out; surface that is still there is what it was before."""
-        self._layers.readmit_ooi(ruled_out, self._directory, self.revision + 1)
+    def restore_ooi(self, ruled_out: SuppressedRegion) -> None:
+        """Undo `suppress_ooi`; surface that is still there regains its earlier values."""
+        self._layers.restore_ooi(ruled_out, self._directory, self.revision + 1)
         self.revision += 1
 
     def arrays(self) -> MapArrays:
-        """Return views of the map for kernels; they show later changes, too."""
-        n, slabs = int(self.pools.tally[N_ROWS]), int(self.pools.tally[N_SLABS])
+        """Return views of the map for kernels; they reflect later changes."""
+        n, slabs = int(self._pools.tally[N_ROWS]), int(self._pools.tally[N_SLABS])
         return MapArrays(
             voxel_size=self.config.voxel_size_m,
             origin_block=self._directory.origin,
             directory=self._directory.rows,
-            state=self.pools.state[:n],
-            slab=self.pools.slab[:n],
-            ooi=self.pools.ooi[:slabs],
-            level=self.pools.level[:slabs],
-            squared_distance=self.pools.squared_distance[:n],
-            revision=self.pools.revision[:n],
+            state=self._pools.state[:n],
+            slab=self._pools.slab[:n],
+            ooi=self._pools.ooi[:slabs],
+            level=self._pools.level[:slabs],
+            squared_distance=self._pools.squared_distance[:n],
+            revision=self._pools.revision[:n],
         )
 
     def state_at(self, points_world: NDArray[np.float64]) -> NDArray[np.uint8]:
@@ -195,7 +205,7 @@ class VoxelMap:
         return queries.distance_at(self.arrays(), points_world, self.config.distance_max_m, unknown)
 
     def gradient_at(self, points_world: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Return (N, 3) the direction in which the distance grows, unit per metre."""
+        """Return (N, 3) the gradient of the distance, metres per metre."""
         return queries.gradient_at(self.arrays(), points_world, self.config.distance_max_m)
 
     def spheres_are_free(
@@ -212,27 +222,27 @@ class VoxelMap:
 
     def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Return the corners, (3,) metres each, of the box of observed blocks; None when empty."""
-        n = int(self.pools.tally[N_ROWS])
-        coord = self.pools.coord[:n][self.pools.used[:n] == 1]
+        n = int(self._pools.tally[N_ROWS])
+        coord = self._pools.coord[:n][self._pools.used[:n] == 1]
         if len(coord) == 0:
             return None
         return coord.min(axis=0) * self._block_m, (coord.max(axis=0) + 1) * self._block_m
 
     def best_ooi(self) -> float:
         """Return the highest p(v in O) of an occupied voxel, 0 when none was observed."""
-        n = int(self.pools.tally[N_ROWS])
-        return float(self.pools.best_ooi[:n].max()) / 254.0 if n else 0.0
+        n = int(self._pools.tally[N_ROWS])
+        return float(self._pools.best_ooi[:n].max()) / 254.0 if n else 0.0
 
     def explored_m2(self) -> float:
         """Return the floor area that was seen free at `MapConfig.body_height_m`."""
-        return float(self.pools.tally[N_LAYER_FREE]) * self.config.voxel_size_m**2
+        return float(self._pools.tally[N_LAYER_FREE]) * self.config.voxel_size_m**2
 
     def save(self, path: Path) -> None:
         """Write the whole map to one file (see `map_file`); raises OSError."""
         map_file.write(path, *self.capture())
 
     def capture(self) -> tuple[dict[str, Any], map_file.Arrays]:
-        """Return copies of what `save` writes: header and arrays of `map_file.write`."""
+        """Return copies of the header and arrays that `save` writes; see `map_file.write`."""
         lowest_m, highest_m = self._layers.ooi_lowest_m, self._layers.ooi_highest_m
         header = {
             "config": dataclasses.asdict(self.config),
@@ -248,19 +258,19 @@ class VoxelMap:
             "ooi_lowest_m": None if math.isinf(lowest_m) else lowest_m,
             "floor_z_m": self._integrator.floor_z_m,
         }
-        return header, snapshot.capture(self.pools, self.surface, len(self.labels))
+        return header, snapshot.capture(self._pools, self.surface, len(self.labels))
 
     @classmethod
     def load(cls, path: Path, config: MapConfig | None = None) -> "VoxelMap":
-        """Read a saved map.
+        """Load a saved map.
 
         Args:
             path: The file.
             config: Replaces the saved configuration; voxel size and cut-off must be the same.
 
         Raises:
-            MapFileError: The file is damaged, of another version, or no map; or `config` does not
-                fit it.
+            MapFileError: The file is damaged, of another version, or not a map; or `config` does
+                not fit it.
         """
         header, arrays = map_file.read(path)
         try:
@@ -268,12 +278,12 @@ class VoxelMap:
             voxel_map = cls(config or saved, header["labels"])
             voxel_map._restore(header, arrays)
         except (KeyError, TypeError, ValueError) as error:
-            raise MapFileError(f"{path.name} is no usable map: {error}") from error
+            raise MapFileError(f"{path.name} is not a usable map: {error}") from error
         same = ("voxel_size_m", "distance_max_m", "truncation_voxels", "fusion")
         for name in same:
             mine, theirs = getattr(voxel_map.config, name), getattr(saved, name)
             if {mine, theirs} == {"places", "paper"}:
-                continue  # Both keep the same posterior.
+                continue  # Both values keep the same posterior.
             if mine != theirs:
                 raise MapFileError(f"{path.name} was made with {name} {theirs}; asked for {mine}")
         return voxel_map
@@ -281,7 +291,7 @@ class VoxelMap:
     def _restore(self, header: dict[str, Any], arrays: snapshot.Arrays) -> None:
         if arrays["surface_energy"].shape[1:] != (len(self.labels),):
             raise ValueError("probabilities do not belong to the labels")
-        snapshot.restore(arrays, self.pools, self.surface, self._directory)
+        snapshot.restore(arrays, self._pools, self.surface, self._directory)
         layers = self._layers
         layers.ooi = header["ooi"]
         layers.levels = np.array(header["levels"], np.uint8)
@@ -304,5 +314,5 @@ class VoxelMap:
 
 
 def _known_fusion(config: dict[str, Any]) -> dict[str, Any]:
-    """Return a saved configuration; up to 0.1.0 the paper's filter was called "bayes"."""
+    """Return a saved configuration; earlier versions call the paper's filter "bayes"."""
     return {**config, "fusion": "paper"} if config.get("fusion") == "bayes" else config

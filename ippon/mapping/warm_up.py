@@ -1,4 +1,4 @@
-"""Compiles the map's kernels before they are needed, step by step."""
+"""Compilation of the map's kernels in advance, step by step."""
 
 import contextlib
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from ippon.camera import PinholeCamera
-from ippon.compiling import compile_beside
+from ippon.compiling import compile_in_second_process
 from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
 from ippon.mapping.blocks import BlockDirectory, make_pools
@@ -24,14 +24,14 @@ _LABELS: Final = ("wall", "floor")
 
 
 def warm_up(*, beside: bool = False) -> Iterator[str]:
-    """Use every kernel once on a tiny map; yields what comes next, before each step.
+    """Call every kernel once on a tiny map; yields the name of each step before it.
 
     Args:
-        beside: Compile a part of them in a second process, which takes two thirds of the time
-            where a core is free and the kernels are kept (NUMBA_CACHE_DIR).
+        beside: Compile part of the kernels in a second process: two thirds of the time if a core is
+            free and the kernels are cached (NUMBA_CACHE_DIR).
     """
     nothing = contextlib.nullcontext()
-    with compile_beside(__name__, "warm_up_objects") if beside else nothing:
+    with compile_in_second_process(__name__, "warm_up_objects") if beside else nothing:
         voxel_map = VoxelMap(_CONFIG, _LABELS)
         yield "geometry"
         voxel_map.integrate(_frame(None))
@@ -51,7 +51,7 @@ def warm_up(*, beside: bool = False) -> Iterator[str]:
 
 
 def warm_up_objects() -> None:
-    """Compile the part of the process beside: the object probabilities and what a view asks for."""
+    """Compile the kernels of the second process: object probabilities and surface changes."""
     frame, voxel_map = _frame("hat"), VoxelMap(_CONFIG, _LABELS)
     pools = make_pools(_CONFIG.max_blocks)
     layers = ObjectLayers(_CONFIG, _LABELS, pools)
@@ -64,14 +64,14 @@ def warm_up_objects() -> None:
 
 
 def warm_up_far_evidence() -> None:
-    """Compile the kernels of far evidence, which may be needed only minutes into a search."""
+    """Compile the kernels of far evidence, which a search may first need after minutes."""
     far_evidence = FarEvidence(FarEvidenceConfig(), "hat", near_m=1.0)
     far_evidence.integrate(_frame("hat"))
     far_evidence.ahead(np.zeros((1, 2)), np.zeros(1), np.ones((1, 1), np.float32))
 
 
 def _change(voxel_map: VoxelMap) -> None:
-    """Give a map other levels, a place ruled out, and one label more."""
+    """Change levels, a suppressed ball and the labels of a map."""
     voxel_map.set_levels(np.array([0, 3], np.uint8), np.array([0.0, 0.1, 0.2, 0.5], np.float32))
     voxel_map.suppress_ooi(np.array([1.0, 0.0, 1.0]), 0.5)
     voxel_map.add_label("chair")

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from ippon.guidance.levels import Guidance, Level
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, OCCUPIED
-from ippon.mapping.objects.surface_rows import NO_LABEL
+from ippon.mapping.objects.surface_voxels import NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.goal import Goal
 from ippon.planning.plan import NodeKind, Plan, Viewpoint
@@ -95,7 +95,7 @@ def label_census(
         arrays.origin_block,
         arrays.state,
         arrays.slab,
-        voxel_map.pools.slot,
+        voxel_map.surface_slots,
         voxel_map.surface.label,
         centre_world[:2] / arrays.voxel_size,
         radius_m / arrays.voxel_size,

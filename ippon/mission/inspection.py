@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Guidance, Level
 from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED, MapArrays
-from ippon.mapping.objects.surface_rows import NO_LABEL, STEPS_PER_NAT
+from ippon.mapping.objects.surface_voxels import NO_LABEL, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.explanation import explain
 from ippon.mission.operator_control import SteerablePlanner
@@ -76,7 +76,7 @@ def inspect_voxel(
     if row < 0 or arrays.state[row, cell] != OCCUPIED:
         return None
     slab = int(arrays.slab[row])
-    slot = int(voxel_map.pools.slot[slab, cell])
+    slot = int(voxel_map.surface_slots[slab, cell])
     ooi, level = int(arrays.ooi[slab, cell]), int(arrays.level[slab, cell])
     return VoxelReport(
         labels=_labels_of(voxel_map, slot),
@@ -108,7 +108,7 @@ def with_levels(voxel_map: VoxelMap, levels: NDArray[np.uint8]) -> MapArrays:
     arrays = voxel_map.arrays()
     table = np.full(256, NOT_MAPPED, dtype=np.uint8)
     table[: len(levels)] = levels
-    labels = voxel_map.surface.label[voxel_map.pools.slot[: len(arrays.level)]]
+    labels = voxel_map.surface.label[voxel_map.surface_slots[: len(arrays.level)]]
     level = np.where(arrays.level == NOT_MAPPED, NOT_MAPPED, table[labels]).astype(np.uint8)
     return arrays._replace(level=level)
 

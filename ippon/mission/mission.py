@@ -140,7 +140,7 @@ class Mission:
         Raises:
             ValueError: The frame has no heatmap.
         """
-        self.voxel_map.learn(frame)
+        self.voxel_map.integrate_heatmap(frame)
         if self.search is not None:
             self.search.observe(frame)
 

@@ -9,7 +9,7 @@ from ippon.geometry import Float64Array
 from ippon.guidance.levels import Guidance
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.far_evidence.far_evidence import FarEvidence
-from ippon.mapping.objects.object_layers import RuledOut
+from ippon.mapping.objects.ooi_suppression import SuppressedRegion
 from ippon.mapping.objects.ooi_voxels import OoiVoxels
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.clusters import cluster_finds
@@ -35,7 +35,7 @@ class SetAside:
     share: float
     """Share of its pixels that looked like the object."""
     too_large: bool
-    excluded: list[RuledOut]
+    excluded: list[SuppressedRegion]
     """The map's evidence for it, and for what later turned out to continue it."""
 
 

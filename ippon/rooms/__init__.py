@@ -1,4 +1,4 @@
-"""Rooms of a home and their types, inferred from the map: `room_inference.infer_rooms`.
+"""Room types of a home, inferred from the map; the entry is `room_inference.infer_rooms`.
 
-Types of room name places for people; the levels of common objects do not depend on them.
+Room types name places for people; the levels of common objects do not depend on them.
 """

@@ -1,9 +1,9 @@
-"""Which type of room is where, from what was seen so far: geometry parts, common objects name.
+"""Inference of room types from the map.
 
-Space that is open above the furniture is cut at its doors, and every part is the likeliest type of
-room given the kinds of common objects in it, each kind taken by itself: a toilet speaks for a
-bathroom, a sink for kitchen and bathroom alike, a wall for nothing. A part that could be two types,
-or holds too little that tells, has none.
+Space that is open above the furniture is divided at doors. The type of each part is the most
+probable one given the kinds of common objects in it, taken as independent: a toilet indicates a
+bathroom, a sink kitchen or bathroom, a wall nothing. A part with several plausible types, or too
+few informative objects, has no type.
 """
 
 from collections.abc import Sequence
@@ -19,61 +19,71 @@ from ippon.geometry import Float64Array
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.rating import words
 from ippon.mapping.arrays import FREE
-from ippon.mapping.blocks import N_ROWS
-from ippon.mapping.objects.surface_rows import N_USED, NO_LABEL
+from ippon.mapping.objects.surface_voxels import N_USED, NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
 
 NO_ROOM: Final = -1
 _CELL_VOXELS: Final = 2
-_ENOUGH_VOXELS: Final = 200
-"""Voxels of a label from which it counts as seen; fewer, often misread, count in proportion."""
-_ODD_SHARE: Final = 0.03
-"""Share of a thing that may be in a type of room where the table has none of it."""
-_MIN_CONFIDENCE: Final = 127
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoomConfig:
-    """How rooms are told apart."""
+    """Parameters of room inference."""
 
     open_height_m: float = 1.5
-    """Height at which open space makes the shape of a room: above furniture, below lintels."""
+    """Height at which open space defines the rooms: above furniture, below lintels."""
     door_width_m: float = 1.05
-    """Openings up to this width part two rooms; more keeps wide passages apart, too, and cuts
-    rooms where a tall cupboard narrows them."""
+    """Widest opening that separates two rooms; more also separates wide passages, and divides rooms
+    where a tall cupboard narrows them."""
     reach_m: float = 0.7
-    """Things this far from open space belong to it; more takes things in deep furniture along."""
+    """Distance to open space within which objects count; more includes objects in deep
+    furniture."""
+    enough_voxels: int = 200
+    """Voxels of a label from which it counts fully; fewer count in proportion, as they are often
+    misread. More requires larger views of objects."""
+    odd_share: float = 0.03
+    """Probability of a label in a room type for which the table lists none; more tolerates more
+    misplaced objects."""
+    min_confidence: float = 0.5
+    """Least probability of a voxel's label; more uses fewer voxels."""
     min_share: float = 0.75
-    """Probability from which a room has its type; more leaves more rooms without one."""
+    """Least probability of a room's type; more leaves more rooms without one."""
     min_kinds: float = 1.0
-    """Kinds of telling objects from which it has one; half a one is a kind that is half seen."""
+    """Least number of informative kinds of objects; a partly visible kind counts in proportion."""
 
     def __post_init__(self) -> None:
-        """Reject shares and lengths that cannot be."""
+        """Reject values out of range."""
         if not 0.5 <= self.min_share <= 1.0:
             raise ValueError(f"min_share must lie in [0.5, 1]; got {self.min_share}")
-        for name in ("open_height_m", "door_width_m", "reach_m", "min_kinds"):
+        for name in (
+            "open_height_m",
+            "door_width_m",
+            "reach_m",
+            "enough_voxels",
+            "odd_share",
+            "min_kinds",
+        ):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be positive; got {getattr(self, name)}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rooms:
-    """Types of room over the plane, as far as they are clear."""
+    """Room types over the plane."""
 
     types: tuple[str, ...]
     cell_m: float
     origin: NDArray[np.int64]
     """(2,) cell index of `part[0, 0]`."""
     part: NDArray[np.int32]
-    """(X, Y) number of the part that a cell belongs to, 0 for none."""
+    """(X, Y) number of the part of each cell, 0 for none."""
     room: NDArray[np.int64]
-    """(P + 1,) index into `types` of each part, `NO_ROOM` where it is not clear."""
+    """(P + 1,) index into `types` of each part, `NO_ROOM` if unclear."""
     share: Float64Array
-    """(P + 1,) probability of the likeliest type."""
+    """(P + 1,) probability of the most probable type."""
 
     def at(self, xy: Float64Array) -> NDArray[np.int64]:
-        """Return (M,) index into `types` for (M, 2) world positions, `NO_ROOM` where unclear."""
+        """Return (M,) index into `types` for (M, 2) world positions, `NO_ROOM` if unclear."""
         cell = np.floor(xy / self.cell_m).astype(np.int64) - self.origin
         inside = ((cell >= 0) & (cell < self.part.shape)).all(axis=1)
         out = np.full(len(xy), NO_ROOM, dtype=np.int64)
@@ -81,17 +91,17 @@ class Rooms:
         return out
 
     def name_at(self, xy: tuple[float, float]) -> str:
-        """Return the type of room at a world position, in words; empty where it is not clear."""
+        """Return the room type at a world position, in words; empty if unclear."""
         room = int(self.at(np.array([xy]))[0])
         return "" if room == NO_ROOM else words(self.types[room])
 
 
 def room_shares(labels: Sequence[str]) -> tuple[tuple[str, ...], Float64Array]:
-    """Return the types of room, and in which of them things of each label are found.
+    """Return the room types, and the shares of each label over them.
 
     Returns:
-        The types, and (N, R) float64: shares of the table; a row of zeros for a label that is found
-        in every room, stands for many things, or is unknown.
+        The types, and (N, R) float64 shares from the table; zeros for a label that occurs in every
+        room, stands for many kinds of objects, or is unknown.
     """
     knowledge = load_knowledge()
     types = knowledge.room_types
@@ -105,20 +115,22 @@ def room_shares(labels: Sequence[str]) -> tuple[tuple[str, ...], Float64Array]:
     return types, shares
 
 
-def rate_types(seen: Float64Array, shares: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Weigh the types of room by what was seen in each part.
+def rate_types(
+    seen: Float64Array, shares: Float64Array, config: RoomConfig
+) -> tuple[Float64Array, Float64Array]:
+    """Return the probabilities of the room types of each part.
 
     Args:
         seen: (P, N) voxels of each label in each part.
-        shares: (N, R) as of `room_shares`.
+        shares: (N, R) from `room_shares`.
+        config: Parameters.
 
     Returns:
-        (P, R) probabilities of the types, all equally likely beforehand, and (P,) how many kinds of
-        telling objects they rest on.
+        (P, R) probabilities with a uniform prior, and (P,) the number of informative kinds.
     """
     telling = shares.sum(axis=1) > 0.0
-    weight = np.minimum(seen / _ENOUGH_VOXELS, 1.0) * telling
-    evidence = weight @ np.log(np.where(telling[:, None], shares + _ODD_SHARE, 1.0))
+    weight = np.minimum(seen / config.enough_voxels, 1.0) * telling
+    evidence = weight @ np.log(np.where(telling[:, None], shares + config.odd_share, 1.0))
     odds = np.exp(evidence - evidence.max(axis=1, keepdims=True))
     return odds / odds.sum(axis=1, keepdims=True), weight.sum(axis=1)
 
@@ -144,13 +156,13 @@ def room_evidence(voxel_map: VoxelMap, config: RoomConfig, floor_z_m: float = 0.
 
     Args:
         voxel_map: The map so far.
-        config: Height of open space.
+        config: Parameters.
         floor_z_m: Height of the floor.
     """
     voxel_m = voxel_map.config.voxel_size_m
     layer = int(np.floor((floor_z_m + config.open_height_m) / voxel_m))
     origin, is_open = _open_cells(voxel_map, layer)
-    xy, label = _labelled(voxel_map, voxel_m)
+    xy, label = _labelled(voxel_map, voxel_m, config.min_confidence)
     return RoomEvidence(
         labels=tuple(voxel_map.labels),
         cell_m=_CELL_VOXELS * voxel_m,
@@ -176,7 +188,7 @@ def infer_rooms(evidence: RoomEvidence, config: RoomConfig) -> Rooms:
     seen = np.zeros((int(part.max(initial=0)) + 1, len(evidence.labels)))
     np.add.at(seen, (part[cell[inside, 0], cell[inside, 1]], evidence.label[inside]), 1.0)
     seen[0] = 0.0
-    probability, kinds = rate_types(seen, shares)
+    probability, kinds = rate_types(seen, shares, config)
     share = probability.max(axis=1)
     clear = (share >= config.min_share) & (kinds >= config.min_kinds)
     room = np.where(clear, probability.argmax(axis=1), NO_ROOM)
@@ -184,17 +196,17 @@ def infer_rooms(evidence: RoomEvidence, config: RoomConfig) -> Rooms:
 
 
 def _open_cells(voxel_map: VoxelMap, layer: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the first cell, and (X, Y) cells that are open in all their voxels of a layer."""
-    pools = voxel_map.pools
-    n = int(pools.tally[N_ROWS])
-    rows = np.flatnonzero((pools.used[:n] == 1) & (pools.coord[:n, 2] == layer >> 3))
-    if not len(rows):
+    """Return the first cell, and (X, Y) cells whose voxels of a layer are all free."""
+    arrays = voxel_map.arrays()
+    z = (layer >> 3) - int(arrays.origin_block[2])
+    if not 0 <= z < arrays.directory.shape[2] or not (arrays.directory[:, :, z] >= 0).any():
         return np.zeros(2, dtype=np.int64), np.zeros((0, 0), dtype=np.bool_)
-    coord = pools.coord[rows, :2]
+    at = np.argwhere(arrays.directory[:, :, z] >= 0)
+    rows, coord = arrays.directory[at[:, 0], at[:, 1], z], arrays.origin_block[:2] + at
     low = coord.min(axis=0)
     size = (coord.max(axis=0) - low + 1) * 8
     grid = np.zeros(tuple(size), dtype=np.bool_)
-    state = pools.state[rows].reshape(-1, 8, 8, 8)[..., layer & 7] == FREE
+    state = arrays.state[rows].reshape(-1, 8, 8, 8)[..., layer & 7] == FREE
     for (x, y), block in zip(((coord - low) * 8).tolist(), state, strict=True):
         grid[x : x + 8, y : y + 8] = block
     cells = grid.reshape(size[0] // _CELL_VOXELS, _CELL_VOXELS, size[1] // _CELL_VOXELS, -1)
@@ -202,35 +214,37 @@ def _open_cells(voxel_map: VoxelMap, layer: int) -> tuple[NDArray[np.int64], NDA
 
 
 def _parts(is_open: NDArray[np.bool_], cell_m: float, config: RoomConfig) -> NDArray[np.int32]:
-    """Cut open space at its doors; what is close to a part belongs to it."""
+    """Divide open space at doors; cells near a part are added to it."""
     if not is_open.any():
         return np.zeros(is_open.shape, dtype=np.int32)
-    # To the edge of the nearest cell that is closed, not to its centre.
+    # To the edge of the nearest closed cell, not to its centre.
     to_closed = np.asarray(ndimage.distance_transform_edt(np.pad(is_open, 1)))[1:-1, 1:-1]
     distance_m = cell_m * (to_closed - 0.5)
     cores, _ = ndimage.label(distance_m > 0.5 * config.door_width_m)  # pyright: ignore[reportGeneralTypeIssues]
     near = np.asarray(ndimage.distance_transform_edt(~is_open)) * cell_m <= config.reach_m
-    # Flooded from the open space outwards, so that things go to the side of a wall that they face.
+    # Flooded outwards, so that surface belongs to the side of a wall that it faces.
     depth = np.where(is_open, -distance_m, 10.0)
     return np.asarray(watershed(depth, cores, mask=near), dtype=np.int32)
 
 
-def _labelled(voxel_map: VoxelMap, voxel_m: float) -> tuple[Float64Array, NDArray[np.int64]]:
-    """Return (M, 2) positions and (M,) labels of the surface that is told apart well enough."""
+def _labelled(
+    voxel_map: VoxelMap, voxel_m: float, min_confidence: float
+) -> tuple[Float64Array, NDArray[np.int64]]:
+    """Return (M, 2) positions and (M,) labels of the surface with a confident label."""
     surface = voxel_map.surface
     used = slice(1, int(surface.tally[N_USED]))
     keep = (
         (surface.voxel[used] >= 0)
         & (surface.label[used] != NO_LABEL)
-        & (surface.confidence[used] >= _MIN_CONFIDENCE)
+        & (surface.confidence[used] >= 254.0 * min_confidence)
     )
     at = surface.voxel[used][keep]
     return columns_of(voxel_map, at, voxel_m), surface.label[used][keep].astype(np.int64)
 
 
 def columns_of(voxel_map: VoxelMap, at: NDArray[np.int32], voxel_m: float) -> Float64Array:
-    """Return (M, 2) world x and y of the centres of voxels, given as `SurfaceRows.voxel`."""
+    """Return (M, 2) world x and y of the centres of voxels, given as `SurfaceVoxels.voxel`."""
     row, k = at // 512, at % 512
     offset = np.stack([k >> 6, (k >> 3) & 7], axis=1)
-    index = voxel_map.pools.coord[row, :2] * 8 + offset
+    index = voxel_map.block_coords[row, :2] * 8 + offset
     return (index.astype(np.float64) + 0.5) * voxel_m

@@ -1,7 +1,7 @@
-"""Label probabilities per pixel, from open-vocabulary segmentation networks.
+"""Networks that segment images: label probabilities per pixel, or instances.
 
 The entry is `loading.load_segmenter`. Reading order: `segmenter` (the interface), `config`,
-`loading`, `backends` (the networks), `crop_segmenter` and `distractors` (second passes),
-`compact_heatmap` (the heatmap as it is sent), `instances` and `painting` (boxes to pixels),
-`detectors` (networks from files).
+`loading`, `backends` (open-vocabulary networks), `detectors` (closed-vocabulary networks from
+files), `crop_segmenter` (a second pass), `instances` and `painting` (boxes to pixels),
+`compact_heatmap` (heatmaps on the wire).
 """

@@ -1,4 +1,4 @@
-"""Heatmaps by the few labels that matter at each pixel."""
+"""Compact heatmaps: the labels with the largest values at each pixel."""
 
 from dataclasses import dataclass
 
@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 WHOLE = 255
-"""What the channels of a pixel sum to."""
+"""Sum of the channels of a pixel."""
 
 
 @dataclass(frozen=True, slots=True)
 class TopClasses:
-    """The largest channels of each pixel, and of the object of interest in any case."""
+    """Largest channels of each pixel, always including the object of interest."""
 
     channels: NDArray[np.uint16]
     """(k, h, w), distinct at each pixel."""
@@ -20,15 +20,15 @@ class TopClasses:
 
 
 def keep_top(probabilities: NDArray[np.uint8], count: int, always: int | None = None) -> TopClasses:
-    """Keep the largest channels of each pixel.
+    """Return the largest channels of each pixel.
 
     Args:
         probabilities: (h, w, C) uint8.
-        count: How many to keep; all where there are no more.
-        always: Channel that is kept however small it is: that of the object of interest.
+        count: Number of channels to keep.
+        always: Channel that is always kept: that of the object of interest.
 
     Raises:
-        ValueError: A count below 1.
+        ValueError: `count` is below 1.
     """
     if count < 1:
         raise ValueError(f"at least one label a pixel is kept; got {count}")
@@ -36,7 +36,7 @@ def keep_top(probabilities: NDArray[np.uint8], count: int, always: int | None = 
     ranks = probabilities.astype(np.int16)
     if always is not None:
         ranks[..., always] += WHOLE + 1
-    # Largest first: planes of like values compress better.
+    # Largest first, because planes of similar values compress better.
     order = np.argsort(-ranks, axis=2, kind="stable")[..., :count]
     values = np.take_along_axis(probabilities, order, axis=2)
     return TopClasses(
@@ -45,8 +45,8 @@ def keep_top(probabilities: NDArray[np.uint8], count: int, always: int | None = 
     )
 
 
-def spread_out(top: TopClasses, channels: int) -> NDArray[np.uint8]:
-    """Make a heatmap again: what was left out is shared equally by the labels left out.
+def expand_top(top: TopClasses, channels: int) -> NDArray[np.uint8]:
+    """Return a full heatmap: the remainder is shared equally by the labels that were left out.
 
     Args:
         top: From `keep_top`.
@@ -56,7 +56,7 @@ def spread_out(top: TopClasses, channels: int) -> NDArray[np.uint8]:
         (h, w, C) uint8; the channels of a pixel sum to 255 where those of the original did.
 
     Raises:
-        ValueError: It names channels that there are not.
+        ValueError: A channel is out of range.
     """
     count, h, w = top.channels.shape
     if top.channels.size and int(top.channels.max()) >= channels:

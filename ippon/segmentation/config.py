@@ -1,4 +1,4 @@
-"""Which segmentation runs, and how."""
+"""Configuration of the segmentation."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -21,47 +21,45 @@ Precision = Literal["auto", "float32", "float16", "bfloat16"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SegmentationConfig:
-    """A network, where it runs, and what is done about small and unknown things."""
+    """Network, device, and options of the segmentation."""
 
     backend: Backend = "san"
-    """`san` and `clipseg` judge every pixel; `owlv2` finds boxes that SAM outlines; `sam3` and
-    `sam3-lite` find instances with masks; `grounding-dino` finds boxes that SAM 2 outlines;
-    `detector` finds the kinds of thing that its file was trained on."""
+    """`san` and `clipseg` score every pixel; `owlv2` and `grounding-dino` find boxes, which SAM or
+    SAM 2 turns into masks; `sam3` and `sam3-lite` find instances with masks; `detector` finds the
+    classes of its file."""
     model: str = ""
-    """Name or path of the checkpoint; empty takes the backend's usual one. For `detector` an .onnx
+    """Name or path of the checkpoint; empty for the backend's default. For `detector` an .onnx
     file, or an ncnn .param file with its .bin beside it."""
     masks_model: str = ""
-    """Name or folder of the SAM that outlines what `owlv2` finds, or of the SAM 2 or EdgeTAM for
-    `grounding-dino`, where `none` leaves boxes alone; empty takes the usual one. Behind
-    `detector` only where one is named."""
+    """Name or folder of the network for masks: SAM for `owlv2`, SAM 2 or EdgeTAM for
+    `grounding-dino`; empty for the default, `none` for boxes only. For `detector` there is no
+    default."""
     device: str = "auto"
-    """`auto` takes a GPU where there is one; else `cpu`, `cuda`, `cuda:1` and so on."""
+    """`auto` uses a GPU if there is one; else `cpu`, `cuda`, `cuda:1` and so on."""
     precision: Precision = "auto"
     """`auto` is half precision on a GPU and float32 elsewhere."""
     compile: bool = False
-    """Compile the network for the GPU: about a minute at the start, faster images after it."""
+    """Compile the network for the GPU: a minute more at the start, then faster images."""
     longest_side_px: int = 160
-    """Longer side of the heatmap; larger outlines finer and sends more bytes."""
+    """Longer side of the heatmap; larger has finer outlines and needs more bandwidth."""
     short_side_px: int = 640
-    """Shorter side of the image that SAN sees; larger sees smaller things and takes longer."""
+    """Shorter side of SAN's input image; larger detects smaller objects and takes longer."""
     small_objects: bool = False
-    """Look a second time at a crop where the object of interest seems small."""
-    distractors: bool = False
-    """Offer the network labels of common small things, so that what is no object of interest has
-    something better to be taken for."""
+    """Segment a crop a second time where the object of interest appears small (`san`,
+    `clipseg`)."""
     labels_file: str = ""
-    """Classes of the `detector`, one a line in the order of its outputs; `couch = sofa, settee`
-    says what a class answers to. Empty takes what the model says of itself, else COCO's."""
+    """Classes of the `detector`, one per line in the order of its outputs; `couch = sofa, settee`
+    lists the labels of a class. Empty for the classes in the model's files, else COCO's."""
     family: DetectorFamily = "auto"
-    """Make of the `detector`; `auto` tells it by its outputs."""
+    """Family of the `detector`; `auto` recognises it by its outputs."""
     threads: int = 0
-    """Cores that the `detector` uses on the processor; 0 for all."""
+    """CPU cores of the `detector`; 0 for all."""
     input_px: int = 0
-    """Side of the square image that the `detector` sees, where its file leaves that open; larger
-    sees smaller things and takes longer. 0 takes the usual one."""
+    """Side of the `detector`'s square input, if its file leaves it open; larger detects smaller
+    objects and takes longer. 0 for the default."""
 
     def __post_init__(self) -> None:
-        """Refuse sizes that no network takes."""
+        """Reject sizes out of range."""
         if not 8 <= self.longest_side_px <= 2048:
             raise ValueError(f"longest_side_px must be 8 to 2048; got {self.longest_side_px}")
         if not 64 <= self.short_side_px <= 2048:

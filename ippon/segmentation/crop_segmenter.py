@@ -1,4 +1,4 @@
-"""A second, closer look where the object of interest seems small, or might be."""
+"""A second pass over a crop where the object of interest appears small, or may appear."""
 
 import math
 from collections.abc import Sequence
@@ -13,22 +13,25 @@ from ippon.segmentation.segmenter import DenseSegmenter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CropConfig:
-    """When a crop is taken, and how large."""
+    """Size and conditions of the crop."""
 
     crop_share: float = 0.5
-    """Side of the crop as a share of the image's; smaller sees smaller things, in fewer places."""
+    """Side of the crop as a share of the image's; smaller detects smaller objects and covers less
+    per frame."""
     hint_probability: float = 0.12
-    """Probability of the object of interest that draws the crop to it; larger follows fewer hints
-    and looks around more."""
+    """Probability of the object of interest from which the crop follows it; larger follows fewer
+    hints and scans more."""
     large_share: float = 0.02
-    """An object that surely fills more of the image than this needs no second look."""
+    """Share of the image from which an object is large enough without a second pass; larger takes
+    more crops."""
     sure_probability: float = 0.5
-    """What counts as surely the object of interest."""
+    """Probability from which a pixel counts as the object of interest."""
     margin_share: float = 0.06
-    """Rim of the crop, as a share of it, that is not used: what is cut in two is misread."""
+    """Unused rim of the crop, as a share of it, because objects cut by the border are misread;
+    larger wastes more."""
 
     def __post_init__(self) -> None:
-        """Refuse crops that are none."""
+        """Reject values out of range."""
         if not 0.1 <= self.crop_share < 1.0 or not 0.0 <= self.margin_share < 0.4:
             raise ValueError(
                 "crop_share must be in 0.1..1 and margin_share in 0..0.4; got "
@@ -47,7 +50,7 @@ class Window:
 
     @classmethod
     def of(cls, rows: slice, columns: slice, shape: tuple[int, int]) -> "Window":
-        """Return the window that some pixels of an (H, W) image are."""
+        """Return the window of some pixels of an (H, W) image."""
         (height, width), (top, left) = shape, (rows.start, columns.start)
         extent = ((rows.stop - top) / height, (columns.stop - left) / width)
         return cls(top / height, left / width, *extent)
@@ -60,14 +63,14 @@ class Window:
         )
 
     def shrunk(self, margin: float) -> "Window":
-        """Return the window without its rim, except where it lies at the image's own border."""
+        """Return the window without its rim, except at the image's border."""
         top, height = _without_rim(self.top, self.height, margin)
         left, width = _without_rim(self.left, self.width, margin)
         return Window(top, left, height, width)
 
 
 def _span(start: float, extent: float, size: int) -> slice:
-    # The length does not depend on the place: networks compiled for a size see no other.
+    # The length is independent of the position, because networks are compiled for one size.
     length = min(size, max(1, round(extent * size)))
     low = min(size - length, round(start * size))
     return slice(low, low + length)
@@ -81,11 +84,10 @@ def _without_rim(start: float, extent: float, margin: float) -> tuple[float, flo
 
 
 class CropSegmenter:
-    """Looks at the whole image, then at a part of it; the part's own heatmap replaces its place.
+    """Segments the whole image, then a crop, whose heatmap replaces that part.
 
-    The part is where the object of interest shows best, as long as it shows small. Where it does
-    not show at all, the parts of the image take turns, so that a thing that is too small for the
-    whole image is seen after a few frames. Each image costs two passes at most.
+    The crop is at the highest score of the object of interest while it appears small. Without such
+    a score the crops scan the image over a few frames. Each image takes at most two passes.
     """
 
     def __init__(self, segmenter: DenseSegmenter, config: CropConfig | None = None) -> None:
@@ -94,7 +96,7 @@ class CropSegmenter:
         self._turn = 0
 
     def segment(self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None) -> Heatmap:
-        """Tell how probable each label is at each pixel; see `Segmenter.segment`."""
+        """Return the heatmap of both passes; see `Segmenter.segment`."""
         whole = self._segmenter.segment(color, labels, ooi)
         window = self._window(whole)
         if window is None:
@@ -102,10 +104,10 @@ class CropSegmenter:
         rows, columns = window.pixels((color.shape[0], color.shape[1]))
         part = self._segmenter.segment(np.ascontiguousarray(color[rows, columns]), labels, ooi)
         exact = Window.of(rows, columns, (color.shape[0], color.shape[1]))
-        return pasted(whole, part, exact, self._config.margin_share)
+        return paste_heatmap(whole, part, exact, self._config.margin_share)
 
     def _window(self, whole: Heatmap) -> Window | None:
-        """Choose where to look again; None for nowhere."""
+        """Return the window of the second pass; None without one."""
         config = self._config
         channel = whole.ooi_channel
         if channel is None:
@@ -123,7 +125,7 @@ class CropSegmenter:
         return Window(top, left, config.crop_share, config.crop_share)
 
     def _next_tile(self) -> Window:
-        """Return the next of a grid of overlapping tiles that covers the image."""
+        """Return the next tile of an overlapping grid over the image."""
         side = self._config.crop_share
         across = math.ceil((1.0 - side) / side) + 1
         row, column = divmod(self._turn % (across * across), across)
@@ -132,17 +134,17 @@ class CropSegmenter:
         return Window(row * step, column * step, side, side)
 
 
-def pasted(whole: Heatmap, part: Heatmap, window: Window, margin: float) -> Heatmap:
-    """Put the heatmap of a window of an image in its place in the image's heatmap.
+def paste_heatmap(whole: Heatmap, part: Heatmap, window: Window, margin: float) -> Heatmap:
+    """Insert the heatmap of a window into the heatmap of the image.
 
     Args:
-        whole: Of the image.
-        part: Of the window, with the same labels; each of its pixels covers less.
-        window: Where it lies.
-        margin: Rim of the window that stays as it was, as a share of its side.
+        whole: Heatmap of the image.
+        part: Heatmap of the window, with the same labels and a finer scale.
+        window: Position of `part`.
+        margin: Rim of the window that is not replaced, as a share of its side.
 
     Returns:
-        A heatmap of the size of `whole`; pixels sum to 255 where they did.
+        A heatmap of the size of `whole`; the sums of pixels are unchanged.
     """
     rows, columns = window.shrunk(margin).pixels(
         (whole.probabilities.shape[0], whole.probabilities.shape[1])

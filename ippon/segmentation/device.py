@@ -1,4 +1,4 @@
-"""Where a network computes, and what happens when memory runs out there."""
+"""Device of a network, and handling of memory exhaustion."""
 
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -10,10 +10,10 @@ from ippon.segmentation.errors import OutOfMemoryError, SegmentationError
 
 
 def choose_device(name: str) -> torch.device:
-    """Resolve `auto`, and check that the device is there.
+    """Return the device; `auto` is a GPU if there is one.
 
     Raises:
-        SegmentationError: No such device.
+        SegmentationError: The device does not exist.
     """
     if name == "auto":
         return torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -30,7 +30,7 @@ def choose_device(name: str) -> torch.device:
 
 
 def choose_dtype(precision: Precision, device: torch.device) -> torch.dtype:
-    """Resolve `auto`: half precision on a GPU, float32 elsewhere."""
+    """Return the precision; `auto` is half precision on a GPU, float32 elsewhere."""
     if precision == "auto":
         return torch.float16 if device.type == "cuda" else torch.float32
     return {"float32": torch.float32, "float16": torch.float16, "bfloat16": torch.bfloat16}[
@@ -40,17 +40,17 @@ def choose_dtype(precision: Precision, device: torch.device) -> torch.dtype:
 
 @contextmanager
 def memory_guard(what: str) -> Generator[None]:
-    """Turn an allocation that failed into an error that says what to do.
+    """Convert a failed allocation to an error with advice.
 
     Raises:
-        OutOfMemoryError: Instead of torch's own.
+        OutOfMemoryError: In place of torch's error.
     """
     try:
         yield
     except torch.OutOfMemoryError as error:
         raise OutOfMemoryError(_advice(what)) from error
     except (RuntimeError, MemoryError) as error:
-        # On the processor torch has no class of its own for it.
+        # On the CPU torch raises a RuntimeError for it.
         if isinstance(error, RuntimeError) and "allocate memory" not in str(error):
             raise
         raise OutOfMemoryError(_advice(what)) from error

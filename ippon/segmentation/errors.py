@@ -1,22 +1,22 @@
-"""What can go wrong with a segmentation network; every text says what would work."""
+"""Errors of segmentation networks; each message says what would work."""
 
 from ippon.errors import IpponError
 
 
 class SegmentationError(IpponError):
-    """A segmentation network cannot be had, or cannot do what it was asked for."""
+    """A segmentation network is not available, or failed."""
 
 
 class CheckpointError(SegmentationError):
-    """A file of a network is missing, damaged, or belongs to another network."""
+    """A file of a network is missing, damaged, or of another network."""
 
 
 class MissingPackageError(SegmentationError):
-    """A package of the optional extra is not installed."""
+    """A package of an optional extra is not installed."""
 
 
 class OutOfMemoryError(SegmentationError):
-    """The device's memory does not hold what the network needs for this image."""
+    """The device's memory is too small for this image."""
 
 
 INSTALL_HINT = (

@@ -1,4 +1,4 @@
-"""Makes instances of what a detector puts out, and drops what is no finding."""
+"""Validation of a detector's boxes."""
 
 from collections.abc import Sequence
 
@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from ippon.observation import Detections, Instance
 
 MAX_INSTANCES = 300
-"""Most instances of one image; the best scores are kept."""
+"""Most instances per image; the best scores are kept."""
 SMALLEST_PX = 1.0
-"""Boxes that are narrower or lower are no finding."""
+"""Least width and height of a box."""
 
 
 def make_detections(
@@ -24,18 +24,18 @@ def make_detections(
     image_size: tuple[int, int],
     masks: Sequence[NDArray[np.bool_] | None] | None = None,
 ) -> Detections:
-    """Return the findings among a detector's boxes, best score first.
+    """Return the valid instances among a detector's boxes, best scores first.
 
-    Boxes are cut off at the border of the image. Those that lie outside it, are reversed or empty,
-    have no finite coordinates or a score outside 0 to 1, and those beyond `MAX_INSTANCES` are
-    dropped and counted. Instances of labels that were not looked for are ignored.
+    Boxes are clipped to the image. Boxes outside it, inverted, empty or not finite, with a score
+    outside 0 to 1, or beyond `MAX_INSTANCES` are dropped and counted. Instances of labels that were
+    not searched for are ignored.
 
     Args:
         boxes_px: (N, 4) left, top, right, bottom in pixels of the image.
         scores: (N,) 0 to 1.
         names: (N) canonical labels.
         source: Name of the network.
-        labels: Labels that were looked for and that the detector can tell.
+        labels: Labels that were searched for and that the detector knows.
         ooi: Object of interest, one of `labels`; or None.
         image_size: (H, W) in pixels.
         masks: (N) masks over the whole image, or None for all.
@@ -76,7 +76,7 @@ def make_detections(
 def _inside(
     boxes: NDArray[np.float64], image_size: tuple[int, int]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return (N, 4) boxes cut off at the border, and (N,) whether each is a box in the image."""
+    """Return (N, 4) boxes clipped to the image, and (N,) whether each is valid."""
     height, width = image_size
     finite = np.asarray(np.isfinite(boxes).all(axis=1), np.bool_)
     inside = np.where(finite[:, None], boxes, 0.0).clip(0, [width, height, width, height])

@@ -1,4 +1,4 @@
-"""From how well each label fits to probabilities per pixel."""
+"""Conversion of label scores to probabilities, and image tensors."""
 
 import numpy as np
 import torch
@@ -8,10 +8,10 @@ from torch.nn import functional
 
 
 def probabilities_of(scores: Tensor) -> Tensor:
-    """Turn scores into probabilities.
+    """Return probabilities from scores.
 
-    Where the scores of all labels sum to more than 1 they are scaled down. What they lack where
-    nothing fits goes to all labels alike, so that such a pixel teaches a Bayes filter nothing.
+    Scores that sum to more than 1 are scaled down. The remainder of a smaller sum is shared equally
+    by all labels, which leaves the posterior of a Bayes filter unchanged.
 
     Args:
         scores: (C, h, w), each at least 0.
@@ -26,13 +26,13 @@ def probabilities_of(scores: Tensor) -> Tensor:
 
 def as_tensor(color: NDArray[np.uint8], device: torch.device) -> Tensor:
     """Return an (H, W, 3) image as (1, 3, H, W) float32, 0 to 255, on a device."""
-    # Images of a message cannot be written to, of which torch would warn.
+    # torch warns about read-only arrays, such as images of messages.
     owned = np.require(color, requirements=("C", "W"))
     return torch.from_numpy(owned).to(device).permute(2, 0, 1)[None].float()
 
 
 def resized(color: Tensor, size: tuple[int, int]) -> Tensor:
-    """Resize a (1, 3, H, W) image, averaging where it shrinks."""
+    """Resize a (1, 3, H, W) image with antialiasing."""
     if tuple(color.shape[2:]) == size:
         return color
     return functional.interpolate(
@@ -41,7 +41,7 @@ def resized(color: Tensor, size: tuple[int, int]) -> Tensor:
 
 
 def normalised(color: Tensor, mean: tuple[float, ...], std: tuple[float, ...]) -> Tensor:
-    """Bring (B, 3, H, W) RGB in 0 to 255 to zero mean and unit variance of a training set."""
+    """Normalise (B, 3, H, W) RGB by mean and standard deviation of a training set."""
     low = torch.tensor(mean, device=color.device).view(3, 1, 1)
     spread = torch.tensor(std, device=color.device).view(3, 1, 1)
     return (color / 255.0 - low) / spread

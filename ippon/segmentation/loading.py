@@ -1,29 +1,28 @@
-"""Makes the segmenter that a configuration asks for."""
+"""Loading of the configured segmenter."""
 
 import importlib
 from pathlib import Path
 
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.crop_segmenter import CropSegmenter
-from ippon.segmentation.distractors import DistractorSegmenter
 from ippon.segmentation.errors import INSTALL_HINT, WITHOUT_NETWORK, MissingPackageError
-from ippon.segmentation.published import masks_model_of
+from ippon.segmentation.model_registry import masks_model_of
 from ippon.segmentation.segmenter import DenseSegmenter, Segmenter
 
 
 def load_segmenter(config: SegmentationConfig, folder: Path) -> Segmenter:
-    """Load the network; around one that judges every pixel, put the chosen second passes.
+    """Load a network; one that scores every pixel may get a second pass over a crop.
 
     Args:
-        config: Which network, and how.
-        folder: Where checkpoints lie that are given by name.
+        config: Network and options.
+        folder: Folder of checkpoints that are given by name.
 
     Raises:
-        MissingPackageError: What runs the network is not installed.
+        MissingPackageError: A required library is not installed.
         CheckpointError: The weights are missing, damaged or of another network.
-        SegmentationError: There is no such device.
+        SegmentationError: The device does not exist.
     """
-    # Imported only now: the library does without them.
+    # Imported here, because these packages are optional.
     if config.backend == "detector":
         from ippon.segmentation.detectors.detector import Detector  # noqa: PLC0415
 
@@ -31,24 +30,20 @@ def load_segmenter(config: SegmentationConfig, folder: Path) -> Segmenter:
         if masks_model_of(config) is None:
             return detector
         _check_packages()
-        from ippon.segmentation.backends.finders import outlined_detector  # noqa: PLC0415
+        from ippon.segmentation.backends.open_vocabulary_detectors import outlined_detector  # noqa: PLC0415
 
         return outlined_detector(detector, config, folder)
     _check_packages()
     match config.backend:
         case "owlv2" | "sam3" | "sam3-lite" | "grounding-dino":
-            from ippon.segmentation.backends.finders import load_finder  # noqa: PLC0415
+            from ippon.segmentation.backends import open_vocabulary_detectors  # noqa: PLC0415
 
-            return load_finder(config.backend, config, folder)
+            return open_vocabulary_detectors.load_open_vocabulary_detector(
+                config.backend, config, folder
+            )
         case "san" | "clipseg":
-            return with_second_passes(_network(config, folder), config)
-
-
-def with_second_passes(segmenter: DenseSegmenter, config: SegmentationConfig) -> DenseSegmenter:
-    """Put the chosen second passes around a segmenter."""
-    if config.distractors:
-        segmenter = DistractorSegmenter(segmenter)
-    return CropSegmenter(segmenter) if config.small_objects else segmenter
+            network = _network(config, folder)
+            return CropSegmenter(network) if config.small_objects else network
 
 
 def _check_packages() -> None:

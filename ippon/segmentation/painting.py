@@ -1,4 +1,4 @@
-"""Instances become pixels: by their mask, or by the depth inside their box."""
+"""Conversion of instances to heatmaps, by mask or by the depth inside their box."""
 
 from typing import Final
 
@@ -10,28 +10,29 @@ from ippon.observation import Detections, Heatmap, Instance
 from ippon.observation_model import LEAST_SCORE, NOT_RECOGNISED, NOTHING_SAID
 
 WELL_SEEN_M: Final = 3.0
-"""Farther away, that a label was not recognised says nothing."""
+"""Range within which a label that was not recognised counts as evidence against it."""
 BORDER_SHARE: Final = 0.05
-"""Rim of the image, as a share of its side, in which things are cut off and not recognised."""
+"""Rim of the image, as a share of its side, without such evidence, because objects are cut off
+there."""
 WINS_FROM: Final = 0.5
-"""A smaller instance wins a pixel from a larger one with at least this share of its score."""
+"""Share of a larger instance's score from which a smaller one replaces it at a pixel."""
 _EXTENT_SHARE: Final = 0.6
-"""Depth of a thing on either side of its middle, as a share of its shorter side."""
+"""Depth extent of an object on either side of its centre, as a share of its shorter side."""
 _LEAST_EXTENT_M: Final = 0.08
 _EDGE_M: Final = 0.15
-"""Pixels whose depths differ by more lie on different surfaces."""
+"""Depth difference of pixels from which they lie on different surfaces."""
 MIDDLE_PERCENTILE: Final = 50.0
 
 
 def paint(detections: Detections, depth: NDArray[np.float32], longest_px: int = 160) -> Heatmap:
     """Return the score of each label at each pixel.
 
-    A box covers the pixels whose depth is near that of its middle. Instances are painted from the
-    largest to the smallest: what lies on something wins its pixels, and of the covered thing
-    nothing is said there.
+    A box covers the pixels whose depth is close to that of its middle. Instances are painted from
+    the largest to the smallest: an object in front of another takes its pixels, where the covered
+    object gets no score.
 
     Args:
-        detections: Of an image.
+        detections: Instances of an image.
         depth: (H, W) metres, registered to the image; 0 or not finite for no return.
         longest_px: Longer side of the heatmap.
 
@@ -39,7 +40,7 @@ def paint(detections: Detections, depth: NDArray[np.float32], longest_px: int = 
         A heatmap of kind `scores`.
 
     Raises:
-        ValueError: The depth image has other proportions than the image.
+        ValueError: Depth and image differ in proportions.
     """
     rows, columns = detections.image_size
     if abs(depth.shape[0] * columns - depth.shape[1] * rows) > max(depth.shape):
@@ -74,7 +75,7 @@ def paint(detections: Detections, depth: NDArray[np.float32], longest_px: int = 
 
 @njit(cache=True, nogil=True)
 def _paint_kernel(inside, value, mine, out):
-    """Write `value` to a channel of some pixels, and clear what loses against it there."""
+    """Write `value` to a channel of some pixels, and clear the channels that it outscores."""
     h, w, channels = out.shape
     for i in range(h):
         for j in range(w):
@@ -95,7 +96,7 @@ def _area(one: Instance) -> float:
 def _is_mixed(
     depth: NDArray[np.float32], near: NDArray[np.float32], step: int
 ) -> NDArray[np.bool_]:
-    """Return (h, w) whether a pixel of the heatmap holds pixels of more than one surface."""
+    """Return (h, w) whether a heatmap pixel contains more than one surface."""
     mixed = np.zeros(near.shape, np.bool_)
     h, w = near.shape
     for v in range(step):
@@ -118,7 +119,7 @@ def _well_seen(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
 def _pixels(
     one: Instance, depth: NDArray[np.float32], scale: float
 ) -> tuple[tuple[slice, slice], NDArray[np.bool_]] | None:
-    """Return the window of an instance's box, and which of its pixels belong to the instance."""
+    """Return the window of an instance's box, and which of its pixels belong to it."""
     left, top, right, bottom = (x * scale for x in one.box_px)
     window = (
         slice(max(0, int(np.ceil(top - 0.5))), int(np.floor(bottom - 0.5)) + 1),
@@ -138,7 +139,7 @@ def _pixels(
     if known.size == 0:
         return None
     at = float(np.percentile(known, MIDDLE_PERCENTILE))
-    # One radian of the image is about as many pixels as it is wide: good for 45 to 75 degrees.
+    # One radian is about the width of the image in pixels, for fields of view of 45 to 75 degrees.
     shorter_m = min(bottom - top, right - left) / depth.shape[1] * at
     extent = max(_LEAST_EXTENT_M, _EXTENT_SHARE * shorter_m)
     return window, (box > 0.0) & (np.abs(box - at) <= extent)

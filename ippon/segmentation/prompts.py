@@ -1,4 +1,4 @@
-"""The sentences around a label that a network compares an image with."""
+"""Sentence templates around labels for networks that compare images with text."""
 
 from typing import Final
 
@@ -18,7 +18,7 @@ VILD_TEMPLATES: Final = (
     "There is a medium {} in the scene.",
     "There is a large {} in the scene.",
 )
-"""Those that SAN was trained and evaluated with; from ViLD (Gu et al., ICLR 2022)."""
+"""Templates of SAN's training and evaluation, from ViLD (Gu et al., ICLR 2022)."""
 
 PLAIN_TEMPLATES: Final = ("a photo of a {}.",)
 
@@ -31,11 +31,11 @@ _WORDS: Final = {
     "beam": "ceiling beam",
     "seating": "bench",
 }
-"""Labels whose words say too little by themselves."""
+"""Words for labels that are ambiguous by themselves."""
 
 
 def words_of(label: str) -> str:
-    """Return the words that stand for a label in a sentence.
+    """Return the words for a label in a sentence.
 
     Args:
         label: Canonical, such as `chest_of_drawers`.

@@ -1,4 +1,4 @@
-"""What every segmentation does: labels and an image in, what it sees of them out."""
+"""The interface of a segmentation: image and labels in, heatmap or instances out."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -14,15 +14,15 @@ MAX_LABELS = 512
 
 
 class Segmenter(Protocol):
-    """Anything that recognises labels in images.
+    """Recognises labels in images.
 
-    Labels may differ from call to call; what depends on a label alone is computed once.
+    Labels may differ from call to call; results that depend on a label alone are cached.
     """
 
     def segment(
         self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None
     ) -> Observation:
-        """Tell what an image shows of some labels.
+        """Return what an image shows of some labels.
 
         Args:
             color: (H, W, 3) uint8 RGB, of any size.
@@ -33,17 +33,17 @@ class Segmenter(Protocol):
             A heatmap or instances. A heatmap's sides are in proportion to the image's, and smaller.
 
         Raises:
-            ValueError: Not an image, or labels that are no vocabulary.
+            ValueError: The image or the labels are invalid.
             SegmentationError: The network failed.
         """
         ...
 
 
 class DenseSegmenter(Protocol):
-    """A segmenter that judges every pixel; it takes any word as a label."""
+    """A segmenter with an open vocabulary that scores every pixel."""
 
     def segment(self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None) -> Heatmap:
-        """Tell how probable each label is at each pixel; see `Segmenter.segment`.
+        """Return the probability or score of each label at each pixel; see `Segmenter.segment`.
 
         Returns:
             Probabilities, the channels of a pixel summing to 255; or scores of each label.
@@ -54,13 +54,14 @@ class DenseSegmenter(Protocol):
 def checked_channels(
     color: NDArray[Any], labels: Sequence[str], ooi: str | None
 ) -> tuple[str, ...]:
-    """Check what a segmenter was given.
+    """Check the arguments of a segmenter.
 
     Returns:
-        One label a channel: the common ones, then the object of interest where it is none of them.
+        One label per channel: the common ones, then the object of interest if it is not one of
+        them.
 
     Raises:
-        ValueError: With what came and what would do.
+        ValueError: The message says what was given and what is accepted.
     """
     if color.ndim != 3 or color.shape[2] != 3 or color.dtype != np.uint8 or 0 in color.shape:
         raise ValueError(f"an image is (H, W, 3) uint8 RGB; got {color.shape} {color.dtype}")
@@ -80,7 +81,7 @@ def checked_channels(
 def heatmap_of(
     probabilities: NDArray[np.float32], labels: Sequence[str], ooi: str | None, source: str = ""
 ) -> Heatmap:
-    """Make a heatmap of probabilities that sum to 1.
+    """Return a heatmap of probabilities that sum to 1.
 
     Args:
         probabilities: (C, h, w) float32, in the order of `checked_channels`.
@@ -89,7 +90,7 @@ def heatmap_of(
         source: Name of the network.
 
     Raises:
-        SegmentationError: They are not finite numbers, as where half precision overflowed.
+        SegmentationError: A value is not finite, for example after overflow of half precision.
     """
     _check_finite(probabilities)
     return Heatmap(
@@ -100,7 +101,7 @@ def heatmap_of(
 def score_heatmap_of(
     scores: NDArray[np.float32], labels: Sequence[str], ooi: str | None, source: str
 ) -> Heatmap:
-    """Make a heatmap of kind `scores`, in which each label has a score at each pixel.
+    """Return a heatmap of kind `scores`, with a score of each label at each pixel.
 
     Args:
         scores: (C, h, w) float32, 0 to 1, in the order of `checked_channels`.
@@ -109,10 +110,10 @@ def score_heatmap_of(
         source: Name of the network.
 
     Raises:
-        SegmentationError: They are not finite numbers.
+        SegmentationError: A value is not finite.
     """
     _check_finite(scores)
-    # The values below stand for what was not recognised, or not looked at.
+    # Lower values stand for labels without a score.
     values = np.maximum(np.rint(255.0 * scores.transpose(1, 2, 0)), LEAST_SCORE)
     return Heatmap(
         labels=tuple(labels),
@@ -131,7 +132,7 @@ def _check_finite(values: NDArray[np.float32]) -> None:
 
 
 def quantise(probabilities: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Round probabilities to steps of 1/255 so that each pixel's channels still sum to 255.
+    """Quantise probabilities to 1/255 so that each pixel's channels sum to 255.
 
     Args:
         probabilities: (C, h, w) float32, at least 0, summing to 1 over the channels.

@@ -1,1 +1,1 @@
-"""Simulated homes, cameras and robots."""
+"""Simulated homes, cameras, robots and segmentation; the entry is `world.SimulatedWorld`."""

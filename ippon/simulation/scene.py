@@ -1,4 +1,4 @@
-"""A home as the simulator sees it: labelled triangles, places to start, rooms."""
+"""A home for simulation: labelled triangles, start poses, rooms."""
 
 from dataclasses import dataclass
 
@@ -23,7 +23,7 @@ class Instance:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartPose:
-    """A place on the floor where a robot may begin; metres and radians."""
+    """A pose on the floor from which a robot may start; metres and radians."""
 
     x: float
     y: float
@@ -33,7 +33,7 @@ class StartPose:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Room:
-    """A room by use."""
+    """A room with its type."""
 
     name: str
     """`<room type>.<index>`, for example `kitchen.0`."""
@@ -47,7 +47,7 @@ class Scene:
 
     name: str
     source: str
-    """Where the home comes from: generator and seed, or the source and licence of a folder."""
+    """Generator and seed, or source and licence of a scene folder."""
     instances: tuple[Instance, ...]
     start_poses: tuple[StartPose, ...]
     rooms: tuple[Room, ...]

@@ -1,4 +1,4 @@
-"""Reads scene folders: `scene.glb` with one node per object, and `scene.json`."""
+"""Reader of scene folders: `scene.glb` with one node per object, and `scene.json`."""
 
 import json
 import math
@@ -15,16 +15,16 @@ from ippon.simulation.scene import Instance, Room, Scene, StartPose
 from ippon.vocabulary import MATTERPORT_40
 
 _CATEGORY_ALIASES = {"tv_monitor": "tv"}
-"""Names that scene folders use for a category that `MATTERPORT_40` calls otherwise."""
+"""Names in scene folders of categories that `MATTERPORT_40` calls differently."""
 
 _trimesh: Any = trimesh
-"""Untyped on purpose: most of what trimesh returns has no usable type."""
+"""Untyped, because most return types of trimesh are unusable."""
 
 LICENCE_MARK = "; licence: "
-"""Stands between the source and the licence in `Scene.source` of a loaded folder."""
+"""Separator of source and licence in `Scene.source` of a loaded folder."""
 _BOX_TOLERANCE_M = 0.05
 
-# What trimesh and its readers raise for a damaged file, depending on where it is damaged.
+# Exceptions of trimesh and its readers for damaged files.
 _BAD_GLB = (
     ValueError,
     KeyError,
@@ -40,13 +40,13 @@ _BAD_GLB = (
 def load_scene(folder: Path) -> Scene:
     """Load a home from a folder with `scene.glb` and `scene.json`.
 
-    The glb is z up in metres and is taken as it is: no glTF y-up rotation is applied.
+    The glb is z-up in metres; no glTF y-up rotation is applied.
 
     Args:
         folder: The scene folder.
 
     Raises:
-        SceneError: A file is missing, damaged, or the two files contradict each other.
+        SceneError: A file is missing or damaged, or the two files contradict each other.
     """
     description = _read_description(folder)
     instances = _instances(description, folder)
@@ -69,7 +69,7 @@ def load_scene(folder: Path) -> Scene:
 
 
 class _Triangles:
-    """Everything of the glb, gathered node by node."""
+    """Content of the glb, concatenated over its nodes."""
 
     def __init__(self) -> None:
         self.vertices: NDArray[np.float32] = np.empty((0, 3), np.float32)
@@ -142,7 +142,7 @@ def _instances(description: dict[str, Any], folder: Path) -> list[dict[str, Any]
 
 
 def _checked_instance(entry: dict[str, Any], triangles: _Triangles, row: int) -> Instance:
-    """Make the instance, its box taken from its triangles and compared with the stated one."""
+    """Return an instance, after comparing the stated box with that of its triangles."""
     low, high = triangles.boxes[row]
     for key, measured in (("aabb_min", low), ("aabb_max", high)):
         stated = _numbers(entry.get(key), 3, f"{key} of node {entry['node']!r}")
@@ -219,7 +219,7 @@ def _node_part(graph: Any, node: str) -> tuple[Any, ...]:
         raise SceneError(f"node {node!r} has vertices that are not finite numbers")
     faces = np.asarray(mesh.faces, np.int64)
     if faces.min() < 0 or faces.max() >= len(vertices):
-        raise SceneError(f"node {node!r} has faces that name vertices it does not have")
+        raise SceneError(f"node {node!r} has faces whose vertex indices are out of range")
     color = np.array([255, 255, 255], np.uint8)  # the default factor of glTF
     image: Any = None
     uv: Any = getattr(mesh.visual, "uv", None)

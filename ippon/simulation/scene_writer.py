@@ -1,4 +1,4 @@
-"""Writes a home as a scene folder that `ippon.simulation.scene_reader` reads back."""
+"""Writer of scene folders in the format that `ippon.simulation.scene_reader` reads."""
 
 import json
 from pathlib import Path
@@ -16,21 +16,21 @@ from ippon.simulation.scene import Scene
 from ippon.simulation.scene_reader import LICENCE_MARK
 
 _PALETTE_CELL = 8
-"""Pixels a side of one colour in a palette texture: wide enough for any texture filter."""
+"""Side in pixels of one colour in a palette texture; wide enough for any texture filter."""
 
 
 def save_scene(scene: Scene, folder: Path) -> None:
     """Write a home as `scene.glb` and `scene.json`.
 
-    An object of several plain colours becomes one material with a palette texture, because the
-    format holds one material a node.
+    An object of several plain colours gets one material with a palette texture, because the format
+    has one material per node.
 
     Args:
         scene: The home.
-        folder: Where to write; made when absent, files of these two names are overwritten.
+        folder: Created if missing; files of these two names are overwritten.
 
     Raises:
-        SceneError: An object mixes several textures, which the format cannot hold.
+        SceneError: An object has several textures, which the format does not support.
     """
     folder.mkdir(parents=True, exist_ok=True)
     images = [Image.fromarray(t) for t in scene.textures]
@@ -47,7 +47,7 @@ def save_scene(scene: Scene, folder: Path) -> None:
 def _mesh_of(
     scene: Scene, rows: NDArray[np.intp], images: list[Image.Image], node: str
 ) -> trimesh.Trimesh:
-    """Make the mesh of one instance with its own corners for every face, so that UVs can differ."""
+    """Return the mesh of one instance with separate corners per face, so that UVs can differ."""
     corners = scene.vertices[scene.faces[rows]].reshape(-1, 3).astype(np.float64)
     faces = np.arange(len(corners)).reshape(-1, 3)
     texture = np.full(len(rows), -1) if scene.face_texture is None else scene.face_texture[rows]
@@ -55,7 +55,7 @@ def _mesh_of(
     if len(kinds) > 1:
         raise SceneError(
             f"node {node!r} has several textures or textured and plain faces; a scene folder "
-            "holds one material a node"
+            "has one material per node"
         )
     if kinds[0] >= 0 and scene.face_uvs is not None:
         uv = scene.face_uvs[rows].reshape(-1, 2)

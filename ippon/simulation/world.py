@@ -1,4 +1,4 @@
-"""A home, a robot in it, and its camera: commands in, frames out."""
+"""A simulated home, robot and camera: commands in, frames out."""
 
 import math
 import operator
@@ -26,32 +26,32 @@ from ippon.simulation.segmentation.segmenter import SegmenterConfig, SimulatedSe
 from ippon.simulation.segmentation.truth import NamePredicate
 
 SegmentationErrors = Literal["detector", "paper"]
-"""`detector`: boxes with scores, wrong as often as those of a real network. `paper`: label
-probabilities of each pixel, with the kind of errors that the paper describes."""
+"""`detector`: boxes with scores, with the measured errors of a real network. `paper`: label
+probabilities of each pixel, with the errors that the paper describes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorldConfig:
-    """Everything about the simulation that is not the home, the robot or the camera."""
+    """Configuration of the simulation apart from home, robot and camera."""
 
     base: BaseConfig = field(default_factory=BaseConfig)
     noise: NoiseConfig = field(default_factory=NoiseConfig)
     segmentation_errors: SegmentationErrors = "paper"
-    """Which simulated network sees."""
+    """Which simulated network segments the images."""
     segmenter: SegmenterConfig = field(default_factory=SegmenterConfig)
-    """For `paper`."""
+    """Used with `paper`."""
     detector: DetectorConfig = field(default_factory=DetectorConfig)
-    """For `detector`."""
+    """Used with `detector`."""
     drift: DriftConfig = field(default_factory=DriftConfig)
 
     @classmethod
     def perfect(cls) -> "WorldConfig":
-        """Return a world whose camera and segmentation never err."""
+        """Return a world without errors of camera and segmentation."""
         return cls(noise=NoiseConfig.none(), segmenter=SegmenterConfig.perfect())
 
 
 class SimulatedWorld:
-    """Steps a robot through a scene; one seed and one set of commands give the same frames."""
+    """Simulates a robot in a scene; equal seeds and commands give equal frames."""
 
     def __init__(
         self,
@@ -73,7 +73,7 @@ class SimulatedWorld:
         self.frames = 0
         """Frames observed so far."""
         self.rendering: Rendering | None = None
-        """What a perfect camera saw in the last frame, with the true instance of every pixel."""
+        """Noise-free images of the last frame, with the true instance of every pixel."""
         self._seed = seed
         self._is_instance_of = is_instance_of
         self._trajectory = [(start.x, start.y, start.z)]
@@ -84,21 +84,21 @@ class SimulatedWorld:
 
     @property
     def T_world_base_estimated(self) -> Float64Array:  # noqa: N802
-        """Return the pose that the robot's odometry believes in, (4, 4)."""
+        """Estimated pose of the base, (4, 4)."""
         return self._drift.T_world_base
 
     @property
     def trajectory(self) -> Float64Array:
-        """Return the (K, 3) true positions of the base: the start, then each that a step led to."""
+        """(K, 3) true positions of the base, metres: the start, then one per step that moved it."""
         return np.array(self._trajectory, dtype=np.float64)
 
     @property
     def collisions(self) -> int:
-        """Return how often the base began to touch something."""
+        """Number of times that the base came into contact."""
         return self.base.collisions
 
     def set_labels(self, labels: Sequence[str], ooi: str | None) -> None:
-        """Choose what the segmentation tells apart from the next frame on; no labels turn it off.
+        """Set the labels of the segmentation from the next frame on; no labels turn it off.
 
         Args:
             labels: Canonical common labels.
@@ -120,16 +120,16 @@ class SimulatedWorld:
             )
 
     def step(self, command: Command | None, dt_s: float) -> None:
-        """Let `dt_s` seconds pass; `command` is what arrived at their beginning, if anything."""
+        """Advance by `dt_s` seconds; `command` is a new command at their beginning, or None."""
         self.base.step(command, dt_s)
         self.stamp_ns += round(dt_s * 1e9)
         position = (self.base.x_m, self.base.y_m, self.base.z_m)
-        if position != self._trajectory[-1]:  # A robot that stands for hours fills no memory.
+        if position != self._trajectory[-1]:  # A standing robot does not fill the memory.
             self._trajectory.append(position)
         self._drift.follow(self.base.T_world_base)
 
     def observe(self) -> Frame:
-        """Take a picture of this moment."""
+        """Return the frame at the current time."""
         index = self.frames
         self.frames += 1
         rng = np.random.Generator(np.random.PCG64([self._seed, 0xF7A3E, index]))
@@ -152,7 +152,7 @@ class SimulatedWorld:
         )
 
     def path_length_m(self) -> float:
-        """Return the true distance driven."""
+        """Return the true length of the path driven, metres."""
         steps = np.diff(self.trajectory, axis=0)
         return math.fsum(np.linalg.norm(steps, axis=1))
 

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.evaluation.catalogue import CatalogueConfig, list_episodes
 from ippon.evaluation.episode import run_episode
+from ippon.evaluation.episode_generation import EpisodeGenerationConfig, list_episodes
 from ippon.evaluation.goal_objects import matching_instances
-from ippon.evaluation.methods.method_table import METHODS, Method, Situation
+from ippon.evaluation.methods.method_table import METHODS, Method, PlannerInputs
 from ippon.evaluation.metrics import Judge
 from ippon.evaluation.outcome import shows_object
 from ippon.evaluation.trial import TrialConfig, habitat_trial
@@ -97,10 +97,10 @@ def explore(config: TrialConfig, scene: Scene, method: Method, seed: int) -> lis
         One entry for each kind that a way leads to; those that never came into view count as seen
         at the end.
     """
-    listed, _ = list_episodes(scene, str(seed), config.robot, CatalogueConfig(seed=5))
+    listed, _ = list_episodes(scene, str(seed), config.robot, EpisodeGenerationConfig(seed=5))
     start = listed[np.random.default_rng(seed).integers(len(listed))].start
     at_start = (start.x, start.y, 0.0)
-    goals = [g for g in CatalogueConfig().goals if matching_instances(scene, g)]
+    goals = [g for g in EpisodeGenerationConfig().goals if matching_instances(scene, g)]
     judges = {goal: Judge(scene, config.robot, goal) for goal in goals}
     shortest = {goal: judge.distance_m(at_start) for goal, judge in judges.items()}
     judges = {g: j for g, j in judges.items() if 1.0 <= shortest[g] < math.inf}
@@ -150,8 +150,8 @@ def _in_vain(
     resolved = resolve_object(IN_VAIN, config.labels)
     guidance = EmbeddedPrior().levels(resolved, "", config.labels)
     guidance = METHODS["no_guidance"].guide(guidance)
-    equipment = method.equip(
-        Situation(
+    planner_setup = method.make_planner(
+        PlannerInputs(
             config=mission_config,
             robot=config.robot,
             guidance=guidance,
@@ -161,7 +161,7 @@ def _in_vain(
             goal=IN_VAIN,
         )
     )
-    planner = equipment.planner
+    planner = planner_setup.planner
     mission = Mission(mission_config, config.robot, config.labels, seed, planner=planner)
     goal = Goal(goal_id=1, object=IN_VAIN, display=IN_VAIN, context="", category=resolved.category)
     mission.goals.set_goal(goal, guidance)

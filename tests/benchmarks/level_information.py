@@ -18,11 +18,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.evaluation.catalogue import CatalogueConfig, EpisodeSpec, list_episodes
+from ippon.evaluation.episode_generation import EpisodeGenerationConfig, EpisodeSpec, list_episodes
+from ippon.evaluation.episode_record import Clocks
 from ippon.evaluation.goal_objects import matching_instances
 from ippon.evaluation.methods.method_table import METHODS
 from ippon.evaluation.metrics import Judge
-from ippon.evaluation.search import Clocks
 from ippon.evaluation.trial import Trial, TrialConfig, habitat_trial
 from ippon.frame import Frame
 from ippon.guidance.levels import Level
@@ -146,7 +146,7 @@ def _by_level(search: list[Noted]) -> NDArray[np.float64]:
 
 def _home(config: TrialConfig, seed: int) -> list[Noted]:
     scene = generate_home(seed)
-    listed, _ = list_episodes(scene, str(seed), config.robot, CatalogueConfig(seed=5))
+    listed, _ = list_episodes(scene, str(seed), config.robot, EpisodeGenerationConfig(seed=5))
     far = [spec for spec in listed if spec.shortest_path_m >= LEAST_WAY_M]
     return note_viewpoints(config, scene, far[seed % len(far)]) if far else []
 

@@ -10,7 +10,7 @@ from ippon.frame import Frame
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED
 from ippon.mapping.blocks import N_ROWS, N_SLABS
 from ippon.mapping.mesh import copy_signed_distances, extract_mesh
-from ippon.mapping.objects.surface_rows import N_USED, NO_LABEL
+from ippon.mapping.objects.surface_voxels import N_USED, NO_LABEL
 from ippon.mapping.queries import to_metres
 from ippon.mapping.snapshot import BLOCK_LAYERS, SLAB_LAYERS, SURFACE_LAYERS
 from ippon.mapping.voxel_map import VoxelMap
@@ -44,26 +44,26 @@ def thorough_frames(scene: Scene) -> list[Frame]:
 
 def memory_mb(voxel_map: VoxelMap) -> float:
     """Return the bytes of everything in use, in millions."""
-    n, m = int(voxel_map.pools.tally[N_ROWS]), int(voxel_map.surface.tally[N_USED])
+    n, m = int(voxel_map._pools.tally[N_ROWS]), int(voxel_map.surface.tally[N_USED])
     total = voxel_map._directory.rows.nbytes
-    total += sum(n * getattr(voxel_map.pools, name)[0].nbytes for name in BLOCK_LAYERS)
-    slabs = int(voxel_map.pools.tally[N_SLABS])
-    total += sum(slabs * getattr(voxel_map.pools, name)[0].nbytes for name in SLAB_LAYERS)
+    total += sum(n * getattr(voxel_map._pools, name)[0].nbytes for name in BLOCK_LAYERS)
+    slabs = int(voxel_map._pools.tally[N_SLABS])
+    total += sum(slabs * getattr(voxel_map._pools, name)[0].nbytes for name in SLAB_LAYERS)
     total += sum(m * getattr(voxel_map.surface, name)[0].nbytes for name in SURFACE_LAYERS)
     total += m * voxel_map.surface.voxel.itemsize
     return total / 1e6
 
 
 def _voxels(voxel_map: VoxelMap) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    n = int(voxel_map.pools.tally[N_ROWS])
-    rows = np.flatnonzero(voxel_map.pools.used[:n])
+    n = int(voxel_map._pools.tally[N_ROWS])
+    rows = np.flatnonzero(voxel_map._pools.used[:n])
     k = np.arange(512)
     local = np.stack([k >> 6, (k >> 3) & 7, k & 7], axis=1)
-    index = voxel_map.pools.coord[rows][:, None] * 8 + local
+    index = voxel_map._pools.coord[rows][:, None] * 8 + local
     centers = (index.reshape(-1, 3) + 0.5) * voxel_map.config.voxel_size_m
-    state = voxel_map.pools.state[rows].ravel()
+    state = voxel_map._pools.state[rows].ravel()
     config = voxel_map.config
-    squared = voxel_map.pools.squared_distance[rows].ravel()
+    squared = voxel_map._pools.squared_distance[rows].ravel()
     return centers, state, to_metres(squared, config.voxel_size_m, config.distance_max_m)
 
 
@@ -118,7 +118,7 @@ def _label_rows(voxel_map: VoxelMap, scene: Scene, frames: Sequence[Frame]) -> l
     at = voxel_map.surface.voxel[rows]
     k = at % 512
     local = np.stack([k >> 6, (k >> 3) & 7, k & 7], axis=1)
-    centers = (voxel_map.pools.coord[at // 512] * 8 + local + 0.5) * v
+    centers = (voxel_map._pools.coord[at // 512] * 8 + local + 0.5) * v
     near = rays.compute_closest_points(o3d.core.Tensor(centers.astype(np.float32)))
     label = truth[scene.face_instance[near["primitive_ids"].numpy()]]
     mine = voxel_map.surface.label[rows]

@@ -101,17 +101,17 @@ def open3d_ms(frames: Sequence[Frame], voxel_size: float, range_m: float = 5.0) 
 
 def dense_state(voxel_map: VoxelMap) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return state, distance and presence of voxels over the box of observed blocks."""
-    n = int(voxel_map.pools.tally[N_ROWS])
-    rows = np.flatnonzero(voxel_map.pools.used[:n])
-    coord = voxel_map.pools.coord[rows]
+    n = int(voxel_map._pools.tally[N_ROWS])
+    rows = np.flatnonzero(voxel_map._pools.used[:n])
+    coord = voxel_map._pools.coord[rows]
     low, config = coord.min(axis=0), voxel_map.config
     shape = (coord.max(axis=0) - low + 1) * 8
     state, distance = np.zeros(shape, np.uint8), np.zeros(shape, np.float32)
     present = np.zeros(shape, bool)
     for row, block in zip(rows, coord - low, strict=True):
         at = tuple(slice(8 * k, 8 * k + 8) for k in block)
-        state[at] = voxel_map.pools.state[row].reshape(8, 8, 8)
-        squared = voxel_map.pools.squared_distance[row].reshape(8, 8, 8)
+        state[at] = voxel_map._pools.state[row].reshape(8, 8, 8)
+        squared = voxel_map._pools.squared_distance[row].reshape(8, 8, 8)
         distance[at] = to_metres(squared, config.voxel_size_m, config.distance_max_m)
         present[at] = True
     return state, distance, present
@@ -119,7 +119,7 @@ def dense_state(voxel_map: VoxelMap) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 def batch_distance(voxel_map: VoxelMap) -> tuple[float, float]:
     """Return milliseconds for the whole field: ours and scipy's, after comparing the results."""
-    pools, directory = voxel_map.pools, voxel_map._directory
+    pools, directory = voxel_map._pools, voxel_map._directory
     config = voxel_map.config
     coord = pools.coord[np.flatnonzero(pools.used)]
     field = distance_field.DistanceField(config.voxel_size_m, config.distance_max_m)
@@ -199,7 +199,7 @@ def growth_rows(frames: Sequence[Frame], voxel_size: float, times_larger: int = 
     with timed(again, [(large, "integrate")]):
         for frame in frames:
             large.integrate(frame)
-    ratio = large.pools.tally[N_ROWS] / small.pools.tally[N_ROWS]
+    ratio = large._pools.tally[N_ROWS] / small._pools.tally[N_ROWS]
     return [
         Row(
             name=f"whole update, map {ratio:.0f} times larger", data="home",

@@ -1,4 +1,4 @@
-"""What a second look and distractors change, on simulated networks that err as real ones do.
+"""Recognition of small things with and without a second pass over a crop, on simulated networks.
 
 The simulated network misses what fills little of the image it is given (half of the time at 0.07 %
 of it), so a crop helps it, as it helps a real network, whose patches are 16 pixels wide. What a
@@ -7,8 +7,6 @@ the network sees in the whole image. 1 is a camera no finer than the network (a 
 shows it nothing new), 1.6 one of 1280x720 before a network of 640, 3.5 one of 1920x1200. Loss with
 range, lasting misreadings of an object, flicker, and bad patches of the image are the same in a
 crop.
-
-A network with distractors knows their names; a thing that has none of them stays unknown.
 """
 
 import math
@@ -20,7 +18,6 @@ import numpy as np
 from ippon.camera import PinholeCamera
 from ippon.observation import Heatmap
 from ippon.segmentation.crop_segmenter import CropSegmenter
-from ippon.segmentation.distractors import DistractorSegmenter
 from ippon.segmentation.segmenter import Segmenter
 from ippon.simulation.camera.renderer import Rendering, SceneRenderer
 from ippon.simulation.homes.generator import generate_home
@@ -154,8 +151,6 @@ def _methods(
     return {
         "one look": (plain, plain),
         **{f"crop, gain {g:g}": (n, CropSegmenter(n)) for g, n in networks.items()},
-        "distractors": (plain, DistractorSegmenter(plain)),
-        "crop and distractors": (plain, CropSegmenter(DistractorSegmenter(plain))),
     }
 
 

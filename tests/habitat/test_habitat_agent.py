@@ -9,7 +9,7 @@ import pytest
 from app.evaluation.habitat_episodes import run_episodes
 from ippon.camera import PinholeCamera
 from ippon.command import Command
-from ippon.evaluation.catalogue import CatalogueConfig, list_episodes
+from ippon.evaluation.episode_generation import EpisodeGenerationConfig, list_episodes
 from ippon.evaluation.habitat_agent import HM3D_GOALS, HabitatAgentConfig, IpponAgent
 from ippon.evaluation.metrics import Judge
 from ippon.guidance.prior import EmbeddedPrior
@@ -193,7 +193,7 @@ def _environment(habitat, data):
 def test_the_agent_finds_things_in_habitat_lab_s_own_loop(tmp_path):
     habitat = import_habitat()
     scene = boxes_scene(_ROOM, ((1.2, 0.8), (4.6, 1.0)))
-    goals = CatalogueConfig(goals=("chair", "sofa"))
+    goals = EpisodeGenerationConfig(goals=("chair", "sofa"))
     episodes, _ = list_episodes(scene, "7", HABITAT, goals)
     runs = [(episode, Judge(scene, HABITAT, episode.goal)) for episode in episodes]
     assert [episode.goal for episode in episodes] == ["chair", "sofa"]

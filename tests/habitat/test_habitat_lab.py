@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from ippon.evaluation.catalogue import CatalogueConfig, list_episodes
+from ippon.evaluation.episode_generation import EpisodeGenerationConfig, list_episodes
 from ippon.evaluation.metrics import Judge
 from ippon.robot import HABITAT
 from ippon.simulation.homes.generator import generate_home
@@ -87,7 +87,9 @@ def _register_simulator(walks):
 def _walks(home, robot, rng):
     """Walks over free floor: towards the goal, some to its end, some away, and one on the spot."""
     grid = robot_grid(home, robot)
-    episodes, _ = list_episodes(home, "5", robot, CatalogueConfig(goals=_GOALS, starts_per_goal=2))
+    episodes, _ = list_episodes(
+        home, "5", robot, EpisodeGenerationConfig(goals=_GOALS, starts_per_goal=2)
+    )
     for k, episode in enumerate(episodes):
         judge = Judge(home, robot, episode.goal, grid=grid)
         way = judge.path_from((episode.start.x, episode.start.y))

@@ -10,7 +10,7 @@ import pytest
 from ippon.atomic_file import replace_file
 
 
-def test_takes_the_place_of_what_was_there(tmp_path):
+def test_an_existing_file_is_replaced(tmp_path):
     path = tmp_path / "a.json"
     for content in (b"one", b"another"):
         replace_file(path, content)
@@ -29,7 +29,7 @@ def test_has_the_permissions_that_are_asked_for(tmp_path):
     assert modes == [0o644, 0o600]
 
 
-def test_a_full_disk_leaves_what_was_there_and_nothing_beside_it(tmp_path, monkeypatch):
+def test_a_full_disk_leaves_the_old_file_only(tmp_path, monkeypatch):
     path = tmp_path / "a"
     replace_file(path, b"one")
 
@@ -43,7 +43,7 @@ def test_a_full_disk_leaves_what_was_there_and_nothing_beside_it(tmp_path, monke
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_folder_that_is_not_there_is_an_error(tmp_path):
+def test_a_missing_folder_is_an_error(tmp_path):
     with pytest.raises(FileNotFoundError):
         replace_file(tmp_path / "no" / "a", b"")
 

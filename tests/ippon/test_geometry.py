@@ -61,7 +61,7 @@ def test_points_turn_counter_clockwise() -> None:
 @pytest.mark.parametrize(
     "bad", [np.eye(3), np.full((4, 4), np.nan), np.diag([1.0, 1.0, -1.0, 1.0])]
 )
-def test_what_is_not_rigid(bad: np.ndarray) -> None:
+def test_transforms_that_are_not_rigid(bad: np.ndarray) -> None:
     assert not is_rigid(bad)
 
 
@@ -72,6 +72,6 @@ def test_scaled_rotation_is_not_rigid() -> None:
 
 
 @pytest.mark.parametrize("bad", [[0, 0, 0, 0], [1, np.nan, 0, 0], [1, 0, 0]])
-def test_bad_quaternion_says_what_is_needed(bad: list[float]) -> None:
+def test_an_invalid_quaternion_is_rejected(bad: list[float]) -> None:
     with pytest.raises(ValueError, match="four finite numbers"):
         rotation_from_quaternion(bad)

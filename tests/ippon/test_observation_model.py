@@ -37,7 +37,7 @@ def test_the_default_of_distributions_is_the_papers_rule():
     assert nats == pytest.approx(expected, abs=1e-5)
 
 
-def test_what_has_no_score_teaches_nothing_and_what_is_not_recognised_counts_against():
+def test_labels_without_a_score_carry_no_evidence_and_unrecognised_ones_count_against():
     nats = ObservationModels().of(heatmap()).table.log_ratios("scores")
     assert nats[NOTHING_SAID] == 0.0
     assert nats[NOT_RECOGNISED] < 0.0
@@ -81,7 +81,7 @@ def test_a_model_is_read_as_it_was_written(tmp_path):
         ),
     ],
 )
-def test_a_file_that_is_no_model_says_why(tmp_path, content, text):
+def test_an_invalid_model_file_is_rejected_with_a_reason(tmp_path, content, text):
     (tmp_path / "model.json").write_text(content)
     with pytest.raises(ObservationModelError, match=text):
         read_observation_model(tmp_path / "model.json")

@@ -16,7 +16,7 @@ def test_body_lies_between_clearance_and_height(robot: RobotProfile) -> None:
     assert high == pytest.approx(1.2 if robot is ZED else 1.41)
 
 
-def test_spheres_overlap_so_that_nothing_fits_between() -> None:
+def test_spheres_overlap_without_gaps() -> None:
     spheres = upright_body(0.2, 1.5, 0.05)
     gaps = np.diff([s.z_m for s in spheres])
     assert (gaps <= 0.2 + 1e-9).all()

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ippon.camera import PinholeCamera
 from ippon.geometry import invert_transform, transform_points
 from ippon.mapping.depth_image import MIN_SLOPE, SPAN
-from ippon.mapping.occupancy.hits import Rules, sample_strides
+from ippon.mapping.occupancy.ray_endpoints import UpdateRules, sample_strides
 
 Index = tuple[int, int, int]
 
@@ -54,7 +54,7 @@ def _lesser(w: NDArray, r: int, c: int, dr: int, dc: int) -> float:
 class PlainGeometry:
     """Evidence and signed distance of voxels in dictionaries."""
 
-    rules: Rules
+    rules: UpdateRules
     near_m: float
     far_m: float
     evidence: dict[Index, int] = field(default_factory=dict)
@@ -72,7 +72,7 @@ class PlainGeometry:
         """Take an image in for the listed voxels."""
         cell = 4 if camera.width >= 480 else 2
         slope = slope_image(depth, camera, cell)
-        hits, strides = self._hits(depth, camera, T_world_camera, slope, cell)
+        endpoints, strides = self._endpoints(depth, camera, T_world_camera, slope, cell)
         T_camera_world = invert_transform(T_world_camera)
         rules = self.rules
         area = camera.fx * camera.fy * rules.voxel_size**2 / (strides[0] * strides[1])
@@ -80,7 +80,7 @@ class PlainGeometry:
             center = (np.array(voxel) + 0.5) * rules.voxel_size
             x, y, z = transform_points(T_camera_world, center[None])[0]
             if not self.near_m < z <= self.far_m:
-                self._apply(voxel, None, hits.get(voxel, 0) * z * z >= rules.hit_share * area)
+                self._apply(voxel, None, endpoints.get(voxel, 0) * z * z >= rules.hit_share * area)
                 continue
             u, v = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
             if min(abs(q + 0.5 - np.rint(q + 0.5)) for q in (u, v)) < 1e-3:
@@ -92,12 +92,12 @@ class PlainGeometry:
                 for threshold in (rules.clear, -rules.behind):
                     if abs(signed - threshold) < 1e-5:
                         self.doubtful.add(voxel)
-            share = hits.get(voxel, 0) * z * z / area
+            share = endpoints.get(voxel, 0) * z * z / area
             if abs(share - rules.hit_share) < 1e-4:
                 self.doubtful.add(voxel)
-            self._apply(voxel, signed, hits.get(voxel, 0) > 0 and share >= rules.hit_share)
+            self._apply(voxel, signed, endpoints.get(voxel, 0) > 0 and share >= rules.hit_share)
 
-    def _hits(
+    def _endpoints(
         self,
         depth: NDArray[np.float32],
         camera: PinholeCamera,
@@ -106,7 +106,7 @@ class PlainGeometry:
         cell: int,
     ) -> tuple[dict[Index, int], tuple[int, int]]:
         strides = sample_strides(camera, self.rules.voxel_size, self.far_m)
-        hits: dict[Index, int] = {}
+        endpoints: dict[Index, int] = {}
         samples = [
             (sv, su, v, u)
             for sv, v in enumerate(range(strides[1] // 2, camera.height, strides[1]))
@@ -120,16 +120,16 @@ class PlainGeometry:
             step = 1 if d >= self.far_m / 2 else 2
             if sv % step or su % step:
                 continue
-            z = d + self.rules.depth_of_hits / slope[v // cell, u // cell]
+            z = d + self.rules.endpoint_depth / slope[v // cell, u // cell]
             ray = np.array([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1.0])
             point = transform_points(T_world_camera, (ray * z)[None])[0]
             exact = point / self.rules.voxel_size
             voxel = tuple(int(i) for i in np.floor(exact))
-            hits[voxel] = hits.get(voxel, 0) + step**2
+            endpoints[voxel] = endpoints.get(voxel, 0) + step**2
             if np.abs(exact - np.rint(exact)).min() < 1e-3:
                 for near in (np.floor(exact - 1e-3), np.floor(exact + 1e-3)):
                     self.doubtful.add(tuple(int(i) for i in near))
-        return hits, strides
+        return endpoints, strides
 
     def _apply(self, voxel: Index, signed: float | None, is_hit: bool) -> None:
         rules = self.rules

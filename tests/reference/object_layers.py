@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.mapping.objects.bayes_filter import LOG_ODDS_MAX
-from ippon.mapping.objects.surface_rows import NO_LABEL, STEPS_PER_NAT
+from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX
+from ippon.mapping.objects.surface_voxels import NO_LABEL, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
 
 
@@ -39,4 +39,4 @@ def proximity(voxel_map: VoxelMap, slot: int, probabilities: NDArray[np.float32]
 def center(voxel_map: VoxelMap, block: int, column: int) -> NDArray[np.float64]:
     """Return a voxel's centre, metres."""
     local = np.array([column // 64, column // 8 % 8, column % 8])
-    return (voxel_map.pools.coord[block] * 8 + local + 0.5) * voxel_map.config.voxel_size_m
+    return (voxel_map._pools.coord[block] * 8 + local + 0.5) * voxel_map.config.voxel_size_m

@@ -11,7 +11,7 @@ Looks = tuple[int, ...]
 
 def looks(voxel_map: VoxelMap) -> dict[Index, Looks]:
     """Return the looks of every surface voxel."""
-    pools, rows = voxel_map.pools, voxel_map.surface
+    pools, rows = voxel_map._pools, voxel_map.surface
     out: dict[Index, Looks] = {}
     for block in range(int(pools.tally[0])):
         if not pools.used[block]:

@@ -14,7 +14,7 @@ from app.process.parent_watch import end_with_parent
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.loading import load_segmenter
-from ippon.segmentation.published import models_of
+from ippon.segmentation.model_registry import models_of
 
 if TYPE_CHECKING:
     from ippon.segmentation.segmenter import Segmenter
@@ -82,7 +82,6 @@ def config_of(options: Segmentation) -> SegmentationConfig:
         longest_side_px=options.longest_side_px,
         short_side_px=options.short_side_px,
         small_objects=options.small_objects,
-        distractors=options.distractors,
         labels_file=options.labels_file,
         family=options.family,
         threads=options.threads,
@@ -109,7 +108,6 @@ def arguments_of(options: Segmentation) -> list[str]:
     flags = {
         "compile": options.compile,
         "small-objects": options.small_objects,
-        "distractors": options.distractors,
     }
     written = [part for k, v in named.items() if v for part in (f"--segmentation.{k}", v)]
     return [*written, *(f"--segmentation.{'' if on else 'no-'}{k}" for k, on in flags.items())]

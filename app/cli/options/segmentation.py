@@ -37,9 +37,6 @@ class Segmentation:
     longer."""
     small_objects: bool = True
     """Segment a crop as well where the object of interest is small or not found."""
-    distractors: bool = False
-    """Add labels of common small objects, so that they are not mistaken for the object of
-    interest."""
     labels_file: str = ""
     """File of the detector's classes, one per line in the order of its outputs; "couch = sofa,
     settee" adds synonyms. Empty uses the classes in the model file, else COCO's 80."""

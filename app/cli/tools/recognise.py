@@ -87,7 +87,7 @@ def _labels_of(segmenter: Segmenter, objects: list[str], labels: Sequence[str]) 
     for name in objects:
         label = vocabulary.label_for(name, labels)
         if label is None:
-            print(f"ippon: {vocabulary.refusal(name)}", file=sys.stderr)
+            print(f"ippon: {vocabulary.unsupported_reason(name)}", file=sys.stderr)
         else:
             label_of[name] = label
     return label_of

@@ -12,7 +12,7 @@ from app.evaluation.report.plots import failure_plot, goal_plot, interval_plot, 
 from app.evaluation.report.report_data import ReportData
 from app.evaluation.results_folder import SESSIONS
 from app.report_style import REPORT_STYLE
-from ippon.evaluation.catalogue import home_name
+from ippon.evaluation.episode_generation import home_name
 from ippon.evaluation.methods.method_table import METHODS
 from ippon.evaluation.outcome import FAILURES, Failure
 from ippon.evaluation.row import EpisodeRow

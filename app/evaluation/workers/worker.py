@@ -8,10 +8,15 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.homes import load_home
-from ippon.evaluation.catalogue import CatalogueConfig, Dropped, EpisodeSpec, list_episodes
+from ippon.evaluation.episode_generation import (
+    EpisodeGenerationConfig,
+    EpisodeSpec,
+    ExcludedEpisode,
+    list_episodes,
+)
+from ippon.evaluation.episode_record import Clocks
 from ippon.evaluation.methods.method_table import method_named
 from ippon.evaluation.row import EpisodeRow
-from ippon.evaluation.search import Clocks
 from ippon.evaluation.summary import REFERENCE
 from ippon.evaluation.trial import Trial, TrialConfig
 from ippon.guidance.prior import EmbeddedPrior
@@ -34,7 +39,7 @@ class WorkerSetup:
     """Setup of every worker."""
 
     trial: TrialConfig
-    catalogue: CatalogueConfig
+    catalogue: EpisodeGenerationConfig
     version: str
 
 
@@ -48,7 +53,7 @@ def start_worker(setup: WorkerSetup) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def list_home(home: str) -> tuple[tuple[EpisodeSpec, ...], tuple[Dropped, ...]]:
+def list_home(home: str) -> tuple[tuple[EpisodeSpec, ...], tuple[ExcludedEpisode, ...]]:
     """List the episodes of one home."""
     setup = _given()
     return list_episodes(_scene(home), home, setup.trial.robot, setup.catalogue)

@@ -11,7 +11,7 @@ from app.messages.perception.detections import StampedBoxes
 from app.messages.perception.detector_info import LabelNames
 from app.robot_file import DetectorTable
 from ippon.observation import Detections, Heatmap
-from ippon.segmentation.detectors.coco import answers_of
+from ippon.segmentation.detectors.coco import synonyms_of_class
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
 from ippon.segmentation.instances import make_detections
 from ippon.segmentation.painting import paint
@@ -66,7 +66,7 @@ class RobotDetector:
         """Return why the detector cannot recognise the object of interest; empty if it can."""
         if self._ooi is None or self._vocabulary is None or self._vocabulary.knows(self._ooi):
             return ""
-        return self._vocabulary.refusal(self._ooi)
+        return self._vocabulary.unsupported_reason(self._ooi)
 
     def heatmap(
         self, boxes: StampedBoxes, masks: StampedMasks | None, depth: NDArray[np.float32]
@@ -139,7 +139,7 @@ class RobotDetector:
 
     def _answers_of(self, name: str) -> tuple[str, ...]:
         own = self._own.get(name)
-        return answers_of(name) if own is None else (own,)
+        return synonyms_of_class(name) if own is None else (own,)
 
     def _vocabulary_of(self, names: Sequence[str]) -> ClosedVocabulary | None:
         if not names:

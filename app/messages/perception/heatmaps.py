@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from app.messages.cdr import MessageError, decode, encode, header, stamp_ns_of
 from app.messages.images import check_size
 from ippon.observation import Heatmap, HeatmapKind
-from ippon.segmentation.compact_heatmap import TopClasses, keep_top, spread_out
+from ippon.segmentation.compact_heatmap import TopClasses, expand_top, keep_top
 
 MAX_LABELS: Final = 512
 MAX_HEATMAP_BYTES: Final = 128 * 2**20
@@ -170,7 +170,7 @@ def _read_top(data: NDArray[np.uint8], shape: tuple[int, int, int]) -> NDArray[n
     planes = (count, height, width)
     top = TopClasses(index.reshape(planes), plain[split:].reshape(planes))
     try:
-        return spread_out(top, channels)
+        return expand_top(top, channels)
     except ValueError as error:
         raise MessageError(f"heatmap data name {error}") from error
 

@@ -18,7 +18,7 @@ from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.frame_intake import FrameIntake, Stopwatch
 from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.command import Command
-from ippon.mapping.objects.surface_rows import N_FREE, N_USED
+from ippon.mapping.objects.surface_voxels import N_FREE, N_USED
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import Find, Snapshot

@@ -15,7 +15,7 @@ from typing import Final
 from app.nodes.navigator.config import NavigatorConfig
 from ippon.camera import PinholeCamera
 from ippon.command import Command
-from ippon.compiling import compile_beside
+from ippon.compiling import compile_in_second_process
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.frame import Frame
 from ippon.guidance.levels import Guidance, LabelLevel, Level
@@ -106,7 +106,11 @@ def _compile_map(progress: Callable[[float], None], *, first: bool) -> float:
     share = 0.6 if first else 0.1
     # With a third core, two processes compile the map's kernels.
     spare = first and (os.cpu_count() or 1) > 2
-    beside = compile_beside(__name__, "warm_up_simulation") if first else contextlib.nullcontext()
+    beside = (
+        compile_in_second_process(__name__, "warm_up_simulation")
+        if first
+        else contextlib.nullcontext()
+    )
     with beside:
         for k, _ in enumerate(warm_up_map(beside=spare)):
             progress(share * k / MAP_STEPS)

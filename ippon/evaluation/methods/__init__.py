@@ -1,1 +1,1 @@
-"""The methods that are compared: ablations, baselines and the upper bound."""
+"""Methods that are compared: ablations, baselines and the upper bound."""

@@ -1,4 +1,4 @@
-"""Other ways to choose where to go, on the same map, body, controller and termination rule."""
+"""Baseline exploration rules, with the same map, body, controller and termination rule."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -26,69 +26,69 @@ from ippon.robot import RobotProfile
 _TILT_RAD: Final = -0.25
 """Camera tilt while looking over a frontier: floor and furniture."""
 _SAME_FRONTIER_M: Final = 0.6
-"""A frontier whose middle moved less than this is the one the robot is on its way to."""
+"""Distance between frontier centres below which two frontiers count as one."""
 _NEAR_M: Final = 0.3
 _SETTLED_STEPS: Final = 8
-"""Steps at a target that does not go away, after which it is given up."""
+"""Steps at a target that remains, after which it is abandoned."""
 _PATIENCE_STEPS: Final = 200
-"""Steps on the way to one target, after which it is given up."""
+"""Steps on the path to one target, after which it is abandoned."""
 _GIVEN_UP_M: Final = 0.5
 _DISCOUNT_PER_S: Final = 0.1
-"""Discount of a view by the time it takes to get there: e-fold in 10 s."""
+"""Discount rate of a view by its travel time: a factor of e in 10 s."""
 _STAY: Final = 1.3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Aim:
-    """Where a rule wants the robot to go, and to look."""
+    """Target of a rule: position and view."""
 
     stand: tuple[float, float]
-    """Where to stand, metres."""
+    """Position of the robot, metres."""
     yaw_rad: float
     tilt_rad: float
     worth: float
     about: tuple[float, float]
-    """What is to be seen there: tells one target from the next."""
+    """Centre of the view, metres; identifies the target."""
 
 
 Untried = Callable[[tuple[float, float]], bool]
-"""Tells whether what lies at a point has not been given up."""
+"""Tells whether a target at a point has not been abandoned."""
 
 
 class Rule(Protocol):
-    """Chooses where to go while the object has not been found."""
+    """An exploration rule: chooses targets until the object is found."""
 
     def observe(self, frame: Frame) -> None:
-        """Look at a frame before the planner's step."""
+        """Process a frame before the planner's step."""
         ...
 
     def probabilities(self, probabilities: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the p_img by level that the tree's gains are made from."""
+        """Return the p_img by level for the gains of the tree."""
         ...
 
     def choose(
         self, plan: Plan, routes: FloorRoutes, last: Aim | None, untried: Untried
     ) -> Aim | None:
-        """Return the next aim, None when nothing is left to explore.
+        """Return the next target, None if nothing is left to explore.
 
         Args:
             plan: The tree of viewpoints, with their gains.
             routes: The floor.
-            last: What the robot is on its way to.
-            untried: False for what was given up.
+            last: The current target, or None.
+            untried: False for abandoned targets.
         """
         ...
 
 
 class BaselinePlanner:
-    """Explores by a rule; stops, and gives up, as the paper's planner does.
+    """Explores by a rule; terminates as the paper's planner does.
 
-    The paper's planner runs beside the rule, since all methods end a search alike: at a viewpoint
-    that shows enough of the object, or when no reachable viewpoint promises anything. So its own
-    choice of where to explore counts only when the rule has nothing left, which spares a frontier
-    planner the failures of stopping when the floor is seen and the shelves are not. What looks
-    like the object is approached by the same rule, as VLFM does at once, too. A planner step takes
-    longer than that of a bare frontier planner.
+    The paper's planner runs alongside, because all methods end a search by the same rule: at a
+    viewpoint that shows enough of the object, or when no reachable viewpoint has gain left. Its own
+    exploration targets are used only after the rule has none left, which spares frontier planners
+    the failures of stopping when the floor is mapped and the shelves are not. Possible objects are
+    approached by the same rule, as VLFM does. A step takes longer than that of a bare frontier
+    planner.
     """
 
     def __init__(self, config: PlannerConfig, robot: RobotProfile, seed: int, rule: Rule) -> None:
@@ -101,7 +101,7 @@ class BaselinePlanner:
         self._given_up: list[tuple[float, float]] = []
 
     def observe(self, frame: Frame) -> None:
-        """Show the rule a frame before the step that it belongs to."""
+        """Pass a frame to the rule before its step."""
         self._rule.observe(frame)
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
@@ -117,7 +117,7 @@ class BaselinePlanner:
         self._tree.set_termination_min(termination_min)
 
     def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
-        """Leave them alone: no method in the literature that is compared here has them."""
+        """Ignore it: the published baselines do not use such evidence."""
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """See `Planner.mark_contact`."""
@@ -146,7 +146,7 @@ class BaselinePlanner:
         return all(math.dist(about, old) > _GIVEN_UP_M for old in self._given_up)
 
     def _watch(self, T_world_base: Float64Array) -> None:
-        """Give up a target that stays although the robot is there, or that it never reaches."""
+        """Abandon a target that remains although the robot is there, or that it never reaches."""
         aim = self._aim
         if aim is None:
             return
@@ -179,19 +179,19 @@ class BaselinePlanner:
 
 
 class NearestFrontier:
-    """Goes to the frontier that takes the least time (Yamauchi 1997); knows nothing of objects."""
+    """Frontier with the least travel time (Yamauchi 1997); no semantics."""
 
     def observe(self, frame: Frame) -> None:
-        """Ignore it."""
+        """Do nothing."""
 
     def probabilities(self, probabilities: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Count every unknown voxel alike."""
+        """Return equal weights for every unknown voxel."""
         return _flat(probabilities)
 
     def choose(
         self, plan: Plan, routes: FloorRoutes, last: Aim | None, untried: Untried
     ) -> Aim | None:
-        """See `Rule.choose`; a frontier is kept until it is gone."""
+        """See `Rule.choose`; a frontier is kept until it disappears."""
         del plan
         frontiers = [f for f in find_frontiers(routes) if untried(f.position)]
         if not frontiers:
@@ -202,10 +202,10 @@ class NearestFrontier:
 
 
 class SemanticFrontier:
-    """Goes to the frontier of highest value (VLFM, Yokoyama et al. 2024)."""
+    """Frontier of highest value (VLFM, Yokoyama et al. 2024)."""
 
     def __init__(self, level_of: Mapping[str, float]) -> None:
-        """Value what is seen by l(O | C) of each common label."""
+        """Store l(O | C) of each common label as its value."""
         self._values = ValueMap(level_of)
 
     def observe(self, frame: Frame) -> None:
@@ -213,45 +213,45 @@ class SemanticFrontier:
         self._values.observe(frame)
 
     def probabilities(self, probabilities: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Leave them for when no frontier is left."""
+        """Return them unchanged; they count once no frontier is left."""
         return probabilities
 
     def choose(
         self, plan: Plan, routes: FloorRoutes, last: Aim | None, untried: Untried
     ) -> Aim | None:
-        """See `Rule.choose`; a frontier is kept while no other is worth clearly more."""
+        """See `Rule.choose`; a frontier is kept until another is clearly better."""
         del plan
         frontiers = [f for f in find_frontiers(routes) if untried(f.position)]
         if not frontiers:
             return None
         value = {f: self._values.value_near(*f.position) for f in frontiers}
-        # Of equal ones, as where nothing was valued yet, the nearest.
+        # The nearest of equal ones, such as those without a value yet.
         best = max(frontiers, key=lambda f: (value[f], -f.time_s))
         kept = None if last is None else _nearest_to(frontiers, last.about)
-        # VLFM keeps its frontier unless its value has fallen by more than this.
+        # VLFM keeps its frontier unless its value has dropped by more than this.
         if kept is not None and last is not None and value[kept] + 0.01 >= last.worth:
             best = kept
         return _over(best, routes, value[best])
 
 
 class GreedyNextBestView:
-    """Goes to the viewpoint that shows the most per second, weighing neither way nor semantics.
+    """Viewpoint with the highest discounted gain, without path gain or semantics.
 
-    The gain of each viewpoint is the paper's with every level average; gains on the way do not
+    The gain of each viewpoint is the paper's with every level average. Gains along the path do not
     count, and distance discounts them as in Bircher et al. 2016, eq. (3).
     """
 
     def observe(self, frame: Frame) -> None:
-        """Ignore it."""
+        """Do nothing."""
 
     def probabilities(self, probabilities: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Count every unknown voxel alike."""
+        """Return equal weights for every unknown voxel."""
         return _flat(probabilities)
 
     def choose(
         self, plan: Plan, routes: FloorRoutes, last: Aim | None, untried: Untried
     ) -> Aim | None:
-        """See `Rule.choose`; a viewpoint is kept while no other is worth clearly more."""
+        """See `Rule.choose`; a viewpoint is kept until another is clearly better."""
         del routes
         tree = plan.tree
         worth = tree.gains[1:] * np.exp(-_DISCOUNT_PER_S * tree.path_costs_s[1:])
@@ -283,7 +283,7 @@ def _flat(probabilities: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _nearest_to(frontiers: list[Frontier], about: tuple[float, float]) -> Frontier | None:
-    """Return the frontier that an aim was about, None when it is gone."""
+    """Return the frontier of a target, None if it has disappeared."""
     nearest = min(frontiers, key=lambda f: math.dist(f.position, about))
     return nearest if math.dist(nearest.position, about) <= _SAME_FRONTIER_M else None
 

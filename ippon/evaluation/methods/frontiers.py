@@ -1,4 +1,4 @@
-"""Ways over the floor that the robot knows, and where that floor ends."""
+"""Quickest paths over the known floor, and its frontiers."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -23,39 +23,39 @@ from ippon.planning.terrain.traversability import Traversability
 
 _ndimage: Any = ndimage
 _graph: Any = graph
-"""Untyped on purpose: neither library says what its functions return."""
+"""Untyped, because neither library declares its return types."""
 
 _BEGIN_WITHIN_M = 0.5
-"""A robot that stands too close to something begins on the free cells within this of it."""
+"""Distance to the free cells from which a robot too close to an obstacle starts."""
 
 
 class FloorRoutes:
-    """Quickest ways from the robot to every cell that it can reach, over the floor as it is known.
+    """Quickest paths from the robot to every reachable cell of the known floor.
 
-    Cells take longer where the body passes close to something, as for the paper's planner, so that
-    methods differ in where they go and not in how.
+    Cells near obstacles take longer, as for the paper's planner, so that methods differ only in
+    their targets.
     """
 
     def __init__(self, floor: Traversability, x: float, y: float) -> None:
-        """Find them for a robot at (x, y) metres; `floor` must be up to date."""
+        """Compute the paths for a robot at (x, y) metres; `floor` must be up to date."""
         self._floor = floor
         self._here = np.array([x, y])
         limits = floor.limits
         self.reachable = self._flood()
-        """(X, Y) cells where the robot could stand."""
+        """(X, Y) cells that the robot can reach."""
         self.time_s = np.full(self.reachable.shape, np.inf)
-        """(X, Y) seconds to get there, infinite where there is no way."""
+        """(X, Y) travel time in seconds, infinite without a path."""
         self._paths: Any = None
         if self.reachable.any():
             self._search(limits.slow_clearance, limits.slow_fraction, limits.speed)
 
     @property
     def grid(self) -> FloorGrid:
-        """The floor that the ways lead over."""
+        """The floor grid of the paths."""
         return self._floor.grid
 
     def nearest_cell(self, x: float, y: float, within_m: float) -> tuple[int, int] | None:
-        """Return the reachable cell nearest to a point, None when none is near enough."""
+        """Return the reachable cell nearest to a point, None if none is within `within_m`."""
         cells = np.argwhere(np.isfinite(self.time_s))
         if len(cells) == 0:
             return None
@@ -68,17 +68,17 @@ class FloorRoutes:
         return int(cells[best, 0]), int(cells[best, 1])
 
     def path_to(self, cell: tuple[int, int]) -> Float64Array:
-        """Return the (K, 2) corners of the way to a reachable cell, the robot's place first."""
+        """Return the (K, 2) corners of the path to a reachable cell, the robot's position first."""
         cells = np.array(self._paths.traceback(cell), dtype=np.int64)
         points = (cells + self.grid.origin + 0.5) * self.grid.voxel_size
         corners = np.vstack([self._here, points[1:] if len(points) > 1 else points])
         return self._straighten(corners.astype(np.float64))
 
     def _flood(self) -> NDArray[np.bool_]:
-        """Return the cells that are joined to the robot and leave the body room.
+        """Return the cells connected to the robot with room for the body.
 
-        A gap may have room for the body between the centres of cells but on none of them, so a
-        cell may miss the room by 0.4 of its edge, as the paper's planner allows.
+        A gap may have room for the body between cell centres but at none of them; the clearance may
+        therefore fall short by 0.4 of a cell, as in the paper's planner.
         """
         grid, limits = self.grid, self._floor.limits
         room = offset_distance_cells(grid.obstacle)
@@ -104,7 +104,7 @@ class FloorRoutes:
         self.time_s = np.where(self.reachable, times, np.inf)
 
     def _straighten(self, path: Float64Array) -> Float64Array:
-        """Cut corners of the grid's staircase wherever the straight move takes no longer."""
+        """Shorten the grid's staircase wherever the straight move takes no longer."""
         grid, limits, margin = self.grid, self._floor.limits, self._floor.margin_m
         out, at = [path[0]], 0
         while at < len(path) - 1:
@@ -123,28 +123,28 @@ class FloorRoutes:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Frontier:
-    """A run of seen floor beside unseen floor."""
+    """A boundary between known and unknown floor."""
 
     position: tuple[float, float]
-    """Its middle, metres."""
+    """Its centre, metres."""
     yaw_rad: float
-    """Direction in which the unseen floor lies."""
+    """Direction of the unknown floor."""
     cell: tuple[int, int]
-    """Reachable cell from which to look over it."""
+    """Reachable cell from which to view it."""
     time_s: float
-    """Seconds to get there."""
+    """Travel time, seconds."""
     length_m: float
 
 
 def find_frontiers(
     routes: FloorRoutes, *, min_length_m: float = 0.5, within_m: float = 0.8
 ) -> tuple[Frontier, ...]:
-    """Find where the known floor ends in the unknown (Yamauchi 1997).
+    """Return the boundaries of the known floor (Yamauchi 1997).
 
     Args:
-        routes: The floor, and ways over it.
-        min_length_m: Shorter runs are slits between things.
-        within_m: A frontier farther from every reachable cell lies behind something.
+        routes: The floor and the paths over it.
+        min_length_m: Shorter boundaries are slits between objects.
+        within_m: Frontiers farther from every reachable cell are behind obstacles.
     """
     grid = routes.grid
     opened = (grid.kind == OPEN) | routes.reachable
@@ -155,7 +155,7 @@ def find_frontiers(
         shifted = np.roll(unseen, -step, axis=axis)
         edge = [slice(None), slice(None)]
         edge[axis] = slice(-1, None) if step > 0 else slice(0, 1)
-        # What `roll` wraps round lies beyond the map, where nothing was seen.
+        # Cells that `roll` wraps around are outside the map and unknown.
         shifted[tuple(edge)] = True
         beside |= shifted
         normal[..., axis] += step * shifted
@@ -185,7 +185,7 @@ def _frontier(
     nearest: NDArray[np.int32],
     within_m: float,
 ) -> Frontier | None:
-    """Describe one run of cells, None when the robot cannot get near its middle."""
+    """Return the frontier of a connected boundary, None if its centre cannot be approached."""
     grid = routes.grid
     middle = cells[int(np.argmin(((cells - cells.mean(axis=0)) ** 2).sum(axis=1)))]
     i, j = int(middle[0]), int(middle[1])

@@ -1,4 +1,4 @@
-"""The methods that are compared: the paper's, its ablations, baselines and an upper bound."""
+"""Table of the methods: the paper's, ablations, baselines and an upper bound."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -25,15 +25,15 @@ from ippon.robot import CollisionSphere, RobotProfile
 from ippon.simulation.scene import Scene
 
 HARD_MARGIN_M: Final = 0.1
-"""Room beside the body that "hard clearance" demands everywhere, instead of a cost."""
+"""Clearance around the body that `hard_clearance` requires everywhere, instead of a cost."""
 _NO_CAP: Final = 1e6
 ORACLE_ROOM_M: Final = 0.06
-"""How much wider the body is that the oracle's ways are made for."""
+"""Enlargement of the body for the oracle's paths."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Situation:
-    """What a planner can be made from. Only the oracle looks at scene and judge."""
+class PlannerInputs:
+    """Inputs for making a planner. Only the oracle uses scene and judge."""
 
     config: MissionConfig
     robot: RobotProfile
@@ -45,8 +45,8 @@ class Situation:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Equipment:
-    """A planner, and what must see each frame before it."""
+class PlannerSetup:
+    """A planner, and the callback for each frame before its step."""
 
     planner: Planner
     observe: Callable[[Frame], None] | None = None
@@ -54,42 +54,42 @@ class Equipment:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Method:
-    """One way to search."""
+    """A search method."""
 
     name: str
     summary: str
     configure: Callable[[MissionConfig], MissionConfig] = lambda config: config
     guide: Callable[[Guidance], Guidance] = lambda guidance: guidance
-    equip: Callable[[Situation], Equipment]
-    goes_on: bool = True
-    """Can be given a second object; what the planner knows is not of the first alone."""
+    make_planner: Callable[[PlannerInputs], PlannerSetup]
+    supports_second_goal: bool = True
+    """Whether it can search for a second object; the oracle's paths lead to the first only."""
 
 
-def _viewpoint_planner(s: Situation) -> Equipment:
-    return Equipment(planner=ViewpointPlanner(s.config.planner, s.robot, s.seed))
+def _viewpoint_planner(s: PlannerInputs) -> PlannerSetup:
+    return PlannerSetup(planner=ViewpointPlanner(s.config.planner, s.robot, s.seed))
 
 
-def _by_rule(make: Callable[[Situation], Rule]) -> Callable[[Situation], Equipment]:
-    def equip(s: Situation) -> Equipment:
+def _by_rule(make: Callable[[PlannerInputs], Rule]) -> Callable[[PlannerInputs], PlannerSetup]:
+    def make_planner(s: PlannerInputs) -> PlannerSetup:
         planner = BaselinePlanner(s.config.planner, s.robot, s.seed, make(s))
-        return Equipment(planner=planner, observe=planner.observe)
+        return PlannerSetup(planner=planner, observe=planner.observe)
 
-    return equip
+    return make_planner
 
 
-def _semantic(s: Situation) -> Rule:
+def _semantic(s: PlannerInputs) -> Rule:
     probabilities = s.config.levels.as_array().astype(np.float64)
     rows = s.guidance.rows
     return SemanticFrontier({row.label: float(probabilities[row.level]) for row in rows})
 
 
-def _oracle(s: Situation) -> Equipment:
+def _oracle(s: PlannerInputs) -> PlannerSetup:
     wide = Judge(s.scene, widened(s.robot, ORACLE_ROOM_M), s.goal)
-    return Equipment(planner=OraclePlanner(s.scene, s.judge, wide))
+    return PlannerSetup(planner=OraclePlanner(s.scene, s.judge, wide))
 
 
 def widened(robot: RobotProfile, by_m: float) -> RobotProfile:
-    """Return a robot whose body is wider on every side."""
+    """Return a robot whose body is enlarged on every side."""
     spheres = tuple(
         CollisionSphere(x_m=s.x_m, y_m=s.y_m, z_m=s.z_m, radius_m=s.radius_m + by_m)
         for s in robot.spheres
@@ -114,7 +114,7 @@ def _without_far_evidence(config: MissionConfig) -> MissionConfig:
 
 
 def _papers_scores(config: MissionConfig) -> MissionConfig:
-    """Score viewpoints as the paper does: G(P_n) / C(P_n), the whole sum, and T(n) within reach."""
+    """Score viewpoints as in the paper: G(P_n) / C(P_n), the whole sum, and T(n) within range."""
     config = _without_far_evidence(config)
     planner = config.planner
     selection = replace(
@@ -136,7 +136,7 @@ def _straight_only(config: MissionConfig) -> MissionConfig:
 
 
 def _hard_clearance(config: MissionConfig) -> MissionConfig:
-    """Forbid less than a margin instead of preferring more room."""
+    """Forbid clearance below a margin instead of weighting it."""
     planner = config.planner
     local = replace(planner.local_planner, clearance="hard", hard_margin_m=HARD_MARGIN_M)
     floor = replace(planner.traversability, margin_m=HARD_MARGIN_M, slow_fraction=1.0)
@@ -154,82 +154,82 @@ def _no_travel_pitch(config: MissionConfig) -> MissionConfig:
 _ALL: Final = (
     Method(
         name="ippon",
-        summary="the paper's method, and what images show beyond the map's range",
-        equip=_viewpoint_planner,
+        summary="the paper's method, with evidence from images beyond the map's range",
+        make_planner=_viewpoint_planner,
     ),
     Method(
         name="no_bayes",
         summary="voxels keep the highest probability seen instead of the Bayes filter",
         configure=_max_fusion,
-        equip=_viewpoint_planner,
+        make_planner=_viewpoint_planner,
     ),
     Method(
         name="no_guidance",
         summary="every common object is rated average",
         guide=_all_average,
-        equip=_viewpoint_planner,
+        make_planner=_viewpoint_planner,
     ),
     Method(
         name="no_far_evidence",
-        summary="what images show beyond the map's range does not count, as in the paper",
+        summary="no evidence from images beyond the map's range, as in the paper",
         configure=_without_far_evidence,
-        equip=_viewpoint_planner,
+        make_planner=_viewpoint_planner,
     ),
     Method(
         name="paper",
         summary="viewpoints are scored as in the paper, from the map alone",
         configure=_papers_scores,
-        equip=_viewpoint_planner,
+        make_planner=_viewpoint_planner,
     ),
     Method(
         name="no_local_planner",
         summary="viewpoints connect by straight lines or not at all",
         configure=_straight_only,
-        equip=_viewpoint_planner,
+        make_planner=_viewpoint_planner,
     ),
     Method(
         name="hard_clearance",
-        summary="a fixed margin round the body instead of a cost that falls with room",
+        summary="a fixed margin around the body instead of a cost that falls with clearance",
         configure=_hard_clearance,
-        equip=_viewpoint_planner,
+        make_planner=_viewpoint_planner,
     ),
     Method(
         name="no_initial_yaw",
         summary="no turn on the spot at the start",
         configure=_no_initial_yaw,
-        equip=_viewpoint_planner,
+        make_planner=_viewpoint_planner,
     ),
     Method(
         name="no_travel_pitch",
         summary="the camera keeps its tilt while driving",
         configure=_no_travel_pitch,
-        equip=_viewpoint_planner,
+        make_planner=_viewpoint_planner,
     ),
     Method(
         name="nearest_frontier",
-        summary="the frontier that takes the least time (Yamauchi 1997)",
-        equip=_by_rule(lambda _: NearestFrontier()),
+        summary="the frontier with the least travel time (Yamauchi 1997)",
+        make_planner=_by_rule(lambda _: NearestFrontier()),
     ),
     Method(
         name="semantic_frontier",
-        summary="the frontier of highest value on a map of what images promise (VLFM)",
-        equip=_by_rule(_semantic),
-        goes_on=False,
+        summary="the frontier of highest value on a value map (VLFM)",
+        make_planner=_by_rule(_semantic),
+        supports_second_goal=False,
     ),
     Method(
         name="greedy_nbv",
         summary="the viewpoint of highest discounted gain, without guidance (Bircher 2016)",
-        equip=_by_rule(lambda _: GreedyNextBestView()),
+        make_planner=_by_rule(lambda _: GreedyNextBestView()),
     ),
     Method(
         name="oracle",
-        summary="the shortest way to the object, from ground truth",
-        equip=_oracle,
-        goes_on=False,
+        summary="the shortest path to the object, from ground truth",
+        make_planner=_oracle,
+        supports_second_goal=False,
     ),
 )
 METHODS: Final[Mapping[str, Method]] = {method.name: method for method in _ALL}
-"""Every method by name, the paper's first."""
+"""All methods by name, the paper's first."""
 BASELINES: Final = ("nearest_frontier", "semantic_frontier", "greedy_nbv")
 ABLATIONS: Final = (
     "no_bayes", "no_guidance", "no_local_planner", "hard_clearance", "no_initial_yaw",
@@ -238,10 +238,10 @@ ABLATIONS: Final = (
 
 
 def method_named(name: str) -> Method:
-    """Return a method.
+    """Return a method by name.
 
     Raises:
-        ValueError: There is none of that name.
+        ValueError: There is no such method.
     """
     try:
         return METHODS[name]

@@ -1,4 +1,4 @@
-"""The upper bound: a robot that knows where the object is and drives there."""
+"""The upper bound: a robot that drives to the object on the shortest path."""
 
 import math
 
@@ -16,35 +16,35 @@ from ippon.simulation.scene import Scene
 
 
 class OraclePlanner:
-    """Follows the shortest way to the nearest viewpoint of the goal, from the home's ground truth.
+    """Follows the shortest path to the nearest viewpoint of the goal, from ground truth.
 
-    It sees nothing and explores nothing; its SPL is what body, controller and the need to come to
-    rest leave of 1.
+    It neither maps nor explores; its SPL is below 1 only because of body, controller and the
+    distance needed to stop.
     """
 
     def __init__(self, scene: Scene, judge: Judge, wide: Judge) -> None:
-        """Take the ground truth.
+        """Store the ground truth.
 
         Args:
             scene: The home.
-            judge: Viewpoints and ways of this robot.
-            wide: The same for a body a little wider, whose ways leave room to drive; used where it
-                has a way at all.
+            judge: Viewpoints and paths of this robot.
+            wide: The same for a slightly wider body, whose paths leave room to drive; used where it
+                has a path.
         """
         self._scene = scene
         self._judges = (wide, judge)
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
-        """Ignore it: the goal is the judge's."""
+        """Do nothing: the goal is the judge's."""
 
     def set_termination_min(self, termination_min: float) -> None:
-        """Ignore it: the goal is the judge's."""
+        """Do nothing: the goal is the judge's."""
 
     def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
-        """Ignore them."""
+        """Do nothing."""
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
-        """Ignore it: the way is right."""
+        """Do nothing: the path is known to be free."""
 
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
         """See `Planner.step`."""
@@ -81,7 +81,7 @@ class OraclePlanner:
         )
 
     def _object_near(self, point: Float64Array) -> tuple[float, float]:
-        """Return the middle of the goal's instance nearest to a point."""
+        """Return the centre of the goal's instance nearest to a point."""
         instances = [self._scene.instances[k] for k in self._judges[1].instances]
         middles = [
             (

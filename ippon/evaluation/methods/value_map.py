@@ -1,4 +1,4 @@
-"""Which directions looked promising: the value map of VLFM, fed from heatmaps and levels."""
+"""The value map of VLFM, computed from heatmaps and levels."""
 
 import math
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from ippon.geometry import Float64Array
 
 _CELL_M: Final = 0.1
 _HALF_EXTENT_M: Final = 60.0
-"""Reach of the map round the place where the search began."""
+"""Half the side of the map, centred at the start of the search."""
 
 
 class ValueMap:
@@ -25,11 +25,11 @@ class ValueMap:
     """
 
     def __init__(self, level_of: Mapping[str, float], max_range_m: float = 5.0) -> None:
-        """Start empty.
+        """Create an empty map.
 
         Args:
             level_of: l(O | C) of each common label.
-            max_range_m: Cells farther away learn nothing from an image.
+            max_range_m: Range of an image; farther cells are not updated.
         """
         self._level_of = dict(level_of)
         self._max_range_m = max_range_m
@@ -39,12 +39,12 @@ class ValueMap:
         self._origin: Float64Array | None = None
 
     def image_value(self, frame: Frame) -> float:
-        """Return how much an image speaks for the goal ahead, 0 to 1; 0 without a heatmap."""
+        """Return the value of an image for the goal, 0 to 1; 0 without a heatmap."""
         heatmap = frame.heatmap
         if heatmap is None:
             return 0.0
         mean = heatmap.probabilities.reshape(-1, heatmap.probabilities.shape[2]).mean(axis=0)
-        # A detector's heatmap lacks the labels that it cannot tell; others tell nothing here.
+        # A detector's heatmap has only the labels that it can recognise.
         weights = np.zeros(len(mean))
         weights[: len(heatmap.labels)] = [self._level_of.get(x, 0.0) for x in heatmap.labels]
         if heatmap.ooi_channel is not None:
@@ -52,7 +52,7 @@ class ValueMap:
         return float(mean @ weights) / max(1e-9, float(mean.sum()))
 
     def observe(self, frame: Frame) -> None:
-        """Take an image over."""
+        """Fuse an image."""
         position = frame.T_world_camera[:3, 3]
         if self._origin is None:
             self._origin = position[:2] - _HALF_EXTENT_M
@@ -63,7 +63,7 @@ class ValueMap:
         forward = frame.T_world_camera[:2, 2]
         norm = float(np.linalg.norm(forward))
         if norm < 0.2:
-            return  # Looking straight down says nothing about what lies ahead.
+            return  # A camera that looks straight down does not see ahead.
         forward = forward / norm
         ahead = x * forward[0] + y * forward[1]
         right = x * forward[1] - y * forward[0]
@@ -78,7 +78,7 @@ class ValueMap:
         self._fuse(window, np.where(inside, confidence, 0.0), self.image_value(frame))
 
     def value_near(self, x: float, y: float, radius_m: float = 0.5) -> float:
-        """Return the median value of the cells seen within a radius of a point, 0 for none."""
+        """Return the median value of the observed cells within a radius of a point, 0 for none."""
         if self._origin is None:
             return 0.0
         i, j = ((np.array([x, y]) - self._origin) / _CELL_M).astype(np.int64)
@@ -91,7 +91,7 @@ class ValueMap:
     def _cells_round(
         self, position: Float64Array
     ) -> tuple[tuple[slice, slice] | None, Float64Array, Float64Array]:
-        """Return the window of cells in reach and their offsets in metres from a position."""
+        """Return the window of cells in range and their offsets in metres from a position."""
         assert self._origin is not None, "observe() sets it"
         low = (position[:2] - self._max_range_m - self._origin) / _CELL_M
         high = (position[:2] + self._max_range_m - self._origin) / _CELL_M
@@ -116,7 +116,7 @@ class ValueMap:
 
 
 def _horizontal_range(frame: Frame) -> Float64Array:
-    """Return (W,) how far, ahead on the floor, each image column sees; infinite without return."""
+    """Return (W,) the floor distance that each image column sees; infinite without returns."""
     depth = frame.depth.max(axis=0).astype(np.float64)
     # cos of the tilt: the share of the optical axis that runs along the floor.
     share = math.sqrt(max(1e-6, 1.0 - float(frame.T_world_camera[2, 2]) ** 2))

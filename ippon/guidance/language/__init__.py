@@ -1,1 +1,1 @@
-"""English sentences: words, names of objects, contexts."""
+"""Rule-based reading of English: words, names of objects, contexts, requests."""

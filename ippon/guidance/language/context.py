@@ -1,7 +1,7 @@
-"""Reading what the operator says about where the object is.
+"""Reading of the operator's context: where the object is, or is not.
 
-Not a parser of English: it finds the places that a text mentions (things of the knowledge table,
-rooms, activities), the preposition before each, and what in the same clause denies or softens it.
+Not a parser of English: it finds the places in a text (things of the knowledge table, rooms,
+activities), the preposition before each, and negations and doubts in the same clause.
 """
 
 import re
@@ -20,13 +20,13 @@ Strength = Literal["sure", "likely", "habit", "maybe"]
 MAX_CLAIMS = 12
 _BREAK = re.compile(r"[.!?;:\n…]|\s[-–—]+\s")
 _REACH = 4
-"""Words that may stand between a preposition and the place."""
+"""Most words between a preposition and the place."""
 _UNCLEAR = frozenset({"floor", "wall", "ceiling"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """One statement on where the object is, or is not."""
+    """One statement about where the object is, or is not."""
 
     relation: str
     """on, in, under, above, next to, near, between, behind, in front of, at, to, from, …"""
@@ -34,9 +34,9 @@ class Claim:
     """Canonical label of a thing, or a type of room."""
     kind: Literal["thing", "room"]
     label: str | None
-    """Label of the vocabulary that is the place or includes it."""
+    """Label of the vocabulary for the place, or for a wider thing."""
     room: str | None = None
-    """Type of room that the thing stands in, where it was said: the table in the kitchen."""
+    """Room type stated with a thing: the table in the kitchen."""
     negated: bool
     strength: Strength
     start: int
@@ -47,17 +47,17 @@ class Claim:
 
     @property
     def firm(self) -> bool:
-        """The place is stated, not offered as a habit or a possibility."""
+        """Whether the place is stated, not given as a habit or a possibility."""
         return self.strength in ("sure", "likely")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContextReading:
-    """What was understood of a context."""
+    """Result of reading a context."""
 
     claims: tuple[Claim, ...]
     notes: tuple[str, ...]
-    """What was not."""
+    """Messages about parts that were not understood."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,12 +76,12 @@ class _Clause:
 def read_context(
     context: str, vocabulary: Sequence[str], *, ooi: str | None = None
 ) -> ContextReading:
-    """Find the claims of a context.
+    """Return the claims of a context.
 
     Args:
         context: Free text.
         vocabulary: Labels of the common objects.
-        ooi: Canonical label of what is looked for: its own mentions are no places.
+        ooi: Canonical label of the goal; its own mentions are not places.
     """
     knowledge = load_knowledge()
     claims: list[Claim] = []
@@ -134,7 +134,7 @@ def _clauses(context: str) -> list[_Clause]:
 
 
 def _merge_asides(clauses: list[_Clause]) -> list[_Clause]:
-    """Join clauses that only say how sure the speaker is to the clause that they are about."""
+    """Join clauses that only express certainty to the clause that they refer to."""
     merged: list[_Clause] = []
     pending: tuple[Token, ...] = ()
     for clause in clauses:
@@ -154,7 +154,7 @@ def _read_clause(
     words = clause.words
     here = words[:2] in (["i", "am"], ["we", "are"]) or words[0] in {"i'm", "we're"}
     if here and not {"it", "left", "leave", "leaving", "sure", "certain"} & set(words):
-        # Where the speaker is now says nothing.
+        # The present position of the speaker is irrelevant.
         return []
     mentions = find_mentions(words, knowledge, ooi)
     claims: list[Claim] = []
@@ -174,7 +174,7 @@ def _read_clause(
             break
         start, end = clause.tokens[begin].start, clause.tokens[mention.end - 1].end
         if relation == "outside" and mention.kind == "thing":
-            relation = "near"  # Outside the door is at the door.
+            relation = "near"  # "Outside the door" is near the door.
         negated, strength = _polarity(words, begin, relation, mention)
         text = context[start:end]
         claims += [
@@ -198,7 +198,7 @@ def _read_clause(
 def _relation_before(
     words: list[str], mention: Mention, last_end: int, inherited: str | None
 ) -> tuple[str | None, int]:
-    """Return the relation of a mention and the index of the word where its phrase begins."""
+    """Return the relation of a mention and the index of the first word of its phrase."""
     index = mention.start
     steps = 0
     while index > last_end:
@@ -238,7 +238,7 @@ def _is_bare(words: list[str], mentions: list[Mention], number: int) -> bool:
     small = DETERMINERS | ADJECTIVES | lexicon.FILLERS | lexicon.ASIDES
     loose = [word for word in rest if word not in small]
     if ADJECTIVES & set(words[mentions[-1].end :]):
-        return False  # "the sofa is red" tells what the sofa is like.
+        return False  # "the sofa is red" describes the sofa.
     return not loose and (number == 0 or bool({"or", "and"} & set(rest)))
 
 
@@ -256,7 +256,7 @@ def _polarity(
     asked = " have you " in before or " did you " in before or " could you " in before
     aside = relation in lexicon.NEGATIVE_RELATIONS
     if relation == "from" and not lexicon.MOVED & set(words):
-        aside = False  # "The bottle from the fridge" is in the fridge, until somebody took it.
+        aside = False  # "The bottle from the fridge" is in the fridge, unless it was moved.
     searched = bool(lexicon.SEARCHED & set(scope)) and not asked
     if denied and not aside and lexicon.SEARCHES & set(scope) and mention.kind != "activity":
         return False, "maybe"  # "I haven't checked the bedroom yet."
@@ -278,7 +278,7 @@ def _strength(whole: str, doubtful: bool) -> Strength:
 
 
 def _join(claims: list[Claim], context: str) -> list[Claim]:
-    """Join what names one place together.
+    """Join claims that name one place together.
 
     "The table" and "in the kitchen" after it are one place; so are "the window" and "of the
     study"; of "the drawer of the dresser" the dresser is the place.
@@ -304,7 +304,7 @@ def _join(claims: list[Claim], context: str) -> list[Claim]:
 def _not_understood(
     clause: _Clause, found: list[Claim], knowledge: Knowledge, ooi: str | None
 ) -> list[str]:
-    """Name what stands after a preposition of place like a place, but is not known."""
+    """Return notes on unknown nouns after a preposition of place."""
     words = clause.words
     known = {
         index
@@ -329,5 +329,5 @@ def _not_understood(
         if noun and noun[0] not in lexicon.CLAUSE_STARTS:
             start = clause.tokens[index + 1].start
             if not any(claim.start <= start < claim.end for claim in found):
-                notes.append(f"“{noun[0]}” is no place that is known")
+                notes.append(f"“{noun[0]}” is not a known place")
     return notes

@@ -1,4 +1,4 @@
-"""The small words that carry a context sentence: where, whether, how sure."""
+"""Function words of contexts: prepositions, negations, degrees of certainty."""
 
 from ippon.guidance.language.words import word_set
 
@@ -80,7 +80,7 @@ PARTS = word_set(
     "centre inside outside surface arm arms seat part area one some rest base legs leg lid "
     "compartment shelf drawer"
 )
-"""Nouns after which "of the bed" still says where."""
+"""Nouns before "of the bed" that still give the place."""
 
 NEGATIONS = word_set(
     "not no never nor neither nowhere without cannot isn't wasn't aren't weren't don't "
@@ -88,10 +88,10 @@ NEGATIONS = word_set(
     "doesnt didnt cant couldnt wont havent hasnt hadnt unlikely impossible ain't"
 )
 SEARCHED = word_set("looked checked searched tried inspected combed")
-"""Past tense: where somebody has looked, it is not."""
+"""Past tense: the object is not where somebody has looked."""
 
 MOVED = word_set("moved took taken take brought carried removed picked")
-"""With these, "from the sofa" says where it no longer is."""
+"""With these, "from the sofa" is where the object no longer is."""
 
 SEARCHES = word_set("look check search try looked checked searched tried been")
 """With a negation, these name a place that is still to be searched."""
@@ -124,7 +124,7 @@ NEUTRAL = (
     "looked like",
     "couldn't be anywhere else",
 )
-"""Phrases that hold a negation or "looked" but deny no place."""
+"""Phrases that contain a negation or "looked" but deny no place."""
 
 DOUBTS = word_set("maybe perhaps might could possibly sometimes whether if unless may wonder")
 DOUBT_PHRASES = ("not sure", "not certain", "don't know", "do not know", "can be", "no idea")
@@ -181,7 +181,7 @@ ABSENT_PHRASES = (
     "do not go there",
     "don't look there",
 )
-"""A clause without a place that takes the claims of the clause before it back."""
+"""A clause without a place that retracts the claims of the clause before it."""
 
 SUGGESTIONS = (
     "check",
@@ -210,7 +210,7 @@ ABSTRACT = word_set(
     "august september october november december spring summer autumn winter dark rain snow "
     "sun weather possible best new few some many years days months weeks ago"
 )
-"""Nouns after a preposition that name no place in a home."""
+"""Nouns after a preposition that are not places in a home."""
 
 FILLERS = (
     BELIEFS
@@ -222,7 +222,7 @@ FILLERS = (
         "only so very well hmm um eh please check try look"
     )
 )
-"""A clause of these and a place means the place: "the sofa, I guess"."""
+"""A clause of these and a place names the place: "the sofa, I guess"."""
 
 ASIDES = (
     BELIEFS
@@ -233,7 +233,7 @@ ASIDES = (
         "cannot remember exactly idea no clue bet would sadly sorry well hmm um"
     )
 )
-"""A clause of these only says how sure the speaker is of the clause beside it."""
+"""A clause of these only expresses certainty about the adjacent clause."""
 
 STOREYS = word_set("upstairs downstairs")
-"""Words about floors of the building, which the map does not know."""
+"""Words for floors of the building, which the map does not distinguish."""

@@ -1,4 +1,4 @@
-"""Where a sentence names things, rooms and activities of the knowledge table."""
+"""Mentions of things, rooms and activities of the knowledge table in a sentence."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -13,12 +13,12 @@ from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, word_set
 
 _LONGEST = 5
 _VERBS = word_set("can may left right saw light clean watch see back present last iron")
-"""Words of the table that mostly are something else in running text; they need an article."""
+"""Words of the table that usually mean something else in running text; they need an article."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mention:
-    """A place that a sentence names."""
+    """A place in a sentence."""
 
     start: int
     """Index of its first word."""
@@ -26,7 +26,7 @@ class Mention:
     """Index after its last word."""
     kind: Literal["thing", "room", "activity"]
     places: tuple[str, ...]
-    """One place; of an activity, where people do it."""
+    """One place; for an activity, the places where it is done."""
     room: str | None = None
     """Type of room named with a thing: "bedroom closet"."""
 
@@ -34,13 +34,13 @@ class Mention:
 def find_mentions(
     words: list[str], knowledge: Knowledge, ooi: str | None, *, own: bool = False
 ) -> list[Mention]:
-    """Find what a sentence names, from left to right, the longest names first.
+    """Return the mentions in a sentence, from left to right, the longest names first.
 
     Args:
         words: The sentence in lower case.
         knowledge: The table.
-        ooi: Canonical label of what is looked for; it is left out.
-        own: Keep the mentions of what is looked for.
+        ooi: Canonical label of the goal; it is left out.
+        own: Whether to keep the mentions of the goal.
     """
     mentions: list[Mention] = []
     index = 0
@@ -95,7 +95,7 @@ def _is_noun(words: list[str], index: int) -> bool:
 
 
 def _misspelt(words: list[str], index: int, knowledge: Knowledge) -> Mention | None:
-    """Read a word that stands where a place must stand, if it is surely a misspelling."""
+    """Return the place for a word in the position of a place, if it is clearly a misspelling."""
     word = words[index]
     if len(word) < 4 or index == 0 or word in ADJECTIVES:
         return None

@@ -1,4 +1,4 @@
-"""Which object does the operator mean: synonyms, plurals, misspellings, attributes."""
+"""Resolution of an operator's text to an object: synonyms, plurals, misspellings, attributes."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -22,41 +22,41 @@ from ippon.vocabulary import canonical_label
 _CUT = word_set("of with without for in on at from that which who by near under next made")
 """Words that end the noun phrase: "cup of coffee" is a cup."""
 _TOY = word_set("toy plush stuffed")
-"""What bears one of these is a toy, whatever it depicts."""
+"""Words that make a toy of any noun."""
 _MAX_WORDS = 12
 _MAX_MISSPELT = 3
-"""Longer phrases that the table lacks are descriptions, not misspellings."""
+"""Longer unknown phrases are descriptions, not misspellings."""
 _FOREIGN = re.compile(r"[^\W_]", re.UNICODE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResolvedObject:
-    """What the text of an operator stands for."""
+    """Object that an operator's text stands for."""
 
     canonical: str
-    """Label to search for: the vocabulary's own label where it has the object ("couch" gives
-    "sofa"), else the table's name for it, else the operator's words."""
+    """Label to search for: the vocabulary's label for the object ("couch" gives "sofa"), else the
+    table's name, else the operator's words."""
     known: bool
-    """The knowledge table has it, or something that it is a kind of."""
+    """Whether the knowledge table has it, or a wider thing."""
     category: str | None
-    """Label of the vocabulary that is the object or that it is an instance of."""
+    """Label of the vocabulary for the object, or for a wider thing."""
     display: str
-    """The operator's words without articles and possessives; attributes are kept."""
+    """The operator's words without articles and possessives, with attributes."""
     suggestion: str | None = None
-    """A spelling that was assumed (`known`) or that may have been meant (not `known`)."""
+    """A spelling that was assumed (`known`) or that may be meant (not `known`)."""
     concept: str | None = None
-    """Entry of the knowledge table that answers for it."""
+    """Entry of the knowledge table that is used for it."""
 
 
 def resolve_object(text: str, vocabulary: Sequence[str]) -> ResolvedObject:
-    """Find out which object a text names.
+    """Return the object that a text names.
 
     Args:
         text: A noun phrase as a person types it: "my red hat", "the couches", "toy elephant".
         vocabulary: Labels of the common objects.
 
     Raises:
-        ValueError: The text holds no word.
+        ValueError: The text contains no word.
     """
     words = _noun_phrase(text)
     knowledge = load_knowledge()
@@ -92,7 +92,7 @@ def same_object(one: str, other: str) -> bool:
 
 
 def is_instance_of(label: str, ooi: str) -> bool:
-    """Tell whether a thing labelled `label` answers the question for `ooi`.
+    """Tell whether a thing labelled `label` counts as an `ooi`.
 
     A baseball cap is a hat and a television is a tv; a hat need not be a baseball cap.
     """
@@ -106,7 +106,7 @@ def is_instance_of(label: str, ooi: str) -> bool:
 
 @lru_cache(maxsize=64)
 def vocabulary_labels(vocabulary: tuple[str, ...]) -> dict[str, str]:
-    """Map the canonical labels of the table to the labels of a vocabulary that stand for them."""
+    """Return the labels of a vocabulary by the canonical labels of the table."""
     knowledge = load_knowledge()
     labels: dict[str, str] = {}
     for label in vocabulary:
@@ -116,7 +116,7 @@ def vocabulary_labels(vocabulary: tuple[str, ...]) -> dict[str, str]:
 
 
 def category_of(entry: Entry, vocabulary: Sequence[str]) -> str | None:
-    """Return the label of the vocabulary that is the thing, or the nearest that includes it."""
+    """Return the label of the vocabulary for the thing, or for its nearest wider thing."""
     labels = vocabulary_labels(tuple(vocabulary))
     knowledge = load_knowledge()
     for name in (entry.label, *wider(entry, knowledge)):
@@ -128,7 +128,7 @@ def category_of(entry: Entry, vocabulary: Sequence[str]) -> str | None:
 
 
 def wider(entry: Entry, knowledge: Knowledge) -> list[str]:
-    """Return the labels of what an entry is an instance of, nearest first, without itself."""
+    """Return the labels of wider things of an entry, nearest first, without itself."""
     found = [entry.thing.name] if entry.label != entry.thing.name else []
     queue = list(entry.thing.parents)
     while queue:
@@ -156,10 +156,10 @@ def _noun_phrase(text: str) -> list[str]:
 
 
 def _look_up(words: list[str], knowledge: Knowledge) -> Entry | None:
-    """Find the longest end of a phrase that the table has; else the longest beginning.
+    """Return the longest end of a phrase that the table has; else the longest beginning.
 
-    The head of an English noun phrase stands last. What stands before it makes another, narrower
-    thing of it if it is itself a noun that the table has ("ski helmet"), and else only describes.
+    The head of an English noun phrase is last. The words before it make it a narrower thing if they
+    are nouns of the table ("ski helmet"), and only describe it otherwise.
     """
     for start in range(len(words)):
         entry = knowledge.find(" ".join(words[start:]))
@@ -180,7 +180,7 @@ def _look_up(words: list[str], knowledge: Knowledge) -> Entry | None:
 
 
 def _spelling(words: list[str], knowledge: Knowledge) -> tuple[Entry | None, str | None]:
-    """Correct what is surely misspelt; of what may be, return a suggestion only."""
+    """Correct clear misspellings; for possible ones, return a suggestion only."""
     suggestion: str | None = None
     for start in range(len(words)):
         phrase = " ".join(words[start:])
@@ -197,7 +197,7 @@ def _spelling(words: list[str], knowledge: Knowledge) -> tuple[Entry | None, str
 
 
 def _swapped(phrase: str, knowledge: Knowledge) -> str | None:
-    """Return a word of three letters that two letters make when they change places."""
+    """Return a known word of three letters with two letters exchanged."""
     if len(phrase) != 3:
         return None
     swapped = (phrase[1] + phrase[0] + phrase[2], phrase[0] + phrase[2] + phrase[1])
@@ -205,10 +205,10 @@ def _swapped(phrase: str, knowledge: Knowledge) -> str | None:
 
 
 def _is_misspelling(phrase: str, candidate: str) -> bool:
-    """Tell whether a phrase that the table lacks can hardly be anything but a misspelling.
+    """Tell whether an unknown phrase is almost certainly a misspelling of a candidate.
 
-    Short words have many neighbours ("coach" and "couch" are both right), so they must keep their
-    letters; longer ones may miss or mistake one, and from nine letters on two.
+    Short words have many neighbours ("coach" and "couch" are both words), so they must keep their
+    letters; longer ones may lack or replace one, and from nine letters on two.
     """
     if phrase[0] != candidate[0]:
         return False

@@ -1,4 +1,4 @@
-"""One sentence is enough: which object, and what is known about where it is."""
+"""Reading of a request in one sentence: object and context."""
 
 import re
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, Token, tokeni
 
 MAX_OBJECT_CHARS = 80
 MAX_SENTENCE_CHARS = 2000
-"""What follows is not read."""
+"""Longer sentences are cut."""
 _MAX_TRIGGERS = 8
 
 _ASK = (
@@ -63,7 +63,7 @@ _STOP = word_set(
 )
 """Words that end the name of the object."""
 _VERBS = word_set("did do does doing go goes went gone come came comes get got hide hid run ran")
-"""A name that holds one of them is half a sentence."""
+"""A name that contains one of them is part of a sentence."""
 _PLACE = frozenset(RELATIONS) - {"with"}
 _TRIM = " \t\n\r,;:.!?-–—\"'“”"
 _LEAD = re.compile(
@@ -78,24 +78,24 @@ _LEFTOVER = re.compile(
     re.IGNORECASE,
 )
 _WHERE = re.compile(r"\s+for\s+$", re.IGNORECASE)
-"""What stands before the last word of "search the kitchen for" is a place."""
+"""The text before the last word of "search the kitchen for" is a place."""
 _ALSO = re.compile(r"[\s,]*(?:and|then|or)\b", re.IGNORECASE)
 _BREAK = re.compile(r"[,.!?;:\n()…]|\s[-–—]+\s")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Query:
-    """What a sentence asks for."""
+    """A request."""
 
     object: str
-    """As the operator wrote it, without article; empty when no object was found."""
+    """The object as written, without article; empty if there is none."""
     context: str
     doubtful: bool
-    """Show it for correction before the robot moves."""
+    """Whether to show it for correction before the robot moves."""
 
 
 def is_name(text: str) -> bool:
-    """Tell whether a text is the name of an object and nothing else, so that none need read it."""
+    """Tell whether a text is only the name of an object."""
     if len(text.split()) < 2:
         return True
     query = read_query(text)
@@ -103,7 +103,7 @@ def is_name(text: str) -> bool:
 
 
 def read_query(sentence: str) -> Query:
-    """Split a sentence into the object and what it tells about where the object is.
+    """Split a request into object and context.
 
     "Find my hat, I think I left it on the sofa" gives "hat" and "I think I left it on the sofa".
     """
@@ -112,7 +112,7 @@ def read_query(sentence: str) -> Query:
     asked = list(islice(_ASKED.finditer(text), _MAX_TRIGGERS))
     spans = [(match, _noun_span(text, match.end(), knowledge)) for match in asked]
     named = [(match, span) for match, span in spans if span is not None]
-    # "Go to the kitchen and find a mug": the room is no object where a better one follows.
+    # "Go to the kitchen and find a mug": the room is not the object if another one follows.
     named.sort(key=lambda pair: _is_room(text[slice(*pair[1])], knowledge))
     for match, span in named:
         inner = _WHERE.search(match.group())
@@ -138,7 +138,7 @@ def _query(noun: str, before: str, after: str, *, sure: bool) -> Query:
     context = _tidy(after)
     several = _ALSO.match(after) is not None and not _PLACE & {t.word for t in tokenize(after)}
     if several:
-        context = ""  # A second thing to find is no place of the first.
+        context = ""  # A second object to find is not a place of the first.
     if before and len(tokenize(before)) > 2 and not _is_request(before):
         context = " ".join(part for part in (_tidy(before) + ".", context) if part.strip("."))
     found = resolve_object(noun, ())
@@ -152,7 +152,7 @@ def _query(noun: str, before: str, after: str, *, sure: bool) -> Query:
 
 
 def _is_request(text: str) -> bool:
-    """Tell whether what stands before the question only asks: "could you please"."""
+    """Tell whether the text before the question only asks: "could you please"."""
     small = word_set(
         "can could would will you please i want need to help me hey robot kindly like try go and "
         "us let's lets now be able so dear do the a your next task job is mind just quickly should "
@@ -162,8 +162,8 @@ def _is_request(text: str) -> bool:
 
 
 def _noun_span(text: str, start: int, knowledge: Knowledge) -> tuple[int, int] | None:
-    """Find the noun phrase that begins at an offset; None where there is none."""
-    # A name is never longer than this, and a request may be.
+    """Return the noun phrase that begins at an offset, or None."""
+    # Names are never longer than this.
     window = tokenize(text[start : start + 3 * MAX_OBJECT_CHARS])
     tokens = [Token(token.word, token.start + start, token.end + start) for token in window]
     if not tokens or (tokens[0].word in _PRONOUNS and not _is_head(tokens)):
@@ -202,7 +202,7 @@ def _has_noun(tokens: list[Token]) -> bool:
 
 
 def _any_object(text: str, knowledge: Knowledge) -> Query:
-    """Fall back on the first thing that the table knows anywhere in the text."""
+    """Return the first thing in the text that the table knows, as a fallback."""
     tokens = tokenize(text)
     for length in (3, 2, 1):
         for index in range(len(tokens) - length + 1):

@@ -1,4 +1,4 @@
-"""English words: tokens, singulars, and the small words that carry no meaning of their own."""
+"""English words: tokens, singulars, plurals, articles, adjectives."""
 
 import re
 import unicodedata
@@ -15,7 +15,7 @@ DETERMINERS = word_set(
     "a an the teh hte my your our his her their its this that these those some any one another "
     "other each every both all whose own said please"
 )
-"""Words before a noun that say which one, not what it is."""
+"""Words before a noun that select an instance."""
 
 ADJECTIVES = word_set(
     "red green blue yellow orange black white brown grey gray pink purple violet beige golden "
@@ -63,7 +63,7 @@ class Token:
     """One word of a text."""
 
     word: str
-    """In lower case, typographic apostrophes made plain."""
+    """Lower case, with plain apostrophes."""
     start: int
     end: int
 
@@ -86,7 +86,7 @@ def plain(text: str) -> str:
 
 
 def singular_candidates(word: str) -> tuple[str, ...]:
-    """Return what a word could be the plural of by the regular rules, the likeliest first."""
+    """Return possible singulars of a word by the regular rules, the most likely first."""
     for single, plural in _IRREGULAR.items():
         if word == plural:
             return (single,)
@@ -104,12 +104,12 @@ def singular_candidates(word: str) -> tuple[str, ...]:
 
 @lru_cache(maxsize=4096)
 def singular(word: str) -> str:
-    """Return the singular of a noun; of a word that is no plural, the word itself."""
+    """Return the singular of a noun; a word that is not a plural is unchanged."""
     if not word.isascii() or not singular_candidates(word) or word in _PLURALS:
         return word
     if word.endswith(("us", "is", "as")):
         return word
-    # Importing inflect takes more than a second, and only words outside the table come here.
+    # Importing inflect takes more than a second, and only words outside the table need it.
     import inflect  # noqa: PLC0415
 
     # The library's `Word` is a string of at least one letter.
@@ -127,7 +127,7 @@ def plural(word: str) -> str:
 
 
 def generic(phrase: str) -> str:
-    """Write a phrase as the subject of a general statement: "hats are", "toilet paper is"."""
+    """Return a phrase as the subject of a general statement: "hats are", "toilet paper is"."""
     head, _, last = phrase.rpartition(" ")
     if phrase in _IRREGULAR_PHRASES:
         return f"{_IRREGULAR_PHRASES[phrase]} are"
@@ -144,7 +144,7 @@ def is_many(phrase: str) -> bool:
 
 
 def with_article(phrase: str) -> str:
-    """Write a phrase with its indefinite article; plurals and mass nouns get none."""
+    """Return a phrase with its indefinite article; plurals and mass nouns have none."""
     last = phrase.rpartition(" ")[2]
     if last in _PLURALS or last in _MASS:
         return phrase

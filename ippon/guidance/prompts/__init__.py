@@ -1,1 +1,1 @@
-"""Questions to a language model, and what is read from its answers."""
+"""Prompts for language models, and parsing of their answers."""

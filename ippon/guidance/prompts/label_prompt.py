@@ -1,7 +1,7 @@
-"""Which common objects an image shows that are not told apart yet: the question and the answer.
+"""Prompt for common objects in an image that the vocabulary lacks.
 
-An image may hold writing that reads like an order. Nothing but names of things that the knowledge
-table has comes out of an answer.
+Text in an image may contain instructions. Only names of things in the knowledge table are taken
+from an answer.
 """
 
 import json
@@ -23,7 +23,7 @@ SCENE_SCHEMA: dict[str, Any] = {
 
 
 def build_scene_prompt(vocabulary: Sequence[str]) -> str:
-    """Ask for large, common things in an image that the vocabulary lacks."""
+    """Return the prompt for large, common things in an image that the vocabulary lacks."""
     known = ", ".join(label.replace("_", " ") for label in vocabulary)
     return (
         "This is what a robot sees in a building. Name furniture and other large things in it that "
@@ -35,11 +35,11 @@ def build_scene_prompt(vocabulary: Sequence[str]) -> str:
 
 
 def parse_scene_reply(text: str, vocabulary: Sequence[str]) -> tuple[str, ...]:
-    """Read an answer.
+    """Parse an answer.
 
     Returns:
         Canonical labels that the vocabulary lacks and the knowledge table has, at most
-        `MAX_NAMES`; things that are found anywhere, or stand for many others, are left out.
+        `MAX_NAMES`; things that occur anywhere, or stand for many others, are left out.
     """
     knowledge = load_knowledge()
     found: list[str] = []

@@ -1,7 +1,7 @@
-"""What a language model is asked, and what is read from its answer.
+"""Prompt for proximity levels.
 
-The semantics are those of the paper's prompt (Sec. Semantic Guidance, Listing 1); the words are
-ours. Whatever a model answers, nothing but known labels, levels and bounded reasons comes out.
+The semantics are those of the paper's prompt (Sec. Semantic Guidance, Listing 1); the wording is
+ours. Only known labels, levels and bounded reasons are taken from an answer.
 """
 
 import json
@@ -46,14 +46,14 @@ Its keys are the categories exactly as they are in the list, its values objects 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParsedReply:
-    """What was read from an answer."""
+    """Content of an answer."""
 
     rows: tuple[LabelLevel, ...]
     """In the order of the vocabulary; labels without an answer are left out."""
     missing: tuple[str, ...]
     """Labels without an answer, in the order of the vocabulary."""
     unknown: tuple[str, ...]
-    """Categories that were rated although nobody asked for them."""
+    """Rated categories that were not requested."""
 
 
 def build_prompt(
@@ -64,14 +64,14 @@ def build_prompt(
     *,
     reply: ReplyFormat = "lines",
 ) -> str:
-    """Word the question for the levels of a goal.
+    """Return the prompt for the levels of a goal.
 
     Args:
-        ooi: The goal as people write it: "red hat".
+        ooi: The goal in words: "red hat".
         context: The operator's words; empty leaves the sentence out.
         scenario: "an apartment with different rooms"; empty leaves it out.
         vocabulary: Labels of the common objects.
-        reply: Form of the answer that is asked for.
+        reply: Form of the answer.
     """
     name = _quoted(ooi, 80)
     said = _quoted(context, 2000)
@@ -94,7 +94,7 @@ def build_prompt(
 
 
 def build_reminder(missing: Sequence[str]) -> str:
-    """Ask for the categories that an answer left out, in the form of the first question."""
+    """Return the prompt for the categories that an answer left out, in the same form."""
     return (
         "Your answer left these categories out. Rate them too, in the same form: "
         f"{', '.join(missing)}."
@@ -102,7 +102,7 @@ def build_reminder(missing: Sequence[str]) -> str:
 
 
 def reply_schema(vocabulary: Sequence[str]) -> dict[str, Any]:
-    """Return the JSON Schema of an answer, for endpoints that can be held to one."""
+    """Return the JSON Schema of an answer, for endpoints that support one."""
     rating = {
         "type": "object",
         "properties": {
@@ -121,9 +121,9 @@ def reply_schema(vocabulary: Sequence[str]) -> dict[str, Any]:
 
 
 def parse_reply(text: str, vocabulary: Sequence[str]) -> ParsedReply:
-    """Read an answer in either form, also where it is decorated, cut off or half wrong.
+    """Parse an answer in either form, also if decorated, truncated or partly invalid.
 
-    A category that is rated twice keeps its last level: models correct themselves.
+    The last rating of a category counts, because models correct themselves.
     """
     text = _THOUGHT.sub(" ", text[:MAX_REPLY_CHARS])
     by_label = {canonical_label(label): label for label in vocabulary}
@@ -173,7 +173,7 @@ def _from_json(text: str) -> Iterable[_Rating]:
 
 
 def _from_value(value: object, depth: int) -> Iterable[_Rating]:
-    """Walk an answer: ratings by category, a list of ratings, or either inside an object."""
+    """Yield ratings by category, from a list, or from either inside an object."""
     if depth > 3:
         return
     if isinstance(value, list):
@@ -210,7 +210,7 @@ def _rating(name: str, value: object) -> _Rating | None:
 
 
 def _from_broken_json(text: str) -> Iterable[_Rating]:
-    """Read the whole pairs of JSON that was cut off or has a slip in it."""
+    """Yield the complete pairs of truncated or invalid JSON."""
     for match in _PAIR.finditer(text):
         if match["level"]:
             level = _level(match["level"])
@@ -252,5 +252,5 @@ def _short(text: str, most: int = 60) -> str:
 
 
 def _quoted(text: str, most: int) -> str:
-    """Make a text one line without quotation marks, so that it cannot leave its sentence."""
+    """Return a text as one line without quotation marks, so that it stays inside its sentence."""
     return plain(text)[:most].replace('"', "'").replace("“", "'").replace("”", "'").rstrip(" .")

@@ -1,7 +1,7 @@
-"""Whether a crop of an image shows an object: the question and the answer.
+"""Prompt for a second opinion: does a crop of an image show an object?
 
-An image may hold writing that reads like an order. Nothing but one of three words, and a reason
-that is shown to the operator and read by nothing, comes out of an answer.
+Text in an image may contain instructions. Only one of three words, and a reason that is shown to
+the operator, are taken from an answer.
 """
 
 import json
@@ -11,9 +11,9 @@ Verdict = Literal["yes", "no", "unsure"]
 
 VERDICTS: Final[tuple[Verdict, ...]] = ("yes", "no", "unsure")
 MAX_REASON: Final = 160
-"""Characters of a reason that are shown."""
+"""Most characters of a reason."""
 MAX_REPLY: Final = 4000
-"""A longer reply is no answer."""
+"""Longer replies are not parsed."""
 
 OPINION_SCHEMA: dict[str, Any] = {
     "type": "object",
@@ -27,7 +27,7 @@ OPINION_SCHEMA: dict[str, Any] = {
 
 
 def build_opinion_prompt(display: str) -> str:
-    """Ask whether the middle of an image shows an object.
+    """Return the prompt for the object in the middle of an image.
 
     Args:
         display: The object in the operator's words.
@@ -42,7 +42,7 @@ def build_opinion_prompt(display: str) -> str:
 
 
 def parse_opinion_reply(text: str) -> tuple[Verdict, str] | None:
-    """Read an answer; None for anything but one of the three words or such an object.
+    """Parse an answer; None if it is not one of the three words or such a JSON object.
 
     Returns:
         The answer and the reason, cut to one printable line.
@@ -67,7 +67,7 @@ def parse_opinion_reply(text: str) -> tuple[Verdict, str] | None:
 
 
 def _unfenced(text: str) -> str:
-    """Return a reply without the fence that some models put round JSON."""
+    """Return a reply without the code fence that some models put around JSON."""
     text = text.strip()
     if text.startswith("```") and text.endswith("```") and "\n" in text:
         return text[text.index("\n") : -3]

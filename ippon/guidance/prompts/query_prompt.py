@@ -1,4 +1,4 @@
-"""One sentence read by a language model: the question, and what is taken from the answer."""
+"""Prompt for reading a request, and parsing of the answer."""
 
 import json
 from typing import Any, cast
@@ -18,7 +18,7 @@ QUERY_SCHEMA: dict[str, Any] = {
 
 
 def build_query_prompt(sentence: str) -> str:
-    """Ask which object a sentence wants found, and what it tells about where that is."""
+    """Return the prompt for object and context of a request."""
     said = plain(sentence)[:MAX_CONTEXT_CHARS].replace('"', "'")
     return (
         "Somebody asks a robot to find an object. Take two things from the request.\n"
@@ -33,10 +33,10 @@ def build_query_prompt(sentence: str) -> str:
 
 
 def parse_query_reply(text: str, sentence: str) -> Query | None:
-    """Read the answer; None where there is none in it.
+    """Parse an answer; None if it is invalid.
 
-    What the model did not find in the request but made up is kept, and marked doubtful: the
-    operator sees it before the robot moves.
+    Text that is not in the request is kept and marked doubtful, so that the operator sees it before
+    the robot moves.
     """
     start = text.find("{")
     if start < 0:

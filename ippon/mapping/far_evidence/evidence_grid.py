@@ -16,13 +16,11 @@ STEEPNESS: Final = 1.7
 LEAST_SCORE: Final = 0.002
 MOST_NAT: Final = 5.0
 LEAST_DEPTH: Final = 0.2
-"""Share of the depth image with returns below which it does not count as a view of the floor."""
+"""Share of depth pixels with returns below which an image does not count as a view of the floor."""
 OBJECT_HEIGHT_M: Final = 0.4
 """A cell is in view when the point at this height over it is."""
 SLACK_M: Final = 0.6
 """Uncertainty of a distance from the floor contact or from far depth, metres."""
-SPREAD_M: Final = 0.75
-"""Radius over which the evidence of a cell is spread: far places are inexact."""
 LOOK_M: Final = (0.8, 1.6, 2.4, 3.2, 4.0)
 """Distances ahead of a viewpoint at which the grid is sampled, metres."""
 FAINT: Final = np.float32(0.01)
@@ -37,18 +35,25 @@ class EvidenceGrid:
     """
 
     def __init__(
-        self, *, cell_m: float, images_near: int, corner: Float64Array, near: NDArray[np.uint8]
+        self,
+        *,
+        cell_m: float,
+        images_near: int,
+        spread_m: float,
+        corner: Float64Array,
+        near: NDArray[np.uint8],
     ) -> None:
         """Begin without evidence.
 
         Args:
             cell_m: Edge of a cell.
             images_near: Images within the map's range after which a cell is left to the map.
+            spread_m: Radius over which the evidence of a cell is spread.
             corner: (2,) world x and y of the corner of cell (0, 0), metres.
             near: (SIDE, SIDE) images within the map's range that have shown each cell.
         """
         self.corner, self.near = corner, near
-        self._cell_m, self._images_near = cell_m, images_near
+        self._cell_m, self._images_near, self._spread_m = cell_m, images_near, spread_m
         self._log = np.zeros((SIDE, SIDE), np.float32)
         self._published = np.zeros((SIDE, SIDE), np.float32)
         self._spread = np.zeros((SIDE, SIDE), np.float32)
@@ -108,7 +113,7 @@ class EvidenceGrid:
         """Make the present evidence the one that queries read; `least_nat` is subtracted."""
         self._published[:] = self._log
         self._spread[:] = 0.0
-        _spread_kernel(self._log, least_nat, round(SPREAD_M / self._cell_m), self._spread)
+        _spread_kernel(self._log, least_nat, round(self._spread_m / self._cell_m), self._spread)
 
     @property
     def any_published(self) -> bool:

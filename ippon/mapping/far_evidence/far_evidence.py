@@ -45,14 +45,18 @@ class FarEvidenceConfig:
     least_nat: float = 1.1
     """Evidence that is subtracted, since other things resemble the object; more ignores more."""
     most_nat: float = 4.0
-    """Upper bound of the evidence of a cell; more trusts images from afar more."""
+    """Upper bound of the evidence of a cell; more trusts distant images more."""
     cue_nat: float = 2.0
-    """Evidence above which a common object that the goal is certainly near counts from afar as if
-    it were in the map; more requires clearer images of it."""
+    """Evidence above which a common object of level *certain* counts as if it were in the map; more
+    requires clearer images of it."""
     forget_s: float = 40.0
     """Time constant of the decay of evidence that no image renews; more keeps it longer."""
     images_near: int = 3
-    """Images within the map's range after which a cell is left to the map."""
+    """Images within the map's range after which a cell is left to the map; more keeps evidence
+    near the robot for longer."""
+    spread_m: float = 0.75
+    """Radius over which the evidence of a cell is spread, because distant positions are inexact;
+    more draws viewpoints from a wider area."""
 
     def __post_init__(self) -> None:
         """Reject values without meaning."""
@@ -72,6 +76,8 @@ class FarEvidenceConfig:
             )
         if not self.forget_s > 0.0:
             raise ValueError(f"forget_s is a positive time; got {self.forget_s}")
+        if not 0.0 <= self.spread_m < math.inf:
+            raise ValueError(f"spread_m is at least 0; got {self.spread_m}")
         for name in ("least_nat", "cue_nat"):
             if not 0.0 <= getattr(self, name) < self.most_nat < math.inf:
                 raise ValueError(
@@ -138,7 +144,11 @@ class FarEvidence:
     def _begin(self, corner: Float64Array, near: NDArray[np.uint8]) -> EvidenceGrid:
         config = self._config
         self._grid = EvidenceGrid(
-            cell_m=config.cell_m, images_near=config.images_near, corner=corner, near=near
+            cell_m=config.cell_m,
+            images_near=config.images_near,
+            spread_m=config.spread_m,
+            corner=corner,
+            near=near,
         )
         return self._grid
 

@@ -1,4 +1,4 @@
-"""The observation model of a heatmap, as the kernels take it."""
+"""Observation models as arrays for the kernels."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,17 +10,17 @@ _Tables = tuple[NDArray[np.float32], NDArray[np.int64]]
 
 
 class LikelihoodTables:
-    """Turns observation models into arrays; each is made once."""
+    """Converts observation models to arrays and caches them."""
 
     def __init__(self, models: ObservationModels) -> None:
         self._models = models
         self._made: dict[tuple[str, str, tuple[str, ...], str | None], _Tables] = {}
 
     def of(self, heatmap: Heatmap | None, labels: tuple[str, ...], ooi: str | None) -> _Tables:
-        """Return the likelihood of each value of a heatmap.
+        """Return the likelihood ratio of each value of a heatmap.
 
         Args:
-            heatmap: None for nothing.
+            heatmap: The heatmap, or None.
             labels: Common labels of the map.
             ooi: Its object of interest.
 

@@ -1,4 +1,4 @@
-"""The voxels that are probably the object, without reading the whole map for them."""
+"""Voxels that probably belong to the object, found without reading the whole map."""
 
 import math
 
@@ -11,7 +11,7 @@ from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, NOT_MAPPED, OCCUPIED,
 
 
 class OoiVoxels:
-    """Keeps count, block by block, of the occupied voxels above p_T; cost follows the change."""
+    """Per-block counts of the occupied voxels above p_T; updated for changed blocks only."""
 
     def __init__(self, threshold: float) -> None:
         self._threshold = math.floor(threshold * 254.0)

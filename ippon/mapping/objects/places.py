@@ -1,10 +1,10 @@
-"""The places that a voxel was seen from, and what the images from the present place say together.
+"""Places from which a voxel was seen, and the accumulated images of the current one.
 
-Images from one place err alike, so they are one witness: their likelihoods are averaged (a linear
-opinion pool; Stone, Ann. Math. Stat. 1961), which no number of images can raise above the best of
-them. Witnesses at different places are taken to be independent: their likelihoods are multiplied,
-as the paper's filter multiplies those of all images. A place is a direction of 15 degrees, near
-or far, seen from the voxel; one that was left teaches no more.
+Errors of images from one place are correlated. Their likelihoods are therefore averaged (a linear
+opinion pool; Stone, Ann. Math. Stat. 1961), which no number of images raises above the largest of
+them. Errors at different places are taken to be independent: their likelihoods are multiplied, as
+the paper's filter multiplies those of all images. A place is a direction of 15 degrees from the
+voxel, near or far. A place that the camera has left is closed: later images from it are not used.
 """
 
 from typing import Final, NamedTuple
@@ -14,10 +14,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import INNER
-from ippon.mapping.objects.surface_rows import SurfaceRows
+from ippon.mapping.objects.surface_voxels import SurfaceVoxels
 
-MAX_WITNESSES: Final = 32768
-"""Voxels whose present place is open at a time; that of the one opened first is closed for more."""
+MAX_OPEN_PLACES: Final = 32768
+"""Voxels with an open place at a time; at the limit the place that was opened first is closed."""
 _FAR_M2: Final = 4.0
 """Square of the distance, 2 m, between near and far places."""
 _STEEP: Final = 3.0
@@ -30,37 +30,37 @@ _FIRST_STEEP: Final = 48
 """Places 0 to 47 are azimuths near and far; up to 51 they are steep ones."""
 
 
-class Witnesses(NamedTuple):
-    """What the images from a voxel's present place said, one row a voxel; row 0 is never used."""
+class PlaceAccumulators(NamedTuple):
+    """Likelihood sums over the images from each voxel's current place; row 0 is unused."""
 
     sums: NDArray[np.float32]
     """(W, M) sum of the images' likelihoods of each label."""
     base: NDArray[np.uint8]
-    """(W, M) `SurfaceRows.energy` before this place."""
+    """(W, M) `SurfaceVoxels.energy` before this place."""
     base_log_odds: NDArray[np.float32]
-    """(W,) `SurfaceRows.log_odds` before this place."""
+    """(W,) `SurfaceVoxels.log_odds` before this place."""
     ooi_sum: NDArray[np.float32]
     """(W,) sum of the images' likelihoods of the object of interest."""
     ooi_images: NDArray[np.int32]
-    """(W,) images in `ooi_sum`, which are taken from nearer than those in `sums`."""
+    """(W,) images in `ooi_sum`; fewer than `images`, since their range is shorter."""
     images: NDArray[np.int32]
     """(W,) images in `sums`."""
     place: NDArray[np.uint8]
     """(W,) the place."""
     owner: NDArray[np.int32]
-    """(W,) row of the surface, 0 for none."""
+    """(W,) surface voxel, 0 for none."""
     tally: NDArray[np.int64]
-    """(1,) rows opened ever."""
+    """(1,) number of rows opened so far."""
 
 
-def make_witnesses(rows: int, row_length: int) -> Witnesses:
-    """Reserve rows for `rows` voxels.
+def make_place_accumulators(rows: int, row_length: int) -> PlaceAccumulators:
+    """Reserve accumulators for `rows` voxels.
 
     Args:
-        rows: Open at a time.
-        row_length: M of `SurfaceRows.energy`.
+        rows: Places that are open at a time.
+        row_length: M of `SurfaceVoxels.energy`.
     """
-    return Witnesses(
+    return PlaceAccumulators(
         sums=np.zeros((rows + 1, row_length), np.float32),
         base=np.zeros((rows + 1, row_length), np.uint8),
         base_log_odds=np.zeros(rows + 1, np.float32),
@@ -73,15 +73,15 @@ def make_witnesses(rows: int, row_length: int) -> Witnesses:
     )
 
 
-def forget_places(surface: SurfaceRows, slots: slice | NDArray[np.integer]) -> None:
-    """Let every place teach some voxels again, beginning with the present one."""
-    surface.witness[slots] = 0
+def reset_places(surface: SurfaceVoxels, slots: slice | NDArray[np.integer]) -> None:
+    """Mark every place of some voxels as unseen and detach their accumulators."""
+    surface.accumulator[slots] = 0
     surface.places[slots] = 0
 
 
-def close_places(surface: SurfaceRows, slots: slice | NDArray[np.integer]) -> None:
-    """Let what was seen from the present places of some voxels stand; they teach no more."""
-    surface.witness[slots] = 0
+def close_places(surface: SurfaceVoxels, slots: slice | NDArray[np.integer]) -> None:
+    """Close the current places of some voxels, keeping what their images added."""
+    surface.accumulator[slots] = 0
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -101,36 +101,35 @@ def place_of(x, y, z):
 
 
 @INNER
-def open_place(surface, witnesses, slot, place, left, right, labels):
-    """Return the witness row of a voxel for an image from `place`; 0 where it teaches no more.
+def open_accumulator(surface, accumulators, slot, place, left, right, labels):
+    """Return the accumulator of a voxel for an image from `place`; 0 if the place is closed.
 
-    `left` and `right` are the places `TAN_MARGIN` to either side: only beyond that is an open
-    place left, so that a camera that shakes at its border does not close it.
-    `surface` and `witnesses` are not passed on, so that the references to their arrays are counted
-    once (see `describe`).
+    `left` and `right` are the places `TAN_MARGIN` to either side. An open place is left only beyond
+    them, so that a camera that shakes at its border does not close it. `surface` and `accumulators`
+    are not passed on, so that references to their arrays are counted once (see `summarise_row`).
     """
-    row = surface.witness[slot]
+    row = surface.accumulator[slot]
     if row != 0:
-        here = witnesses.place[row]
+        here = accumulators.place[row]
         if here == place or here == left or here == right:  # noqa: PLR1714, SIM109 - compiled; a tuple costs 0.1 of the update
             return row
     bit = np.uint64(1) << np.uint64(place)
     if surface.places[slot] & bit != np.uint64(0):
         return np.int32(0)
     surface.places[slot] |= bit
-    rows = witnesses.owner.shape[0] - 1
-    row = np.int32(1 + witnesses.tally[0] % rows)
-    witnesses.tally[0] += 1
-    before = witnesses.owner[row]
-    if surface.witness[before] == row:
-        surface.witness[before] = 0
-    witnesses.owner[row] = slot
-    surface.witness[slot] = row
-    witnesses.place[row] = place
-    witnesses.images[row] = witnesses.ooi_images[row] = 0
-    witnesses.ooi_sum[row] = 0.0
-    witnesses.base_log_odds[row] = surface.log_odds[slot]
+    rows = accumulators.owner.shape[0] - 1
+    row = np.int32(1 + accumulators.tally[0] % rows)
+    accumulators.tally[0] += 1
+    before = accumulators.owner[row]
+    if surface.accumulator[before] == row:
+        surface.accumulator[before] = 0
+    accumulators.owner[row] = slot
+    surface.accumulator[slot] = row
+    accumulators.place[row] = place
+    accumulators.images[row] = accumulators.ooi_images[row] = 0
+    accumulators.ooi_sum[row] = 0.0
+    accumulators.base_log_odds[row] = surface.log_odds[slot]
     for j in range(labels):
-        witnesses.base[row, j] = surface.energy[slot, j]
-        witnesses.sums[row, j] = 0.0
+        accumulators.base[row, j] = surface.energy[slot, j]
+        accumulators.sums[row, j] = 0.0
     return row

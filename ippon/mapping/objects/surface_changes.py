@@ -1,4 +1,4 @@
-"""What a view needs of the surface: the voxels whose looks changed since it last asked."""
+"""Surface voxels whose appearance changed since a view last asked."""
 
 from dataclasses import dataclass
 from typing import Final, NamedTuple
@@ -23,7 +23,7 @@ _COLUMNS: Final = 9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SurfaceThresholds:
-    """Changes too small to be worth sending; every other change is."""
+    """Changes below which a voxel is not sent; larger sends less and shows coarser values."""
 
     color: int = 10
     """Of 255, in any channel."""
@@ -54,11 +54,11 @@ class SurfaceDelta:
     confidence: NDArray[np.uint8]
     """(M,) its probability in units of 1/254."""
     removed: NDArray[np.bool_]
-    """(M,) the voxel is surface no more; its other values are void."""
+    """(M,) whether the voxel is no longer surface; its other values are void."""
 
 
 class _Shown(NamedTuple):
-    """What was handed out last, one slab for each block that ever had surface."""
+    """State that was returned last, one slab for each block that has had surface."""
 
     looks: NDArray[np.uint8]
     """(S, 512, 9) colour, ooi, proximity, level, label, confidence, present."""
@@ -69,7 +69,7 @@ class _Shown(NamedTuple):
 
 
 class SurfaceTracker:
-    """Follows one map for one view; every view has its own."""
+    """Changes of one map for one view; every view has its own tracker."""
 
     def __init__(self, voxel_map: VoxelMap, thresholds: SurfaceThresholds | None = None) -> None:
         self._map = voxel_map
@@ -80,8 +80,8 @@ class SurfaceTracker:
         self._revision = -1
 
     def update(self) -> SurfaceDelta:
-        """Return the voxels whose looks changed visibly since the last call."""
-        pools = self._map.pools
+        """Return the voxels that changed visibly since the last call."""
+        pools = self._map._pools  # noqa: SLF001 - one package
         n = int(pools.tally[N_ROWS])
         changed = np.flatnonzero((pools.appearance[:n] > self._revision) & (pools.used[:n] == 1))
         dropped = self._forget_dropped()
@@ -107,8 +107,8 @@ class SurfaceTracker:
         return self.update()
 
     def _rows_with_slabs(self, changed: NDArray[np.intp]) -> NDArray[np.int64]:
-        """Return those of the changed blocks that have or had surface, each with its slab."""
-        pools = self._map.pools
+        """Return those of the changed blocks that have or had surface, with slabs assigned."""
+        pools = self._map._pools  # noqa: SLF001 - one package
         has_slab = self._slab_of_row[changed] >= 0
         has_surface = pools.slab[changed] != NO_SLAB
         rows = changed[has_slab | has_surface].astype(np.int64)
@@ -123,8 +123,8 @@ class SurfaceTracker:
         return rows
 
     def _forget_dropped(self) -> NDArray[np.int32]:
-        """Return the voxels shown of blocks that the map gave up, and free their slabs' rows."""
-        pools, n = self._map.pools, self._slabs
+        """Return the shown voxels of dropped blocks, and clear their slabs."""
+        pools, n = self._map._pools, self._slabs  # noqa: SLF001 - one package
         row = self._shown.row[:n]
         stale = (row >= 0) & (
             (pools.used[row] == 0) | (pools.coord[row] != self._shown.coord[:n]).any(axis=1)
@@ -172,7 +172,7 @@ def _delta(revision: int, index: NDArray[np.int32], looks: NDArray[np.uint8]) ->
 
 @njit(cache=True, nogil=True)
 def _delta_kernel(rows, slab_of_row, pools, surface, shown, thresholds, index, looks):
-    """Compare the looks of the blocks' voxels with what was handed out; list the changed ones."""
+    """Compare the blocks' voxels with the state returned last; list the changed ones."""
     color_step, probability_step, confidence_step = thresholds
     now = np.zeros(_COLUMNS, np.int64)
     m = 0

@@ -1,4 +1,4 @@
-"""One image into the surface voxels that it hit: colour and label probabilities."""
+"""Fusion of one image into the surface voxels: colour and label probabilities."""
 
 from typing import Final, NamedTuple
 
@@ -7,29 +7,29 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import INNER, NOT_MAPPED
-from ippon.mapping.blocks import NO_SLAB, take_slab
-from ippon.mapping.objects.bayes_filter import (
+from ippon.mapping.blocks import NO_SLAB, allocate_slab
+from ippon.mapping.objects.bayes_update import update_by_images, update_by_places
+from ippon.mapping.objects.posterior_arithmetic import (
     MAXIMUM,
     PLACES,
 )
-from ippon.mapping.objects.fusion_chunk import (
-    FusionChunk,
-    finish_common,
-    finish_ooi,
-    make_fusion_chunk,
+from ippon.mapping.objects.posterior_batch import (
+    PosteriorBatch,
+    encode_common_posteriors,
+    encode_ooi_posteriors,
+    make_posterior_batch,
 )
-from ippon.mapping.objects.surface_rows import (
+from ippon.mapping.objects.surface_voxels import (
     ENERGY_MAX,
-    take_surface_row,
+    allocate_surface_voxel,
 )
-from ippon.mapping.objects.voxel_update import update_by_images, update_by_places
 
 AHEAD: Final = 64
-"""Surface voxels whose memory is asked for before the first of them is updated."""
+"""Surface voxels that are prefetched before the first of them is updated."""
 
 
 class FusionWork(NamedTuple):
-    """Memory of `fuse_kernel`, made outside it: numba takes long to compile what makes arrays."""
+    """Working memory of `fuse_kernel`; kernels that allocate it themselves compile slowly."""
 
     image_v: NDArray[np.int64]
     """(SV,) pixel of each sample along v, and `heat_v` the heatmap's pixel there."""
@@ -38,9 +38,9 @@ class FusionWork(NamedTuple):
     """(SU,) likewise along u."""
     heat_u: NDArray[np.int64]
     after: NDArray[np.float32]
-    """(M + 1,) a row's energies plus the image's, see `observe`."""
+    """(M + 1,) a row's energies plus the image's, see `add_energies`."""
     bits: NDArray[np.int32]
-    """`after` seen as whole numbers."""
+    """`after` reinterpreted as int32."""
     gathered: NDArray[np.uint8]
     """(1, 1, M) a pixel's channels in the map's order."""
     likelihood: NDArray[np.float32]
@@ -49,15 +49,15 @@ class FusionWork(NamedTuple):
     """(M,) and the same seen as whole numbers, see `pool`."""
     mantissa_bits: NDArray[np.int32]
     ahead: NDArray[np.int64]
-    """(AHEAD, 3) surface row and pixel of the heatmap of each entry that is asked for."""
+    """(AHEAD, 3) surface voxel and heatmap pixel of each prefetched entry."""
     measured: NDArray[np.float32]
     """(AHEAD,) its depth."""
     pixels: NDArray[np.uint8]
     """(AHEAD, 3) its colour."""
     touched: NDArray[np.float32]
-    """(AHEAD, 2) what was read only to have it in the cache."""
-    chunk: FusionChunk
-    """Of `AHEAD` voxels."""
+    """(AHEAD, 2) values read only to load them into the cache."""
+    batch: PosteriorBatch
+    """Batch of `AHEAD` voxels."""
 
 
 def make_fusion_work(
@@ -66,13 +66,13 @@ def make_fusion_work(
     heat_size: tuple[int, int],
     row_length: int,
 ) -> FusionWork:
-    """Reserve what one image needs.
+    """Allocate working memory for one image.
 
     Args:
         image_size: (H, W) in pixels.
         strides: Pixels between samples along u and v.
         heat_size: (h, w) of the heatmap in pixels.
-        row_length: M of `SurfaceRows.energy`.
+        row_length: M of `SurfaceVoxels.energy`.
     """
     image_v, heat_v = _sample_places(image_size[0], strides[1], heat_size[0])
     image_u, heat_u = _sample_places(image_size[1], strides[0], heat_size[1])
@@ -93,7 +93,7 @@ def make_fusion_work(
         measured=np.zeros(AHEAD, np.float32),
         pixels=np.zeros((AHEAD, 3), np.uint8),
         touched=np.zeros((AHEAD, 2), np.float32),
-        chunk=make_fusion_chunk(AHEAD),
+        batch=make_posterior_batch(AHEAD),
     )
 
 
@@ -117,15 +117,15 @@ def fuse_kernel(
     voxel_size,
     pools,
     surface,
-    witnesses,
+    accumulators,
     revision,
 ):
-    """Give each listed surface voxel this image's colour and label probabilities, once.
+    """Update colour and label probabilities of each listed surface voxel from one image.
 
     Args:
         entries: (n, 3) pool row, voxel, sample (see `update_kernel`).
         n_entries: Rows of `entries`.
-        work: Of this image.
+        work: Working memory.
         depth: (H + 2, W + 2) padded depth.
         color: (H, W, 3) RGB.
         fusion: The heatmap, or none.
@@ -133,40 +133,39 @@ def fuse_kernel(
         voxel_size: Metres.
         pools: The map's pools, updated.
         surface: Surface rows, updated.
-        witnesses: What the present places say, updated.
+        accumulators: Images of the current places, updated.
         revision: Map revision of this image.
 
     Returns:
         Number of voxels that a heatmap updated.
     """
     start = ENERGY_MAX if fusion.mode == MAXIMUM else 0
-    chunk = work.chunk
+    batch = work.batch
     fused = 0
     for first in range(0, n_entries, AHEAD):
         ahead = min(AHEAD, n_entries - first)
         _fetch(entries, first, ahead, work, depth, color, fusion, labels, start, pools, surface)
         if fusion.mode == PLACES:
             n = update_by_places(
-                entries, first, ahead, work, fusion, labels, voxel_size, pools, surface, witnesses,
-                revision,
+                entries, first, ahead, work, fusion, labels, voxel_size, pools, surface,
+                accumulators, revision,
             )  # fmt: skip
         else:
             n = update_by_images(
                 entries, first, ahead, work, fusion, labels, voxel_size, pools, surface, revision
             )
         fused += n
-        finish_common(chunk, n)
-        finish_ooi(chunk, n)
+        encode_common_posteriors(batch, n)
+        encode_ooi_posteriors(batch, n)
         _write(entries, first, n, work, fusion, pools, surface, revision)
     return fused
 
 
 @INNER
 def _fetch(entries, first, ahead, work, depth, color, fusion, labels, start, pools, surface):
-    """Find the surface row and the pixel of a number of entries.
+    """Find surface voxel and pixel of a number of entries.
 
-    What an entry needs lies far apart: it is asked for at once for all of them, so that one waits
-    for memory while the others' arrives.
+    Their data are scattered in memory; reading all of them first overlaps the cache misses.
     """
     image_v, heat_v, image_u, heat_u = work.image_v, work.heat_v, work.image_u, work.heat_u
     asked, measured, pixels, touched = work.ahead, work.measured, work.pixels, work.touched
@@ -186,8 +185,8 @@ def _fetch(entries, first, ahead, work, depth, color, fusion, labels, start, poo
         slot = slot_of[slab_of[row], k]
         if slot == 0:
             if slab_of[row] == NO_SLAB:
-                take_slab(pools, row)
-            slot = take_surface_row(surface, row * 512 + k, labels, start, fusion.prior)
+                allocate_slab(pools, row)
+            slot = allocate_surface_voxel(surface, row * 512 + k, labels, start, fusion.prior)
             slot_of[slab_of[row], k] = slot
         asked[a, 0] = slot
         touched[a, 0] = log_odds[slot]
@@ -196,11 +195,11 @@ def _fetch(entries, first, ahead, work, depth, color, fusion, labels, start, poo
 
 @INNER
 def _write(entries, first, n, work, fusion, pools, surface, revision):
-    """Take over what `finish_common` and `finish_ooi` worked out for n entries."""
-    chunk, asked = work.chunk, work.ahead
+    """Write the results of the batch for n entries."""
+    batch, asked = work.batch, work.ahead
     codes, level_of, slab_of = pools.ooi, pools.level, pools.slab
     changed, best_ooi, levels = pools.revision, pools.best_ooi, fusion.levels
-    number, is_common, is_ooi, best = chunk.number, chunk.is_common, chunk.is_ooi, chunk.best
+    number, is_common, is_ooi, best = batch.number, batch.is_common, batch.is_ooi, batch.best
     label_of, confidence, proximity = surface.label, surface.confidence, surface.proximity
     log_norm, log_odds = surface.log_norm, surface.log_odds
     for i in range(n):
@@ -210,21 +209,21 @@ def _write(entries, first, n, work, fusion, pools, surface, revision):
         slab = slab_of[row]
         if is_common[i]:
             label = best[i]
-            log_norm[slot], label_of[slot] = chunk.norm[i], label
-            confidence[slot], proximity[slot] = chunk.confidence[i], chunk.proximity[i]
+            log_norm[slot], label_of[slot] = batch.norm[i], label
+            confidence[slot], proximity[slot] = batch.confidence[i], batch.proximity[i]
             if levels[label] != level_of[slab, k]:
                 level_of[slab, k] = levels[label]
                 changed[row] = revision
         if is_ooi[i]:
-            log_odds[slot] = chunk.shift[i]
-            if chunk.ooi[i] != codes[slab, k]:
-                _show_ooi(codes, slab, best_ooi, row, k, chunk.ooi[i])
+            log_odds[slot] = batch.shift[i]
+            if batch.ooi[i] != codes[slab, k]:
+                _show_ooi(codes, slab, best_ooi, row, k, batch.ooi[i])
                 changed[row] = revision
 
 
 @INNER
 def _show_ooi(codes, slab, best_ooi, row, k, code):
-    """Take a voxel's new OOI code over to its block."""
+    """Write a voxel's OOI code and update the highest code of its block."""
     old = codes[slab, k]
     codes[slab, k] = code
     if old != NOT_MAPPED and old == best_ooi[row] and code < old:

@@ -1,1 +1,5 @@
-"""Signed distance, occupancy and the distance field."""
+"""Signed distance, occupancy and distance field.
+
+Reading order: `visible_blocks` (blocks in view), `ray_endpoints` (voxels that contain depth
+points), `geometry_update`, `free_space`, `distance_field`.
+"""

@@ -1,4 +1,4 @@
-"""Exact Euclidean distance to occupied voxels, kept up to date in windows round what changed.
+"""Exact Euclidean distance to occupied voxels, updated in windows around changes.
 
 The squared distance of a voxel is the least of dx^2 + dy^2 + dz^2 over occupied voxels, which one
 pass along each axis finds (Saito and Toriwaki, 1994). Beyond the cut-off nothing is needed, so the
@@ -16,7 +16,7 @@ from ippon.mapping.arrays import INNER, OCCUPIED
 from ippon.mapping.blocks import N_ROWS, Pools
 
 FAR: Final = 20000
-"""Squared distance in voxels that stands for none; FAR + MAX_REACH^2 fits in int16."""
+"""Squared distance in voxels that stands for no obstacle; FAR + MAX_REACH^2 fits in int16."""
 MAX_REACH: Final = 110
 LANES: Final = 32
 
@@ -83,7 +83,7 @@ class DistanceField:
     def _widen_extent(
         self, pools: Pools, fresh: NDArray[np.int64]
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the box that holds every block so far, without looking at all of them again."""
+        """Return the box that encloses every block so far, from the new blocks alone."""
         if self._extent is None:
             n = int(pools.tally[N_ROWS])
             known = np.concatenate([pools.coord[:n][pools.used[:n] == 1], fresh])
@@ -109,7 +109,7 @@ class DistanceField:
     ) -> None:
         """Compute the distances of the stale blocks of the box that starts at block `low`."""
         reach_blocks = -(-self._reach // 8)
-        # Blocks that hold nothing need not be read, so the input box ends where the map does.
+        # The input box ends where the map does, since blocks outside are empty.
         read_low = np.maximum(low - reach_blocks, extent[0])
         read_high = np.minimum(low + stale.shape + reach_blocks, extent[1])
         nx, ny, nz = (int(s) * 8 for s in read_high - read_low)
@@ -244,7 +244,7 @@ def _along_xz_kernel(volume, reach, skip, stale, work, directory, shift, farthes
             here = bx * 8 + i + skip[0]
             source = volume[here].ravel()[skip[1] * length :]
             plane = along_x[start + length : stop + length]
-            # Not slice to slice: the words of numba's error for it take seconds to compile.
+            # Not slice to slice: compiling numba's error message for that takes seconds.
             for n in range(stop - start):
                 plane[n] = source[start + n]
             for d in range(1, reach + 1):

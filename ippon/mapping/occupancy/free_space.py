@@ -1,4 +1,4 @@
-"""Blocks before everything that an image shows there: where the image has depth, they are free."""
+"""Update of blocks that lie entirely before the surfaces in view: free wherever there is depth."""
 
 from typing import Final
 
@@ -13,13 +13,13 @@ STATE_CHANGED: Final = 1
 OCCUPIED_CHANGED: Final = 2
 OBSERVED: Final = 4
 SURFACE_LOST: Final = 8
-"""Some voxel ceased to be occupied."""
+"""A voxel is no longer occupied."""
 VECTORS: Final = njit(
     **INNER_OPTIONS,
     error_model="numpy",
     fastmath={"nnan", "ninf", "nsz", "contract", "arcp", "reassoc"},
 )
-"""For loops that fill vector registers; numba's check of each division for zero would stop that."""
+"""Options for vectorised loops: numba's check for division by zero would prevent vectorisation."""
 
 
 @VECTORS
@@ -30,7 +30,7 @@ def _fuse_free(tsdf, weight, read, rules):
         Number of voxels that can still become more free, a float.
     """
     zero, one, top = np.float32(0.0), np.float32(1.0), np.float32(TSDF_ONE)
-    # Whole numbers would never quite get there.
+    # With integers the mean would stop below its limit.
     near_top = np.float32(TSDF_ONE - 64)
     w_max = np.float32(rules.weight_max)
     left = zero
@@ -50,7 +50,7 @@ def _fuse_free(tsdf, weight, read, rules):
 
 @VECTORS
 def _weigh_free(evidence, state, read, rules):
-    """Count the voxels with depth as seen free; return counts of what that changed.
+    """Count the voxels with depth as seen free; return counts of the changes.
 
     Returns:
         Numbers of voxels observed, that can still become more free, whose state changed, and that
@@ -77,7 +77,7 @@ def _weigh_free(evidence, state, read, rules):
 
 @njit(cache=True, nogil=True, inline="always")
 def update_clear_block(tsdf, weight, evidence, state, rules, read):
-    """Where the image has depth, the block was seen free, far before any surface."""
+    """Mark the voxels with depth as free and at least the truncation distance from surfaces."""
     left = _fuse_free(tsdf, weight, read, rules)
     observed, unsure, changed, ceased = _weigh_free(evidence, state, read, rules)
     flags = OBSERVED if observed > 0 else 0

@@ -1,17 +1,17 @@
-"""One image into the geometry: signed distance, free space, occupied or free.
+"""Update of the geometry from one image: signed distance and occupancy.
 
-Two readings of the image meet here. Each voxel looks up the pixel that its centre projects to
-(signed distance, free space); and each pixel names the voxel that its point falls in (a hit). The
-first alone loses what is thinner than a voxel, because the centre of a voxel with a chair leg in it
-mostly sees past the leg, and it breaks floors seen at a grazing angle; the second alone cannot
-carve. So a voxel that was hit is never carved by the same image.
+Two measurements are combined. Each voxel looks up the pixel at the projection of its centre (signed
+distance, free space), and each pixel marks the voxel that contains its endpoint. The first alone
+loses objects thinner than a voxel, because the ray through the centre of a voxel with a chair leg
+mostly passes beside the leg, and it breaks floors seen at a grazing angle; the second alone cannot
+clear space. An image therefore never clears a voxel that contains one of its endpoints.
 """
 
 import numpy as np
 from numba import njit
 
 from ippon.mapping.arrays import FREE, INNER, INNER_OPTIONS, NOT_MAPPED, OCCUPIED
-from ippon.mapping.blocks import N_LAYER_FREE, NO_SLAB, give_slab_back
+from ippon.mapping.blocks import N_LAYER_FREE, NO_SLAB, release_slab
 from ippon.mapping.occupancy.free_space import (
     OBSERVED,
     OCCUPIED_CHANGED,
@@ -21,16 +21,16 @@ from ippon.mapping.occupancy.free_space import (
     VECTORS,
     update_clear_block,
 )
-from ippon.mapping.occupancy.hits import PIXEL_BITS
+from ippon.mapping.occupancy.ray_endpoints import PIXEL_BITS
 from ippon.mapping.occupancy.visible_blocks import CLEAR
 
 
 @VECTORS
 def _find_pixels(corner, steps, lens, depths, width, height, per_cell, cells_u, z, index, cell):
-    """Find the pixel of each voxel's centre; 0, which has no depth, when it is out of range.
+    """Find the pixel of each voxel's centre; pixel 0, which has no depth, if it is out of range.
 
-    One loop that only writes, and few arrays: LLVM gives up on vectors when it has to check more
-    of them for overlaps, and numba counts references to each at each call.
+    One loop that only writes, over few arrays: with more arrays LLVM does not vectorise, because it
+    has to check them for overlap, and numba counts references to each at every call.
     """
     near, far = depths
     fx, fy, cx, cy = lens
@@ -50,7 +50,7 @@ def _find_pixels(corner, steps, lens, depths, width, height, per_cell, cells_u, 
         v = min(max((oy + i * yi + j * yj + k * yk) * inverse * fy + cy, zero), v_last + one)
         pixel = np.int32(np.int32(np.int32(v) * line) + np.int32(u))
         index[n] = np.uint32(pixel if (depth > near) & (depth <= far) else np.int32(0))
-        # The border's slope is the nearest, and never used.
+        # On the border the nearest slope is read; it is not used.
         uc = np.int32(min(max(u - one, zero), u_last - one) * per_cell)
         vc = np.int32(min(max(v - one, zero), v_last - one) * per_cell)
         cell[n] = np.uint32(np.int32(np.int32(vc * cells_u) + uc))
@@ -59,7 +59,7 @@ def _find_pixels(corner, steps, lens, depths, width, height, per_cell, cells_u, 
 
 @VECTORS
 def _read(image, index, out):
-    """Write the image's values at the pixels; return how many are positive, a float."""
+    """Read the image at the pixels into `out`; return how many values are positive, as a float."""
     zero, one = np.float32(0.0), np.float32(1.0)
     for k in range(512):
         out[k] = image[index[k]]
@@ -71,7 +71,7 @@ def _read(image, index, out):
 
 @VECTORS
 def _measure(slope, cell, read, z, signed, behind):
-    """Write each voxel's signed distance to the surface before it, -1e9 where there is none.
+    """Write each voxel's signed distance to the surface before it, -1e9 for none.
 
     Returns:
         How many are greater than `behind`, a float.
@@ -90,7 +90,7 @@ def _measure(slope, cell, read, z, signed, behind):
 
 @VECTORS
 def _fuse_distance(tsdf, weight, signed, rules):
-    """Average the signed distances into the block's, cut off at the truncation distance."""
+    """Average the signed distances into the block's, clamped to the truncation distance."""
     one, top = np.float32(1.0), np.float32(TSDF_ONE)
     scale = np.float32(TSDF_ONE / rules.truncation)
     behind = np.float32(-rules.behind)
@@ -108,9 +108,9 @@ def _fuse_distance(tsdf, weight, signed, rules):
 
 @njit(**INNER_OPTIONS, fastmath={"nnan", "ninf", "nsz", "reassoc"})
 def _weigh_evidence(evidence, state, signed, z, number, need, rules):
-    """Add the image's evidence to the block's; return counts of what it changed.
+    """Add the image's evidence to the block's; return counts of the changes.
 
-    Everything is float32, the whole numbers too, so that the loop fills whole vector registers.
+    All values are float32, including integers, so that the loop is fully vectorised.
     """
     zero, one = np.float32(0.0), np.float32(1.0)
     hit, miss = np.float32(rules.hit), np.float32(rules.miss)
@@ -166,29 +166,29 @@ def update_kernel(
     rows,
     kinds,
     n,
-    hits,
+    endpoints,
     pools,
     surface,
     revision,
     flags,
     entries,
 ):
-    """Update every listed block; list the surface voxels that were hit.
+    """Update every listed block; list the surface voxels that contain endpoints.
 
     Args:
         depth_image: Prepared depth.
-        strides: Pixels between the samples that hits were counted on, along u and v.
+        strides: Pixels between samples, along u and v.
         view: The image's geometry.
         rules: Update rules.
         rows: (n,) pool rows of the blocks.
         kinds: (n,) `CLEAR` or `MIXED`.
         n: Length of the list.
-        hits: Filled by `hit_kernel`.
+        endpoints: Filled by `count_endpoints_kernel`.
         pools: The map's pools, updated.
         surface: Surface rows; those of voxels that ceased to be surface are given back.
         revision: Map revision of this image.
         flags: (n,) out: what happened to each block.
-        entries: (m, 3) int32 out: block row, voxel, sample of each occupied voxel that was hit.
+        entries: (m, 3) int32 out: block row, voxel, sample of each occupied voxel with endpoints.
 
     Returns:
         Number of entries; `entries` must have room for every sample of the image.
@@ -226,7 +226,7 @@ def update_kernel(
             _corner(m, v, c), steps, lens, depths, width, height, per_cell, np.int32(cells_u),
             z, index, cell,
         )  # fmt: skip
-        if _read(depth, index, read) == 0 and hits.any[at + 1] == 0:
+        if _read(depth, index, read) == 0 and endpoints.any[at + 1] == 0:
             flags[at] = 0
             continue
         if kinds[at] == CLEAR:
@@ -236,17 +236,17 @@ def update_kernel(
             pools.settled[row] = 1 if settled else 0
         else:
             observed = _measure(slope, cell, read, z, signed, behind)
-            if observed == 0 and hits.any[at + 1] == 0:
+            if observed == 0 and endpoints.any[at + 1] == 0:
                 flags[at] = 0
                 continue
             pools.settled[row] = 0
-            count = hits.number[at + 1] if hits.any[at + 1] == 1 else no_hits
+            count = endpoints.number[at + 1] if endpoints.any[at + 1] == 1 else no_hits
             flag = _mixed_block(
                 tsdf[row], weight[row], evidence[row], state[row], rules, z, signed, count, need
             )
-            if hits.any[at + 1] == 1:
+            if endpoints.any[at + 1] == 1:
                 n_entries = _list_entries(
-                    state[row], row, count, hits.best[at + 1], entries, n_entries
+                    state[row], row, count, endpoints.best[at + 1], entries, n_entries
                 )
         if flag & STATE_CHANGED:
             _note_change(pools, surface, row, flag, rules.layer, revision)
@@ -256,7 +256,7 @@ def update_kernel(
 
 @njit(cache=True, nogil=True, inline="always")
 def _note_change(pools, surface, row, flag, layer, revision):
-    """Bring what is kept of a block in line with its new states."""
+    """Update a block's counters and revisions for its new states."""
     if flag & OCCUPIED_CHANGED:
         pools.occupied[row] = _count(pools.state[row], OCCUPIED)
     if flag & SURFACE_LOST and pools.slab[row] != NO_SLAB:
@@ -272,7 +272,7 @@ def _note_change(pools, surface, row, flag, layer, revision):
 
 @INNER
 def _steps(m, v):
-    """Return how far a step along i, j and k leads along each axis of the camera."""
+    """Return the camera-frame steps along i, j and k."""
     return (
         (np.float32(m[0, 0] * v), np.float32(m[0, 1] * v), np.float32(m[0, 2] * v)),
         (np.float32(m[1, 0] * v), np.float32(m[1, 1] * v), np.float32(m[1, 2] * v)),
@@ -320,7 +320,7 @@ def _count_layer(state, layer):
 
 @INNER
 def _drop_surface(pools, surface, row):
-    """Drop what belongs to voxels that are surface no more."""
+    """Release the surface voxels of a block that are no longer occupied."""
     slab = pools.slab[row]
     state, slot, ooi = pools.state[row], pools.slot[slab], pools.ooi[slab]
     best, left = 0, 0
@@ -340,4 +340,4 @@ def _drop_surface(pools, surface, row):
         pools.level[slab, k] = NOT_MAPPED
     pools.best_ooi[row] = best
     if left == 0:
-        give_slab_back(pools, row)
+        release_slab(pools, row)

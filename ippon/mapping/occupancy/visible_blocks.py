@@ -1,4 +1,4 @@
-"""Which blocks an image sees."""
+"""Selection of the blocks that an image sees."""
 
 from typing import Final
 
@@ -7,11 +7,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import BLOCK_EDGE, INNER
-from ippon.mapping.blocks import take_row
+from ippon.mapping.blocks import allocate_block
 from ippon.mapping.depth_image import TILE
 
 CLEAR: Final = 0
-"""The block lies before everything that the image shows there: where the image has depth, free."""
+"""The block lies before all surfaces in view: voxels with depth are free."""
 MIXED: Final = 1
 """Some voxels may be at, behind or beside a surface."""
 CULLED: Final = -1
@@ -21,7 +21,7 @@ OVER_BOUND: Final = -1
 def frustum_box(
     rays: NDArray[np.float64], T_world_camera: NDArray[np.float64], depth_m: float, block_m: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the box [low, high) of blocks round a view frustum.
+    """Return the box [low, high) of blocks around a view frustum.
 
     Args:
         rays: (4, 3) directions of the image corners in the camera frame, z = 1.
@@ -38,7 +38,7 @@ def frustum_box(
 
 @njit(cache=True, nogil=True, inline="always")
 def classify_block(center, axes, depth_range, intrinsics, tiles, size):
-    """Tell how an image sees a box: `CULLED`, `CLEAR` or `MIXED`.
+    """Classify a box in an image: `CULLED`, `CLEAR` or `MIXED`.
 
     Args:
         center: (3,) of the box in the camera frame, metres.
@@ -184,11 +184,11 @@ def select_kernel(
                 ix, iy, iz = bx - origin[0], by - origin[1], bz - origin[2]
                 row = directory[ix, iy, iz]
                 if row < 0:
-                    row = take_row(pools, bx, by, bz, farthest, revision)
+                    row = allocate_block(pools, bx, by, bz, farthest, revision)
                     if row < 0:
                         return OVER_BOUND
                     directory[ix, iy, iz] = row
-                # A row made for this image carries its revision, also if a first pass ended early.
+                # A row allocated for this image has its revision, even after an interrupted pass.
                 is_new[n] = pools.appearance[row] == revision
                 rows[n] = row
                 kinds[n] = kind

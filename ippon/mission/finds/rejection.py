@@ -57,7 +57,7 @@ def readmit_most_likely(search: Search, voxel_map: VoxelMap) -> bool:
     search.reconsidered.append(best.region)
     search.empty_steps = search.idle_steps = 0
     for part in reversed(best.excluded):
-        voxel_map.readmit_ooi(part)
+        voxel_map.restore_ooi(part)
     return True
 
 

@@ -1,4 +1,5 @@
-"""Segmentation networks, one module or package each: SAN, CLIPSeg, OWLv2 with SAM.
+"""Open-vocabulary networks, one module or package each.
 
-To add a backend, write a `Segmenter` here, name it in `config.Backend` and load it in `loading.py`.
+To add a backend, write a `Segmenter` here, add its name to `config.Backend` and load it in
+`loading.py`.
 """

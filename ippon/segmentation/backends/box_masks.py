@@ -1,4 +1,4 @@
-"""Masks of what lies in boxes: SAM, SAM 2 or EdgeTAM behind any detector."""
+"""Masks of the objects in boxes, by SAM, SAM 2 or EdgeTAM."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,9 +23,9 @@ from ippon.segmentation.label_probabilities import as_tensor, normalised, resize
 from ippon.segmentation.segmenter import heatmap_size
 
 MOST_MASKS: Final = 64
-"""Instances that get a mask, best score first; the others keep their box. Each takes time."""
+"""Most instances that get a mask, best scores first; the others keep their box."""
 EDGETAM_PACKAGES: Final = ("timm", "torchvision")
-"""Hold EdgeTAM's image encoder."""
+"""Packages of EdgeTAM's image encoder."""
 _KINDS: Final[dict[str, Any]] = {
     "sam": SamModel,
     "sam2": Sam2Model,
@@ -36,7 +36,7 @@ _KINDS: Final[dict[str, Any]] = {
 
 
 class BoxSegmenter(Protocol):
-    """A segmenter that finds instances."""
+    """A segmenter that returns instances."""
 
     def segment(
         self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None
@@ -48,7 +48,7 @@ class BoxSegmenter(Protocol):
 class BoxMasks:
     """SAM (Kirillov et al., ICCV 2023), SAM 2 (Ravi et al., 2024) or EdgeTAM (Zhou et al., 2025).
 
-    Given boxes, outlines the thing in each.
+    Segments the object in each of some boxes.
     """
 
     def __init__(self, model: str, config: SegmentationConfig, folder: Path) -> None:
@@ -56,11 +56,11 @@ class BoxMasks:
 
         Args:
             model: Name or folder.
-            config: Where it runs.
-            folder: Where models lie that are given by name.
+            config: Device and precision.
+            folder: Folder of models that are given by name.
 
         Raises:
-            CheckpointError: It is not on this machine, or is another model.
+            CheckpointError: The model is not on this machine, or is of another type.
             MissingPackageError: EdgeTAM's packages are not installed.
         """
         files = Pretrained(model=model, folder=folder)
@@ -72,10 +72,10 @@ class BoxMasks:
             )
         self.device = choose_device(config.device)
         self.dtype = choose_dtype(config.precision, self.device)
-        # The images of the first SAM keep their proportions; later ones squeeze them to a square.
+        # The first SAM keeps the proportions of images; later ones stretch them to a square.
         self._keeps_proportions = kind == "sam"
         self._normalisation = files.normalisation(IMAGENET_MEAN, IMAGENET_STD)
-        # Another kind is refused by the loading itself, which says what was expected.
+        # Loading rejects other types and names the expected ones.
         loaded: Any = files.load(_KINDS.get(kind, SamModel), *_KINDS)
         self._side = int(np.ravel(loaded.config.prompt_encoder_config.image_size)[0])
         with memory_guard("moving the network for masks to its device"):
@@ -86,7 +86,7 @@ class BoxMasks:
     def outline(
         self, color: NDArray[np.uint8], boxes_px: NDArray[np.float64], size: tuple[int, int]
     ) -> Tensor:
-        """Outline the thing in each box.
+        """Return the mask of the object in each box.
 
         Args:
             color: (H, W, 3) uint8 RGB.
@@ -118,7 +118,7 @@ class BoxMasks:
 
 
 class OutlinedSegmenter:
-    """Gives masks to the instances that another segmenter finds; implements `Segmenter`."""
+    """A segmenter whose instances get masks; implements `Segmenter`."""
 
     def __init__(self, segmenter: BoxSegmenter, masks: BoxMasks, longest_side_px: int) -> None:
         self._segmenter = segmenter

@@ -1,4 +1,4 @@
-"""Boxes as a network gives them: which are distinct things, and what each is."""
+"""Duplicate suppression and labels of a network's boxes."""
 
 from typing import Final
 
@@ -11,7 +11,7 @@ from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.instances import MAX_INSTANCES, make_detections
 
 SAME_OVERLAP: Final = 0.7
-"""Boxes that share so much of their union are one thing."""
+"""Intersection over union above which two boxes are one object; smaller merges more."""
 
 
 def labelled_boxes(
@@ -24,22 +24,22 @@ def labelled_boxes(
     ooi: str | None,
     image_size: tuple[int, int],
 ) -> Detections:
-    """Return the distinct things in boxes, each of the label that fits it best.
+    """Return the distinct objects in boxes, each with its best label.
 
     Args:
         boxes_px: (N, 4) left, top, right, bottom in pixels.
         fits: (N, C) how well each label fits, 0 to 1.
-        least: Boxes that no label fits better are left out.
+        least: Boxes with a lower best score are left out.
         source: Name of the network.
-        channels: One label a column, the object of interest among them.
+        channels: One label per column, including the object of interest.
         ooi: Object of interest, or None.
         image_size: (H, W) pixels.
 
     Raises:
-        SegmentationError: Scores are not numbers.
+        SegmentationError: A score is not a number.
     """
     best, numbers = fits.max(dim=1)
-    # Chosen first, so that scores which are no numbers are refused.
+    # First, because it rejects scores that are not numbers.
     kept = distinct_boxes(boxes_px, best)
     kept = kept[best[kept] > least]
     return make_detections(
@@ -54,9 +54,9 @@ def labelled_boxes(
 
 
 def distinct_boxes(boxes: Tensor, scores: Tensor) -> Tensor:
-    """Choose boxes, best first, leaving out those that a better one covers.
+    """Return the rows of distinct boxes, best first.
 
-    A thing that fits several labels is one instance, of the label that fits it best.
+    An object with several labels is one instance, with the best label.
 
     Args:
         boxes: (N, 4) left, top, right, bottom; only the best `MAX_INSTANCES` are considered.
@@ -66,7 +66,7 @@ def distinct_boxes(boxes: Tensor, scores: Tensor) -> Tensor:
         (K,) int64 rows.
 
     Raises:
-        SegmentationError: Scores are not numbers, as where half precision overflowed.
+        SegmentationError: A score is not a number, for example after overflow of half precision.
     """
     if not torch.isfinite(scores).all():
         raise SegmentationError(
@@ -84,7 +84,7 @@ def distinct_boxes(boxes: Tensor, scores: Tensor) -> Tensor:
 
 
 def _overlaps(boxes: Tensor) -> Tensor:
-    """Return (N, N) the intersection of each two of (N, 4) boxes, over their union."""
+    """Return (N, N) the intersection over union of each pair of (N, 4) boxes."""
     low = torch.maximum(boxes[:, None, :2], boxes[None, :, :2])
     high = torch.minimum(boxes[:, None, 2:], boxes[None, :, 2:])
     shared = (high - low).clamp(min=0.0).prod(dim=-1)

@@ -1,4 +1,4 @@
-"""CLIPSeg: a light dense segmentation that judges every label by itself."""
+"""CLIPSeg: a light network that scores every label separately at each pixel."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,12 +21,12 @@ from ippon.segmentation.backends.pretrained import (
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
 from ippon.segmentation.label_probabilities import as_tensor, normalised, resized
+from ippon.segmentation.model_registry import DEFAULT_MODELS
 from ippon.segmentation.prompts import PLAIN_TEMPLATES, words_of
-from ippon.segmentation.published import USUAL
 from ippon.segmentation.segmenter import checked_channels, heatmap_size, score_heatmap_of
 
 LABELS_AT_ONCE = 8
-"""The decoder runs once for each label; more at once take more memory."""
+"""Labels per run of the decoder; more take more memory."""
 
 
 class ClipSegSegmenter:
@@ -36,9 +36,9 @@ class ClipSegSegmenter:
         """Load the model.
 
         Raises:
-            CheckpointError: It is not on this machine, or not a CLIPSeg.
+            CheckpointError: The model is not on this machine, or is not a CLIPSeg.
         """
-        files = Pretrained(model=config.model or USUAL["clipseg"], folder=folder)
+        files = Pretrained(model=config.model or DEFAULT_MODELS["clipseg"], folder=folder)
         self.device = choose_device(config.device)
         self.dtype = choose_dtype(config.precision, self.device)
         self._config = config
@@ -51,7 +51,7 @@ class ClipSegSegmenter:
         self._embeddings: dict[str, Tensor] = {}
 
     def segment(self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None) -> Heatmap:
-        """Score each label at each pixel, by itself; see `Segmenter.segment`."""
+        """Score each label separately at each pixel; see `Segmenter.segment`."""
         channels = checked_channels(color, labels, ooi)
         height, width = color.shape[:2]
         size = heatmap_size((height, width), self._config.longest_side_px)
@@ -89,7 +89,7 @@ class ClipSegSegmenter:
         return torch.stack([self._embeddings[name] for name in channels])
 
     def _prepare(self, color: NDArray[np.uint8]) -> Tensor:
-        """Squeeze the image into the square that the model was trained with."""
+        """Stretch the image to the square of the model's training."""
         side = self._model.config.vision_config.image_size
         image = as_tensor(color, self.device)
         square = resized(image, (side, side))

@@ -1,4 +1,4 @@
-"""Grounding DINO: boxes of what words name."""
+"""Grounding DINO: boxes for words."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,15 +18,15 @@ from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
 from ippon.segmentation.errors import CheckpointError
 from ippon.segmentation.label_probabilities import as_tensor, normalised, resized
+from ippon.segmentation.model_registry import DEFAULT_MODELS
 from ippon.segmentation.prompts import words_of
-from ippon.segmentation.published import USUAL
 from ippon.segmentation.segmenter import checked_channels
 
 LEAST_SCORE: Final = 0.1
-"""Boxes below are left out: a default observation model takes a score of 0.25 for none at all."""
+"""Least score of a box; the default observation model gives no evidence up to 0.25."""
 SHORTEST_PX: Final = 800
 LONGEST_PX: Final = 1333
-"""Sides of the images that it was trained with, where the files do not say others."""
+"""Sides of the training images, unless the model's files state others."""
 _KINDS: Final[dict[str, Any]] = {
     "mm-grounding-dino": MMGroundingDinoForObjectDetection,
     "grounding-dino": GroundingDinoForObjectDetection,
@@ -35,12 +35,12 @@ _KINDS: Final[dict[str, Any]] = {
 
 @dataclass(frozen=True, slots=True)
 class _Text:
-    """Labels as one text of the network, a full stop behind each."""
+    """Labels as one input text, each followed by a full stop."""
 
     tokens: Tensor
     """(1, T) int64."""
     spans: tuple[slice, ...]
-    """Tokens of each label's words."""
+    """Tokens of each label."""
     channels: tuple[int, ...]
     """Number of each label."""
 
@@ -48,8 +48,8 @@ class _Text:
 class GroundingDinoSegmenter:
     """MM-Grounding-DINO (Zhao et al., 2024), Grounding DINO (Liu et al., ECCV 2024), or LLMDet.
 
-    Implements `Segmenter`. All labels are one text and one pass, as long as the text fits into
-    the network's 256 tokens; more labels take more passes.
+    Implements `Segmenter`. Labels that fit into the network's 256 tokens take one pass; more labels
+    take more passes.
     """
 
     source = "grounding-dino"
@@ -58,12 +58,12 @@ class GroundingDinoSegmenter:
         """Load the model.
 
         Raises:
-            CheckpointError: It is not on this machine, or is another model.
+            CheckpointError: The model is not on this machine, or is of another type.
         """
-        files = Pretrained(model=config.model or USUAL["grounding-dino"], folder=folder)
+        files = Pretrained(model=config.model or DEFAULT_MODELS["grounding-dino"], folder=folder)
         self.device = choose_device(config.device)
         self.dtype = choose_dtype(config.precision, self.device)
-        # Another kind is refused by the loading itself, which says what was expected.
+        # Loading rejects other types and names the expected ones.
         model: Any = files.load(_KINDS.get(files.kind, MMGroundingDinoForObjectDetection), *_KINDS)
         self._tokenizer = files.tokenizer()
         self._normalisation = files.normalisation(IMAGENET_MEAN, IMAGENET_STD)
@@ -102,16 +102,16 @@ class GroundingDinoSegmenter:
             )
 
     def find(self, color: NDArray[np.uint8], channels: tuple[str, ...]) -> tuple[Tensor, Tensor]:
-        """Find boxes.
+        """Return boxes and their scores.
 
         Args:
             color: (H, W, 3) uint8 RGB.
-            channels: One label a channel.
+            channels: One label per channel.
 
         Returns:
-            (N, 4) left, top, right, bottom as shares of the image; (N, C) how well each label fits,
-            0 to 1: the mean over the tokens of its words, all of which the network was taught to
-            find where the label is. 0 for labels that stood in another text than the box's.
+            (N, 4) left, top, right, bottom as shares of the image; (N, C) score of each label, 0 to
+            1: the mean over its tokens, all of which the training matches to the object. 0 for
+            labels in another text than the box's.
         """
         image = self._prepare(color)
         parts = [self._decode(image, text, len(channels)) for text in self._texts(channels)]
@@ -127,7 +127,7 @@ class GroundingDinoSegmenter:
         return torch.cat([middle - extent / 2, middle + extent / 2], dim=-1), fits
 
     def _texts(self, channels: tuple[str, ...]) -> list[_Text]:
-        """Put labels together to texts, each as long as the network takes."""
+        """Group labels into texts of the network's length."""
         room = self._model.config.max_text_len - 2
         texts: list[_Text] = []
         tokens: list[int] = []
@@ -138,7 +138,7 @@ class GroundingDinoSegmenter:
             if len(tokens) + len(words) + 1 > room:
                 texts.append(self._text(tokens, spans, first))
                 tokens, spans, first = [], [], number
-            # Behind the token that begins the text.
+            # After the start token.
             spans.append(slice(len(tokens) + 1, len(tokens) + 1 + len(words)))
             tokens += [*words, self._stop]
         return [*texts, self._text(tokens, spans, first)]
@@ -153,10 +153,10 @@ class GroundingDinoSegmenter:
 
     def _tokens_of(self, name: str) -> list[int]:
         if name not in self._words:
-            # Full stops and question marks would end the label within its words.
+            # Full stops and question marks would split the label.
             words = words_of(name).lower().replace(".", " ").replace("?", " ")
             self._words[name] = self._tokenizer(words, add_special_tokens=False)["input_ids"]
-        # A label without any known character is looked for as what it is: unknown.
+        # A label without any known character becomes the unknown token.
         return self._words[name] or [self._tokenizer.unk_token_id]
 
     def _prepare(self, color: NDArray[np.uint8]) -> Tensor:
@@ -167,9 +167,9 @@ class GroundingDinoSegmenter:
 
 
 def fitted_size(shape: tuple[int, int], shortest: int, longest: int) -> tuple[int, int]:
-    """Return the size of an (H, W) image whose shorter side is as asked for.
+    """Return the size of an (H, W) image resized to a shorter side.
 
-    It is less where the longer side would become more than `longest`.
+    It is smaller if the longer side would exceed `longest`.
     """
     small, large = min(shape), max(shape)
     side = min(float(shortest), longest * small / large)

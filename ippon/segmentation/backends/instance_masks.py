@@ -1,4 +1,4 @@
-"""Masks of instances, from a network's own size to arrays."""
+"""Masks of instances: resizing and conversion to arrays."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,7 +7,7 @@ from torch.nn import functional
 
 
 def resized_masks(masks: Tensor, size: tuple[int, int]) -> Tensor:
-    """Bring (K, h, w) masks of the whole image to another size."""
+    """Resize (K, h, w) masks of the whole image."""
     if not len(masks):
         return masks.new_zeros((0, *size))
     return functional.interpolate(masks[None], size=size, mode="bilinear", align_corners=False)[0]
@@ -16,7 +16,7 @@ def resized_masks(masks: Tensor, size: tuple[int, int]) -> Tensor:
 def mask_arrays(masks: Tensor) -> list[NDArray[np.bool_] | None]:
     """Return each of (K, h, w) bool masks as an array.
 
-    None stands for one without any pixel, as of a thing smaller than a pixel of the mask: there
-    the box is all that is known.
+    None stands for an empty mask, as of an object smaller than a pixel of the mask; only its box is
+    known.
     """
     return [mask if mask.any() else None for mask in masks.cpu().numpy()]

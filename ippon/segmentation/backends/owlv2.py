@@ -1,4 +1,4 @@
-"""OWLv2: boxes of what words name."""
+"""OWLv2: boxes for words."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,19 +22,19 @@ from ippon.segmentation.backends.pretrained import (
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
 from ippon.segmentation.label_probabilities import as_tensor, normalised, resized
+from ippon.segmentation.model_registry import DEFAULT_MODELS
 from ippon.segmentation.prompts import PLAIN_TEMPLATES, words_of
-from ippon.segmentation.published import USUAL
 from ippon.segmentation.segmenter import checked_channels
 
 LEAST_SCORE: Final = 0.1
-"""Boxes that fit no label better are dropped, as OWLv2's authors do."""
+"""Least score of a box, as in the authors' code."""
 GREY: Final = 127.5
 
 
 class Owlv2Segmenter:
     """OWLv2 (Minderer et al., NeurIPS 2023); implements `Segmenter`.
 
-    It finds things, not walls or floors.
+    It detects objects, not walls or floors.
     """
 
     source = "owlv2"
@@ -43,9 +43,9 @@ class Owlv2Segmenter:
         """Load the model.
 
         Raises:
-            CheckpointError: It is not on this machine, or is another model.
+            CheckpointError: The model is not on this machine, or is of another type.
         """
-        files = Pretrained(model=config.model or USUAL["owlv2"], folder=folder)
+        files = Pretrained(model=config.model or DEFAULT_MODELS["owlv2"], folder=folder)
         self.device = choose_device(config.device)
         self.dtype = choose_dtype(config.precision, self.device)
         self._tokenizer = files.tokenizer()
@@ -75,15 +75,15 @@ class Owlv2Segmenter:
             )
 
     def find(self, image: Tensor, channels: tuple[str, ...]) -> tuple[Tensor, Tensor]:
-        """Find boxes.
+        """Return boxes and their scores.
 
         Args:
             image: (1, 3, H, W) RGB, 0 to 255.
-            channels: One label a channel.
+            channels: One label per channel.
 
         Returns:
-            (N, 4) left, top, right, bottom in pixels, some beyond the image; (N, C) how well each
-            label fits, 0 to 1.
+            (N, 4) left, top, right, bottom in pixels, possibly outside the image; (N, C) score of
+            each label, 0 to 1.
         """
         finder = self._finder
         longest = max(image.shape[2:])

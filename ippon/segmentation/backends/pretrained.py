@@ -1,4 +1,4 @@
-"""Models of the `transformers` library, loaded from this machine and from nowhere else."""
+"""Models of the `transformers` library, loaded from local files only."""
 
 import json
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from transformers import AutoTokenizer
 from transformers.utils.logging import disable_progress_bar
 
 from ippon.segmentation.errors import WITHOUT_NETWORK, CheckpointError
-from ippon.segmentation.published import terms_of
+from ippon.segmentation.model_registry import terms_of
 
 IMAGENET_MEAN = (0.485, 0.456, 0.406)
 IMAGENET_STD = (0.229, 0.224, 0.225)
@@ -27,11 +27,11 @@ class Pretrained:
     model: str
     """A folder, or a name on the hub such as `CIDAS/clipseg-rd64-refined`."""
     folder: Path
-    """Where folders lie that are given by the last part of their name."""
+    """Folder of models that are given by the last part of their name."""
 
     @property
     def source(self) -> str:
-        """The folder where there is one, else the name, which the hub's local cache may know."""
+        """The folder if it exists, else the name, which may be in the hub's local cache."""
         for path in (Path(self.model), self.folder / Path(self.model).name):
             if path.is_dir():
                 return str(path)
@@ -39,7 +39,7 @@ class Pretrained:
 
     @property
     def kind(self) -> str:
-        """The model's type as its config.json names it, such as `sam2_video`.
+        """Type of the model in its config.json, such as `sam2_video`.
 
         Raises:
             CheckpointError: The model is not on this machine, or the file is damaged.
@@ -50,26 +50,26 @@ class Pretrained:
         return str(said.get("model_type", ""))
 
     def load(self, model_class: Any, *also: str) -> Any:
-        """Load weights, all of them.
+        """Load all weights of a model.
 
         Args:
             model_class: A model class of `transformers`.
-            also: Further model types that are expected: those whose files hold its weights, too.
+            also: Further accepted model types, whose files contain the same weights.
 
         Raises:
-            CheckpointError: They are not on this machine, damaged, or of another model.
+            CheckpointError: The weights are not on this machine, damaged, or of another model.
         """
-        # Checked first: of a foreign file the library would make a network of the usual size.
+        # Checked first, because the library would load a foreign file as a network of default size.
         expected = dict.fromkeys((model_class.config_class.model_type, *also))
         if self.kind not in expected:
             raise CheckpointError(
                 f"{self.source} is another model: its config.json says {self.kind!r}; expected "
                 f"{' or '.join(map(repr, expected))}"
             )
-        # The library prints nothing; by default its bars would.
+        # Turn off the library's progress bars.
         disable_progress_bar()
         try:
-            # Pickles can run code, so weights are read from safetensors and from nothing else.
+            # Weights are read from safetensors only, because pickles can run code.
             model, info = model_class.from_pretrained(
                 self.source,
                 local_files_only=True,
@@ -88,10 +88,10 @@ class Pretrained:
         return model.eval().requires_grad_(requires_grad=False)
 
     def tokenizer(self) -> Any:
-        """Load the tokenizer that lies with the weights.
+        """Load the tokenizer in the model's folder.
 
         Raises:
-            CheckpointError: There is none.
+            CheckpointError: There is no tokenizer.
         """
         try:
             return AutoTokenizer.from_pretrained(self.source, local_files_only=True)
@@ -101,12 +101,12 @@ class Pretrained:
     def normalisation(
         self, mean: tuple[float, ...], std: tuple[float, ...]
     ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return mean and standard deviation of the training images; those given if unsaid."""
+        """Return mean and standard deviation from the model's files, or the given ones."""
         said = self.preprocessing()
         return tuple(said.get("image_mean", mean)), tuple(said.get("image_std", std))
 
     def preprocessing(self) -> dict[str, Any]:
-        """Return how images are prepared, as the files say it; empty where they do not.
+        """Return the image preprocessing in the model's files; empty if there is none.
 
         Raises:
             CheckpointError: The file is damaged.
@@ -117,13 +117,13 @@ class Pretrained:
         return said
 
     def _settings(self, name: str) -> dict[str, Any] | None:
-        """Read a JSON file of the folder or the hub's local cache; None where there is none."""
+        """Read a JSON file of the folder or the hub's local cache; None if there is none."""
         if Path(self.source).is_dir():
             path = Path(self.source) / name
         else:
             try:
                 path = try_to_load_from_cache(self.source, name)
-            except ValueError:  # Not a name that the hub could know.
+            except ValueError:  # Not a valid name on the hub.
                 return None
             if not isinstance(path, str):
                 return None
@@ -141,7 +141,7 @@ class Pretrained:
     def _error(self, error: Exception) -> CheckpointError:
         reason = str(error).strip().split("\n", maxsplit=1)[0][:200]
         if Path(self.source).is_dir():
-            return CheckpointError(f"{self.source} is no folder of such a model: {reason}")
+            return CheckpointError(f"{self.source} is not a folder of such a model: {reason}")
         name = Path(self.model).name
         return CheckpointError(
             f"the weights of {self.model}{terms_of(self.model)} are not on this machine: fetch its "
@@ -153,7 +153,7 @@ class Pretrained:
 
 
 def tokens_of(tokenizer: Any, texts: list[str], length: int) -> torch.Tensor:
-    """Return (N, length) token numbers, padded with 0 behind the end token."""
+    """Return (N, length) token numbers, padded with 0 after the end token."""
     encoded = tokenizer(texts, truncation=True, max_length=length)["input_ids"]
     tokens = torch.zeros(len(texts), length, dtype=torch.long)
     for row, numbers in zip(tokens, encoded, strict=True):

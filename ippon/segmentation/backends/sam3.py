@@ -1,4 +1,4 @@
-"""SAM 3: every instance of what a few words name, with mask and score."""
+"""SAM 3: instances with mask and score for short phrases."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,24 +20,25 @@ from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.device import choose_device, choose_dtype, memory_guard
 from ippon.segmentation.instances import MAX_INSTANCES, make_detections
 from ippon.segmentation.label_probabilities import as_tensor, normalised, resized
+from ippon.segmentation.model_registry import DEFAULT_MODELS
 from ippon.segmentation.prompts import words_of
-from ippon.segmentation.published import USUAL
 from ippon.segmentation.segmenter import checked_channels, heatmap_size
 
 HALF: Final = (0.5, 0.5, 0.5)
-"""Mean and standard deviation of the colours that SAM 3 was trained with."""
+"""Mean and standard deviation of SAM 3's training images."""
 TOKENS: Final = 32
-"""Length that texts are padded to, as in training; the light text encoder sees the padding."""
+"""Length to which texts are padded, as in training; the light text encoder attends to the
+padding."""
 LEAST_SCORE: Final = 0.05
-"""Instances below are dropped. Low, because the observation model decides what a score is worth;
-not 0, because each label has 200 queries."""
+"""Least score of an instance; low, because the observation model weighs scores, and not 0, because
+each label has 200 queries."""
 LABELS_AT_ONCE: Final = 4
-"""The image is decoded once for each label; more at once take more memory."""
+"""Labels per run of the decoder; more take more memory."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Found:
-    """What labels gave: K instances."""
+    """K instances of some labels."""
 
     boxes: Tensor
     """(K, 4) left, top, right, bottom as shares of the image."""
@@ -52,17 +53,17 @@ class _Found:
 class Sam3Segmenter:
     """SAM 3 (Carion et al., 2025), or its variant with a light text encoder.
 
-    Implements `Segmenter`. The image is encoded once, each label's words once for all images.
+    Implements `Segmenter`. Each image is encoded once, and each label once for all images.
     """
 
     def __init__(self, config: SegmentationConfig, folder: Path) -> None:
         """Load the model.
 
         Raises:
-            CheckpointError: It is not on this machine, or is another model.
+            CheckpointError: The model is not on this machine, or is of another type.
         """
         light = config.backend == "sam3-lite"
-        files = Pretrained(model=config.model or USUAL[config.backend], folder=folder)
+        files = Pretrained(model=config.model or DEFAULT_MODELS[config.backend], folder=folder)
         self.source = config.backend
         self.device = choose_device(config.device)
         self.dtype = choose_dtype(config.precision, self.device)
@@ -109,7 +110,7 @@ class Sam3Segmenter:
     def _find(
         self, color: NDArray[np.uint8], channels: tuple[str, ...], size: tuple[int, int]
     ) -> _Found:
-        """Decode the image for each label, in the order of the words so that batches are alike."""
+        """Decode the image for each label, in alphabetical order so that batches repeat."""
         seen = self._model.get_vision_features(self._prepare(color))
         self._read([name for name in channels if name not in self._texts])
         order = sorted(range(len(channels)), key=lambda k: channels[k])
@@ -140,10 +141,10 @@ class Sam3Segmenter:
             text_embeds=BaseModelOutputWithPooling(pooler_output=features),
             attention_mask=mask,
         )
-        # That the label is in the image at all is a score of its own.
+        # The presence of the label in the image has a separate score.
         present = given.presence_logits.float().sigmoid()
         scores = given.pred_logits.float().sigmoid() * present
-        # What is no number is kept, too, so that it is noticed.
+        # NaN is kept, so that it raises an error later.
         rows, queries = torch.nonzero(~(scores <= LEAST_SCORE), as_tuple=True)
         best = scores[rows, queries].argsort(descending=True, stable=True)[:MAX_INSTANCES]
         rows, queries = rows[best], queries[best]
@@ -156,7 +157,7 @@ class Sam3Segmenter:
         )
 
     def _read(self, names: list[str]) -> None:
-        """Encode the words of labels that have not been asked for before."""
+        """Encode the words of new labels."""
         if not names:
             return
         words = [words_of(name) for name in names]
@@ -173,7 +174,7 @@ class Sam3Segmenter:
         )
 
     def _prepare(self, color: NDArray[np.uint8]) -> Tensor:
-        """Squeeze the image into the square that the model was trained with."""
+        """Stretch the image to the square of the model's training."""
         side = self._model.config.vision_config.image_size
         image = as_tensor(color, self.device)
         square = resized(image, (side, side))

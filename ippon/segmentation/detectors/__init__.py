@@ -1,1 +1,1 @@
-"""Detectors with a fixed list of kinds of thing, from ONNX and ncnn files."""
+"""Closed-vocabulary detectors from ONNX and ncnn files; the entry is `detector.Detector`."""

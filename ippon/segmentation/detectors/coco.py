@@ -1,9 +1,9 @@
-"""The classes of COCO (Lin et al., ECCV 2014), and what labels they answer to."""
+"""The classes of COCO (Lin et al., ECCV 2014), with synonyms."""
 
 from typing import Final
 
 NO_CLASS: Final = ""
-"""Stands where an output of a network belongs to no class."""
+"""Name of an output without a class."""
 
 _NAMES: Final = """
     person bicycle car motorcycle airplane bus train truck boat traffic_light fire_hydrant
@@ -18,7 +18,7 @@ COCO_80: Final[tuple[str, ...]] = tuple(_NAMES.split())
 """The classes in the order of most detectors."""
 
 _NUMBERS_WITHOUT_CLASS: Final = frozenset({0, 12, 26, 29, 30, 45, 66, 68, 69, 71, 83})
-"""Numbers up to 90 that the data set's list of categories leaves out."""
+"""Category numbers up to 90 that the data set does not use."""
 
 
 def _by_category_number() -> tuple[str, ...]:
@@ -29,7 +29,7 @@ def _by_category_number() -> tuple[str, ...]:
 
 
 COCO_91: Final = _by_category_number()
-"""The classes by the data set's own numbers, 0 to 90, as DETR and RF-DETR have them."""
+"""Classes by the data set's category numbers, 0 to 90, as in DETR and RF-DETR."""
 
 SAME: Final[tuple[tuple[str, ...], ...]] = (
     ("sofa", "couch"),
@@ -48,7 +48,7 @@ SAME: Final[tuple[tuple[str, ...], ...]] = (
     ("backpack", "rucksack"),
     ("tennis_racket", "tennis_racquet"),
 )
-"""Names of one thing. They agree with the table of the words that people ask with."""
+"""Synonyms, consistent with the knowledge table."""
 
 ALSO: Final[dict[str, tuple[str, ...]]] = {
     "cup": ("mug", "coffee_cup", "coffee_mug", "teacup"),
@@ -63,13 +63,12 @@ ALSO: Final[dict[str, tuple[str, ...]]] = {
     "airplane": ("plane",),
     "handbag": ("purse",),
 }
-"""Labels that a class answers to beside its own names: the annotators of COCO gave these things its
-name. Broader words (seating, appliances) are not among them: of a chair, a weak score for a bench
-would then speak for seating."""
+"""Further labels of a class, because COCO's annotators gave these objects its name. Broader words
+(seating, appliances) are excluded: a weak score of a bench at a chair would count for seating."""
 
 
-def answers_of(name: str) -> tuple[str, ...]:
-    """Return the labels that a class answers to, best first, its own name before all.
+def synonyms_of_class(name: str) -> tuple[str, ...]:
+    """Return the labels of a class, its own name first.
 
     Args:
         name: Canonical name of the class.

@@ -1,4 +1,4 @@
-"""A detector with a fixed list of kinds of thing, as a segmenter."""
+"""A closed-vocabulary detector as a segmenter."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,47 +11,47 @@ from ippon.observation import Detections
 from ippon.segmentation.config import DetectorFamily, SegmentationConfig
 from ippon.segmentation.detectors.decoding.candidates import Candidates
 from ippon.segmentation.detectors.errors import OutputError
-from ippon.segmentation.detectors.families import HABITS, Layout, decode, recognise
+from ippon.segmentation.detectors.families import INPUT_CONVENTIONS, OutputLayout, decode, recognise
 from ippon.segmentation.detectors.image_input import ImageInput, Placement
 from ippon.segmentation.detectors.labels import (
-    described,
-    fitted,
     labels_beside,
+    matched_vocabulary,
+    read_description,
     read_labels_file,
 )
 from ippon.segmentation.detectors.model_file import find_model, open_network
 from ippon.segmentation.detectors.network import Network, Tensors
-from ippon.segmentation.detectors.suppression import suppressed
+from ippon.segmentation.detectors.suppression import non_maximum_suppression
 from ippon.segmentation.detectors.vocabulary import Assignment
 from ippon.segmentation.errors import CheckpointError
 from ippon.segmentation.instances import MAX_INSTANCES, make_detections
 from ippon.segmentation.segmenter import checked_channels
 
 LEAST_SCORE: Final = 0.05
-"""Boxes below are left out. Low, since the observation model decides what a score is worth; lower
-ones are hundreds an image."""
+"""Least score of a box; low, because the observation model weighs scores, and not lower, because
+hundreds of boxes per image follow."""
 _SIDE_PX: Final = 640
-"""Side of the input where a file leaves it open, as most detectors have it."""
+"""Side of the input if the file leaves it open, as in most detectors."""
 _SIZES: Final = ("orig_target_sizes", "images_sizes", "orig_size")
-"""Input of RT-DETR's and D-FINE's own exports: the size that boxes refer to."""
+"""Names of the input of RT-DETR's and D-FINE's own exports for the size that boxes refer to."""
 _MASK: Final = "pixel_mask"
-"""Input of DETR's exports: which pixels are image."""
+"""Name of the input of DETR's exports that marks image pixels."""
 
 
 class Detector:
-    """Finds the kinds of thing that a network was trained on; implements `Segmenter`."""
+    """Detects the classes that a network was trained on; implements `Segmenter`."""
 
     def __init__(self, config: SegmentationConfig, folder: Path) -> None:
         """Load a network and recognise its family.
 
         Args:
-            config: `model`, `device`, `labels_file`, `family`, `threads` and `input_px` count.
-            folder: Where models lie that are given by name.
+            config: `model`, `device`, `labels_file`, `family`, `threads` and `input_px` are used.
+            folder: Folder of models that are given by name.
 
         Raises:
-            CheckpointError: A file is missing, damaged, or of no detector that is known.
+            CheckpointError: A file is missing, damaged, or not of a known detector.
             MissingPackageError: onnxruntime or ncnn is not installed.
-            SegmentationError: There is no such device.
+            SegmentationError: The device does not exist.
         """
         path = find_model(config.model, folder)
         self._network: Network = open_network(
@@ -69,33 +69,33 @@ class Detector:
             if config.labels_file
             else labels_beside(path, self._network.notes)
         )
-        # An image of zeros shows the shapes of the outputs, also where the file leaves them open.
+        # Run on zeros to get the shapes of the outputs, which the file may leave open.
         outputs = self._network.run(self._feeds(np.zeros((3, *size), np.float32)))
-        self.layout: Layout = recognise(
+        self.layout: OutputLayout = recognise(
             outputs, size, _family(config.family, path), None if said is None else len(said.classes)
         )
-        self.vocabulary = fitted(said, self.layout)
-        """The kinds of thing that it finds."""
+        self.vocabulary = matched_vocabulary(said, self.layout)
+        """Its classes."""
         self.image_input = image_input(self.layout, size, path)
         self._read(outputs)
 
     def segment(
         self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None
     ) -> Detections:
-        """Find instances of those labels that the network can tell; see `Segmenter.segment`."""
+        """Return the instances of the labels that the network knows; see `Segmenter.segment`."""
         checked_channels(color, labels, ooi)
         values, place = self.image_input.prepare(color)
         found = self._read(self._network.run(self._feeds(values)))
         return self._detections(found, place, self.vocabulary.assign(labels, ooi))
 
     def _feeds(self, values: NDArray[np.float32]) -> Tensors:
-        """Return the inputs of the network for one prepared image."""
+        """Return the network's inputs for one prepared image."""
         feeds: dict[str, NDArray[Any]] = {}
         for name in self._network.inputs:
             if name == self._image:
                 feeds[name] = values[None]
             elif name in _SIZES:
-                # Width before height; boxes then are in pixels of the input.
+                # Width before height, so that boxes are in pixels of the input.
                 feeds[name] = np.array([values.shape[:0:-1]], np.int64)
             elif name == _MASK:
                 feeds[name] = np.ones((1, *values.shape[1:]), np.int64)
@@ -111,11 +111,11 @@ class Detector:
         return found
 
     def _detections(self, found: Candidates, place: Placement, assigned: Assignment) -> Detections:
-        """Keep what was asked for and is likely enough, one box a thing."""
+        """Return the detections of the requested labels, one box per object."""
         columns = [k for k, one in enumerate(assigned.label_of_class) if one is not None]
         rows, picked = np.nonzero(found.scores[:, columns] >= LEAST_SCORE)
         classes = np.array(columns, np.int64)[picked]
-        # Classes that stand for one label are one kind of thing.
+        # Classes of one label are suppressed together.
         kinds = np.array(
             [assigned.labels.index(str(assigned.label_of_class[k])) for k in classes], np.int64
         )
@@ -124,9 +124,11 @@ class Detector:
         keep = np.argsort(-scores, kind="stable")
         if not found.distinct:
             finite = np.flatnonzero(np.isfinite(boxes).all(axis=1))
-            overlap = HABITS[self.layout.family].overlap
+            overlap = INPUT_CONVENTIONS[self.layout.family].overlap
             keep = finite[
-                suppressed(boxes[finite], scores[finite], kinds[finite], overlap, MAX_INSTANCES)
+                non_maximum_suppression(
+                    boxes[finite], scores[finite], kinds[finite], overlap, MAX_INSTANCES
+                )
             ]
         keep = keep[:MAX_INSTANCES]
         masks = None if found.masks is None else found.masks([int(rows[k]) for k in keep], place)
@@ -143,7 +145,7 @@ class Detector:
 
 
 def source_name(path: Path) -> str:
-    """Return the name of a network: its file's, or its folder's where all files are called alike.
+    """Return the name of a network: that of its file, or of its folder for generic file names.
 
     Exports of `transformers` are called model.onnx, those of Ultralytics model.ncnn.param.
     """
@@ -152,14 +154,14 @@ def source_name(path: Path) -> str:
 
 
 def image_name_and_size(network: Network, input_px: int) -> tuple[str, tuple[int, int]]:
-    """Return the name of the input that takes the image, and its (H, W).
+    """Return the name of the image input and its (H, W).
 
     Args:
         network: Loaded.
-        input_px: Side where the file leaves it open; 0 for the usual.
+        input_px: Side if the file leaves it open; 0 for the default.
 
     Raises:
-        CheckpointError: The network takes something else, or images of another size.
+        CheckpointError: The network does not take one image, or takes another size.
     """
     images = {name: shape for name, shape in network.inputs.items() if len(shape) == 4}
     others = set(network.inputs) - set(images) - {*_SIZES, _MASK}
@@ -181,22 +183,22 @@ def image_name_and_size(network: Network, input_px: int) -> tuple[str, tuple[int
 
 
 def _family(wanted: DetectorFamily, model: Path) -> DetectorFamily:
-    """Return the family that a person or `config.json` beside the model names."""
+    """Return the configured family, or that in `config.json` beside the model."""
     if wanted != "auto":
         return wanted
     kinds: dict[object, DetectorFamily] = {"detr": "detr", "yolos": "detr", "rf_detr": "rf-detr"}
-    return kinds.get(described(model).get("model_type"), "auto")
+    return kinds.get(read_description(model).get("model_type"), "auto")
 
 
-def image_input(layout: Layout, size: tuple[int, int], model: Path) -> ImageInput:
-    """Return what the network expects of its images.
+def image_input(layout: OutputLayout, size: tuple[int, int], model: Path) -> ImageInput:
+    """Return the preprocessing that the network expects.
 
-    The family's habits hold, except where `preprocessor_config.json` beside the model says other
+    The family's convention applies, unless `preprocessor_config.json` beside the model has other
     means and deviations.
     """
-    habits = HABITS[layout.family]
+    habits = INPUT_CONVENTIONS[layout.family]
     mean, factor = habits.mean, habits.factor
-    said = described(model, "preprocessor_config.json")
+    said = read_description(model, "preprocessor_config.json")
     if said.get("do_normalize") is True:
         mean = _triple([255.0 * x for x in said.get("image_mean", [])], mean)
         factor = _triple([1.0 / (255.0 * x) for x in said.get("image_std", [])], factor)

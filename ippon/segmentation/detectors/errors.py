@@ -1,7 +1,7 @@
-"""What can go wrong with a detector's file beyond what any network's may."""
+"""Errors of detector files."""
 
 from ippon.segmentation.errors import CheckpointError
 
 
 class OutputError(CheckpointError):
-    """The outputs of a network are not those of its family, or do not match its labels."""
+    """The outputs of a network do not match its family or its labels."""

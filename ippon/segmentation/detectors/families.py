@@ -1,4 +1,4 @@
-"""Families of detectors: what they expect of an image, and how their outputs are told apart."""
+"""Families of detectors: input conventions, and recognition of their outputs."""
 
 from dataclasses import dataclass
 from typing import Any, Final, Literal
@@ -23,8 +23,8 @@ from ippon.segmentation.detectors.network import Tensors
 Family = Literal[
     "nanodet", "yolox", "yolov5", "yolov8", "yolov10", "rt-detr", "rf-detr", "detr", "rt-detr-own"
 ]
-"""`rt-detr` and `rt-detr-own` are RT-DETR and D-FINE as `transformers` exports them, and as their
-authors' repositories do."""
+"""`rt-detr` and `rt-detr-own` are RT-DETR and D-FINE as exported by `transformers` and by their
+authors' repositories."""
 
 _IMAGENET: Final[dict[str, Any]] = {
     "mean": (123.675, 116.28, 103.53),
@@ -33,8 +33,8 @@ _IMAGENET: Final[dict[str, Any]] = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Habits:
-    """What the networks of a family were trained with."""
+class InputConvention:
+    """Input of a family's networks."""
 
     fit: Fit
     channels: Literal["RGB", "BGR"] = "RGB"
@@ -43,71 +43,72 @@ class Habits:
     factor: tuple[float, float, float] = (1 / 255, 1 / 255, 1 / 255)
     padding: int | None = 114
     overlap: float = 0.6
-    """Intersection over union above which two boxes of a class are one thing."""
+    """Intersection over union above which two boxes of a class are one object."""
 
 
-HABITS: Final[dict[Family, Habits]] = {
-    "nanodet": Habits(
+INPUT_CONVENTIONS: Final[dict[Family, InputConvention]] = {
+    "nanodet": InputConvention(
         fit="corner",
         channels="BGR",
         mean=(103.53, 116.28, 123.675),
         factor=(0.017429, 0.017507, 0.017125),
         padding=None,
     ),
-    "yolox": Habits(fit="corner", channels="BGR", factor=(1.0, 1.0, 1.0)),
-    "yolov5": Habits(fit="centre"),
-    "yolov8": Habits(fit="centre"),
-    "yolov10": Habits(fit="centre"),
-    "rt-detr": Habits(fit="stretch"),
-    "rt-detr-own": Habits(fit="stretch"),
-    "rf-detr": Habits(fit="stretch", **_IMAGENET),
-    "detr": Habits(fit="stretch", **_IMAGENET),
+    "yolox": InputConvention(fit="corner", channels="BGR", factor=(1.0, 1.0, 1.0)),
+    "yolov5": InputConvention(fit="centre"),
+    "yolov8": InputConvention(fit="centre"),
+    "yolov10": InputConvention(fit="centre"),
+    "rt-detr": InputConvention(fit="stretch"),
+    "rt-detr-own": InputConvention(fit="stretch"),
+    "rf-detr": InputConvention(fit="stretch", **_IMAGENET),
+    "detr": InputConvention(fit="stretch", **_IMAGENET),
 }
 _LOGITS: Final = ("logits", "pred_logits")
 _MOST_ROWS: Final = 1000
-"""Rows of a network that suppresses by itself; it gives 100 to 300."""
+"""Most rows of a network with built-in suppression, which typically returns 100 to 300."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Layout:
-    """How the outputs of one network are to be read."""
+class OutputLayout:
+    """Layout of a network's outputs."""
 
     family: Family
     names: tuple[str, ...]
-    """Outputs in the order that the family's decoding takes them; masks last."""
+    """Outputs in the order of the family's decoder; masks last."""
     classes: int | None
-    """Classes that the outputs have room for; None where they do not tell."""
+    """Number of classes in the outputs; None if it is not determined."""
     spare_column: bool = False
-    """The last column may belong to no class."""
+    """Whether the last column may stand for no class."""
 
 
 def recognise(
     outputs: Tensors, input_size: tuple[int, int], wanted: DetectorFamily, classes: int | None
-) -> Layout:
-    """Tell by names and shapes which family some outputs are of.
+) -> OutputLayout:
+    """Recognise the family of some outputs by names and shapes.
 
     Args:
-        outputs: Of one image, with or without their batch of one.
+        outputs: Outputs for one image, with or without a batch dimension of one.
         input_size: (H, W) of the input.
         wanted: A family, or `auto`.
-        classes: Number of labels where a file says it.
+        classes: Number of labels if a file states it.
 
     Raises:
-        OutputError: They are of no family that is known, or not of the one wanted.
+        OutputError: The outputs are not of a known family, or not of the wanted one.
     """
     shaped = {name: without_batch(values) for name, values in outputs.items()}
     layout = _labelled(shaped) or _queries(shaped) or _grids(shaped, input_size, classes)
     if layout is None:
         said = ", ".join(f"{name} {values.shape}" for name, values in shaped.items())
         raise OutputError(
-            f"these outputs are of no detector that is known here: {said} for an input of "
-            f"{input_size[1]}x{input_size[0]}; known are {', '.join(HABITS)}{_guess(shaped)}"
+            f"these outputs are not of a known detector: {said} for an input of "
+            f"{input_size[1]}x{input_size[0]}; known are "
+            f"{', '.join(INPUT_CONVENTIONS)}{_guess(shaped)}"
         )
     return _as_wanted(layout, wanted)
 
 
-def _as_wanted(layout: Layout, wanted: DetectorFamily) -> Layout:
-    """Take the family that a person names, where the outputs allow it."""
+def _as_wanted(layout: OutputLayout, wanted: DetectorFamily) -> OutputLayout:
+    """Apply the family that the user configured, if the outputs allow it."""
     if wanted in {"auto", layout.family}:
         return layout
     alike: tuple[tuple[Family, ...], ...] = (
@@ -116,7 +117,7 @@ def _as_wanted(layout: Layout, wanted: DetectorFamily) -> Layout:
     )
     for group in alike:
         if layout.family in group and wanted in group:
-            return Layout(
+            return OutputLayout(
                 family=wanted,  # pyright: ignore[reportArgumentType], it is in the group
                 names=layout.names,
                 classes=layout.classes if wanted != "detr" else (layout.classes or 1) - 1,
@@ -129,22 +130,22 @@ def _as_wanted(layout: Layout, wanted: DetectorFamily) -> Layout:
 
 
 def without_batch(values: NDArray[Any]) -> NDArray[Any]:
-    """Return an output without its first axis where that is a batch of one."""
+    """Return an output without a batch dimension of one."""
     return values[0] if values.ndim > 1 and values.shape[0] == 1 else values
 
 
-def _labelled(shaped: Tensors) -> Layout | None:
+def _labelled(shaped: Tensors) -> OutputLayout | None:
     names = {"labels", "boxes", "scores"}
     if names != set(shaped):
         return None
     counts = {len(values) for values in shaped.values()}
     if len(counts) != 1 or shaped["boxes"].shape[1:] != (4,):
         return None
-    return Layout(family="rt-detr-own", names=("labels", "boxes", "scores"), classes=None)
+    return OutputLayout(family="rt-detr-own", names=("labels", "boxes", "scores"), classes=None)
 
 
-def _queries(shaped: Tensors) -> Layout | None:
-    """Recognise logits and boxes; RF-DETR's own export calls them labels and dets."""
+def _queries(shaped: Tensors) -> OutputLayout | None:
+    """Recognise logits and boxes; RF-DETR's own export names them labels and dets."""
     own = {"dets", "labels"} <= set(shaped)
     logits = "labels" if own else next((name for name in _LOGITS if name in shaped), None)
     boxes = "dets" if own else "pred_boxes"
@@ -158,12 +159,12 @@ def _queries(shaped: Tensors) -> Layout | None:
         for name in ("masks", "pred_masks")
         if name in shaped and shaped[name].ndim == 3 and len(shaped[name]) == len(scored)
     ]
-    # A column more than COCO's numbers is the 'no object' of the first DETR.
+    # One column more than COCO's numbers: the 'no object' class of the first DETR.
     first = not own and scored.shape[1] == 92
-    # RT-DETR and D-FINE number COCO's classes from 0 to 79, RF-DETR as the data set does.
+    # RT-DETR and D-FINE number COCO's classes from 0 to 79, RF-DETR like the data set.
     likely = own or bool(masks) or scored.shape[1] == 91
     family: Family = "detr" if first else "rf-detr" if likely else "rt-detr"
-    return Layout(
+    return OutputLayout(
         family=family,
         names=(logits, boxes, *masks),
         classes=scored.shape[1] - first,
@@ -171,8 +172,10 @@ def _queries(shaped: Tensors) -> Layout | None:
     )
 
 
-def _grids(shaped: Tensors, input_size: tuple[int, int], classes: int | None) -> Layout | None:
-    """Recognise an output with a row or column for each cell of some grids."""
+def _grids(
+    shaped: Tensors, input_size: tuple[int, int], classes: int | None
+) -> OutputLayout | None:
+    """Recognise an output with a row or column per grid cell."""
     cells = len(grid_cells(input_size, STRIDES))
     nanodet = len(grid_cells(input_size, NANODET_STRIDES))
     tables = [name for name, values in shaped.items() if values.ndim == 2]
@@ -183,16 +186,16 @@ def _grids(shaped: Tensors, input_size: tuple[int, int], classes: int | None) ->
     rows, columns = shaped[name].shape
     if columns == cells and rows > 4:
         depth = len(shaped[pictures[0]]) if pictures else 0
-        return Layout(family="yolov8", names=(name, *pictures), classes=rows - 4 - depth)
+        return OutputLayout(family="yolov8", names=(name, *pictures), classes=rows - 4 - depth)
     if pictures:
         return None
     if rows == nanodet and columns > 8:
-        return Layout(family="nanodet", names=(name,), classes=classes or 80)
+        return OutputLayout(family="nanodet", names=(name,), classes=classes or 80)
     if rows in {cells, 3 * cells} and columns > 5:
         family: Family = "yolox" if rows == cells else "yolov5"
-        return Layout(family=family, names=(name,), classes=columns - 5)
+        return OutputLayout(family=family, names=(name,), classes=columns - 5)
     if columns == 6 and rows <= _MOST_ROWS:
-        return Layout(family="yolov10", names=(name,), classes=None)
+        return OutputLayout(family="yolov10", names=(name,), classes=None)
     return None
 
 
@@ -206,18 +209,18 @@ def _guess(shaped: Tensors) -> str:
 
 
 def decode(
-    outputs: Tensors, layout: Layout, classes: int, input_size: tuple[int, int]
+    outputs: Tensors, layout: OutputLayout, classes: int, input_size: tuple[int, int]
 ) -> Candidates:
-    """Read the outputs of an image.
+    """Decode the outputs for an image.
 
     Args:
-        outputs: As the network gives them.
-        layout: What `recognise` found.
+        outputs: Outputs of the network.
+        layout: From `recognise`.
         classes: Number of classes.
         input_size: (H, W) of the input.
 
     Raises:
-        OutputError: They have another shape than in the first image.
+        OutputError: The shapes differ from those of the first image.
     """
     values = [without_batch(outputs[name]) for name in layout.names]
     match layout.family:

@@ -1,4 +1,4 @@
-"""Brings an image to the size and numbers that a network takes, and boxes back to the image."""
+"""Preparation of images for a network, and mapping of boxes back to the image."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -12,25 +12,25 @@ Fit = Literal["corner", "centre", "stretch"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Placement:
-    """Where an image lies in the input of a network."""
+    """Position of an image in a network's input."""
 
     image_size: tuple[int, int]
     """(H, W) of the image."""
     input_size: tuple[int, int]
     """(H, W) of the input."""
     scale: tuple[float, float]
-    """Pixels of the input for one of the image: across, down."""
+    """Input pixels per image pixel: across, down."""
     offset: tuple[int, int]
     """Column and row of the input at which the image begins."""
     placed_size: tuple[int, int]
     """(H, W) of the image in the input."""
 
     def boxes_in_image(self, boxes: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Map (N, 4) left, top, right, bottom in pixels of the input to pixels of the image."""
+        """Map (N, 4) left, top, right, bottom from input pixels to image pixels."""
         return (boxes - np.tile(self.offset, 2)) / np.tile(self.scale, 2)
 
     def share_of_input(self, height: int, width: int) -> tuple[slice, slice]:
-        """Return rows and columns that the image fills in an (h, w) picture of the whole input."""
+        """Return rows and columns of the image in an (h, w) array over the whole input."""
         column, row = self.offset
         down, across = height / self.input_size[0], width / self.input_size[1]
         top, left = round(row * down), round(column * across)
@@ -41,7 +41,7 @@ class Placement:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImageInput:
-    """What a network expects its images to be.
+    """Preprocessing that a network expects.
 
     Values are (value - mean) * factor, in the order of `channels`.
     """
@@ -49,18 +49,18 @@ class ImageInput:
     size: tuple[int, int]
     """(H, W) in pixels."""
     fit: Fit
-    """`corner` and `centre` keep the proportions and fill the rest with `padding`; `stretch`
-    does not keep them."""
+    """`corner` and `centre` keep the proportions and fill the rest with `padding`; `stretch` does
+    not keep them."""
     channels: Literal["RGB", "BGR"] = "RGB"
     mean: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Subtracted from values of 0 to 255."""
     factor: tuple[float, float, float] = (1 / 255, 1 / 255, 1 / 255)
     padding: int | None = 114
-    """Grey value around the image, 0 to 255; 114 is what the YOLO family was trained with. None
-    takes the mean, which is 0 to the network."""
+    """Grey value around the image, 0 to 255; YOLO networks are trained with 114. None for the
+    mean."""
 
     def place(self, image_size: tuple[int, int]) -> Placement:
-        """Return where an (H, W) image lies in the input."""
+        """Return the position of an (H, W) image in the input."""
         height, width = self.size
         if self.fit == "stretch":
             placed, offset = self.size, (0, 0)
@@ -78,7 +78,7 @@ class ImageInput:
         )
 
     def prepare(self, color: NDArray[np.uint8]) -> tuple[NDArray[np.float32], Placement]:
-        """Return the input of the network, and where the image lies in it.
+        """Return the network's input, and the position of the image in it.
 
         Args:
             color: (H, W, 3) uint8 RGB.

@@ -1,4 +1,4 @@
-"""Reads which class each output of a detector stands for."""
+"""Classes of a detector's outputs, from files."""
 
 import ast
 import json
@@ -9,9 +9,9 @@ from typing import Any, Final, cast
 
 import yaml
 
-from ippon.segmentation.detectors.coco import COCO_80, COCO_91, NO_CLASS, answers_of
+from ippon.segmentation.detectors.coco import COCO_80, COCO_91, NO_CLASS, synonyms_of_class
 from ippon.segmentation.detectors.errors import OutputError
-from ippon.segmentation.detectors.families import Layout
+from ippon.segmentation.detectors.families import OutputLayout
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
 from ippon.segmentation.errors import CheckpointError
 from ippon.vocabulary import canonical_label
@@ -21,26 +21,28 @@ _LARGEST_FILE: Final = 1_000_000
 """Bytes; ten thousand names take a fifth of it."""
 _NUMBER: Final = re.compile(r"(LABEL_)?\d+")
 _NONE: Final = frozenset({"", "-", "n/a", "background", "no_object"})
-"""Names that stand where an output belongs to no class."""
+"""Names of outputs without a class."""
 
 
 def read_labels_file(path: Path) -> ClosedVocabulary:
-    """Read a list of classes: one name a line, in the order of the network's outputs.
+    """Read a list of classes: one name per line, in the order of the network's outputs.
 
-    `couch = sofa, settee` says which labels a class answers to; a plain name answers to itself and
-    its common synonyms. A line `-` stands for an output without a class.
+    `couch = sofa, settee` lists the labels of a class; a plain name stands for itself and its
+    common synonyms. A line `-` stands for an output without a class.
 
     Raises:
-        CheckpointError: There is no such file, or it is no list of names.
+        CheckpointError: The file is missing, or is not a list of names.
     """
     if not path.is_file():
         raise CheckpointError(f"there is no labels file {path}")
     if path.stat().st_size > _LARGEST_FILE:
-        raise CheckpointError(f"{path} is no list of labels: it is larger than {_LARGEST_FILE} B")
+        raise CheckpointError(
+            f"{path} is not a list of labels: it is larger than {_LARGEST_FILE} B"
+        )
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
-        raise CheckpointError(f"{path} is no list of labels: it is not text") from error
+        raise CheckpointError(f"{path} is not a list of labels: it is not text") from error
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
@@ -57,41 +59,41 @@ def read_labels_file(path: Path) -> ClosedVocabulary:
         labels = [canonical_label(part) for part in said.split(",") if part.strip()]
         if equals and not labels:
             raise CheckpointError(f"line {number} of {path} says no label after '='")
-        known = answers_of(classes[-1]) if classes[-1] else ()
+        known = synonyms_of_class(classes[-1]) if classes[-1] else ()
         answers.append(tuple(dict.fromkeys(labels)) if equals else known)
     return ClosedVocabulary(tuple(classes), tuple(answers))
 
 
 def labels_beside(model: Path, notes: Mapping[str, str]) -> ClosedVocabulary | None:
-    """Return the classes that a model says of itself, or a file beside it; else None.
+    """Return the classes in a model's metadata or in a file beside it; else None.
 
     Args:
         model: The file. `config.json` of `transformers` and `metadata.yaml` of Ultralytics may lie
             beside it.
-        notes: What it says; `names` holds a table of classes where Ultralytics exported it.
+        notes: Metadata of the model; `names` is a table of classes in Ultralytics exports.
 
     Raises:
-        CheckpointError: They are no table of classes.
+        CheckpointError: The entry is not a table of classes.
     """
     if "names" in notes:
         try:
-            # Literals only: the text comes with the file.
+            # Literals only, because the text is untrusted.
             return _numbered(ast.literal_eval(notes["names"]))
         except (ValueError, SyntaxError, MemoryError, RecursionError) as error:
             raise CheckpointError(
-                f"{model.name} says names that are no table: {notes['names'][:60]!r}"
+                f"{model.name} has class names that are not a table: {notes['names'][:60]!r}"
             ) from error
-    said = described(model).get("id2label")
+    said = read_description(model).get("id2label")
     if said is None and model.suffix == ".param":
-        said = described(model, "metadata.yaml").get("names")
+        said = read_description(model, "metadata.yaml").get("names")
     return None if said is None else _numbered(said)
 
 
-def described(model: Path, name: str = "config.json") -> Mapping[str, Any]:
-    """Return what a file beside a model says of it; empty without one.
+def read_description(model: Path, name: str = "config.json") -> Mapping[str, Any]:
+    """Return the content of a file beside a model; empty if there is none.
 
     Raises:
-        CheckpointError: It is no JSON or YAML object.
+        CheckpointError: The file is not a JSON or YAML object.
     """
     path = model.parent / name
     if not path.is_file():
@@ -103,15 +105,15 @@ def described(model: Path, name: str = "config.json") -> Mapping[str, Any]:
         reason = " ".join(str(error).split())[:200]
         raise CheckpointError(f"{path} cannot be read: {reason}") from error
     if not isinstance(said, dict):
-        raise CheckpointError(f"{path} is no description of a model: it holds no object")
+        raise CheckpointError(f"{path} is not a description of a model: it contains no object")
     return cast("Mapping[str, Any]", said)
 
 
 def _numbered(said: object) -> ClosedVocabulary | None:
-    """Make a vocabulary of a list of names, or a table from numbers to names.
+    """Return the vocabulary of a list of names, or of a table from numbers to names.
 
     Returns:
-        None where the names are numbers alone, which exporters write that were told none.
+        None if the names are only numbers, as exporters write without names.
     """
     if isinstance(said, Sequence) and not isinstance(said, str):
         said = dict(enumerate(said))
@@ -133,11 +135,13 @@ def _class(name: str) -> str:
     return NO_CLASS if label.strip("_") in _NONE else label
 
 
-def fitted(vocabulary: ClosedVocabulary | None, layout: Layout) -> ClosedVocabulary:
-    """Return the vocabulary for a network's outputs; COCO's where nothing else is said.
+def matched_vocabulary(
+    vocabulary: ClosedVocabulary | None, layout: OutputLayout
+) -> ClosedVocabulary:
+    """Return the vocabulary for a network's outputs; COCO's by default.
 
     Raises:
-        OutputError: There are more or fewer classes than the outputs have room for.
+        OutputError: The number of classes differs from that of the outputs.
     """
     wanted = layout.classes
     if vocabulary is None:

@@ -1,4 +1,4 @@
-"""Opens the file of a detector with the library that runs it."""
+"""Opening of detector files with the matching library."""
 
 import importlib
 from pathlib import Path
@@ -12,7 +12,7 @@ _SMALLEST: Final = 16
 """Bytes; no network is smaller."""
 _PICKLES: Final = frozenset({".pt", ".pth", ".pkl", ".pickle", ".ckpt"})
 _PICKLE_MARKS: Final = (b"PK\x03\x04", b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05")
-"""Beginnings of what torch.save and pickle write."""
+"""First bytes of files of torch.save and pickle."""
 
 
 def open_network(path: Path, *, device: str, threads: int, input_px: int) -> Network:
@@ -21,13 +21,13 @@ def open_network(path: Path, *, device: str, threads: int, input_px: int) -> Net
     Args:
         path: An .onnx file, or an ncnn .param file with its .bin beside it.
         device: `auto`, `cpu`, `cuda` or `cuda:N`.
-        threads: Cores that it uses on the processor; 0 for all.
-        input_px: Side of the input where the file leaves it open; 0 for the usual.
+        threads: CPU cores; 0 for all.
+        input_px: Side of the input if the file leaves it open; 0 for the default.
 
     Raises:
-        CheckpointError: It is missing, damaged, or no such file.
-        MissingPackageError: The library that runs it is not installed.
-        SegmentationError: There is no such device.
+        CheckpointError: The file is missing, damaged, or of another type.
+        MissingPackageError: The library for it is not installed.
+        SegmentationError: The device does not exist.
     """
     path = _checked(path)
     package = "ncnn" if path.suffix.lower() == ".param" else "onnxruntime"
@@ -47,10 +47,10 @@ def open_network(path: Path, *, device: str, threads: int, input_px: int) -> Net
 
 
 def find_model(model: str, folder: Path) -> Path:
-    """Return the path of a model that is given by path, or by its name in the folder of models.
+    """Return the path of a model given by path, or by name in the folder of models.
 
     Raises:
-        CheckpointError: No model is named.
+        CheckpointError: No model is given.
     """
     if not model:
         raise CheckpointError(
@@ -62,16 +62,18 @@ def find_model(model: str, folder: Path) -> Path:
 
 
 def _checked(path: Path) -> Path:
-    """Return the file to open, after telling from its first bytes what it is.
+    """Return the file to open, after checking its first bytes.
 
     Raises:
-        CheckpointError: It is nothing that a detector is kept in.
+        CheckpointError: The file is not of a supported type.
     """
     suffix = path.suffix.lower()
     if not path.exists():
         raise CheckpointError(f"there is no {path}; a detector is an .onnx or an ncnn .param file")
     if not path.is_file():
-        raise CheckpointError(f"{path} is no file; a detector is an .onnx or an ncnn .param file")
+        raise CheckpointError(
+            f"{path} is not a file; a detector is an .onnx or an ncnn .param file"
+        )
     with path.open("rb") as file:
         head = file.read(64)
     if suffix in _PICKLES or head.startswith(_PICKLE_MARKS):
@@ -84,13 +86,12 @@ def _checked(path: Path) -> Path:
         return path.with_suffix(".param")
     if suffix not in {".onnx", ".param"}:
         raise CheckpointError(
-            f"{path.name} is none of the files that a detector is kept in: .onnx, or an ncnn "
-            ".param with its .bin beside it"
+            f"{path.name} is not a detector file: .onnx, or an ncnn .param with its .bin beside it"
         )
     if len(head) < _SMALLEST:
         raise CheckpointError(f"{path.name} is empty or cut off: it has {len(head)} bytes")
     if suffix == ".onnx" and head.isascii() and head.decode("ascii").isprintable():
         raise CheckpointError(
-            f"{path.name} is no ONNX file: it is text that begins with {head[:30].decode()!r}"
+            f"{path.name} is not an ONNX file: it is text that begins with {head[:30].decode()!r}"
         )
     return path

@@ -1,8 +1,8 @@
-"""Checks the two files of an ncnn network before ncnn reads them.
+"""Validation of the two files of an ncnn network before ncnn reads them.
 
-ncnn trusts its files: one whose layers do not fit together makes it read beyond its memory, and the
-process dies. So the structure, and with it the number of bytes of the weights, is checked here, and
-then the network runs once in a process of its own.
+ncnn trusts its files: inconsistent layers make it read beyond its memory, and the process dies. So
+the structure, and from it the size of the weights, is checked here, and then the network runs once
+in a separate process.
 """
 
 import subprocess
@@ -18,7 +18,7 @@ MAGIC: Final = "7767517"
 """First line of every .param file of ncnn."""
 MOST_LAYERS: Final = 100_000
 TRIAL_S: Final = 120.0
-"""Time for one image in the trial; the slowest detectors take a few seconds on a slow processor."""
+"""Time limit for one image in the trial; the slowest detectors take a few seconds."""
 _HALF, _FLOAT_TAGGED, _INT8 = 0x01306B47, 0x0002C056, 0x000D4B38
 """Tags before weights: float16; float32; int8. Without a tag they are float32."""
 
@@ -36,7 +36,7 @@ class Layer:
     parameters: Parameters
 
     def number(self, key: int, usual: int = 0) -> int:
-        """Return a parameter."""
+        """Return an integer parameter."""
         return int(self.parameters.get(key, str(usual)))
 
 
@@ -44,15 +44,15 @@ def read_structure(path: Path) -> tuple[Layer, ...]:
     """Read a .param file.
 
     Raises:
-        CheckpointError: It is no such file, cut off, or its layers do not fit together.
+        CheckpointError: The file is of another type, truncated, or its layers are inconsistent.
     """
     try:
         lines = path.read_text(encoding="ascii").split("\n")
     except UnicodeDecodeError as error:
-        raise CheckpointError(f"{path} is no ncnn .param file: it is not text") from error
+        raise CheckpointError(f"{path} is not an ncnn .param file: it is not text") from error
     if not lines or lines[0].strip() != MAGIC:
         raise CheckpointError(
-            f"{path} is no ncnn .param file: it begins with {lines[0][:20]!r}, not {MAGIC}"
+            f"{path} is not an ncnn .param file: it begins with {lines[0][:20]!r}, not {MAGIC}"
         )
     rows = [line.split() for line in lines[1:] if line.strip()]
     try:
@@ -100,13 +100,13 @@ def _check_blobs(path: Path, layers: tuple[Layer, ...], blobs: int) -> None:
 
 
 def check_weights(path: Path, layers: tuple[Layer, ...]) -> None:
-    """Check that a .bin file holds exactly the weights of a network.
+    """Check that a .bin file has exactly the size of a network's weights.
 
-    Networks with layers whose weights are not known here, or with int8 weights, are not checked;
-    for them there is the trial.
+    Networks with unknown kinds of layers, or with int8 weights, are not checked; the trial covers
+    them.
 
     Raises:
-        CheckpointError: It holds fewer or more: it is cut off, or of another network.
+        CheckpointError: The size differs: the file is truncated, or of another network.
     """
     wanted = [_weights(layer) for layer in layers]
     known = [w for w in wanted if w is not None]
@@ -130,7 +130,7 @@ def check_weights(path: Path, layers: tuple[Layer, ...]) -> None:
 
 
 def _skip(file: BinaryIO, tagged: bool, count: int, size: int) -> bool:
-    """Go on to the end of an array; False where the file does not hold it."""
+    """Skip an array; False if the file ends before it."""
     width = 4
     if tagged:
         tag = int.from_bytes(file.read(4), "little")
@@ -145,7 +145,7 @@ def _skip(file: BinaryIO, tagged: bool, count: int, size: int) -> bool:
 
 
 Arrays = list[tuple[bool, int]]
-"""Whether a tag precedes it, and the numbers of an array."""
+"""Whether a tag precedes it, and the number of elements of an array."""
 
 
 def _filters(layer: Layer, size: int, bias: int) -> Arrays:
@@ -189,7 +189,7 @@ _INT8_SCALES: Final = 8
 
 
 def _weights(layer: Layer) -> Arrays | None:
-    """Return the arrays of a layer in the .bin file; None where this is not known."""
+    """Return the arrays of a layer in the .bin file; None if unknown."""
     if layer.kind in _WITHOUT_WEIGHTS:
         return []
     find = _WITH_WEIGHTS.get(layer.kind)
@@ -225,7 +225,7 @@ for name in net.output_names():
 
 
 def try_out(param: Path, weights: Path, size: tuple[int, int]) -> None:
-    """Run a network once in a process of its own.
+    """Run a network once in a separate process.
 
     Args:
         param: The .param file.
@@ -233,9 +233,9 @@ def try_out(param: Path, weights: Path, size: tuple[int, int]) -> None:
         size: (H, W) of the input.
 
     Raises:
-        CheckpointError: ncnn does not load it, fails, dies or takes too long.
+        CheckpointError: ncnn does not load it, fails, crashes or exceeds the time limit.
     """
-    # Both names are the program's own; the child gets the network's files as arguments.
+    # The code is a constant of the program; the network's files are arguments.
     command = [sys.executable, "-P", "-c", _TRIAL, param, weights, str(size[0]), str(size[1])]
     try:
         done = subprocess.run(  # noqa: S603

@@ -1,4 +1,4 @@
-"""Networks that ncnn runs, from a .param file with its .bin beside it."""
+"""Networks in ncnn files: a .param file with its .bin beside it."""
 
 import importlib
 from collections.abc import Mapping
@@ -13,27 +13,27 @@ from ippon.segmentation.detectors.network import Shape, Tensors
 from ippon.segmentation.errors import CheckpointError, SegmentationError
 
 _SIDE_PX: Final = 640
-"""Side of the input of most detectors where their files say none."""
+"""Side of the input of most detectors whose files state none."""
 _NANODET_SIDE_PX: Final = 416
 
 
 class NcnnNetwork:
-    """A network of one image as input; implements `Network`."""
+    """A network with one image as input; implements `Network`."""
 
     def __init__(
         self, path: Path, *, device: str = "auto", threads: int = 0, input_px: int = 0
     ) -> None:
-        """Load a network after checking its files.
+        """Check the files and load the network.
 
         Args:
             path: The .param file.
-            device: `auto` or `cpu`; ncnn runs here on the processor.
-            threads: Cores it uses; 0 for all.
-            input_px: Side of the square input; 0 for what the file says, else the usual.
+            device: `auto` or `cpu`.
+            threads: CPU cores; 0 for all.
+            input_px: Side of the square input; 0 for that in the file, else the default.
 
         Raises:
             CheckpointError: A file is missing, damaged, or of another network.
-            SegmentationError: There is no such device.
+            SegmentationError: The device is not supported.
         """
         if device not in {"auto", "cpu"}:
             raise SegmentationError(
@@ -66,7 +66,7 @@ class NcnnNetwork:
     def run(self, inputs: Tensors) -> dict[str, NDArray[Any]]:
         """Compute the outputs; see `Network.run`."""
         extractor: Any = self._net.create_extractor()
-        # ncnn reads the arrays themselves, so they have to outlive the extractor.
+        # ncnn does not copy the arrays, so they must outlive the extractor.
         held = {
             name: np.ascontiguousarray(values[0], np.float32) for name, values in inputs.items()
         }

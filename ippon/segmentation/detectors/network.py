@@ -1,4 +1,4 @@
-"""What a loaded network is, whichever library runs it."""
+"""Interface of a loaded network, independent of the library."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -16,19 +16,19 @@ class Network(Protocol):
 
     @property
     def inputs(self) -> Mapping[str, Shape]:
-        """Shapes by name; empty where the file says none."""
+        """Shapes by name; empty if the file states none."""
         ...
 
     @property
     def notes(self) -> Mapping[str, str]:
-        """What the file says of itself."""
+        """Metadata of the file."""
         ...
 
     def run(self, inputs: Tensors) -> dict[str, NDArray[Any]]:
         """Compute the outputs.
 
         Args:
-            inputs: Each with its batch of one.
+            inputs: Arrays with a batch dimension of one.
 
         Raises:
             SegmentationError: The network failed.

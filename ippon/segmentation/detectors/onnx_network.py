@@ -1,4 +1,4 @@
-"""Networks that onnxruntime runs, from an .onnx file."""
+"""Networks in ONNX files, run by onnxruntime."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,7 +19,7 @@ _TYPES: Final[Mapping[str, Any]] = {
     "tensor(bool)": np.bool_,
 }
 _FATAL: Final = 4
-"""Severity from which onnxruntime writes to standard error; the errors are raised as well."""
+"""Severity from which onnxruntime writes to standard error; errors are raised as well."""
 
 
 class OnnxNetwork:
@@ -31,11 +31,11 @@ class OnnxNetwork:
         Args:
             path: The .onnx file.
             device: `auto`, `cpu`, `cuda` or `cuda:N`.
-            threads: Cores that it uses on the processor; 0 for all.
+            threads: CPU cores; 0 for all.
 
         Raises:
             CheckpointError: The file is damaged, or needs operators that onnxruntime lacks.
-            SegmentationError: There is no such device.
+            SegmentationError: The device does not exist.
         """
         import onnxruntime as ort  # noqa: PLC0415, an optional package
 
@@ -85,10 +85,10 @@ _CPU: Final = "CPUExecutionProvider"
 
 
 def _providers(device: str, available: list[str]) -> list[Any]:
-    """Return what onnxruntime is to run a network with, in order.
+    """Return the execution providers of onnxruntime, in order.
 
     Raises:
-        SegmentationError: There is no such device, or this onnxruntime has none.
+        SegmentationError: The device does not exist, or this onnxruntime does not support it.
     """
     kind, _, number = device.partition(":")
     if device == "cpu" or (device == "auto" and _CUDA not in available):

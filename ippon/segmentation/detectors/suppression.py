@@ -1,4 +1,4 @@
-"""Keeps one box of those that stand for the same thing."""
+"""Non-maximum suppression."""
 
 from typing import Final
 
@@ -6,27 +6,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 MOST_CANDIDATES: Final = 10_000
-"""Boxes that are compared, those of the best scores: with more, an image takes seconds."""
+"""Most boxes that are compared, best scores first; more take seconds per image."""
 
 _FARTHEST_PX: Final = 1e6
-"""Boxes end here on every side: wider ones are noise, and their areas overflow."""
+"""Bound of box coordinates; larger ones are noise, and their areas overflow."""
 
 
-def suppressed(
+def non_maximum_suppression(
     boxes: NDArray[np.float64],
     scores: NDArray[np.float64],
     classes: NDArray[np.int64],
     overlap: float,
     most: int,
 ) -> NDArray[np.int64]:
-    """Choose boxes, best first, without those that a better one of the same class covers.
+    """Return boxes, best first, without those that a better box of the same class covers.
 
     Args:
         boxes: (N, 4) left, top, right, bottom, finite.
         scores: (N,).
         classes: (N,).
-        overlap: Intersection over union above which two boxes of a class are one thing.
-        most: Boxes that are kept at most.
+        overlap: Intersection over union above which two boxes of a class are one object.
+        most: Most boxes to keep.
 
     Returns:
         (K,) rows, best score first.
@@ -35,7 +35,7 @@ def suppressed(
     if not len(order):
         return order
     chosen = boxes[order].clip(-_FARTHEST_PX, _FARTHEST_PX)
-    # Boxes of different classes are moved apart, so that they share nothing.
+    # Boxes of different classes are shifted apart, so that they do not overlap.
     apart = (np.ptp(chosen) + 1.0) * classes[order]
     left, top, right, bottom = (chosen + apart[:, None]).T.copy()
     areas = (right - left).clip(min=0.0) * (bottom - top).clip(min=0.0)

@@ -1,4 +1,4 @@
-"""The kinds of thing that a detector was trained on, and what it says of other labels."""
+"""The classes of a closed-vocabulary detector, and their matching to labels."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,63 +7,63 @@ from typing import Final, Protocol, runtime_checkable
 
 from rapidfuzz import fuzz
 
-from ippon.segmentation.detectors.coco import NO_CLASS, answers_of
+from ippon.segmentation.detectors.coco import NO_CLASS, synonyms_of_class
 from ippon.vocabulary import canonical_label
 
 _NEAR_RATIO: Final = 75.0
-"""Share of equal letters, in percent, from which two labels may be one misspelt."""
+"""Share of equal letters, in percent, from which one label may be a misspelling of another."""
 _SHARED_WORD: Final = 0.5
-"""Likeness of a label to a class with which it shares a word; a misspelling comes nearer."""
+"""Similarity of a label to a class with a common word; a misspelling scores higher."""
 _MOST_NAMES: Final = 100
-"""Names that a message lists; longer lists are cut."""
+"""Most names in a message."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Assignment:
-    """Which of the labels that were asked for each class of a network stands for."""
+    """Label of each class of a network, for the requested labels."""
 
     labels: tuple[str, ...]
-    """Those that the network can tell, in the order asked."""
+    """Requested labels that the network knows, in their order."""
     ooi: str | None
-    """Object of interest, None without one or where the network cannot tell it."""
+    """Object of interest; None without one, or if the network does not know it."""
     label_of_class: tuple[str | None, ...]
-    """One a class of the network; None where nobody asked for it."""
+    """One per class; None if the class was not requested."""
 
 
 @dataclass(frozen=True)
 class ClosedVocabulary:
-    """The classes of a detector in the order of its outputs, with the labels they answer to."""
+    """The classes of a detector in the order of its outputs, with their labels."""
 
     classes: tuple[str, ...]
-    """Canonical; empty where an output belongs to no class."""
+    """Canonical; empty for an output without a class."""
     answers: tuple[tuple[str, ...], ...]
-    """The labels that each class answers to, best first."""
+    """Labels of each class, best first."""
 
     @classmethod
     def of(cls, classes: Sequence[str]) -> "ClosedVocabulary":
-        """Return the vocabulary of classes that answer to their names and common synonyms."""
+        """Return the vocabulary of classes with their names and common synonyms as labels."""
         names = tuple(canonical_label(name) for name in classes)
-        return cls(names, tuple(answers_of(name) if name else () for name in names))
+        return cls(names, tuple(synonyms_of_class(name) if name else () for name in names))
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The kinds of thing, each once."""
+        """The classes, each once."""
         return tuple(dict.fromkeys(name for name in self.classes if name != NO_CLASS))
 
     def knows(self, label: str) -> bool:
-        """Tell whether a class answers to a label."""
+        """Tell whether a class has a label."""
         wanted = canonical_label(label)
         return any(wanted in answers for answers in self.answers)
 
     def unseen(self, labels: Sequence[str]) -> tuple[str, ...]:
-        """Return the labels that no class answers to, in their order."""
+        """Return the labels that no class has, in their order."""
         return tuple(label for label in labels if not self.knows(label))
 
     def nearest(self, label: str, limit: int = 3) -> tuple[str, ...]:
-        """Return the kinds of thing whose names come nearest to a label, best first.
+        """Return the classes whose names are most similar to a label, best first.
 
-        Names count that share a word with it, the last one most ("desk_chair" and "chair"), or that
-        it may be a misspelling of. Meaning does not count: nothing comes near "hat".
+        Names are similar that share a word, above all the last one ("desk_chair" and "chair"), or
+        that may be misspellings. Meaning is not compared: nothing is similar to "hat".
         """
         wanted = canonical_label(label)
         rated: list[tuple[float, str]] = []
@@ -75,8 +75,8 @@ class ClosedVocabulary:
                 rated.append((-rating, name))
         return tuple(dict.fromkeys(name for _, name in sorted(rated)))[:limit]
 
-    def refusal(self, label: str) -> str:
-        """Return a sentence that says that a label is not known, and what would do."""
+    def unsupported_reason(self, label: str) -> str:
+        """Return a message that a label is unknown, with alternatives."""
         near = self.nearest(label)
         nearest = f"; nearest to it: {', '.join(near)}" if near else ""
         more = len(self.names) - _MOST_NAMES
@@ -88,10 +88,10 @@ class ClosedVocabulary:
         )
 
     def assign(self, labels: Sequence[str], ooi: str | None) -> Assignment:
-        """Decide which label each class stands for.
+        """Assign a label to each class.
 
-        A class that answers to the object of interest stands for it: a detector that calls cups and
-        mugs 'cup' shows cups to a search for a mug. Otherwise the best of its answers counts.
+        The object of interest takes precedence: a detector with one class for cups and mugs returns
+        cups in a search for a mug. Otherwise the best requested label of a class counts.
 
         Args:
             labels: Common labels, canonical and distinct.
@@ -111,13 +111,13 @@ class ClosedVocabulary:
         )
 
     def label_for(self, label: str, labels: Sequence[str]) -> str | None:
-        """Return which of some labels the instances of one of them carry; None where not known.
+        """Return which requested label the instances of a label get; None if it is unknown.
 
-        Asked for cups and mugs, a detector that calls both 'cup' finds both as cups.
+        With cups and mugs requested, a detector with one class for both returns both as cups.
 
         Args:
             label: One of `labels`.
-            labels: All that are asked for, canonical and distinct.
+            labels: All requested labels, canonical and distinct.
         """
         assigned = self.assign(labels, None)
         if label in assigned.labels:
@@ -127,35 +127,35 @@ class ClosedVocabulary:
 
 
 @runtime_checkable
-class KnowsItsVocabulary(Protocol):
-    """A segmenter that recognises fixed kinds of thing only."""
+class HasClosedVocabulary(Protocol):
+    """A segmenter with a fixed set of classes."""
 
     @property
     def vocabulary(self) -> ClosedVocabulary:
-        """The kinds of thing."""
+        """The classes."""
         ...
 
 
 def closed_vocabulary(segmenter: object) -> ClosedVocabulary | None:
-    """Return the kinds of thing that a segmenter is limited to; None where it takes any word."""
-    return segmenter.vocabulary if isinstance(segmenter, KnowsItsVocabulary) else None
+    """Return the vocabulary of a segmenter; None for an open vocabulary."""
+    return segmenter.vocabulary if isinstance(segmenter, HasClosedVocabulary) else None
 
 
-def refusal_of(segmenter: object, label: str) -> str | None:
-    """Return why a segmenter cannot look for a label, and what would do; None where it can.
+def unsupported_reason(segmenter: object, label: str) -> str | None:
+    """Return why a segmenter cannot search for a label, with alternatives; None if it can.
 
     Args:
         segmenter: A `Segmenter` of any kind.
-        label: The object of interest as it would be asked for, canonical.
+        label: Object of interest, canonical.
     """
     vocabulary = closed_vocabulary(segmenter)
     if vocabulary is None or vocabulary.knows(label):
         return None
-    return vocabulary.refusal(label)
+    return vocabulary.unsupported_reason(label)
 
 
 def _likeness(one: str, other: str) -> float:
-    """Return how alike two labels look: 0 for not at all, up to 3."""
+    """Return the similarity of the spelling of two labels: 0 for none, up to 3."""
     first, second = one.split("_"), other.split("_")
     if first[-1] == second[-1]:
         return 2.0 + 1.0 / (len(first) + len(second))

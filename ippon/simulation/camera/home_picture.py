@@ -14,7 +14,7 @@ from scipy import ndimage
 from ippon.simulation.scene import Instance, Scene
 
 _o3d: Any = open3d
-"""Untyped on purpose: open3d's stubs refuse the arrays that it takes."""
+"""Untyped, because open3d's stubs reject the arrays that it accepts."""
 
 _ndimage: Any = ndimage
 
@@ -38,16 +38,16 @@ _UNLABELLED = (
     "picture",
     "cushion",
 )
-"""Categories that a plan shows without a name."""
+"""Categories that are drawn without a name."""
 _SOLID = ("wall", "column")
 _CUT_LOW = ("wall", "window", "door", "beam", "curtain")
 _FINE = 2
-"""Rays a pixel along each axis."""
+"""Rays per pixel along each axis."""
 
 
 @dataclass(frozen=True, slots=True)
 class _View:
-    """How metres become pixels."""
+    """Mapping from metres to pixels."""
 
     left: float
     top: float
@@ -65,12 +65,12 @@ def picture_from_above(
     trail: NDArray[np.float64] | None = None,
     marks: Mapping[str, Sequence[float]] | None = None,
 ) -> NDArray[np.uint8]:
-    """Draw a home as seen from above, walls cut at 2 m, with names, scale bar and start pose.
+    """Draw a home from above, walls cut at 2 m, with names, scale bar and start pose.
 
     Args:
         scene: The home.
-        pixels_per_metre: Scale of the picture; 60 shows small things.
-        trail: (N, 2+) positions of a robot in metres, drawn from the first to the last.
+        pixels_per_metre: Scale of the picture; 60 shows small objects.
+        trail: (N, 2+) positions of a robot in metres, in order.
         marks: Names of points to mark, each with its x and y in metres.
 
     Returns:
@@ -83,7 +83,7 @@ def picture_from_above(
     size = (high - low) * pixels_per_metre
     if not pixels_per_metre > 0.0 or size[0] * size[1] > _MAX_PIXELS:
         raise ValueError(
-            f"{pixels_per_metre} pixels a metre makes no usable picture of a home of "
+            f"{pixels_per_metre} pixels per metre gives no usable picture of a home of "
             f"{high[0] - low[0]:.0f} by {high[1] - low[1]:.0f} m; try 20 to 100"
         )
     view = _View(float(low[0]), float(high[1]), pixels_per_metre)
@@ -105,7 +105,7 @@ def picture_from_above(
 
 
 def _bounds(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the corners of what the picture shows: walls and floors, else everything."""
+    """Return the corners of the picture's area: walls and floors, else all instances."""
     shell = [i for i in scene.instances if i.category in ("wall", "floor")] or scene.instances
     low = np.min([i.aabb_min[:2] for i in shell], axis=0) - _MARGIN_M
     high = np.max([i.aabb_max[:2] for i in shell], axis=0) + _MARGIN_M
@@ -113,7 +113,7 @@ def _bounds(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def _shaded(scene: Scene, view: _View, width: int, height: int) -> NDArray[np.float64]:
-    """Cast a ray down through every pixel, finer than the picture, and shade what it hits.
+    """Render by casting rays down, several per pixel, and shading the surfaces that they meet.
 
     Walls, doors and windows are cut lower than furniture, so that tall cupboards stay whole and
     lintels do not cover doorways.
@@ -159,7 +159,7 @@ def _beams(view: _View, columns: int, rows: int, cut: float) -> NDArray[np.float
 
 
 def _rays(scene: Scene, rows: NDArray[np.intp]) -> Any:
-    """Index some of the home's triangles for ray casting."""
+    """Return a ray-casting scene of some of the home's triangles."""
     rays = _o3d.t.geometry.RaycastingScene(nthreads=1)
     rays.add_triangles(
         _o3d.core.Tensor(np.ascontiguousarray(scene.vertices, np.float32)),
@@ -169,7 +169,7 @@ def _rays(scene: Scene, rows: NDArray[np.intp]) -> Any:
 
 
 def _albedo(scene: Scene, face: NDArray[np.int64], uv: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return the colour of each hit, from its face or its texture."""
+    """Return the colour at each ray's surface point, from face or texture."""
     colors = scene.face_colors[face].astype(np.float64)
     if scene.face_texture is None or scene.face_uvs is None:
         return colors
@@ -190,7 +190,7 @@ def _albedo(scene: Scene, face: NDArray[np.int64], uv: NDArray[np.float32]) -> N
 def _light(
     normals: NDArray[np.float32], z: NDArray[np.float64], pixels_per_metre: float
 ) -> NDArray[np.float64]:
-    """Light from the upper left, with a soft shadow round what stands above its surroundings."""
+    """Return brightness: light from the upper left, soft shadows around tall objects."""
     n = normals.astype(np.float64)
     n *= np.where(n[..., 2:] < 0.0, -1.0, 1.0)  # surfaces are double sided
     slant = n @ np.array([-0.42, 0.42, 0.80])
@@ -265,7 +265,7 @@ def _write(
     *,
     force: bool = False,
 ) -> None:
-    """Write centred text on a light ground, a little higher or lower where it would cover other."""
+    """Write centred text on a light background, shifted where it would cover other text."""
     font = _font(size)
     left, top, right, bottom = draw.textbbox((0, 0), text, font=font)
     w, h = right - left, bottom - top

@@ -1,11 +1,11 @@
-"""Triangles to pixels: a serial z-buffer over homogeneous edge functions.
+"""Rasterisation of triangles: a serial z-buffer over homogeneous edge functions.
 
 With P = K (R p + t) the pixel-scaled camera coordinates of a corner, the ray through pixel (u, v)
 has direction d = (u, v, 1), and the edge functions e_i = d . (P_j x P_k) are linear in u and v.
 The ray meets the triangle where all e_i have the sign of det = P_0 . (P_1 x P_2), at inverse depth
-w = (e_0 + e_1 + e_2) / det: exact ray casting at one multiplication a pixel, without clipping
-(Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997). Measured ten
-times as fast as casting one ray a pixel into a bounding volume hierarchy.
+w = (e_0 + e_1 + e_2) / det: exact ray casting at one multiplication per pixel, without clipping
+(Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997). It is ten
+times as fast as casting one ray per pixel into a bounding volume hierarchy.
 """
 
 import math
@@ -21,10 +21,10 @@ Int32Array = NDArray[np.int32]
 BoolArray = NDArray[np.bool_]
 
 _WORTH_HIDING = 100
-"""Objects of fewer faces are drawn without asking whether anything hides them."""
+"""Objects of fewer faces are drawn without an occlusion test."""
 
 NEAR_M = 0.01
-"""Geometry nearer than this along the optical axis is not seen."""
+"""Near plane: geometry closer than this along the optical axis is not drawn."""
 
 
 def visible_instances(
@@ -34,7 +34,7 @@ def visible_instances(
     aabb_min: Float64Array,
     aabb_max: Float64Array,
 ) -> BoolArray:
-    """Tell which boxes may reach into the image.
+    """Tell which boxes may be in view.
 
     Args:
         projection: (3, 4) world to pixel-scaled camera coordinates.
@@ -58,7 +58,7 @@ def visible_instances(
         ]
     )
     normals = planes[:, :3]
-    # The corner farthest along a plane's normal decides.
+    # A box is outside a plane if its farthest corner along the normal is.
     farthest = np.maximum(aabb_min[:, None] * normals, aabb_max[:, None] * normals).sum(axis=2)
     return (farthest + planes[:, 3] > 0.0).all(axis=1)
 
@@ -70,7 +70,7 @@ def image_boxes(
     aabb_min: Float64Array,
     aabb_max: Float64Array,
 ) -> Float64Array:
-    """Bound where boxes lie in the image.
+    """Return bounds of boxes in the image.
 
     Args:
         projection: (3, 4) world to pixel-scaled camera coordinates.
@@ -120,7 +120,7 @@ def rasterise(
         vertices: (V, 3) metres in the world.
         faces: (F, 3) rows of `vertices`.
         ranges: (M, 4) vertex begin, vertex end, face begin, face end of each object to draw;
-            near ones first, as those hide others whole.
+            nearest first, since those may occlude others entirely.
         boxes: (M, 5) `image_boxes` of the objects.
         inverse_depth: (H, W), overwritten: 1 / metres along the optical axis, 0 for none.
         face_index: (H, W), overwritten: row of `faces`, -1 for none.
@@ -166,7 +166,7 @@ def _rasterise_kernel(
 
 @njit(cache=True, nogil=True)
 def _is_hidden(boxes: Float64Array, r: int, inverse_depth: Float32Array) -> bool:
-    """Tell whether everything drawn so far covers a box and lies before it."""
+    """Tell whether what is drawn so far covers a box and lies before it."""
     nearest = boxes[r, 4]
     for v in range(int(boxes[r, 2]), int(boxes[r, 3]) + 1):
         for u in range(int(boxes[r, 0]), int(boxes[r, 1]) + 1):
@@ -205,7 +205,7 @@ def _draw_kernel(
     inverse_depth: Float32Array,
     face_index: Int32Array,
 ) -> None:
-    """Draw one triangle into images of (height, width) `size` whose rows lie end to end."""
+    """Draw one triangle into flattened images of (height, width) `size`."""
     height, width = size
     a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
     za, zb, zc = corners[a, 2], corners[b, 2], corners[c, 2]
@@ -224,7 +224,7 @@ def _draw_kernel(
     _grow_where_cut(box, corners, c, a)
     if box[1] < 0.0 or box[3] < 0.0 or box[0] > width - 1 or box[2] > height - 1:
         return
-    # A hair wider than the corners, so that rounding of u = x / z loses no pixel.
+    # Slightly wider than the corners, so that rounding of u = x / z loses no pixel.
     u0 = math.ceil(max(box[0] - 1e-6, 0.0))
     u1 = math.floor(min(box[1] + 1e-6, width - 1.0))
     v0 = math.ceil(max(box[2] - 1e-6, 0.0))
@@ -235,7 +235,7 @@ def _draw_kernel(
     ax, ay = corners[a, 0], corners[a, 1]
     bx, by = corners[b, 0], corners[b, 1]
     cx, cy = corners[c, 0], corners[c, 1]
-    # Rows are P_j x P_k. A shared edge gives the neighbour exactly the negated row: no cracks.
+    # Rows are P_j x P_k. For a shared edge the neighbour's row is exactly the negative: no cracks.
     e0u, e0v, e0 = by * zc - zb * cy, zb * cx - bx * zc, bx * cy - by * cx
     e1u, e1v, e1 = cy * za - zc * ay, zc * ax - cx * za, cx * ay - cy * ax
     e2u, e2v, e2 = ay * zb - za * by, za * bx - ax * zb, ax * by - ay * bx
@@ -257,7 +257,7 @@ def _draw_kernel(
         wr = wv * v + w0
         for u in range(lo, hi + 1):
             w = np.float32(wu * u + wr)
-            at = np.uint64(v * width + u)  # Unsigned: no test for indices from the end.
+            at = np.uint64(v * width + u)  # Unsigned: no check for negative indices.
             if w > inverse_depth[at] and w <= 1.0 / NEAR_M:
                 inverse_depth[at] = w
                 face_index[at] = f
@@ -265,7 +265,7 @@ def _draw_kernel(
 
 @njit(cache=True, nogil=True, inline="always")
 def _narrow(slope: float, offset: float, lo: int, hi: int) -> tuple[int, int]:
-    """Cut the run of pixels [lo, hi] to where slope * u + offset >= 0, decided exactly there."""
+    """Narrow the pixels [lo, hi] of a row to those where slope * u + offset >= 0, exactly."""
     if lo > hi:
         return lo, hi
     if slope > 0.0:

@@ -1,4 +1,4 @@
-"""Whether rays meet triangles: a tree of boxes, halved along its longest side."""
+"""Intersection tests of rays and triangles, by a bounding volume hierarchy with median splits."""
 
 import numpy as np
 from numba import njit
@@ -9,26 +9,26 @@ from ippon.geometry import Float64Array
 Int32Array = NDArray[np.int32]
 
 _LEAF = 4
-"""Triangles that a leaf holds at most."""
+"""Most triangles in a leaf."""
 _DEPTH = 64
-"""Halving leaves fewer levels than this for any number of triangles that fits in memory."""
+"""Upper bound of the number of levels, for any number of triangles that fits in memory."""
 _EDGE = 1e-9
-"""Triangles reach this much over their edges, as a share: two that share an edge leave no gap."""
+"""Relative margin of triangles beyond their edges, so that neighbours leave no gap."""
 _HAIR_M = 1e-9
-"""Boxes are this much larger than what they hold, so that rounding loses no triangle."""
+"""Margin of boxes, so that rounding loses no triangle."""
 
 
 class RayTree:
-    """Triangles that rays can be tested against; double-sided."""
+    """Bounding volume hierarchy of double-sided triangles."""
 
     def __init__(self, corners: NDArray[np.floating]) -> None:
-        """Sort the triangles into boxes.
+        """Build the tree.
 
         Args:
             corners: (N, 3, 3) metres, the corners of each triangle.
 
         Raises:
-            ValueError: Not triangles, or not finite.
+            ValueError: The array is not (N, 3, 3), or not finite.
         """
         triangles = np.ascontiguousarray(corners, dtype=np.float64)
         if triangles.ndim != 3 or triangles.shape[1:] != (3, 3):
@@ -46,21 +46,21 @@ class RayTree:
         self._boxes = boxes
         self._nodes = nodes
 
-    def is_hit(self, origins: Float64Array, ways: Float64Array) -> NDArray[np.bool_]:
-        """Tell for each ray whether a triangle lies on it.
+    def is_hit(self, origins: Float64Array, segments: Float64Array) -> NDArray[np.bool_]:
+        """Tell for each segment whether it meets a triangle.
 
         Args:
-            origins: (N, 3) metres, where the rays begin.
-            ways: (N, 3) metres, how far each reaches.
+            origins: (N, 3) metres, the first ends.
+            segments: (N, 3) metres, from the first to the second ends.
 
         Returns:
-            (N,) whether it meets a triangle between its ends, these included.
+            (N,) bool; the ends are included.
         """
         out = np.zeros(len(origins), dtype=np.bool_)
         if len(self._triangles):
             _hit_kernel(
                 np.ascontiguousarray(origins, dtype=np.float64),
-                np.ascontiguousarray(ways, dtype=np.float64),
+                np.ascontiguousarray(segments, dtype=np.float64),
                 self._triangles,
                 self._boxes,
                 self._nodes,
@@ -111,7 +111,7 @@ def _build_kernel(
 @njit(cache=True, nogil=True)
 def _hit_kernel(
     origins: Float64Array,
-    ways: Float64Array,
+    segments: Float64Array,
     triangles: Float64Array,
     boxes: Float64Array,
     nodes: Int32Array,
@@ -119,13 +119,13 @@ def _hit_kernel(
 ) -> None:
     stack = np.empty(2 * _DEPTH, dtype=np.int64)
     for r in range(origins.shape[0]):
-        origin, way = origins[r], ways[r]
+        origin, segment = origins[r], segments[r]
         stack[0] = 0
         depth = 1
         while depth > 0 and not out[r]:
             depth -= 1
             node = stack[depth]
-            if not _meets_box(origin, way, boxes[node]):
+            if not _meets_box(origin, segment, boxes[node]):
                 continue
             first, count = nodes[node]
             if count == 0:
@@ -134,35 +134,35 @@ def _hit_kernel(
                 depth += 2
                 continue
             for t in range(first, first + count):
-                if _meets_triangle(origin, way, triangles[t]):
+                if _meets_triangle(origin, segment, triangles[t]):
                     out[r] = True
                     break
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _meets_box(origin: Float64Array, way: Float64Array, box: Float64Array) -> bool:
+def _meets_box(origin: Float64Array, segment: Float64Array, box: Float64Array) -> bool:
     nearest, farthest = 0.0, 1.0
     for k in range(3):
         low, high = box[k] - origin[k] - _HAIR_M, box[3 + k] - origin[k] + _HAIR_M
-        if way[k] == 0.0:
+        if segment[k] == 0.0:
             if low > 0.0 or high < 0.0:
                 return False
             continue
-        a, b = low / way[k], high / way[k]
+        a, b = low / segment[k], high / segment[k]
         nearest = max(nearest, min(a, b))
         farthest = min(farthest, max(a, b))
     return nearest <= farthest
 
 
 @njit(cache=True, nogil=True)
-def _meets_triangle(origin: Float64Array, way: Float64Array, corners: Float64Array) -> bool:
+def _meets_triangle(origin: Float64Array, segment: Float64Array, corners: Float64Array) -> bool:
     """Test a ray against a triangle (Möller and Trumbore 1997)."""
     ax, ay, az = corners[0, 0], corners[0, 1], corners[0, 2]
     e1x, e1y, e1z = corners[1, 0] - ax, corners[1, 1] - ay, corners[1, 2] - az
     e2x, e2y, e2z = corners[2, 0] - ax, corners[2, 1] - ay, corners[2, 2] - az
-    px = way[1] * e2z - way[2] * e2y
-    py = way[2] * e2x - way[0] * e2z
-    pz = way[0] * e2y - way[1] * e2x
+    px = segment[1] * e2z - segment[2] * e2y
+    py = segment[2] * e2x - segment[0] * e2z
+    pz = segment[0] * e2y - segment[1] * e2x
     det = e1x * px + e1y * py + e1z * pz
     if det == 0.0:
         return False
@@ -171,7 +171,7 @@ def _meets_triangle(origin: Float64Array, way: Float64Array, corners: Float64Arr
     if u < -_EDGE or u > 1.0 + _EDGE:
         return False
     qx, qy, qz = sy * e1z - sz * e1y, sz * e1x - sx * e1z, sx * e1y - sy * e1x
-    v = (way[0] * qx + way[1] * qy + way[2] * qz) / det
+    v = (segment[0] * qx + segment[1] * qy + segment[2] * qz) / det
     if v < -_EDGE or u + v > 1.0 + _EDGE:
         return False
     t = (e2x * qx + e2y * qy + e2z * qz) / det

@@ -23,24 +23,24 @@ UInt8Array = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rendering:
-    """What a perfect camera sees."""
+    """Images of a noise-free camera."""
 
     color: UInt8Array
     """(H, W, 3) RGB."""
     depth: Float32Array
-    """(H, W) metres along the optical axis; 0 where nothing is, or only beyond the range."""
+    """(H, W) metres along the optical axis; 0 where there is no surface within range."""
     instance: Int32Array
-    """(H, W) row of `Scene.instances` at any range, -1 where nothing is."""
+    """(H, W) row of `Scene.instances` at any range, -1 for none."""
 
 
 class SceneRenderer:
-    """Draws one scene; serial, deterministic, and holds no state between pictures."""
+    """Renders one scene; serial, deterministic and stateless between images."""
 
     def __init__(self, scene: Scene) -> None:
         order = np.argsort(scene.face_instance, kind="stable")
         owner = scene.face_instance[order]
         faces = scene.faces[order]
-        # Vertices contiguous per instance, so that instances out of view are skipped whole.
+        # Vertices are contiguous per instance, so that instances out of view are skipped at once.
         pairs = owner[:, None].astype(np.int64) * len(scene.vertices) + faces
         unique, inverse = np.unique(pairs, return_inverse=True)
         self._vertices = np.ascontiguousarray(scene.vertices[unique % len(scene.vertices)])
@@ -69,12 +69,12 @@ class SceneRenderer:
         T_world_camera: Float64Array,
         max_depth_m: float = math.inf,
     ) -> Rendering:
-        """Draw the scene.
+        """Render an image.
 
         Args:
             camera: Intrinsics and image size.
             T_world_camera: (4, 4) pose of the camera.
-            max_depth_m: Depth beyond this reads 0; colour and instances reach on.
+            max_depth_m: Depth beyond this reads 0; colour and instances are not limited.
         """
         size = (camera.height, camera.width)
         inverse_depth = np.empty(size, dtype=np.float32)
@@ -117,7 +117,7 @@ class SceneRenderer:
         return Rendering(color=color, depth=depth, instance=instance)
 
     def _nearest_first(self, seen: NDArray[np.bool_], eye_world: Float64Array) -> NDArray[np.int64]:
-        """Order what is in view by the distance of its box."""
+        """Order the instances in view by the distance of their box."""
         rows = np.flatnonzero(seen)
         nearest = np.clip(eye_world, self._aabb_min[rows], self._aabb_max[rows])
         distance = ((nearest - eye_world) ** 2).sum(axis=1)

@@ -1,4 +1,4 @@
-"""What a depth and colour camera does to perfect images."""
+"""Noise model of a depth and colour camera."""
 
 import math
 from dataclasses import dataclass
@@ -20,25 +20,26 @@ _TILE_SEED = 20230711
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NoiseConfig:
-    """Errors of the camera; zeros throughout make it perfect within its range."""
+    """Errors of the camera; with all values 0 it is exact within its range."""
 
     depth_m_per_m2: float = 0.002
     """Standard deviation of depth at one metre; it grows with the square of the depth (stereo)."""
     quantum_m: float = 0.001
-    """Step of the depth readings; 0 keeps them continuous."""
+    """Step of the depth readings, metres; 0 leaves them continuous."""
     edge_hole_probability: float = 0.5
-    """Share of pixels beside a jump in depth that read nothing."""
+    """Share of pixels without a return beside a depth step; larger loses more outlines."""
     edge_jump: float = 0.06
-    """Jump to a neighbour, as a fraction of the depth, that counts as an edge or a grazing view."""
+    """Depth difference to a neighbour, as a share of the depth, that counts as a step or a grazing
+    view."""
     dropout: float = 0.004
-    """Share of the image in patches that read nothing."""
+    """Share of the image in patches without returns."""
     color_sigma: float = 3.0
     """Standard deviation of colour, in units of 1/255."""
     exposure_sigma: float = 0.03
-    """Standard deviation of the brightness from frame to frame, as a fraction."""
+    """Standard deviation of the brightness between frames, as a share."""
 
     def __post_init__(self) -> None:
-        """Reject what is no probability or size."""
+        """Reject values that are not sizes or probabilities."""
         values = (self.depth_m_per_m2, self.quantum_m, self.color_sigma, self.exposure_sigma)
         if not all(math.isfinite(v) and v >= 0.0 for v in values):
             raise ValueError(f"noise must be finite and at least 0; got {values}")
@@ -64,10 +65,10 @@ class NoiseConfig:
 
 
 class SensorNoise:
-    """Adds the errors of a camera to images of one size.
+    """Adds noise to images of one size.
 
-    Noise is read from fixed tiles at offsets that the generator draws: two numbers a tile and frame
-    in place of one a pixel, and neighbouring pixels err alike, as those of a stereo camera do.
+    Noise is read from fixed tiles at random offsets: two random numbers per tile and frame instead
+    of one per pixel. Neighbouring pixels are correlated, as in a stereo camera.
     """
 
     def __init__(
@@ -84,14 +85,14 @@ class SensorNoise:
         self._shape = (camera.height, camera.width)
 
     def corrupt_depth(self, depth: Float32Array, rng: np.random.Generator) -> Float32Array:
-        """Return the depth image that the camera measures.
+        """Return a noisy depth image.
 
         Args:
-            depth: (H, W) float32 true metres along the optical axis, 0 for none.
-            rng: Source of this frame's noise.
+            depth: (H, W) float32 true depth in metres along the optical axis, 0 for none.
+            rng: Random numbers of this frame.
 
         Returns:
-            (H, W) float32, 0 where the camera measures nothing.
+            (H, W) float32 metres, 0 for no return.
         """
         out = np.empty_like(depth)
         config = self.config
@@ -116,7 +117,7 @@ class SensorNoise:
         return out
 
     def corrupt_color(self, color: UInt8Array, rng: np.random.Generator) -> UInt8Array:
-        """Return the (H, W, 3) uint8 colour image that the camera measures."""
+        """Return a noisy (H, W, 3) uint8 colour image."""
         offsets = rng.integers(0, _TILE, size=2)
         gain = 1.0 + self.config.exposure_sigma * float(rng.standard_normal())
         if self.config.color_sigma == 0.0 and self.config.exposure_sigma == 0.0:
@@ -160,7 +161,7 @@ def _depth_kernel(
             if z <= 0.0 or hole or not nearest <= noisy <= farthest:
                 out[v, u] = 0.0
                 continue
-            # Edges are rare, high noise is not: a test that always goes one way is a cheap one.
+            # Steps are rare, high noise is not: testing the step first predicts the branch well.
             left = depth[v, max(u - 1, 0)] - z
             right = depth[v, min(u + 1, width - 1)] - z
             up, down = depth[above, u] - z, depth[below, u] - z
@@ -185,7 +186,7 @@ def _color_kernel(
         for u in range(width):
             luminance = sigma * white[(v + offsets[0]) & mask, (u + offsets[1]) & mask]
             for k in range(3):
-                # Sensor noise is mostly one of brightness after demosaicing.
+                # After demosaicing, sensor noise is mostly in the brightness.
                 chroma = 0.5 * sigma * white[(v + offsets[1]) & mask, (u + 131 * (k + 1)) & mask]
                 value = gain * color[v, u, k] + luminance + chroma
                 out[v, u, k] = np.uint8(min(max(value, 0.0), 255.0))

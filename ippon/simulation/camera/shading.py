@@ -1,4 +1,4 @@
-"""Colours of a rendered scene: face colours and textures under a fixed, pleasant light."""
+"""Colours of a rendered scene: face colours and textures under a fixed light."""
 
 import math
 from typing import NamedTuple
@@ -15,14 +15,14 @@ from ippon.simulation.scene import Scene
 UInt8Array = NDArray[np.uint8]
 
 _LIGHT = np.array([0.42, 0.27, 0.87])
-"""Towards the light; length about 1."""
+"""Direction towards the light; length about 1."""
 _AMBIENT, _DIRECT, _HEADLIGHT = 0.58, 0.32, 0.16
 _BACKGROUND = np.array([208, 218, 228], dtype=np.uint8)
 _SMALLEST_MIP = 4
 
 
 class SurfaceColors(NamedTuple):
-    """What the shading kernel reads, one row a face where not said otherwise."""
+    """Colours and textures as kernel arguments, one row per face unless stated."""
 
     normals: Float32Array
     """(F, 3) unit normals, 0 for faces without area."""
@@ -31,12 +31,13 @@ class SurfaceColors(NamedTuple):
     texture: Int32Array
     """(F,) row of `mips`, -1 for plain colour."""
     uv_rows: Float32Array
-    """(F, 2, 4) rows that map a world point (x, y, z, 1) to texture coordinates; (0, 2, 4) when
-    nothing is textured."""
+    """(F, 2, 4) rows that map a world point (x, y, z, 1) to texture coordinates; (0, 2, 4) without
+    textures."""
     texels_per_m: Float32Array
-    """(F,) texels of the full image along one metre of surface."""
+    """(F,) texels of the full-size image per metre of surface."""
     mips: Int32Array
-    """(T, L, 3) offset in `texels`, height, width of each level; height 0 past the last."""
+    """(T, L, 3) offset in `texels`, height and width of each level; height 0 beyond the last
+    level."""
     texels: UInt8Array
     """(N, 3) all levels of all textures."""
 
@@ -44,7 +45,7 @@ class SurfaceColors(NamedTuple):
     def of(
         cls, scene: Scene, order: NDArray[np.int64], vertices: Float32Array, faces: Int32Array
     ) -> "SurfaceColors":
-        """Prepare the colours of a scene whose faces were put into `order`."""
+        """Return the colours of a scene whose faces were put into `order`."""
         corners = vertices[faces].astype(np.float64)
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         double_area = np.maximum(np.linalg.norm(cross, axis=1), 1e-12)
@@ -72,14 +73,14 @@ class SurfaceColors(NamedTuple):
 def _uv_rows(
     corners: Float64Array, normals: Float64Array, double_area: Float64Array, uvs: Float64Array
 ) -> Float32Array:
-    """Make the affine maps from world points of each face to its texture coordinates."""
+    """Return the affine maps from world points to texture coordinates, one per face."""
     edge1, edge2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     # Dual basis of the edges: dual_i . edge_j = (i == j).
     dual1 = np.cross(edge2, normals) / double_area[:, None]
     dual2 = np.cross(normals, edge1) / double_area[:, None]
     du1, du2 = uvs[:, 1] - uvs[:, 0], uvs[:, 2] - uvs[:, 0]
     linear = du1[:, :, None] * dual1[:, None, :] + du2[:, :, None] * dual2[:, None, :]
-    # Whole repeats are taken away, so that float32 keeps a texel's fraction.
+    # Whole repeats are subtracted, so that float32 resolves fractions of a texel.
     constant = uvs[:, 0] - np.einsum("fij,fj->fi", linear, corners[:, 0])
     constant -= np.floor(constant)
     return np.concatenate([linear, constant[:, :, None]], axis=2).astype(np.float32)
@@ -96,7 +97,7 @@ def _texel_density(
 
 
 def _mip_maps(textures: tuple[UInt8Array, ...]) -> tuple[Int32Array, UInt8Array]:
-    """Halve each image until it is small: far surfaces read averages instead of flickering."""
+    """Return mip levels of each image, so that distant surfaces do not flicker."""
     pyramids = [_pyramid(image) for image in textures]
     depth = max((len(p) for p in pyramids), default=1)
     mips = np.zeros((len(textures), depth, 3), dtype=np.int32)
@@ -200,7 +201,7 @@ def _shade_kernel(
             nx, ny, nz = colors.normals[f, 0], colors.normals[f, 1], colors.normals[f, 2]
             facing = nx * dx + ny * dy + nz * dz
             toward_light = nx * light[0] + ny * light[1] + nz * light[2]
-            if facing > 0.0:  # The back is seen: its normal is the opposite one.
+            if facing > 0.0:  # The back is in view: its normal is the opposite one.
                 toward_light = -toward_light
             headlight = abs(facing) / math.sqrt(dx * dx + dy * dy + dz * dz)
             lit = _AMBIENT + _DIRECT * (0.5 + 0.5 * toward_light) + _HEADLIGHT * headlight
@@ -214,7 +215,7 @@ def _shade_kernel(
                 color[v, u, k] = np.uint8(min(lit * rgb[k], 255.0))
 
 
-# Inlined, or all the arrays of `colors` would be handed over for every pixel.
+# Inlined; otherwise all arrays of `colors` would be passed for every pixel.
 @njit(cache=True, nogil=True, inline="always")
 def _texel_kernel(
     colors: SurfaceColors,
@@ -225,7 +226,7 @@ def _texel_kernel(
     pixel_m: float,
     rgb: Float64Array,
 ) -> None:
-    """Read the texture of a face at a world point, bilinearly in the mip level that fits."""
+    """Sample a face's texture at a world point, bilinearly in the matching mip level."""
     rows, mips = colors.uv_rows, colors.mips
     s = rows[f, 0, 0] * px + rows[f, 0, 1] * py + rows[f, 0, 2] * pz + rows[f, 0, 3]
     t = rows[f, 1, 0] * px + rows[f, 1, 1] * py + rows[f, 1, 2] * pz + rows[f, 1, 3]
@@ -248,7 +249,7 @@ def _texel_kernel(
     if r1 >= h:
         r1 = np.int32(0)
     c0, r0 = min(c0, w - 1), min(r0, h - 1)
-    # Unsigned: no test for indices from the end.
+    # Unsigned: no check for negative indices.
     i00, i01 = np.uint64(offset + r0 * w + c0), np.uint64(offset + r0 * w + c1)
     i10, i11 = np.uint64(offset + r1 * w + c0), np.uint64(offset + r1 * w + c1)
     w11 = fr * fc

@@ -1,1 +1,1 @@
-"""Homes generated from a seed: layout, furniture and the small things people leave about."""
+"""Generator of homes from a seed: layout, furniture and small objects."""

@@ -1,4 +1,4 @@
-"""What every generated home must keep."""
+"""Constraints of generated homes."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -6,25 +6,26 @@ from typing import Literal
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HomeConfig:
-    """What every generated home must keep."""
+    """Constraints of a generated home."""
 
     layout: Literal["home", "floor"] = "home"
     """A flat or house, or a floor of a large building with 40 rooms along corridors."""
     passage_radius_m: float = 0.3
-    """Radius of the body that reaches every room; larger leaves wider ways and less furniture."""
+    """Radius of a body that can reach every room; larger leaves wider passages and less
+    furniture."""
     body_height_m: float = 1.45
-    """Height up to which the ways are kept free; larger also counts lamps and shelves."""
+    """Height up to which passages are free; larger also counts lamps and shelves."""
     max_step_m: float = 0.06
-    """Things flatter than this lie in nobody's way; larger lets more lie about."""
+    """Height below which objects do not block passages; larger leaves more on the floor."""
     start_clearance_m: float = 0.5
-    """Least distance from a start pose to anything; larger puts starts in the open."""
+    """Least distance from a start pose to any object; larger moves starts into the open."""
     start_count: int = 8
-    """Number of start poses; larger gives more episodes in one home."""
+    """Number of start poses; larger gives more episodes per home."""
     small_things: bool = True
-    """Whether small things lie about; without them a home is tidy and renders faster."""
+    """Whether small objects lie about; without them a home renders faster."""
 
     def __post_init__(self) -> None:
-        """Reject ways that no flat has."""
+        """Reject values that no home satisfies."""
         if not 0.1 <= self.passage_radius_m <= 0.4:
             raise ValueError(
                 f"passage_radius_m must be 0.1 to 0.4, doors are 0.88 m wide; "

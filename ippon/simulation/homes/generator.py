@@ -1,4 +1,4 @@
-"""Makes a whole home from a seed."""
+"""Generator of complete homes."""
 
 import dataclasses
 
@@ -11,7 +11,12 @@ from ippon.simulation.homes.furniture import storage
 from ippon.simulation.homes.furniture.style import Style, make_style, uniform
 from ippon.simulation.homes.layout.building_shell import HomePlan, Thing, build_shell, leaf_rect
 from ippon.simulation.homes.layout.large_floor import plan_large_floor
-from ippon.simulation.homes.layout.openings import Opening, join_rooms, look_out, shared_walls
+from ippon.simulation.homes.layout.openings import (
+    Opening,
+    exterior_openings,
+    join_rooms,
+    shared_walls,
+)
 from ippon.simulation.homes.layout.rect import Rect
 from ippon.simulation.homes.layout.room_layout import plan_rooms
 from ippon.simulation.homes.rooms import kitchen as cooking
@@ -28,15 +33,15 @@ _ESSENTIAL = ("bed", "chair", "plant", "sofa", "toilet", "tv")
 
 
 def generate_home(seed: int, *, config: HomeConfig | None = None) -> Scene:
-    """Make the home of a seed: the same seed gives the same home everywhere.
+    """Generate the home of a seed; a seed gives the same home on every machine.
 
     Args:
         seed: Any whole number from 0.
-        config: What the home must keep; the default suits a robot of radius 0.25 m.
+        config: Constraints of the home; the default suits a robot of radius 0.25 m.
 
     Raises:
         ValueError: The seed is negative.
-        SceneError: No home was found that keeps what `config` asks for.
+        SceneError: No home was found that satisfies `config`.
     """
     if seed < 0:
         raise ValueError(f"a home's seed is a whole number from 0; got {seed}")
@@ -46,7 +51,7 @@ def generate_home(seed: int, *, config: HomeConfig | None = None) -> Scene:
         scene = _attempt(rng, seed, config)
         if scene is not None:
             return scene
-    raise SceneError(f"no home of seed {seed} keeps what the configuration asks for: {config}")
+    raise SceneError(f"no home of seed {seed} satisfies the configuration {config}")
 
 
 def _attempt(rng: np.random.Generator, seed: int, config: HomeConfig) -> Scene | None:
@@ -77,7 +82,7 @@ def _attempt(rng: np.random.Generator, seed: int, config: HomeConfig) -> Scene |
 
 
 def _plan(rng: np.random.Generator, config: HomeConfig) -> HomePlan | None:
-    """Draw rooms, doors and windows; None when doors cannot join the rooms."""
+    """Draw rooms, doors and windows; None if doors cannot connect the rooms."""
     rooms = plan_large_floor(rng) if config.layout == "floor" else plan_rooms(rng)
     walls = shared_walls(rooms)
     doors = join_rooms(rng, rooms, walls)
@@ -86,14 +91,14 @@ def _plan(rng: np.random.Generator, config: HomeConfig) -> HomePlan | None:
     return HomePlan(
         rooms=rooms,
         walls=walls,
-        openings=(*doors, *look_out(rng, rooms, walls)),
+        openings=(*doors, *exterior_openings(rng, rooms, walls)),
         thickness_m=round(uniform(rng, 0.1, 0.15), 2),
         ceiling_m=round(uniform(rng, 2.5, 2.8), 2),
     )
 
 
 def _space(plan: HomePlan, room: int) -> RoomSpace:
-    """Note what doors and windows take of a room."""
+    """Return the parts of a room that doors and windows occupy."""
     floor = plan.interior(room)
     space = RoomSpace(room=room, kind=plan.rooms[room].kind, floor=floor, ceiling_m=plan.ceiling_m)
     for o in plan.openings:
@@ -117,7 +122,7 @@ def _space(plan: HomePlan, room: int) -> RoomSpace:
 
 
 def _side_of(plan: HomePlan, room: int, o: Opening) -> int:
-    """Return the wall of a room that an opening is in: 0 south, 1 east, 2 north, 3 west."""
+    """Return the wall of a room with an opening: 0 south, 1 east, 2 north, 3 west."""
     r = plan.rooms[room].rect
     if o.along_x:
         return 0 if o.line == r.y0 else 2
@@ -127,7 +132,7 @@ def _side_of(plan: HomePlan, room: int, o: Opening) -> int:
 def _furnish(
     rng: np.random.Generator, style: Style, plan: HomePlan, space: RoomSpace
 ) -> list[Placed]:
-    """Furnish one room by its use."""
+    """Furnish one room by its type."""
     f = Furnisher(rng, style, space)
     kinds = [r.kind for r in plan.rooms]
     first_bedroom = kinds.index("bedroom") == space.room if "bedroom" in kinds else False
@@ -155,7 +160,7 @@ def _furnish(
 
 
 def _furnish_studio(f: Furnisher, *, bathroom: bool) -> None:
-    """Furnish one room for everything."""
+    """Furnish a studio: one room for all uses."""
     private.place_bed(f, (1.6, 1.4, 1.2, 0.9))
     if bathroom:
         private.wet_corner(f)
@@ -165,7 +170,7 @@ def _furnish_studio(f: Furnisher, *, bathroom: bool) -> None:
 
 
 def _assemble(plan: HomePlan, things: list[Thing], name: str) -> Scene:
-    """Gather all meshes, and name rooms and objects."""
+    """Join all meshes and name rooms and objects."""
     names = _numbered([r.kind for r in plan.rooms])
     nodes = _numbered([t.category for t in things])
     vertices = np.concatenate([t.mesh.vertices for t in things]).astype(np.float32)
@@ -200,7 +205,7 @@ def _assemble(plan: HomePlan, things: list[Thing], name: str) -> Scene:
 
 
 def _numbered(kinds: list[str]) -> list[str]:
-    """Name things `<kind>.<n>`, n counting within the kind."""
+    """Return names `<kind>.<n>`, with n counting within each kind."""
     counts: dict[str, int] = {}
     names: list[str] = []
     for kind in kinds:

@@ -1,4 +1,4 @@
-"""Where the robot's body meets the home: exact distances from its spheres to the triangles."""
+"""Contact of the robot's body with the home: exact distances from its spheres to the triangles."""
 
 import math
 from typing import NamedTuple
@@ -17,19 +17,19 @@ _CELL_M = 0.25
 
 
 class Penetration(NamedTuple):
-    """How deep the body is in something, and the way out along the floor."""
+    """Depth of the body in an obstacle, and the horizontal direction out of it."""
 
     depth_m: float
-    """0 when the body touches nothing."""
+    """Metres; 0 without contact."""
     normal_x: float
     normal_y: float
-    """Unit direction out of the deepest obstacle; (0, 0) when nothing horizontal leads out."""
+    """Unit direction out of the deepest obstacle; (0, 0) if no horizontal direction leads out."""
 
 
 class BodyContacts:
-    """Answers how a body of spheres, standing on the floor at a fixed height, meets a scene.
+    """Contact queries for a body of spheres at a fixed height above the floor.
 
-    Triangles lie in a grid of columns, so that a query reads only those round the body.
+    Triangles are stored in a grid of columns, so that a query reads only those around the body.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Which parts of a home's floor carry a robot: no stairs down, no holes."""
+"""Parts of a home's floor that support a robot: no stairs down, no holes."""
 
 import math
 
@@ -12,7 +12,7 @@ from ippon.simulation.scene import Scene
 
 _CELL_M = 0.05
 _BRIDGED_GAP_M = 0.3
-"""Floors of two rooms may leave a gap under the wall or door between them."""
+"""Gap that is closed between floors of two rooms, under the wall or door between them."""
 _STEEPEST_NORMAL_Z = 0.7
 
 
@@ -24,8 +24,8 @@ class FloorSupport:
 
         Args:
             scene: The home.
-            floor_z_m: Height that the base stands at.
-            max_step_m: Surfaces within this of the floor's height carry the base.
+            floor_z_m: Height of the base.
+            max_step_m: Surfaces within this distance of the floor's height support the base.
             ring_m: Distance of the wheels from the base's centre.
         """
         corners = scene.vertices[scene.faces].astype(np.float64)
@@ -40,7 +40,7 @@ class FloorSupport:
         self._origin, self._carries = _floor_cells(flat)
 
     def carries(self, x: float, y: float) -> bool:
-        """Tell whether the floor is under the centre and the wheels of a base at (x, y)."""
+        """Tell whether the floor supports the centre and the wheels of a base at (x, y) metres."""
         points = self._feet + np.array([x, y])
         cells = np.floor((points - self._origin) / _CELL_M).astype(np.int64)
         inside = ((cells >= 0) & (cells < self._carries.shape)).all(axis=1)

@@ -1,4 +1,4 @@
-"""The simulated base: limits, inertia, latency, watchdog, walls and drops."""
+"""The simulated base: speed limits, inertia, latency, watchdog, contact with walls, drops."""
 
 import math
 from collections import deque
@@ -13,36 +13,36 @@ from ippon.simulation.robot.floor_support import FloorSupport
 from ippon.simulation.scene import Scene, StartPose
 
 _TOUCH_M = 1e-4
-"""Penetration that does not count: rounding of the sliding itself."""
+"""Penetration in metres below which there is no contact; allows for rounding while sliding."""
 _STUCK_SHARE = 0.2
-"""Sliding on by less than this share of the wanted way is no progress: the wheels stop."""
+"""Sliding over less than this share of the commanded distance stops the wheels."""
 _WHEEL_RING = 0.6
-"""Distance of the wheels from the centre, as a fraction of the body's radius."""
+"""Distance of the wheels from the centre, as a share of the body's radius."""
 
 
 def camera_of(robot: RobotProfile, width: int) -> PinholeCamera:
-    """Return a robot's camera for images of so many pixels in width."""
+    """Return a robot's camera for images of a width in pixels."""
     height = round(width / robot.image_aspect)
     return PinholeCamera.from_horizontal_fov(width, height, robot.horizontal_fov_rad)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BaseConfig:
-    """How the simulated base behaves where the profile does not say."""
+    """Behaviour of the simulated base that the robot profile does not describe."""
 
     sliding: bool = True
-    """Slide along what blocks the way; else stop there."""
+    """Slide along obstacles; without it the base stops at contact."""
     command_timeout_s: float = 0.5
-    """Without a command for longer than this the base brakes to a stand."""
+    """Time without a command after which the base brakes to a stop."""
     brake_factor: float = 5.0
-    """How much harder than it accelerates the base brakes when commands cease."""
+    """Deceleration after the time-out over the profile's acceleration; larger stops sooner."""
     latency_s: float = 0.0
-    """A command acts this much later than it is given."""
+    """Delay from a command to its effect."""
     tick_s: float = 0.02
-    """Step of the integration; smaller follows curves and walls more finely."""
+    """Integration step; smaller follows curves and walls more accurately and costs time."""
 
     def __post_init__(self) -> None:
-        """Reject times that make no motion."""
+        """Reject times and factors out of range."""
         if not self.brake_factor >= 1.0:
             raise ValueError(f"brake_factor must be at least 1; got {self.brake_factor}")
         if not (self.command_timeout_s > 0.0 and self.latency_s >= 0.0 and self.tick_s > 0.0):
@@ -53,10 +53,10 @@ class BaseConfig:
 
 
 class SimulatedBase:
-    """A differential drive with a camera that tilts, standing on one floor of a scene.
+    """A differential drive with a tilting camera on one floor of a scene.
 
-    A step that would push the body deeper into something, or its wheels off the floor, is not made:
-    a robot that is placed touching a wall can still drive away from it.
+    A step that would increase penetration, or move the wheels off the floor, is not made. A robot
+    that is placed in contact with a wall can therefore drive away from it.
     """
 
     def __init__(
@@ -74,9 +74,9 @@ class SimulatedBase:
         self.linear_m_s = 0.0
         self.yaw_rate_rad_s = 0.0
         self.contact = False
-        """Something stopped or deflected the base during the last step."""
+        """An obstacle stopped or deflected the base during the last step."""
         self.collisions = 0
-        """Times that contact began."""
+        """Number of times that contact began."""
         self._contacts = BodyContacts(scene, robot.spheres, start.z)
         self._floor = FloorSupport(scene, start.z, robot.max_step_m, _WHEEL_RING * robot.radius_m)
         self._time_ns = 0
@@ -90,17 +90,17 @@ class SimulatedBase:
         return base_pose(self.x_m, self.y_m, self.z_m, self.yaw_rad)
 
     def step(self, command: Command | None, dt_s: float) -> None:
-        """Move on by `dt_s` seconds of simulated time.
+        """Advance by `dt_s` seconds of simulated time.
 
         Args:
-            command: The command that arrived just now, None when none did.
+            command: A new command, or None.
             dt_s: Duration, positive.
 
         Raises:
             ValueError: The command or the duration is not finite, or the duration not positive.
         """
         if not (math.isfinite(dt_s) and dt_s > 0.0):
-            raise ValueError(f"a step takes a positive number of seconds; got {dt_s}")
+            raise ValueError(f"a step takes a positive, finite number of seconds; got {dt_s}")
         if command is not None:
             self._accept(command)
         was_in_contact, self.contact = self.contact, False
@@ -137,12 +137,12 @@ class SimulatedBase:
         self._drive(self.linear_m_s * dt_s)
 
     def _is_abandoned(self) -> bool:
-        """Tell whether commands have ceased."""
+        """Tell whether the last command is older than the time-out."""
         timeout_ns = round(self.config.command_timeout_s * 1e9)
         return self._command_ns is None or self._time_ns - self._command_ns > timeout_ns
 
     def _wanted_velocities(self) -> tuple[float, float]:
-        """Clip the last command to the limits; zero once it is too old."""
+        """Return the last command clipped to the limits; zero after the time-out."""
         if self._is_abandoned():
             return 0.0, 0.0
         robot = self.robot
@@ -182,7 +182,7 @@ class SimulatedBase:
             self.linear_m_s = 0.0
 
     def _touch(self, dx: float, dy: float, allowed_m: float) -> tuple[float, float]:
-        """Go as far along the wanted way as nothing is met, within a thousandth of it."""
+        """Return the farthest free position along the motion, to a thousandth of its length."""
         free, blocked = 0.0, 1.0
         for _ in range(10):
             middle = 0.5 * (free + blocked)
@@ -200,7 +200,7 @@ class SimulatedBase:
     def _slide(
         self, x: float, y: float, allowed_m: float, distance_m: float
     ) -> tuple[float, float] | None:
-        """Push the wanted position out of what it is in; None where that leads nowhere."""
+        """Push the position out of obstacles; None if no free position is found."""
         for _ in range(4):
             depth, nx, ny = self._contacts.deepest(x, y, self.yaw_rad)
             if depth <= allowed_m:

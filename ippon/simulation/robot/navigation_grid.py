@@ -1,4 +1,4 @@
-"""Where on the floor of a home a robot's body fits: a grid drawn from the triangles."""
+"""Grid of the floor positions at which a robot's body fits, drawn from the triangles of a home."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,17 +13,17 @@ from ippon.robot import RobotProfile
 from ippon.simulation.scene import Scene
 
 _ndimage: Any = ndimage
-"""Untyped on purpose: its functions return other types by argument."""
+"""Untyped, because the return types of its functions depend on arguments."""
 
 CELL_M = 0.05
 FINE_CELL_M = 0.025
-"""For scoring: at 5 cm, gaps that the body just fits through come out shut."""
+"""Edge of cells for scoring; at 5 cm, gaps that the body just fits through come out closed."""
 
 _MARGIN_M = 0.3
 _MAX_CELLS = 16_000_000
-"""100 m by 100 m at `FINE_CELL_M`: the wings of a hospital lie in a box larger than its floor."""
+"""100 m by 100 m at `FINE_CELL_M`; the box of a large building is larger than its floor."""
 _FLOOR_GAP_M = 0.15
-"""Gaps between floors that a base still rolls over, such as a sill in a doorway."""
+"""Gaps between floors that a base rolls over, such as a sill in a doorway."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,11 +34,11 @@ class NavigationGrid:
     """World x and y of the centre of cell (0, 0), metres."""
     cell_m: float
     clearance_m: NDArray[np.float64]
-    """(X, Y) metres from a cell to the nearest thing that the body would meet or fall from."""
+    """(X, Y) metres from a cell to the nearest obstacle or drop."""
     free: NDArray[np.bool_]
-    """(X, Y) whether the body's centre may be there."""
+    """(X, Y) whether the body's centre may be in the cell."""
     region: NDArray[np.int32]
-    """(X, Y) number of the connected free area, 0 where not free."""
+    """(X, Y) number of the connected free region, 0 where not free."""
 
     def cell_at(self, x: float, y: float) -> tuple[int, int]:
         """Return the cell of a point; it may lie outside the grid."""
@@ -60,7 +60,7 @@ class NavigationGrid:
         return 0 <= i < self.free.shape[0] and 0 <= j < self.free.shape[1]
 
     def nearest_free(self, x: float, y: float, within_m: float = 0.3) -> tuple[int, int] | None:
-        """Return the free cell nearest to a point, None when none is near enough."""
+        """Return the free cell nearest to a point, None if none is within `within_m`."""
         i, j = self.cell_at(x, y)
         reach = int(np.ceil(within_m / self.cell_m)) + 1
         i0, j0 = max(i - reach, 0), max(j - reach, 0)
@@ -84,21 +84,21 @@ def navigation_grid(
     floor_z_m: float = 0.0,
     cell_m: float = CELL_M,
 ) -> NavigationGrid:
-    """Draw the grid of a home.
+    """Return the navigation grid of a home.
 
-    A cell is taken where a triangle passes between `max_step_m` and `height_m` above the floor,
-    or where the floor is missing; it is free where none such is within `radius_m`.
+    A cell is blocked if a triangle crosses it between `max_step_m` and `height_m` above the floor,
+    or if the floor is missing. A cell is free if no blocked cell is within `radius_m`.
 
     Args:
         scene: The home.
         radius_m: Radius of the body.
-        height_m: Its height.
-        max_step_m: Height that it steps over, and depth that it does not fall from.
-        floor_z_m: Height of the floor that it moves on.
+        height_m: Height of the body.
+        max_step_m: Highest step, up or down.
+        floor_z_m: Height of the floor.
         cell_m: Edge of a cell.
 
     Raises:
-        SceneError: The home has no floor at that height, or is absurdly large.
+        SceneError: The home has no floor at that height, or is too large.
     """
     triangles = scene.vertices[scene.faces].astype(np.float64)
     triangles[..., 2] -= floor_z_m
@@ -115,15 +115,15 @@ def grid_of_triangles(
     max_step_m: float,
     cell_m: float = CELL_M,
 ) -> NavigationGrid:
-    """Draw the grid of (T, 3, 3) triangles whose floor is at z = 0; see `navigation_grid`."""
-    sheet = Sheet.under(triangles, max_step_m, cell_m)
-    taken = sheet.cells_between(triangles, max_step_m, height_m)
-    return sheet.grid(taken | ~sheet.floor(triangles, max_step_m), radius_m)
+    """Return the grid of (T, 3, 3) triangles whose floor is at z = 0; see `navigation_grid`."""
+    cells = FloorCells.under(triangles, max_step_m, cell_m)
+    taken = cells.cells_between(triangles, max_step_m, height_m)
+    return cells.grid(taken | ~cells.floor(triangles, max_step_m), radius_m)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sheet:
-    """The cells that a home is drawn on, before a body is chosen."""
+class FloorCells:
+    """Raster of the floor of a home, independent of a body."""
 
     low: tuple[float, float]
     """World x and y of the low corner of cell (0, 0), metres."""
@@ -131,11 +131,13 @@ class Sheet:
     cell_m: float
 
     @classmethod
-    def under(cls, triangles: NDArray[np.float64], max_step_m: float, cell_m: float) -> "Sheet":
-        """Lay a sheet under every triangle at floor level.
+    def under(
+        cls, triangles: NDArray[np.float64], max_step_m: float, cell_m: float
+    ) -> "FloorCells":
+        """Return the raster under all triangles at floor level.
 
         Raises:
-            SceneError: There is none, or the sheet would be absurdly large.
+            SceneError: There are none, or the raster would be too large.
         """
         z = triangles[..., 2]
         at_floor = (z.min(axis=1) <= max_step_m) & (z.max(axis=1) >= -max_step_m)
@@ -153,13 +155,13 @@ class Sheet:
     def cells_between(
         self, triangles: NDArray[np.float64], z_low: float, z_high: float
     ) -> NDArray[np.bool_]:
-        """Return (X, Y), which cells a triangle's part between two heights overlaps."""
+        """Return (X, Y), the cells that the part of a triangle between two heights overlaps."""
         out = np.zeros(self.shape, np.uint8)
         _draw_kernel(triangles, *self.low, self.cell_m, z_low, z_high, out)
         return out > 0
 
     def floor(self, triangles: NDArray[np.float64], max_step_m: float) -> NDArray[np.bool_]:
-        """Return (X, Y), which cells have a floor within a step of z = 0, narrow gaps closed."""
+        """Return (X, Y), the cells with a floor within a step of z = 0, narrow gaps closed."""
         floor = self.cells_between(triangles, -max_step_m, max_step_m)
         gap = max(1, round(_FLOOR_GAP_M / self.cell_m / 2))
         square = np.ones((2 * gap + 1, 2 * gap + 1))
@@ -167,7 +169,7 @@ class Sheet:
         return closed | floor
 
     def grid(self, blocked: NDArray[np.bool_], radius_m: float) -> NavigationGrid:
-        """Make the grid of a body of some radius from the cells that it must keep off."""
+        """Return the navigation grid of a body with a radius, given the blocked cells."""
         blocked = blocked.copy()
         blocked[0, :] = blocked[-1, :] = blocked[:, 0] = blocked[:, -1] = True
         distance: NDArray[np.float64] = _ndimage.distance_transform_edt(~blocked)
@@ -185,9 +187,9 @@ class Sheet:
 
 
 def robot_grid(scene: Scene, robot: RobotProfile) -> NavigationGrid:
-    """Draw the grid of a home for one robot, on the floor of the first start pose.
+    """Return the grid of a home for one robot, on the floor of the first start pose.
 
-    A long body may pass where it cannot turn: ways are those of its width.
+    It is computed for the width of the body: a long body may pass where it cannot turn.
     """
     return navigation_grid(
         scene,
@@ -201,7 +203,7 @@ def robot_grid(scene: Scene, robot: RobotProfile) -> NavigationGrid:
 
 @njit(cache=True, nogil=True)
 def _clip_kernel(polygon, count, level, keep_above, out):
-    """Cut a convex polygon (count, 3) by a level of z; return the number of corners kept."""
+    """Clip a convex polygon (count, 3) at a height; return the number of corners kept."""
     kept = 0
     for k in range(count):
         a, b = polygon[k], polygon[(k + 1) % count]

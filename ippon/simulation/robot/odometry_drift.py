@@ -1,4 +1,4 @@
-"""Odometry that drifts away from the truth as the robot moves."""
+"""Drift of odometry with motion."""
 
 import math
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from ippon.geometry import Float64Array, base_pose, invert_transform, wrap_angle
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriftConfig:
-    """Growth of the pose error; zeros report the true pose."""
+    """Growth of the pose error with motion; zeros report the true pose."""
 
     position_per_sqrt_m: float = 0.0
     """Standard deviation of the position error, metres, after one metre driven."""
@@ -27,17 +27,17 @@ class DriftConfig:
 
 
 class OdometryDrift:
-    """Follows the true pose and reports one that wanders from it like dead reckoning."""
+    """Pose estimate that drifts from the true pose like dead reckoning."""
 
     def __init__(self, T_world_base: Float64Array, config: DriftConfig, seed: int) -> None:
         self.config = config
         self.T_world_base = T_world_base.copy()
-        """The pose that the robot believes in."""
+        """(4, 4) estimated pose."""
         self._true = T_world_base.copy()
         self._rng = np.random.Generator(np.random.PCG64([seed, 0xD21F7]))
 
     def follow(self, T_world_base: Float64Array) -> None:
-        """Take the next true pose."""
+        """Update the estimate by the next true pose."""
         motion = invert_transform(self._true) @ T_world_base
         self._true = T_world_base.copy()
         if self.config == DriftConfig():

@@ -1,1 +1,1 @@
-"""The simulated segmentation and its errors."""
+"""Simulated segmentation networks with errors."""

@@ -1,4 +1,4 @@
-"""Which labels an open-vocabulary segmentation takes for one another."""
+"""Confusion of labels by a simulated open-vocabulary segmentation."""
 
 from collections.abc import Sequence
 
@@ -46,7 +46,7 @@ _LOOK_ALIKES: tuple[tuple[float, tuple[str, ...]], ...] = (
     (0.6, ("gym_equipment", "furniture", "objects")),
     (0.4, ("railing", "shelving")),
 )
-"""How strongly labels of a group attract one another, relative to a full look-alike."""
+"""Strength of the confusion within each group of labels, relative to the strongest."""
 
 _VAGUE: tuple[str, ...] = ("objects", "others", "furniture")
 _ANY = 0.01
@@ -56,12 +56,12 @@ _OOI_VAGUE = 0.2
 
 
 def is_vague(category: str) -> bool:
-    """Tell whether a category is a rest class, which no model recognises firmly."""
+    """Tell whether a category is a catch-all class, recognised with low confidence."""
     return category in _VAGUE
 
 
 def affinity(category: str, labels: Sequence[str]) -> Float64Array:
-    """Return (N,) how readily each label is said of something of a category, besides its own."""
+    """Return (N,) how strongly an object of a category is confused with each other label."""
     weights = np.array([_ANY_VAGUE if is_vague(label) else _ANY for label in labels])
     for strength, group in _LOOK_ALIKES:
         if category in group:
@@ -70,11 +70,11 @@ def affinity(category: str, labels: Sequence[str]) -> Float64Array:
 
 
 def ooi_affinity(category: str, ooi_categories: frozenset[str]) -> float:
-    """Return how readily the object of interest is seen in other things of a category.
+    """Return how strongly objects of a category are confused with the object of interest.
 
     Args:
-        category: Category of the thing.
-        ooi_categories: Categories of the things that are the object of interest.
+        category: Category of the confused object.
+        ooi_categories: Categories of the instances of the object of interest.
     """
     if is_vague(category):
         return _OOI_VAGUE

@@ -1,4 +1,4 @@
-"""A simulated detector: instances with scores, right and wrong ones as measured of a real one."""
+"""A simulated detector: instances with scores, with the measured errors of a real one."""
 
 import operator
 from collections.abc import Sequence
@@ -18,36 +18,38 @@ from ippon.simulation.scene import Scene
 from ippon.simulation.segmentation.false_places import FalsePlaceConfig, draw_false_places
 from ippon.simulation.segmentation.heatmap import sigmoid
 from ippon.simulation.segmentation.instance_boxes import InstanceBoxes, instance_boxes
-from ippon.simulation.segmentation.truth import NamePredicate, told_labels, true_label
+from ippon.simulation.segmentation.truth import NamePredicate, detectable_labels, true_label
 from ippon.simulation.segmentation.view_noise import UInt64Array, hashed, normals, view_noise
 
 SOURCE: Final = "simulated detector"
 """Its name, the key of its observation model."""
 IMAGE_PX: Final = 640
-"""Sizes in pixels are those in an image whose longer side has so many."""
+"""Sizes in pixels refer to an image with this longer side."""
 _NEAREST_M: Final = 0.3
 _ON_SURFACE_M: Final = 0.1
-"""A place is visible where the depth of its pixel differs by less."""
+"""Depth difference below which a place is visible at its pixel."""
 _RIGHT, _THING, _VIEW, _FRAME, _LABEL = range(1, 6)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScoreConfig:
-    """Scores of one kind of box, in logits, before what small size takes from them."""
+    """Distribution of the scores of one kind of box, in logits, before the loss by small size."""
 
     mean: float
-    """Mean; larger scores higher."""
+    """Mean; larger gives higher scores."""
     label_sigma: float
-    """Differences between labels."""
+    """Differences between labels; larger makes labels more unequal."""
     thing_sigma: float
-    """Differences between things, or places, that stay wherever they are seen from."""
+    """Differences between objects or places, constant over views; larger makes more persistent
+    errors."""
     view_sigma: float
-    """Differences between views of one thing, which like views share."""
+    """Differences between views of one object, shared by similar views; larger makes errors depend
+    on the view."""
     frame_sigma: float
-    """Differences between images from one place."""
+    """Differences between images from one place; larger makes errors flicker."""
 
     def __post_init__(self) -> None:
-        """Reject what is no spread."""
+        """Reject values out of range."""
         sigmas = (self.label_sigma, self.thing_sigma, self.view_sigma, self.frame_sigma)
         if not np.isfinite(self.mean) or not all(0.0 <= x <= 100.0 for x in sigmas):
             raise ValueError(
@@ -57,9 +59,9 @@ class ScoreConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DetectorConfig:
-    """How well the simulated detector sees.
+    """Quality of the simulated detector.
 
-    The defaults are NanoDet-Plus on the real kitchen (`scripts/benchmark detector`).
+    The defaults are fitted to NanoDet-Plus on a real kitchen (`scripts/benchmark detector`).
     """
 
     right: ScoreConfig = field(
@@ -67,23 +69,24 @@ class DetectorConfig:
             mean=0.2, label_sigma=0.0, thing_sigma=0.5, view_sigma=0.3, frame_sigma=0.25
         )
     )
-    """Scores of what is there."""
+    """Scores of true detections."""
     wrong: ScoreConfig = field(
         default_factory=lambda: ScoreConfig(
             mean=-2.8, label_sigma=0.35, thing_sigma=0.42, view_sigma=0.42, frame_sigma=0.3
         )
     )
-    """Scores at places where the label is wrong."""
+    """Scores at places of false detections."""
     places: FalsePlaceConfig = field(default_factory=FalsePlaceConfig)
-    """Where labels are wrong."""
+    """Places of false detections."""
     smallest_px: float = 80.0
-    """A thing of 1 m whose box has this side loses one logit; others do at this times the root of
-    their size, and half of that takes four. Larger misses more of what is far."""
+    """Side of the box at which an object of 1 m loses one logit, at half of it four; for other
+    sizes it scales with the root of the size. Larger misses more distant objects."""
     least_score: float = 0.15
-    """Boxes below are left out, hundreds an image of which hardly any is right; less costs time."""
+    """Least score of a box; less returns hundreds of boxes per image, nearly all false, and costs
+    time."""
 
     def __post_init__(self) -> None:
-        """Reject values without meaning."""
+        """Reject values out of range."""
         if not 0.0 <= self.smallest_px <= IMAGE_PX or not 0.0 < self.least_score < 1.0:
             raise ValueError(
                 f"smallest_px lies in 0 to {IMAGE_PX} and least_score in (0, 1); got "
@@ -92,11 +95,11 @@ class DetectorConfig:
 
 
 class SimulatedDetector:
-    """Finds the things of one scene, and takes some places for what they are not.
+    """Detects the objects of one scene, with false detections at some places.
 
-    Each thing and each such place has a score that changes with where it is seen from: what is
-    missed or mistaken in one view is so in like views as well. An image depends on the seed, the
-    labels, the pose and its index alone; a change of labels keeps the errors of the rest.
+    Each object and each such place has a score that depends on the view, so that misses and false
+    detections persist in similar views. An image depends only on the seed, the labels, the pose and
+    its index; a change of labels keeps the errors of the others.
     """
 
     def __init__(
@@ -108,21 +111,21 @@ class SimulatedDetector:
         seed: int = 0,
         is_instance_of: NamePredicate = operator.eq,
     ) -> None:
-        """Draw the lasting errors.
+        """Draw the persistent errors.
 
         Args:
             scene: The home.
             labels: Common labels, canonical and distinct.
             ooi: Canonical label of the object of interest, None for none.
             config: Quality.
-            seed: Decides every error.
+            seed: Seed of all errors.
             is_instance_of: See `true_label`.
         """
         self.labels, self.ooi = tuple(labels), ooi
         if len(set(self.labels)) != len(self.labels):
             raise ValueError(f"labels must be distinct; got {self.labels}")
         self.config = config or DetectorConfig()
-        self._told = told_labels(self.labels, ooi)
+        self._told = detectable_labels(self.labels, ooi)
         row_of = {label: k for k, label in enumerate(self._told)}
         truths = [true_label(i, self.labels, ooi, is_instance_of) for i in scene.instances]
         self._truth = np.array([row_of.get(x or "", -1) for x in truths], np.int64)
@@ -135,7 +138,7 @@ class SimulatedDetector:
         ).reshape(-1, 3)
         self._right = self._lasting(self.config.right, self._keys)
         self._wrong = self._lasting(self.config.wrong, self._places.keys)
-        # Keyed by name: a label keeps its errors whatever the other labels are.
+        # Keyed by name, so that a label keeps its errors when other labels change.
         names = np.array([crc32(label.encode()) for label in self._told], np.uint64)
         by_label = self.config.wrong.label_sigma * normals(hashed(names, seed, _LABEL))
         self._wrong += by_label[self._places.label]
@@ -147,12 +150,12 @@ class SimulatedDetector:
         T_world_camera: Float64Array,
         frame_index: int,
     ) -> Detections:
-        """Find instances in one picture.
+        """Return the instances in one image.
 
         Args:
-            rendering: What a perfect camera sees.
-            camera: Of the picture.
-            T_world_camera: (4, 4) its pose.
+            rendering: Noise-free images.
+            camera: Camera of the image.
+            T_world_camera: (4, 4) pose of the camera.
             frame_index: Number of the frame, from 0.
 
         Returns:
@@ -182,7 +185,7 @@ class SimulatedDetector:
         T_world_camera: Float64Array,
         frame_index: int,
     ) -> tuple[Float64Array, Float64Array, NDArray[np.int64]]:
-        """Return boxes, scores and labels of what is there."""
+        """Return boxes, scores and labels of true detections."""
         known = np.flatnonzero(self._truth[seen.instance] >= 0)
         k, box = seen.instance[known], seen.box_px[known]
         side = np.sqrt((box[:, 2] - box[:, 0]) * (box[:, 3] - box[:, 1]))
@@ -200,7 +203,7 @@ class SimulatedDetector:
         T_world_camera: Float64Array,
         frame_index: int,
     ) -> tuple[Float64Array, Float64Array, NDArray[np.int64]]:
-        """Return boxes, scores and labels of what is taken for something else."""
+        """Return boxes, scores and labels of false detections."""
         places = self._places
         in_view = np.zeros(len(self._truth), np.bool_)
         in_view[instances] = True
@@ -226,7 +229,7 @@ class SimulatedDetector:
     def _loss(
         self, side_px: Float64Array, size_m: Float64Array, camera: PinholeCamera
     ) -> Float64Array:
-        """Return the logits that small size takes: the square of a side over the one seen."""
+        """Return the loss by small size in logits: the square of a side over that of the box."""
         side = side_px * (IMAGE_PX / max(camera.width, camera.height))
         return size_m * np.square(self.config.smallest_px / side)
 
@@ -237,7 +240,7 @@ class SimulatedDetector:
 def _noise(
     scores: ScoreConfig, keys: UInt64Array, offsets_m: Float64Array, frame_index: int
 ) -> Float64Array:
-    """Return what view and frame add to the scores."""
+    """Return the noise of view and frame, in logits."""
     by_view = view_noise(hashed(keys, _VIEW), offsets_m)
     by_frame = normals(hashed(keys, _FRAME, frame_index))
     return scores.view_sigma * by_view + scores.frame_sigma * by_frame

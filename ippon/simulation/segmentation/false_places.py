@@ -1,4 +1,4 @@
-"""Places on the surfaces of a home that a detector takes for something else."""
+"""Places on surfaces of a home where a detector makes false detections."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,27 +14,29 @@ from ippon.simulation.segmentation.truth import STUFF
 from ippon.simulation.segmentation.view_noise import UInt64Array, hashed
 
 _UNKNOWN_SIZE_M: Final = 0.38
-"""Size of things of which the home has none: false boxes are then 0.23 m, the measured median."""
+"""Size of objects that the home lacks: false boxes are then 0.23 m, the measured median."""
 _LEAST_SIZE_M: Final = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FalsePlaceConfig:
-    """How densely the places lie, and how large what is seen there seems to be."""
+    """Density and size of false detections."""
 
     per_m2: float = 5.0
-    """Places on a square metre of the surface of things, for each label; larger mistakes more."""
+    """Places per square metre of the surface of objects, for each label; larger makes more false
+    detections."""
     per_m2_of_stuff: float = 0.5
     """The same on walls, floors and ceilings."""
     count_sigma: float = 0.6
-    """Differences between labels, in the logarithm of both."""
+    """Differences between labels in the logarithm of both densities; larger makes labels more
+    unequal."""
     size_share: float = 0.6
-    """Size of a false box as a share of that of the label's things; larger boxes cover more."""
+    """Size of a false box as a share of that of the label's objects; larger boxes cover more."""
     size_sigma: float = 0.45
-    """Its spread, in the logarithm."""
+    """Spread of that size, in the logarithm."""
 
     def __post_init__(self) -> None:
-        """Reject what is no density or size."""
+        """Reject values out of range."""
         values = (self.per_m2, self.per_m2_of_stuff, self.count_sigma, self.size_sigma)
         if not all(0.0 <= x <= 100.0 for x in values) or not 0.0 < self.size_share <= 10.0:
             raise ValueError(
@@ -45,18 +47,18 @@ class FalsePlaceConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FalsePlaces:
-    """The places of all labels, one row each."""
+    """Places of all labels, one row each."""
 
     points: Float64Array
     """(P, 3) metres, on a surface."""
     instance: NDArray[np.int64]
-    """(P,) the thing that they lie on."""
+    """(P,) instance of the surface."""
     label: NDArray[np.int64]
-    """(P,) what is seen there, as a row of the labels."""
+    """(P,) false label, as a row of the labels."""
     size_m: Float64Array
     """(P,) side of the box, metres."""
     keys: UInt64Array
-    """(P,) numbers that no two share, for the noise."""
+    """(P,) unique numbers, keys of the noise."""
 
 
 def draw_false_places(
@@ -66,14 +68,14 @@ def draw_false_places(
     config: FalsePlaceConfig,
     seed: int,
 ) -> FalsePlaces:
-    """Draw the places of each label; they do not depend on the other labels.
+    """Draw the places of each label, independently of the other labels.
 
     Args:
         scene: The home.
-        labels: What is looked for.
-        is_label: (I, L) whether an instance is of a label: there the label would be right.
-        config: How many.
-        seed: Decides where they lie.
+        labels: Labels that are searched for.
+        is_label: (I, L) whether an instance has a label, so that the label is not false there.
+        config: Density and size.
+        seed: Seed of the places.
     """
     corners = scene.vertices[scene.faces].astype(np.float64)
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -116,7 +118,7 @@ def draw_false_places(
 
 
 def _sizes(scene: Scene) -> Float64Array:
-    """Return (I,) the geometric mean of each thing's two longer sides, metres."""
+    """Return (I,) the geometric mean of each instance's two longer sides, metres."""
     sides = np.array([np.subtract(i.aabb_max, i.aabb_min) for i in scene.instances]).reshape(-1, 3)
     longer = np.sort(np.maximum(sides, _LEAST_SIZE_M), axis=1)[:, 1:]
     return np.sqrt(longer.prod(axis=1))

@@ -1,4 +1,4 @@
-"""Heatmaps from instance images: sampling, neighbourhoods and blending of probability vectors."""
+"""Heatmaps from instance images: sampling, neighbours, blending of probability vectors."""
 
 import numpy as np
 from numba import njit
@@ -11,22 +11,22 @@ UInt8Array = NDArray[np.uint8]
 _TAPS = 5
 _CENTRE_WEIGHT = 0.5
 _SHARES = 255
-"""Steps between bad and good; as fine as the probabilities are written."""
+"""Steps between bad and good, as fine as the quantised probabilities."""
 _REPAID = 4
-"""Units of 1/255 lost or won in rounding that a large channel takes upon itself."""
+"""Rounding error in units of 1/255 that is added to the largest channel."""
 
 
 def sample_instances(
     instance: Int32Array, size: tuple[int, int], edge_px: float, warp: Float32Array
 ) -> Int32Array:
-    """Read an instance image at the points that make up each pixel of a smaller one.
+    """Read an instance image at the sample points of each pixel of a smaller image.
 
     Args:
         instance: (H, W) int32.
         size: (h, w) of the smaller image.
-        edge_px: Distance of the outer points from the pixel's centre, in smaller pixels.
-        warp: (gh, gw, 2) float32, stretched over the image: how far all five points are moved
-            down and right, in smaller pixels.
+        edge_px: Distance of the outer points from the pixel's centre, in pixels of the result.
+        warp: (gh, gw, 2) float32, interpolated over the image: displacement of all five points down
+            and right, in pixels of the result.
 
     Returns:
         (h, w, 5) int32: at the centre, left, right, above, below.
@@ -55,7 +55,7 @@ def _sample_kernel(instance: Int32Array, edge: float, warp: Float32Array, out: I
 
 @njit(cache=True, nogil=True, inline="always")
 def stretched_kernel(grid: Float32Array, i: int, j: int, h: int, w: int) -> float:
-    """Read a (gh, gw) grid, stretched over an (h, w) image, at pixel (i, j), bilinearly."""
+    """Interpolate a (gh, gw) grid over an (h, w) image at pixel (i, j), bilinearly."""
     y = i * (grid.shape[0] - 1) / h
     x = j * (grid.shape[1] - 1) / w
     y0, x0 = int(y), int(x)
@@ -68,14 +68,14 @@ def stretched_kernel(grid: Float32Array, i: int, j: int, h: int, w: int) -> floa
 def part_of_grid(
     grid: NDArray[np.float64], window: tuple[float, float, float, float]
 ) -> NDArray[np.float64]:
-    """Read the part of a stretched grid that a crop of the image sees, bilinearly.
+    """Return the part of an interpolated grid that a crop of the image covers.
 
     Args:
-        grid: (gh, gw), stretched over the image.
+        grid: (gh, gw), interpolated over the image.
         window: Top, left, height and width of the crop as shares of the image.
 
     Returns:
-        (gh, gw) to stretch over the crop; the grid itself for the whole image.
+        (gh, gw) for the crop; the grid itself for the whole image.
     """
     if window == (0.0, 0.0, 1.0, 1.0):
         return grid
@@ -89,7 +89,7 @@ def part_of_grid(
 
 
 def neighbours(labels: Int32Array, count: int) -> NDArray[np.int64]:
-    """Return (count,) the label that borders each label most; itself where nothing does.
+    """Return (count,) the most frequent neighbour of each label; itself without neighbours.
 
     Args:
         labels: (h, w) int32 in [0, count).
@@ -120,14 +120,14 @@ def _border_kernel(labels: Int32Array, borders: Int32Array) -> None:
 def blend(
     samples: Int32Array, good: Float32Array, bad: Float32Array, field: Float32Array
 ) -> UInt8Array:
-    """Mix the probability vectors of what each pixel covers.
+    """Mix the probability vectors of the instances in each pixel.
 
     Args:
         samples: (h, w, 5) int32 rows of `good` and `bad`, as from `sample_instances`.
         good: (K, C) float32 vectors where the image is good, each summing to 1.
         bad: (K, C) float32 vectors where it is bad.
-        field: (gh, gw) float32 of about unit variance, stretched over the image; above 1 means
-            good, below -1 bad, between a mixture in steps of 1/255.
+        field: (gh, gw) float32 of about unit variance, interpolated over the image; above 1 means
+            good, below -1 bad, in between a mixture in steps of 1/255.
 
     Returns:
         (h, w, C) uint8 in units of 1/255; the channels of each pixel sum to 255.
@@ -169,7 +169,7 @@ def _blend_kernel(
             uniform = True
             for t in range(1, _TAPS):
                 uniform = uniform and samples[i, j, t] == k
-            # Most pixels show one thing, and many of them at the same share: worked out once.
+            # Most pixels show one instance, many at the same share: computed once.
             if uniform and is_known[k, level]:
                 for c in range(channels):
                     out[i, j, c] = known[k, level, c]
@@ -192,7 +192,7 @@ def _blend_kernel(
 
 @njit(cache=True, nogil=True)
 def _round_kernel(mixed: Float32Array, large: int, out: UInt8Array) -> None:
-    """Round so that the sum stays: a little goes to the largest channel, more to neighbours."""
+    """Round with a constant sum: small errors go to the largest channel, large to neighbours."""
     total = np.int32(0)
     for c in range(mixed.shape[0]):
         value = np.int32(mixed[c] + np.float32(0.5))
@@ -207,7 +207,7 @@ def _round_kernel(mixed: Float32Array, large: int, out: UInt8Array) -> None:
 
 @njit(cache=True, nogil=True)
 def _round_in_turn(mixed: Float32Array, out: UInt8Array) -> None:
-    """Round so that the sum stays: what one channel loses goes to the next."""
+    """Round with a constant sum: the error of each channel goes to the next."""
     carry = np.float32(0.5)
     for c in range(mixed.shape[0]):
         carry += mixed[c]
@@ -239,5 +239,5 @@ def _relabel_kernel(samples: Int32Array, rows: Int32Array, compact: Int32Array) 
 
 
 def sigmoid(logit: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the probability that a logit stands for."""
+    """Return the logistic function of a logit."""
     return 1.0 / (1.0 + np.exp(-logit))

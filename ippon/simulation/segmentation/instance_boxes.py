@@ -1,4 +1,4 @@
-"""Boxes round the instances of a rendered image."""
+"""Boxes of the instances in a rendered image."""
 
 from typing import Final, NamedTuple
 
@@ -13,20 +13,20 @@ _COLUMNS: Final = 5
 
 
 class InstanceBoxes(NamedTuple):
-    """The instances that an image shows, one row each."""
+    """The instances in an image, one row each."""
 
     instance: NDArray[np.int64]
     """(K,) rows of `Scene.instances`, rising."""
     box_px: Float64Array
-    """(K, 4) left, top, right, bottom of what is visible."""
+    """(K, 4) left, top, right, bottom of the visible part."""
     range_m: Float64Array
-    """(K,) mean depth."""
+    """(K,) mean depth of the visible part."""
 
 
 def instance_boxes(
     instance: NDArray[np.int32], depth: NDArray[np.float32], count: int
 ) -> InstanceBoxes:
-    """Return the boxes of what is visible.
+    """Return the boxes of the visible instances.
 
     Args:
         instance: (H, W) rows of `Scene.instances`, -1 for none.

@@ -1,4 +1,4 @@
-"""A simulated open-vocabulary segmentation that errs the way real ones do."""
+"""A simulated open-vocabulary segmentation with the errors of real ones."""
 
 import math
 import operator
@@ -35,43 +35,44 @@ _BEYOND_RANGE_M = 8.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SegmenterConfig:
-    """How well the simulated model sees. Sigmas are in logits of the right label's share.
+    """Quality of the simulated network. Sigmas are in logits of the right label's share.
 
     With the defaults 75 to 85 % of the pixels within 1 to 4 m get their right label in one frame.
     """
 
     longest_side_px: int = 160
-    """Longer side of the heatmap; larger shows smaller things and costs time."""
+    """Longer side of the heatmap; larger shows smaller objects and costs time."""
     confidence: float = 0.8
-    """Share of the right label in a middling case, as a logit; larger errs less."""
+    """Share of the right label in an average case, as a logit; larger errs less."""
     stable_sigma: float = 1.0
-    """Differences between objects; larger makes more that are misread from everywhere."""
+    """Differences between objects; larger makes more objects that are misread from everywhere."""
     view_sigma: float = 0.8
-    """Differences between the sides an object is seen from."""
+    """Differences between the sides of an object; larger makes errors depend more on the view."""
     flicker_sigma: float = 1.0
-    """Differences of one object from frame to frame, over a few frames."""
+    """Differences of one object over time; larger makes errors change more between frames."""
     field_sigma: float = 2.6
-    """Differences between parts of the image, in patches of about an eighth of it."""
+    """Differences between parts of the image, in patches of about an eighth of it; larger makes
+    more bad patches."""
     flicker_period: int = 4
-    """Frames over which flicker stays alike."""
+    """Frames between independent draws of the flicker; larger makes it slower."""
     favourite_sigma: float = 1.0
-    """Firmness of what an object is misread as; larger concentrates on one wrong label."""
+    """Concentration of errors on one wrong label; larger concentrates more."""
     vague_loss: float = 1.0
-    """Logits lost by things of the rest classes (objects, others, furniture)."""
+    """Logits that objects of the catch-all classes (objects, others, furniture) lose."""
     range_loss_per_m: float = 0.35
-    """Logits lost per metre beyond `clear_range_m`."""
+    """Logits lost per metre beyond `clear_range_m`; larger misreads distant objects more."""
     clear_range_m: float = 2.5
     missed_share: float = 0.0007
-    """Things that fill this share of the image are missed half of the time; larger misses more."""
+    """Share of the image at which an object is missed half of the time; larger misses more."""
     edge_px: float = 1.2
-    """Width, in heatmap pixels, over which neighbouring things mix."""
+    """Width in heatmap pixels over which neighbouring objects mix; larger blurs outlines."""
     wobble_px: float = 1.0
-    """Standard deviation of the outlines' position, in heatmap pixels."""
+    """Standard deviation of the position of outlines, in heatmap pixels."""
     haze: float = 0.12
-    """Part of the wrong share that is spread over all labels alike."""
+    """Part of the wrong share that is spread equally over all labels."""
 
     def __post_init__(self) -> None:
-        """Reject what makes no heatmap."""
+        """Reject values out of range."""
         if not (8 <= self.longest_side_px <= 4096 and self.flicker_period >= 1):
             raise ValueError(
                 "longest_side_px must be 8 to 4096 and flicker_period at least 1; got "
@@ -89,7 +90,7 @@ class SegmenterConfig:
 
     @classmethod
     def perfect(cls) -> "SegmenterConfig":
-        """Return a model that never errs, for upper bounds and tests."""
+        """Return a network without errors, for upper bounds and tests."""
         return cls(
             confidence=20.0,
             stable_sigma=0.0,
@@ -105,13 +106,13 @@ class SegmenterConfig:
 
 
 class SimulatedSegmenter:
-    """Gives heatmaps for renderings of one scene and one set of labels.
+    """Heatmaps for renderings of one scene and one set of labels.
 
-    Errors are drawn per object, so that they stay with it as those of a network do: some objects
-    are misread wherever they are seen from, some from one side, some for a few frames; and per
-    patch of the image. What an object is taken for is a look-alike (see `confusion`).
-    Far and small things are missed, edges mix. A frame depends on the seed, the labels and its
-    index alone, not on the frames before it; a change of labels keeps the errors of the rest.
+    Errors are drawn per object, so that they persist like those of a network: some objects are
+    misread from everywhere, some from one side, some for a few frames; others are drawn per patch
+    of the image. An object is confused with labels that look similar (see `confusion`). Far and
+    small objects are missed, and outlines mix. A frame depends only on the seed, the labels and its
+    index; a change of labels keeps the errors of the other labels.
     """
 
     def __init__(
@@ -123,16 +124,16 @@ class SimulatedSegmenter:
         seed: int = 0,
         is_instance_of: NamePredicate = operator.eq,
     ) -> None:
-        """Draw the lasting errors.
+        """Draw the persistent errors.
 
         Args:
             scene: The home.
             labels: Common labels, canonical and distinct.
             ooi: Canonical label of the object of interest, None for none.
-            config: Quality of the model.
-            seed: Decides every error.
-            is_instance_of: Given the canonical label or category of a thing and `ooi`; by default
-                names must be equal, so that a couch is no sofa.
+            config: Quality of the network.
+            seed: Seed of all errors.
+            is_instance_of: Compares the canonical label or category of an object with `ooi`; by
+                default names must be equal, so that a couch is not a sofa.
         """
         self._is_instance_of = is_instance_of
         self.labels = tuple(labels)
@@ -176,16 +177,16 @@ class SimulatedSegmenter:
         frame_index: int,
         window: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0),
     ) -> Heatmap:
-        """Segment one picture, or a crop of it.
+        """Segment an image or a crop of it.
 
         Args:
-            rendering: What a perfect camera sees.
-            camera_position_world: (3,) metres; which side of an object is seen depends on it.
-            frame_index: Number of the frame, from 0; nearby numbers flicker alike.
-            window: Top, left, height and width of a crop as shares; it errs as its place does.
+            rendering: Noise-free images.
+            camera_position_world: (3,) metres; decides which side of an object is in view.
+            frame_index: Number of the frame, from 0; flicker is correlated between nearby frames.
+            window: Top, left, height and width of a crop as shares of the image.
 
         Returns:
-            Probabilities per label; the channels of a pixel sum to 255.
+            Label probabilities; the channels of a pixel sum to 255.
         """
         height, width = rendering.instance.shape
         scale = self.config.longest_side_px / max(height, width)
@@ -217,7 +218,7 @@ class SimulatedSegmenter:
         return channel < 0 or is_vague(self._channels[channel])
 
     def _wrong_channels(self) -> Float64Array:
-        """Weigh, for each instance, what it is taken for: (I, C), 0 for the right channel."""
+        """Return the weights of wrong labels for each instance: (I, C), 0 for the right channel."""
         instances = self._scene.instances
         extra = len(self._channels) > len(self.labels)
         is_ooi = self._truth == len(self.labels) if extra else np.zeros(len(instances), dtype=bool)
@@ -233,7 +234,7 @@ class SimulatedSegmenter:
             if extra:
                 rows[k, -1] = ooi_affinity(instance.category, ooi_categories)
         for j, name in enumerate(self._channels):
-            # Keyed by name: a label keeps its errors whatever the other labels are.
+            # Keyed by name, so that a label keeps its errors when other labels change.
             draws = self._rng(1, zlib.crc32(name.encode())).gumbel(size=len(instances))
             rows[:, j] *= np.exp(self.config.favourite_sigma * draws)
         rows[own] = 0.0
@@ -246,7 +247,7 @@ class SimulatedSegmenter:
     def _ranges(
         self, depth: Float32Array, centre: Int32Array, pixels: NDArray[np.int64]
     ) -> Float64Array:
-        """Return the mean depth of each thing that is seen."""
+        """Return the mean depth of each visible instance."""
         h, w = centre.shape
         v = (np.arange(h) + 0.5) * (depth.shape[0] / h)
         u = (np.arange(w) + 0.5) * (depth.shape[1] / w)
@@ -281,7 +282,7 @@ class SimulatedSegmenter:
         return good, bad
 
     def _side(self, seen: Int32Array, camera_position_world: Float64Array) -> Float64Array:
-        """Interpolate the errors of the side that each thing is seen from."""
+        """Interpolate the errors for the side of each instance that is in view."""
         offset = camera_position_world[:2] - self._centres[seen, :2]
         turn = np.arctan2(offset[:, 1], offset[:, 0]) / (2.0 * math.pi) * _AZIMUTHS
         lower = np.floor(turn).astype(np.int64)
@@ -291,7 +292,7 @@ class SimulatedSegmenter:
         return mixed(first, second, part)
 
     def _weights(self, seen: Int32Array, shares: Float64Array, frame_index: int) -> Float64Array:
-        """Return how much of each thing is noticed; small ones vanish into their surroundings."""
+        """Return the visibility of each instance; small ones blend into their surroundings."""
         if self.config.missed_share == 0.0:
             return np.ones(len(seen))
         white = self._rng(3, frame_index).standard_normal(len(self._stable))
@@ -300,7 +301,7 @@ class SimulatedSegmenter:
         return np.where(seen >= 0, sigmoid(logit), 1.0)
 
     def _rows(self, seen: Int32Array, share: Float64Array, frame_index: int) -> Float64Array:
-        """Make the probability vector of each thing from its right label's share."""
+        """Return the probability vector of each instance from its right label's share."""
         _, _, wobble = self._smooth.at(frame_index)
         wrong = self._lookalikes[seen] * np.exp(self.config.flicker_sigma * wobble[seen])
         wrong /= np.maximum(wrong.sum(axis=1, keepdims=True), 1e-12)

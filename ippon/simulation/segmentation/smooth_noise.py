@@ -1,4 +1,4 @@
-"""Noise that stays alike over a few frames, and is the same whatever frames came before."""
+"""Temporally correlated noise, independent of which frames were generated before."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,7 @@ from ippon.geometry import Float64Array
 
 
 class SmoothNoise:
-    """Noise of unit variance, interpolated between draws that lie `period` frames apart."""
+    """Noise of unit variance, interpolated between draws `period` frames apart."""
 
     def __init__(
         self,
@@ -16,12 +16,12 @@ class SmoothNoise:
         period: int,
         draws: Callable[[int], np.random.Generator],
     ) -> None:
-        """Draw nothing yet.
+        """Store the parameters; noise is drawn on demand.
 
         Args:
-            shapes: Of the arrays that `at` returns.
+            shapes: Shapes of the arrays that `at` returns.
             period: Frames from one draw to the next.
-            draws: Gives the generator of the draw of that number.
+            draws: Returns the generator for a draw's number.
         """
         self._shapes = shapes
         self._period = period
@@ -29,7 +29,7 @@ class SmoothNoise:
         self._drawn: dict[int, tuple[Float64Array, ...]] = {}
 
     def at(self, frame_index: int) -> tuple[Float64Array, ...]:
-        """Return the noise of a frame, one array for each shape."""
+        """Return the noise of a frame, one array per shape."""
         draw, step = divmod(frame_index, self._period)
         wanted = (draw, draw + 1)
         self._drawn = {k: self._drawn.get(k) or self._draw(k) for k in wanted}
@@ -42,6 +42,6 @@ class SmoothNoise:
 
 
 def mixed(first: Float64Array, second: Float64Array, part: float | Float64Array) -> Float64Array:
-    """Interpolate two independent draws, keeping their variance."""
+    """Interpolate two independent draws at constant variance."""
     scale = np.sqrt((1.0 - part) ** 2 + np.square(part))
     return ((1.0 - part) * first + part * second) / scale

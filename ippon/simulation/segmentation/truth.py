@@ -1,4 +1,4 @@
-"""Which label names a thing of the home."""
+"""Ground-truth labels of the objects of a home."""
 
 import operator
 from collections.abc import Callable, Sequence
@@ -9,10 +9,10 @@ from ippon.simulation.segmentation.confusion import is_vague
 from ippon.vocabulary import canonical_label
 
 NamePredicate = Callable[[str, str], bool]
-"""Tells whether a thing of the first name answers the question for the second."""
+"""Tells whether an object of the first name is an instance of the second."""
 
 STUFF: Final = ("wall", "floor", "ceiling", "beam", "column")
-"""Common labels of surfaces that are no things: detectors find no instances of them."""
+"""Common labels of surfaces, of which detectors find no instances."""
 
 
 def true_label(
@@ -21,16 +21,16 @@ def true_label(
     ooi: str | None,
     is_instance_of: NamePredicate = operator.eq,
 ) -> str | None:
-    """Return the label that names a thing, the object of interest before the common ones.
+    """Return the label of an object: the object of interest before the common labels.
 
     Args:
-        instance: The thing.
+        instance: The object.
         labels: Common labels, canonical.
         ooi: Canonical label of the object of interest, None for none.
-        is_instance_of: Given a canonical name of the thing and `ooi`.
+        is_instance_of: Compares a canonical name of the object with `ooi`.
 
     Returns:
-        `ooi`, one of the labels, or None where nothing names it.
+        `ooi`, one of the labels, or None if no label applies.
     """
     names = (canonical_label(instance.label), instance.category)
     if ooi is not None and any(is_instance_of(name, ooi) for name in names):
@@ -38,7 +38,7 @@ def true_label(
     return next((name for name in names if name in labels), None)
 
 
-def told_labels(labels: Sequence[str], ooi: str | None) -> tuple[str, ...]:
-    """Return the labels that a detector looks for: common ones of things, then `ooi`."""
+def detectable_labels(labels: Sequence[str], ooi: str | None) -> tuple[str, ...]:
+    """Return the labels that a detector looks for: common ones of objects, then `ooi`."""
     common = [x for x in labels if x not in STUFF and not is_vague(x) and x != ooi]
     return tuple(common) if ooi is None else (*common, ooi)

@@ -1,4 +1,4 @@
-"""Noise that is alike for like views of one thing: computed from keys, so no state is kept."""
+"""Noise that is correlated between similar views of an object; stateless, computed from keys."""
 
 import math
 from typing import Final
@@ -44,14 +44,14 @@ def normals(keys: UInt64Array) -> Float64Array:
 
 
 def view_noise(keys: UInt64Array, offsets_m: Float64Array) -> Float64Array:
-    """Return noise of unit variance that changes with where a thing is seen from.
+    """Return noise of unit variance that depends on the view.
 
-    It is interpolated between draws 15 degrees and 0.5 m apart, whose grid lies differently for
-    each thing. Views 30 degrees or 1 m apart have nothing in common.
+    It is interpolated between draws 15 degrees and 0.5 m apart, on a grid with a random offset for
+    each key. Views 30 degrees or 1 m apart are uncorrelated.
 
     Args:
-        keys: (N,) uint64, one a thing.
-        offsets_m: (N, 3) metres from the thing to the camera.
+        keys: (N,) uint64, one per object.
+        offsets_m: (N, 3) metres from the object to the camera.
     """
     phase = hashed(keys, -1)
     shift = (phase >> np.uint64(40)).astype(np.float64) * 2.0**-24

@@ -149,7 +149,7 @@ def test_what_a_detector_cannot_tell_is_said_once(wired, caplog):
         labels.put(encode(SegmentationLabels(labels=others, ooi=ooi)))
         wait_until(lambda o=ooi, n=others: (node._labels.ooi, node._labels.labels) == (o, n))
     said = [r.getMessage() for r in caplog.records if "is none of them" in r.getMessage()]
-    assert said == [network.vocabulary.refusal("crown")]
+    assert said == [network.vocabulary.unsupported_reason("crown")]
     assert said[0].startswith("this detector knows 2 kinds of thing and 'crown' is none of them")
 
 

@@ -69,7 +69,7 @@ def test_an_object_its_surroundings_and_the_rest(wall):
     assert len(without.of_object) < len(all_of_it.of_object)
 
 
-def test_what_was_not_looked_for_is_unsaid(wall):
+def test_labels_that_were_not_searched_for_have_no_evidence(wall):
     known = KnownObjects(objects=(), absent=frozenset({"sofa"}))
     (evidence,) = collected([wall(100)], known, labels=("sofa",))
     assert evidence.values[:, 1].sum() == pytest.approx(evidence.values.shape[0])

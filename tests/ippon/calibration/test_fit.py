@@ -32,7 +32,7 @@ def drawn(seed, *, objects, others, places=3, mean=(0.55, 0.25)):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_table_is_monotone_and_explains_what_it_was_not_fitted_to(seed):
+def test_a_table_is_monotone_and_generalises(seed):
     table = fit_table([drawn(seed, objects=60, others=600)], BEFORE, PRIOR)
     assert list(table.nats) == sorted(table.nats)
     test = [drawn(seed + 100, objects=60, others=600)]
@@ -40,7 +40,7 @@ def test_a_table_is_monotone_and_explains_what_it_was_not_fitted_to(seed):
     assert score_of(test, table, PRIOR).believed >= 50
 
 
-def test_scores_that_tell_nothing_are_worth_nothing():
+def test_uninformative_scores_get_no_evidence():
     table = fit_table([drawn(0, objects=100, others=4000, mean=(0.4, 0.4))], BEFORE, PRIOR)
     fitted = np.interp([0.3, 0.4, 0.5], table.scores, table.nats)
     assert np.abs(fitted).max() < 1.0

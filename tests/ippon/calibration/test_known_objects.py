@@ -23,7 +23,7 @@ def test_labels_are_canonical_and_notes_are_ignored():
     ("content", "text"),
     [
         ([], "known objects are"),
-        ({}, "nothing is known"),
+        ({}, "are all empty: list at least one"),
         ({"objects": {}}, "objects is a list; got dict"),
         ({"objects": [{"label": "cup"}]}, "objects[0]: 'centre_world' is missing"),
         ({"objects": [CUP | {"centre_world": [1, 2]}]}, "objects[0]"),
@@ -34,7 +34,7 @@ def test_labels_are_canonical_and_notes_are_ignored():
         ({"objects": [CUP], "absent": ["cup"]}, "cup: listed as absent"),
     ],
 )
-def test_what_does_not_say_where_objects_are(content, text):
+def test_invalid_files_of_known_objects_are_rejected(content, text):
     with pytest.raises(KnownObjectsError) as error:
         KnownObjects.parse(content)
     assert text in str(error.value)

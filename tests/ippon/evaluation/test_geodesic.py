@@ -37,7 +37,7 @@ def test_over_open_floor_the_distance_is_the_straight_line_in_every_direction():
         assert field.distance_from(x, y) == pytest.approx(math.hypot(x - 3.0, y - 2.5), abs=1e-9)
 
 
-def test_round_the_end_of_a_wall_it_is_two_straight_lines():
+def test_around_the_end_of_a_wall_it_is_two_straight_lines():
     free = np.ones((120, 100), bool)
     free[60, :70] = False
     field = GeodesicField(_grid(free), np.array([[1.0, 0.5]]))
@@ -49,7 +49,7 @@ def test_round_the_end_of_a_wall_it_is_two_straight_lines():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_it_agrees_with_all_shortest_ways_between_cells_that_see_one_another(seed):
+def test_it_agrees_with_the_visibility_graph(seed):
     free = _maze(seed)
     sources = np.argwhere(free)[[5, -7]]
     exact = reference.exact_distances(free, sources)
@@ -93,7 +93,7 @@ def test_it_never_undercuts_the_straight_line_between_the_centres():
         assert field.distance_from(x, y) >= math.hypot(x - source[0, 0], y - source[0, 1]) - 0.15
 
 
-def test_without_way_source_or_floor_the_distance_is_infinite():
+def test_without_path_target_or_floor_the_distance_is_infinite():
     free = np.ones((40, 40), bool)
     free[20] = False
     grid = _grid(free)

@@ -4,13 +4,13 @@ import math
 import numpy as np
 import pytest
 
-from ippon.evaluation.goal_objects import matching_instances, viewpoints
+from ippon.evaluation.goal_objects import goal_viewpoints, matching_instances
 from ippon.simulation.camera.line_of_sight import LineOfSight
 from ippon.simulation.robot.navigation_grid import robot_grid
 
 
 def _views(scene, robot, instance):
-    return viewpoints(scene, robot_grid(scene, robot), robot, instance, LineOfSight(scene))
+    return goal_viewpoints(scene, robot_grid(scene, robot), robot, instance, LineOfSight(scene))
 
 
 def test_a_goal_means_label_or_category_however_it_is_written(make_scene, flat_boxes):
@@ -60,7 +60,7 @@ def test_nothing_is_seen_through_a_wall(make_scene, flat_boxes, robot):
     assert points[:, 0].min() > 4.0
 
 
-def test_what_is_shut_in_has_no_viewpoint(make_scene, flat_boxes, robot):
+def test_an_enclosed_object_has_no_viewpoint(make_scene, flat_boxes, robot):
     shut = [*flat_boxes, ("objects", "box", (6.3, 1.3, 0.7), (6.8, 1.8, 1.0))]
     assert len(_views(make_scene(shut), robot, 7)) == 0
 

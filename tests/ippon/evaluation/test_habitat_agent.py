@@ -93,7 +93,7 @@ def test_a_base_that_does_not_move_has_met_something(agent):
     assert searcher._contact
 
 
-def test_what_an_agent_cannot_use_is_named(agent):
+def test_missing_sensors_and_unknown_goals_are_named(agent):
     searcher, _ = agent()
     with pytest.raises(
         ValueError, match="needs the sensors compass, gps; it got depth, objectgoal"

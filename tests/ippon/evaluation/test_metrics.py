@@ -60,7 +60,7 @@ def _round_the_wall(start, end, radius):
     return total
 
 
-def test_a_judge_measures_the_way_round_the_wall(make_scene, flat_boxes, robot):
+def test_a_judge_measures_the_path_around_the_wall(make_scene, flat_boxes, robot):
     scene = make_scene(flat_boxes, start=(2.0, 1.0))
     judge = Judge(scene, robot, "hat")
     d0 = judge.shortest_path_m(scene.start_poses[0])
@@ -72,7 +72,7 @@ def test_a_judge_measures_the_way_round_the_wall(make_scene, flat_boxes, robot):
     assert judge.distance_m(nearby) < 0.1
 
 
-def test_a_run_along_the_way_scores_close_to_one(make_scene, flat_boxes, robot):
+def test_following_the_shortest_path_scores_close_to_one(make_scene, flat_boxes, robot):
     scene = make_scene(flat_boxes, start=(2.0, 1.0))
     judge = Judge(scene, robot, "hat")
     goal = min(judge.viewpoints.tolist(), key=lambda p: math.hypot(p[0] - 4.05, p[1] - 4.3))
@@ -110,12 +110,12 @@ def test_a_goal_that_the_home_lacks_can_never_succeed(make_scene, flat_boxes, ro
         (np.array([[1.0, np.nan]]), "finite positions"),
     ],
 )
-def test_a_trajectory_that_is_none_is_refused(make_scene, flat_boxes, robot, trajectory, text):
+def test_invalid_trajectories_are_rejected(make_scene, flat_boxes, robot, trajectory, text):
     judge = Judge(make_scene(flat_boxes), robot, "hat")
     with pytest.raises(ValueError, match=text):
         judge.metrics(trajectory, stopped=True)
 
 
-def test_a_position_that_is_none_is_refused(make_scene, flat_boxes, robot):
+def test_invalid_positions_are_rejected(make_scene, flat_boxes, robot):
     with pytest.raises(ValueError, match="finite x and y"):
         Judge(make_scene(flat_boxes), robot, "hat").is_success((math.nan, 1.0))

@@ -80,7 +80,7 @@ def test_a_robot_is_stuck_after_a_minute_in_one_place():
     assert stood_still(moving, 0.2)
 
 
-def test_what_was_touched_counts_where_the_robot_came_to_stand_and_just_before():
+def test_contact_counts_where_the_robot_stopped_and_just_before():
     # 20 s of driving 10 m along x, 70 s standing.
     positions = np.zeros((450, 2))
     positions[:100, 0], positions[100:, 0] = np.linspace(0.0, 10.0, 100), 10.0

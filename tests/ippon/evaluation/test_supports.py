@@ -24,7 +24,7 @@ def test_the_highest_surface_below_counts(make_scene, flat_boxes):
     assert support.label != "tray"
 
 
-def test_what_floats_rests_on_nothing(make_scene, flat_boxes):
+def test_a_floating_object_has_no_support(make_scene, flat_boxes):
     scene = make_scene([*flat_boxes, ("objects", "balloon", (2, 2, 1.5), (2.3, 2.3, 1.8))])
     assert support_of(scene, _row(scene, "balloon")) is None
     assert context_sentence(scene, _row(scene, "balloon")) is None

@@ -5,11 +5,11 @@ import time
 import pytest
 
 from ippon.command import Command
-from ippon.evaluation.catalogue import CatalogueConfig, goals_of, list_episodes
 from ippon.evaluation.episode import EpisodeLimits, run_episode
+from ippon.evaluation.episode_generation import EpisodeGenerationConfig, goals_of, list_episodes
+from ippon.evaluation.episode_record import Clocks
 from ippon.evaluation.methods.method_table import METHODS
 from ippon.evaluation.row import TIMING_COLUMNS, row_from
-from ippon.evaluation.search import Clocks
 from ippon.evaluation.trial import Trial, TrialConfig, config_hash, habitat_trial
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.config import MissionConfig
@@ -37,7 +37,7 @@ def scene(make_scene, flat_boxes):
 
 
 def _episode(scene, config, goal):
-    (spec, *_), _ = list_episodes(scene, "7", config.robot, CatalogueConfig(goals=(goal,)))
+    (spec, *_), _ = list_episodes(scene, "7", config.robot, EpisodeGenerationConfig(goals=(goal,)))
     return spec
 
 
@@ -47,8 +47,8 @@ def _plain(row):
     return {k: v for k, v in values.items() if k not in TIMING_COLUMNS}
 
 
-def _trial(config, scene, clocks=_CLOCKS, witness=None):
-    return Trial(config, scene, "test", clocks, EmbeddedPrior(), witness)
+def _trial(config, scene, clocks=_CLOCKS, observer=None):
+    return Trial(config, scene, "test", clocks, EmbeddedPrior(), observer)
 
 
 @pytest.mark.slow
@@ -128,7 +128,7 @@ def test_a_row_survives_plain_values(make_row):
         row_from({k: v for k, v in values.items() if k != "spl"})
 
 
-def test_the_hash_tells_set_ups_apart(config):
+def test_the_hash_distinguishes_set_ups(config):
     hashes = {config_hash(config, m) for m in METHODS.values()}
     assert len(hashes) == len(METHODS)
     assert config_hash(config, METHODS["ippon"]) == config_hash(config, METHODS["ippon"])
@@ -179,12 +179,14 @@ def test_a_couch_answers_the_search_for_a_sofa(config, make_scene, flat_boxes):
 
 @pytest.mark.slow
 def test_a_second_object_is_searched_for_on_the_map_of_the_first(config, scene):
-    catalogue = CatalogueConfig(goals=("chair", "hat"), second_object=True)
+    catalogue = EpisodeGenerationConfig(goals=("chair", "hat"), second_object=True)
     episodes, _ = list_episodes(scene, "7", config.robot, catalogue)
     spec = next(e for e in episodes if e.goal == "chair")
     assert spec.then == "hat"
     states = []
-    told = _trial(config, scene, witness=lambda _, result, __: states.append(result.snapshot.state))
+    told = _trial(
+        config, scene, observer=lambda _, result, __: states.append(result.snapshot.state)
+    )
     first, second, fresh = told.run_all(spec, METHODS["ippon"])
     alone = _trial(config, scene).run(spec, METHODS["ippon"])
     assert _plain(first) == _plain(alone)

@@ -27,7 +27,7 @@ def test_rooms_are_distributions() -> None:
             assert thing.spread != "none", thing.name
 
 
-def test_what_is_found_at_a_place_can_be_in_the_room_of_the_place() -> None:
+def test_an_object_of_a_place_can_be_in_its_room() -> None:
     knowledge = load_knowledge()
     for thing in knowledge.things.values():
         for place in thing.places:

@@ -11,6 +11,6 @@ def test_a_level_is_read_from_its_own_text(level):
     assert Level.parse(f" {level.text.title()} ") is level
 
 
-def test_an_unknown_level_is_told_which_there_are():
+def test_an_unknown_level_lists_the_levels():
     with pytest.raises(ValueError, match=r"'close'; the levels are far, average, near, certain"):
         Level.parse("close")

@@ -110,7 +110,7 @@ def test_agrees_with_what_people_expect(
     assert 1 - len(wrong) / total >= least, wrong
 
 
-def test_levels_tell_where_things_are_in_homes_of_others(
+def test_levels_are_informative_in_homes_by_other_designers(
     prior: EmbeddedPrior, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Of the landmarks of a level, the share with the goal within 1.5 m must rise with it."""
@@ -164,7 +164,7 @@ def test_own_category_is_certain_and_the_rest_of_the_kind_is_not_lost(
     assert rows["desk"].level == Level.CERTAIN
 
 
-def test_what_is_everywhere_is_average(prior: EmbeddedPrior) -> None:
+def test_ubiquitous_objects_are_average(prior: EmbeddedPrior) -> None:
     for ooi in ("hat", "bed", "toothbrush", "saucepan"):
         found = levels_of(prior, ooi)
         pervasive = ("wall", "ceiling", "door", "floor", "objects", "others", "furniture")
@@ -192,7 +192,7 @@ def test_a_room_named_with_a_thing_rules_the_other_rooms_out(prior: EmbeddedPrio
     assert found["bed"] == found["toilet"] == Level.FAR
 
 
-def test_a_denial_takes_a_place_away(prior: EmbeddedPrior) -> None:
+def test_a_denial_excludes_a_place(prior: EmbeddedPrior) -> None:
     before = levels_of(prior, "keys")
     after = levels_of(prior, "keys", "not in the kitchen")
     assert before["counter"] == Level.NEAR
@@ -207,7 +207,7 @@ def test_a_habit_weighs_less_than_a_statement(prior: EmbeddedPrior) -> None:
     assert levels_of(prior, "hat", "maybe in the kitchen")["bed"] != Level.FAR
 
 
-def test_an_unknown_object_is_average_and_the_operator_is_told(prior: EmbeddedPrior) -> None:
+def test_an_unknown_object_is_average_with_a_note(prior: EmbeddedPrior) -> None:
     guidance = prior.levels("flux capacitor", "", MATTERPORT_40)
     assert {row.level for row in guidance.rows} == {Level.AVERAGE}
     assert guidance.notes == ("nothing is known about “flux capacitor”: every level is average",)
@@ -221,7 +221,7 @@ def test_a_label_that_the_table_lacks_is_average(prior: EmbeddedPrior) -> None:
     assert (row.level, row.reason) == (Level.AVERAGE, "nothing is known about flux capacitor")
 
 
-def test_a_correction_is_told(prior: EmbeddedPrior) -> None:
+def test_a_corrected_spelling_is_noted(prior: EmbeddedPrior) -> None:
     assert prior.levels("refridgerator", "", MATTERPORT_40).notes == (
         "“refridgerator” was read as “refrigerator”",
     )

@@ -13,7 +13,7 @@ from ippon.errors import FrameRejectedError
 from ippon.mapping.arrays import FREE, OCCUPIED
 from ippon.mapping.blocks import N_FREE, N_ROWS, N_SLABS
 from ippon.mapping.config import MapConfig
-from ippon.mapping.objects.surface_rows import N_USED
+from ippon.mapping.objects.surface_voxels import N_USED
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
 
@@ -117,10 +117,10 @@ def test_the_bound_on_memory_holds_and_distances_stay_exact(tools):
         frame = room.frame(tools.look(2.0 + shift, 2.0, 1.2, 2.1 * (n % 3)), stamp_ns=n * 10**10)
         report = voxel_map.integrate(frame)
         dropped += report.blocks_dropped
-        used.append(int(voxel_map.pools.used.sum()))
+        used.append(int(voxel_map._pools.used.sum()))
     assert dropped > config.max_blocks
     assert max(used) <= config.max_blocks
-    assert voxel_map.pools.tally[N_ROWS] - voxel_map.pools.tally[N_FREE] == used[-1]
+    assert voxel_map._pools.tally[N_ROWS] - voxel_map._pools.tally[N_FREE] == used[-1]
     # What is near was kept, what is far was given up.
     ahead = np.array([[2.0 + np.cos(4.2), 2.0 + np.sin(4.2), 1.2]])
     assert voxel_map.state_at(ahead + np.array([shift, 0.0, 0.0]))[0] == FREE
@@ -152,7 +152,7 @@ def test_rolling_frames_keep_memory_flat(tools, world, fusion):
         )
         voxel_map.integrate(frame)
         if n % len(images) == len(images) - 1:
-            sizes.append((voxel_map.pools.tally[N_ROWS], voxel_map.surface.tally[N_USED]))
+            sizes.append((voxel_map._pools.tally[N_ROWS], voxel_map.surface.tally[N_USED]))
     blocks, rows = np.array(sizes).T
     assert blocks[-1] <= 1.02 * blocks[3]
     assert rows[-1] <= 1.02 * rows[9]
@@ -185,14 +185,14 @@ def test_ten_thousand_frames_leave_memory_flat(tools, world):
             )
         )
         if n % 1000 == 999:
-            tally = voxel_map.pools.tally
+            tally = voxel_map._pools.tally
             sizes.append((tally[N_ROWS], tally[N_SLABS], voxel_map.surface.tally[N_USED]))
             resident.append(resident_mb())
     assert (np.array(sizes[-1]) <= 1.02 * np.array(sizes[1])).all()
     assert resident[-1] <= resident[1] + 5.0
 
 
-def test_a_room_that_was_given_up_is_mapped_anew(tools):
+def test_a_dropped_room_is_mapped_again(tools):
     config = MapConfig(memory_limit_mb=15.0, max_range_m=3.0)
     voxel_map = VoxelMap(config, LABELS)
 
@@ -239,7 +239,7 @@ def test_revisions_tell_which_blocks_changed(tools, world):
     assert (voxel_map.arrays().revision < report.revision).all()
     behind = voxel_map.integrate(world.frame(tools.look(1.0, 1.0, 1.2, np.pi), stamp_ns=100))
     changed = voxel_map.arrays().revision == behind.revision
-    coords = voxel_map.pools.coord[: len(changed)][changed]
+    coords = voxel_map._pools.coord[: len(changed)][changed]
     assert 0 < changed.sum() < len(changed)
     assert ((coords + 0.5) * 0.8)[:, 0].max() < 1.5
 
@@ -250,14 +250,16 @@ def test_explored_area(tools, world):
     for n, pose in enumerate(tools.tour([(1.0, 1.0), (3.0, 3.0)])):
         voxel_map.integrate(world.frame(pose, stamp_ns=n * 10**9))
     assert voxel_map.explored_m2() == pytest.approx(15.2, abs=1.0)
-    layer = (voxel_map.pools.coord[:, 2] == 0) & (voxel_map.pools.used == 1)
-    state = voxel_map.pools.state[layer].reshape(-1, 8, 8, 8)
+    layer = (voxel_map._pools.coord[:, 2] == 0) & (voxel_map._pools.used == 1)
+    state = voxel_map._pools.state[layer].reshape(-1, 8, 8, 8)
     assert voxel_map.explored_m2() == pytest.approx(np.sum(state[..., 5] == FREE) * 0.01)
 
 
-def test_config_says_what_would_do():
+def test_an_invalid_config_says_what_would_work():
     with pytest.raises(ValueError, match="voxel_size_m must be positive"):
         MapConfig(voxel_size_m=0.0)
+    with pytest.raises(ValueError, match=r"endpoint_depth_voxels lies in 0 to 1; got 2\.0"):
+        MapConfig(endpoint_depth_voxels=2.0)
     with pytest.raises(ValueError, match=r"raise it, or use larger voxels"):
         MapConfig(voxel_size_m=0.02, memory_limit_mb=100.0)
     with pytest.raises(ValueError, match="evidence must satisfy"):

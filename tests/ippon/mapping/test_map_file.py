@@ -97,8 +97,8 @@ def test_damaged_files_are_refused_with_a_reason(voxel_map, tmp_path):
 def test_a_valid_checksum_is_not_trusted_blindly(tmp_path):
     header = {"config": {}, "labels": ["wall"]}
     for arrays, reason in (
-        ({}, "no usable map"),
-        ({"coord": np.zeros((1, 3), np.int64)}, "no usable map"),
+        ({}, "not a usable map"),
+        ({"coord": np.zeros((1, 3), np.int64)}, "not a usable map"),
     ):
         path = tmp_path / "odd.map"
         path.write_bytes(encode(header, arrays))

@@ -26,7 +26,7 @@ def test_states(room):
     assert room.state_at(np.empty((0, 3))).shape == (0,)
 
 
-def test_nothing_is_known_of_an_empty_map_or_of_what_is_farther_than_any():
+def test_an_empty_map_and_points_outside_it_are_unknown():
     points = np.array([[0.0, 0.0, 0.0], [1e300, -1e300, 0.0]])
     assert VoxelMap(MapConfig(), ("thing",)).state_at(points).tolist() == [UNKNOWN, UNKNOWN]
 

@@ -9,7 +9,7 @@ from scipy.ndimage import distance_transform_edt
 from ippon.errors import FrameRejectedError
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, UNKNOWN
 from ippon.mapping.blocks import N_ROWS
-from ippon.mapping.objects.surface_rows import N_USED
+from ippon.mapping.objects.surface_voxels import N_USED
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
 from ippon.observation import Heatmap
 
@@ -96,22 +96,22 @@ def test_rejected_frame_says_why_and_changes_nothing(tools, furnished):
     assert voxel_map.revision == revision + 1
 
 
-def test_a_heatmap_that_comes_late_teaches_labels_and_leaves_depth_and_colour(tools, furnished):
+def test_a_late_heatmap_updates_labels_but_not_depth_or_colour(tools, furnished):
     names = {0: "floor", 6: "hat"}
     heat = heat_of(LABELS, "hat", lambda n: names.get(int(n), "wall"))
     poses = tools.tour([(1.0, 1.0)], yaws=3)
     told = [furnished.frame(p, stamp_ns=n * 10**9, heatmap=heat) for n, p in enumerate(poses)]
     at_once, late = VoxelMap(MapConfig(), LABELS), VoxelMap(MapConfig(), LABELS)
-    assert late.learn(told[0]) == 0
+    assert late.integrate_heatmap(told[0]) == 0
     for voxel_map in (at_once, late):
         voxel_map.set_ooi("hat")
     for frame in told:
         report = at_once.integrate(frame)
         late.integrate(dataclasses.replace(frame, heatmap=None))
-        assert late.learn(frame) == report.labelled > 100
-    used = slice(int(at_once.pools.tally[N_ROWS]))
+        assert late.integrate_heatmap(frame) == report.labelled > 100
+    used = slice(int(at_once._pools.tally[N_ROWS]))
     for name in ("tsdf", "weight", "evidence", "state", "squared_distance", "settled"):
-        mine, theirs = getattr(late.pools, name), getattr(at_once.pools, name)
+        mine, theirs = getattr(late._pools, name), getattr(at_once._pools, name)
         np.testing.assert_array_equal(mine[used], theirs[used])
     used = slice(1, int(at_once.surface.tally[N_USED]))
     for name in ("voxel", "color", "color_count"):
@@ -127,7 +127,7 @@ def test_a_heatmap_that_comes_late_teaches_labels_and_leaves_depth_and_colour(to
     assert late.best_ooi() == pytest.approx(at_once.best_ooi(), abs=0.01)
     assert late.best_ooi() > 0.9
     with pytest.raises(ValueError, match="nothing without a heatmap"):
-        late.learn(dataclasses.replace(told[0], heatmap=None))
+        late.integrate_heatmap(dataclasses.replace(told[0], heatmap=None))
 
 
 def test_labels_and_ooi_follow_the_images(tools, furnished):

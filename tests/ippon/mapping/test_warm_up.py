@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from ippon.compiling import compile_beside
+from ippon.compiling import compile_in_second_process
 from ippon.mapping.warm_up import warm_up
 
 STEPS = ["geometry", "object probabilities", "object layers", "queries", "surface"]
@@ -26,7 +26,7 @@ def _printed_by(code):
     return done.stdout
 
 
-def test_the_process_beside_compiles_what_a_map_uses():
+def test_the_second_process_compiles_the_kernels_of_a_map():
     # In a process of its own: what is compiled stays compiled in this one.
     code = (
         "from ippon.mapping.warm_up import warm_up, warm_up_objects\n"
@@ -60,7 +60,7 @@ def test_the_first_far_evidence_finds_its_kernels_compiled():
 
 def test_the_block_waits_for_the_process_beside():
     start = time.monotonic()
-    with compile_beside("tests.ippon.mapping.test_warm_up", "take_a_second"):
+    with compile_in_second_process("tests.ippon.mapping.test_warm_up", "take_a_second"):
         pass
     assert time.monotonic() - start > 1.0
 
@@ -69,14 +69,14 @@ def test_an_error_in_the_block_does_not_wait():
     start = time.monotonic()
     with (
         pytest.raises(KeyError),
-        compile_beside("tests.ippon.mapping.test_warm_up", "take_a_minute"),
+        compile_in_second_process("tests.ippon.mapping.test_warm_up", "take_a_minute"),
     ):
         raise KeyError
     assert time.monotonic() - start < 20.0
 
 
 def test_a_process_beside_that_fails_is_no_error():
-    with compile_beside("tests.ippon.mapping.test_warm_up", "fail"):
+    with compile_in_second_process("tests.ippon.mapping.test_warm_up", "fail"):
         pass
 
 

@@ -7,7 +7,9 @@ import pytest
 
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import FREE, NOT_MAPPED, MapArrays
-from ippon.mapping.objects.surface_rows import NO_LABEL
+from ippon.mapping.config import MapConfig
+from ippon.mapping.objects.surface_voxels import NO_LABEL
+from ippon.mapping.voxel_map import VoxelMap
 from ippon.rooms.room_inference import (
     NO_ROOM,
     RoomConfig,
@@ -47,6 +49,8 @@ def home(left=(), right=(), count=300, confidence=254):
     level.reshape(-1)[voxels[1:]] = Level.AVERAGE
     shown = {
         "voxel_size": VOXEL_M,
+        "origin_block": np.array([0, 0, LAYER // 8]),
+        "directory": np.arange(len(blocks), dtype=np.int32).reshape(SIZE // 8, 6, 1),
         "state": state.reshape(-1, 512),
         "slab": np.arange(len(blocks), dtype=np.int32),
         "level": level,
@@ -57,12 +61,7 @@ def home(left=(), right=(), count=300, confidence=254):
         labels=MATTERPORT_40,
         revision=7,
         config=SimpleNamespace(voxel_size_m=VOXEL_M),
-        pools=SimpleNamespace(
-            tally=np.array([len(blocks), 0, 0]),
-            used=np.ones(len(blocks), np.uint8),
-            coord=coord,
-            state=arrays.state,
-        ),
+        block_coords=coord,
         surface=SimpleNamespace(
             tally=np.array([len(voxels), 0]),
             voxel=np.array(voxels, np.int32),
@@ -82,7 +81,7 @@ def types_of(rooms):
     return [rooms.types[n] if n != NO_ROOM else None for n in room]
 
 
-def test_rooms_are_told_apart_by_what_stands_in_them():
+def test_rooms_get_the_type_of_their_objects():
     rooms = infer(home(["sink", "toilet"], ["sink", "counter"]))
     assert types_of(rooms) == ["bathroom", "kitchen", None]
 
@@ -97,20 +96,25 @@ def test_rooms_are_told_apart_by_what_stands_in_them():
         ([], {}),
     ],
 )
-def test_what_tells_too_little_gives_no_type(left, change):
+def test_too_few_informative_objects_give_no_type(left, change):
     assert types_of(infer(home(left, **change)))[0] is None
 
 
 def test_an_empty_map_has_no_rooms():
-    empty = home()
-    empty.pools.used[:] = 0
+    empty = VoxelMap(MapConfig(memory_limit_mb=64.0), MATTERPORT_40)
     assert types_of(infer(empty)) == [None, None, None]
+
+
+def test_a_map_that_ends_below_the_open_height_has_no_rooms():
+    low = home()
+    low.arrays().directory[:] = -1
+    assert types_of(infer(low)) == [None, None, None]
 
 
 def test_probabilities_of_types_sum_to_one():
     _, shares = room_shares(MATTERPORT_40)
     seen = np.random.default_rng(0).integers(0, 500, (5, 40)).astype(np.float64)
-    probability, kinds = rate_types(seen, shares)
+    probability, kinds = rate_types(seen, shares, RoomConfig())
     assert np.allclose(probability.sum(axis=1), 1.0)
     assert (kinds > 1.0).all()
 
@@ -126,9 +130,13 @@ def test_the_room_at_a_place_has_a_name_in_words():
 
 @pytest.mark.parametrize(
     ("change", "text"),
-    [({"min_share": 0.3}, r"min_share must lie in \[0.5, 1\]"), ({"reach_m": 0.0}, "reach_m must")],
+    [
+        ({"min_share": 0.3}, r"min_share must lie in \[0.5, 1\]"),
+        ({"reach_m": 0.0}, "reach_m must"),
+        ({"odd_share": 0.0}, "odd_share must"),
+    ],
 )
-def test_settings_that_cannot_be_are_refused(change, text):
+def test_values_out_of_range_are_rejected(change, text):
     with pytest.raises(ValueError, match=text):
         RoomConfig(**change)
 
@@ -137,7 +145,7 @@ def test_evidence_is_a_copy_that_later_changes_of_the_map_do_not_affect():
     voxel_map = home(["sink", "toilet"], ["sink", "counter"])
     evidence = room_evidence(voxel_map, RoomConfig())
     before = types_of(infer_rooms(evidence, RoomConfig()))
-    voxel_map.pools.state[:] = 0
+    voxel_map._pools.state[:] = 0
     voxel_map.surface.label[:] = NO_LABEL
     assert types_of(infer_rooms(evidence, RoomConfig())) == before
     assert types_of(infer(voxel_map)) == [None, None, None]

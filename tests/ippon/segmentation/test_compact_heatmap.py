@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ippon.segmentation.compact_heatmap import keep_top, spread_out
+from ippon.segmentation.compact_heatmap import expand_top, keep_top
 
 
 @pytest.fixture
@@ -12,9 +12,9 @@ def probabilities():
 
 
 @pytest.mark.parametrize("count", [1, 3, 12, 40])
-def test_sums_stay_and_what_is_kept_is_exact(probabilities, count):
+def test_sums_and_kept_channels_are_exact(probabilities, count):
     top = keep_top(probabilities, count)
-    back = spread_out(top, 12)
+    back = expand_top(top, 12)
     assert (back.sum(axis=2, dtype=int) == 255).all()
     kept = np.take_along_axis(back, top.channels.transpose(1, 2, 0).astype(int), axis=2)
     np.testing.assert_array_equal(kept, top.values.transpose(1, 2, 0))
@@ -22,7 +22,7 @@ def test_sums_stay_and_what_is_kept_is_exact(probabilities, count):
 
 
 def test_all_labels_kept_is_the_heatmap(probabilities):
-    np.testing.assert_array_equal(spread_out(keep_top(probabilities, 12), 12), probabilities)
+    np.testing.assert_array_equal(expand_top(keep_top(probabilities, 12), 12), probabilities)
 
 
 def test_the_largest_are_kept(probabilities):
@@ -32,19 +32,19 @@ def test_the_largest_are_kept(probabilities):
 
 
 def test_the_object_of_interest_is_exact_however_small(probabilities):
-    back = spread_out(keep_top(probabilities, 2, always=7), 12)
+    back = expand_top(keep_top(probabilities, 2, always=7), 12)
     np.testing.assert_array_equal(back[..., 7], probabilities[..., 7])
 
 
-def test_what_is_left_out_is_shared_equally():
+def test_the_remainder_is_shared_equally():
     p = np.array([[[200, 30, 15, 7, 3]]], np.uint8)
-    back = spread_out(keep_top(p, 1), 5)
+    back = expand_top(keep_top(p, 1), 5)
     assert back[0, 0, 0] == 200
     assert sorted(back[0, 0, 1:].tolist()) == [13, 14, 14, 14]
 
 
-def test_a_count_of_none_and_channels_that_are_not_there_are_refused(probabilities):
+def test_a_count_of_zero_and_unknown_channels_are_rejected(probabilities):
     with pytest.raises(ValueError, match="at least one label a pixel is kept; got 0"):
         keep_top(probabilities, 0)
     with pytest.raises(ValueError, match="of 3"):
-        spread_out(keep_top(probabilities, 2), 3)
+        expand_top(keep_top(probabilities, 2), 3)

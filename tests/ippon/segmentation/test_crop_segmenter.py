@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ippon.observation import Heatmap
-from ippon.segmentation.crop_segmenter import CropConfig, CropSegmenter, Window, pasted
+from ippon.segmentation.crop_segmenter import CropConfig, CropSegmenter, Window, paste_heatmap
 
 LABELS = ("wall",)
 
@@ -76,12 +76,12 @@ def test_without_object_of_interest_there_is_one_look():
 def test_the_rim_of_the_crop_stays_except_at_the_images_border():
     whole = Heatmap(labels=LABELS, ooi=None, probabilities=np.zeros((20, 20, 1), np.uint8))
     part = Heatmap(labels=LABELS, ooi=None, probabilities=np.full((20, 20, 1), 9, np.uint8))
-    inner = pasted(whole, part, Window(0.25, 0.0, 0.5, 0.5), 0.1).probabilities[..., 0]
+    inner = paste_heatmap(whole, part, Window(0.25, 0.0, 0.5, 0.5), 0.1).probabilities[..., 0]
     rows, columns = np.flatnonzero(inner.any(axis=1)), np.flatnonzero(inner.any(axis=0))
     assert (rows[0], rows[-1]) == (6, 13)
     assert (columns[0], columns[-1]) == (0, 8)
 
 
-def test_a_crop_that_is_none_is_refused():
+def test_invalid_crops_are_rejected():
     with pytest.raises(ValueError, match="crop_share must be in"):
         CropConfig(crop_share=1.0)

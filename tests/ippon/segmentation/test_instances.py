@@ -30,7 +30,7 @@ def test_best_score_first_and_cut_off_at_the_border():
         ((10, 10, 30, 30), 1.5),
     ],
 )
-def test_what_is_no_finding_is_dropped_and_counted(box, score):
+def test_invalid_instances_are_dropped_and_counted(box, score):
     out = found([box, (10, 10, 30, 30)], [score, 0.5])
     assert len(out.instances) == 1
     assert out.dropped == 1

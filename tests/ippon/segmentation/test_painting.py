@@ -18,7 +18,7 @@ def scene():
     return depth
 
 
-def test_a_box_covers_what_is_as_near_as_its_middle():
+def test_a_box_covers_pixels_at_the_depth_of_its_middle():
     heat = paint(detections(Instance(label="table", score=0.8, box_px=(10, 30, 150, 110))), scene())
     table = heat.probabilities[..., heat.labels.index("table")]
     assert (table[41:99, 21:139] == 204).all()
@@ -26,7 +26,7 @@ def test_a_box_covers_what_is_as_near_as_its_middle():
     assert heat.kind == "scores"
 
 
-def test_what_lies_on_something_wins_its_pixels():
+def test_an_object_in_front_takes_the_pixels():
     table = Instance(label="table", score=0.8, box_px=(20, 40, 140, 100))
     cup = Instance(label="cup", score=0.6, box_px=(70, 60, 90, 80))
     heat = paint(detections(table, cup), scene()).probabilities
@@ -36,7 +36,7 @@ def test_what_lies_on_something_wins_its_pixels():
     assert heat[70, 80].tolist() == [204, 51]
 
 
-def test_nothing_is_said_without_depth_far_away_at_edges_and_at_the_border():
+def test_pixels_without_depth_far_away_or_at_edges_carry_no_evidence():
     depth = scene()
     depth[50:60, 50:60] = 0.0
     depth[70:80, 60:70] = 4.0
@@ -61,7 +61,7 @@ def test_depth_of_another_shape_is_refused():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_an_instance_is_painted_as_the_slow_way_does(seed):
+def test_painting_agrees_with_numpy(seed):
     rng = np.random.default_rng(seed)
     image = rng.integers(0, 256, (12, 14, 5)).astype(np.uint8)
     image[rng.random(image.shape) < 0.5] = NOTHING_SAID

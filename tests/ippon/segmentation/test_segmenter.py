@@ -47,7 +47,7 @@ def test_the_object_of_interest_is_the_last_channel_unless_it_is_common():
         (IMAGE, [str(k) for k in range(513)], None, "at most 512 labels; got 513"),
     ],
 )
-def test_what_is_no_image_or_no_vocabulary_is_refused(color, labels, ooi, said):
+def test_invalid_images_and_vocabularies_are_rejected(color, labels, ooi, said):
     with pytest.raises(ValueError, match=said):
         checked_channels(color, labels, ooi)
 

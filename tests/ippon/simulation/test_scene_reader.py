@@ -105,7 +105,7 @@ def test_missing_folder_and_files_are_named(tmp_path):
         (lambda d: d["rooms"][0].update(polygon=[[0, 0]]), "3 corners"),
     ],
 )
-def test_what_is_wrong_with_the_description_is_said(tmp_path, change, text):
+def test_errors_of_the_description_are_named(tmp_path, change, text):
     folder = _change(_write(tmp_path), change)
     with pytest.raises(SceneError, match=text):
         load_scene(folder)

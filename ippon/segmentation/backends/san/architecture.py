@@ -1,4 +1,4 @@
-"""Sizes of the released SAN models."""
+"""Architectures of the released SAN models."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -6,7 +6,7 @@ from typing import Final
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SanArchitecture:
-    """What fixes the shape of every weight of a SAN."""
+    """Sizes that determine the shape of every weight of a SAN."""
 
     clip_layers: int
     """Blocks of CLIP's image tower, those that recognise the masks included."""
@@ -14,11 +14,11 @@ class SanArchitecture:
     clip_heads: int
     clip_patch_px: int
     clip_image_px: int
-    """Side of the images that CLIP was trained with; fixes its positional embedding."""
+    """Side of CLIP's training images; determines its positional embedding."""
     clip_scale: float
-    """CLIP sees the image reduced by this factor, the side adapter sees it whole."""
+    """Scale of CLIP's input relative to the side adapter's."""
     recognition_from: int
-    """Blocks from this one on recognise masks instead of extracting features."""
+    """First block that classifies masks instead of extracting features."""
     embedding_width: int
     """Length of the embeddings that images and texts share."""
     text_layers: int
@@ -32,23 +32,23 @@ class SanArchitecture:
     side_patch_px: int = 16
     side_image_px: int = 640
     fusion: tuple[int, ...]
-    """CLIP's blocks whose output joins the side adapter before block 0, 1, 2 ... of its own."""
+    """CLIP blocks whose output is added before block 0, 1, 2 ... of the side adapter."""
     queries: int = 100
     mask_width: int = 256
 
     @property
     def clip_grid(self) -> int:
-        """Patches along one side of the images that CLIP was trained with."""
+        """Patches along one side of CLIP's training images."""
         return self.clip_image_px // self.clip_patch_px
 
     @property
     def side_grid(self) -> int:
-        """Patches along one side of the images that the side adapter was trained with."""
+        """Patches along one side of the side adapter's training images."""
         return self.side_image_px // self.side_patch_px
 
 
 SIZE_MULTIPLE_PX: Final = 32
-"""The network takes images whose sides are multiples of this."""
+"""Sides of input images are multiples of this."""
 
 RELEASED: Final = {
     "san_vit_b_16": SanArchitecture(
@@ -80,4 +80,4 @@ RELEASED: Final = {
         fusion=(0, 6, 12, 18),
     ),
 }
-"""The models that the authors released, by the names of their files."""
+"""The released models, by the names of their files."""

@@ -1,4 +1,4 @@
-"""Reads the released checkpoints."""
+"""Reader of the released checkpoints."""
 
 import pickle
 from collections.abc import Mapping
@@ -27,10 +27,10 @@ def find_checkpoint(model: str, folder: Path) -> Path:
 
     Args:
         model: A name of `RELEASED`, a file, or a folder that holds one; empty for the smaller.
-        folder: Where checkpoints lie that are given by name.
+        folder: Folder of checkpoints that are given by name.
 
     Raises:
-        CheckpointError: There is none; the text says which file to put where.
+        CheckpointError: There is no such file; the message says which file belongs where.
     """
     name = model or "san_vit_b_16"
     known = Path(name).stem in RELEASED
@@ -53,10 +53,10 @@ def find_checkpoint(model: str, folder: Path) -> Path:
 
 
 def find_tokenizer(checkpoint: Path) -> ClipTokenizer:
-    """Load the list of merges that lies beside a checkpoint.
+    """Load the list of merges beside a checkpoint.
 
     Raises:
-        CheckpointError: There is none, or it is damaged.
+        CheckpointError: The list is missing or damaged.
     """
     paths = [checkpoint.parent / name for name in FILE_NAMES]
     found = next((path for path in paths if path.is_file()), None)
@@ -69,11 +69,11 @@ def find_tokenizer(checkpoint: Path) -> ClipTokenizer:
 
 
 def load_network(path: Path, architecture: SanArchitecture | None = None) -> SanNetwork:
-    """Build the network that a checkpoint belongs to, with its weights.
+    """Return the network of a checkpoint, with its weights.
 
     Args:
         path: A `.pth` as released, or the same weights as `.safetensors`.
-        architecture: None tells it from the weights.
+        architecture: None to derive it from the weights.
 
     Raises:
         CheckpointError: Unreadable, or not the weights of a SAN.
@@ -87,7 +87,7 @@ def load_network(path: Path, architecture: SanArchitecture | None = None) -> San
 def network_of(
     state: Mapping[str, Tensor], architecture: SanArchitecture, source: str
 ) -> SanNetwork:
-    """Build a network around given weights.
+    """Return a network with given weights.
 
     Raises:
         CheckpointError: Weights are missing, unknown, or of another shape.
@@ -104,12 +104,13 @@ def _read(path: Path) -> dict[str, Tensor]:
     try:
         if path.suffix == ".safetensors":
             return load_file(path)
-        # Weights only: a checkpoint is data from somewhere else, and must not run code.
+        # Weights only: an untrusted checkpoint must not run code.
         content: Any = torch.load(path, map_location="cpu", weights_only=True)
     except (SafetensorError, pickle.UnpicklingError, RuntimeError, OSError, EOFError) as error:
         reason = str(error).split("\n", maxsplit=1)[0][:200]
         raise CheckpointError(
-            f"{path} is no checkpoint of weights ({reason}); download it again from {WEIGHTS_PAGE}"
+            f"{path} is not a checkpoint of weights ({reason}); "
+            f"download it again from {WEIGHTS_PAGE}"
         ) from error
     state = content.get("model", content) if isinstance(content, dict) else None
     if not isinstance(state, dict) or not all(isinstance(v, Tensor) for v in state.values()):

@@ -1,4 +1,4 @@
-"""CLIP as SAN uses it: a tower that extracts features, and its last blocks, which name masks."""
+"""CLIP in SAN: a tower that extracts features, and its last blocks, which classify masks."""
 
 import torch
 from torch import Tensor, nn
@@ -7,11 +7,11 @@ from torch.nn import functional
 from ippon.segmentation.backends.san.architecture import SanArchitecture
 
 NOT_LOOKED_AT = -100.0
-"""Added to the attention between tokens that must not look at one another."""
+"""Attention bias between tokens that do not attend to each other."""
 
 
 class ClipAttention(nn.Module):
-    """Multi-head self-attention with one bias for each pair of tokens."""
+    """Multi-head self-attention with a bias for each pair of tokens."""
 
     def __init__(self, width: int, heads: int) -> None:
         super().__init__()
@@ -21,11 +21,11 @@ class ClipAttention(nn.Module):
         self.out_proj = nn.Linear(width, width)
 
     def forward(self, x: Tensor, bias: Tensor | None) -> Tensor:
-        """Attend.
+        """Return the attention output, (B, L, width).
 
         Args:
             x: (B, L, width).
-            bias: Broadcast to (B, heads, L, L), added before the softmax; None for none.
+            bias: Broadcast to (B, heads, L, L), added before the softmax; or None.
         """
         joined = functional.linear(x, self.in_proj_weight, self.in_proj_bias)
         q, k, v = joined.unflatten(-1, (3, self.heads, -1)).permute(2, 0, 3, 1, 4)
@@ -34,7 +34,7 @@ class ClipAttention(nn.Module):
 
 
 class ClipMlp(nn.Module):
-    """The feed-forward part of a block, with the approximate GELU that OpenAI trained with."""
+    """Feed-forward part of a block, with OpenAI's approximate GELU."""
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -48,7 +48,7 @@ class ClipMlp(nn.Module):
 
 
 class ClipBlock(nn.Module):
-    """One residual block of CLIP, of either tower."""
+    """A residual block of either tower of CLIP."""
 
     def __init__(self, width: int, heads: int) -> None:
         super().__init__()
@@ -64,7 +64,7 @@ class ClipBlock(nn.Module):
 
 
 class FeatureTower(nn.Module):
-    """The first blocks of CLIP's image tower; their names are those of the checkpoint."""
+    """First blocks of CLIP's image tower; names are those of the checkpoint."""
 
     def __init__(self, architecture: SanArchitecture) -> None:
         super().__init__()
@@ -79,7 +79,7 @@ class FeatureTower(nn.Module):
         )
 
     def forward(self, image: Tensor) -> tuple[list[Tensor], tuple[int, int]]:
-        """Extract features.
+        """Return features after each block.
 
         Args:
             image: (B, 3, H, W), normalised.
@@ -106,10 +106,10 @@ class FeatureTower(nn.Module):
 
 
 class MaskRecogniser(nn.Module):
-    """The last blocks of CLIP's image tower: one embedding for each proposed mask.
+    """Last blocks of CLIP's image tower: one embedding per proposed mask.
 
-    Each query starts as the class token. It looks at the patches, biased by its mask's attention
-    bias, and at itself; nobody looks at queries, so the patches pass as they do in CLIP.
+    Each query starts as the class token. It attends to the patches, biased by its mask, and to
+    itself; other tokens do not attend to queries, so the patches are processed as in CLIP.
     """
 
     def __init__(self, architecture: SanArchitecture) -> None:
@@ -123,11 +123,11 @@ class MaskRecogniser(nn.Module):
         self.proj = nn.Parameter(torch.empty(a.clip_width, a.embedding_width))
 
     def forward(self, tokens: Tensor, attention: Tensor, grid: tuple[int, int]) -> Tensor:
-        """Embed the masks.
+        """Return the embeddings of the masks.
 
         Args:
             tokens: (B, 1 + h * w, width) of the tower's last block.
-            attention: (B, heads, Q, H, W), what each mask adds to the attention to each patch.
+            attention: (B, heads, Q, H, W), attention bias of each mask for each patch.
             grid: (h, w).
 
         Returns:

@@ -1,4 +1,4 @@
-"""From a name or file to a SAN that segments."""
+"""Loading of a SAN by name or file."""
 
 from pathlib import Path
 

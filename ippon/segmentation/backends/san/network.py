@@ -1,4 +1,4 @@
-"""The whole network: image and classifier weights in, masks and their classes out."""
+"""The SAN network: image and classifier weights in, masks and class logits out."""
 
 from torch import Tensor, nn
 from torch.nn import functional
@@ -10,7 +10,7 @@ from ippon.segmentation.backends.san.text import TextClassifier
 
 PIXEL_MEAN = (0.48145466, 0.4578275, 0.40821073)
 PIXEL_STD = (0.26862954, 0.26130258, 0.27577711)
-"""Of CLIP's training images, RGB in 0 to 1."""
+"""Mean and standard deviation of CLIP's training images, RGB in 0 to 1."""
 
 
 class SanNetwork(nn.Module):
@@ -28,7 +28,7 @@ class SanNetwork(nn.Module):
         self.ov_classifier = TextClassifier(architecture)
 
     def forward(self, image: Tensor, weights: Tensor) -> tuple[Tensor, Tensor]:
-        """Propose masks and say how well each label fits each.
+        """Return masks and the logit of each label for each mask.
 
         Args:
             image: (B, 3, H, W), `normalised` and padded to sides of `SIZE_MULTIPLE_PX`.
@@ -48,7 +48,7 @@ class SanNetwork(nn.Module):
 
 
 def normalised(image: Tensor) -> Tensor:
-    """Bring (B, 3, H, W) RGB in 0 to 255 to what the network was trained with."""
+    """Normalise (B, 3, H, W) RGB in 0 to 255 to the statistics of the training images."""
     mean = image.new_tensor(PIXEL_MEAN).view(3, 1, 1)
     std = image.new_tensor(PIXEL_STD).view(3, 1, 1)
     return (image / 255.0 - mean) / std

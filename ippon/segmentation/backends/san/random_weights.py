@@ -1,4 +1,4 @@
-"""A SAN that has learnt nothing: as fast as a trained one, for measuring and for tests."""
+"""A SAN with random weights, for timing and tests."""
 
 import torch
 from torch import Tensor
@@ -9,7 +9,7 @@ from ippon.segmentation.backends.san.network import SanNetwork
 
 
 def random_network(architecture: SanArchitecture, seed: int) -> SanNetwork:
-    """Return a network whose weights are drawn, each sized to keep activations near 1."""
+    """Return a network with random weights, scaled to keep activations near 1."""
     with torch.device("meta"):
         empty = SanNetwork(architecture).state_dict()
     generator = torch.Generator().manual_seed(seed)

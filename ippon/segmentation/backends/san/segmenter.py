@@ -1,4 +1,4 @@
-"""SAN as a segmenter: text embeddings cached, images brought to its size."""
+"""SAN as a segmenter, with cached text embeddings."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -20,7 +20,7 @@ from ippon.segmentation.prompts import VILD_TEMPLATES, words_of
 from ippon.segmentation.segmenter import checked_channels, heatmap_of, heatmap_size
 
 KEPT_LABELS: Final = 4096
-"""Labels whose embeddings are remembered."""
+"""Number of cached label embeddings."""
 
 
 class SanSegmenter:
@@ -44,20 +44,20 @@ class SanSegmenter:
         self.device = choose_device(config.device)
         self.dtype = choose_dtype(config.precision, self.device)
         self.embedded = 0
-        """Labels embedded so far: each only once, however often it is asked for."""
+        """Number of labels embedded so far; each is embedded once."""
         self._config = config
         self._tokenizer = tokenizer
         self._templates = tuple(templates)
         with memory_guard("moving SAN to its device"):
             network.to(self.device, self.dtype)
-            # Once a label is enough for full precision.
+            # Each label is embedded once, so full precision is affordable.
             self._text = network.ov_classifier.float()
         self._run = torch.compile(network) if config.compile else network
         self._embeddings: dict[str, Tensor] = {}
         self._weights: tuple[tuple[str, ...], Tensor] | None = None
 
     def segment(self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None) -> Heatmap:
-        """Tell how probable each label is at each pixel; see `Segmenter.segment`."""
+        """Return label probabilities at each pixel; see `Segmenter.segment`."""
         channels = checked_channels(color, labels, ooi)
         height, width = color.shape[:2]
         size = heatmap_size((height, width), self._config.longest_side_px)
@@ -92,7 +92,7 @@ class SanSegmenter:
         return functional.normalize(total, dim=-1)
 
     def _prepare(self, color: NDArray[np.uint8]) -> tuple[Tensor, tuple[float, float]]:
-        """Resize, normalise and pad; return also which share of both sides is image."""
+        """Resize, normalise and pad; return also the share of each side that is image."""
         image = as_tensor(color, self.device)
         scale = self._config.short_side_px / min(image.shape[2:])
         h, w = (max(1, round(side * scale)) for side in image.shape[2:])
@@ -104,9 +104,9 @@ class SanSegmenter:
 def label_probabilities(
     class_logits: Tensor, mask_logits: Tensor, seen: tuple[float, float], size: tuple[int, int]
 ) -> Tensor:
-    """Combine masks and their classes into probabilities per pixel.
+    """Return probabilities per pixel from masks and their classes.
 
-    SAN sums, over the masks, how surely a pixel lies in the mask times how well the label fits it.
+    SAN sums, over the masks, the probability of the pixel in the mask times that of the label.
 
     Args:
         class_logits: (Q, C + 1), the last column 'none of these'.

@@ -1,4 +1,4 @@
-"""The side adapter: a slim vision transformer that proposes masks from CLIP's features."""
+"""The side adapter: a small vision transformer that proposes masks from CLIP's features."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -13,7 +13,7 @@ from ippon.segmentation.backends.san.clip import resized_positions
 
 
 class SideAttention(nn.Module):
-    """Plain multi-head self-attention."""
+    """Multi-head self-attention."""
 
     def __init__(self, width: int, heads: int) -> None:
         super().__init__()
@@ -58,7 +58,7 @@ class SideBlock(nn.Module):
 
 
 class PatchEmbedding(nn.Module):
-    """Cuts the image into patches, under the checkpoint's name for it."""
+    """Patch embedding, under the checkpoint's name for it."""
 
     def __init__(self, patch_px: int, width: int) -> None:
         super().__init__()
@@ -66,7 +66,7 @@ class PatchEmbedding(nn.Module):
 
 
 class SideTransformer(nn.Module):
-    """The weights of the slim vision transformer; `SideAdapter` runs its blocks."""
+    """Weights of the small vision transformer; `SideAdapter` runs its blocks."""
 
     def __init__(self, architecture: SanArchitecture) -> None:
         super().__init__()
@@ -79,7 +79,7 @@ class SideTransformer(nn.Module):
 
 
 class ChannelNorm(nn.Module):
-    """Normalises (B, C, H, W) over the channels."""
+    """Normalisation of (B, C, H, W) over the channels."""
 
     def __init__(self, channels: int) -> None:
         super().__init__()
@@ -95,7 +95,7 @@ class ChannelNorm(nn.Module):
 
 
 class Fusion(nn.Module):
-    """Adds CLIP's features to the patches of the side adapter."""
+    """Addition of CLIP's features to the patches of the side adapter."""
 
     def __init__(self, clip_width: int, side_width: int) -> None:
         super().__init__()
@@ -106,7 +106,7 @@ class Fusion(nn.Module):
     def forward(
         self, tokens: Tensor, clip_grid: tuple[int, int], side_grid: tuple[int, int]
     ) -> Tensor:
-        """Bring (B, 1 + h * w, clip width) to (B, H * W, side width); the class token goes."""
+        """Map (B, 1 + h * w, clip width) to (B, H * W, side width), without the class token."""
         features = tokens[:, 1:].transpose(1, 2).unflatten(2, clip_grid)
         projected = functional.interpolate(
             self.input_proj(features), size=side_grid, mode="bilinear", align_corners=False
@@ -115,7 +115,7 @@ class Fusion(nn.Module):
 
 
 class Perceptron(nn.Module):
-    """Layers with ReLU between them: linear ones on tokens, 1x1 convolutions on images."""
+    """Layers with ReLU between them: linear on tokens, 1x1 convolutions on images."""
 
     def __init__(self, widths: Sequence[int], *, image: bool) -> None:
         super().__init__()
@@ -125,14 +125,14 @@ class Perceptron(nn.Module):
         )
 
     def forward(self, x: Tensor) -> Tensor:
-        """Run the layers."""
+        """Apply the layers."""
         for layer in self.layers[:-1]:
             x = functional.relu(layer(x))
         return self.layers[-1](x)
 
 
 class MaskDecoder(nn.Module):
-    """Makes masks and attention biases as inner products of queries and patches."""
+    """Masks and attention biases as inner products of queries and patches."""
 
     def __init__(self, architecture: SanArchitecture) -> None:
         super().__init__()
@@ -158,7 +158,7 @@ class MaskDecoder(nn.Module):
 
 
 class SideAdapter(nn.Module):
-    """Runs beside CLIP's tower and is fed by it."""
+    """Side adapter network, with features from CLIP's tower."""
 
     def __init__(self, architecture: SanArchitecture) -> None:
         super().__init__()
@@ -177,7 +177,7 @@ class SideAdapter(nn.Module):
     def forward(
         self, image: Tensor, features: list[Tensor], clip_grid: tuple[int, int]
     ) -> tuple[Tensor, Tensor]:
-        """Propose masks.
+        """Return proposed masks.
 
         Args:
             image: (B, 3, H, W), normalised.

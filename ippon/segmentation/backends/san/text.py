@@ -1,4 +1,4 @@
-"""CLIP's text tower, and the classifier of masks that label embeddings make."""
+"""CLIP's text tower, and the mask classifier from label embeddings."""
 
 import torch
 from torch import Tensor, nn
@@ -9,7 +9,7 @@ from ippon.segmentation.backends.san.clip import ClipBlock
 
 
 class TextTransformer(nn.Module):
-    """The blocks of the text tower, under the name that the checkpoint gives them."""
+    """Blocks of the text tower, under the checkpoint's name."""
 
     def __init__(self, width: int, heads: int, layers: int) -> None:
         super().__init__()
@@ -17,7 +17,7 @@ class TextTransformer(nn.Module):
 
 
 class TextClassifier(nn.Module):
-    """Embeds texts, and adds the learned embedding of 'none of these'."""
+    """Text embeddings, and the learned embedding of 'none of these'."""
 
     attn_mask: Tensor
 
@@ -35,7 +35,7 @@ class TextClassifier(nn.Module):
         self.register_buffer("attn_mask", causal)
 
     def embed(self, tokens: Tensor) -> Tensor:
-        """Embed texts.
+        """Return text embeddings.
 
         Args:
             tokens: (N, context) int64, padded with zeros; the end token has the highest number.
@@ -44,7 +44,7 @@ class TextClassifier(nn.Module):
             (N, embedding width), of unit length.
         """
         last = tokens.argmax(dim=-1)
-        # No token sees those after it, so the padding behind the longest text changes nothing.
+        # Attention is causal, so padding after the longest text can be dropped.
         length = int(last.max()) + 1
         x = self.token_embedding(tokens[:, :length]) + self.positional_embedding[:length]
         for block in self.transformer.resblocks:
@@ -53,7 +53,7 @@ class TextClassifier(nn.Module):
         return functional.normalize(x @ self.text_projection, dim=-1)
 
     def weights(self, embeddings: Tensor) -> Tensor:
-        """Return (C + 1, embedding width) weights of (C, embedding width) label embeddings.
+        """Return (C + 1, embedding width) classifier weights of (C, embedding width) labels.
 
         The last row is 'none of these'. Inner products with mask embeddings are logits.
         """

@@ -25,13 +25,13 @@ _WORD: Final = regex.compile(
 
 
 class ClipTokenizer:
-    """Turns text into the token numbers that CLIP was trained with."""
+    """Conversion of text to CLIP's token numbers."""
 
     def __init__(self, merges: Sequence[tuple[str, str]]) -> None:
         """Number the tokens: bytes, bytes that end a word, merges, start, end.
 
         Args:
-            merges: Pairs of tokens that become one, most important first.
+            merges: Pairs of tokens that are merged, in order of priority.
         """
         self._bytes = _byte_symbols()
         symbols = [self._bytes[b] for b in _printable_first()]
@@ -47,14 +47,14 @@ class ClipTokenizer:
         """Read the list of merges, as OpenAI's `.txt.gz` or as Hugging Face's `merges.txt`.
 
         Raises:
-            CheckpointError: No such file, or not such a list.
+            CheckpointError: The file is missing or not a list of merges.
         """
         try:
             packed = path.read_bytes()
             text = (gzip.decompress(packed) if path.suffix == ".gz" else packed).decode()
         except (OSError, EOFError, ValueError) as error:
             raise CheckpointError(f"cannot read CLIP's merges from {path}: {error}") from error
-        # The first line names the format's version; OpenAI's file goes on beyond what CLIP uses.
+        # The first line is the format's version; OpenAI's file has more merges than CLIP uses.
         lines = [line for line in text.split("\n")[1:] if line][:MERGES]
         pairs = [(p[0], p[1]) for p in (line.split() for line in lines) if len(p) == 2]
         if len(pairs) != MERGES:
@@ -78,7 +78,7 @@ class ClipTokenizer:
         return [self._number[piece] for word in words for piece in self._pieces_of(word)]
 
     def _pieces(self, word: str) -> tuple[str, ...]:
-        """Merge the bytes of a word, always the most important pair first."""
+        """Merge the bytes of a word, always the pair of highest priority first."""
         symbols = [self._bytes[b] for b in word.encode()]
         pieces = [*symbols[:-1], symbols[-1] + _END_OF_WORD]
         while len(pieces) > 1:
@@ -103,13 +103,13 @@ def _merged(pieces: list[str], pair: tuple[str, str]) -> list[str]:
 
 
 def _printable_first() -> list[int]:
-    """Order the bytes as CLIP does: those that print, then the rest."""
+    """Return the bytes in CLIP's order: printable ones, then the rest."""
     printable = [*range(ord("!"), ord("~") + 1), *range(0xA1, 0xAD), *range(0xAE, 0x100)]
     return [*printable, *sorted(set(range(256)) - set(printable))]
 
 
 def _byte_symbols() -> dict[int, str]:
-    """Give each byte a character that prints: itself, or one beyond the bytes."""
+    """Return a printable character for each byte."""
     order = _printable_first()
     printable = 188
     return {b: chr(b if k < printable else 256 + k - printable) for k, b in enumerate(order)}

@@ -1,1 +1,1 @@
-"""What the outputs of each family of detectors say."""
+"""Decoding of the outputs of each family of detectors."""

@@ -1,4 +1,4 @@
-"""The DETR family: a fixed number of boxes, each with scores of its own."""
+"""The DETR family: a fixed number of queries, each with a box and scores."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from ippon.segmentation.detectors.decoding.candidates import (
     from_centres,
     probabilities,
 )
-from ippon.segmentation.detectors.decoding.outlines import outlined
+from ippon.segmentation.detectors.decoding.outlines import mask_in_image
 from ippon.segmentation.detectors.decoding.yolo import one_hot
 from ippon.segmentation.detectors.image_input import Placement
 
@@ -23,14 +23,14 @@ def decode_queries(
     *,
     softmax: bool,
 ) -> Candidates:
-    """Decode logits and boxes as RT-DETR, D-FINE and RF-DETR have them, or the first DETR.
+    """Decode logits and boxes of RT-DETR, D-FINE, RF-DETR or the first DETR.
 
     Args:
-        logits: (Q, C), with a column for no class at the end where `softmax`.
+        logits: (Q, C), with a last column for no class if `softmax`.
         boxes: (Q, 4) centre x, y, width, height as shares of the input.
         masks: (Q, h, w) logits over the input; or None.
         input_size: (H, W) of the network's input.
-        softmax: Classes exclude each other (DETR); else each has its own probability.
+        softmax: Whether classes exclude each other (DETR), or have separate probabilities.
     """
     height, width = input_size
     pixels = from_centres(boxes.astype(np.float64)) * [width, height, width, height]
@@ -44,7 +44,7 @@ def decode_queries(
     outlines = masks
 
     def outline(rows: Sequence[int], place: Placement) -> list[NDArray[np.bool_]]:
-        return [outlined(probabilities(outlines[row]), place) for row in rows]
+        return [mask_in_image(probabilities(outlines[row]), place) for row in rows]
 
     return Candidates(boxes=pixels, scores=scores, distinct=True, masks=outline)
 
@@ -55,13 +55,13 @@ def decode_labelled(
     scores: NDArray[np.float32],
     classes: int,
 ) -> Candidates:
-    """Decode what RT-DETR's and D-FINE's own exports give, in pixels of the size they are told.
+    """Decode the outputs of RT-DETR's and D-FINE's own exports.
 
     Args:
         labels: (N,) numbers of classes.
         boxes: (N, 4) left, top, right, bottom in pixels of the input.
         scores: (N,) 0 to 1.
-        classes: Number of classes; rows of other numbers have no score.
+        classes: Number of classes; rows with other class numbers get score 0.
     """
     return Candidates(
         boxes=boxes.astype(np.float64), scores=one_hot(scores, labels, classes), distinct=True

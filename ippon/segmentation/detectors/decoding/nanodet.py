@@ -1,4 +1,4 @@
-"""NanoDet-Plus: class scores, and distances to the sides of a box as distributions."""
+"""NanoDet-Plus: class scores, and distributions of the distances to the sides of a box."""
 
 from typing import Final
 

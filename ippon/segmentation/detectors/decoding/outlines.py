@@ -1,4 +1,4 @@
-"""Masks of things as pictures of the network's input, cut to the image."""
+"""Masks in a network's input, cropped to the image."""
 
 from typing import Final
 
@@ -8,21 +8,21 @@ from numpy.typing import NDArray
 from ippon.segmentation.detectors.image_input import Placement
 
 _INSIDE: Final = 0.5
-"""Probability from which a pixel belongs to the thing."""
+"""Probability from which a pixel belongs to the object."""
 
 
-def outlined(
+def mask_in_image(
     chance: NDArray[np.float64], place: Placement, box: NDArray[np.float64] | None = None
 ) -> NDArray[np.bool_]:
-    """Return which part of the image a thing fills.
+    """Return the mask of an object in the image.
 
     Args:
-        chance: (h, w) probability that each part of the network's input belongs to it.
-        place: Where the image lies in the input.
-        box: (4,) left, top, right, bottom in pixels of the input, which the thing does not leave.
+        chance: (h, w) probability of the object over the network's input.
+        place: Position of the image in the input.
+        box: (4,) left, top, right, bottom in pixels of the input that bound the mask; or None.
 
     Returns:
-        (h', w') over the image and in proportion to it, about as fine as `chance`.
+        (h', w') bool over the image in its proportions, about as fine as `chance`.
     """
     inside = chance >= _INSIDE
     if box is not None:
@@ -35,7 +35,7 @@ def outlined(
 
 
 def _in_proportion(part: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.bool_]:
-    """Bring an (h, w) picture of an (H, W) image to its proportions, by the nearest pixels."""
+    """Resize an (h, w) mask to the proportions of an (H, W) image, by nearest neighbours."""
     longest = max(part.shape)
     scale = longest / max(size)
     height, width = (max(1, round(side * scale)) for side in size)

@@ -1,4 +1,4 @@
-"""YOLOX, YOLOv5 to YOLO11 and their like: one row or column a cell of three grids."""
+"""YOLOX, YOLOv5 to YOLO11 and similar: one row or column per cell of three grids."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -12,20 +12,20 @@ from ippon.segmentation.detectors.decoding.candidates import (
     grid_cells,
     probabilities,
 )
-from ippon.segmentation.detectors.decoding.outlines import outlined
+from ippon.segmentation.detectors.decoding.outlines import mask_in_image
 from ippon.segmentation.detectors.image_input import Placement
 
 STRIDES: Final = (8, 16, 32)
 _BOX, _OBJECTNESS = 4, 1
 _ON_GRID: Final = 0.9
-"""Correlation of the boxes' centres with their cells from which they are in pixels already."""
+"""Correlation of box centres with their cells from which boxes are already in pixels."""
 
 
 def decode_yolox(output: NDArray[np.float32], input_size: tuple[int, int]) -> Candidates:
     """Decode the output of YOLOX (Ge et al., 2021), with or without its grid applied.
 
-    Without, a centre is an offset from its cell in strides and an extent the logarithm of strides.
-    The centres tell which: in pixels they follow their cells over the image.
+    Without, centres are offsets from their cells in strides, and extents logarithms of strides.
+    Centres in pixels correlate with their cells, which decides between the two.
 
     Args:
         output: (A, 5 + C): centre x, y, width, height, objectness 0 to 1, class scores 0 to 1.
@@ -36,7 +36,7 @@ def decode_yolox(output: NDArray[np.float32], input_size: tuple[int, int]) -> Ca
     cells = grid_cells(input_size, STRIDES)
     if len(cells) == len(rows) and not on_grid(boxes, cells):
         stride = cells[:, 2:]
-        # Extents of noise are cut off before they overflow; no thing is e^10 strides wide.
+        # Clamp extents before they overflow; no object is e^10 strides wide.
         extents = np.exp(np.minimum(boxes[:, 2:], 10.0)) * stride
         boxes = np.concatenate([(boxes[:, :2] + cells[:, :2]) * stride, extents], axis=1)
     scores = rows[:, _BOX : _BOX + 1] * rows[:, _BOX + _OBJECTNESS :]
@@ -44,7 +44,7 @@ def decode_yolox(output: NDArray[np.float32], input_size: tuple[int, int]) -> Ca
 
 
 def on_grid(boxes: NDArray[np.float64], cells: NDArray[np.float64]) -> bool:
-    """Tell whether (A, 4) boxes are in pixels of the input: their centres follow their cells."""
+    """Tell whether (A, 4) boxes are in pixels: their centres correlate with their cells."""
     middles = (cells[:, :2] + 0.5) * cells[:, 2:]
     for axis in (0, 1):
         place, centre = middles[:, axis], boxes[:, axis]
@@ -56,11 +56,11 @@ def on_grid(boxes: NDArray[np.float64], cells: NDArray[np.float64]) -> bool:
 
 
 def decode_yolov8(outputs: Sequence[NDArray[np.float32]], classes: int) -> Candidates:
-    """Decode the output of YOLOv8, YOLO11 and their like, with masks where there are prototypes.
+    """Decode the output of YOLOv8, YOLO11 and similar, with masks if there are prototypes.
 
     Args:
         outputs: (4 + C + M, A): centre x, y, width, height in pixels of the input, class scores 0
-            to 1, then M coefficients of masks; then (M, h, w) prototypes where M > 0.
+            to 1, then M coefficients of masks; then (M, h, w) prototypes if M > 0.
         classes: C.
     """
     columns = outputs[0].astype(np.float64).T
@@ -76,18 +76,19 @@ def decode_yolov8(outputs: Sequence[NDArray[np.float32]], classes: int) -> Candi
             probabilities(np.tensordot(coefficients[row], prototypes, axes=1)) for row in rows
         ]
         return [
-            outlined(chance, place, boxes[row]) for row, chance in zip(rows, chances, strict=True)
+            mask_in_image(chance, place, boxes[row])
+            for row, chance in zip(rows, chances, strict=True)
         ]
 
     return Candidates(boxes=boxes, scores=scores, masks=masks)
 
 
 def decode_rows(output: NDArray[np.float32], classes: int) -> Candidates:
-    """Decode the output of networks that suppress by themselves, as YOLOv10 and YOLO26 do.
+    """Decode the output of networks with built-in suppression, such as YOLOv10 and YOLO26.
 
     Args:
         output: (N, 6): left, top, right, bottom in pixels of the input, score, number of the class.
-        classes: Number of classes; rows of other numbers have no score.
+        classes: Number of classes; rows with other class numbers get score 0.
     """
     rows = output.astype(np.float64)
     scores = one_hot(rows[:, 4], rows[:, 5], classes)
@@ -97,7 +98,7 @@ def decode_rows(output: NDArray[np.float32], classes: int) -> Candidates:
 def one_hot(
     scores: NDArray[np.floating], numbers: NDArray[np.generic], classes: int
 ) -> NDArray[np.float64]:
-    """Return (N, C) scores, each in the column of its class; none for numbers outside 0 to C."""
+    """Return (N, C) scores, each in the column of its class; zeros for classes outside 0 to C."""
     spread = np.zeros((len(scores), classes))
     finite = np.asarray(numbers, np.float64)
     rows = np.flatnonzero((finite >= 0) & (finite < classes))

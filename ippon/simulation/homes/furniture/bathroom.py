@@ -106,11 +106,11 @@ def bathtub(rng: np.random.Generator) -> Model:
 
 
 def shower(rng: np.random.Generator, *, glass_left: bool) -> Model:
-    """Make a shower tray with a head on the back wall and one pane of glass at its side.
+    """Make a shower tray with a head at the back wall and a glass pane at one side.
 
     Args:
         rng: Randomness.
-        glass_left: On which side (seen from the wall, -x) the pane stands.
+        glass_left: Whether the pane stands at -x.
     """
     w, d = uniform(rng, 0.85, 1.1), uniform(rng, 0.8, 0.95)
     b = MeshBuilder()
@@ -128,7 +128,7 @@ def shower(rng: np.random.Generator, *, glass_left: bool) -> Model:
 
 
 def bathroom_mirror(rng: np.random.Generator, style: Style) -> Model:
-    """Make a flat panel in a frame, as wide as a basin; its lower edge is at z = 0."""
+    """Make a framed mirror as wide as a basin; its lower edge is at z = 0."""
     w, h = uniform(rng, 0.45, 0.8), uniform(rng, 0.6, 0.85)
     b = MeshBuilder()
     b.box((-w / 2, 0.0, 0.0), (w / 2, 0.03, h), style.metal)
@@ -152,7 +152,7 @@ def towel_rail(rng: np.random.Generator) -> Model:
 
 
 def laundry_basket(rng: np.random.Generator) -> Model:
-    """Make a round basket with clothes looking out."""
+    """Make a round basket with clothes in it."""
     color = vary(rng, pick(rng, ((196, 168, 124), (230, 226, 218), (96, 104, 110))), 0.1)
     r = uniform(rng, 0.19, 0.24)
     b = MeshBuilder()
@@ -162,7 +162,7 @@ def laundry_basket(rng: np.random.Generator) -> Model:
 
 
 def bath_mat(rng: np.random.Generator) -> Model:
-    """Make a mat that lies on the floor."""
+    """Make a mat for the floor."""
     w, d = uniform(rng, 0.6, 0.8), uniform(rng, 0.42, 0.52)
     b = MeshBuilder()
     b.box((-w / 2, 0.0, 0.001), (w / 2, d, 0.015), accent(rng))

@@ -1,4 +1,4 @@
-"""Beds and what stands round them."""
+"""Beds and bedside tables."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from ippon.simulation.homes.furniture.style import (
 
 
 def bed(rng: np.random.Generator, style: Style, width: float) -> Model:
-    """Make a bed whose headboard is at its back, y = 0.
+    """Make a bed with its headboard at the back, y = 0.
 
     Args:
         rng: Randomness.
@@ -127,7 +127,7 @@ def nightstand(rng: np.random.Generator, style: Style) -> Model:
 
 
 def crib(rng: np.random.Generator, style: Style) -> Model:
-    """Make a small bed with bars."""
+    """Make a child's bed with bars."""
     w, length, frame = 0.7, 1.3, wood(rng, style)
     b = MeshBuilder()
     b.box((-w / 2 + 0.03, 0.03, 0.3), (w / 2 - 0.03, length - 0.03, 0.44), (238, 236, 230))

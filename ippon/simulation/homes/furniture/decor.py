@@ -27,7 +27,7 @@ def plant(rng: np.random.Generator, *, height: float) -> Model:
 
     Args:
         rng: Randomness.
-        height: Height with its leaves, in metres; below half a metre it is one for a table.
+        height: Height with leaves, metres; a plant below 0.5 m stands on tables.
     """
     pot_h = min(0.38, 0.32 * height) if height > 0.5 else 0.4 * height
     r = max(0.05, 0.5 * pot_h)
@@ -87,7 +87,7 @@ def flowers(rng: np.random.Generator) -> Model:
 
 
 def floor_lamp(rng: np.random.Generator, style: Style) -> Model:
-    """Make a lamp on a high stand."""
+    """Make a floor lamp."""
     h, r = uniform(rng, 1.4, 1.75), uniform(rng, 0.15, 0.22)
     b = MeshBuilder()
     b.frustum((0.0, 0.2), (0.0, 0.03), (0.15, 0.14), style.metal)
@@ -97,7 +97,7 @@ def floor_lamp(rng: np.random.Generator, style: Style) -> Model:
 
 
 def table_lamp(rng: np.random.Generator) -> Model:
-    """Make a lamp for a table or bedside."""
+    """Make a lamp for a table or nightstand."""
     h, color = uniform(rng, 0.34, 0.48), accent(rng)
     b = MeshBuilder()
     b.frustum((0.0, 0.11), (0.0, 0.5 * h), (0.07, 0.03), color, sides=8)
@@ -116,7 +116,7 @@ def ceiling_lamp(rng: np.random.Generator, ceiling: float) -> Model:
 
 
 def television(rng: np.random.Generator, diagonal_m: float, *, on_stand: bool) -> Model:
-    """Make a flat screen; on a stand, or to hang with its lower edge at z = 0."""
+    """Make a flat screen, on a stand or for the wall with its lower edge at z = 0."""
     w, h = 0.872 * diagonal_m, 0.49 * diagonal_m
     z = 0.07 if on_stand else 0.0
     y = 0.12 if on_stand else 0.02
@@ -153,7 +153,7 @@ def picture(rng: np.random.Generator) -> Model:
 
 
 def wall_mirror(rng: np.random.Generator, style: Style) -> Model:
-    """Make a tall flat panel in a frame for a hall or bedroom; it stands on z = 0."""
+    """Make a tall framed mirror that stands on z = 0, for a hall or bedroom."""
     w, h = uniform(rng, 0.4, 0.6), uniform(rng, 1.3, 1.7)
     b = MeshBuilder()
     b.box((-w / 2, 0.0, 0.0), (w / 2, 0.03, h), wood(rng, style))
@@ -162,7 +162,7 @@ def wall_mirror(rng: np.random.Generator, style: Style) -> Model:
 
 
 def curtain(rng: np.random.Generator, style: Style, width: float, top: float) -> Model:
-    """Make one side of a pair of curtains in folds, from near the floor up to `top` metres."""
+    """Make one side of a pair of curtains, from near the floor up to `top` metres."""
     color = fabric(rng, style)
     folds = max(3, round(width / 0.07))
     b = MeshBuilder()
@@ -190,7 +190,7 @@ def rug(rng: np.random.Generator, style: Style, width: float, depth: float) -> M
 
 
 def radiator(rng: np.random.Generator) -> Model:
-    """Make a ribbed radiator that hangs under a window; z = 0 is the floor."""
+    """Make a ribbed radiator for below a window; z = 0 is the floor."""
     w = uniform(rng, 0.6, 1.2)
     b = MeshBuilder()
     b.box((-w / 2, 0.03, 0.12), (w / 2, 0.09, 0.66), (232, 232, 230))

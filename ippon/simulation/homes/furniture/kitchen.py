@@ -17,7 +17,7 @@ def _machine_color(rng: np.random.Generator) -> tuple[int, int, int]:
 
 
 def counter(rng: np.random.Generator, style: Style, width: float) -> Model:
-    """Make a stretch of floor cupboards under a worktop."""
+    """Make base cabinets under a worktop."""
     h, d = COUNTER_HEIGHT_M, COUNTER_DEPTH_M
     b = MeshBuilder()
     b.box((-width / 2, 0.03, 0.0), (width / 2, d - 0.05, 0.1), shade(style.front, 0.5))
@@ -58,7 +58,7 @@ def counter(rng: np.random.Generator, style: Style, width: float) -> Model:
 
 
 def sink_unit(rng: np.random.Generator, style: Style) -> Model:
-    """Make a basin with a tap, to sit on a worktop; z = 0 is the worktop."""
+    """Make a basin with a tap for a worktop; z = 0 is the worktop."""
     w = uniform(rng, 0.5, 0.7)
     b = MeshBuilder()
     dark = shade(_STEEL, 0.6)
@@ -71,7 +71,7 @@ def sink_unit(rng: np.random.Generator, style: Style) -> Model:
 
 
 def hob(rng: np.random.Generator) -> Model:
-    """Make a glass hob, to lie on a worktop."""
+    """Make a glass hob for a worktop."""
     w = uniform(rng, 0.56, 0.6)
     b = MeshBuilder()
     b.box((-w / 2, 0.06, 0.0), (w / 2, 0.55, 0.012), (28, 28, 30))
@@ -98,7 +98,7 @@ def cooker(rng: np.random.Generator) -> Model:
 
 
 def range_hood(rng: np.random.Generator) -> Model:
-    """Make a hood for over a stove; its underside is at z = 0."""
+    """Make a range hood; its underside is at z = 0."""
     color = vary(rng, _STEEL, 0.1)
     b = MeshBuilder()
     b.box((-0.3, 0.0, 0.0), (0.3, 0.48, 0.12), color, taper=0.05)
@@ -123,7 +123,7 @@ def fridge(rng: np.random.Generator) -> Model:
 
 
 def washing_machine(rng: np.random.Generator, *, dryer: bool = False) -> Model:
-    """Make a machine with a round door at its front."""
+    """Make a washing machine or dryer with a round door."""
     color = vary(rng, _WHITE if chance(rng, 0.8) else (70, 72, 76), 0.04)
     b = MeshBuilder()
     b.box((-0.3, 0.0, 0.02), (0.3, 0.56, 0.85), color)
@@ -167,7 +167,7 @@ def dishwasher(rng: np.random.Generator, style: Style) -> Model:
 
 
 def wall_cupboard(style: Style, width: float) -> Model:
-    """Make a cupboard for over a counter; its underside is at z = 0."""
+    """Make a wall cabinet; its underside is at z = 0."""
     b = MeshBuilder()
     b.box((-width / 2, 0.0, 0.0), (width / 2, 0.33, 0.68), style.front)
     count = max(1, round(width / 0.5))
@@ -180,7 +180,7 @@ def wall_cupboard(style: Style, width: float) -> Model:
 
 
 def island(rng: np.random.Generator, style: Style) -> Model:
-    """Make a block of cupboards to stand at, in the middle of a kitchen."""
+    """Make a kitchen island of cabinets."""
     w, d = uniform(rng, 1.2, 1.9), uniform(rng, 0.75, 0.95)
     b = MeshBuilder()
     color = style.front if chance(rng, 0.5) else wood(rng, style)

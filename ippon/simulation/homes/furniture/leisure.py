@@ -1,4 +1,4 @@
-"""Exercise machines, a piano, clothes on stands: what only some homes have."""
+"""Exercise machines, a piano, coat stands and other pieces that only some homes have."""
 
 import math
 
@@ -37,7 +37,7 @@ def exercise_bike(rng: np.random.Generator) -> Model:
 
 
 def treadmill(rng: np.random.Generator) -> Model:
-    """Make a treadmill; one steps on at its back."""
+    """Make a treadmill, accessed from its back."""
     b = MeshBuilder()
     b.box((-0.36, 0.0, 0.0), (0.36, 1.5, 0.18), _DARK)
     b.box((-0.26, 0.05, 0.18), (0.26, 1.45, 0.185), (88, 88, 92))
@@ -65,14 +65,14 @@ def dumbbells(rng: np.random.Generator) -> Model:
 
 
 def yoga_ball(rng: np.random.Generator) -> Model:
-    """Make a big ball to sit on."""
+    """Make an exercise ball."""
     r = uniform(rng, 0.27, 0.34)
     b = MeshBuilder().ball((0.0, r, r), (r, r, r), accent(rng), sides=12, rings=8)
     return make_model("gym_equipment", "exercise ball", b)
 
 
 def piano(rng: np.random.Generator) -> Model:
-    """Make an upright piano; one plays at its front."""
+    """Make an upright piano, played at its front."""
     color = vary(rng, pick(rng, ((30, 28, 28), (110, 68, 42), (236, 234, 230))), 0.08)
     b = MeshBuilder()
     b.box((-0.74, 0.0, 0.0), (0.74, 0.36, 1.2), color)

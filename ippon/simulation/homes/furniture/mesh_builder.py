@@ -1,4 +1,4 @@
-"""Coloured triangle meshes put together from simple solids."""
+"""Coloured triangle meshes, built from simple solids."""
 
 import math
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ class Mesh:
 
 
 class MeshBuilder:
-    """Collects solids; every method adds one and returns the builder."""
+    """Collects solids; each method adds one and returns the builder."""
 
     def __init__(self) -> None:
         self._vertices: list[NDArray[np.float64]] = []
@@ -48,7 +48,7 @@ class MeshBuilder:
         self._count = 0
 
     def build(self) -> Mesh:
-        """Return everything that was added as one mesh."""
+        """Return all solids as one mesh."""
         return Mesh(
             vertices=np.concatenate(self._vertices),
             faces=np.concatenate(self._faces),
@@ -82,7 +82,7 @@ class MeshBuilder:
         taper: float = 0.0,
         faces: dict[str, Color] | None = None,
     ) -> "MeshBuilder":
-        """Add an upright box; its top is drawn in by `taper` metres on every side.
+        """Add an upright box whose top is `taper` metres narrower on every side.
 
         Args:
             low: Lowest corner.
@@ -206,7 +206,7 @@ class MeshBuilder:
         width: float,
         color: Color,
     ) -> "MeshBuilder":
-        """Add a flat pointed leaf, folded at its middle so that it shows from every side."""
+        """Add a flat pointed leaf, folded along its middle to be visible from every side."""
         a, b = np.array(base), np.array(tip)
         side = np.cross(b - a, [0.0, 0.0, 1.0])
         norm = float(np.linalg.norm(side))

@@ -1,4 +1,4 @@
-"""What a piece of furniture is before it has a place: mesh, name, and where things can lie."""
+"""A piece of furniture without a position: mesh, name, and surfaces for other objects."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from ippon.simulation.homes.furniture.mesh_builder import Mesh, MeshBuilder
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surface:
-    """A level patch that things can lie on, in the frame of the model that has it."""
+    """A level surface for objects, in the frame of its model; metres."""
 
     x0: float
     y0: float
@@ -15,13 +15,13 @@ class Surface:
     y1: float
     z: float
     kind: str
-    """What it belongs to: table, counter, bedside, desk, seat, bed, shelf, sink, floor."""
+    """What it is part of: table, counter, bedside, desk, seat, bed, shelf, sink, floor."""
     headroom_m: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
-    """A shape with its name; x runs along its width about 0, y from its back (0) to its front."""
+    """A named mesh; x runs along its width, centred, and y from its back (0) to its front."""
 
     category: str
     label: str
@@ -41,12 +41,12 @@ class Model:
 
     @property
     def height_m(self) -> float:
-        """Height of its top above z = 0, where it stands or hangs."""
+        """Height of the top above z = 0."""
         return float(self.mesh.vertices[:, 2].max())
 
 
 def make_model(
     category: str, label: str, builder: MeshBuilder, surfaces: tuple[Surface, ...] = ()
 ) -> Model:
-    """Finish a builder into a model."""
+    """Return the model of a finished builder."""
     return Model(category=category, label=label, mesh=builder.build(), surfaces=surfaces)

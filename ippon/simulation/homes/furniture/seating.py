@@ -1,4 +1,4 @@
-"""Things to sit on."""
+"""Chairs, sofas and other seats."""
 
 import math
 
@@ -12,7 +12,7 @@ from ippon.simulation.homes.furniture.style import Style, chance, fabric, pick, 
 def _legs(
     b: MeshBuilder, width: float, depth: float, height: float, thickness: float, color: Color
 ) -> None:
-    """Add four legs under a seat or top of this size, y from 0."""
+    """Add four legs under a seat or top of this size, from y = 0."""
     t = thickness
     for x in (-width / 2 + t, width / 2 - t):
         for y in (t, depth - t):
@@ -43,7 +43,7 @@ def chair(rng: np.random.Generator, style: Style) -> Model:
 
 
 def office_chair(rng: np.random.Generator, style: Style) -> Model:
-    """Make a swivel chair on a star foot."""
+    """Make a swivel chair on a star base."""
     color = pick(rng, ((40, 42, 46), (88, 92, 98), fabric(rng, style)))
     b = MeshBuilder()
     for k in range(5):
@@ -72,7 +72,7 @@ def armchair(rng: np.random.Generator, style: Style) -> Model:
 
 
 def sofa(rng: np.random.Generator, style: Style, width: float) -> Model:
-    """Make a sofa of about this width in metres."""
+    """Make a sofa of about this width, metres."""
     d, h = uniform(rng, 0.82, 0.98), uniform(rng, 0.72, 0.9)
     seats = 2 if width < 1.75 else 3
     return _upholstered(rng, style, (width, d, h), seats=seats, name=("sofa", "sofa"))
@@ -86,7 +86,7 @@ def _upholstered(
     seats: int,
     name: tuple[str, str],
 ) -> Model:
-    """Make frame, back, arms, and as many seat and back pads as there are seats."""
+    """Make frame, back, arms, and one seat and back pad per seat."""
     w, d, h = size
     color = fabric(rng, style)
     pad = shade(color, uniform(rng, 1.04, 1.18))
@@ -112,7 +112,7 @@ def _upholstered(
 
 
 def corner_sofa(rng: np.random.Generator, style: Style, width: float) -> Model:
-    """Make a sofa with a long seat to lie on at one end."""
+    """Make a sofa with a chaise longue at one end."""
     straight = sofa(rng, style, width)
     color: Color = tuple(straight.mesh.colors[-1].tolist())  # type: ignore[assignment]
     side = 1.0 if chance(rng, 0.5) else -1.0
@@ -125,7 +125,7 @@ def corner_sofa(rng: np.random.Generator, style: Style, width: float) -> Model:
 
 
 def stool(rng: np.random.Generator, style: Style, *, bar: bool = False) -> Model:
-    """Make a stool, or a high one for a bar."""
+    """Make a stool or a bar stool."""
     h = uniform(rng, 0.64, 0.76) if bar else uniform(rng, 0.42, 0.5)
     r = uniform(rng, 0.16, 0.2)
     color = wood(rng, style)
@@ -171,7 +171,7 @@ def bench(rng: np.random.Generator, style: Style) -> Model:
 
 
 def cushion(rng: np.random.Generator, color: Color, label: str = "cushion") -> Model:
-    """Make a cushion that leans against a back, or a pillow that lies on a bed."""
+    """Make a cushion that leans against a back, or a pillow."""
     b = MeshBuilder()
     if label == "pillow":
         w, d = uniform(rng, 0.5, 0.68), uniform(rng, 0.34, 0.42)

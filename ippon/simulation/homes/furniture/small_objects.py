@@ -1,4 +1,4 @@
-"""Small things that people leave about: each stands at z = 0 on whatever carries it."""
+"""Small household objects; each stands at z = 0 on its support."""
 
 import math
 from collections.abc import Callable
@@ -331,18 +331,20 @@ SMALL_THINGS: tuple[str, ...] = (*_OBJECTS, *_CLOTHES)
 
 
 def small_thing(rng: np.random.Generator, label: str) -> Model:
-    """Make a small thing about the origin, standing on z = 0.
+    """Make a small object around the origin, standing on z = 0.
 
     Args:
-        rng: Randomness of its colours and proportions.
+        rng: Random colours and proportions.
         label: One of `SMALL_THINGS`.
 
     Raises:
-        ValueError: The label is none of them.
+        ValueError: The label is not one of them.
     """
     maker = _OBJECTS.get(label) or _CLOTHES.get(label)
     if maker is None:
-        raise ValueError(f"no small thing is called {label!r}; there are {', '.join(SMALL_THINGS)}")
+        raise ValueError(
+            f"no small object is called {label!r}; there are {', '.join(SMALL_THINGS)}"
+        )
     b = MeshBuilder()
     maker(rng, b)
     return make_model("objects" if label in _OBJECTS else "clothes", label, b)

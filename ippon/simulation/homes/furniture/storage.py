@@ -1,4 +1,4 @@
-"""Cupboards, drawers and shelves."""
+"""Cabinets, chests of drawers and shelves."""
 
 import numpy as np
 
@@ -24,12 +24,12 @@ def _fronts(
     color: Color,
     handle: Color,
 ) -> None:
-    """Add a grid of doors or drawers, each with a handle, on the front at `y`.
+    """Add a grid of doors or drawers with handles on the front at `y`.
 
     Args:
-        b: Where to add.
+        b: Builder that receives the fronts.
         box: x0, z0, x1, z1 of the front.
-        y: Where the front is.
+        y: Position of the front.
         grid: Columns and rows.
         color: Colour of the fronts.
         handle: Colour of the handles.
@@ -58,7 +58,7 @@ def _fronts(
 
 
 def wardrobe(rng: np.random.Generator, style: Style, width: float) -> Model:
-    """Make a wardrobe of this width in metres."""
+    """Make a wardrobe of this width, metres."""
     d, h = uniform(rng, 0.55, 0.62), uniform(rng, 1.95, 2.3)
     body = style.front if chance(rng, 0.5) else wood(rng, style)
     b = MeshBuilder()
@@ -117,7 +117,7 @@ def tv_stand(rng: np.random.Generator, style: Style, width: float) -> Model:
 
 
 def bookshelf(rng: np.random.Generator, style: Style, width: float) -> Model:
-    """Make an open bookshelf with rows of books; some boards are left for other things."""
+    """Make an open bookshelf with rows of books; some boards stay free for other objects."""
     d, h = uniform(rng, 0.27, 0.36), uniform(rng, 1.5, 2.1)
     color = wood(rng, style)
     rows = max(3, round(h / 0.38))
@@ -160,7 +160,7 @@ def _books(
     gap: float,
     depth: float,
 ) -> float:
-    """Fill a board with groups of books from x0 to x1; return where they end."""
+    """Fill a board with groups of books from x0; return where they end."""
     x = x0
     while x < x1 - 0.03:
         w = uniform(rng, 0.03, 0.09)
@@ -177,7 +177,7 @@ def _books(
 
 
 def low_shelf(rng: np.random.Generator, style: Style) -> Model:
-    """Make a low open shelf of cubes, as for toys, shoes or records."""
+    """Make a low open shelf of cubes."""
     columns = int(pick(rng, (2, 3, 4)))
     cell, d = uniform(rng, 0.33, 0.4), uniform(rng, 0.32, 0.4)
     w, h = columns * cell, 2 * cell
@@ -216,7 +216,7 @@ def wall_shelf(rng: np.random.Generator, style: Style) -> Model:
 
 
 def shoe_rack(rng: np.random.Generator, style: Style) -> Model:
-    """Make a rack of slanted boards for shoes."""
+    """Make a shoe rack with slanted boards."""
     w, d = uniform(rng, 0.6, 0.9), 0.3
     color = wood(rng, style)
     b = MeshBuilder()

@@ -1,4 +1,4 @@
-"""Colours: one taste per home, so that its things go together."""
+"""Colours that the furniture of a home shares."""
 
 from dataclasses import dataclass
 from typing import TypeVar
@@ -36,28 +36,28 @@ _TILE_FLOORS: tuple[Color, ...] = (
 
 
 def pick(rng: np.random.Generator, options: tuple[T, ...]) -> T:
-    """Choose one of `options`, all alike."""
+    """Return one of `options`, with equal probability."""
     return options[int(rng.integers(len(options)))]
 
 
 def uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    """Draw a length or share between two bounds."""
+    """Return a uniform random number between two bounds."""
     return float(rng.uniform(low, high))
 
 
 def chance(rng: np.random.Generator, probability: float) -> bool:
-    """Toss a coin that shows heads with this probability."""
+    """Return True with this probability."""
     return bool(rng.random() < probability)
 
 
 def shade(color: Color, factor: float) -> Color:
-    """Make a colour darker (factor below 1) or lighter."""
+    """Return a darker (factor below 1) or lighter colour."""
     r, g, b = (max(0, min(255, round(c * factor))) for c in color)
     return r, g, b
 
 
 def vary(rng: np.random.Generator, color: Color, amount: float = 0.12) -> Color:
-    """Shift a colour a little, in brightness and in each channel."""
+    """Return a colour with random changes of brightness and of each channel."""
     factor = 1.0 + amount * float(rng.uniform(-1.0, 1.0))
     shift = rng.uniform(-0.25 * amount, 0.25 * amount, 3) * 255.0
     r, g, b = (
@@ -85,7 +85,7 @@ class Style:
 
 
 def make_style(rng: np.random.Generator) -> Style:
-    """Draw the taste of one home."""
+    """Draw the colours of one home."""
     wood = vary(rng, pick(rng, _WOODS))
     front = pick(rng, ((240, 240, 236), (228, 224, 214), (96, 106, 110), (70, 92, 88), wood))
     return Style(
@@ -106,22 +106,22 @@ def make_style(rng: np.random.Generator) -> Style:
 
 
 def accent(rng: np.random.Generator) -> Color:
-    """Draw a colour for something small that stands out."""
+    """Draw a contrasting colour for a small object."""
     return vary(rng, pick(rng, _ACCENTS), 0.15)
 
 
 def fabric(rng: np.random.Generator, style: Style) -> Color:
-    """Draw a fabric colour that goes with the home."""
+    """Draw a fabric colour that matches the home."""
     return vary(rng, pick(rng, (style.fabric, style.second_fabric, style.accent)), 0.1)
 
 
 def wood(rng: np.random.Generator, style: Style) -> Color:
-    """Draw a wood colour that goes with the home."""
+    """Draw a wood colour that matches the home."""
     return vary(rng, style.wood if chance(rng, 0.7) else style.second_wood, 0.08)
 
 
 def wall_color(rng: np.random.Generator, style: Style) -> Color:
-    """Draw the wall colour of one room: mostly the home's, sometimes its own."""
+    """Draw the wall colour of one room: usually that of the home."""
     if chance(rng, 0.6):
         return vary(rng, style.wall, 0.02)
     return vary(rng, pick(rng, _WALLS), 0.05)

@@ -1,4 +1,4 @@
-"""Tables, desks and the things that stand beside a seat."""
+"""Tables and desks."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ def _four_legs(
 
 
 def dining_table(rng: np.random.Generator, style: Style, width: float, depth: float) -> Model:
-    """Make a table to eat at, with four legs."""
+    """Make a rectangular dining table with four legs."""
     h, t = uniform(rng, 0.72, 0.78), uniform(rng, 0.03, 0.06)
     color = wood(rng, style)
     legs = color if chance(rng, 0.6) else style.metal
@@ -51,7 +51,7 @@ def round_table(rng: np.random.Generator, style: Style, radius: float) -> Model:
 
 
 def coffee_table(rng: np.random.Generator, style: Style) -> Model:
-    """Make a low table for before a sofa."""
+    """Make a low table for in front of a sofa."""
     h, color = uniform(rng, 0.36, 0.47), wood(rng, style)
     b = MeshBuilder()
     if chance(rng, 0.3):
@@ -87,7 +87,7 @@ def side_table(rng: np.random.Generator, style: Style) -> Model:
 
 
 def desk(rng: np.random.Generator, style: Style) -> Model:
-    """Make a desk with drawers at one side; one sits at its front."""
+    """Make a desk with drawers at one side; the seat is at its front."""
     w, d, h = uniform(rng, 1.05, 1.5), uniform(rng, 0.58, 0.75), uniform(rng, 0.72, 0.76)
     color = wood(rng, style)
     side = 1.0 if chance(rng, 0.5) else -1.0

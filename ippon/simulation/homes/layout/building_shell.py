@@ -1,4 +1,4 @@
-"""Walls, floors, ceilings, windows and doors of a home as meshes."""
+"""Meshes of walls, floors, ceilings, windows and doors."""
 
 import math
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ _LEAF_THICKNESS_M = 0.04
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Thing:
-    """One finished object of the home, in world coordinates."""
+    """One object of the home, in world coordinates."""
 
     category: str
     label: str
@@ -39,7 +39,7 @@ class Thing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HomePlan:
-    """Everything that is decided before furniture comes in."""
+    """Plan of a home before it is furnished."""
 
     rooms: tuple[RoomPlan, ...]
     walls: tuple[SharedWall, ...]
@@ -48,12 +48,12 @@ class HomePlan:
     ceiling_m: float
 
     def interior(self, room: int) -> Rect:
-        """Return the floor of a room between the faces of its walls."""
+        """Return the floor of a room between the inner faces of its walls."""
         return self.rooms[room].rect.grown(-0.5 * self.thickness_m)
 
 
 def build_shell(rng: np.random.Generator, plan: HomePlan, style: Style) -> list[Thing]:
-    """Make everything that stands before furniture comes in."""
+    """Return everything but furniture and small objects."""
     colors = [wall_color(rng, style) for _ in plan.rooms]
     things = [_wall(plan, wall, colors) for wall in plan.walls]
     for k in range(len(plan.rooms)):
@@ -72,7 +72,7 @@ def build_shell(rng: np.random.Generator, plan: HomePlan, style: Style) -> list[
 
 
 def leaf_rect(plan: HomePlan, opening: Opening) -> Rect:
-    """Return the floor under the open leaf of a door."""
+    """Return the floor area under the open leaf of a door."""
     t, w, k = plan.thickness_m, opening.width, _LEAF_THICKNESS_M
     away = _towards(plan, opening, opening.leaf_room)
     hinge = opening.low if opening.hinge_low else opening.high
@@ -87,7 +87,7 @@ def leaf_rect(plan: HomePlan, opening: Opening) -> Rect:
 
 
 def _towards(plan: HomePlan, opening: Opening, room: int) -> float:
-    """Return +1 when the room lies at higher coordinates than the wall, else -1."""
+    """Return +1 if the room lies at higher coordinates than the wall, else -1."""
     r = plan.rooms[room].rect
     middle = r.center[1] if opening.along_x else r.center[0]
     return 1.0 if middle > opening.line else -1.0
@@ -111,12 +111,12 @@ def _bar(
 
 
 def _wall(plan: HomePlan, wall: SharedWall, colors: list[Color]) -> Thing:
-    """Make a stretch of wall round its openings; each side has the colour of its room."""
+    """Return a wall segment with its openings; each side has the colour of its room."""
     t = 0.5 * plan.thickness_m
     first, second = _side_colors(plan, wall, colors)
     sides = ("low_y", "high_y") if wall.along_x else ("low_x", "high_x")
     faces = {sides[0]: first, sides[1]: second}
-    # The ends reach into the neighbouring walls, a hair less than their far face.
+    # The ends reach into the neighbouring walls, almost to their far face.
     low, high = wall.low - t + 0.001, wall.high + t - 0.001
     holes = sorted(
         (
@@ -191,7 +191,7 @@ def _ceiling(plan: HomePlan, room: int) -> Thing:
 
 
 def _window(rng: np.random.Generator, plan: HomePlan, o: Opening) -> Thing:
-    """Make an opaque pane the colour of the sky, in a frame, with a sill."""
+    """Return an opaque, sky-coloured pane in a frame, with a sill."""
     t = 0.5 * plan.thickness_m
     glass = vary(rng, pick(rng, ((186, 210, 228), (204, 222, 232), (170, 200, 224))), 0.04)
     b = MeshBuilder()
@@ -224,7 +224,7 @@ def _front_door(plan: HomePlan, o: Opening, color: Color) -> Thing:
 
 
 def _door_frame(plan: HomePlan, o: Opening, color: Color) -> Thing:
-    """Make a casing round a doorway; it stands on the wall and leaves the clear width alone."""
+    """Return a casing around a doorway that leaves its clear width free."""
     t, c = 0.5 * plan.thickness_m + 0.012, 0.06
     b = MeshBuilder()
     for span in ((o.low - c, o.low), (o.high, o.high + c)):
@@ -236,7 +236,7 @@ def _door_frame(plan: HomePlan, o: Opening, color: Color) -> Thing:
 def _door_leaf(plan: HomePlan, o: Opening, color: Color) -> Thing:
     r = leaf_rect(plan, o)
     b = MeshBuilder().box((r.x0, r.y0, 0.01), (r.x1, r.y1, o.z1 - 0.01), color)
-    # A panel on both faces and a handle near the free edge make it read as a door.
+    # A panel on both faces and a handle near the free edge make it recognisable as a door.
     thin_x = r.width < r.depth
     m = 0.006
     for z0, z1 in ((0.25, 0.95), (1.15, 1.85)):

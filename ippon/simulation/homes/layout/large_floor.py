@@ -1,4 +1,4 @@
-"""Which rooms a floor of a large building has, a hospital's or a home for the elderly's."""
+"""Layout of a floor of a large building, such as a hospital."""
 
 from collections.abc import Iterator
 from itertools import cycle
@@ -31,13 +31,13 @@ _WIDTHS_M: Final[dict[str, float]] = {
 }
 """Usual extent along the corridor."""
 _FULL: Final = 0.93
-"""A row gets no further room when this share of it is taken; its rooms then share the rest."""
+"""Share of a row from which no further room is added; its rooms then fill the rest."""
 
 
 def plan_large_floor(rng: np.random.Generator) -> tuple[RoomPlan, ...]:
-    """Draw four rows of rooms along two corridors, which a third one joins: about 1,000 m2.
+    """Draw four rows of rooms along two corridors joined by a third: about 1,000 m2.
 
-    Whether doors can join all rooms is checked by the caller.
+    The caller checks whether doors can connect all rooms.
     """
     length, corridor = snapped(uniform(rng, 36.0, 44.0)), snapped(uniform(rng, 2.0, 2.6))
     kinds = [kind for kind, count in _ROOMS.items() for _ in range(count)]
@@ -67,7 +67,7 @@ def plan_large_floor(rng: np.random.Generator) -> tuple[RoomPlan, ...]:
 
 
 def _row(deck: Iterator[str], rect: Rect) -> list[RoomPlan]:
-    """Fill a strip with rooms side by side."""
+    """Fill a strip with adjacent rooms."""
     kinds: list[str] = []
     taken = 0.0
     while taken < _FULL * rect.width:

@@ -1,4 +1,4 @@
-"""Doors, passages and windows: which rooms they join and where they are."""
+"""Doors, passages and windows between rooms and in outer walls."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -9,7 +9,7 @@ from ippon.simulation.homes.furniture.style import chance, uniform
 from ippon.simulation.homes.layout.room_layout import RoomPlan
 
 _LEAVES = ("bathroom", "laundry")
-"""Rooms that nobody walks through."""
+"""Room types that are never passed through."""
 
 # Lower is better; pairs not listed are a last resort.
 _COSTS: dict[frozenset[str], float] = {
@@ -37,32 +37,32 @@ _OPEN_PAIRS = (
     frozenset(("living_room", "hall")),
 )
 _END_MARGIN_M = 0.22
-"""Least distance from an opening to the middle of the wall that it ends at."""
+"""Least distance from an opening to the centre line of the wall at its end."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Opening:
-    """A hole in a wall."""
+    """An opening in a wall."""
 
     kind: str
     """door, passage, window or front_door."""
     rooms: tuple[int, ...]
-    """The two rooms that it joins, or the one room that looks out."""
+    """The two rooms that it connects, or the one room of a window or front door."""
     along_x: bool
     """Whether the wall runs along x."""
     line: float
-    """Where the middle of the wall is: y of a wall along x, else x."""
+    """Centre line of the wall: y of a wall along x, else x."""
     low: float
     high: float
-    """From where to where along the wall."""
+    """Bounds along the wall."""
     z0: float
     z1: float
     hinge_low: bool = True
-    """Whether the leaf turns at the `low` end."""
+    """Whether the hinge is at the `low` end."""
     leaf_room: int = -1
-    """Room that the leaf stands in, -1 for a door without leaf."""
+    """Room into which the leaf opens, -1 for a door without a leaf."""
     leaf_along_wall: bool = False
-    """Whether the open leaf lies flat against its wall rather than square to it."""
+    """Whether the open leaf lies flat against its wall instead of perpendicular to it."""
 
     @property
     def width(self) -> float:
@@ -72,7 +72,7 @@ class Opening:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SharedWall:
-    """A stretch of wall between two rooms, or between a room and outside (`second` -1)."""
+    """A wall segment between two rooms, or between a room and outside (`second` -1)."""
 
     first: int
     second: int
@@ -83,7 +83,7 @@ class SharedWall:
 
 
 def shared_walls(rooms: tuple[RoomPlan, ...]) -> tuple[SharedWall, ...]:
-    """List every stretch of wall once, as long as the rooms on its two sides stay the same."""
+    """Return each wall segment once; a segment ends where a room on either side ends."""
     found: list[SharedWall] = []
     for along_x in (True, False):
         edges = [_edges(r, along_x) for r in rooms]
@@ -131,10 +131,10 @@ def _stretches(
 def join_rooms(
     rng: np.random.Generator, rooms: tuple[RoomPlan, ...], walls: tuple[SharedWall, ...]
 ) -> list[Opening] | None:
-    """Choose doors and passages so that every room can be reached.
+    """Choose doors and passages so that every room is reachable.
 
     Returns:
-        The openings, or None when the arrangement cannot be joined sensibly.
+        The openings, or None if the rooms cannot be connected.
     """
     candidates = [
         (_cost(rooms, w) + uniform(rng, 0.0, 0.4), n, w)
@@ -191,7 +191,7 @@ def _leaf(
     low: float,
     width: float,
 ) -> dict[str, object]:
-    """Decide where the open leaf stands: square to its wall in a corner, else flat against it."""
+    """Return the position of the open leaf: perpendicular to its wall in a corner, else flat."""
     if chance(rng, 0.2):
         return {}
     a, b = wall.first, wall.second
@@ -221,7 +221,7 @@ def _hole(
     )  # fmt: skip
 
 
-def look_out(
+def exterior_openings(
     rng: np.random.Generator, rooms: tuple[RoomPlan, ...], walls: tuple[SharedWall, ...]
 ) -> list[Opening]:
     """Choose the front door and the windows."""

@@ -29,21 +29,21 @@ class Rect:
 
     @property
     def center(self) -> tuple[float, float]:
-        """Its middle."""
+        """Centre (x, y)."""
         return 0.5 * (self.x0 + self.x1), 0.5 * (self.y0 + self.y1)
 
     def grown(self, margin: float) -> "Rect":
-        """Return it larger by `margin` on every side; negative shrinks."""
+        """Return the rectangle enlarged by `margin` on every side; negative shrinks it."""
         return Rect(self.x0 - margin, self.y0 - margin, self.x1 + margin, self.y1 + margin)
 
     def clipped(self, other: "Rect") -> "Rect":
-        """Return the part within `other`; of no area where the two are apart."""
+        """Return the intersection with `other`; its area is 0 if they are apart."""
         x0, y0 = min(max(self.x0, other.x0), other.x1), min(max(self.y0, other.y0), other.y1)
         x1, y1 = max(min(self.x1, other.x1), x0), max(min(self.y1, other.y1), y0)
         return Rect(x0, y0, x1, y1)
 
     def overlaps(self, other: "Rect", slack: float = 1e-6) -> bool:
-        """Tell whether the two share an area (touching edges do not)."""
+        """Tell whether the two share an area; touching edges do not count."""
         return (
             self.x0 < other.x1 - slack
             and other.x0 < self.x1 - slack

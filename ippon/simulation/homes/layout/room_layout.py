@@ -1,4 +1,4 @@
-"""Which rooms a home has and where they lie: rectangles whose edges are the middle of walls."""
+"""Rooms of a home and their layout: rectangles whose edges are the centre lines of walls."""
 
 from dataclasses import dataclass
 
@@ -38,17 +38,17 @@ _LAYOUT_ATTEMPTS = 400
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoomPlan:
-    """A room before it has walls."""
+    """Type and rectangle of a room."""
 
     kind: str
     rect: Rect
 
 
 def plan_rooms(rng: np.random.Generator) -> tuple[RoomPlan, ...]:
-    """Draw the rooms of a home; whether doors can join them all is checked by the caller.
+    """Draw the rooms of a home; the caller checks whether doors can connect them.
 
     Raises:
-        SceneError: No arrangement was found; the range of sizes makes that very unlikely.
+        SceneError: No arrangement was found; this is very unlikely for the range of sizes.
     """
     counts = list(_SIZES)
     weights = np.array([_SIZES[n][2] for n in counts])
@@ -68,7 +68,7 @@ def plan_rooms(rng: np.random.Generator) -> tuple[RoomPlan, ...]:
 
 
 def _program(rng: np.random.Generator, count: int) -> tuple[str, ...]:
-    """Choose the kinds of `count` rooms."""
+    """Choose the types of `count` rooms."""
     if count == 1:
         return ("studio",)
     if count == 2:
@@ -94,14 +94,14 @@ def _areas(kinds: tuple[str, ...], total: float) -> list[float]:
 
 
 def snapped(value: float) -> float:
-    """Return a length in whole steps of 5 cm."""
+    """Return a length rounded to steps of 5 cm."""
     return round(round(value / 0.05) * 0.05, 2)
 
 
 def _divide(
     rng: np.random.Generator, rect: Rect, kinds: list[str], areas: list[float]
 ) -> list[RoomPlan]:
-    """Cut a rectangle in two, again and again, until every room has its share."""
+    """Split a rectangle recursively until every room has its share."""
     if len(kinds) == 1:
         return [RoomPlan(kind=kinds[0], rect=rect)]
     order = rng.permutation(len(kinds)).tolist()
@@ -129,18 +129,18 @@ def _divide(
 
 
 def _least_side(kinds: list[str], across: float) -> float:
-    """Return the least extent of a part that is `across` metres the other way."""
+    """Return the least length of a part whose other side is `across` metres."""
     least = max(_KINDS[k][1] for k in kinds)
     return max(least, across / _KINDS[kinds[0]][2]) if len(kinds) == 1 else least
 
 
 def _cut(low: float, high: float, share: float, least: list[float]) -> float:
-    """Cut an edge at a share of its length, moved where a side would come out too short."""
+    """Split an edge at a share of its length, shifted so that no part is too short."""
     return min(max(low + share * (high - low), low + least[0]), high - least[1])
 
 
 def _spine(rng: np.random.Generator, kinds: tuple[str, ...], total: float) -> list[RoomPlan] | None:
-    """Lay private rooms along both sides of a corridor that leads from a block of public rooms."""
+    """Place private rooms on both sides of a corridor next to a block of public rooms."""
     areas = dict(enumerate(_areas(kinds, total)))
     public = [
         k
@@ -196,7 +196,7 @@ def _is_well_shaped(room: RoomPlan) -> bool:
 
 
 def turned(rng: np.random.Generator, rooms: list[RoomPlan]) -> tuple[RoomPlan, ...]:
-    """Mirror and transpose by chance, and put the lowest corner at the origin."""
+    """Mirror and transpose at random, and move the lowest corner to the origin."""
     mirror_x, mirror_y, swap = (bool(pick(rng, (True, False))) for _ in range(3))
     rects: list[Rect] = []
     for room in rooms:

@@ -1,1 +1,1 @@
-"""Furnishing rooms: which pieces stand where."""
+"""Furnishing of rooms: furniture, small objects, and access for the robot."""

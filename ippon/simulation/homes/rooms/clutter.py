@@ -1,4 +1,4 @@
-"""Leaves small things on tables, seats, shelves and floors, as people do."""
+"""Small objects on tables, seats, shelves and floors."""
 
 import math
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from ippon.simulation.homes.furniture.style import chance, pick, uniform
 from ippon.simulation.homes.layout.rect import Rect
 from ippon.simulation.homes.rooms.placement import Placed, RoomSpace, footprint
 
-# Kind of surface -> what lies there, the commoner the more often it is named.
+# Kind of surface -> objects on it; repeated names are more frequent.
 _LEFT_ON: dict[str, tuple[str, ...]] = {
     "table": (
         "mug", "book", "laptop", "remote control", "bowl", "plate", "vase", "flowers", "bottle",
@@ -44,13 +44,10 @@ _FLOOR_ROOMS: dict[str, tuple[str, ...]] = {
     "hall": ("shoes", "umbrella", "shoes", "backpack", "suitcase"),
 }
 _RARE = 0.06
-"""Share of things that turn up where nobody would look for them."""
+"""Share of objects in unusual places."""
 
 HAT_PLACES: tuple[str | None, ...] = (None, "chair", "bed", "sofa", "shelf", "table", "floor")
-"""Where a home's hat lies, by its seed: the places come in turn, so that homes in a row show all.
-
-Every hat is the only one of its home.
-"""
+"""Place of a home's only hat, by seed; successive seeds cycle through the places."""
 _HAT_SURFACES: dict[str, tuple[str, ...]] = {
     "chair": ("chair",),
     "bed": ("bed",),
@@ -62,7 +59,7 @@ _HAT_SURFACES: dict[str, tuple[str, ...]] = {
 
 @dataclass(slots=True, kw_only=True)
 class _Patch:
-    """A surface with what already lies on it."""
+    """A surface with the areas that are occupied."""
 
     owner: Placed
     surface: Surface
@@ -72,16 +69,16 @@ class _Patch:
 def scatter(
     rng: np.random.Generator, placed: list[Placed], spaces: list[RoomSpace], hat_place: str | None
 ) -> list[Placed]:
-    """Leave small things about.
+    """Place small objects.
 
     Args:
         rng: Randomness.
         placed: The furniture of the home.
-        spaces: What is taken of each room.
+        spaces: Occupied parts of each room.
         hat_place: One of `HAT_PLACES`.
 
     Returns:
-        The small things.
+        The objects that were placed.
     """
     patches = [_patch(p, s, placed) for p in placed for s in p.model.surfaces]
     things: list[Placed] = []
@@ -95,7 +92,7 @@ def scatter(
 
 
 def _patch(owner: Placed, surface: Surface, placed: list[Placed]) -> _Patch:
-    """Make a patch that knows of lamps, cushions and machines already standing on it."""
+    """Return a patch with the lamps, cushions and machines on it marked as occupied."""
     patch = _Patch(owner=owner, surface=surface)
     z = owner.z + surface.z
     for other in placed:
@@ -107,7 +104,7 @@ def _patch(owner: Placed, surface: Surface, placed: list[Placed]) -> _Patch:
 def _set_down(
     rng: np.random.Generator, patch: _Patch, model: Model, tries: int = 5
 ) -> Placed | None:
-    """Set a thing down on a free part of a patch."""
+    """Place an object on a free part of a patch."""
     s = patch.surface
     if model.height_m > s.headroom_m:
         return None
@@ -159,7 +156,7 @@ def _fill(rng: np.random.Generator, patch: _Patch) -> list[Placed]:
 
 
 def _on_floor(rng: np.random.Generator, space: RoomSpace) -> list[Placed]:
-    """Leave things on the floor along the walls."""
+    """Place objects on the floor along the walls."""
     names = _FLOOR_ROOMS.get(space.kind, _LEFT_ON["floor"])
     out: list[Placed] = []
     for _ in range(min(int(rng.poisson(0.04 * space.floor.area + 0.4)), 3)):
@@ -192,7 +189,7 @@ def _by_the_wall(rng: np.random.Generator, space: RoomSpace, model: Model) -> Pl
 def _leave_hat(
     rng: np.random.Generator, patches: list[_Patch], spaces: list[RoomSpace], place: str
 ) -> list[Placed]:
-    """Leave the home's one hat; nothing when there is no such place."""
+    """Place the home's hat; nothing if there is no such place."""
     hat = small_thing(rng, "hat")
     wanted = _HAT_SURFACES.get(place, ())
     options = [p for p in patches if p.owner.model.category in wanted]

@@ -1,4 +1,4 @@
-"""Puts single pieces and groups of furniture into a room."""
+"""Placement of furniture in a room: single pieces and groups."""
 
 import math
 
@@ -20,7 +20,7 @@ from ippon.simulation.homes.rooms.placement import Placed, RoomSpace, WallSpan, 
 
 
 class Furnisher:
-    """Furnishes one room; what was placed is in `placed`, in order."""
+    """Furnishes one room; `placed` holds the pieces in order."""
 
     def __init__(self, rng: np.random.Generator, style: Style, space: RoomSpace) -> None:
         self.rng = rng
@@ -29,7 +29,7 @@ class Furnisher:
         self.placed: list[Placed] = []
 
     def chance(self, probability: float) -> bool:
-        """Toss a coin that shows heads with this probability."""
+        """Return True with this probability."""
         return chance(self.rng, probability)
 
     def sides(self, *, longest_first: bool = False) -> list[int]:
@@ -50,16 +50,16 @@ class Furnisher:
         height_m: float | None = None,
         optional: bool = True,
     ) -> Placed | None:
-        """Stand a model with its back at a wall.
+        """Place a model with its back at a wall.
 
         Args:
             model: What to place.
-            clearance: Free floor to keep before it, in metres.
+            clearance: Free floor in front of it, metres.
             sides: Walls to try, in order; all in random order by default.
             where: "any", "middle" of the wall, or "corner".
-            gap: Metres between wall and back.
+            gap: Distance between wall and back, metres.
             height_m: Height up to which the wall must be free; the model's own by default.
-            optional: Whether it may be removed again for the robot's sake.
+            optional: Whether it may be removed to make room for the robot.
 
         Returns:
             The placement, or None where it does not fit.
@@ -95,7 +95,7 @@ class Furnisher:
         solid: bool = True,
         ignore_clear: bool = True,
     ) -> Placed | None:
-        """Stand a model's origin at (x, y) where its footprint is free."""
+        """Place a model's origin at (x, y) if its footprint is free."""
         rect = footprint(model, x, y, yaw)
         if solid and not self.space.is_free(rect, ignore_clear=ignore_clear):
             return None
@@ -108,7 +108,7 @@ class Furnisher:
         return placed
 
     def beside(self, neighbour: Placed, make: Model, *, left: bool, gap: float) -> Placed | None:
-        """Stand a model at the same wall as its neighbour, left or right of it."""
+        """Place a model at the same wall as its neighbour, left or right of it."""
         if neighbour.side < 0:
             return None
         sign = (-1.0 if left else 1.0) * (1.0 if neighbour.side in (0, 1) else -1.0)
@@ -128,7 +128,7 @@ class Furnisher:
     def on(
         self, below: Placed, model: Model, *, along: float = 0.0, z: float | None = None
     ) -> Placed:
-        """Set a model on top of another, backs together, shifted `along` the other's width."""
+        """Place a model on another, backs aligned, shifted by `along` of the other's width."""
         x, y = below.to_world(along, 0.0)
         top = below.z + below.model.mesh.vertices[:, 2].max() if z is None else z
         rect = footprint(model, x, y, below.yaw)
@@ -146,7 +146,7 @@ class Furnisher:
         over: Placed | None = None,
         sides: list[int] | None = None,
     ) -> Placed | None:
-        """Hang a model with its lower edge at `z`, over a piece or anywhere on a free wall."""
+        """Hang a model with its lower edge at `z`, above a piece or on any free wall."""
         w, h = model.width_m, float(model.mesh.vertices[:, 2].max())
         tries = [over.side] if over is not None else (sides or self.sides())
         for side in tries:
@@ -171,11 +171,11 @@ class Furnisher:
         return None
 
     def in_corner(self, model: Model, *, optional: bool = True) -> Placed | None:
-        """Stand something slim in a corner, else at any wall."""
+        """Place a slim model in a corner, else at any wall."""
         return self.at_wall(model, clearance=0.0, where="corner", gap=0.03, optional=optional)
 
     def dining_group(self, width: float, depth: float, *, optional: bool = True) -> Placed | None:
-        """Put a table with chairs round it where there is room, near the middle of the room."""
+        """Place a table with chairs where there is room, near the middle of the room."""
         rng, style, space = self.rng, self.style, self.space
         round_top = abs(width - depth) < 0.06
         turned = self.chance(0.5)
@@ -202,7 +202,7 @@ class Furnisher:
         return None
 
     def place_to_eat(self, width: float, depth: float) -> Placed | None:
-        """Put a table with chairs: as large as asked, else smaller, else with a side at a wall."""
+        """Place a table with chairs: at full size, else smaller, else with one side at a wall."""
         for w, d in ((width, depth), (1.2, 0.8), (0.9, 0.9), (0.8, 0.7)):
             if w <= width:
                 table = self.dining_group(w, d)
@@ -217,7 +217,7 @@ class Furnisher:
         return None
 
     def _chairs_round(self, table: Placed, width: float, depth: float) -> None:
-        """Set chairs at the four edges of a table, pushed in more or less, a little askew."""
+        """Place chairs at the four edges of a table, slightly displaced and rotated."""
         rng = self.rng
         state = rng.integers(0, 2**31)
         per_side = max(1, int(width / 0.62))
@@ -246,7 +246,7 @@ class Furnisher:
                 self.space.take(rect)
 
     def cushions(self, seat: Placed, count: int) -> None:
-        """Lean cushions on the back of a sofa or bed head."""
+        """Place cushions against the back of a sofa or bed."""
         surface = seat.model.surfaces[0]
         color = accent(self.rng)
         for k in range(count):
@@ -258,7 +258,7 @@ class Furnisher:
             self.at(model, wx, wy, seat.yaw, z=surface.z, solid=False)
 
     def pillows(self, bed: Placed, width: float) -> None:
-        """Lay pillows at the head of a bed."""
+        """Place pillows at the head of a bed."""
         linen = shade((240, 238, 232), uniform(self.rng, 0.9, 1.02))
         top = bed.model.surfaces[0].z - 0.05
         for x in (-0.25 * width, 0.25 * width) if width > 1.3 else (0.0,):
@@ -266,7 +266,7 @@ class Furnisher:
             self.at(seating.cushion(self.rng, linen, "pillow"), wx, wy, bed.yaw, z=top, solid=False)
 
     def rug_at(self, x: float, y: float, width: float, depth: float, yaw: float) -> None:
-        """Lay a carpet centred at (x, y), clipped to the room by leaving it out where too big."""
+        """Place a carpet centred at (x, y), if it fits into the room."""
         model = decor.rug(self.rng, self.style, width, depth)
         c, s = math.cos(yaw), math.sin(yaw)
         ox, oy = x + s * depth / 2, y - c * depth / 2
@@ -274,7 +274,7 @@ class Furnisher:
             self.at(model, ox, oy, yaw, solid=False)
 
     def finish(self, *, pictures: int, plants: int, lamp: bool = True) -> None:
-        """Add what most rooms have: curtains, radiators, pictures, plants, a lamp."""
+        """Add curtains, radiators, pictures, plants and a lamp."""
         rng, space = self.rng, self.space
         windows = [s for s in space.spans if s.z0 > 0.05 and s.z1 > 1.9 and s.high - s.low > 0.9]
         for window in windows[:3]:
@@ -288,7 +288,7 @@ class Furnisher:
             self.at(decor.ceiling_lamp(rng, space.ceiling_m), x, y, 0.0, solid=False)
 
     def _dress(self, window: WallSpan) -> None:
-        """Hang curtains beside a window and a radiator below it, where the wall is free."""
+        """Hang curtains beside a window and a radiator below it where the wall is free."""
         rng, space = self.rng, self.space
         if self.chance(0.6):
             width, top = uniform(rng, 0.22, 0.4), min(2.35, space.ceiling_m - 0.1)
@@ -309,13 +309,13 @@ class Furnisher:
                 self.placed.append(space.at_wall(model, window.side, u, 0.0))
 
     def free_floor(self, rect: Rect) -> bool:
-        """Tell whether a rectangle of floor is free of things."""
+        """Tell whether a rectangle of floor is free of objects."""
         return self.space.is_free(rect, ignore_clear=True)
 
     def some(self, low: int, high: int) -> int:
-        """Draw a whole number, both ends included."""
+        """Return a random integer, both bounds included."""
         return int(self.rng.integers(low, high + 1))
 
     def one_of(self, *options: float) -> float:
-        """Choose one of several lengths."""
+        """Return one of several lengths, with equal probability."""
         return pick(self.rng, options)

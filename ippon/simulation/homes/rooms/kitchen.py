@@ -1,4 +1,4 @@
-"""Furnishes kitchens: runs of cupboards and machines along the walls."""
+"""Furnishing of kitchens: rows of cabinets and appliances along the walls."""
 
 from ippon.simulation.homes.furniture import decor, kitchen, seating
 from ippon.simulation.homes.furniture.model import Model
@@ -11,10 +11,10 @@ _WAY = 0.85
 
 
 def furnish_kitchen(f: Furnisher, *, dining: bool) -> None:
-    """Fill one or two walls with counters and machines; add a table where there is room.
+    """Fill one or two walls with counters and appliances; add a table where there is room.
 
     Args:
-        f: The room.
+        f: Furnisher of the room.
         dining: Whether a table with chairs belongs here.
     """
     kitchen_run(f, second=f.chance(0.7))
@@ -29,7 +29,7 @@ def furnish_kitchen(f: Furnisher, *, dining: bool) -> None:
 
 
 def kitchen_run(f: Furnisher, *, second: bool) -> None:
-    """Build counters with sink, stove, refrigerator and more along the longest free wall."""
+    """Place counters with sink, stove and refrigerator along the longest free wall."""
     runs = _free_runs(f)
     if not runs:
         return
@@ -38,7 +38,7 @@ def kitchen_run(f: Furnisher, *, second: bool) -> None:
     at_low = f.chance(0.5)
     start = low if at_low else high - length
     if not _fill(f, side, start, start + length, first=True):
-        # A window took its place in the row; it stands somewhere else then.
+        # A window blocks its place in the row; place it elsewhere.
         f.at_wall(kitchen.fridge(f.rng), clearance=0.7, where="corner")
     if not second:
         return
@@ -52,7 +52,7 @@ def kitchen_run(f: Furnisher, *, second: bool) -> None:
 
 
 def _free_runs(f: Furnisher) -> list[tuple[int, float, float]]:
-    """List stretches of wall where counters fit, the longest first."""
+    """Return wall segments where counters fit, the longest first."""
     found: list[tuple[int, float, float]] = []
     for side in range(4):
         width = 0.3
@@ -69,10 +69,10 @@ def _free_runs(f: Furnisher) -> list[tuple[int, float, float]]:
 
 
 def _fill(f: Furnisher, side: int, low: float, high: float, *, first: bool) -> bool:
-    """Fill a stretch: the refrigerator at one end, then counters with sink and stove between.
+    """Fill a segment: the refrigerator at one end, then counters with sink and stove.
 
     Returns:
-        Whether the refrigerator found its place.
+        Whether the refrigerator was placed.
     """
     rng, style, space = f.rng, f.style, f.space
     low, high, cooled = low + 0.01, high - 0.01, False
@@ -123,7 +123,7 @@ def _stand(f: Furnisher, model: Model, side: int, u: float) -> Placed:
 
 
 def _over(f: Furnisher, model: Model, side: int, u: float, z: float) -> None:
-    """Hang something over the counter where the wall is free."""
+    """Hang a model above the counter where the wall is free."""
     w, h = model.width_m, model.height_m
     if f.space.wall_is_free(side, u - w / 2, u + w / 2, z, z + h):
         placed = f.space.at_wall(model, side, u, z)
@@ -132,7 +132,7 @@ def _over(f: Furnisher, model: Model, side: int, u: float, z: float) -> None:
 
 
 def _machines(f: Furnisher, counter: Placed, width: float, *, inset_count: int) -> None:
-    """Stand small machines on a counter between its sink and stove."""
+    """Place small appliances on a counter between sink and stove."""
     rng = f.rng
     makers = (kitchen.microwave, kitchen.coffee_machine, kitchen.kettle, kitchen.toaster)
     step = width / max(1, inset_count)
@@ -152,7 +152,7 @@ def _machines(f: Furnisher, counter: Placed, width: float, *, inset_count: int) 
 
 
 def _cupboards(f: Furnisher, side: int, low: float, high: float) -> None:
-    """Hang cupboards over the counter, between hood and windows."""
+    """Hang cabinets above the counter, between hood and windows."""
     if not f.chance(0.8):
         return
     count = int((high - low) / 0.5)
@@ -163,7 +163,7 @@ def _cupboards(f: Furnisher, side: int, low: float, high: float) -> None:
 
 
 def _island(f: Furnisher) -> None:
-    """Put an island with bar stools in the middle."""
+    """Place an island with bar stools in the middle."""
     model = kitchen.island(f.rng, f.style)
     w, d = model.width_m, model.depth_m
     spots = f.space.free_spots(w + 1.2, d + 1.6, 0.0)

@@ -1,4 +1,4 @@
-"""Furnishes living rooms, dining rooms and studies."""
+"""Furnishing of living rooms, dining rooms and studies."""
 
 import math
 
@@ -11,11 +11,11 @@ from ippon.simulation.homes.rooms.placement import Placed, footprint
 
 
 def furnish_living_room(f: Furnisher, *, dining: bool) -> None:
-    """Put a television with a sofa before it, then what goes round them.
+    """Place a television with a sofa in front of it, then the other furniture.
 
     Args:
-        f: The room.
-        dining: Whether the home eats here, for want of a room for it.
+        f: Furnisher of the room.
+        dining: Whether it also needs a dining table, without a dining room in the home.
     """
     television_group(f)
     if dining:
@@ -40,7 +40,7 @@ def furnish_living_room(f: Furnisher, *, dining: bool) -> None:
 
 
 def television_group(f: Furnisher) -> Placed | None:
-    """Place television and sofa so that one looks at the other; return the sofa."""
+    """Place television and sofa facing each other; return the sofa."""
     diagonal = uniform(f.rng, 0.9, 1.5)
     width = 0.872 * diagonal + uniform(f.rng, 0.15, 0.5)
     for side in f.sides(longest_first=f.chance(0.5)):
@@ -70,7 +70,7 @@ def television_group(f: Furnisher) -> Placed | None:
 
 
 def _sofa_before(f: Furnisher, stand: Placed) -> Placed | None:
-    """Place a sofa opposite a television, at the far wall or free in a deep room."""
+    """Place a sofa opposite a television, at the far wall or free-standing in a deep room."""
     room = f.space.floor
     depth = room.depth if stand.side in (0, 2) else room.width
     for width in (uniform(f.rng, 1.9, 2.4), 1.75, 1.5):
@@ -140,7 +140,7 @@ def _round_the_sofa(f: Furnisher, couch: Placed) -> None:
 
 
 def _beside_free(f: Furnisher, couch: Placed) -> None:
-    """Stand a side table or a floor lamp at one end of a sofa."""
+    """Place a side table or a floor lamp at one end of a sofa."""
     rng = f.rng
     for sign in (1.0, -1.0):
         if not f.chance(0.55):
@@ -153,7 +153,7 @@ def _beside_free(f: Furnisher, couch: Placed) -> None:
 
 
 def furnish_dining_room(f: Furnisher) -> None:
-    """Put a table with chairs in the middle and a sideboard at the wall."""
+    """Place a table with chairs in the middle and a sideboard at the wall."""
     area = f.space.floor.area
     width = uniform(f.rng, 1.4, 1.8) if area < 14.0 else uniform(f.rng, 1.7, 2.2)
     if f.chance(0.25):
@@ -169,7 +169,7 @@ def furnish_dining_room(f: Furnisher) -> None:
 
 
 def furnish_study(f: Furnisher) -> None:
-    """Put a desk with its chair, shelves, and sometimes something to exercise with."""
+    """Place a desk with a chair, shelves, and sometimes exercise equipment."""
     desk_with_chair(f)
     f.at_wall(storage.bookshelf(f.rng, f.style, uniform(f.rng, 0.8, 1.8)), clearance=0.5)
     if f.chance(0.5):
@@ -186,7 +186,7 @@ def furnish_study(f: Furnisher) -> None:
 
 
 def desk_with_chair(f: Furnisher) -> Placed | None:
-    """Put a desk at a wall and a chair at it."""
+    """Place a desk at a wall, with a chair."""
     desk = f.at_wall(tables.desk(f.rng, f.style), clearance=0.75, where="corner")
     if desk is None:
         return None
@@ -206,7 +206,7 @@ def desk_with_chair(f: Furnisher) -> Placed | None:
 
 
 def exercise(f: Furnisher) -> None:
-    """Put one or two things to exercise with."""
+    """Place one or two pieces of exercise equipment."""
     makers = (
         leisure.exercise_bike,
         leisure.treadmill,

@@ -1,4 +1,4 @@
-"""The floor and walls of one room while it is furnished: what fits where."""
+"""Floor and walls of one room while it is furnished: occupied and free parts."""
 
 import math
 from dataclasses import dataclass, field
@@ -11,12 +11,12 @@ from ippon.simulation.homes.layout.rect import Rect
 
 _STEP_M = 0.1
 _TURNS = (0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi)
-"""Yaw of a thing whose back stands at the south, east, north or west wall."""
+"""Yaw of a model with its back at the south, east, north or west wall."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Placed:
-    """A model with its place; its mesh is in world coordinates."""
+    """A model with its pose."""
 
     model: Model
     x: float
@@ -26,9 +26,9 @@ class Placed:
     rect: Rect
     room: int
     side: int = -1
-    """Wall it stands at: 0 south, 1 east, 2 north, 3 west, -1 none."""
+    """Wall at which it stands: 0 south, 1 east, 2 north, 3 west, -1 none."""
     optional: bool = True
-    """Whether it may be taken away again to make room for the robot."""
+    """Whether it may be removed to make room for the robot."""
 
     def mesh(self) -> Mesh:
         """Return the triangles in world coordinates."""
@@ -41,7 +41,7 @@ class Placed:
 
 
 def footprint(model: Model, x: float, y: float, yaw: float) -> Rect:
-    """Return the smallest rectangle round a model at a pose."""
+    """Return the bounding rectangle of a model at a pose."""
     v = model.mesh.moved(x, y, 0.0, yaw).vertices
     return Rect(
         float(v[:, 0].min()), float(v[:, 1].min()), float(v[:, 0].max()), float(v[:, 1].max())
@@ -50,7 +50,7 @@ def footprint(model: Model, x: float, y: float, yaw: float) -> Rect:
 
 @dataclass(slots=True, kw_only=True)
 class WallSpan:
-    """Part of a wall that is taken: a door, a window, or something that hangs or stands there."""
+    """An occupied part of a wall: a door, a window, or a piece of furniture."""
 
     side: int
     low: float
@@ -61,27 +61,27 @@ class WallSpan:
 
 @dataclass(slots=True, kw_only=True)
 class RoomSpace:
-    """What is taken of one room."""
+    """Occupied parts of one room."""
 
     room: int
     kind: str
     floor: Rect
     ceiling_m: float
     solids: list[Rect] = field(default_factory=list[Rect])
-    """Where things stand."""
+    """Floor under furniture."""
     clear: list[Rect] = field(default_factory=list[Rect])
-    """Where nothing may stand: before doors, seats and cupboards."""
+    """Floor to keep free: in front of doors, seats and cabinets."""
     spans: list[WallSpan] = field(default_factory=list[WallSpan])
 
     def wall_length(self, side: int) -> tuple[float, float]:
-        """Return where a wall begins and ends, along its own axis."""
+        """Return the bounds of a wall along its own axis."""
         f = self.floor
         return (f.x0, f.x1) if side in (0, 2) else (f.y0, f.y1)
 
     def rect_at_wall(
         self, side: int, u: float, width: float, depth: float, gap: float = 0.0
     ) -> Rect:
-        """Return the rectangle of a thing centred at `u` along a wall, its back `gap` off it."""
+        """Return the rectangle of an object centred at `u` along a wall, its back `gap` from it."""
         f, h = self.floor, 0.5 * width
         if side == 0:
             return Rect(u - h, f.y0 + gap, u + h, f.y0 + gap + depth)
@@ -92,7 +92,7 @@ class RoomSpace:
         return Rect(f.x0 + gap, u - h, f.x0 + gap + depth, u + h)
 
     def is_free(self, rect: Rect, *, ignore_clear: bool = False) -> bool:
-        """Tell whether something may stand on a rectangle."""
+        """Tell whether furniture may stand on a rectangle."""
         return (
             self.floor.contains(rect)
             and not any(rect.overlaps(s) for s in self.solids)
@@ -100,7 +100,7 @@ class RoomSpace:
         )
 
     def wall_is_free(self, side: int, low: float, high: float, z0: float, z1: float) -> bool:
-        """Tell whether nothing takes that part of a wall."""
+        """Tell whether a part of a wall is free."""
         return not any(
             s.side == side and s.low < high - 1e-6 and low < s.high - 1e-6
             and s.z0 < z1 - 1e-6 and z0 < s.z1 - 1e-6
@@ -110,7 +110,7 @@ class RoomSpace:
     def positions(
         self, side: int, width: float, depth: float, height: float, clearance: float, gap: float
     ) -> list[float]:
-        """List where along a wall a thing fits, with free floor of `clearance` metres before it."""
+        """Return the positions along a wall with free floor of `clearance` metres in front."""
         low, high = self.wall_length(side)
         span = high - low - width
         if span < -1e-9:
@@ -130,7 +130,7 @@ class RoomSpace:
         return found
 
     def take(self, rect: Rect, clearance: Rect | None = None) -> None:
-        """Mark a rectangle as taken, and another to be kept clear."""
+        """Mark a rectangle as occupied, and another to be kept free."""
         self.solids.append(rect)
         if clearance is not None:
             self.clear.append(clearance)
@@ -138,7 +138,7 @@ class RoomSpace:
     def stand_at_wall(
         self, model: Model, side: int, u: float, *, clearance: float, gap: float, optional: bool
     ) -> Placed:
-        """Put a model at a wall, where `positions` said that it fits."""
+        """Place a model at a wall, at one of `positions`."""
         w, d = model.width_m, model.depth_m
         rect = self.rect_at_wall(side, u, w, d, gap)
         front = self.rect_at_wall(side, u, w, clearance, gap + d) if clearance > 0 else None
@@ -158,7 +158,7 @@ class RoomSpace:
         gap: float = 0.0,
         optional: bool = True,
     ) -> Placed:
-        """Make the placement of a model at a wall without taking floor."""
+        """Return the placement of a model at a wall without marking floor as occupied."""
         f = self.floor
         x, y = ((u, f.y0 + gap), (f.x1 - gap, u), (u, f.y1 - gap), (f.x0 + gap, u))[side]
         yaw = _TURNS[side]
@@ -168,7 +168,7 @@ class RoomSpace:
         )  # fmt: skip
 
     def free_spots(self, width: float, depth: float, margin: float) -> list[tuple[float, float]]:
-        """List centres of free rectangles of this size, at least `margin` from the walls."""
+        """Return centres of free rectangles of this size, at least `margin` from the walls."""
         f = self.floor
         xs = np.arange(f.x0 + width / 2 + margin, f.x1 - width / 2 - margin + 1e-9, 0.15).tolist()
         ys = np.arange(f.y0 + depth / 2 + margin, f.y1 - depth / 2 - margin + 1e-9, 0.15).tolist()

@@ -1,4 +1,4 @@
-"""Furnishes bedrooms, bathrooms, halls and laundries."""
+"""Furnishing of bedrooms, bathrooms, halls and laundries."""
 
 from ippon.simulation.homes.furniture import bathroom as bathing
 from ippon.simulation.homes.furniture import beds as sleeping
@@ -10,11 +10,11 @@ from ippon.simulation.homes.rooms.placement import Placed
 
 
 def furnish_bedroom(f: Furnisher, *, main: bool) -> None:
-    """Put a bed with its head at a wall, then what goes round it.
+    """Place a bed with its head at a wall, then the other furniture.
 
     Args:
-        f: The room.
-        main: Whether it is the parents' room, with a wide bed.
+        f: Furnisher of the room.
+        main: Whether it is the main bedroom, with a wide bed.
     """
     area = f.space.floor.area
     if main:
@@ -50,7 +50,7 @@ def furnish_bedroom(f: Furnisher, *, main: bool) -> None:
 
 
 def place_bed(f: Furnisher, widths: tuple[float, ...], *, bunk: bool = False) -> Placed | None:
-    """Put the widest bed that fits, with bedside tables and a carpet."""
+    """Place the widest bed that fits, with bedside tables and a carpet."""
     rng, style = f.rng, f.style
     if bunk:
         placed = f.at_wall(
@@ -79,11 +79,11 @@ def place_bed(f: Furnisher, widths: tuple[float, ...], *, bunk: bool = False) ->
 
 
 def furnish_bathroom(f: Furnisher, *, laundry: bool) -> None:
-    """Put toilet, basin, bath or shower, and towels.
+    """Place toilet, basin, bath or shower, and towels.
 
     Args:
-        f: The room.
-        laundry: Whether the washing machine stands here, for want of a laundry.
+        f: Furnisher of the room.
+        laundry: Whether it also needs a washing machine, without a laundry in the home.
     """
     rng = f.rng
     area = f.space.floor.area
@@ -118,7 +118,7 @@ def furnish_bathroom(f: Furnisher, *, laundry: bool) -> None:
 
 
 def wet_corner(f: Furnisher) -> None:
-    """Put toilet, shower and basin side by side at one wall, for a home without a bathroom."""
+    """Place toilet, shower and basin at one wall, for a home without a bathroom."""
     shower = f.at_wall(bathing.shower(f.rng, glass_left=False), clearance=0.5, where="corner")
     toilet = bathing.toilet(f.rng)
     placed = None
@@ -133,7 +133,7 @@ def wet_corner(f: Furnisher) -> None:
 
 
 def furnish_hall(f: Furnisher) -> None:
-    """Put coats, shoes and a narrow table, as far as the way stays free."""
+    """Place coats, shoes and a narrow table while the passage stays free."""
     rng, style, floor = f.rng, f.style, f.space.floor
     width = min(floor.width, floor.depth)
     way = 0.95
@@ -161,7 +161,7 @@ def furnish_hall(f: Furnisher) -> None:
 
 
 def furnish_laundry(f: Furnisher) -> None:
-    """Put machines, a rack of laundry, shelves and boxes."""
+    """Place washing machines, a drying rack, shelves and boxes."""
     rng = f.rng
     washer = f.at_wall(kitchen.washing_machine(rng), clearance=0.6)
     if washer is not None and f.chance(0.7):

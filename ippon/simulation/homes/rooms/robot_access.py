@@ -1,4 +1,4 @@
-"""Takes away what would keep a robot out of a room, and finds places for it to start."""
+"""Removal of furniture that blocks the robot, and selection of start poses."""
 
 import math
 
@@ -12,39 +12,44 @@ from ippon.simulation.homes.layout.building_shell import HomePlan, Thing
 from ippon.simulation.homes.layout.openings import Opening
 from ippon.simulation.homes.layout.rect import Rect
 from ippon.simulation.homes.rooms.placement import Placed
-from ippon.simulation.robot.navigation_grid import CELL_M, NavigationGrid, Sheet, grid_of_triangles
+from ippon.simulation.robot.navigation_grid import (
+    CELL_M,
+    FloorCells,
+    NavigationGrid,
+    grid_of_triangles,
+)
 from ippon.simulation.scene import Scene, StartPose
 
 _MAX_REMOVED = 30
 _GOALS = ("bed", "chair", "plant", "sofa", "toilet", "tv")
 _ENCLOSED_M2 = 0.5
-"""Greatest free floor that may stay shut in behind furniture."""
+"""Largest free floor area that may be enclosed by furniture."""
 
 _SPARE = ("chair", "plant")
 _REACH_M = 0.75
-"""How near the robot's centre must come to furniture that is searched for."""
+"""Largest distance from the robot's centre to furniture that is searched for."""
 _EYE_M = 1.25
 
 
 def make_room_for_robot(
     plan: HomePlan, shell: list[Thing], placed: list[Placed], config: HomeConfig
 ) -> list[Placed] | None:
-    """Remove optional things until the robot reaches every room and the large furniture.
+    """Remove optional furniture until the robot reaches every room and the large furniture.
 
     Args:
         plan: The rooms and their doors.
         shell: Walls, floors and doors.
-        placed: Everything that stands about.
-        config: The body that must pass.
+        placed: Furniture and small objects.
+        config: Body of the robot.
 
     Returns:
-        What may stay, or None when taking things away does not help.
+        The remaining objects, or None if removal does not help.
     """
     walls = np.concatenate([t.mesh.vertices[t.mesh.faces] for t in shell])
-    sheet = Sheet.under(walls, config.max_step_m, CELL_M)
+    sheet = FloorCells.under(walls, config.max_step_m, CELL_M)
     heights = config.max_step_m, config.body_height_m
     no_floor = ~sheet.floor(walls, config.max_step_m)
-    # How many things take each cell, so that one can be lifted off again.
+    # Number of objects over each cell, so that single ones can be removed.
     count = sheet.cells_between(walls, *heights).astype(np.int16)
     taken_by: dict[int, NDArray[np.bool_]] = {}
     for p in placed:
@@ -57,7 +62,7 @@ def make_room_for_robot(
         problem = _first_problem(plan, kept, grid, config)
         if problem is None:
             return kept
-        # A chair or plant that nobody gets to goes itself, not the table before it.
+        # An unreachable chair or plant is removed itself, not the table in front of it.
         own = [p for p in kept if p.rect is problem and p.optional and p.model.category in _SPARE]
         culprit = own[0] if own else _nearest_optional(kept, problem)
         if culprit is None:
@@ -73,7 +78,7 @@ def make_room_for_robot(
 def _first_problem(
     plan: HomePlan, kept: list[Placed], grid: NavigationGrid, config: HomeConfig
 ) -> Rect | None:
-    """Return a doorway, a room, a piece of furniture or a patch of floor out of reach."""
+    """Return an unreachable doorway, room, piece of furniture or patch of floor."""
     counts = np.bincount(grid.region.ravel())
     counts[0] = 0
     main = int(np.argmax(counts))
@@ -108,7 +113,7 @@ def _doorway(o: Opening) -> Rect:
 def _reaches(
     grid: NavigationGrid, region: int, rect: Rect, within_m: float, room: Rect | None = None
 ) -> bool:
-    """Tell whether a region comes, in the same room, within a distance of a rectangle."""
+    """Tell whether a region comes within a distance of a rectangle, in the same room."""
     near = rect.grown(within_m)
     if room is not None:
         near = near.clipped(room)
@@ -140,7 +145,7 @@ def _nearest_optional(kept: list[Placed], problem: Rect) -> Placed | None:
 
 
 def _goes_with(thing: Placed, other: Placed) -> bool:
-    """Tell whether a thing has no business here without the other: it lies on it or sits at it."""
+    """Tell whether an object depends on another one: it lies on it or stands at it."""
     if thing.room != other.room:
         return False
     if thing.z > 0.0:
@@ -154,10 +159,9 @@ def _goes_with(thing: Placed, other: Placed) -> bool:
 def start_poses(
     rng: np.random.Generator, scene: Scene, config: HomeConfig
 ) -> tuple[StartPose, ...]:
-    """Find places to start: in the open, over all rooms, facing anywhere.
+    """Choose start poses in the open, in different rooms, with random headings.
 
-    The first is one from which neither the hat nor, where possible, a piece of furniture that
-    people search for is close.
+    The first is far from the hat and, where possible, from furniture that is searched for.
     """
     triangles = scene.vertices[scene.faces].astype(np.float64)
     grid = grid_of_triangles(
@@ -180,7 +184,7 @@ def start_poses(
         return ()
     chosen.append(first)
     while len(chosen) < config.start_count:
-        # Of a few draws the one farthest from the starts so far, so that they spread.
+        # Of a few draws the one farthest from the earlier starts, to spread them.
         draws = points[rng.integers(len(points), size=4)]
         distance = [min(float(np.hypot(*(d - c))) for c in chosen) for d in draws]
         chosen.append(draws[int(np.argmax(distance))])
@@ -200,7 +204,7 @@ def _away_from_goals(
     scene: Scene,
     points: NDArray[np.float64],
 ) -> NDArray[np.float64] | None:
-    """Choose a point that does not see the hat, of several the one farthest from any goal."""
+    """Choose a point without view of the hat, of several the one farthest from any goal."""
     goals = [i for i in scene.instances if i.category in _GOALS]
     hat = [k for k, i in enumerate(scene.instances) if i.label == "hat"]
     hat_corners = scene.vertices[scene.faces[np.isin(scene.face_instance, hat)].ravel()]

@@ -11,14 +11,14 @@ from app.evaluation.results_folder import EvaluationFolder
 from app.evaluation.run import run_evaluation
 from app.evaluation.workers.ray_workers import RayWorkers
 from app.evaluation.workers.worker import WorkerSetup
-from ippon.evaluation.catalogue import CatalogueConfig
+from ippon.evaluation.episode_generation import EpisodeGenerationConfig
 from ippon.evaluation.row import TIMING_COLUMNS
 from ippon.evaluation.trial import habitat_trial
 
 pytestmark = pytest.mark.skipif(
     importlib.util.find_spec("ray") is None, reason='Ray is not installed: pip install "ippon[ray]"'
 )
-_SETUP = WorkerSetup(trial=habitat_trial(32), catalogue=CatalogueConfig(), version="test")
+_SETUP = WorkerSetup(trial=habitat_trial(32), catalogue=EpisodeGenerationConfig(), version="test")
 
 
 def half(number: int) -> int:

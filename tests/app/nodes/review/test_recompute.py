@@ -124,7 +124,7 @@ def searched(tmp_path_factory):
             for key, payload in late:
                 say(key, payload)
                 assembler.add_heatmap(decode_heatmap(payload))
-            assert mission.voxel_map.learn(assembler.take_late()) > 100
+            assert mission.voxel_map.integrate_heatmap(assembler.take_late()) > 100
         world.step(result.command, 0.2)
     session.close()
     recording = Recording(session.writer.folder)
@@ -144,7 +144,7 @@ def test_the_same_settings_give_the_same_map_bit_for_bit(searched):
     assert work.frames == FRAMES - 2
     assert work.refused == 0
     assert {keys.MAP_VOXELS, keys.MAP_KEYFRAME, keys.PLAN_TREE, keys.STATUS} <= kinds
-    a, b = live.voxel_map.pools, work.mission.voxel_map.pools
+    a, b = live.voxel_map._pools, work.mission.voxel_map._pools
     for name in ("tsdf", "weight", "state", "ooi", "level"):
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
     expected, got = _map_of(live), _map_of(work.mission)

@@ -94,7 +94,7 @@ def test_frontiers_of_equal_value_are_visited_nearest_first(hall):
     assert aim.stand[0] < 0.5
 
 
-def test_the_next_best_view_weighs_gain_against_its_own_way_only(hall):
+def test_the_next_best_view_discounts_by_its_own_path(hall):
     exploring = NodeKind.EXPLORING
     plan = _plan([(1.0, 10.0, 5.0, exploring), (2.0, 11.0, 10.0, exploring)])
     aim = GreedyNextBestView().choose(plan, hall, None, _all)
@@ -115,7 +115,7 @@ def test_views_that_show_nothing_new_are_never_chosen(hall):
     assert rule.choose(_plan(exhausted=True), hall, None, _all) is None
 
 
-def test_the_next_best_view_knows_no_levels():
+def test_the_next_best_view_ignores_levels():
     flat = GreedyNextBestView().probabilities(np.array([0.02, 0.1, 0.25, 0.6], np.float32))
     assert flat.tolist() == pytest.approx([0.1] * 4)
 
@@ -196,9 +196,7 @@ def test_with_nothing_left_the_paper_s_planner_decides_how_to_end(map_arrays, ro
         assert plan.exhausted == expected.exhausted
 
 
-def test_what_looks_like_the_object_is_approached_before_anything_else(
-    map_arrays, robot, monkeypatch
-):
+def test_possible_objects_are_approached_first(map_arrays, robot, monkeypatch):
     aim = Aim(stand=(2.0, 3.5), yaw_rad=1.0, tilt_rad=-0.3, worth=0.7, about=(2.0, 4.0))
     planner = _planner(robot, aim)
     step = ViewpointPlanner.step

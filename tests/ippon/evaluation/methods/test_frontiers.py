@@ -19,7 +19,7 @@ def _length(path):
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
-def test_a_way_in_the_open_is_a_straight_line(floor_of):
+def test_a_path_over_free_floor_is_a_straight_line(floor_of):
     floor = floor_of(["." * 40] * 40)
     routes = FloorRoutes(floor, 1.0, 1.0)
     path = routes.path_to((30, 30))
@@ -30,7 +30,7 @@ def test_a_way_in_the_open_is_a_straight_line(floor_of):
     assert 1.0 <= routes.time_s[30, 30] / (_length(path) / 0.5) < 1.09
 
 
-def test_a_way_leads_round_a_wall_and_leaves_the_body_room(floor_of):
+def test_a_path_around_a_wall_leaves_clearance(floor_of):
     floor = floor_of(_ROOM)
     routes = FloorRoutes(floor, 1.1, 0.5)
     path = routes.path_to(routes.nearest_cell(1.1, 1.4, 0.2))
@@ -40,7 +40,7 @@ def test_a_way_leads_round_a_wall_and_leaves_the_body_room(floor_of):
             assert floor.clearance(*(a + t * (b - a))) >= 0.15 - 0.02
 
 
-def test_what_cannot_be_reached_takes_for_ever(floor_of):
+def test_the_time_to_unreachable_cells_is_infinite(floor_of):
     rows = ["." * 12] * 6 + ["#" * 12] + ["." * 12] * 6
     routes = FloorRoutes(floor_of(rows), 0.3, 0.6)
     assert np.isinf(routes.time_s[10, 6])
@@ -48,7 +48,7 @@ def test_what_cannot_be_reached_takes_for_ever(floor_of):
     assert routes.nearest_cell(0.35, 0.6, 0.2) is not None
 
 
-def test_a_robot_that_nothing_is_open_to_has_no_ways(floor_of):
+def test_an_enclosed_robot_has_no_paths(floor_of):
     routes = FloorRoutes(floor_of(["#" * 10] * 10), 0.5, 0.5)
     assert not routes.reachable.any()
     assert routes.nearest_cell(0.5, 0.5, 5.0) is None
@@ -64,7 +64,7 @@ def test_a_frontier_lies_where_the_floor_ends_unseen(floor_of):
     assert frontier.time_s > 0.0
 
 
-def test_a_room_that_was_seen_whole_has_no_frontier(floor_of):
+def test_a_fully_seen_room_has_no_frontier(floor_of):
     assert find_frontiers(FloorRoutes(floor_of(_ROOM), 0.4, 0.5)) == ()
 
 

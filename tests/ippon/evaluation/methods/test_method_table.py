@@ -63,7 +63,7 @@ def _changes(one, other, prefix=""):
         *((name, set()) for name in (*BASELINES, "oracle")),
     ],
 )
-def test_a_method_changes_what_it_says_and_nothing_else(name, changed):
+def test_a_method_changes_only_its_own_settings(name, changed):
     plain = MissionConfig()
     assert _changes(plain, METHODS[name].configure(plain)) == changed
 
@@ -78,7 +78,7 @@ def test_without_guidance_every_level_is_average():
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_what_a_method_changes_can_be_written_as_json(name):
+def test_the_settings_of_a_method_can_be_written_as_json(name):
     values = dataclasses.asdict(METHODS[name].configure(MissionConfig()))
     assert json.loads(json.dumps(values, allow_nan=False)) is not None
 
@@ -91,6 +91,6 @@ def test_a_wider_robot_is_wider_by_that_much():
     assert widened(ZED, 0.05).radius_m == pytest.approx(ZED.radius_m + 0.05)
 
 
-def test_an_unknown_method_is_told_what_there_is():
+def test_an_unknown_method_lists_the_methods():
     with pytest.raises(ValueError, match="no method 'vlfm'; there are ippon, no_bayes"):
         method_named("vlfm")

@@ -16,7 +16,7 @@ def _length(path):
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
-def test_a_way_is_as_long_as_the_field_says(make_scene, flat_boxes, robot):
+def test_a_path_is_as_long_as_the_distance(make_scene, flat_boxes, robot):
     grid = robot_grid(make_scene(flat_boxes), robot)
     field = GeodesicField(grid, np.array([[7.0, 0.5]]))
     rng = np.random.default_rng(2)
@@ -30,7 +30,7 @@ def test_a_way_is_as_long_as_the_field_says(make_scene, flat_boxes, robot):
     assert ways > 40
 
 
-def test_there_is_no_way_from_inside_a_wall(make_scene, flat_boxes, robot):
+def test_there_is_no_path_from_inside_a_wall(make_scene, flat_boxes, robot):
     field = GeodesicField(robot_grid(make_scene(flat_boxes), robot), np.array([[7.0, 0.5]]))
     assert field.path_from(-5.0, 1.0).shape == (0, 2)
 
@@ -40,7 +40,7 @@ def _oracle(scene, robot, goal):
     return OraclePlanner(scene, judge, Judge(scene, widened(robot, 0.05), goal)), judge
 
 
-def test_the_oracle_drives_the_shortest_way_and_faces_the_object(make_scene, flat_boxes, robot):
+def test_the_oracle_drives_the_shortest_path_and_faces_the_object(make_scene, flat_boxes, robot):
     scene = make_scene(flat_boxes)
     oracle, judge = _oracle(scene, robot, "hat")
     plan = oracle.step(None, base_pose(1.0, 1.0, 0.0, 0.0), 0.1)
@@ -53,7 +53,7 @@ def test_the_oracle_drives_the_shortest_way_and_faces_the_object(make_scene, fla
     assert plan.target.yaw_rad == pytest.approx(math.atan2(1.55 - y, 6.55 - x))
 
 
-def test_the_oracle_knows_when_there_is_no_way(make_scene, flat_boxes, robot):
+def test_the_oracle_reports_a_missing_path(make_scene, flat_boxes, robot):
     oracle, _ = _oracle(make_scene(flat_boxes), robot, "unicorn")
     plan = oracle.step(None, base_pose(1.0, 1.0, 0.0, 0.0), 0.0)
     assert plan.exhausted

@@ -32,7 +32,7 @@ def _frame(shares, *, yaw=0.0, depth=4.0, ooi="hat", tilt=0.0):
     )
 
 
-def test_an_image_is_worth_what_it_shows():
+def test_the_value_of_an_image_is_the_mean_of_its_labels():
     values = ValueMap(_LEVELS)
     assert values.image_value(_frame([1.0, 0.0, 0.0])) == pytest.approx(0.1)
     assert values.image_value(_frame([0.0, 1.0, 0.0])) == pytest.approx(0.6)
@@ -51,7 +51,7 @@ def test_labels_that_an_image_lacks_change_nothing():
     assert ValueMap({"wall": 0.1}).image_value(frame) == pytest.approx(0.06)
 
 
-def test_the_floor_ahead_takes_the_value_over_and_nothing_else_does():
+def test_only_the_floor_ahead_gets_the_value():
     values = ValueMap(_LEVELS)
     values.observe(_frame([0.0, 1.0, 0.0]))
     assert values.value_near(2.0, 0.0) == pytest.approx(0.6, abs=1e-5)
@@ -60,7 +60,7 @@ def test_the_floor_ahead_takes_the_value_over_and_nothing_else_does():
     assert values.value_near(4.7, 0.0, 0.3) == 0.0
 
 
-def test_walls_hide_what_is_behind_them():
+def test_cells_behind_walls_are_not_updated():
     values = ValueMap(_LEVELS)
     values.observe(_frame([0.0, 1.0, 0.0], depth=1.5))
     assert values.value_near(1.0, 0.0, 0.2) > 0.5
@@ -82,7 +82,7 @@ def test_two_looks_are_weighed_by_their_confidence():
     assert values.value_near(3.0, 0.0, 0.01) == pytest.approx(0.65 / 1.5, abs=0.02)
 
 
-def test_a_look_at_the_feet_says_nothing_of_what_is_ahead():
+def test_an_image_straight_down_updates_nothing():
     values = ValueMap(_LEVELS)
     values.observe(_frame([0.0, 1.0, 0.0], tilt=-1.5))
     assert values.value_near(1.0, 0.0) == 0.0

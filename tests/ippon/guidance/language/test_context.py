@@ -113,7 +113,7 @@ def test_claims(context: str, claims: list[str]) -> None:
     assert claims_of(context) == claims
 
 
-def test_the_object_itself_is_no_place() -> None:
+def test_the_object_itself_is_not_a_place() -> None:
     assert claims_of("the keys lie with the keys on the table", ooi="keys") == ["on table"]
 
 
@@ -141,13 +141,13 @@ def test_misspelt_places_are_read() -> None:
 @pytest.mark.parametrize(
     ("context", "note"),
     [
-        ("it is in the gazebo", "“gazebo” is no place that is known"),
+        ("it is in the gazebo", "“gazebo” is not a known place"),
         ("it is on the floor", "“on the floor” does not narrow the search: it is in every room"),
         ("upstairs", "“upstairs” is not used: storeys are not told apart"),
         ("it is blue and round", "no place was understood in the context"),
     ],
 )
-def test_what_is_not_understood_is_told(context: str, note: str) -> None:
+def test_unknown_places_are_noted(context: str, note: str) -> None:
     reading = read_context(context, MATTERPORT_40)
     assert reading.claims == ()
     assert note in reading.notes

@@ -80,7 +80,7 @@ def test_names(text: str, canonical: str, category: str | None) -> None:
         ("my umbrela", "umbrella"),
     ],
 )
-def test_misspellings_are_corrected_and_told(text: str, canonical: str) -> None:
+def test_misspellings_are_corrected_with_a_note(text: str, canonical: str) -> None:
     found = resolve_object(text, MATTERPORT_40)
     assert found.canonical == canonical
     assert found.known
@@ -90,7 +90,7 @@ def test_misspellings_are_corrected_and_told(text: str, canonical: str) -> None:
 @pytest.mark.parametrize(
     ("text", "suggestion"), [("coach", "couch"), ("pearls", "pear"), ("hta", "hat")]
 )
-def test_what_may_be_right_is_not_corrected(text: str, suggestion: str) -> None:
+def test_possible_words_are_not_corrected(text: str, suggestion: str) -> None:
     found = resolve_object(text, MATTERPORT_40)
     assert not found.known
     assert found.suggestion == suggestion

@@ -105,7 +105,7 @@ def test_sentences(sentence: str, object_: str, context: str) -> None:
         "find the refridgerator",
     ],
 )
-def test_what_is_doubtful_is_marked(sentence: str) -> None:
+def test_doubtful_readings_are_marked(sentence: str) -> None:
     assert read_query(sentence).doubtful
 
 

@@ -46,12 +46,12 @@ def test_articles() -> None:
     ]
 
 
-def test_tokens_know_where_they_stand() -> None:
+def test_tokens_have_their_offsets() -> None:
     text = "It isn’t on the Sofa."
     tokens = tokenize(text)
     assert [token.word for token in tokens] == ["it", "isn't", "on", "the", "sofa"]
     assert text[tokens[4].start : tokens[4].end] == "Sofa"
 
 
-def test_plain_drops_what_cannot_be_seen() -> None:
+def test_plain_drops_invisible_characters() -> None:
     assert plain("red\u200b\x00 \uff48at") == "red hat"

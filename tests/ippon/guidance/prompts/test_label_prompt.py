@@ -12,7 +12,7 @@ def reply(*things):
     return json.dumps({"things": things})
 
 
-def test_the_question_names_what_is_known():
+def test_the_prompt_lists_the_known_labels():
     prompt = build_scene_prompt(MATTERPORT_40)
     assert "chest of drawers" in prompt
     assert '"things"' in prompt
@@ -37,11 +37,11 @@ def test_new_things_come_out_as_labels():
         "",
     ],
 )
-def test_nothing_else_comes_out(text):
+def test_only_known_values_are_returned(text):
     assert parse_scene_reply(text, MATTERPORT_40) == ()
 
 
-def test_what_is_added_is_bounded():
+def test_added_labels_are_bounded():
     many = reply(*["desk", "printer", "nightstand"] * 100)
     assert len(parse_scene_reply(many, MATTERPORT_40)) <= MAX_NAMES
 

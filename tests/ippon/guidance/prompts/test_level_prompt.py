@@ -115,7 +115,7 @@ def test_reads_every_form(text: str) -> None:
     assert levels_in(text) == EXPECTED
 
 
-def test_missing_and_unknown_categories_are_told() -> None:
+def test_missing_and_unknown_categories_are_reported() -> None:
     reply = parse_reply("sofa: x. NEAR\nunicorn: x. CERTAIN\ntv: x. MAYBE", VOCABULARY)
     assert [row.label for row in reply.rows] == ["sofa"]
     assert reply.missing == ("chest_of_drawers", "tv", "wall")

@@ -40,7 +40,7 @@ def test_answers(reply, expected):
         '{"answer": "yes", "because": "' + "x" * 5000 + '"}',
     ],
 )
-def test_what_is_no_answer(reply):
+def test_invalid_answers_are_rejected(reply):
     assert parse_opinion_reply(reply) is None
 
 

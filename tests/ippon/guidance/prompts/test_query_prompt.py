@@ -30,7 +30,7 @@ def test_reads_object_and_context() -> None:
     ("wanted", "context"),
     [("blue hat", ""), ("red hat", "in the kitchen"), ("", "on the sofa"), ("late", "")],
 )
-def test_what_was_made_up_or_is_unknown_is_doubtful(wanted: str, context: str) -> None:
+def test_invented_or_unknown_objects_are_doubtful(wanted: str, context: str) -> None:
     query = parse_query_reply(answer(object=wanted, context=context), SENTENCE)
     assert query is not None
     assert query.doubtful

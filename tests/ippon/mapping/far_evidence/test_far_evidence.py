@@ -9,7 +9,6 @@ import pytest
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import make_transform, rotation_z
-from ippon.mapping.far_evidence.evidence_grid import SPREAD_M
 from ippon.mapping.far_evidence.far_evidence import FarEvidence, FarEvidenceConfig
 from ippon.observation import Heatmap
 from ippon.robot import ZED
@@ -70,7 +69,7 @@ def shown(far_evidence):
     return len(far_evidence.places()) if far_evidence.revision else 0
 
 
-def test_what_stands_far_ahead_draws_those_who_would_look_at_it():
+def test_a_distant_object_raises_the_viewpoints_that_look_at_it():
     far_evidence = made([frame_of(AHEAD)] * 8)
     ahead = seen_from(far_evidence, 2.0, 0.0)
     assert ahead[0] > 2.0
@@ -81,7 +80,7 @@ def test_what_stands_far_ahead_draws_those_who_would_look_at_it():
 def test_where_it_meets_the_floor_bounds_how_far_it_is():
     far_evidence = made([frame_of(AHEAD)] * 8)
     assert seen_from(far_evidence, 6.0, 0.0)[0] > 2.0
-    beyond = 7.0 + SPREAD_M + 1.0
+    beyond = 7.0 + FarEvidenceConfig().spread_m + 1.0
     assert seen_from(far_evidence, beyond, 0.0)[0] == 0.0
     # What may stand on a table is bounded by the reach alone.
     level = (rows_at(7.0, height_m=1.2), slice(76, 84))
@@ -96,7 +95,7 @@ def test_far_depth_says_where_it_is():
     assert ahead[0] == ahead[2] == 0.0
 
 
-def test_what_is_within_the_maps_range_is_the_maps_matter():
+def test_cells_within_the_maps_range_are_left_to_the_map():
     assert shown(made([frame_of(AHEAD, depth=2.0)] * 20)) == 0
     far_evidence = made([frame_of(AHEAD)] * 8)
     assert seen_from(far_evidence, 4.0, 0.0)[0] > 2.0
@@ -131,7 +130,7 @@ def test_images_that_show_it_no_more_take_it_back():
     assert seen_from(far_evidence, 4.0, 0.0)[0] == 0.0
 
 
-def test_what_no_image_shows_any_more_fades():
+def test_evidence_decays_without_new_images():
     far_evidence = made([frame_of(AHEAD)] * 8)
     before = far_evidence.places()
     elsewhere = {"yaw": math.pi, "depth": 3.0}
@@ -142,7 +141,7 @@ def test_what_no_image_shows_any_more_fades():
     assert (seen_from(far_evidence, 4.0, 0.0) == 0.0).all()
 
 
-def test_a_clock_that_starts_anew_forgets_nothing_at_once_and_all_in_time():
+def test_after_a_clock_reset_evidence_decays_with_time_only():
     far_evidence = made([frame_of(AHEAD, stamp_s=1e6)] * 8)
     far_evidence.integrate(frame_of(AHEAD, stamp_s=0.0))
     assert seen_from(far_evidence, 4.0, 0.0)[0] > 2.0
@@ -156,12 +155,12 @@ def with_holes(depth_m, share):
     return np.where(holes, 0.0, depth_m)
 
 
-def test_holes_in_what_is_near_show_nothing_far():
+def test_holes_in_near_surfaces_are_not_distant_views():
     assert shown(made([frame_of(AHEAD, depth=with_holes(2.0, 0.05))] * 20)) == 0
 
 
 @pytest.mark.parametrize("depth", [with_holes(1.5, 0.03), 4.5], ids=["holes", "a wall beyond"])
-def test_what_hides_a_place_does_not_speak_against_it(depth):
+def test_occluders_are_not_evidence_against_a_place(depth):
     far_evidence = made([frame_of(AHEAD)] * 8)
     before = far_evidence.places()
     hidden = before[before[:, 0] > 6.0]
@@ -187,7 +186,7 @@ def test_images_without_depth_leave_nothing_to_the_map():
     ],
     ids=["another object", "no more than elsewhere"],
 )
-def test_what_says_nothing(image):
+def test_configurations_out_of_range_are_rejected(image):
     assert made([image] * 20).revision == 0
 
 
@@ -231,7 +230,7 @@ def sofa_at(pixels, p=0.9, ooi="cup"):
     return replace(frame_of(pixels), heatmap=Heatmap(labels=labels, ooi=ooi, probabilities=heat))
 
 
-def test_what_the_object_is_certainly_near_is_a_cue_from_afar():
+def test_an_object_of_level_certain_is_a_distant_cue():
     far_evidence = with_cues(("sofa", "bed"), [sofa_at(AHEAD)] * 8)
     assert far_evidence.cue_labels == ("sofa", "bed")
     cued = cued_from(far_evidence, 2.0, 0.0)
@@ -243,7 +242,7 @@ def test_what_the_object_is_certainly_near_is_a_cue_from_afar():
     assert not cued_from(with_cues(("bed",), [sofa_at(AHEAD)] * 8), 2.0, 0.0).any()
 
 
-def test_other_cues_begin_anew_and_the_same_ones_go_on():
+def test_changed_cues_are_reset_and_unchanged_ones_kept():
     far_evidence = with_cues(("sofa",), [sofa_at(AHEAD)] * 8)
     before = far_evidence.revision
     far_evidence.set_cues(["sofa"])
@@ -256,7 +255,7 @@ def test_other_cues_begin_anew_and_the_same_ones_go_on():
     assert far_evidence.cue_labels == (), "the object is not its own cue"
 
 
-def test_what_is_the_maps_matter_stays_so_when_cues_change():
+def test_cells_left_to_the_map_stay_so_when_cues_change():
     def search(looked):
         far_evidence = with_cues(
             (), [frame_of(AHEAD, p=0.0, depth=3.9, ooi="cup")] * 4 if looked else []
@@ -291,7 +290,7 @@ def test_switched_off_nothing_is_remembered():
     assert made([frame_of(AHEAD)] * 8, replace(FROM_AFAR, enabled=False)).revision == 0
 
 
-def test_a_robot_far_from_its_start_goes_on_without_what_is_farther():
+def test_evidence_outside_the_grid_is_ignored():
     far_evidence = made([frame_of(AHEAD)])
     for _ in range(8):
         far_evidence.integrate(frame_of(AHEAD, at=(1e4, 1e4)))
@@ -309,6 +308,7 @@ def test_a_robot_far_from_its_start_goes_on_without_what_is_farther():
         {"least_nat": 4.0},
         {"cue_nat": 4.0},
         {"forget_s": 0.0},
+        {"spread_m": -0.1},
     ],
 )
 def test_numbers_without_meaning_are_refused(change):

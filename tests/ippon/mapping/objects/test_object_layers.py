@@ -7,7 +7,7 @@ import pytest
 
 from ippon.mapping.arrays import NOT_MAPPED
 from ippon.mapping.config import MapConfig
-from ippon.mapping.objects.bayes_filter import LOG_ODDS_MAX, ooi_code
+from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX, ooi_code
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
 from tests.reference import object_layers as plain
@@ -33,16 +33,16 @@ def voxel_map(tools):
     return result
 
 
-def test_a_common_object_starts_from_what_is_known(voxel_map):
+def test_a_common_object_starts_from_its_label(voxel_map):
     voxel_map.set_ooi("chair")
-    best = np.zeros(len(voxel_map.pools.best_ooi), int)
+    best = np.zeros(len(voxel_map._pools.best_ooi), int)
     for slot, block, column in plain.labelled(voxel_map):
         expected = plain.log_odds_of_label(voxel_map, slot, 2)
         assert voxel_map.surface.log_odds[slot] == pytest.approx(expected, abs=2e-3)
-        code = int(voxel_map.pools.ooi[voxel_map.pools.slab[block], column])
+        code = int(voxel_map._pools.ooi[voxel_map._pools.slab[block], column])
         assert code == ooi_code(voxel_map.surface.log_odds[slot])
         best[block] = max(best[block], code)
-    assert (best == voxel_map.pools.best_ooi).all()
+    assert (best == voxel_map._pools.best_ooi).all()
 
 
 def test_another_object_starts_from_nothing(voxel_map):
@@ -56,7 +56,7 @@ def test_another_object_starts_from_nothing(voxel_map):
 
 def test_levels_and_proximity(voxel_map):
     voxel_map.set_levels(LEVELS, PROBABILITIES)
-    rows, pools = voxel_map.surface, voxel_map.pools
+    rows, pools = voxel_map.surface, voxel_map._pools
     for slot, block, column in plain.labelled(voxel_map):
         q = plain.posterior(voxel_map, slot)
         assert rows.label[slot] == int(np.argmax(q))
@@ -87,28 +87,28 @@ def test_a_place_is_taken_back_as_it_was(voxel_map):
         return [
             voxel_map.surface.log_odds.copy(),
             arrays.ooi.copy(),
-            voxel_map.pools.best_ooi[: len(arrays.state)].copy(),
+            voxel_map._pools.best_ooi[: len(arrays.state)].copy(),
         ]
 
     before, revision = state(), voxel_map.revision
     ruled_out = voxel_map.suppress_ooi(np.array([1.0, 1.0, 0.0]), 0.8)
     assert len(ruled_out.voxel) > 50
     other = voxel_map.suppress_ooi(np.array([2.5, 2.5, 0.0]), 0.3)
-    voxel_map.readmit_ooi(ruled_out)
-    voxel_map.readmit_ooi(other)
+    voxel_map.restore_ooi(ruled_out)
+    voxel_map.restore_ooi(other)
     for was, now in zip(before, state(), strict=True):
         np.testing.assert_array_equal(was, now)
     assert voxel_map.revision == revision + 4
-    changed = voxel_map.pools.revision[: len(voxel_map.arrays().state)]
+    changed = voxel_map._pools.revision[: len(voxel_map.arrays().state)]
     assert (changed == revision + 3).any()
     again = voxel_map.suppress_ooi(np.array([1.0, 1.0, 0.0]), 0.8)
     np.testing.assert_array_equal(again.log_odds, ruled_out.log_odds)
     nowhere = voxel_map.suppress_ooi(np.array([90.0, 90.0, 0.0]), 0.5)
     assert len(nowhere.voxel) == 0
-    voxel_map.readmit_ooi(nowhere)
+    voxel_map.restore_ooi(nowhere)
 
 
-def test_surface_that_came_or_went_meanwhile_starts_anew_or_stays_gone(voxel_map):
+def test_surface_that_changed_while_suppressed_is_reset_or_stays_removed(voxel_map):
     ball = np.array([1.0, 1.0, 0.0])
     ruled_out = voxel_map.suppress_ooi(ball, 0.8)
     half = len(ruled_out.voxel) // 2
@@ -117,7 +117,7 @@ def test_surface_that_came_or_went_meanwhile_starts_anew_or_stays_gone(voxel_map
         log_odds=np.append(ruled_out.log_odds[:half], np.float32(3.0)),
         code=np.append(ruled_out.code[:half], np.uint8(242)),
     )
-    voxel_map.readmit_ooi(known)
+    voxel_map.restore_ooi(known)
     again = voxel_map.suppress_ooi(ball, 0.8)
     np.testing.assert_array_equal(again.log_odds[:half], ruled_out.log_odds[:half])
     np.testing.assert_array_equal(again.code[:half], ruled_out.code[:half])
@@ -150,7 +150,7 @@ def test_nothing_is_the_object_higher_than_it_can_be(tools, voxel_map, ooi):
     mapped = [
         (plain.center(voxel_map, block, column)[2], voxel_map.surface.log_odds[slot])
         for slot, block, column in plain.labelled(voxel_map)
-        if voxel_map.pools.ooi[voxel_map.pools.slab[block], column] != NOT_MAPPED
+        if voxel_map._pools.ooi[voxel_map._pools.slab[block], column] != NOT_MAPPED
     ]
     assert all(odds == -LOG_ODDS_MAX for z, odds in mapped if z > 1.0)
     with pytest.raises(ValueError, match="more than 0; got -1"):
@@ -161,11 +161,11 @@ def test_nothing_is_the_object_higher_than_it_can_be(tools, voxel_map, ooi):
 
 @pytest.mark.parametrize("lowest_m", [0.0, 0.1])
 @pytest.mark.parametrize("ooi", ["hat", LABELS[0]])
-def test_the_floor_is_no_object_that_stands_on_it(tools, voxel_map, ooi, lowest_m):
+def test_the_floor_is_not_an_object_on_it(tools, voxel_map, ooi, lowest_m):
     def odds_of_floor_and_rest():
         floor, rest = [], []
         for slot, block, column in plain.labelled(voxel_map):
-            if voxel_map.pools.ooi[voxel_map.pools.slab[block], column] != NOT_MAPPED:
+            if voxel_map._pools.ooi[voxel_map._pools.slab[block], column] != NOT_MAPPED:
                 low = plain.center(voxel_map, block, column)[2] < lowest_m
                 (floor if low else rest).append(voxel_map.surface.log_odds[slot])
         return np.array(floor), np.array(rest)
@@ -207,5 +207,5 @@ def test_levels_that_mean_nothing_are_refused(levels, probabilities, problem):
 
 
 def test_one_text_is_no_list_of_labels():
-    with pytest.raises(TypeError, match="got the one text 'chair'"):
+    with pytest.raises(TypeError, match="got the single string 'chair'"):
         VoxelMap(MapConfig(), "chair")

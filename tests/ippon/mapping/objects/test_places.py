@@ -7,8 +7,8 @@ import pytest
 from numba import njit
 
 from ippon.mapping.config import MapConfig
-from ippon.mapping.objects.places import make_witnesses, open_place, place_of
-from ippon.mapping.objects.surface_rows import make_surface_rows
+from ippon.mapping.objects.places import make_place_accumulators, open_accumulator, place_of
+from ippon.mapping.objects.surface_voxels import make_surface_voxels
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
 from ippon.observation_model import ObservationModel, ObservationModels, ScoreTable
@@ -34,7 +34,7 @@ def cup_probability(frames, fusion="places"):
         voxel_map.integrate(frame)
     voxel_map.set_ooi("cup")
     arrays = voxel_map.arrays()
-    codes = arrays.ooi[1 : int(voxel_map.pools.tally[3])]
+    codes = arrays.ooi[1 : int(voxel_map._pools.tally[3])]
     return np.sort(codes[codes != 255].astype(float) / 254.0)
 
 
@@ -80,7 +80,7 @@ def test_the_order_of_images_within_a_place_does_not_matter(tools):
     )
 
 
-def test_a_place_that_was_left_teaches_no_more(tools):
+def test_images_from_a_closed_place_are_ignored(tools):
     there_and_back = [wall(tools, 100, y=1.0), wall(tools, 100, y=2.6, n=1)]
     twice = [*there_and_back, wall(tools, 100, y=1.0, n=2), wall(tools, 100, y=2.6, n=3)]
     once = cup_probability(there_and_back)
@@ -105,23 +105,23 @@ def test_a_score_of_another_label_says_nothing_against_the_object(tools):
 
 
 def test_a_camera_that_shakes_at_a_border_does_not_leave_the_place():
-    surface, witnesses = make_surface_rows(4, len(LABELS)), make_witnesses(8, 16)
+    surface, accumulators = make_surface_voxels(4, len(LABELS)), make_place_accumulators(8, 16)
 
     @njit
-    def open_it(surface, witnesses, slot, place, left, right, labels):
-        return open_place(surface, witnesses, slot, place, left, right, labels)
+    def open_it(surface, accumulators, slot, place, left, right, labels):
+        return open_accumulator(surface, accumulators, slot, place, left, right, labels)
 
     def opened(degrees):
         angles = np.radians([degrees, degrees - 5.0, degrees + 5.0])
         places = [place_of(np.cos(a), np.sin(a), 0.2) for a in angles]
-        return open_it(surface, witnesses, 1, *places, len(LABELS))
+        return open_it(surface, accumulators, 1, *places, len(LABELS))
 
     first = opened(14.0)
     assert [opened(angle) for angle in (16.0, 14.0, 19.0, 15.5)] == [first] * 4
     assert opened(21.0) == first + 1
     assert opened(12.0) == first + 1, "5 degrees back is not enough"
     assert opened(9.0) == 0, "a place that was left teaches no more"
-    assert witnesses.tally[0] == 2
+    assert accumulators.tally[0] == 2
 
 
 def test_another_observation_model_counts_from_now_on(tools):

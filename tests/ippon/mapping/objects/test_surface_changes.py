@@ -15,7 +15,7 @@ LABELS = ("wall", "floor", "chair")
 COLUMNS = ("color", "ooi", "proximity", "level", "label", "confidence")
 
 
-class View:
+class CameraGeometry:
     """Applies deltas as a console does."""
 
     def __init__(self):
@@ -54,7 +54,7 @@ def frames(tools, world, count=24, start=0):
 def test_deltas_add_up_to_the_keyframe(tools, world):
     voxel_map = VoxelMap(MapConfig(), LABELS)
     voxel_map.set_ooi("hat")
-    tracker, view = SurfaceTracker(voxel_map), View()
+    tracker, view = SurfaceTracker(voxel_map), CameraGeometry()
     for frame in frames(tools, world):
         voxel_map.integrate(frame)
         delta = tracker.update()
@@ -67,7 +67,7 @@ def test_deltas_add_up_to_the_keyframe(tools, world):
     voxel_map.set_levels(np.array([0, 1, 3], np.uint8), np.array([0, 0.1, 0.3, 0.9], "f4"))
     voxel_map.suppress_ooi(np.array([2.8, 1.8, 0.3]), 1.0)
     view.apply(tracker.update())
-    truth = View()
+    truth = CameraGeometry()
     truth.apply(SurfaceTracker(voxel_map).keyframe())
     assert view.voxels.keys() == truth.voxels.keys()
     assert len(truth.voxels) > 1000
@@ -78,7 +78,7 @@ def test_deltas_add_up_to_the_keyframe(tools, world):
         assert abs(shown[2] - proximity) <= 5
         assert shown[3:5] == [level, label]
         assert abs(shown[5] - confidence) <= 12
-    again = View()
+    again = CameraGeometry()
     again.apply(tracker.keyframe())
     assert again.voxels == truth.voxels
     assert len(tracker.update().index) == 0
@@ -100,14 +100,14 @@ def test_values_are_those_of_the_map(tools, world):
     assert np.abs(delta.proximity[sure] / 254.0 - 0.5).max() < 0.02
     rows = voxel_map.surface
     for n in range(0, len(delta.index), 97):
-        row = np.flatnonzero((voxel_map.pools.coord == delta.index[n] >> 3).all(axis=1))
-        row = next(r for r in row if voxel_map.pools.used[r])
+        row = np.flatnonzero((voxel_map._pools.coord == delta.index[n] >> 3).all(axis=1))
+        row = next(r for r in row if voxel_map._pools.used[r])
         k = (delta.index[n] & 7) @ [64, 8, 1]
-        slab = voxel_map.pools.slab[row]
-        slot = voxel_map.pools.slot[slab, k]
+        slab = voxel_map._pools.slab[row]
+        slot = voxel_map._pools.slot[slab, k]
         assert (rows.color[slot] == delta.color[n]).all()
         assert rows.label[slot] == delta.label[n]
-        assert voxel_map.pools.ooi[slab, k] == delta.ooi[n]
+        assert voxel_map._pools.ooi[slab, k] == delta.ooi[n]
 
 
 def test_the_same_view_again_sends_almost_nothing(tools, world):
@@ -125,7 +125,7 @@ def test_the_same_view_again_sends_almost_nothing(tools, world):
 
 def test_dropped_blocks_are_removed_from_the_view(tools, world):
     voxel_map = VoxelMap(MapConfig(memory_limit_mb=25.0, max_range_m=3.0), LABELS)
-    tracker, view = SurfaceTracker(voxel_map), View()
+    tracker, view = SurfaceTracker(voxel_map), CameraGeometry()
     dropped = 0
     for n in range(40):
         # The same furnished room again and again, each a room's length farther on.
@@ -139,7 +139,7 @@ def test_dropped_blocks_are_removed_from_the_view(tools, world):
             dropped += voxel_map.integrate(frame).blocks_dropped
             view.apply(tracker.update())
     assert dropped > 0
-    truth = View()
+    truth = CameraGeometry()
     truth.apply(SurfaceTracker(voxel_map).keyframe())
     assert view.voxels.keys() == truth.voxels.keys()
 

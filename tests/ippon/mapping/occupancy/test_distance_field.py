@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.ndimage import distance_transform_edt
 
 from ippon.mapping.arrays import OCCUPIED
-from ippon.mapping.blocks import BlockDirectory, make_pools, take_row
+from ippon.mapping.blocks import BlockDirectory, allocate_block, make_pools
 from ippon.mapping.occupancy.distance_field import MAX_REACH, DistanceField
 from ippon.mapping.queries import to_metres
 from tests.reference.distance_field import nearest_occupied
@@ -27,7 +27,7 @@ class Volume:
     def add_block(self, coord):
         coord = np.array(coord)
         self.directory.cover(coord, coord + 1)
-        row = take_row(self.pools, *coord, np.uint16(self.field.farthest), 1)
+        row = allocate_block(self.pools, *coord, np.uint16(self.field.farthest), 1)
         self.directory.rows[tuple(coord - self.directory.origin)] = row
         self.coords.append(coord)
         return coord

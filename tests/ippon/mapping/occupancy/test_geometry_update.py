@@ -67,9 +67,9 @@ def test_agrees_with_the_plain_twin(tools, voxel_size, sigma):
         for column in range(512):
             at = (block + arrays.origin_block) * 8 + (column >> 6, (column >> 3) & 7, column & 7)
             voxel = tuple(int(i) for i in at)
-            evidence[voxel] = int(voxel_map.pools.evidence[row, column])
-            tsdf[voxel] = voxel_map.pools.tsdf[row, column] / TSDF_ONE
-            weight[voxel] = int(voxel_map.pools.weight[row, column])
+            evidence[voxel] = int(voxel_map._pools.evidence[row, column])
+            tsdf[voxel] = voxel_map._pools.tsdf[row, column] / TSDF_ONE
+            weight[voxel] = int(voxel_map._pools.weight[row, column])
     sure = [v for v in voxels if v not in plain.doubtful]
     assert len(sure) > 0.9 * len(voxels)
     assert sum(plain.evidence.get(v, 0) != 0 for v in sure) > 1000

@@ -150,7 +150,7 @@ def test_a_preview_changes_nothing(world, mission):
     slab, cell = np.argwhere(arrays.level != NOT_MAPPED)[0]
     row = int(np.flatnonzero(arrays.slab == slab)[0])
     local = np.array([cell >> 6, (cell >> 3) & 7, cell & 7])
-    voxel = mission.voxel_map.pools.coord[row] * 8 + local
+    voxel = mission.voxel_map.block_coords[row] * 8 + local
     report = inspect_voxel(mission.voxel_map, (voxel + 0.5) * arrays.voxel_size)
     assert report is not None
     assert report.labels, "the segmentation told"

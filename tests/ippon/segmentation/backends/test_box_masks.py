@@ -176,7 +176,7 @@ def test_only_the_best_instances_get_masks(folder, image_by_formula, monkeypatch
     assert [one.mask is None for one in seen.instances] == [False] * MOST_MASKS + [True] * 5
 
 
-def test_a_mask_network_stands_behind_grounding_dino(folder, image_by_formula):
+def test_grounding_dino_has_a_network_for_masks(folder, image_by_formula):
     def loaded(masks_model):
         config = SegmentationConfig(
             backend="grounding-dino",

@@ -46,7 +46,7 @@ def test_only_the_best_are_considered():
     assert len(distinct_boxes(many, torch.ones(len(many)))) == MAX_INSTANCES
 
 
-def test_scores_that_are_no_numbers_are_refused():
+def test_nan_scores_are_rejected():
     with pytest.raises(SegmentationError) as caught:
         distinct_boxes(BOXES, torch.tensor([0.1, float("nan"), 0.2, 0.3]))
     assert str(caught.value) == (

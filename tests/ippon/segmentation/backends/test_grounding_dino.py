@@ -20,7 +20,7 @@ from ippon.segmentation.backends.grounding_dino import (  # noqa: E402
 from ippon.segmentation.config import SegmentationConfig  # noqa: E402
 from ippon.segmentation.errors import CheckpointError, SegmentationError  # noqa: E402
 from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from ippon.segmentation.published import USUAL  # noqa: E402
+from ippon.segmentation.model_registry import DEFAULT_MODELS  # noqa: E402
 from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
 
 KINDS = ("mm-grounding-dino", "grounding-dino")
@@ -165,7 +165,7 @@ def test_marks_within_a_label_do_not_end_it(segmenter):
     assert [text.tokens.shape[1] for text in long] == [40, 4]
 
 
-def test_values_that_are_no_numbers_are_refused(segmenter, image_by_formula):
+def test_nan_is_rejected(segmenter, image_by_formula):
     with torch.no_grad():
         for values in segmenter._model.model.decoder.layer_norm.parameters():
             values.fill_(float("nan"))
@@ -173,10 +173,10 @@ def test_values_that_are_no_numbers_are_refused(segmenter, image_by_formula):
         segmenter.segment(image_by_formula(48, 64), LABELS, None)
 
 
-def test_a_missing_model_says_what_to_fetch(tmp_path):
+def test_a_missing_model_names_its_source(tmp_path):
     with pytest.raises(CheckpointError) as caught:
         load_segmenter(config(""), tmp_path)
-    assert f"https://huggingface.co/{USUAL['grounding-dino']}" in str(caught.value)
+    assert f"https://huggingface.co/{DEFAULT_MODELS['grounding-dino']}" in str(caught.value)
 
 
 def test_another_architecture_is_refused(folder, tmp_path):

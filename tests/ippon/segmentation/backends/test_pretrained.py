@@ -99,7 +99,7 @@ def test_clipseg_scores_each_label_at_each_pixel_of_images_of_any_size(folder, i
     assert other.probabilities.shape[2] == 2
 
 
-def test_clipseg_gives_what_the_library_gives(folder, image_by_formula):
+def test_clipseg_agrees_with_the_library(folder, image_by_formula):
     """Encoding the image once for all labels changes nothing."""
     segmenter = ClipSegSegmenter(config("clipseg"), folder)
     image = segmenter._prepare(image_by_formula(32, 32))
@@ -111,7 +111,7 @@ def test_clipseg_gives_what_the_library_gives(folder, image_by_formula):
     torch.testing.assert_close(ours[1], theirs.reshape(ours.shape[1:]), atol=1e-5, rtol=1e-4)
 
 
-def test_owlv2_gives_what_the_library_gives(folder, image_by_formula):
+def test_owlv2_agrees_with_the_library(folder, image_by_formula):
     segmenter = Owlv2Segmenter(config("owlv2"), folder)
     image = torch.from_numpy(image_by_formula(32, 32)).permute(2, 0, 1)[None].float()
     mean, std = (torch.tensor(v).view(3, 1, 1) for v in segmenter._normalisation)
@@ -150,7 +150,7 @@ def test_owlv2_finds_instances_that_sam_outlines(folder, image_by_formula):
 
 
 @pytest.mark.parametrize("backend", ["clipseg", "owlv2"])
-def test_a_missing_model_says_what_to_fetch_and_where_to_put_it(tmp_path, backend):
+def test_a_missing_model_names_source_and_folder(tmp_path, backend):
     with pytest.raises(CheckpointError) as caught:
         load_segmenter(config(backend), tmp_path)
     name = config(backend).model
@@ -168,12 +168,12 @@ def test_a_folder_of_another_model_is_refused(folder):
 def test_a_damaged_folder_is_refused(folder, tmp_path):
     (tmp_path / "clipseg-tiny").mkdir()
     (tmp_path / "clipseg-tiny" / "config.json").write_text(json.dumps({"model_type": "clipseg"}))
-    with pytest.raises(CheckpointError, match="clipseg-tiny is no folder of such a model"):
+    with pytest.raises(CheckpointError, match="clipseg-tiny is not a folder of such a model"):
         load_segmenter(config("clipseg"), tmp_path)
 
 
-def test_second_passes_go_round_any_network(folder, image_by_formula):
-    segmenter = load_segmenter(config("clipseg", small_objects=True, distractors=True), folder)
+def test_a_network_for_every_pixel_gets_a_second_pass(folder, image_by_formula):
+    segmenter = load_segmenter(config("clipseg", small_objects=True), folder)
     heatmap = segmenter.segment(image_by_formula(48, 64), LABELS, "hat")
     assert (heatmap.labels, heatmap.kind, heatmap.source) == (LABELS, "scores", "clipseg")
     assert heatmap.probabilities.shape[2] == 4

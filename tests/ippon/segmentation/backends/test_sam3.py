@@ -16,7 +16,7 @@ from ippon.segmentation.backends.sam3 import LEAST_SCORE, Sam3Segmenter  # noqa:
 from ippon.segmentation.config import SegmentationConfig  # noqa: E402
 from ippon.segmentation.errors import CheckpointError, SegmentationError  # noqa: E402
 from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from ippon.segmentation.published import PUBLISHED, USUAL  # noqa: E402
+from ippon.segmentation.model_registry import DEFAULT_MODELS, MODELS  # noqa: E402
 from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
 from tests.ippon.segmentation.backends.library_processors import (  # noqa: E402
     WITH_TORCHVISION,
@@ -163,7 +163,7 @@ def test_the_image_is_encoded_once_and_words_once_for_all_images(
     assert counts == {"image": 4, "words": 2}
 
 
-def test_values_that_are_no_numbers_are_refused(segmenter, image_by_formula):
+def test_nan_is_rejected(segmenter, image_by_formula):
     with torch.no_grad():
         segmenter._model.dot_product_scoring.query_proj.bias.fill_(float("nan"))
     with pytest.raises(SegmentationError, match="values that are not numbers; try --segmentation"):
@@ -171,14 +171,12 @@ def test_values_that_are_no_numbers_are_refused(segmenter, image_by_formula):
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_a_missing_model_says_what_to_fetch(tmp_path, backend):
+def test_a_missing_model_names_its_source(tmp_path, backend):
     with pytest.raises(CheckpointError) as caught:
         load_segmenter(config(backend, model=""), tmp_path)
-    name = USUAL[backend]
+    name = DEFAULT_MODELS[backend]
     assert f"https://huggingface.co/{name}" in str(caught.value)
-    assert f"the weights of {name} ({PUBLISHED[name].megabytes} MB, SAM License" in str(
-        caught.value
-    )
+    assert f"the weights of {name} ({MODELS[name].megabytes} MB, SAM License" in str(caught.value)
 
 
 def test_another_architecture_is_refused(folder):
@@ -212,7 +210,7 @@ def test_pickled_weights_are_refused_and_not_opened(folder, tmp_path):
     where = copied(folder / "sam3-tiny", tmp_path / "pickled", "model.safetensors")
     torch.save({"weights": Opened(tmp_path / "opened")}, where / "pytorch_model.bin")
     with pytest.raises(
-        CheckpointError, match=r"pickled is no folder of such a model: .*safetensors"
+        CheckpointError, match=r"pickled is not a folder of such a model: .*safetensors"
     ):
         load_segmenter(config("sam3", model=str(where)), folder)
     assert not (tmp_path / "opened").exists()
@@ -238,7 +236,7 @@ def test_damaged_weights_are_refused(folder, tmp_path):
     where = copied(folder / "sam3-tiny", tmp_path / "cut", "model.safetensors")
     whole = (folder / "sam3-tiny" / "model.safetensors").read_bytes()
     (where / "model.safetensors").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(CheckpointError, match="cut is no folder of such a model"):
+    with pytest.raises(CheckpointError, match="cut is not a folder of such a model"):
         load_segmenter(config("sam3", model=str(where)), folder)
 
 

@@ -51,7 +51,7 @@ def rows(*boxes):
     return np.array([boxes], np.float32)
 
 
-def test_only_what_was_asked_for_comes_back(tmp_path):
+def test_only_requested_labels_are_returned(tmp_path):
     found = rows(
         [0, 0, 20, 20, 0.8, COCO_80.index("cup")],
         [5, 5, 30, 30, 0.7, COCO_80.index("couch")],
@@ -73,7 +73,7 @@ def test_only_what_was_asked_for_comes_back(tmp_path):
     assert (unseen.labels, unseen.ooi) == (("sofa",), None)
 
 
-def test_boxes_that_are_none_are_dropped_and_counted(tmp_path):
+def test_invalid_boxes_are_dropped_and_counted(tmp_path):
     cup = COCO_80.index("cup")
     found = rows(
         [10, 10, 20, 20, 0.9, cup],
@@ -161,7 +161,7 @@ def test_masks_of_stretched_images_are_in_the_images_proportions(tmp_path):
     assert detector.layout.family == "rf-detr"
 
 
-def test_the_own_exports_of_rt_detr_are_told_the_size_of_their_input(tmp_path):
+def test_rt_detrs_own_exports_get_the_size_of_their_input(tmp_path):
     outputs = {
         "labels": np.array([[COCO_80.index("tv"), 200]], np.int64),
         "boxes": np.array([[[16, 8, 48, 40], [0, 0, 9, 9]]], np.float32),
@@ -178,7 +178,7 @@ def test_the_own_exports_of_rt_detr_are_told_the_size_of_their_input(tmp_path):
     ]
 
 
-def test_what_lies_beside_an_export_of_transformers_is_read(tmp_path):
+def test_files_beside_a_transformers_export_are_read(tmp_path):
     folder = tmp_path / "my_detector"
     folder.mkdir()
     logits, boxes = np.zeros((1, 5, 2), np.float32), np.full((1, 5, 4), 0.5, np.float32)
@@ -217,8 +217,8 @@ def test_a_network_is_named_by_its_file_or_folder(tmp_path):
         ({"out": (1, 21, 64, 64)}, "looks like a network that judges every pixel"),
         ({"a": (1, 5, 5), "b": (1, 9), "c": (1, 2)}, "a (5, 5), b (9,), c (2,) for an input of"),
         ({"output0": (1, 83, CELLS + 2)}, "known are nanodet, yolox, yolov5, yolov8"),
-        ({"boxes": (1, 9, 4), "scores": (1, 9), "labels": (1, 8)}, "of no detector"),
-        ({"logits": (1, 9, 80), "pred_boxes": (1, 8, 4)}, "of no detector that is known"),
+        ({"boxes": (1, 9, 4), "scores": (1, 9), "labels": (1, 8)}, "not of a known detector"),
+        ({"logits": (1, 9, 80), "pred_boxes": (1, 8, 4)}, "not of a known detector"),
     ],
 )
 def test_other_architectures_are_refused(tmp_path, outputs, text):
@@ -360,7 +360,7 @@ def export(model, path, side):
 @pytest.mark.slow
 @pytest.mark.skipif(importlib.util.find_spec("transformers") is None, reason="needs transformers")
 @pytest.mark.parametrize("name", ["rt_detr", "rt_detr_v2", "d_fine", "rf_detr", "detr"])
-def test_real_architectures_give_what_transformers_makes_of_their_outputs(tmp_path, name):
+def test_real_architectures_agree_with_transformers(tmp_path, name):
     """Random weights; the processors' own post-processing of the same outputs is the truth."""
     import torch
     from transformers import DetrImageProcessor, RTDetrImageProcessor

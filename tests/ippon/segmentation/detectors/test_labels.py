@@ -5,7 +5,7 @@ from ippon.segmentation.detectors.labels import labels_beside, read_labels_file
 from ippon.segmentation.errors import CheckpointError
 
 
-def test_a_line_is_a_class_and_may_say_what_it_answers_to(tmp_path):
+def test_a_line_is_a_class_with_optional_synonyms(tmp_path):
     path = tmp_path / "labels.txt"
     path.write_text("\ufeffcouch\n-\nhard hat = helmet, safety hat\nbackground\n\n", "utf-8")
     read = read_labels_file(path)
@@ -24,11 +24,11 @@ def test_a_line_is_a_class_and_may_say_what_it_answers_to(tmp_path):
             "line 2 of {path} holds no name; '-' stands for an output without a class",
         ),
         (b"cup\ntv = \n", "line 2 of {path} says no label after '='"),
-        (b"\xff\xfe\x00", "{path} is no list of labels: it is not text"),
-        (b"a" * 1_000_001, "{path} is no list of labels: it is larger than 1000000 B"),
+        (b"\xff\xfe\x00", "{path} is not a list of labels: it is not text"),
+        (b"a" * 1_000_001, "{path} is not a list of labels: it is larger than 1000000 B"),
     ],
 )
-def test_files_that_are_no_list_are_refused(tmp_path, content, text):
+def test_files_without_a_list_are_rejected(tmp_path, content, text):
     path = tmp_path / "labels.txt"
     if content is not None:
         path.write_bytes(content)
@@ -44,7 +44,8 @@ def test_names_in_the_file_are_read_as_literals_alone(tmp_path):
     assert read.classes == ("cup", "", "tv")
     made = tmp_path / "made"
     code = f"__import__('os').mkdir({str(made)!r})"
-    with pytest.raises(CheckpointError, match=r"y\.onnx says names that are no table: .__import__"):
+    text = r"y\.onnx has class names that are not a table: .__import__"
+    with pytest.raises(CheckpointError, match=text):
         labels_beside(model, {"names": code})
     assert not made.exists()
 
@@ -56,11 +57,11 @@ def test_names_in_the_file_are_read_as_literals_alone(tmp_path):
         ("{}", "names of classes are a table; got '{}'"),
         ("{'a': 'cup'}", "classes have numbers; got"),
         ("{-1: 'cup'}", "classes are numbered from 0 to 10000; got -1"),
-        ("{10**9: 'cup'}", "says names that are no table"),
+        ("{10**9: 'cup'}", "has class names that are not a table"),
         ("{1000000000: 'cup'}", "classes are numbered from 0 to 10000; got 1000000000"),
     ],
 )
-def test_names_that_are_no_table_are_refused(tmp_path, names, text):
+def test_names_without_a_table_are_rejected(tmp_path, names, text):
     with pytest.raises(CheckpointError) as caught:
         labels_beside(tmp_path / "y.onnx", {"names": names})
     assert text in str(caught.value)

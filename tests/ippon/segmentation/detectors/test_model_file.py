@@ -65,30 +65,30 @@ def test_code_in_an_old_pickle_does_not_run(tmp_path):
     assert not made.exists()
 
 
-def test_what_torch_save_writes_is_not_opened(tmp_path):
+def test_pickles_are_not_opened(tmp_path):
     with zipfile.ZipFile(tmp_path / "best.onnx", "w") as archive:
         archive.writestr("archive/data.pkl", pickle.dumps(RunsCode(tmp_path / "made")))
     assert refusal(tmp_path / "best.onnx") == f"best.onnx{PYTORCH}"
     assert not (tmp_path / "made").exists()
 
 
-def test_files_that_are_none_are_named_with_what_would_do(tmp_path):
+def test_invalid_files_are_named_with_alternatives(tmp_path):
     is_what = "a detector is an .onnx or an ncnn .param file"
     missing = tmp_path / "none.onnx"
     assert refusal(missing) == f"there is no {missing}; {is_what}"
     folder = tmp_path / "folder.onnx"
     folder.mkdir()
-    assert refusal(folder) == f"{folder} is no file; {is_what}"
+    assert refusal(folder) == f"{folder} is not a file; {is_what}"
     (tmp_path / "a.jpg").write_bytes(b"\xff\xd8" * 20)
     assert refusal(tmp_path / "a.jpg") == (
-        "a.jpg is none of the files that a detector is kept in: .onnx, or an ncnn .param with its "
-        ".bin beside it"
+        "a.jpg is not a detector file: .onnx, or an ncnn .param with its .bin beside it"
     )
     (tmp_path / "short.onnx").write_bytes(b"\x08\x08")
     assert refusal(tmp_path / "short.onnx") == "short.onnx is empty or cut off: it has 2 bytes"
     (tmp_path / "page.onnx").write_text("<html>404: Not Found</html>" * 3)
     assert refusal(tmp_path / "page.onnx") == (
-        "page.onnx is no ONNX file: it is text that begins with '<html>404: Not Found</html><ht'"
+        "page.onnx is not an ONNX file: it is text that begins with "
+        "'<html>404: Not Found</html><ht'"
     )
 
 
@@ -131,7 +131,7 @@ def test_a_model_is_a_path_or_a_name_in_the_folder_of_models(tmp_path):
     )
 
 
-def test_devices_that_are_none_are_refused(tmp_path):
+def test_unknown_devices_are_rejected(tmp_path):
     path = constant_network(tmp_path / "y.onnx", {"output0": np.zeros((1, 5, 6), np.float32)})
     config = SegmentationConfig(backend="detector", model=str(path), device="tpu")
     with pytest.raises(SegmentationError, match="a device is auto, cpu, cuda or cuda:N; got 'tpu'"):

@@ -11,7 +11,7 @@ ncnn = pytest.importorskip("ncnn", reason="the extra ippon[detector] is not inst
 
 from ippon.segmentation.config import SegmentationConfig  # noqa: E402
 from ippon.segmentation.detectors.detector import LEAST_SCORE  # noqa: E402
-from ippon.segmentation.detectors.vocabulary import refusal_of  # noqa: E402
+from ippon.segmentation.detectors.vocabulary import unsupported_reason  # noqa: E402
 from ippon.segmentation.errors import CheckpointError, SegmentationError  # noqa: E402
 from ippon.segmentation.loading import load_segmenter  # noqa: E402
 from tests.locations import SHARED  # noqa: E402
@@ -117,8 +117,8 @@ def test_scores_are_those_that_others_measured(nanodet):
 @here
 def test_an_unknown_object_is_refused_in_words(nanodet):
     assert nanodet.segment(np.zeros((48, 64, 3), np.uint8), ("wall",), "hat").labels == ()
-    assert "knows 80 kinds of thing and 'hat' is none of them" in refusal_of(nanodet, "hat")
-    assert refusal_of(nanodet, "sofa") is None
+    assert "knows 80 kinds of thing and 'hat' is none of them" in unsupported_reason(nanodet, "hat")
+    assert unsupported_reason(nanodet, "sofa") is None
 
 
 @here
@@ -129,8 +129,8 @@ def test_images_of_any_shape_are_taken(nanodet, shape):
 
 
 @here
-def test_a_detector_gets_no_second_passes():
-    detector = load(NANODET, small_objects=True, distractors=True)
+def test_a_detector_gets_no_second_pass():
+    detector = load(NANODET, small_objects=True)
     assert type(detector).__name__ == "Detector"
     assert load(NANODET.with_suffix(".bin")).source == "nanodet-plus-m_416"
 
@@ -219,7 +219,7 @@ def test_a_network_at_which_ncnn_dies_is_refused(copied):
 @here
 def test_bytes_in_place_of_structure_are_refused(copied):
     copied.write_bytes(bytes(range(256)) * 9)
-    refused(copied, "net.param is no ncnn .param file: it is not text")
+    refused(copied, "net.param is not an ncnn .param file: it is not text")
 
 
 @here

@@ -3,11 +3,18 @@
 import pytest
 
 from ippon.guidance.language.naming import resolve_object, same_object
-from ippon.segmentation.detectors.coco import ALSO, COCO_80, COCO_91, NO_CLASS, SAME, answers_of
+from ippon.segmentation.detectors.coco import (
+    ALSO,
+    COCO_80,
+    COCO_91,
+    NO_CLASS,
+    SAME,
+    synonyms_of_class,
+)
 from ippon.segmentation.detectors.vocabulary import (
     ClosedVocabulary,
     closed_vocabulary,
-    refusal_of,
+    unsupported_reason,
 )
 from ippon.vocabulary import LABORATORY_40, MATTERPORT_40
 
@@ -43,7 +50,7 @@ def test_synonyms_are_those_of_the_words_that_people_ask_with():
     assert set(ALSO) <= {name for group in SAME for name in group} | set(COCO_80)
 
 
-def test_labels_are_those_that_were_asked_for_and_can_be_told():
+def test_labels_are_the_requested_ones_that_are_known():
     assigned = COCO.assign(("wall", "sofa", "table", "fridge", "appliances"), "mug")
     assert assigned.labels == ("sofa", "table", "fridge", "mug")
     assert assigned.ooi == "mug"
@@ -70,7 +77,7 @@ def test_two_words_for_a_class_are_found_under_the_same_label():
     assert COCO.label_for("mug", (*MATTERPORT_40, "mug")) == "mug"
 
 
-def test_what_cannot_be_seen_is_said():
+def test_unknown_objects_are_reported():
     assert COCO.assign(("chair",), "hat").ooi is None
     assert COCO.assign(("wall", "floor"), "hat").labels == ()
     assert COCO.unseen(("wall", "chair", "hat", "television")) == ("wall", "hat")
@@ -93,13 +100,15 @@ def test_the_nearest_kinds_share_a_word_or_are_misspelt(label, near):
     assert COCO.nearest(label) == near
 
 
-def test_a_refusal_says_what_would_do():
-    assert ClosedVocabulary.of(["cup", "office chair", "", "cup"]).refusal("arm_chair") == (
+def test_an_unsupported_label_gets_alternatives():
+    assert ClosedVocabulary.of(["cup", "office chair", "", "cup"]).unsupported_reason(
+        "arm_chair"
+    ) == (
         "this detector knows 2 kinds of thing and 'arm_chair' is none of them; nearest to it: "
         "office_chair; it knows: cup, office_chair; an open-vocabulary network "
         "(--segmentation.backend san or owlv2) takes any word"
     )
-    many = ClosedVocabulary.of([f"thing {k}" for k in range(365)]).refusal("hat")
+    many = ClosedVocabulary.of([f"thing {k}" for k in range(365)]).unsupported_reason("hat")
     assert "knows 365 kinds of thing" in many
     assert "thing_99 and 265 more; an open" in many
 
@@ -109,13 +118,13 @@ def test_only_closed_vocabularies_refuse():
         vocabulary = COCO
 
     assert closed_vocabulary(Closed()) is COCO
-    assert refusal_of(Closed(), "couch") is None
-    assert "'hat' is none of them" in (refusal_of(Closed(), "hat") or "")
+    assert unsupported_reason(Closed(), "couch") is None
+    assert "'hat' is none of them" in (unsupported_reason(Closed(), "hat") or "")
     assert closed_vocabulary(object()) is None
-    assert refusal_of(object(), "hat") is None
+    assert unsupported_reason(object(), "hat") is None
 
 
 def test_a_class_answers_to_its_own_name_first():
-    assert answers_of("couch") == ("couch", "sofa", "settee")
-    assert answers_of("television")[:4] == ("television", "tv", "monitor", "screen")
-    assert answers_of("forklift") == ("forklift",)
+    assert synonyms_of_class("couch") == ("couch", "sofa", "settee")
+    assert synonyms_of_class("television")[:4] == ("television", "tv", "monitor", "screen")
+    assert synonyms_of_class("forklift") == ("forklift",)

@@ -68,5 +68,5 @@ def test_textures_show(furnished):
 
 @pytest.mark.parametrize("scale", [0.0, -3.0, float("nan"), 5000.0])
 def test_a_useless_scale_is_refused(furnished, scale):
-    with pytest.raises(ValueError, match="pixels a metre makes no usable picture"):
+    with pytest.raises(ValueError, match="pixels per metre gives no usable picture"):
         picture_from_above(furnished, pixels_per_metre=scale)

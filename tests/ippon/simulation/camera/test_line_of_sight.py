@@ -3,7 +3,7 @@ import numpy as np
 from ippon.simulation.camera.line_of_sight import LineOfSight
 
 
-def test_what_stands_between_hides_a_point_and_its_own_surface_does_not(furnished):
+def test_occluders_hide_a_point_and_its_own_surface_does_not(furnished):
     sight = LineOfSight(furnished)
     eye = np.array([1.0, 1.6, 1.2])
     hat_top, hat_side = [2.95, 1.65, 0.65], [2.8, 1.6, 0.6]

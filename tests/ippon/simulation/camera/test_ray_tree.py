@@ -6,7 +6,7 @@ from tests.reference import ray_tree as reference
 
 
 @pytest.mark.parametrize("count", [1, 3, 5, 200])
-def test_the_tree_finds_what_trying_every_triangle_finds(count):
+def test_the_tree_agrees_with_testing_every_triangle(count):
     rng = np.random.default_rng(count)
     corners = rng.uniform(0.0, 4.0, (count, 1, 3)) + rng.normal(0.0, 0.5, (count, 3, 3))
     origins, ways = rng.uniform(-1.0, 5.0, (500, 3)), rng.normal(0.0, 2.0, (500, 3))
@@ -19,7 +19,7 @@ def test_the_tree_finds_what_trying_every_triangle_finds(count):
     assert not hit.all()
 
 
-def test_a_ray_meets_what_lies_between_its_ends_and_no_seam_lets_it_through():
+def test_a_ray_meets_triangles_between_its_ends_and_passes_no_seam():
     floor = [[[0, 0, 0], [2, 0, 0], [2, 2, 0]], [[0, 0, 0], [2, 2, 0], [0, 2, 0]]]
     tree = RayTree(np.array(floor, float))
     along = np.linspace(0.0, 2.0, 101)
@@ -37,7 +37,7 @@ def test_many_triangles_in_one_place_and_none_at_all():
     assert not RayTree(np.empty((0, 3, 3))).is_hit(*ray).any()
 
 
-def test_what_is_no_triangle_is_refused():
+def test_invalid_triangles_are_rejected():
     with pytest.raises(ValueError, match=r"triangles are \(N, 3, 3\); got \(3, 3\)"):
         RayTree(np.eye(3))
     with pytest.raises(ValueError, match="finite corners"):

@@ -44,7 +44,7 @@ def test_depth_noise_grows_with_the_square_of_the_depth(depth_m):
     assert abs(error.mean()) < 0.2 * error.std()
 
 
-def test_neighbouring_pixels_err_alike():
+def test_noise_of_neighbouring_pixels_is_correlated():
     error = noise(depth_m_per_m2=0.002).corrupt_depth(flat(2.0), generator()) - 2.0
     near = np.corrcoef(error[:, :-1].ravel(), error[:, 1:].ravel())[0, 1]
     far = np.corrcoef(error[:, :-40].ravel(), error[:, 40:].ravel())[0, 1]

@@ -85,7 +85,7 @@ def test_things_can_lie_on_the_surfaces_that_a_piece_names(name):
 
 @pytest.mark.parametrize("label", SMALL_THINGS)
 @pytest.mark.parametrize("seed", range(3))
-def test_small_things_are_small_and_stand_on_what_carries_them(label, seed):
+def test_small_objects_are_small_and_stand_at_z_0(label, seed):
     model = small_thing(np.random.default_rng(seed), label)
     low, high = model.mesh.vertices.min(axis=0), model.mesh.vertices.max(axis=0)
     assert model.label == label
@@ -97,6 +97,8 @@ def test_small_things_are_small_and_stand_on_what_carries_them(label, seed):
     assert 12 <= len(model.mesh.faces) <= 500
 
 
-def test_a_thing_that_nobody_makes_is_refused():
-    with pytest.raises(ValueError, match="no small thing is called 'unicorn'; there are mug, book"):
+def test_an_unknown_small_object_is_rejected():
+    with pytest.raises(
+        ValueError, match="no small object is called 'unicorn'; there are mug, book"
+    ):
         small_thing(np.random.default_rng(0), "unicorn")

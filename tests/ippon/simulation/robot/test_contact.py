@@ -49,7 +49,7 @@ def test_a_wall_pushes_straight_back(make_scene, room_boxes):
     assert contacts.deepest(0.26, 2.0, 0.0).depth_m == 0.0
 
 
-def test_the_body_passes_over_and_under_what_its_height_allows(make_scene, room_boxes):
+def test_the_body_passes_over_and_under_obstacles_outside_its_height(make_scene, room_boxes):
     body = upright_body(0.25, 1.2, 0.06)
     rug = ("objects", "rug", (1.0, 1.0, 0.0), (2.0, 2.0, 0.04))
     shelf = ("shelving", "shelf", (1.0, 2.5, 1.3), (2.0, 3.5, 1.4))

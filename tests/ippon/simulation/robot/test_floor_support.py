@@ -46,9 +46,7 @@ def test_without_any_floor_nothing_carries(make_scene):
     ("name", "narrow_m2", "wide_m2"),
     [("procthor_d01", 74, 72), ("sh3d_1bedroom_roundwall", 30, 28), ("sh3d_studio", 14, 13)],
 )
-def test_reachable_floor_is_what_the_homes_authors_measured(
-    name, narrow_m2, wide_m2, scenes_folder
-):
+def test_reachable_floor_agrees_with_the_homes_authors(name, narrow_m2, wide_m2, scenes_folder):
     scene = load_scene(scenes_folder / name)
     cell = 0.03
     low, high = scene.vertices.min(axis=0), scene.vertices.max(axis=0)

@@ -73,7 +73,7 @@ def test_the_camera_tilts_at_its_rate_to_its_limits(room):
         assert base.tilt_rad == limit
 
 
-def test_a_robot_at_full_speed_stands_half_a_second_after_the_last_command(room):
+def test_a_robot_at_full_speed_stops_half_a_second_after_the_last_command(room):
     base = base_in(room, command_timeout_s=0.25)
     base.linear_m_s, base.yaw_rate_rad_s = ZED.max_linear_m_s, ZED.max_yaw_rate_rad_s
     base.step(Command(linear_m_s=ZED.max_linear_m_s, yaw_rate_rad_s=ZED.max_yaw_rate_rad_s), 0.02)
@@ -82,7 +82,7 @@ def test_a_robot_at_full_speed_stands_half_a_second_after_the_last_command(room)
     assert (base.linear_m_s, base.yaw_rate_rad_s) == (0.0, 0.0)
 
 
-def test_without_commands_it_stands_within_the_timeout_and_its_braking(room):
+def test_without_commands_it_stops_after_timeout_and_braking(room):
     base = base_in(room)
     for _ in range(10):
         base.step(Command(linear_m_s=0.4, yaw_rate_rad_s=0.3), 0.1)
@@ -209,7 +209,7 @@ def test_bad_commands_and_durations_are_refused(room):
     with pytest.raises(ValueError, match="finite numbers"):
         base.step(Command(linear_m_s=math.nan), 0.1)
     for dt in (0.0, -1.0, math.inf):
-        with pytest.raises(ValueError, match="positive number of seconds"):
+        with pytest.raises(ValueError, match="positive, finite number of seconds"):
             base.step(FORWARD, dt)
     with pytest.raises(ValueError, match="tick_s must be positive"):
         BaseConfig(tick_s=0.0)

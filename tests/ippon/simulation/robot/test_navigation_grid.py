@@ -9,7 +9,7 @@ from ippon.errors import SceneError
 from ippon.robot import ZED
 from ippon.simulation.robot.navigation_grid import (
     FINE_CELL_M,
-    Sheet,
+    FloorCells,
     _draw_kernel,
     grid_of_triangles,
     navigation_grid,
@@ -60,7 +60,7 @@ def test_a_body_keeps_its_radius_from_a_box():
         assert grid.free[grid.cell_at(x, y)] == free
 
 
-def test_what_is_low_or_high_enough_is_in_nobodys_way():
+def test_low_and_high_objects_do_not_block():
     low = _grid(_room(((1.8, 1.8, 0.0), (2.2, 2.2, 0.05))))
     high = _grid(_room(((1.8, 1.8, 1.25), (2.2, 2.2, 1.4))))
     inside = _grid(_room(((1.8, 1.8, 1.0), (2.2, 2.2, 1.4))))
@@ -112,7 +112,7 @@ def test_no_floor_and_absurd_size_are_refused():
     with pytest.raises(SceneError, match="no floor"):
         _grid(_box((0, 0, 3.0), (1, 1, 4.0)))
     wings = [_box((0, 0, -0.1), (80.0, 12.0, 0.0)), _box((0, 0, -0.1), (12.0, 60.0, 0.0))]
-    hospital = Sheet.under(np.concatenate(wings), 0.06, FINE_CELL_M)
+    hospital = FloorCells.under(np.concatenate(wings), 0.06, FINE_CELL_M)
     assert hospital.shape == (3224, 2424), "80 m by 60 m are not absurd"
     with pytest.raises(SceneError, match="too large"):
         _grid(_box((0, 0, -0.1), (9000.0, 9000.0, 0.0)))
@@ -121,7 +121,7 @@ def test_no_floor_and_absurd_size_are_refused():
 @pytest.mark.skipif(not SCENES.is_dir(), reason="the shared scenes are not beside the repository")
 @pytest.mark.parametrize("name", ["procthor_d02", "sh3d_2bedroom_apartment", "aws_bookstore"])
 @pytest.mark.parametrize("radius", [0.18, 0.25])
-def test_reachable_floor_agrees_with_what_the_scenes_state(name, radius):
+def test_reachable_floor_agrees_with_the_scenes(name, radius):
     scene = load_scene(SCENES / name)
     stated = json.loads((SCENES / name / "scene.json").read_text())["reachable_m2"]
     grid = navigation_grid(scene, radius_m=radius, height_m=1.4, max_step_m=0.1)
@@ -143,6 +143,6 @@ def test_the_starts_of_a_scene_lie_in_one_area_as_it_states(name):
     assert regions != {0}
 
 
-def test_the_grid_of_a_robot_takes_its_body(furnished):
+def test_the_grid_of_a_robot_uses_its_body(furnished):
     grid = robot_grid(furnished, ZED)
     assert (grid.clearance_m[grid.free] > ZED.radius_m).all()

@@ -13,7 +13,7 @@ def test_every_look_alike_is_a_known_label():
 
 
 @pytest.mark.parametrize("category", MATTERPORT_40)
-def test_everything_can_be_misread_but_never_as_itself(category):
+def test_every_label_is_confused_with_others_only(category):
     weights = affinity(category, MATTERPORT_40)
     assert weights[MATTERPORT_40.index(category)] == 0.0
     assert (np.delete(weights, MATTERPORT_40.index(category)) > 0.0).all()
@@ -31,7 +31,7 @@ def test_everything_can_be_misread_but_never_as_itself(category):
         ("curtain", "blinds", "stool"),
     ],
 )
-def test_look_alikes_attract(category, look_alike, other):
+def test_similar_labels_are_confused_most(category, look_alike, other):
     weights = affinity(category, MATTERPORT_40)
     names = list(MATTERPORT_40)
     assert weights[names.index(look_alike)] > 5.0 * weights[names.index(other)]

@@ -33,7 +33,7 @@ def scored(found):
     return [(one.label, one.score, one.box_px) for one in found.instances]
 
 
-def test_without_errors_boxes_are_round_what_is_seen(furnished, camera):
+def test_without_errors_boxes_enclose_the_visible_parts(furnished, camera):
     picture, *rest = view(furnished, camera)
     found = SimulatedDetector(furnished, MATTERPORT_40, "hat", NEVER_ERRS).detect(picture, *rest, 0)
     assert found.source == SOURCE
@@ -83,7 +83,7 @@ def test_a_label_keeps_its_errors_when_others_change(furnished, camera):
     assert said(few, None) == said(MATTERPORT_40, "mug")
 
 
-def test_small_things_are_missed_from_afar(furnished, camera):
+def test_small_distant_objects_are_missed(furnished, camera):
     scores = []
     for x in (2.0, 1.0, 0.3):
         picture, *rest = view(furnished, camera, x=x, y=1.65, yaw=0.0)

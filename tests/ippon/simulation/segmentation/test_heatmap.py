@@ -13,7 +13,7 @@ def rows(rng, count, channels):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_blending_agrees_with_the_slow_way_and_sums_to_255(seed):
+def test_blending_agrees_with_numpy_and_sums_to_255(seed):
     rng = np.random.default_rng(seed)
     samples = rng.integers(0, 5, (20, 30, 5)).astype(np.int32)
     samples[:10] = samples[:10, :, :1]
@@ -36,7 +36,7 @@ def test_flat_distributions_favour_no_channel():
     assert np.ptp(got) <= 1
 
 
-def test_samples_are_read_round_the_pixel():
+def test_samples_are_read_around_the_pixel():
     image = np.arange(100 * 160, dtype=np.int32).reshape(100, 160)
     samples = sample_instances(image, (50, 80), 1.0, STILL)
     v, u = np.divmod(samples, 160)
@@ -51,7 +51,7 @@ def test_samples_are_read_round_the_pixel():
     assert v[-1, 0, 4] == 99
 
 
-def test_a_warp_moves_what_is_read():
+def test_a_warp_moves_the_samples():
     image = np.tile(np.arange(160, dtype=np.int32), (100, 1))
     moved = STILL.copy()
     moved[..., 1] = 3.0

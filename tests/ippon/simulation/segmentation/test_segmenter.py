@@ -92,7 +92,7 @@ def test_a_frame_depends_on_seed_and_index_alone(furnished, camera):
     ).any()
 
 
-def test_a_new_goal_keeps_what_common_objects_are_taken_for(furnished, camera):
+def test_a_new_goal_keeps_the_confusion_of_common_objects(furnished, camera):
     picture, eye = view(furnished, camera)
     before, after = (
         SimulatedSegmenter(furnished, MATTERPORT_40, ooi, seed=2).segment(picture, eye, 0)
@@ -138,7 +138,7 @@ def test_errors_come_in_patches_not_in_single_pixels(furnished, camera):
     pytest.fail("no frame of this seed errs at all")
 
 
-def test_small_things_far_away_vanish_into_what_is_round_them(make_scene, room_boxes, camera):
+def test_small_distant_objects_blend_into_their_surroundings(make_scene, room_boxes, camera):
     mug = ("objects", "mug", (6.0, 1.95, 0.5), (6.1, 2.05, 0.6))
     table = ("table", "table", (5.5, 1.5, 0.0), (6.5, 2.5, 0.5))
     scene = make_scene([*room_boxes(8.0), table, mug])
@@ -231,7 +231,7 @@ def test_labels_must_be_distinct(labels, furnished):
         SimulatedSegmenter(furnished, labels, None)
 
 
-def test_what_answers_the_question_takes_its_channel(furnished):
+def test_instances_of_the_goal_get_its_channel(furnished):
     kinds = {"hat": "headgear"}
     model = SimulatedSegmenter(
         furnished,

@@ -1,7 +1,7 @@
 import pytest
 
 from ippon.simulation.scene import Instance
-from ippon.simulation.segmentation.truth import told_labels, true_label
+from ippon.simulation.segmentation.truth import detectable_labels, true_label
 from ippon.vocabulary import MATTERPORT_40
 
 HAT = Instance(
@@ -23,15 +23,15 @@ def test_the_object_of_interest_comes_first_then_the_noun_then_the_category(ooi,
     assert true_label(HAT, labels, ooi) == expected
 
 
-def test_the_predicate_decides_what_answers_a_question():
+def test_the_predicate_decides_which_objects_match_the_goal():
     assert true_label(HAT, (), "headgear") is None
     assert true_label(HAT, (), "headgear", lambda name, _: name == "sun_hat") == "headgear"
 
 
 def test_a_detector_is_asked_for_things_alone_and_once():
-    told = told_labels(MATTERPORT_40, "tv")
+    told = detectable_labels(MATTERPORT_40, "tv")
     assert told[-1] == "tv"
     assert told.count("tv") == 1
     assert not {"wall", "floor", "ceiling", "objects", "others", "furniture"} & set(told)
-    assert "wall" in told_labels(MATTERPORT_40, "wall")
-    assert told_labels(("wall",), None) == ()
+    assert "wall" in detectable_labels(MATTERPORT_40, "wall")
+    assert detectable_labels(("wall",), None) == ()

@@ -40,7 +40,7 @@ def test_a_view_always_has_the_same_noise_of_unit_variance():
         (0.0, 1.1, -0.03, 0.03),
     ],
 )
-def test_like_views_are_alike_and_others_are_not(degrees, metres, least, most):
+def test_similar_views_are_correlated_and_others_are_not(degrees, metres, least, most):
     at = 175.0  # Beyond it the azimuth wraps.
     alike = np.corrcoef(seen_from(at, 2.0), seen_from(at + degrees, 2.0 + metres))[0, 1]
     assert least <= alike <= most

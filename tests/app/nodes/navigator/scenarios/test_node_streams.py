@@ -138,14 +138,14 @@ def test_a_heatmap_that_comes_late_counts_once_and_its_depth_not_again(robot):
     # Silent for so long, it has no frame that waits.
     wait_until(lambda: robot.statuses[-1].state == "lost")
     voxel_map = robot.navigator._mission.voxel_map
-    revision, weight = voxel_map.revision, voxel_map.pools.weight.copy()
+    revision, weight = voxel_map.revision, voxel_map._pools.weight.copy()
     labels, odds = voxel_map.surface.energy.copy(), voxel_map.surface.log_odds.copy()
     for stamp_ns in sorted(robot.navigator._intake.assembler._without)[-2:]:
         robot.send_heatmap(stamp_ns)
     wait_until(lambda: voxel_map.revision == revision + 2)
     assert (voxel_map.surface.energy != labels).any()
     assert (voxel_map.surface.log_odds != odds).any()
-    assert (voxel_map.pools.weight == weight).all()
+    assert (voxel_map._pools.weight == weight).all()
 
 
 def test_a_robot_that_is_not_what_its_profile_says_is_told_and_forgiven(robot, monkeypatch):

@@ -22,7 +22,7 @@ from app.messages import keys  # noqa: E402
 from app.messages.control import SearchRequest, encode  # noqa: E402
 from app.nodes.navigator.config import NavigatorConfig  # noqa: E402
 from app.nodes.navigator.node import Navigator  # noqa: E402
-from ippon.mapping.objects.surface_rows import N_USED, NO_LABEL  # noqa: E402
+from ippon.mapping.objects.surface_voxels import N_USED, NO_LABEL  # noqa: E402
 from tests.app.nodes.navigator.scenarios.test_node_streams import Robot  # noqa: E402
 from tests.ippon.segmentation.backends.test_pretrained import (  # noqa: E402
     save_clipseg,
@@ -91,4 +91,4 @@ def test_segmentation_beside_the_navigator_teaches_the_map(sessions, free_endpoi
     used = slice(1, int(voxel_map.surface.tally[N_USED]))
     assert (voxel_map.surface.label[used] != NO_LABEL).mean() > 0.3
     # A heatmap that came late has brought no depth along.
-    assert voxel_map.pools.weight.max() <= navigator._intake.frames
+    assert voxel_map._pools.weight.max() <= navigator._intake.frames

@@ -87,7 +87,7 @@ def outputs(architecture, expected, weights_by_formula, image_by_formula):
         pytest.param("san_vit_large_14", marks=pytest.mark.large),
     ],
 )
-def test_the_reference_implementation_gives_the_same(name, weights_by_formula, image_by_formula):
+def test_it_agrees_with_the_reference_implementation(name, weights_by_formula, image_by_formula):
     expected = REFERENCE[name]
     architecture = TINY if name == "tiny" else RELEASED[name]
     found = outputs(architecture, expected, weights_by_formula, image_by_formula)

@@ -69,7 +69,7 @@ def test_the_order_of_labels_is_the_order_of_channels(segmenter, image_by_formul
     assert np.abs(there.astype(int) - back[..., ::-1]).max() <= 1
 
 
-def test_half_precision_tells_about_the_same(state, image_by_formula):
+def test_half_precision_gives_similar_results(state, image_by_formula):
     image = image_by_formula(48, 64)
     half = SegmentationConfig(
         short_side_px=64, longest_side_px=32, device="cpu", precision="bfloat16"
@@ -82,7 +82,7 @@ def test_half_precision_tells_about_the_same(state, image_by_formula):
     assert np.abs(a - b).max() <= 16
 
 
-def test_pixels_that_no_mask_claims_teach_nothing():
+def test_pixels_outside_all_masks_carry_no_evidence():
     classes, masks = torch.zeros(3, 5), torch.full((3, 4, 4), -50.0)
     p = label_probabilities(classes, masks, (1.0, 1.0), (8, 8))
     torch.testing.assert_close(p, torch.full((4, 8, 8), 0.25))
@@ -109,7 +109,7 @@ def test_checkpoints_are_read_as_released(state, tmp_path, suffix):
     assert not any(p.requires_grad for p in network.parameters())
 
 
-def test_a_missing_checkpoint_says_which_file_from_where_to_where_and_what_works(tmp_path):
+def test_a_missing_checkpoint_names_file_source_folder_and_alternatives(tmp_path):
     with pytest.raises(CheckpointError) as caught:
         load_segmenter(SegmentationConfig(model="san_vit_large_14"), tmp_path)
     text = str(caught.value)
@@ -148,17 +148,17 @@ def test_weights_that_do_not_fit_are_named(state, tmp_path):
 
 
 @pytest.mark.parametrize("content", [b"", b"no checkpoint at all", b"PK\x03\x04 damaged"])
-def test_files_that_are_no_checkpoints_are_refused(tmp_path, content):
+def test_files_that_are_not_checkpoints_are_rejected(tmp_path, content):
     path = tmp_path / "san.pth"
     path.write_bytes(content)
-    with pytest.raises(CheckpointError, match=r"san.pth is no checkpoint of weights \("):
+    with pytest.raises(CheckpointError, match=r"san.pth is not a checkpoint of weights \("):
         load_network(path)
 
 
 def test_a_checkpoint_never_runs_code(tmp_path):
     path = tmp_path / "san.pth"
     torch.save({"model": pytest.approx}, path)
-    with pytest.raises(CheckpointError, match="is no checkpoint of weights"):
+    with pytest.raises(CheckpointError, match="is not a checkpoint of weights"):
         load_network(path)
     torch.save([1, 2], path)
     with pytest.raises(CheckpointError, match="holds no weights by name"):
@@ -170,7 +170,7 @@ def test_a_model_of_no_known_name_is_refused(tmp_path):
         load_segmenter(SegmentationConfig(model="nosuch"), tmp_path)
 
 
-def test_memory_that_runs_out_says_what_would_fit(segmenter, image_by_formula, monkeypatch):
+def test_out_of_memory_says_what_would_fit(segmenter, image_by_formula, monkeypatch):
     def full(*arguments):
         raise torch.OutOfMemoryError("CUDA out of memory")
 
@@ -179,7 +179,7 @@ def test_memory_that_runs_out_says_what_would_fit(segmenter, image_by_formula, m
         segmenter.segment(image_by_formula(48, 64), LABELS, None)
 
 
-def test_a_device_that_is_not_there_is_named(state, monkeypatch):
+def test_a_missing_device_is_named(state, monkeypatch):
     monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
     for name, said in (("cuda", "sees no GPU"), ("tpu9", "auto, cpu or cuda; got 'tpu9'")):
         with pytest.raises(SegmentationError, match=said):

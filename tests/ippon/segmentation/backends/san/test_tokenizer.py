@@ -70,7 +70,7 @@ def test_both_forms_of_the_file_are_read(tmp_path):
     assert 49407 in first[0]
 
 
-def test_files_that_are_no_list_of_merges_are_refused(tmp_path):
+def test_files_without_a_list_of_merges_are_rejected(tmp_path):
     short, broken = tmp_path / "merges.txt", tmp_path / "x.txt.gz"
     short.write_text("#version\na b\n")
     broken.write_bytes(b"no gzip")

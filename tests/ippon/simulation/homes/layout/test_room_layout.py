@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ippon.simulation.homes.layout.openings import join_rooms, look_out, shared_walls
+from ippon.simulation.homes.layout.openings import exterior_openings, join_rooms, shared_walls
 from ippon.simulation.homes.layout.room_layout import plan_rooms
 
 
@@ -40,7 +40,7 @@ def test_walls_cover_every_side_of_every_room_once(seed):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_doors_join_all_rooms_and_nobody_walks_through_a_bathroom(seed):
+def test_doors_join_all_rooms_and_bathrooms_are_not_passages(seed):
     _, rooms, _, doors = _joined(seed)
     reached = {0}
     for _ in rooms:
@@ -56,7 +56,7 @@ def test_doors_join_all_rooms_and_nobody_walks_through_a_bathroom(seed):
 @pytest.mark.parametrize("seed", range(40))
 def test_openings_lie_within_their_walls_and_apart_from_one_another(seed):
     rng, rooms, walls, doors = _joined(seed)
-    openings = [*doors, *look_out(rng, rooms, walls)]
+    openings = [*doors, *exterior_openings(rng, rooms, walls)]
     for o in openings:
         assert o.low < o.high
         assert 0.0 <= o.z0 < o.z1 < 2.5
@@ -75,6 +75,6 @@ def test_openings_lie_within_their_walls_and_apart_from_one_another(seed):
 def test_every_home_has_a_front_door_and_windows():
     for seed in range(40):
         rng, rooms, walls, _ = _joined(seed)
-        kinds = [o.kind for o in look_out(rng, rooms, walls)]
+        kinds = [o.kind for o in exterior_openings(rng, rooms, walls)]
         assert kinds.count("front_door") == 1
         assert "window" in kinds

@@ -47,7 +47,7 @@ def test_nothing_is_placed_on_things_before_doors_or_at_taken_walls():
     assert not space.is_free(Rect(4.8, 4.8, 5.2, 5.2))
 
 
-def test_what_is_too_wide_or_too_deep_for_a_room_fits_nowhere():
+def test_furniture_too_large_for_a_room_fits_nowhere():
     space = _space()
     assert space.positions(0, 4.5, 0.4, 0.5, 0.0, 0.0) == []
     assert space.positions(0, 1.0, 2.8, 0.5, 0.5, 0.0) == []

@@ -1,4 +1,4 @@
-"""Loads networks that find instances of any words, with the network for masks behind them."""
+"""Loading of open-vocabulary detectors and of the network that adds masks to their boxes."""
 
 from pathlib import Path
 from typing import Literal
@@ -10,23 +10,25 @@ from ippon.segmentation.backends.sam3 import Sam3Segmenter
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.detectors.detector import Detector
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
-from ippon.segmentation.published import masks_model_of
+from ippon.segmentation.model_registry import masks_model_of
 
-Finder = Literal["owlv2", "sam3", "sam3-lite", "grounding-dino"]
+OpenVocabularyBackend = Literal["owlv2", "sam3", "sam3-lite", "grounding-dino"]
 
 
-def load_finder(backend: Finder, config: SegmentationConfig, folder: Path) -> BoxSegmenter:
-    """Load a network that finds instances of any words, and the one that outlines them.
+def load_open_vocabulary_detector(
+    backend: OpenVocabularyBackend, config: SegmentationConfig, folder: Path
+) -> BoxSegmenter:
+    """Load an open-vocabulary detector and its network for masks.
 
     Args:
-        backend: Which.
-        config: How; `model` and `masks_model` name both.
-        folder: Where models lie that are given by name.
+        backend: The detector.
+        config: `model` and `masks_model` name the two networks.
+        folder: Folder of models that are given by name.
 
     Raises:
-        CheckpointError: One is not on this machine, damaged, or another model.
+        CheckpointError: A model is not on this machine, damaged, or of another type.
         MissingPackageError: A package that the model needs is not installed.
-        SegmentationError: There is no such device.
+        SegmentationError: The device does not exist.
     """
     match backend:
         case "owlv2":
@@ -38,7 +40,7 @@ def load_finder(backend: Finder, config: SegmentationConfig, folder: Path) -> Bo
 
 
 def with_masks(segmenter: BoxSegmenter, config: SegmentationConfig, folder: Path) -> BoxSegmenter:
-    """Put the network for masks behind one that finds boxes, where there is to be one."""
+    """Return a box detector with the configured network for masks, if there is one."""
     model = masks_model_of(config)
     if model is None:
         return segmenter
@@ -46,24 +48,24 @@ def with_masks(segmenter: BoxSegmenter, config: SegmentationConfig, folder: Path
 
 
 class OutlinedDetector(OutlinedSegmenter):
-    """A detector with a fixed list of kinds of thing, whose boxes get masks."""
+    """A closed-vocabulary detector whose boxes get masks."""
 
     def __init__(self, detector: Detector, masks: BoxMasks, longest_side_px: int) -> None:
         super().__init__(detector, masks, longest_side_px)
         self.vocabulary: ClosedVocabulary = detector.vocabulary
-        """The kinds of thing that it finds."""
+        """Its classes."""
 
 
 def outlined_detector(
     detector: Detector, config: SegmentationConfig, folder: Path
 ) -> OutlinedDetector:
-    """Put the network for masks that is configured behind a detector.
+    """Return a detector with the configured network for masks.
 
     Raises:
-        ValueError: None is configured.
-        CheckpointError: It is not on this machine, damaged, or another model.
+        ValueError: No network for masks is configured.
+        CheckpointError: The network is not on this machine, damaged, or of another type.
     """
     model = masks_model_of(config)
     if model is None:
-        raise ValueError("no network for masks is named; masks_model names one")
+        raise ValueError("no network for masks is configured; set masks_model")
     return OutlinedDetector(detector, BoxMasks(model, config, folder), config.longest_side_px)

@@ -1,4 +1,4 @@
-"""What the map knows of each surface voxel beyond its geometry: colour, labels, the OOI."""
+"""Colour, labels and object probability of each surface voxel."""
 
 from typing import Final, NamedTuple
 
@@ -15,16 +15,16 @@ STEPS_PER_NAT: Final = 24
 ENERGY_MAX: Final = 255
 """Greatest gap to the most probable label (41,000 to 1); a label can recover."""
 NORM_STEPS: Final = 3000
-"""Resolution of `SurfaceRows.log_norm` for one nat."""
+"""Resolution of `SurfaceVoxels.log_norm` for one nat."""
 NO_LABEL: Final = 255
 
 
-class SurfaceRows(NamedTuple):
-    """One row a surface voxel; row 0 is never used.
+class SurfaceVoxels(NamedTuple):
+    """Arrays with one row per surface voxel; row 0 is unused.
 
     `energy[r, j]` is -log q_j in steps of 1 / `STEPS_PER_NAT` nat, relative to the most probable
-    label of the row. An observation is rounded up or down by turns, see `object_filter`, so that
-    weak ones add up; it moves a label less than one step from where it should be.
+    label of the row. Updates are rounded up and down in alternation (see `posterior_arithmetic`),
+    so that small ones add up; the error stays below one step.
     """
 
     energy: NDArray[np.uint8]
@@ -45,11 +45,11 @@ class SurfaceRows(NamedTuple):
     proximity: NDArray[np.uint8]
     """(R,) l(v) in units of 1/254, `NO_LABEL` before the first heatmap."""
     places: NDArray[np.uint64]
-    """(R,) one bit for each place that the voxel was seen from, see `places.place_of`."""
-    witness: NDArray[np.int32]
-    """(R,) row of `places.Witnesses` while the present place is open, 0 for none."""
+    """(R,) one bit per place from which the voxel was seen; see `places.place_of`."""
+    accumulator: NDArray[np.int32]
+    """(R,) row of `places.PlaceAccumulators` while the current place is open, 0 for none."""
     free: NDArray[np.int32]
-    """(R,) stack of rows that were given back."""
+    """(R,) stack of released rows."""
     tally: NDArray[np.int64]
     """(2,) rows ever used (row 0 included), length of `free`."""
 
@@ -58,7 +58,7 @@ _RECORD: Final = np.dtype(
     [
         ("places", np.uint64),
         ("log_odds", np.float32),
-        ("witness", np.int32),
+        ("accumulator", np.int32),
         ("voxel", np.int32),
         ("log_norm", np.int16),
         ("color", np.uint8, 3),
@@ -71,15 +71,15 @@ _RECORD: Final = np.dtype(
 
 
 def padded_labels(labels: int) -> int:
-    """Return the row length for a number of labels: whole vector registers."""
+    """Return the row length for a number of labels: a multiple of a vector register."""
     return max(16, -(-labels // 8) * 8)
 
 
-def make_surface_rows(max_rows: int, labels: int) -> SurfaceRows:
-    """Reserve rows without touching their memory."""
-    # What an update touches beside the energies lies together, so that it costs one cache line.
+def make_surface_voxels(max_rows: int, labels: int) -> SurfaceVoxels:
+    """Reserve rows; their memory is backed when it is first written."""
+    # The fields that an update reads beside the energies share one cache line.
     record = np.zeros(max_rows, _RECORD)
-    rows = SurfaceRows(
+    rows = SurfaceVoxels(
         energy=np.zeros((max_rows, padded_labels(labels)), np.uint8),
         log_norm=record["log_norm"],
         log_odds=record["log_odds"],
@@ -90,7 +90,7 @@ def make_surface_rows(max_rows: int, labels: int) -> SurfaceRows:
         confidence=record["confidence"],
         proximity=record["proximity"],
         places=record["places"],
-        witness=record["witness"],
+        accumulator=record["accumulator"],
         free=np.zeros(max_rows, np.int32),
         tally=np.zeros(2, np.int64),
     )
@@ -101,13 +101,13 @@ def make_surface_rows(max_rows: int, labels: int) -> SurfaceRows:
 
 @INNER
 def norm_code(log_norm):
-    """Return a row's normaliser as `SurfaceRows.log_norm` keeps it."""
+    """Return a normaliser as the code of `SurfaceVoxels.log_norm`."""
     return np.int16(np.floor(log_norm * np.float32(NORM_STEPS) + np.float32(0.5)))
 
 
 @INNER
-def take_surface_row(surface, voxel, labels, start_energy, prior_log_odds):
-    """Give a row that knows nothing to a voxel; 0 when the bound is reached."""
+def allocate_surface_voxel(surface, voxel, labels, start_energy, prior_log_odds):
+    """Return a row for a voxel, initialised to the prior; 0 when the limit is reached."""
     if surface.tally[N_FREE] > 0:
         surface.tally[N_FREE] -= 1
         row = surface.free[surface.tally[N_FREE]]
@@ -127,5 +127,5 @@ def take_surface_row(surface, voxel, labels, start_energy, prior_log_odds):
     surface.confidence[row] = 0
     surface.proximity[row] = NO_LABEL
     surface.places[row] = 0
-    surface.witness[row] = 0
+    surface.accumulator[row] = 0
     return row

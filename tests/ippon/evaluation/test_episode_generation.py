@@ -3,8 +3,8 @@ import math
 
 import pytest
 
-from ippon.evaluation.catalogue import (
-    CatalogueConfig,
+from ippon.evaluation.episode_generation import (
+    EpisodeGenerationConfig,
     draw_episodes,
     goals_of,
     home_name,
@@ -24,10 +24,10 @@ def home(make_scene, flat_boxes):
 
 
 def _list(home, robot, **config):
-    return list_episodes(home, "7", robot, CatalogueConfig(**config))
+    return list_episodes(home, "7", robot, EpisodeGenerationConfig(**config))
 
 
-def test_starts_at_a_viewpoint_or_without_a_way_are_left_out(home, robot):
+def test_starts_at_a_viewpoint_or_without_a_path_are_excluded(home, robot):
     episodes, dropped = _list(home, robot, goals=("hat",), starts_per_goal=3)
     assert [e.start_index for e in episodes] == [0]
     assert {(d.start_index, d.reason) for d in dropped} == {
@@ -59,7 +59,7 @@ def test_how_near_a_start_may_be_is_a_setting(home, robot):
     assert not episodes
     assert (0, "starts too near") in {(d.start_index, d.reason) for d in dropped}
     with pytest.raises(ValueError, match="min_shortest_path_m must be finite and at least"):
-        CatalogueConfig(min_shortest_path_m=0.0)
+        EpisodeGenerationConfig(min_shortest_path_m=0.0)
 
 
 def test_goals_that_the_home_lacks_are_named(home, robot):
@@ -77,7 +77,7 @@ def test_a_catalogue_repeats_and_does_not_depend_on_other_goals(home, robot):
     assert other[0].seed != alone[0].seed
 
 
-def test_context_is_told_truthfully_and_for_small_objects_only(home, robot):
+def test_contexts_are_true_and_for_small_objects_only(home, robot):
     told, _ = _list(home, robot, goals=("chair", "hat"), context="support")
     assert {e.goal: e.context for e in told} == {"chair": "", "hat": "I left it on the table."}
     both, _ = _list(home, robot, goals=("hat",), context="both")
@@ -86,7 +86,7 @@ def test_context_is_told_truthfully_and_for_small_objects_only(home, robot):
     assert [e.episode_id for e in both] == ["7.hat.0.untold", "7.hat.0.told"]
 
 
-def test_of_several_the_context_tells_of_the_nearest(make_scene, flat_boxes, robot):
+def test_the_context_describes_the_nearest_instance(make_scene, flat_boxes, robot):
     on_chair = ("clothes", "hat", (1.2, 5.2, 0.9), (1.5, 5.5, 1.05))
     scene = make_scene([*flat_boxes, on_chair])
     poses = (StartPose(x=1, y=1, z=0.0, yaw=0.0), StartPose(x=7.5, y=4.5, z=0.0, yaw=0.0))
@@ -117,7 +117,7 @@ def test_small_objects_are_drawn_up_to_a_number(home, robot):
 
 
 def test_a_folder_is_called_by_its_own_name(home, robot):
-    config = CatalogueConfig(goals=("hat",))
+    config = EpisodeGenerationConfig(goals=("hat",))
     here, _ = list_episodes(home, "/data/a/studio/", robot, config)
     there, _ = list_episodes(home, "b/studio", robot, config)
     assert home_name("/data/a/studio/") == "studio"
@@ -132,8 +132,8 @@ def test_words_for_many_goals():
 
 
 def test_an_empty_catalogue_is_refused():
-    with pytest.raises(ValueError, match="a catalogue needs goals"):
-        CatalogueConfig(goals=())
+    with pytest.raises(ValueError, match="episodes need goals"):
+        EpisodeGenerationConfig(goals=())
 
 
 def test_goals_are_named_as_the_searcher_names_them():

@@ -8,13 +8,13 @@ pytest.importorskip("transformers", reason="the extra ippon[segmentation] is not
 pytest.importorskip("onnxruntime", reason="the extra ippon[detector] is not installed")
 pytest.importorskip("onnx", reason="the extra ippon[dev] is not installed")
 
-from ippon.segmentation.backends.finders import outlined_detector  # noqa: E402
+from ippon.segmentation.backends.open_vocabulary_detectors import outlined_detector  # noqa: E402
 from ippon.segmentation.config import SegmentationConfig  # noqa: E402
 from ippon.segmentation.detectors.detector import Detector  # noqa: E402
-from ippon.segmentation.detectors.vocabulary import refusal_of  # noqa: E402
+from ippon.segmentation.detectors.vocabulary import unsupported_reason  # noqa: E402
 from ippon.segmentation.errors import CheckpointError  # noqa: E402
 from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from ippon.segmentation.published import models_of  # noqa: E402
+from ippon.segmentation.model_registry import models_of  # noqa: E402
 from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
 from tests.onnx_graphs import bright_box_network  # noqa: E402
 
@@ -54,9 +54,9 @@ def test_boxes_of_a_detector_become_masks(folder):
     assert seen.source == bare.source
 
 
-def test_the_detector_still_says_what_it_cannot_see(folder):
+def test_the_detector_still_reports_unknown_objects(folder):
     segmenters = [load_segmenter(config(folder, name), folder) for name in ("none", "sam2")]
-    one, other = (refusal_of(segmenter, "screwdriver") for segmenter in segmenters)
+    one, other = (unsupported_reason(segmenter, "screwdriver") for segmenter in segmenters)
     assert one
     assert one == other
 
@@ -65,7 +65,7 @@ def test_the_network_for_masks_must_be_there(folder):
     with pytest.raises(CheckpointError, match=r"the weights of facebook/sam2.1-hiera-tiny \("):
         load_segmenter(config(folder, "facebook/sam2.1-hiera-tiny"), folder)
     detector = Detector(config(folder, ""), folder)
-    with pytest.raises(ValueError, match="no network for masks is named; masks_model names one"):
+    with pytest.raises(ValueError, match="no network for masks is configured; set masks_model"):
         outlined_detector(detector, config(folder, ""), folder)
 
 

@@ -1,6 +1,6 @@
-"""The arithmetic that surface voxels have in common, for a number of them at a time.
+"""Vectorised arithmetic for a batch of surface voxels: posteriors to codes.
 
-One voxel's logarithms and divisions wait for each other; those of many fill vector registers.
+The logarithms and divisions of one voxel depend on each other; those of a batch are vectorised.
 """
 
 import math
@@ -11,8 +11,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import INNER_OPTIONS
-from ippon.mapping.objects.bayes_filter import LOG_ODDS_MAX, ooi_code, share_code
-from ippon.mapping.objects.surface_rows import norm_code
+from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX, ooi_code, share_code
+from ippon.mapping.objects.surface_voxels import norm_code
 
 _EACH: Final = njit(**INNER_OPTIONS, error_model="numpy")
 _LN_2: Final = math.log(2.0)
@@ -20,44 +20,45 @@ _SQRT_HALF_BITS: Final = 0x3F3504F3
 _MANTISSA_BITS: Final = 0x7FFFFF
 
 
-class FusionChunk(NamedTuple):
-    """What an image says of up to K voxels, and what follows from it; each array is (K,)."""
+class PosteriorBatch(NamedTuple):
+    """Likelihoods and posteriors of up to K voxels; each array is (K,)."""
 
     number: NDArray[np.int64]
-    """Which of the voxels that were asked for."""
+    """Index among the requested voxels."""
     is_common: NDArray[np.bool_]
-    """The common objects' posterior has changed."""
+    """Whether the common objects' posterior has changed."""
     is_ooi: NDArray[np.bool_]
-    """The object of interest's has."""
+    """Whether the posterior of the object of interest has changed."""
     best: NDArray[np.int32]
     """Label of least energy."""
     top: NDArray[np.float32]
     """p of that label."""
     total: NDArray[np.float32]
-    """Sum of p over the labels; in the end its logarithm."""
+    """Sum of p over the labels; replaced by its logarithm."""
     weighted: NDArray[np.float32]
     """Sum of p weighted by the levels."""
     mean: NDArray[np.float32]
-    """Likelihood of the common objects, but for `shift`; in the end its logarithm."""
+    """Likelihood of the common objects, up to `shift`; replaced by its logarithm."""
     shift: NDArray[np.float32]
-    """Log-odds of the OOI before the logarithm of `mean` is taken off; in the end its log-odds."""
+    """Log-odds of the OOI before the logarithm of `mean` is subtracted; replaced by the
+    log-odds."""
     norm: NDArray[np.int16]
     confidence: NDArray[np.uint8]
     proximity: NDArray[np.uint8]
     ooi: NDArray[np.uint8]
-    """Codes, see `SurfaceRows` and `MapArrays.ooi`."""
+    """Codes, see `SurfaceVoxels` and `MapArrays.ooi`."""
     total_bits: NDArray[np.int32]
-    """`total` seen as whole numbers, like `mean_bits` and `mantissa_bits`."""
+    """`total` reinterpreted as int32, like `mean_bits` and `mantissa_bits`."""
     mean_bits: NDArray[np.int32]
     mantissa: NDArray[np.float32]
     mantissa_bits: NDArray[np.int32]
     exponent: NDArray[np.float32]
 
 
-def make_fusion_chunk(size: int) -> FusionChunk:
+def make_posterior_batch(size: int) -> PosteriorBatch:
     """Reserve memory for `size` voxels."""
     total, mean, mantissa = (np.ones(size, np.float32) for _ in range(3))
-    return FusionChunk(
+    return PosteriorBatch(
         number=np.zeros(size, np.int64),
         is_common=np.zeros(size, np.bool_),
         is_ooi=np.zeros(size, np.bool_),
@@ -80,22 +81,22 @@ def make_fusion_chunk(size: int) -> FusionChunk:
 
 
 @_EACH
-def finish_common(chunk, n):
-    """Work out the codes of the common objects' posterior for the first n voxels."""
-    _shares(chunk.top, chunk.total, chunk.confidence, n)
-    _shares(chunk.weighted, chunk.total, chunk.proximity, n)
+def encode_common_posteriors(batch, n):
+    """Compute confidence, proximity and normaliser codes for the first n voxels."""
+    _shares(batch.top, batch.total, batch.confidence, n)
+    _shares(batch.weighted, batch.total, batch.proximity, n)
     _logarithms(
-        chunk.total, chunk.total_bits, chunk.mantissa, chunk.mantissa_bits, chunk.exponent, n
+        batch.total, batch.total_bits, batch.mantissa, batch.mantissa_bits, batch.exponent, n
     )
-    _norms(chunk.total, chunk.norm, n)
+    _norms(batch.total, batch.norm, n)
 
 
 @_EACH
-def finish_ooi(chunk, n):
-    """Work out log-odds and code of the object of interest for the first n voxels."""
-    _logarithms(chunk.mean, chunk.mean_bits, chunk.mantissa, chunk.mantissa_bits, chunk.exponent, n)
-    _odds(chunk.mean, chunk.shift, n)
-    _ooi_codes(chunk.shift, chunk.ooi, n)
+def encode_ooi_posteriors(batch, n):
+    """Compute log-odds and code of the object of interest for the first n voxels."""
+    _logarithms(batch.mean, batch.mean_bits, batch.mantissa, batch.mantissa_bits, batch.exponent, n)
+    _odds(batch.mean, batch.shift, n)
+    _ooi_codes(batch.shift, batch.ooi, n)
 
 
 @_EACH
@@ -125,7 +126,7 @@ def _ooi_codes(odds, out, n):
 
 @_EACH
 def _logarithms(values, bits, mantissa, mantissa_bits, exponent, n):
-    """Replace n normal, positive numbers by their natural logarithms, to float32.
+    """Replace n normal, positive numbers by their natural logarithms, in float32.
 
     x = 2^e m with m around 1, and log m = 2 artanh((m - 1) / (m + 1)).
     """

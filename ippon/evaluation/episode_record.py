@@ -1,4 +1,4 @@
-"""One search by a robot in a running world, and what is noted of it from frame to frame."""
+"""Record of one search in a running world."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ippon.command import Command
 from ippon.evaluation.episode import EpisodeLimits, run_episode
-from ippon.evaluation.methods.method_table import Equipment
+from ippon.evaluation.methods.method_table import PlannerSetup
 from ippon.evaluation.metrics import Judge
 from ippon.evaluation.outcome import Ending, is_at_instance, shows_object
 from ippon.frame import Frame
@@ -22,22 +22,22 @@ from ippon.planning.plan import Plan
 from ippon.simulation.world import SimulatedWorld
 
 Clock = Callable[[], float]
-Witness = Callable[[Frame, StepResult, Mission], None]
-"""Is shown every frame, what the mission made of it, and the mission."""
+FrameObserver = Callable[[Frame, StepResult, Mission], None]
+"""Called with every frame, the mission's result, and the mission."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Clocks:
-    """Where time is read from; the library has no clock of its own."""
+    """Time sources; the library itself has no clock."""
 
     wall: Clock
     """Seconds."""
     cpu: Clock
-    """Seconds of processor time of this process."""
+    """Processor time of this process, seconds."""
 
 
 class TimedPlanner:
-    """Hands everything on and notes how long a step took."""
+    """Delegates to a planner and records the time of each step."""
 
     def __init__(self, planner: Planner, cpu: Clock) -> None:
         self._planner = planner
@@ -69,25 +69,25 @@ class TimedPlanner:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rig:
-    """A robot in a home and what searches on it; it may search for one object after another."""
+class EpisodeSetup:
+    """A robot in a home with its mission; reusable for a second goal."""
 
     world: SimulatedWorld
     mission: Mission
-    equipment: Equipment
+    planner_setup: PlannerSetup
     planner: TimedPlanner
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchRecord:
-    """How one search went; everything counts from its own beginning."""
+    """Record of one search, counted from its own start."""
 
     trajectory: Float64Array
-    """(N, 3) metres, the start and the end of every step that moved the base."""
+    """(N, 3) metres: the start, then the end of every step that moved the base."""
     positions: NDArray[np.float64]
-    """(F, 2) metres, one a frame."""
+    """(F, 2) metres, one per frame."""
     contacts: NDArray[np.bool_]
-    """(F,) whether the base touched something since the frame before."""
+    """(F,) whether the base was in contact since the frame before."""
     time_s: float
     frames: int
     hits: int
@@ -96,10 +96,10 @@ class SearchRecord:
     last: Snapshot
     ending: Ending
     recognised: bool
-    """At the end the map held a cluster of voxels at the object."""
+    """Whether the map holds a cluster of voxels at the object at the end."""
     planner_s: tuple[float, ...]
     step_s: tuple[float, ...]
-    """Processor time of each planner step, and of each whole step of the mission."""
+    """Processor time of each planner step, and of each mission step."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -112,25 +112,25 @@ class _Notes:
 
 
 def search(
-    rig: Rig,
+    setup: EpisodeSetup,
     judge: Judge,
     limits: EpisodeLimits,
     cpu: Clock,
     *,
     seen_within_m: float,
-    witness: Witness | None = None,
+    observer: FrameObserver | None = None,
 ) -> SearchRecord:
-    """Search for the goal that the mission has, from where the robot stands.
+    """Search for the mission's goal from the robot's present position.
 
     Args:
-        rig: Home, robot and mission.
-        judge: Knows where the goal's objects are.
-        limits: Clock and patience.
+        setup: Home, robot and mission.
+        judge: Ground truth of the goal.
+        limits: Time steps and time limit.
         cpu: Processor time.
-        seen_within_m: Farther objects do not count as having come into view.
-        witness: Is shown what happens.
+        seen_within_m: Range within which the object counts as in view.
+        observer: Called with every frame, or None.
     """
-    world, planner = rig.world, rig.planner
+    world, planner = setup.world, setup.planner
     base = world.base
     began_ns, began_frames, began_hits = world.stamp_ns, world.frames, world.collisions
     began_points, began_plans = len(world.trajectory) - 1, len(planner.seconds)
@@ -140,22 +140,22 @@ def search(
     handed: list[tuple[float, Frame]] = []
 
     def watch(frame: Frame) -> None:
-        if rig.equipment.observe is not None:
-            rig.equipment.observe(frame)
+        if setup.planner_setup.observe is not None:
+            setup.planner_setup.observe(frame)
         handed[:] = [(cpu(), frame)]
 
-    for result in run_episode(world, rig.mission, limits, watch):
+    for result in run_episode(world, setup.mission, limits, watch):
         began, frame = handed[0]
         notes.step_s.append(cpu() - began)
         notes.last = result.snapshot
         notes.positions.append((base.x_m, base.y_m))
-        # A touch may begin and end between two frames.
+        # A contact may begin and end between two frames.
         notes.contacts.append(base.contact or world.collisions > hits)
         hits = world.collisions
         if notes.first_seen_s < 0.0 and _is_in_view(world, judge, seen_within_m):
             notes.first_seen_s = round((world.stamp_ns - began_ns) * 1e-9, 3)
-        if witness is not None:
-            witness(frame, result, rig.mission)
+        if observer is not None:
+            observer(frame, result, setup.mission)
     last = notes.last
     assert last is not None, "an episode has at least one frame"
     instances = [world.scene.instances[k] for k in judge.instances]

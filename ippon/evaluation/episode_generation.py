@@ -1,4 +1,4 @@
-"""Which searches to run in a home: start, goal, context, seed; the same for every method."""
+"""Episodes of a home: start, goal, context and seed, the same for every method."""
 
 import zlib
 from collections.abc import Sequence
@@ -19,33 +19,33 @@ from ippon.vocabulary import HABITAT_GOALS, MATTERPORT_40, canonical_label
 SMALL_GOALS: Final[tuple[str, ...]] = (
     "hat", "backpack", "handbag", "teddy_bear", "laptop", "book", "vase", "bottle", "mug", "basket",
 )  # fmt: skip
-"""Small objects that are none of the 40 common ones."""
+"""Small objects that are not among the 40 common ones."""
 
 ContextMode = Literal["none", "support", "both"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CatalogueConfig:
-    """Which searches a home gives."""
+class EpisodeGenerationConfig:
+    """Selection of the episodes of a home."""
 
     goals: tuple[str, ...] = (*HABITAT_GOALS, *SMALL_GOALS)
     """Canonical labels to search for, where the home has them."""
     starts_per_goal: int = 1
-    """Start poses drawn for each goal; more averages out lucky starts."""
+    """Start poses drawn for each goal; more averages over lucky starts."""
     small_per_home: int = 3
-    """Goals drawn of those that are none of the six Habitat categories."""
+    """Goals drawn besides the six Habitat categories; more gives more episodes per home."""
     context: ContextMode = "none"
-    """"support": tell small goals with a truthful sentence; "both": once with and once without."""
+    """"support": a true sentence for small goals; "both": each small goal with and without it."""
     second_object: bool = False
-    """Search for another object of the home where the first search ended, on its map."""
+    """Search for another object of the home at the end of each search, on its map."""
     min_shortest_path_m: float = 1.0
-    """Starts nearer to a viewpoint are left out: the challenge has none, and they say nothing of a
-    search. More asks for longer searches."""
+    """Starts closer to a viewpoint are excluded, as in the challenge; more gives longer
+    searches."""
     seed: int = 0
-    """Draws starts, goals and the noise of each search."""
+    """Seed for starts, goals and the noise of each search."""
 
     def __post_init__(self) -> None:
-        """Reject a catalogue without entries."""
+        """Reject a configuration without episodes."""
         if not SUCCESS_DISTANCE_M <= self.min_shortest_path_m < np.inf:
             raise ValueError(
                 f"min_shortest_path_m must be finite and at least {SUCCESS_DISTANCE_M}, where a "
@@ -53,14 +53,14 @@ class CatalogueConfig:
             )
         if not self.goals or self.starts_per_goal < 1 or self.small_per_home < 0:
             raise ValueError(
-                "a catalogue needs goals, starts_per_goal of at least 1 and small_per_home of at "
+                "episodes need goals, starts_per_goal of at least 1 and small_per_home of at "
                 f"least 0; got {self.goals}, {self.starts_per_goal}, {self.small_per_home}"
             )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EpisodeSpec:
-    """One search, but for the method: everything needed to repeat it."""
+    """One search, independent of the method, with everything needed to repeat it."""
 
     home: str
     """Seed or folder of the home."""
@@ -70,21 +70,21 @@ class EpisodeSpec:
     goal: str
     """Canonical label."""
     context: str
-    """What the searcher is told; empty for nothing."""
+    """Context sentence; empty for none."""
     seed: int
-    """Of the camera's noise, the segmentation's errors and the planner's samples."""
+    """Seed of camera noise, segmentation errors and planner samples."""
     shortest_path_m: float
-    """d0."""
+    """d0, metres."""
     then: str = ""
-    """What to search for when this search has ended; empty for nothing."""
+    """Goal of the second search; empty for none."""
 
     @property
     def episode_id(self) -> str:
-        """Return a name for the episode that is the same in every run and fit for a file."""
+        """Return a name that is equal in every run and valid as a file name."""
         return self._named("told" if self.context else "untold")
 
     @property
-    def untold_id(self) -> str:
+    def id_without_context(self) -> str:
         """Return the name of the same search without a context."""
         return self._named("untold")
 
@@ -93,7 +93,7 @@ class EpisodeSpec:
 
     @property
     def row_ids(self) -> tuple[str, ...]:
-        """Return the names of the rows that the episode gives: one, or three with `then`."""
+        """Return the names of the episode's rows: one, or three with `then`."""
         own = self.episode_id
         return (
             (own, f"{own}.{self.then}.second", f"{own}.{self.then}.fresh") if self.then else (own,)
@@ -101,8 +101,8 @@ class EpisodeSpec:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Dropped:
-    """A search that was not taken into the catalogue, and why."""
+class ExcludedEpisode:
+    """A search that was excluded, and the reason."""
 
     home: str
     goal: str
@@ -111,27 +111,26 @@ class Dropped:
 
 
 def list_episodes(
-    scene: Scene, home: str, robot: RobotProfile, config: CatalogueConfig
-) -> tuple[tuple[EpisodeSpec, ...], tuple[Dropped, ...]]:
-    """List the searches of one home, filtered as Habitat's: a way exists, and is not already over.
+    scene: Scene, home: str, robot: RobotProfile, config: EpisodeGenerationConfig
+) -> tuple[tuple[EpisodeSpec, ...], tuple[ExcludedEpisode, ...]]:
+    """List the episodes of one home, filtered as in Habitat.
 
-    All are on the floor of the first start pose, which is the one that ways are measured on.
-
-    What is drawn depends on the seed, the home's own name and the goal alone, so that asking for
-    other goals or more homes changes no episode.
+    A path exists and is not trivially short. All episodes are on the floor of the first start pose.
+    The draws depend on the seed, the home's name and the goal alone, so that other goals or more
+    homes change no episode.
 
     Args:
         scene: The home.
-        home: What it is called in the rows: seed or folder.
-        robot: Decides what is reachable and visible.
-        config: What to list.
+        home: Its name in rows: seed or folder.
+        robot: Decides which viewpoints are reachable and see the goal.
+        config: Which episodes to list.
 
     Returns:
-        The searches, and what was left out.
+        The episodes, and the searches that were excluded.
     """
     grid = robot_grid(scene, robot)
     episodes: list[EpisodeSpec] = []
-    dropped: list[Dropped] = []
+    dropped: list[ExcludedEpisode] = []
     goals = _drawn_goals(scene, home, config, dropped)
     for goal in goals:
         then = _next_goal(home, goal, goals, config) if config.second_object else ""
@@ -143,46 +142,52 @@ def list_episodes(
                 break
             if abs(scene.start_poses[index].z - scene.start_poses[0].z) > robot.max_step_m:
                 dropped.append(
-                    Dropped(home=home, goal=goal, start_index=index, reason="another floor")
+                    ExcludedEpisode(home=home, goal=goal, start_index=index, reason="another floor")
                 )
                 continue
             d0 = judge.shortest_path_m(scene.start_poses[index])
             if not np.isfinite(d0):
-                dropped.append(Dropped(home=home, goal=goal, start_index=index, reason="no way"))
+                dropped.append(
+                    ExcludedEpisode(home=home, goal=goal, start_index=index, reason="no way")
+                )
                 continue
             if d0 < config.min_shortest_path_m:
                 dropped.append(
-                    Dropped(home=home, goal=goal, start_index=index, reason="starts too near")
+                    ExcludedEpisode(
+                        home=home, goal=goal, start_index=index, reason="starts too near"
+                    )
                 )
                 continue
             taken += 1
             specs = _specs(scene, home, judge, goal, index, d0, config)
             episodes += [replace(spec, then=then) for spec in specs]
         if taken < config.starts_per_goal:
-            dropped.append(Dropped(home=home, goal=goal, start_index=None, reason="no start left"))
+            dropped.append(
+                ExcludedEpisode(home=home, goal=goal, start_index=None, reason="no start left")
+            )
     return tuple(episodes), tuple(dropped)
 
 
 def _drawn_goals(
-    scene: Scene, home: str, config: CatalogueConfig, dropped: list[Dropped]
+    scene: Scene, home: str, config: EpisodeGenerationConfig, dropped: list[ExcludedEpisode]
 ) -> list[str]:
-    """Return the goals that the home has, all Habitat ones and a draw of the others."""
+    """Return the goals in the home: all Habitat ones and a draw of the others."""
     present: list[str] = []
     for goal in dict.fromkeys(canonical_label(g) for g in config.goals):
         if matching_instances(scene, goal):
             present.append(goal)
         else:
-            dropped.append(Dropped(home=home, goal=goal, start_index=None, reason="absent"))
+            dropped.append(ExcludedEpisode(home=home, goal=goal, start_index=None, reason="absent"))
     common = [g for g in present if g in HABITAT_GOALS]
-    # Each goal draws its own lot, so that one goal more or less does not change the others' lots.
+    # Each goal has its own random number, so that adding a goal does not change the others.
     lots = {
         g: float(_rng(config.seed, home_name(home), g).random()) for g in present if g not in common
     }
     return common + sorted(lots, key=lambda g: lots[g])[: config.small_per_home]
 
 
-def _next_goal(home: str, goal: str, goals: list[str], config: CatalogueConfig) -> str:
-    """Draw what to search for after a goal from the home's other goals; empty without any."""
+def _next_goal(home: str, goal: str, goals: list[str], config: EpisodeGenerationConfig) -> str:
+    """Draw the second goal from the home's other goals; empty if there are none."""
     others = [g for g in goals if g != goal]
     lots = {g: float(_rng(config.seed, home_name(home), goal, g).random()) for g in others}
     return min(others, key=lambda g: lots[g], default="")
@@ -195,12 +200,12 @@ def _specs(
     goal: str,
     index: int,
     d0: float,
-    config: CatalogueConfig,
+    config: EpisodeGenerationConfig,
 ) -> list[EpisodeSpec]:
-    """Return one search, or two, for a goal and a start."""
+    """Return one episode, or two with context "both", for a goal and a start."""
     start, sentences = scene.start_poses[index], [""]
     if config.context != "none" and goal not in HABITAT_GOALS:
-        # Of several the nearest is meant, which the shortest way leads to.
+        # Of several instances, the one at the end of the shortest path.
         meant = judge.nearest_instance((start.x, start.y))
         told = None if meant is None else context_sentence(scene, meant)
         if told is not None:
@@ -221,12 +226,12 @@ def _specs(
 
 
 def home_name(home: str) -> str:
-    """Return a seed as it is, and a folder's own name wherever it lies."""
+    """Return a seed unchanged, or the last part of a folder's path."""
     return home.rstrip("/").rsplit("/", maxsplit=1)[-1]
 
 
 def home_file_name(home: str) -> str:
-    """Return a home's name as it stands in those of its episodes: fit for a file."""
+    """Return a home's name as it is used in episode names and file names."""
     return "".join(c if c.isalnum() or c in "_-" else "_" for c in home_name(home))
 
 
@@ -236,7 +241,7 @@ def _rng(seed: int, *names: str) -> np.random.Generator:
 
 
 def goals_of(kinds: Sequence[str]) -> tuple[str, ...]:
-    """Return the goals that some words mean: "habitat", "small", or labels.
+    """Return the goals for some words: "habitat", "small", or labels.
 
     Args:
         kinds: For example ("habitat", "hat", "couch"); the last becomes "sofa".
@@ -256,19 +261,19 @@ def goals_of(kinds: Sequence[str]) -> tuple[str, ...]:
 
 
 def draw_episodes(episodes: Sequence[EpisodeSpec], limit: int | None) -> list[EpisodeSpec]:
-    """Draw as many as are wanted, mixing homes and objects; a larger limit only adds.
+    """Draw a number of episodes, mixing homes and objects; a larger limit only adds episodes.
 
-    With and without a context is one search, drawn together: else hardly a pair would be compared.
+    The versions with and without a context are drawn together, so that they can be compared.
 
     Args:
         episodes: Of any homes.
-        limit: At most so many; None for all.
+        limit: Maximum number; None for all.
 
     Returns:
-        Those drawn, in the order in which they were given.
+        The drawn episodes, in their original order.
     """
     if limit is None or limit >= len(episodes):
         return list(episodes)
-    order = sorted(episodes, key=lambda e: (zlib.crc32(e.untold_id.encode()), e.context))
+    order = sorted(episodes, key=lambda e: (zlib.crc32(e.id_without_context.encode()), e.context))
     chosen = {e.episode_id for e in order[:limit]}
     return [e for e in episodes if e.episode_id in chosen]

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from ippon.mapping.arrays import NOT_MAPPED
 from ippon.mapping.config import MapConfig
-from ippon.mapping.objects.bayes_filter import LOG_ODDS_MAX, energy_table, ooi_code
-from ippon.mapping.objects.surface_rows import ENERGY_MAX, N_USED, NORM_STEPS, STEPS_PER_NAT
+from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX, energy_table, ooi_code
+from ippon.mapping.objects.surface_voxels import ENERGY_MAX, N_USED, NORM_STEPS, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
 from tests.reference.object_filter import joint_filter, two_part_filter
@@ -153,7 +153,7 @@ def test_a_common_label_as_the_object_of_interest(wall_frame, pixels):
     assert later.best_ooi() == pytest.approx(1.0 / (1.0 + np.exp(-best)), abs=1 / 254)
 
 
-def test_a_heatmap_for_another_object_teaches_common_objects_only(wall_frame):
+def test_a_heatmap_for_another_object_updates_common_objects_only(wall_frame):
     voxel_map = observed(wall_frame, [[10, 200, 10, 10, 10, 10]], ooi="hat")
     voxel_map.set_ooi("keys")
     before = voxel_map.surface.energy[1, :5].copy()

@@ -1,32 +1,32 @@
-"""What an image says of a number of surface voxels, taken into their rows."""
+"""Bayes update of surface voxels by one image: per image (the paper's), or per place."""
 
 from typing import Final
 
 import numpy as np
 
 from ippon.mapping.arrays import INNER, NOT_MAPPED
-from ippon.mapping.objects.bayes_filter import (
+from ippon.mapping.objects.place_pooling import likelihoods, pool
+from ippon.mapping.objects.places import TAN_MARGIN, open_accumulator, place_of
+from ippon.mapping.objects.posterior_arithmetic import (
     MAXIMUM,
+    add_energies,
     alias_log_mean,
     exp_of_steps,
     fill_missing,
     fuse_maximum,
-    gather,
     maximum_log_odds,
     may_be_ooi,
-    observe,
+    reorder_channels,
     rounding_of,
-    store,
+    store_energies,
     sum_after,
 )
-from ippon.mapping.objects.place_filter import likelihoods, pool
-from ippon.mapping.objects.places import TAN_MARGIN, open_place, place_of
-from ippon.mapping.objects.surface_rows import NORM_STEPS, STEPS_PER_NAT
+from ippon.mapping.objects.surface_voxels import NORM_STEPS, STEPS_PER_NAT
 
 COLOR_MEMORY: Final = 8
-"""Observations that the running mean of the colour remembers."""
+"""Cap on the weight of the running mean of the colour."""
 _NEVER: Final = np.float32(-1e9)
-"""Log-odds of what is not the object of interest, before they are cut off."""
+"""Log-odds of what cannot be the object of interest, before clamping."""
 
 
 @INNER
@@ -56,7 +56,7 @@ def _blend_color(mean, count, row, pixels, at):
 def update_by_images(
     entries, first, ahead, work, fusion, labels, voxel_size, pools, surface, revision
 ):
-    """Update the entries' rows, every image for itself; return how many a heatmap updated."""
+    """Update the entries' rows by the paper's filter; return how many the heatmap updated."""
     after, bits, gathered = work.after, work.bits, work.gathered
     per_norm_step = np.float32(1.0 / NORM_STEPS)
     table, weights, alias = fusion.energy_of, fusion.level_probability, fusion.ooi_alias
@@ -69,18 +69,18 @@ def update_by_images(
     common_max, ooi_max, bounds = fusion.common_max_m, fusion.ooi_max_m, fusion.ooi_bounds
     appearance, coord = pools.appearance, pools.coord
     asked, measured, pixels = work.ahead, work.measured, work.pixels
-    # A plain 0 is a type of its own, for which `observe` would be compiled again.
+    # A literal 0 has its own type, for which `add_energies` would be compiled again.
     only = np.int64(0)
-    chunk = work.chunk
-    number, is_common, is_ooi, best = chunk.number, chunk.is_common, chunk.is_ooi, chunk.best
-    top, total, weighted = chunk.top, chunk.total, chunk.weighted
-    mean, shift = chunk.mean, chunk.shift
+    batch = work.batch
+    number, is_common, is_ooi, best = batch.number, batch.is_common, batch.is_ooi, batch.best
+    top, total, weighted = batch.top, batch.total, batch.weighted
+    mean, shift = batch.mean, batch.shift
     per_step = np.float32(-1.0 / STEPS_PER_NAT)
     n = 0
     for a in range(ahead):
         slot = asked[a, 0]
         if slot == 0:
-            # Bound reached; the blocks' share of rows makes room before the next frame.
+            # Limit reached; blocks are dropped before the next frame.
             continue
         row, k = entries[first + a, 0], entries[first + a, 1]
         _blend_color(colors, color_count, slot, pixels, a)
@@ -93,10 +93,10 @@ def update_by_images(
             continue
         missing = False
         if in_order:
-            low = observe(energy, slot, heat, v, u, table, after, bits, labels)
+            low = add_energies(energy, slot, heat, v, u, table, after, bits, labels)
         else:
-            missing = gather(heat, v, u, channel, gathered, labels)
-            low = observe(energy, slot, gathered, only, only, table, after, bits, labels)
+            missing = reorder_channels(heat, v, u, channel, gathered, labels)
+            low = add_energies(energy, slot, gathered, only, only, table, after, bits, labels)
         if missing:
             low = fill_missing(energy, slot, channel, after, labels)
         if ooi:
@@ -120,7 +120,7 @@ def update_by_images(
         if common:
             if bayes:
                 rounding = rounding_of(revision, k)
-                total[n], weighted[n], least = store(
+                total[n], weighted[n], least = store_energies(
                     energy, slot, after, low, rounding, weights, labels
                 )
             else:
@@ -136,29 +136,29 @@ def update_by_images(
 
 @INNER
 def update_by_places(
-    entries, first, ahead, work, fusion, labels, voxel_size, pools, surface, witnesses, revision
+    entries, first, ahead, work, fusion, labels, voxel_size, pools, surface, accumulators, revision
 ):
-    """Update the entries' rows by places; return how many a heatmap updated."""
+    """Update the entries' rows with images pooled by place; return how many were updated."""
     after, bits, likelihood = work.after, work.bits, work.likelihood
     mantissa, mantissa_bits = work.mantissa, work.mantissa_bits
     weights, ooi_channel = fusion.level_probability, fusion.ooi_channel
     heat, channel, in_order = fusion.probabilities, fusion.channel, fusion.in_order
     table, table_of = fusion.likelihood_of, fusion.table_of
-    sums, base, count = witnesses.sums, witnesses.base, witnesses.images
-    ooi_sum, ooi_count = witnesses.ooi_sum, witnesses.ooi_images
-    base_log_odds = witnesses.base_log_odds
+    sums, base, count = accumulators.sums, accumulators.base, accumulators.images
+    ooi_sum, ooi_count = accumulators.ooi_sum, accumulators.ooi_images
+    base_log_odds = accumulators.base_log_odds
     energy, colors, color_count = surface.energy, surface.color, surface.color_count
     suppressed, common_max, ooi_max = fusion.suppressed, fusion.common_max_m, fusion.ooi_max_m
     appearance, coord, bounds = pools.appearance, pools.coord, fusion.ooi_bounds
     asked, measured, pixels = work.ahead, work.measured, work.pixels
     x, y, z = fusion.camera_at
     half = np.float32(0.5)
-    chunk = work.chunk
+    batch = work.batch
     n = 0
     for a in range(ahead):
         slot = asked[a, 0]
         if slot == 0:
-            # Bound reached; the blocks' share of rows makes room before the next frame.
+            # Limit reached; blocks are dropped before the next frame.
             continue
         row, k = entries[first + a, 0], entries[first + a, 1]
         _blend_color(colors, color_count, slot, pixels, a)
@@ -175,32 +175,32 @@ def update_by_places(
         place = place_of(dx, dy, dz)
         left = place_of(dx + TAN_MARGIN * dy, dy - TAN_MARGIN * dx, dz)
         right = place_of(dx - TAN_MARGIN * dy, dy + TAN_MARGIN * dx, dz)
-        w = open_place(surface, witnesses, slot, place, left, right, labels)
+        w = open_accumulator(surface, accumulators, slot, place, left, right, labels)
         if w == 0:
             continue
         if ooi:
             ooi_sum[w] += table[table_of[labels], heat[v, u, ooi_channel]]
             ooi_count[w] += 1
-            chunk.mean[n] = np.float32(ooi_count[w])
-            chunk.shift[n] = base_log_odds[w] + np.log(ooi_sum[w])
+            batch.mean[n] = np.float32(ooi_count[w])
+            batch.shift[n] = base_log_odds[w] + np.log(ooi_sum[w])
             layer = coord[row, 2] * 8 + (k & 7)
             if not may_be_ooi(layer, bounds) or (
                 len(suppressed) > 0 and _is_suppressed(coord, row, k, suppressed, voxel_size)
             ):
-                chunk.shift[n], chunk.mean[n] = _NEVER, np.float32(1.0)
+                batch.shift[n], batch.mean[n] = _NEVER, np.float32(1.0)
         if common:
             count[w] += 1
             likelihoods(heat, v, u, channel, in_order, table, table_of, likelihood, labels)
             low = pool(
                 sums, base, w, count[w], likelihood, after, bits, mantissa, mantissa_bits, labels
             )
-            chunk.total[n], chunk.weighted[n], least = store(
+            batch.total[n], batch.weighted[n], least = store_energies(
                 energy, slot, after, low, half, weights, labels
             )
-            chunk.top[n] = np.float32(1.0)
+            batch.top[n] = np.float32(1.0)
             if least > 255:
-                chunk.top[n] = exp_of_steps(np.float32(least >> 8))
-            chunk.best[n] = least & 255
-        chunk.number[n], chunk.is_common[n], chunk.is_ooi[n] = a, common, ooi
+                batch.top[n] = exp_of_steps(np.float32(least >> 8))
+            batch.best[n] = least & 255
+        batch.number[n], batch.is_common[n], batch.is_ooi[n] = a, common, ooi
         n += 1
     return n

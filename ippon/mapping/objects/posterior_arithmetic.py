@@ -1,20 +1,21 @@
-"""The paper's Bayes filter over the common objects and the object of interest.
+"""Arithmetic of the paper's Bayes filter over the common objects and the object of interest.
 
 (Sec. Object Probability Mapping.) With equal priors, p(v | I_1..k) is proportional to
-p(v | I_k) p(v | I_1..k-1) over {C_1 .. C_N, O}. The posterior is kept in two parts that each update
-alone: q_j = p(C_j | not O), and L = log p(O) / p(not O), with q before its update on the right:
+p(v | I_k) p(v | I_1..k-1) over {C_1 .. C_N, O}. The posterior is stored in two parts that are
+updated separately: q_j = p(C_j | not O), and L = log p(O) / p(not O), with q before its update on
+the right:
 
     q_j <- q_j h_j / sum_i q_i h_i        L <- L + log h_O - log sum_i q_i h_i
 
 so that p(O) = sigmoid(L), p(C_j) = q_j (1 - p(O)), which is the joint filter, and a new object of
-interest resets one number a voxel. Where the object of interest is itself the common label a, the
+interest resets one number per voxel. Where the object of interest is itself the common label a, the
 same holds with h_O = h_a and the sums over the labels other than a.
 
-A label's -log q is kept in steps of 1/24 nat, one byte. L is updated with the image's exact values.
-For q, an image's value is rounded up or down depending on the image and the voxel, by a sequence
-(golden ratio) whose mean over any run of images is nearly exact: a likelihood ratio of a hundredth
-of a step, seen often enough, moves the posterior as far as it should, and one image is never wrong
-by a whole step.
+A label's -log q is stored in steps of 1/24 nat, one byte. L is updated with the image's exact
+values. For q, an image's value is rounded up or down depending on the image and the voxel, by a
+low-discrepancy sequence (golden ratio) whose mean over any run of images is nearly exact. Repeated
+likelihood ratios of a hundredth of a step therefore add up correctly, and the error of one image is
+below one step.
 """
 
 from typing import Final, NamedTuple
@@ -24,7 +25,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import INNER, INNER_OPTIONS
-from ippon.mapping.objects.surface_rows import ENERGY_MAX, STEPS_PER_NAT
+from ippon.mapping.objects.surface_voxels import ENERGY_MAX, STEPS_PER_NAT
 
 LOG_ODDS_MAX: Final = 10.0
 """p(O) stays within 4.5e-5 of 0 and 1, so that it can recover."""
@@ -41,7 +42,7 @@ NONE: Final = -1
 
 
 class FusionInput(NamedTuple):
-    """One heatmap and how to read it, as the kernel takes it."""
+    """A heatmap and the rules for reading it, as kernel arguments."""
 
     probabilities: NDArray[np.uint8]
     """(h, w, C); (1, 1, 1) when the frame has no heatmap."""
@@ -53,7 +54,7 @@ class FusionInput(NamedTuple):
     ooi_channel: int
     """Channel of the map's OOI, `NONE` when the heatmap was not asked for it."""
     ooi_alias: int
-    """Map label that is the OOI itself, `NONE` when the OOI is no common object."""
+    """Map label that is the OOI itself, `NONE` if the OOI is not a common label."""
     prior: np.float32
     """See `prior_log_odds`."""
     energy_of: NDArray[np.float32]
@@ -124,7 +125,7 @@ def _sums(energy, row, weights, n):
 
 
 @_SUMS
-def observe(energy, row, heat, v, u, table, after, bits, n):
+def add_energies(energy, row, heat, v, u, table, after, bits, n):
     """Write a row's energies plus those of pixel (v, u) to `after`; return the least of them.
 
     `bits` is `after` seen as int32, one longer than a row. Positive floats have the order of their
@@ -143,7 +144,7 @@ def observe(energy, row, heat, v, u, table, after, bits, n):
 
 
 @_SUMS
-def store(energy, row, after, low, rounding, weights, n):
+def store_energies(energy, row, after, low, rounding, weights, n):
     """Store a row's energies relative to the least.
 
     Returns:
@@ -178,8 +179,8 @@ def _log_sum_but(energy, n, alias):
 
 
 @INNER
-def gather(heat, v, u, channel, out, n):
-    """Bring the channels of pixel (v, u) into the map's order; labels that it lacks get 0.
+def reorder_channels(heat, v, u, channel, out, n):
+    """Copy the channels of pixel (v, u) in the map's order; missing labels get 0.
 
     Returns:
         True if a label is missing.
@@ -194,7 +195,7 @@ def gather(heat, v, u, channel, out, n):
 
 @INNER
 def fill_missing(energy, row, channel, after, n):
-    """Let labels that the heatmap lacks keep their share; return the least of `after`.
+    """Keep the share of labels that the heatmap lacks; return the least of `after`.
 
     Their likelihood is taken to be the mean over the labels that it has.
     """
@@ -215,10 +216,10 @@ def fill_missing(energy, row, channel, after, n):
 
 
 @INNER
-def describe(energy, row, weights, n):
+def summarise_row(energy, row, weights, n):
     """Return a row's label, confidence, proximity and normaliser.
 
-    Here as elsewhere rows go in as their number, not as slices or `SurfaceRows`: numba counts
+    Here as elsewhere rows go in as their number, not as slices or `SurfaceVoxels`: numba counts
     references to each slice and to each array of a tuple, which takes as long as the sums.
     """
     total, weighted = _sums(energy, row, weights, n)
@@ -260,7 +261,7 @@ def sum_after(after, low, n):
 
 @INNER
 def rounding_of(revision, voxel):
-    """Return how an image's energies are rounded in a voxel: a shift of 0 to 1 before cutting off.
+    """Return the rounding offset, 0 to 1, of an image's energies in a voxel.
 
     Multiples of the golden ratio fill the interval evenly, whichever run of images is taken; those
     of the voxel keep neighbours from being rounded alike.
@@ -271,19 +272,19 @@ def rounding_of(revision, voxel):
 
 @INNER
 def fuse_maximum(energy, row, after, weights, n):
-    """Keep the highest likelihood that any image gave (ablation); returns as `store`.
+    """Keep the highest likelihood of any image (ablation); returns as `store_energies`.
 
     A new row starts at the greatest energy, so the least energy is that of the images.
     """
     for j in range(n):
         before = np.float32(energy[row, j])
         after[j] = min(after[j] - before, before)
-    return store(energy, row, after, np.float32(0.0), np.float32(0.5), weights, n)
+    return store_energies(energy, row, after, np.float32(0.0), np.float32(0.5), weights, n)
 
 
 @INNER
 def maximum_log_odds(log_h, log_odds, is_first):
-    """Return log-odds of the higher of exp(log_h) and what was kept (ablation)."""
+    """Return the larger of exp(log_h) and the stored probability, as log-odds (ablation)."""
     p = np.exp(log_h)
     odds = min(max(np.log(p / max(1.0 - p, 1e-9)), -LOG_ODDS_MAX), LOG_ODDS_MAX)
     return np.float32(odds if is_first else max(log_odds, odds))

@@ -3,11 +3,17 @@
 import pytest
 
 from ippon.segmentation.config import SegmentationConfig
-from ippon.segmentation.published import PUBLISHED, USUAL, USUAL_MASKS, models_of, terms_of
+from ippon.segmentation.model_registry import (
+    DEFAULT_MASK_MODELS,
+    DEFAULT_MODELS,
+    MODELS,
+    models_of,
+    terms_of,
+)
 
 
 def test_the_terms_of_usual_models_are_known():
-    assert {*USUAL.values(), *USUAL_MASKS.values()} <= set(PUBLISHED)
+    assert {*DEFAULT_MODELS.values(), *DEFAULT_MASK_MODELS.values()} <= set(MODELS)
     assert terms_of("facebook/sam2.1-hiera-tiny") == " (160 MB, Apache 2.0)"
     assert terms_of("somebody/else") == ""
 
@@ -16,10 +22,10 @@ def test_the_terms_of_usual_models_are_known():
     ("fields", "models"),
     [
         ({"backend": "san", "model": "san_vit_b_16"}, ()),
-        ({"backend": "clipseg"}, (USUAL["clipseg"],)),
+        ({"backend": "clipseg"}, (DEFAULT_MODELS["clipseg"],)),
         ({"backend": "sam3", "model": "folder"}, ("folder",)),
-        ({"backend": "owlv2"}, (USUAL["owlv2"], USUAL_MASKS["owlv2"])),
-        ({"backend": "grounding-dino", "masks_model": "none"}, (USUAL["grounding-dino"],)),
+        ({"backend": "owlv2"}, (DEFAULT_MODELS["owlv2"], DEFAULT_MASK_MODELS["owlv2"])),
+        ({"backend": "grounding-dino", "masks_model": "none"}, (DEFAULT_MODELS["grounding-dino"],)),
         (
             {"backend": "grounding-dino", "model": "a/b", "masks_model": "yonigozlan/EdgeTAM-hf"},
             ("a/b", "yonigozlan/EdgeTAM-hf"),

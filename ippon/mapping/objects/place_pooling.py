@@ -1,13 +1,13 @@
-"""The filter by places: what the images from one place say of a voxel, added to what it knew.
+"""Fusion by places: the pooled likelihood of the images from one place updates the posterior.
 
-With q and L from before the place (see `bayes_filter`), and h the mean over the place's images of
-each label's likelihood ratio,
+With q and L from before the place (see `posterior_arithmetic`), and h the mean over the place's
+images of each label's likelihood ratio,
 
     q_j <- q_j h_j / sum_i q_i h_i        L <- L + log h_O
 
-The common labels share a surface, which is one of them. The object of interest is judged by its own
-scores alone: a detector scores each label by itself, and where a cup stands, the table under it is
-recognised as well, so that a score of another label says nothing against the object.
+The common labels exclude each other. The object of interest is updated by its own scores alone: a
+detector scores each label separately and also recognises the table under a cup, so the score of
+another label is no evidence against the object.
 """
 
 import math
@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 
 from ippon.mapping.arrays import INNER_OPTIONS
-from ippon.mapping.objects.surface_rows import STEPS_PER_NAT
+from ippon.mapping.objects.surface_voxels import STEPS_PER_NAT
 from ippon.observation_model import MOST_NATS
 
 _SUMS: Final = njit(
@@ -32,9 +32,9 @@ _MANTISSA_BITS: Final = 0x7FFFFF
 
 @_SUMS
 def likelihoods(heat, v, u, channel, in_order, table, table_of, out, n):
-    """Write the likelihood ratio that pixel (v, u) gives each label to `out`.
+    """Write the likelihood ratio of each label at pixel (v, u) to `out`.
 
-    Of labels that the heatmap lacks nothing is known: theirs is 1.
+    The ratio is 1 for labels that the heatmap lacks.
     """
     if in_order:
         for j in range(n):
@@ -48,11 +48,11 @@ def likelihoods(heat, v, u, channel, in_order, table, table_of, out, n):
 
 @_SUMS
 def pool(sums, base, w, images, likelihood, after, bits, mantissa, mantissa_bits, n):
-    """Add an image to its place, and write the row's energies with the place to `after`.
+    """Add an image to its place, and write the row's energies including the place to `after`.
 
-    All energies are `_OFFSET` too high, which makes them positive.
-    `bits` is `after` seen as int32, one longer than a row, and `mantissa_bits` likewise. Energy is
-    -24 log; x = 2^e m with m around 1, and log m = 2 artanh((m - 1) / (m + 1)), to 0.002 steps.
+    All energies are offset by `_OFFSET`, which makes them positive. `bits` is `after` reinterpreted
+    as int32, one longer than a row, and `mantissa_bits` likewise. Energy is -24 log; x = 2^e m with
+    m around 1, and log m = 2 artanh((m - 1) / (m + 1)), to 0.002 steps.
 
     Returns:
         The least energy.
@@ -75,7 +75,7 @@ def pool(sums, base, w, images, likelihood, after, bits, mantissa, mantissa_bits
         q = s * s
         log = np.float32(bits[j]) * ln_2 + s * (two + q * (c3 + q * c5))
         after[j] = np.float32(base[w, j]) + (steps * log + offset)
-    # Positive floats have the order of their bits; see `observe`.
+    # Positive floats have the order of their bits; see `add_energies`.
     low = np.int32(0x7FFFFFFF)
     for j in range(n):
         low = min(low, bits[j])

@@ -1,4 +1,4 @@
-"""Which voxels the points of an image fall in."""
+"""Voxels that contain the endpoints of an image's rays, that is, its depth points."""
 
 from typing import Final, NamedTuple
 
@@ -11,11 +11,12 @@ from ippon.mapping.arrays import INNER, INNER_OPTIONS
 
 NO_SAMPLE: Final = 0x7FFFFFFF
 PIXEL_BITS: Final = 20
-"""Bits of `Hits.best` that name a sample; the others hold its distance to the voxel's centre."""
+"""Bits of `EndpointCounts.best` that index a sample; the others hold its distance to the voxel's
+centre."""
 
 
-class View(NamedTuple):
-    """An image's geometry as scalars for the kernels; metres, pixels."""
+class CameraGeometry(NamedTuple):
+    """Pose, intrinsics and range of an image as kernel arguments; metres, pixels."""
 
     T_camera_world: NDArray[np.float64]
     T_world_camera: NDArray[np.float64]
@@ -27,8 +28,8 @@ class View(NamedTuple):
     far_m: float
 
 
-class Rules(NamedTuple):
-    """How observations turn into states; see `MapConfig`."""
+class UpdateRules(NamedTuple):
+    """Parameters of the update; see `MapConfig`."""
 
     voxel_size: float
     truncation: float
@@ -36,36 +37,37 @@ class Rules(NamedTuple):
     """Metres behind the surface up to which the signed distance is updated."""
     clear: float
     """A centre at least this far before the surface is evidence for free, metres."""
-    depth_of_hits: float
-    """Hits are taken this far under the surface, so that a floor on a voxel boundary is one layer
-    and not two, metres."""
+    endpoint_depth: float
+    """Depth under the surface at which endpoints are counted, metres, so that a floor on a voxel
+    boundary occupies one layer."""
     weight_max: int
     hit: int
     miss: int
     evidence_max: int
     evidence_min: int
     hit_share: float
-    """Share of a voxel's face, as the camera sees it, that its hits must cover."""
+    """Share of a voxel's face, as the camera sees it, that its endpoints must cover."""
     layer: int
-    """Voxel layer along z whose free voxels are counted as explored floor."""
+    """Voxel layer along z whose free voxels count as explored floor."""
 
 
-class Hits(NamedTuple):
-    """Pixels by voxel: row r is for block r - 1 of an image's list, valid where `any` is set.
+class EndpointCounts(NamedTuple):
+    """Endpoints by voxel: row r is for block r - 1 of the image's list, valid where `any` is set.
 
-    Row 0 takes what lies in no block of the list.
+    Row 0 collects endpoints outside the listed blocks.
     """
 
     number: NDArray[np.int32]
-    """(n + 1, 512) samples that fell in the voxel, those left out because it is near included."""
+    """(n + 1, 512) endpoints in the voxel, including samples that were skipped because they are
+    near."""
     best: NDArray[np.int32]
-    """(n + 1, 512) the sample nearest the voxel's centre, `NO_SAMPLE` for none."""
+    """(n + 1, 512) sample nearest to the voxel's centre, `NO_SAMPLE` for none."""
     any: NDArray[np.uint8]
-    """(n + 1,) the block has hits."""
+    """(n + 1,) whether the block contains endpoints."""
 
 
 def sample_strides(camera: PinholeCamera, voxel_size: float, far_m: float) -> tuple[int, int]:
-    """Return pixels between the samples for hits, along u and v.
+    """Return the pixels between samples along u and v.
 
     Along u, at least 2.5 samples fall across a voxel at the greatest range; along v they are twice
     as dense, because floors are seen at a grazing angle.
@@ -84,16 +86,16 @@ def n_samples(camera: PinholeCamera, strides: tuple[int, int]) -> int:
     return (-(-camera.width // strides[0])) * (-(-camera.height // strides[1]))
 
 
-def make_hits(blocks: int) -> Hits:
-    """Reserve room for the hits of a list of `blocks` blocks."""
-    return Hits(
+def make_endpoint_counts(blocks: int) -> EndpointCounts:
+    """Reserve counts for a list of `blocks` blocks."""
+    return EndpointCounts(
         np.zeros((blocks + 1, 512), np.int32),
         np.zeros((blocks + 1, 512), np.int32),
         np.zeros(blocks + 1, np.uint8),
     )
 
 
-# Numba's check of each division for zero would keep a loop from vector registers.
+# numba's check for division by zero would prevent vectorisation.
 _ROWS: Final = njit(
     **INNER_OPTIONS,
     error_model="numpy",
@@ -103,7 +105,7 @@ _ROWS: Final = njit(
 
 @_ROWS
 def _read_sinks(slope, cells, sink, out):
-    """Write how much deeper than the surface each sample of a row of cells is taken."""
+    """Write the depth under the surface at which each sample of a row of cells is counted."""
     for s in range(cells.shape[0]):
         out[s] = sink / slope[cells[s]]
 
@@ -116,7 +118,7 @@ def _read_depth(depth, columns, out):
 
 @_ROWS
 def _lift_row(read, sinks, near, far, out):
-    """Write the depth under the surface that each sample is taken at; -1 for those out of range."""
+    """Write the depth at which each sample is counted; -1 for those out of range."""
     for s in range(read.shape[0]):
         d = read[s]
         out[s] = d + sinks[s] if (d >= near) & (d <= far) else np.float32(-1.0)
@@ -139,7 +141,7 @@ def _name_voxels(depth, x, y, z, size_x, size_y, size_z, out):
         inside = (x[s] >= zero) & (y[s] >= zero) & (z[s] >= zero) & (depth[s] > zero)
         inside = inside & (x[s] < end_x) & (y[s] < end_y) & (z[s] < end_z)
         i, j, k = np.int32(x[s]), np.int32(y[s]), np.int32(z[s])
-        # Each step stays 32 bits wide, so that twice as many fit in a register.
+        # 32-bit integers, so that twice as many fit in a register.
         cell = np.int32(np.int32(i >> 3) * size_y) + np.int32(j >> 3)
         cell = np.int32(np.int32(cell) * size_z) + np.int32(k >> 3)
         low = np.int32(np.int32((i & 7) << 6) | np.int32((j & 7) << 3)) | np.int32(k & 7)
@@ -149,11 +151,11 @@ def _name_voxels(depth, x, y, z, size_x, size_y, size_z, out):
 
 @_ROWS
 def _rate_samples(x, y, z, read, half_range, row, order, first, codes, weights):
-    """Write what each sample stands for, and its place in the order of which is best.
+    """Write each sample's weight, and its code for choosing the most central sample.
 
-    Nearer than half the range, one sample stands for four: every second one along either axis is
-    as dense on the surface as all of them are at the full range. The order is by distance to the
-    voxel's centre, coarsely, then by number.
+    Nearer than half the range one sample in two along each axis is used, with weight four: they are
+    as dense on the surface as all samples are at full range. Codes order by distance to the voxel's
+    centre, coarsely, then by number.
     """
     half, steps, most = np.float32(0.5), np.float32(2000.0), np.float32(2047.0)
     zero = np.float32(0.0)
@@ -173,7 +175,7 @@ def _rate_samples(x, y, z, read, half_range, row, order, first, codes, weights):
 
 @_ROWS
 def _merge_codes(voxels, others, codes, their_codes):
-    """Take the better of two samples where both fell in one voxel."""
+    """Keep the better of two samples in one voxel."""
     for s in range(voxels.shape[0]):
         theirs = their_codes[s] if voxels[s] == others[s] else np.int32(NO_SAMPLE)
         codes[s] = min(codes[s], theirs)
@@ -181,7 +183,7 @@ def _merge_codes(voxels, others, codes, their_codes):
 
 @_ROWS
 def _merge_weights(voxels, others, weights, their_weights):
-    """Move the weight of the other sample over where both fell in one voxel."""
+    """Add the weight of the other sample in the same voxel."""
     zero = np.int32(0)
     for s in range(voxels.shape[0]):
         moved = their_weights[s] if voxels[s] == others[s] else zero
@@ -190,8 +192,8 @@ def _merge_weights(voxels, others, weights, their_weights):
 
 
 @njit(cache=True, nogil=True)
-def hit_kernel(depth_image, strides, view, rules, box, place, hits):
-    """Count in which voxels the image's points fall, and keep the most central of each.
+def count_endpoints_kernel(depth_image, strides, view, rules, box, place, endpoints):
+    """Count the endpoints in each voxel, and keep the most central of each.
 
     Args:
         depth_image: Prepared depth.
@@ -201,12 +203,12 @@ def hit_kernel(depth_image, strides, view, rules, box, place, hits):
         box: Block index of the lower corner of the box of blocks that holds the view, and its
             shape, three each.
         place: (1 + shape[0] * shape[1] * shape[2],) see `select_kernel`.
-        hits: Out.
+        endpoints: Overwritten.
     """
     depth, slope, shift = depth_image.depth, depth_image.slope, depth_image.slope_shift
     height, width = depth.shape[0] - 2, depth.shape[1] - 2
     samples_u = (width + strides[0] - 1) // strides[0]
-    # Neighbours lie in four quarters of a row, so that whole vectors of them can be compared.
+    # Neighbouring samples are stored in four quarters of a row, to be compared as vectors.
     part = (samples_u + 3) // 4
     slots = 4 * part
     order, pixels = np.empty(slots, np.int32), np.empty(slots, np.float32)
@@ -218,7 +220,7 @@ def hit_kernel(depth_image, strides, view, rules, box, place, hits):
         # Beyond the last sample the border is read, which has no depth.
         if su < samples_u:
             columns[slot], cells[slot] = u + 1, u >> shift
-    # Loops of a few arrays each: LLVM gives up on vectors when one loop has more.
+    # Loops over few arrays: LLVM does not vectorise loops over more.
     sinks, read = np.empty(slots, np.float32), np.empty(slots, np.float32)
     z = np.empty(slots, np.float32)
     x, y, up = np.empty(slots, np.float32), np.empty(slots, np.float32), np.empty(slots, np.float32)
@@ -234,7 +236,7 @@ def hit_kernel(depth_image, strides, view, rules, box, place, hits):
     low_x, low_y, low_z, size_x, size_y, size_z = box
     size_x, size_y, size_z = np.int32(size_x), np.int32(size_y), np.int32(size_z)
     near, far = np.float32(view.near_m), np.float32(view.far_m)
-    half_range, sink = np.float32(0.5) * far, np.float32(rules.depth_of_hits)
+    half_range, sink = np.float32(0.5) * far, np.float32(rules.endpoint_depth)
     # Camera coordinates to voxels counted from the box's corner.
     lines = np.empty((3, 4))
     for i in range(3):
@@ -247,7 +249,7 @@ def hit_kernel(depth_image, strides, view, rules, box, place, hits):
     step_x, step_y, step_z = np.float32(steps[0]), np.float32(steps[1]), np.float32(steps[2])
     shift_x, shift_y = np.float32(lines[0, 3]), np.float32(lines[1, 3])
     shift_z = np.float32(lines[2, 3])
-    number, best = hits.number.ravel(), hits.best.ravel()
+    number, best = endpoints.number.ravel(), endpoints.best.ravel()
     last_line = -1
     for sv in range((height + strides[1] - 1) // strides[1]):
         v = min(sv * strides[1] + strides[1] // 2, height - 1)
@@ -274,12 +276,12 @@ def hit_kernel(depth_image, strides, view, rules, box, place, hits):
         _merge_codes(voxels_0, voxels_2, codes_0, codes_2)
         _merge_weights(voxels_0, voxels_2, weights_0, weights_2)
         n = _keep_weighted(weights, kept)
-        _count_row(voxels, codes, weights, kept, n, place, number, best, hits.any)
+        _count_row(voxels, codes, weights, kept, n, place, number, best, endpoints.any)
 
 
 @INNER
 def _keep_weighted(weights, kept):
-    """List the samples with weight; returns how many."""
+    """List the samples with weight; return how many there are."""
     n = np.uint64(0)
     for s in range(weights.shape[0]):
         kept[n] = s
@@ -289,11 +291,11 @@ def _keep_weighted(weights, kept):
 
 @INNER
 def _count_row(voxels, codes, weights, kept, n, place, number, best, has_hits):
-    """Add a row's samples to their voxels, by turns from each quarter of the list.
+    """Add a row's samples to their voxels, alternating between the quarters of the list.
 
-    Neighbours often share a voxel, and would wait for each other's result to reach memory.
+    Neighbouring samples often share a voxel; alternating avoids waiting for the previous write.
     """
-    # Unsigned indices spare the test for negative ones.
+    # Unsigned indices avoid the check for negative ones.
     quarter = (n + np.uint64(3)) >> np.uint64(2)
     for start in range(quarter):
         for part in range(np.uint64(4)):

@@ -1,0 +1,143 @@
+"""Balls in which the object of interest was rejected: its probability there is minimal."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, NOT_MAPPED
+from ippon.mapping.blocks import NO_SLAB, BlockDirectory, Pools
+from ippon.mapping.objects.places import reset_places
+from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX, ooi_code
+from ippon.mapping.objects.surface_voxels import SurfaceVoxels
+
+
+class SuppressedRegion(NamedTuple):
+    """A ball in which the object of interest was rejected, with the map's values before that."""
+
+    ball: NDArray[np.float64]
+    """(4,) centre in the world and radius, metres."""
+    voxel: NDArray[np.int64]
+    """(M, 3) index of each surface voxel in the ball."""
+    log_odds: NDArray[np.float32]
+    """(M,) log-odds of the object of interest."""
+    code: NDArray[np.uint8]
+    """(M,) its probability as in `MapArrays.ooi`."""
+
+
+def suppress(
+    ball: NDArray[np.float64],
+    pools: Pools,
+    surface: SurfaceVoxels,
+    directory: BlockDirectory,
+    voxel_size_m: float,
+    revision: int,
+) -> SuppressedRegion:
+    """Set the object's probability in a ball to the least possible.
+
+    Args:
+        ball: (4,) centre in the world and radius, metres.
+        pools: The map's pools, updated.
+        surface: Surface voxels, updated.
+        directory: Rows of the blocks.
+        voxel_size_m: Edge of a voxel.
+        revision: Map revision of this change.
+
+    Returns:
+        The values before, for `restore`.
+    """
+    rows, voxel, inside = _surface_in(ball, pools, directory, voxel_size_m)
+    slabs = pools.slab[rows]
+    slots = pools.slot[slabs]
+    with_row = inside & (slots != 0)
+    before = SuppressedRegion(
+        ball,
+        voxel[with_row],
+        surface.log_odds[slots[with_row]],
+        pools.ooi[slabs][with_row],
+    )
+    surface.log_odds[slots[with_row]] = -LOG_ODDS_MAX
+    mapped = inside & (pools.ooi[slabs] != NOT_MAPPED)
+    _set_codes(pools, rows, mapped, int(ooi_code(-LOG_ODDS_MAX)), revision)
+    return before
+
+
+def restore(
+    region: SuppressedRegion,
+    pools: Pools,
+    surface: SurfaceVoxels,
+    directory: BlockDirectory,
+    voxel_size_m: float,
+    prior_log_odds: np.float32,
+    revision: int,
+) -> None:
+    """Write back the values that a region had before it was suppressed.
+
+    Args:
+        region: From `suppress`.
+        pools: The map's pools, updated.
+        surface: Surface voxels, updated.
+        directory: Rows of the blocks.
+        voxel_size_m: Edge of a voxel.
+        prior_log_odds: Log-odds of surface that was first seen while the region was suppressed.
+        revision: Map revision of this change.
+    """
+    rows, voxel, inside = _surface_in(region.ball, pools, directory, voxel_size_m)
+    log_odds = surface.log_odds
+    slots = pools.slot[pools.slab[rows]]
+    inside &= slots != 0
+    reset_places(surface, slots[inside])
+    fresh = slots[inside][log_odds[slots[inside]] == -LOG_ODDS_MAX]
+    log_odds[fresh] = prior_log_odds
+    if not len(region.voxel) or not inside.any():
+        return
+    corner = np.minimum(region.voxel.min(axis=0), voxel[inside].min(axis=0))
+    side = np.maximum(region.voxel.max(axis=0), voxel[inside].max(axis=0)) - corner + 1
+    _, here, then = np.intersect1d(
+        np.ravel_multi_index(tuple((voxel[inside] - corner).T), tuple(side)),
+        np.ravel_multi_index(tuple((region.voxel - corner).T), tuple(side)),
+        return_indices=True,
+    )
+    log_odds[slots[inside][here]] = region.log_odds[then]
+    codes = np.full(inside.size, NOT_MAPPED, np.uint8)
+    codes[np.flatnonzero(inside)[here]] = region.code[then]
+    codes = codes.reshape(inside.shape)
+    mapped = (codes != NOT_MAPPED) & (pools.ooi[pools.slab[rows]] != NOT_MAPPED)
+    _set_codes(pools, rows, mapped, codes[mapped], revision)
+
+
+def _surface_in(
+    ball: NDArray[np.float64], pools: Pools, directory: BlockDirectory, voxel_size_m: float
+) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.bool_]]:
+    """Return the (B,) block rows with a slab near a ball, and their voxels.
+
+    Returns:
+        (B,) rows; (B, 512, 3) voxel index; (B, 512) whether a voxel's centre lies in the ball.
+    """
+    edge = BLOCK_EDGE * voxel_size_m
+    low = np.floor((ball[:3] - ball[3]) / edge).astype(np.int64)
+    high = np.floor((ball[:3] + ball[3]) / edge).astype(np.int64) + 1
+    rows = directory.part(low, high)[1].ravel()
+    rows = rows[rows >= 0]
+    rows = rows[pools.slab[rows] != NO_SLAB]
+    k = np.arange(BLOCK_VOLUME)
+    inner = np.stack([k >> 6, (k >> 3) & 7, k & 7], axis=1)
+    voxel = pools.coord[rows][:, None].astype(np.int64) * BLOCK_EDGE + inner
+    away = (voxel + 0.5) * voxel_size_m - ball[:3]
+    return rows, voxel, (away**2).sum(axis=2) <= ball[3] ** 2
+
+
+def _set_codes(
+    pools: Pools,
+    rows: NDArray[np.int32],
+    where: NDArray[np.bool_],
+    code: int | NDArray[np.uint8],
+    revision: int,
+) -> None:
+    """Write codes of `ooi_code` to voxels of blocks, (B, 512) `where`."""
+    codes = pools.ooi[pools.slab[rows]]
+    codes[where] = code
+    pools.ooi[pools.slab[rows]] = codes
+    pools.best_ooi[rows] = np.where(codes == NOT_MAPPED, 0, codes).max(axis=1, initial=0)
+    changed = rows[where.any(axis=1)]
+    pools.revision[changed] = pools.appearance[changed] = revision
