@@ -1,9 +1,11 @@
-"""What all tests share; numba's cache is chosen before any test module imports it."""
+"""What all tests share; threads and numba's cache are set before any test module is imported."""
 
 import pytest
 
+from app.process.environment import prevent_spinning
 from app.process.kernel_cache import use_kernel_cache
 
+prevent_spinning()
 use_kernel_cache()
 
 

@@ -17,10 +17,7 @@ def prepare_process() -> None:
     Raises:
         UsageError: `IPPON_LOG` is not a log level.
     """
-    # Spinning workers make kernels up to 13 times slower when the other core is busy.
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    os.environ.setdefault("GOMP_SPINCOUNT", "0")
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    prevent_spinning()
     use_kernel_cache()
     logging.basicConfig(
         level=_log_level(os.environ.get("IPPON_LOG", "INFO")),
@@ -31,6 +28,16 @@ def prepare_process() -> None:
     for chatty in ("httpx", "httpx2", "websockets"):
         # At INFO these libraries log every request and connection.
         logging.getLogger(chatty).setLevel(logging.WARNING)
+
+
+def prevent_spinning() -> None:
+    """Let idle threads of libraries sleep; call it before numpy, torch or open3d is imported.
+
+    Spinning workers make kernels up to 13 times slower when the other core is busy.
+    """
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    os.environ.setdefault("GOMP_SPINCOUNT", "0")
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def _log_level(name: str) -> str:
