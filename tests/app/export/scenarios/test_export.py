@@ -8,7 +8,6 @@ from pathlib import Path
 
 import av
 import numpy as np
-import open3d
 import pytest
 import trimesh
 import viser
@@ -24,20 +23,28 @@ from tests.chromium import PATIENCE_MS, new_page, open_browser
 
 
 @pytest.fixture(scope="module")
+def open3d():
+    """The library, which takes a second to load: only who runs these tests waits for it."""
+    import open3d
+
+    return open3d
+
+
+@pytest.fixture(scope="module")
 def session(exported):
     session = read_session_data(exported.parent)
     yield session
     session.recording.close()
 
 
-def test_open3d_reads_the_points_with_their_colours(exported, session):
+def test_open3d_reads_the_points_with_their_colours(exported, session, open3d):
     cloud = open3d.io.read_point_cloud(str(exported / "map.ply"))
     indices, attributes, voxel_m = need_map(session)
     np.testing.assert_allclose(np.asarray(cloud.points), (indices + 0.5) * voxel_m, atol=1e-5)
     np.testing.assert_allclose(np.asarray(cloud.colors) * 255, attributes[:, :3], atol=0.6)
 
 
-def test_open3d_reads_the_faces(exported, session):
+def test_open3d_reads_the_faces(exported, session, open3d):
     mesh = open3d.io.read_triangle_mesh(str(exported / "map.glb"))
     indices, _, voxel_m = need_map(session)
     assert np.asarray(mesh.triangles).shape[0] > 2 * len(indices)
@@ -57,7 +64,7 @@ def test_faces_look_outwards(session):
     )
 
 
-def test_others_read_the_mesh_of_the_depth_images(exported):
+def test_others_read_the_mesh_of_the_depth_images(exported, open3d):
     mesh = trimesh.load(exported / "mesh.ply", process=False)
     assert len(mesh.faces) > 100
     assert np.asarray(open3d.io.read_triangle_mesh(str(exported / "mesh.ply")).vertices).shape == (
@@ -91,7 +98,7 @@ def test_the_map_from_above_follows_voxels_that_come_and_go(session):
     np.testing.assert_array_equal(taller.image(), empty)
 
 
-def test_colours_by_probability_differ_from_the_camera_s(exported, tmp_path):
+def test_colours_by_probability_differ_from_the_camera_s(exported, tmp_path, open3d):
     assert (
         run(["export", str(exported.parent), "ply", "--color", "ooi", "--out", str(tmp_path)]) == 0
     )
