@@ -55,6 +55,8 @@ def draw_home(home: str, picture: Path) -> None:
     Raises:
         UsageError: The file cannot be written.
     """
+    if not picture.parent.is_dir():
+        raise UsageError(f"cannot write the picture: the folder {picture.parent} does not exist")
     scene = load_home(home)
     from PIL import Image
 

@@ -47,7 +47,7 @@ def own_runtime(runtime, monkeypatch):
         (["sim", "--rate-hz", "0"], "0.5 to 50 frames a second; got 0"),
         (["sim", "--robot", "a b"], "a robot's key prefix is letters"),
         (["sim", "--connect", "nonsense"], "'nonsense' is not a zenoh endpoint, such as"),
-        (["sim", "--picture", "/nosuch/home.png"], "cannot write the picture"),
+        (["sim", "--picture", "/nosuch/home.png"], "the folder /nosuch does not exist"),
         (["navigate", "--robot", "a/**"], "got 'a/**'"),
         (["navigate", "--listen", "foo"], "'foo' is not a zenoh endpoint"),
         (["navigate", "--voxel-size-m", "0"], "voxel_size_m must be positive"),
