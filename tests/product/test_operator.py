@@ -25,6 +25,7 @@ from tests.chromium import PATIENCE_MS, new_page, open_browser
 pytestmark = [pytest.mark.browser, pytest.mark.process, pytest.mark.slow]
 
 ROBOT = "ippon"
+KEEP_PICTURES = "IPPON_KEEP_PICTURES"
 FLOOR = (690, 350)
 """A pixel amid the floor of the first room."""
 
@@ -67,7 +68,7 @@ class Wheels:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    kept = os.environ.get("IPPON_KEEP_PICTURES")
+    kept = os.environ.get(KEEP_PICTURES)
     path = Path(kept) if kept else tmp_path_factory.mktemp("pictures")
     path.mkdir(parents=True, exist_ok=True)
     return path
@@ -122,9 +123,13 @@ def page(parts: tuple[str, Wheels]) -> Iterator[Page]:
 
 
 @pytest.fixture
-def shoot(page: Page, folder: Path) -> Callable[[str], None]:
-    def take(name: str) -> None:
-        page.screenshot(path=folder / f"{name}.png")
+def shoot(page: Page, folder: Path) -> Callable[..., None]:
+    """Takes a picture where they are kept; no assertion needs one."""
+
+    def take(name: str, drawn_ms: int = 0) -> None:
+        if KEEP_PICTURES in os.environ:
+            page.wait_for_timeout(drawn_ms)
+            page.screenshot(path=folder / f"{name}.png")
 
     return take
 
@@ -263,8 +268,7 @@ def test_every_colour_has_a_legend_and_every_figure_a_plot(page, shoot):
     for word, mode in (("Object", "ooi"), ("Gain", "gain"), ("Proximity", "proximity")):
         choose(page, word)
         expect(view(page).locator(f"[data-mode='{mode}']")).to_be_visible()
-        page.wait_for_timeout(1_500)
-        shoot(f"map-{mode}")
+        shoot(f"map-{mode}", drawn_ms=1_500)
     tab(page, "Session")
     expect(view(page).locator("canvas").nth(2)).to_be_visible()
     shoot("session")

@@ -30,13 +30,6 @@ def port() -> int:
 
 
 @pytest.fixture
-def pictures(tmp_path: Path) -> Path:
-    folder = Path(os.environ.get(KEEP_PICTURES, tmp_path))
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
-
-
-@pytest.fixture
 def page(launch: Callable[..., Any], port: int):
     """The page of a running demo that waits for a query."""
     demo = launch("demo", "--home", "4", "--port", str(port), "--speed", "2", "--no-search")
@@ -46,6 +39,20 @@ def page(launch: Callable[..., Any], port: int):
         page = new_page(browser)
         page.goto(f"http://127.0.0.1:{port}")
         yield page
+
+
+@pytest.fixture
+def shoot(page: Page) -> Callable[..., None]:
+    """Takes a picture where they are kept; no assertion needs one."""
+
+    def take(name: str, drawn_ms: int = 0) -> None:
+        if KEEP_PICTURES in os.environ:
+            folder = Path(os.environ[KEEP_PICTURES])
+            folder.mkdir(parents=True, exist_ok=True)
+            page.wait_for_timeout(drawn_ms)
+            page.screenshot(path=folder / f"{name}.png")
+
+    return take
 
 
 def field(page: Page, label: str):
@@ -64,21 +71,20 @@ def expect_state(page: Page, text: str, timeout_ms: int = PATIENCE_MS) -> None:
     expect(page.locator("#state")).to_have_text(text, timeout=timeout_ms)
 
 
-def take_figures(page: Page, pictures: Path) -> None:
+def take_figures(page: Page, shoot: Callable[..., None]) -> None:
     """Take the paper's first two figures: the trail to the find; proximity and viewpoints."""
     view = page.frame_locator("#view")
     view.get_by_role("tab", name="Map").click()
     expect(view.locator("[data-mode='camera']")).to_be_visible()
-    page.screenshot(path=pictures / "fig1.png")
+    shoot("fig1")
     view.get_by_role("button", name="Proximity", exact=True).click()
     expect(view.locator("[data-mode='proximity']")).to_be_visible()
-    page.wait_for_timeout(3_000)
-    page.screenshot(path=pictures / "fig2.png")
+    shoot("fig2", drawn_ms=3_000)
     view.get_by_role("button", name="Camera", exact=True).click()
     view.get_by_role("tab", name="Search").click()
 
 
-def keep_a_record(page: Page, sessions: Path, pictures: Path) -> None:
+def keep_a_record(page: Page, sessions: Path, shoot: Callable[..., None]) -> None:
     """Press what the Session tab has for the recording, and find it beside the file."""
     view = page.frame_locator("#view")
     view.get_by_role("tab", name="Session").click()
@@ -96,7 +102,7 @@ def keep_a_record(page: Page, sessions: Path, pictures: Path) -> None:
     assert [(n.kind, n.text) for n in notes] == [("mark", ""), ("note", "the lamp is new")]
     view.get_by_role("button", name="Off", exact=True).click()
     expect(line).to_contain_text("not recording: ended by")
-    page.screenshot(path=pictures / "record.png")
+    shoot("record")
     view.get_by_role("button", name="On", exact=True).click()
     expect(line).to_contain_text("Recording: ")
     assert len(list(sessions.iterdir())) == 2
@@ -104,10 +110,10 @@ def keep_a_record(page: Page, sessions: Path, pictures: Path) -> None:
 
 
 def test_a_typed_query_finds_the_plant_and_the_next_one_starts_at_once(
-    page: Page, pictures: Path, tmp_path: Path
+    page: Page, shoot: Callable[..., None], tmp_path: Path
 ) -> None:
     expect_state(page, "Starting")
-    page.screenshot(path=pictures / "waiting.png")
+    shoot("waiting")
 
     ask(page, "find the plant, I think it is near the sofa")
     expect(page.locator("#goal")).to_have_text("plant")
@@ -115,15 +121,13 @@ def test_a_typed_query_finds_the_plant_and_the_next_one_starts_at_once(
     expect_state(page, "Searching")
     view = page.frame_locator("#view")
     expect(view.get_by_text("embedded prior", exact=False)).to_be_visible()
-    page.wait_for_timeout(4_000)
-    page.screenshot(path=pictures / "searching.png")
+    shoot("searching", drawn_ms=4_000)
 
     expect_state(page, "Found", timeout_ms=SEARCH_MS)
     expect(view.get_by_role("button", name="Confirm")).to_be_visible()
-    page.wait_for_timeout(3_000)
-    page.screenshot(path=pictures / "console.png")
-    take_figures(page, pictures)
-    keep_a_record(page, tmp_path / "ippon" / "sessions", pictures)
+    shoot("console", drawn_ms=3_000)
+    take_figures(page, shoot)
+    keep_a_record(page, tmp_path / "ippon" / "sessions", shoot)
 
     ask(page, "toilet")
     expect(page.locator("#goal")).to_have_text("toilet")
@@ -132,4 +136,4 @@ def test_a_typed_query_finds_the_plant_and_the_next_one_starts_at_once(
 
     page.locator("#stop").click()
     expect_state(page, "Stopped")
-    page.screenshot(path=pictures / "stopped.png")
+    shoot("stopped")
