@@ -3,7 +3,11 @@
 import re
 import unicodedata
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import inflect
 
 
 def word_set(text: str) -> frozenset[str]:
@@ -109,12 +113,26 @@ def singular(word: str) -> str:
         return word
     if word.endswith(("us", "is", "as")):
         return word
-    # Importing inflect takes more than a second, and only words outside the table need it.
-    import inflect  # noqa: PLC0415
-
     # The library's `Word` is a string of at least one letter.
-    found = inflect.engine().singular_noun(word)  # pyright: ignore[reportArgumentType]
+    found = _inflection().singular_noun(word)  # pyright: ignore[reportArgumentType]
     return str(found) if found else word
+
+
+@cache
+def _inflection() -> "inflect.engine":
+    """Return the library of English inflections, which only words outside the table need.
+
+    While it is imported typeguard would add type checks to each of its methods, in three seconds.
+    """
+    import typeguard  # noqa: PLC0415
+
+    checked = typeguard.typechecked
+    typeguard.typechecked = lambda method: method  # pyright: ignore
+    try:
+        import inflect  # noqa: PLC0415
+    finally:
+        typeguard.typechecked = checked
+    return inflect.engine()
 
 
 def plural(word: str) -> str:

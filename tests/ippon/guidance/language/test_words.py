@@ -1,5 +1,9 @@
-import pytest
+import sys
 
+import pytest
+import typeguard
+
+from ippon.guidance.language import words
 from ippon.guidance.language.words import generic, is_many, plain, singular, tokenize, with_article
 
 
@@ -21,6 +25,17 @@ from ippon.guidance.language.words import generic, is_many, plain, singular, tok
 )
 def test_singular(plural: str, single: str) -> None:
     assert singular(plural) == single
+
+
+def test_only_the_library_of_inflections_goes_without_type_checks(monkeypatch):
+    monkeypatch.delitem(sys.modules, "inflect", raising=False)
+    checked = typeguard.typechecked
+    library = words._inflection.__wrapped__()
+    assert library.singular_noun("gazebos") == "gazebo"
+    # A checked method would refuse what is no string with an error of typeguard's own.
+    with pytest.raises(TypeError):
+        library.singular_noun(5)
+    assert typeguard.typechecked is checked
 
 
 def test_generic_statements_agree_in_number() -> None:
