@@ -30,6 +30,7 @@ class DenseMap:
         self.missing = np.zeros(tuple(self.blocks), dtype=bool)
         self.revision = 0
         self._last: tuple[NDArray, ...] | None = None
+        self._squared_distance: NDArray | None = None
         self._revisions = np.zeros(int(np.prod(self.blocks)), dtype=np.int64)
 
     def _slices(self, low, high) -> tuple[slice, ...]:
@@ -68,11 +69,8 @@ class DenseMap:
             self.revision += 1
             self._revisions[changed] = self.revision
         self._last = tuple(g.copy() for g in grouped)
-        occupied = self.state == OCCUPIED
-        squared = np.full(self.state.shape, round(1.0 / self.voxel_size) ** 2)
-        if occupied.any():
-            exact = np.rint(distance_transform_edt(~occupied) ** 2)
-            squared = np.minimum(squared, exact)
+        if self._squared_distance is None or changed.any():
+            self._squared_distance = self._grouped(self._squared().astype(np.uint16))
         directory = np.arange(self.missing.size, dtype=np.int32).reshape(self.missing.shape)
         directory[self.missing] = -1
         return MapArrays(
@@ -83,9 +81,16 @@ class DenseMap:
             slab=np.arange(directory.size, dtype=np.int32),
             ooi=grouped[1],
             level=grouped[2],
-            squared_distance=self._grouped(squared.astype(np.uint16)),
+            squared_distance=self._squared_distance.copy(),
             revision=self._revisions.copy(),
         )
+
+    def _squared(self) -> NDArray:
+        occupied = self.state == OCCUPIED
+        squared = np.full(self.state.shape, round(1.0 / self.voxel_size) ** 2)
+        if occupied.any():
+            squared = np.minimum(squared, np.rint(distance_transform_edt(~occupied) ** 2))
+        return squared
 
     def _grouped(self, volume: NDArray) -> NDArray:
         a, b, c = self.blocks
