@@ -37,6 +37,7 @@ def test_broken_files_are_listed_with_what_is_wrong(tmp_path, made_up):
     assert (whole.object, whole.outcome, whole.problem) == ("hat", "found", "")
 
 
+@pytest.mark.slow
 def test_a_thousand_sessions_are_read_once(session_folder, monkeypatch):
     root = session_folder.parent
     for n in range(999):

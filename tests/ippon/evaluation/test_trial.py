@@ -96,6 +96,7 @@ def test_time_runs_out(config, scene):
     assert row.frames == 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "cause"), [(0.5, "collision"), (0.0, "stuck")])
 def test_a_robot_that_stands_against_a_wall_has_collided(config, scene, monkeypatch, speed, cause):
     def step(self, frame):
@@ -169,6 +170,7 @@ def test_an_episode_takes_time():
         EpisodeLimits(steps_per_frame=0)
 
 
+@pytest.mark.slow
 def test_a_couch_answers_the_search_for_a_sofa(config, make_scene, flat_boxes):
     couch = ("sofa", "couch", (0.3, 4.6, 0.0), (2.0, 5.4, 0.8))
     scene = make_scene([*(b for b in flat_boxes if b[0] != "chair"), couch])

@@ -192,6 +192,7 @@ def test_ten_thousand_frames_leave_memory_flat(tools, world):
     assert resident[-1] <= resident[1] + 5.0
 
 
+@pytest.mark.slow
 def test_a_dropped_room_is_mapped_again(tools):
     config = MapConfig(memory_limit_mb=15.0, max_range_m=3.0)
     voxel_map = VoxelMap(config, LABELS)

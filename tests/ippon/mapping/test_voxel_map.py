@@ -45,7 +45,7 @@ def mapped(tools, world, config=None, heatmap=None, stops=((1.0, 1.0), (3.0, 1.0
     return voxel_map
 
 
-@pytest.mark.parametrize("voxel_size", [0.1, 0.05])
+@pytest.mark.parametrize("voxel_size", [0.1, pytest.param(0.05, marks=pytest.mark.slow)])
 def test_room_comes_out_closed_with_free_space_inside(tools, furnished, voxel_size):
     voxel_map = mapped(tools, furnished, MapConfig(voxel_size_m=voxel_size))
     v = voxel_size
@@ -64,6 +64,7 @@ def test_room_comes_out_closed_with_free_space_inside(tools, furnished, voxel_si
     assert (outside == UNKNOWN).all()
 
 
+@pytest.mark.slow
 def test_distance_is_exact_after_every_frame(tools, furnished):
     voxel_map = VoxelMap(MapConfig(), LABELS)
     for n, pose in enumerate(tools.tour([(1.0, 1.0), (3.0, 1.0)])):

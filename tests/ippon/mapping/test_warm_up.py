@@ -13,7 +13,7 @@ from ippon.mapping.warm_up import warm_up
 STEPS = ["geometry", "object probabilities", "object layers", "queries", "surface"]
 
 
-@pytest.mark.parametrize("beside", [False, True])
+@pytest.mark.parametrize("beside", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_every_step_is_named(beside):
     assert list(warm_up(beside=beside)) == STEPS
 
@@ -26,6 +26,7 @@ def _printed_by(code):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_the_second_process_compiles_the_kernels_of_a_map():
     # In a process of its own: what is compiled stays compiled in this one.
     code = (
@@ -39,6 +40,7 @@ def test_the_second_process_compiles_the_kernels_of_a_map():
     assert _printed_by(code).split() == ["1", "True"]
 
 
+@pytest.mark.slow
 def test_the_first_far_evidence_finds_its_kernels_compiled():
     # The planner's arrays, in a process of its own.
     code = (

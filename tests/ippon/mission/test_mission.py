@@ -163,6 +163,7 @@ def test_a_find_without_voxels_can_be_rejected_too(scene) -> None:
     assert "cancelled" not in kinds, "it was found; that stays so"
 
 
+@pytest.mark.slow
 def test_two_runs_of_one_seed_are_the_same_run(scene) -> None:
     runs = []
     for _ in range(2):

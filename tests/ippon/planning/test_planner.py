@@ -104,6 +104,7 @@ def reveal(volume, low_m, high_m):
     return volume
 
 
+@pytest.mark.slow
 def test_a_full_roadmap_makes_room_for_what_lies_farther_away(dense_map):
     """It fills up along the way, and what lies beyond is explored all the same."""
     planner = make(max_nodes=70, sampling=SamplingConfig(local_spacing_m=0.3))

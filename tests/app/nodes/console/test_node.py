@@ -188,6 +188,7 @@ def test_ends_when_told_to_even_while_watched(home, shell, console, end):
     assert console.process.wait(10) in {0, -end}
 
 
+@pytest.mark.process
 def test_a_navigator_of_another_version_is_named(stage, zenoh_port, shell):
     home = stage.PublishedHome(zenoh_port)
     try:

@@ -137,6 +137,7 @@ def _map_of(mission):
     return {f.name: getattr(delta, f.name) for f in dataclasses.fields(delta)}
 
 
+@pytest.mark.slow
 def test_the_same_settings_give_the_same_map_bit_for_bit(searched):
     recording, live = searched
     work = Recomputation(recording, read_settings(recording, ()))

@@ -123,11 +123,12 @@ def test_the_same_view_again_sends_almost_nothing(tools, world):
     assert first > 300
 
 
+@pytest.mark.slow
 def test_dropped_blocks_are_removed_from_the_view(tools, world):
     voxel_map = VoxelMap(MapConfig(memory_limit_mb=25.0, max_range_m=3.0), LABELS)
     tracker, view = SurfaceTracker(voxel_map), CameraGeometry()
     dropped = 0
-    for n in range(40):
+    for n in range(14):
         # The same furnished room again and again, each a room's length farther on.
         room = tools.World.room(5.0, 4.0)
         room.boxes = [

@@ -84,10 +84,13 @@ def test_agrees_with_the_plain_twin(tools, voxel_size, sigma):
 @pytest.mark.parametrize(
     "camera",
     [
-        PinholeCamera.from_horizontal_fov(400, 250, np.radians(74.0)),
-        PinholeCamera.from_horizontal_fov(240, 150, np.radians(74.0)),
+        pytest.param(
+            PinholeCamera.from_horizontal_fov(400, 250, np.radians(74.0)),
+            id="400x250",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(PinholeCamera.from_horizontal_fov(240, 150, np.radians(74.0)), id="240x150"),
     ],
-    ids=["400x250", "240x150"],
 )
 @pytest.mark.parametrize("sigma", [0.0, 0.002])
 def test_thin_things_do_not_vanish(tools, camera, sigma):
@@ -141,6 +144,7 @@ def test_floor_seen_at_a_grazing_angle_is_one_closed_layer(tools, sigma):
     assert np.mean(voxel_map.state_at(floor + np.array([0, 0, 0.2])) == FREE) > 0.98
 
 
+@pytest.mark.slow
 def test_moved_furniture_disappears_and_appears_within_the_stated_views(tools):
     config = MapConfig()
     empty = tools.World.room(6.0, 4.0)

@@ -9,6 +9,7 @@ from ippon.mission.snapshot import MissionState
 from ippon.robot import ZED
 
 
+@pytest.mark.slow
 def test_the_camera_stays_on_what_the_robot_goes_to(searcher, room):
     bed = ("bed", "bed", (6.0, 1.2, 0.0), (7.9, 3.0, 0.55))
     robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0)

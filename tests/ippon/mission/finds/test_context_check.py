@@ -43,6 +43,7 @@ def test_what_is_where_the_operator_said_is_found_as_ever(searching, context):
     assert "doubted" not in [event.kind for event in events]
 
 
+@pytest.mark.slow
 def test_what_is_elsewhere_is_passed_by_for_what_is_where_the_operator_said(searching):
     robot, events = searching([TABLE, ON_TABLE, BED, ON_BED], "I left it on the bed.")
     assert _at(robot) == pytest.approx([7.45, 1.65], abs=0.2)

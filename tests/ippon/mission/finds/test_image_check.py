@@ -216,6 +216,7 @@ def test_a_search_continues_after_a_doubted_find(doubter):
     assert robot.last.candidates == (), "it is ruled out"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("idle_gain", [0.0, 0.15])
 def test_a_doubted_find_is_reconsidered_when_no_better_one_is_left(doubter, idle_gain):
     robot, _, events = doubter(200.0, ExhaustionConfig(idle_gain=idle_gain))
@@ -258,6 +259,7 @@ def test_a_small_thing_that_fills_many_voxels_is_no_mere_outline(outline_voxels,
     assert look.contradicts(find) is against
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("single_voxel_share", "state"), [(0.5, "found"), (2.0, "exhausted")])
 def test_a_small_thing_that_fills_one_voxel_is_found_in_front_of_the_robot(
     searcher, room, single_voxel_share, state

@@ -77,6 +77,7 @@ def test_unsure_changes_nothing(robot):
     assert robot.last.find.probability == pytest.approx(before, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_find_without_an_answer_is_announced_in_the_end(robot):
     robot.search(120.0)
     assert robot.last.state is MissionState.FOUND

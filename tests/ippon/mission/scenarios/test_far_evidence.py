@@ -27,6 +27,7 @@ def hall(searcher, room):
     return make
 
 
+@pytest.mark.slow
 def test_it_goes_straight_there_and_says_why(hall):
     robot = hall()
     robot.search(90.0)
@@ -53,6 +54,7 @@ def test_another_goal_begins_without_them(hall):
     assert len(robot.last.far_evidence) == 0
 
 
+@pytest.mark.slow
 def test_without_far_evidence_nothing_beyond_the_map_counts(hall):
     config = MissionConfig()
     robot = hall(replace(config, far_evidence=replace(config.far_evidence, enabled=False)))
@@ -64,6 +66,7 @@ def test_without_far_evidence_nothing_beyond_the_map_counts(hall):
 SOFA = ("sofa", "sofa", (20.0, 1.0, 0.0), (20.9, 3.0, 0.8))
 
 
+@pytest.mark.slow
 def test_it_goes_to_what_may_be_the_sofa_that_the_hat_is_on(searcher, room):
     hat = ("hat", "hat", (20.3, 1.8, 0.8), (20.6, 2.1, 0.95))
     robot = searcher([*room(24.0, 4.0), SOFA, hat], *START)

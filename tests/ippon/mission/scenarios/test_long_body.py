@@ -59,6 +59,7 @@ def test_a_way_that_closes_in_a_passage_is_backed_out_of(searcher, room):
     assert robot.world.collisions == 0
 
 
+@pytest.mark.slow
 def test_a_round_robot_takes_the_same_way_as_ever(searcher, room):
     robot = searcher(parted(room, 0.75), 1.5, 3.0, 1.0, robot=ZED)
     robot.ask("toilet")

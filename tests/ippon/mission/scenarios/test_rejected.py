@@ -23,6 +23,7 @@ def test_what_begins_where_it_ends_is_more_of_it(x, continues):
     assert ball.touches(_find(x, (0.9, 0.2, 0.2))) is continues
 
 
+@pytest.mark.slow
 def test_the_rest_of_a_rejected_find_is_no_find_either(searcher, room):
     bed = ("bed", "bed", (3.6, 1.2, 0.0), (7.3, 3.0, 0.55))
     head = ("bed", "bed", (7.3, 1.2, 0.55), (7.4, 3.0, 1.1))

@@ -136,12 +136,14 @@ def test_the_object_in_the_other_room_is_found(robot):
     assert world.path_length_m() < 20.0
 
 
+@pytest.mark.slow
 def test_a_home_without_the_object_is_exhausted():
     outcome, world, _ = search(home(toilet=False), ZED)
     assert outcome == "exhausted"
     assert world.trajectory[:, 0].max() > 0.5, "the other room was visited"
 
 
+@pytest.mark.slow
 def test_two_searches_of_one_seed_are_the_same():
     first, again = (search(home(), ZED) for _ in range(2))
     assert first[2] == again[2]

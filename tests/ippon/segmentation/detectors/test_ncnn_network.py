@@ -70,6 +70,7 @@ def test_boxes_lie_in_the_image_with_their_best_first(seen):
         assert (boxes <= [640, 480, 640, 480]).all()
 
 
+@pytest.mark.slow
 @real
 def test_the_white_cup_is_where_it_was_labelled(nanodet):
     """The cup's known place, projected, lies in the best box for a cup."""
