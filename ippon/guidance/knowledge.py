@@ -7,6 +7,8 @@ The table is package data (`tables/*.yaml`), one entry per thing:
 * `rooms`: weights of the room types in which it occurs;
 * `sure`, `on`, `in` and `by`: things at which it is found, always (`sure`) or typically;
 * `size`: longest side of a large thing in metres, for things that do not come in rows;
+* `small`: side of a small thing in an image, metres: the root of its width times its height;
+* `high`: height above the floor that a thing which stands on it may reach, metres;
 * `aloft: yes`: it hangs or stands higher than a person reaches;
 * `spread`: it says little about a place: `pervasive` (walls), `broad` (catch-all categories such as
   "furniture") and `everywhere` (windows: in any room, but things stand at them).
@@ -27,7 +29,18 @@ Relation = Literal["sure", "on", "in", "by"]
 Spread = Literal["none", "everywhere", "broad", "pervasive"]
 
 _FIELDS = frozenset(
-    {"also", "kinds", "is", "rooms", "size", "spread", "aloft", *get_args(Relation)}
+    {
+        "also",
+        "kinds",
+        "is",
+        "rooms",
+        "size",
+        "small",
+        "high",
+        "spread",
+        "aloft",
+        *get_args(Relation),
+    }
 )
 _ROOMS_FILE = "rooms.yaml"
 WITHIN_REACH_M: Final = 2.3
@@ -61,6 +74,10 @@ class Thing:
     """Whether it may be higher than a person reaches."""
     size_m: float
     """Longest side of a large thing; infinite if not given."""
+    high_m: float
+    """Height above the floor that it may reach; infinite if not given."""
+    small_m: float
+    """Side in an image, for small things; infinite for others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,12 +126,17 @@ class Knowledge:
         parents = (self.things[name] for name in thing.parents)
         # "furniture" may hang, but that does not apply to a wardrobe.
         aloft = any(parent.aloft and parent.spread != "broad" for parent in parents)
-        return math.inf if aloft else WITHIN_REACH_M
+        return math.inf if aloft else min(WITHIN_REACH_M, thing.high_m)
 
     def size_m(self, label: str) -> float:
         """Return the longest side of a large object, metres; infinite if unknown."""
         thing = self.thing(label)
         return math.inf if thing is None else thing.size_m
+
+    def small_m(self, label: str) -> float:
+        """Return the side of a small object in an image, metres; infinite for others."""
+        thing = self.thing(label)
+        return math.inf if thing is None else thing.small_m
 
     def room(self, phrase: str) -> str | None:
         """Return the room type of a phrase."""
@@ -223,6 +245,8 @@ def _thing(name: str, fields: Mapping[str, Any], rooms: Iterable[str], where: st
         spread=spread,
         aloft=spread != "none" or _yes(fields.get("aloft", "no"), f"{where}: aloft"),
         size_m=_metres(fields.get("size", "inf"), f"{where}: size"),
+        high_m=_metres(fields.get("high", "inf"), f"{where}: high"),
+        small_m=_metres(fields.get("small", "inf"), f"{where}: small"),
     )
 
 

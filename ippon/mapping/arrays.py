@@ -1,5 +1,6 @@
 """The map as the kernels see it: dense blocks of 8 x 8 x 8 voxels found through a directory."""
 
+import math
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -66,3 +67,5 @@ class MapArrays(NamedTuple):
     cut off at a maximum: whole numbers, so nothing is lost."""
     revision: NDArray[np.int64]
     """(B,) map revision at which the block last changed."""
+    ooi_clear_m: float = math.inf
+    """Depth in metres up to which a miss of the object of interest is evidence; see `VoxelMap`."""

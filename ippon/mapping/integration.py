@@ -129,7 +129,7 @@ class FrameIntegrator:
             Number of voxels that the heatmap updated.
         """
         x, y, z = (float(c) for c in frame.T_world_camera[:3, 3])
-        heat = layers.fusion_input(frame.heatmap, self.floor_z_m, (x, y, z))
+        heat = layers.fusion_input(frame.heatmap, self.floor_z_m, frame.camera, (x, y, z))
         surface = layers.surface
         color = read_only(frame.color)
         heat_size, length = heat.probabilities.shape[:2], surface.energy.shape[1]

@@ -111,7 +111,12 @@ class VoxelMap:
         return self._integrator.integrate_heatmap(frame, self._layers, self.revision)
 
     def set_ooi(
-        self, ooi: str | None, highest_m: float = math.inf, *, lowest_m: float = -math.inf
+        self,
+        ooi: str | None,
+        highest_m: float = math.inf,
+        *,
+        lowest_m: float = -math.inf,
+        small_m: float = math.inf,
     ) -> None:
         """Set the object of interest; its probabilities are reset, everything else is kept.
 
@@ -120,17 +125,24 @@ class VoxelMap:
                 label are the starting point.
             highest_m: Height above the robot's floor from which nothing is the object.
             lowest_m: Height above the floor up to which nothing is the object, from 20 cm below it.
+            small_m: Side of a small object in an image. If that is less than `CLEAR_SHARE` of the
+                image, a detector's miss is no evidence.
 
         Raises:
-            ValueError: A height is not a number, or they are not in that order.
+            ValueError: A height is not a number, they are not in that order, or the side is not
+                positive.
         """
         if not highest_m > 0.0:
             raise ValueError(f"highest_m is metres above the floor, more than 0; got {highest_m}")
         if not lowest_m < highest_m:
             raise ValueError(f"lowest_m lies below highest_m; got {lowest_m} and {highest_m}")
+        if not small_m > 0.0:
+            raise ValueError(f"small_m is metres, more than 0; got {small_m}")
         self.revision += 1
         floor_z_m = self._integrator.floor_z_m
-        self._layers.set_ooi(ooi, highest_m, floor_z_m, self.revision, lowest_m=lowest_m)
+        self._layers.set_ooi(
+            ooi, highest_m, floor_z_m, self.revision, lowest_m=lowest_m, small_m=small_m
+        )
 
     def set_models(self, models: ObservationModels) -> None:
         """Set the observation models for images from now on; earlier images are not fused again."""
@@ -192,6 +204,7 @@ class VoxelMap:
             level=self._pools.level[:slabs],
             squared_distance=self._pools.squared_distance[:n],
             revision=self._pools.revision[:n],
+            ooi_clear_m=self._layers.ooi_clear_m,
         )
 
     def state_at(self, points_world: NDArray[np.float64]) -> NDArray[np.uint8]:
@@ -244,6 +257,7 @@ class VoxelMap:
     def capture(self) -> tuple[dict[str, Any], map_file.Arrays]:
         """Return copies of the header and arrays that `save` writes; see `map_file.write`."""
         lowest_m, highest_m = self._layers.ooi_lowest_m, self._layers.ooi_highest_m
+        small_m = self._layers.ooi_small_m
         header = {
             "config": dataclasses.asdict(self.config),
             "labels": list(self.labels),
@@ -256,6 +270,7 @@ class VoxelMap:
             # JSON has no infinity.
             "ooi_highest_m": None if math.isinf(highest_m) else highest_m,
             "ooi_lowest_m": None if math.isinf(lowest_m) else lowest_m,
+            "ooi_small_m": None if math.isinf(small_m) else small_m,
             "floor_z_m": self._integrator.floor_z_m,
         }
         return header, snapshot.capture(self._pools, self.surface, len(self.labels))
@@ -306,6 +321,8 @@ class VoxelMap:
         layers.ooi_highest_m = math.inf if highest_m is None else float(highest_m)
         lowest_m = header.get("ooi_lowest_m")
         layers.ooi_lowest_m = -math.inf if lowest_m is None else float(lowest_m)
+        small_m = header.get("ooi_small_m")
+        layers.ooi_small_m = math.inf if small_m is None else float(small_m)
         self._integrator.floor_z_m = float(header.get("floor_z_m", 0.0))
 
     @property

@@ -59,10 +59,12 @@ class GoalControl:
         models = self._voxel_map.models
         search = self.search = Search(goal, guidance, self._config, models)
         self._planner.set_far_evidence(search.far_evidence)
+        knowledge = load_knowledge()
         self._voxel_map.set_ooi(
             goal.object,
-            load_knowledge().highest_m(goal.category or goal.object),
+            knowledge.highest_m(goal.category or goal.object),
             lowest_m=lowest_m(goal.object, goal.category),
+            small_m=knowledge.small_m(goal.object),
         )
         if self._look_around.done:
             search.state = MissionState.SEARCHING

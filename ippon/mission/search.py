@@ -77,6 +77,7 @@ class Search:
         self.empty_steps = self.idle_steps = 0
         """Steps in a row without a viewpoint, and without one that has enough gain."""
         self._size = SizeCheck(config.size_check, goal, config.map.voxel_size_m)
+        self._sure = config.image_check.sure
         self._ooi_voxels = OoiVoxels(config.planner.ooi_threshold)
         self._centres: Float64Array = np.zeros((0, 3))
         scale = surface_scale(config.map.voxel_size_m) if self._size.small else 0.0
@@ -129,6 +130,8 @@ class Search:
             arrays.voxel_size,
             camera=frame.camera,
             T_world_camera=frame.T_world_camera,
+            is_too_large=self.is_too_large,
+            sure=self._sure,
         )
 
     def take_continuations(self) -> list[tuple[ExclusionSphere, SetAside | None]]:

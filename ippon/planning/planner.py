@@ -219,7 +219,14 @@ class ViewpointPlanner:
         standing_at = self._selector.standing_at(
             float(T_world_base[0, 3]), float(T_world_base[1, 3])
         )
-        self._viewpoints.update(arrays, self._floor.floor_z_m, T_world_base, tilt_rad, standing_at)
+        self._viewpoints.update(
+            arrays,
+            self._floor.floor_z_m,
+            T_world_base,
+            tilt_rad,
+            standing_at,
+            termination_min=self._termination_min,
+        )
         if self._levels_changed:
             self._viewpoints.memory.forget_surfaces()
             self._viewpoints.recount_levels(arrays)
@@ -247,7 +254,7 @@ class ViewpointPlanner:
                 return
             apart = config.sampling.object_spacing_m
         else:
-            reach = config.view.termination_range_m
+            reach = self._viewpoints.geometry.ranges.termination_m
             if np.hypot(voxels[:, 0] - x, voxels[:, 1] - y).min(initial=math.inf) > reach:
                 return
         node = self._builder.add_here(x, y, apart)

@@ -10,7 +10,7 @@ from ippon.planning.terrain.motion_check import can_turn
 from ippon.planning.terrain.reachability import reachable_cells
 from ippon.planning.terrain.traversability import Traversability, TraversabilityConfig
 from ippon.planning.visibility.view_config import ViewConfig
-from ippon.planning.visibility.view_geometry import ViewGeometry, layers_at
+from ippon.planning.visibility.view_geometry import ViewGeometry, layers_at, ranges_for
 from ippon.robot import RobotProfile
 
 
@@ -29,7 +29,8 @@ def warm_up(arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array) 
     reachable = reachable_cells(grid, limits, x, y, margin_m, 0.0)
     view, v = ViewConfig(), arrays.voxel_size
     layers = layers_at(view, robot, v, floor.floor_z_m)
-    geometry = ViewGeometry.build(view, robot, v, layers, 0.5)
+    ranges = ranges_for(view, v, 1.0, arrays.ooi_clear_m)
+    geometry = ViewGeometry.build(view, robot, v, layers, ranges, 0.5)
     around = Surroundings(grid, limits, margin_m, reachable, arrays, geometry)
     flood_fill_unseen(around, np.zeros_like(reachable), (x, y))
     if not robot.is_round:

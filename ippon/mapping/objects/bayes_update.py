@@ -152,6 +152,7 @@ def update_by_places(
     appearance, coord, bounds = pools.appearance, pools.coord, fusion.ooi_bounds
     asked, measured, pixels = work.ahead, work.measured, work.pixels
     x, y, z = fusion.camera_at
+    clear_m = fusion.ooi_clear_m
     half = np.float32(0.5)
     batch = work.batch
     n = 0
@@ -167,6 +168,9 @@ def update_by_places(
             continue
         d, v, u = measured[a], asked[a, 1], asked[a, 2]
         common, ooi = d <= common_max, d <= ooi_max and ooi_channel >= 0
+        if ooi and d > clear_m:
+            # The object is too small in the image for a miss to be evidence.
+            ooi = table[table_of[labels], heat[v, u, ooi_channel]] > np.float32(1.0)
         if not common and not ooi:
             continue
         dx = x - (coord[row, 0] * 8 + (k >> 6) + 0.5) * voxel_size

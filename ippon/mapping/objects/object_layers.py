@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.camera import PinholeCamera
 from ippon.mapping.arrays import read_only
 from ippon.mapping.blocks import N_ROWS, BlockDirectory, Pools
 from ippon.mapping.config import LEVEL_PROBABILITIES, SURFACE_VOXELS_PER_BLOCK, MapConfig
@@ -23,6 +24,7 @@ from ippon.mapping.objects.posterior_arithmetic import (
     MODES,
     NONE,
     PAPER,
+    PLACES,
     FusionInput,
     energy_table,
     prior_log_odds,
@@ -42,6 +44,9 @@ MAX_LABELS: Final = 255
 UNDERFOOT_M: Final = 0.2
 """Depth below the robot's floor, metres, that counts as this floor, given the errors of depth and
 pose. Lower surface may belong to another floor."""
+CLEAR_SHARE: Final = 0.05
+"""Share of the image's longer side, 32 of 640 pixels, from which an object is detected nearly as
+often as from nearby; measured with NanoDet-Plus (docs/results.md)."""
 _EVERYWHERE_M: Final = 1e6
 
 
@@ -74,6 +79,10 @@ class ObjectLayers:
         """Height above the floor from which nothing is the object of interest."""
         self.ooi_lowest_m = -math.inf
         """Height above the floor up to which nothing is the object of interest."""
+        self.ooi_small_m = math.inf
+        """Side of a small object of interest in an image, metres."""
+        self.ooi_clear_m = math.inf
+        """Depth up to which a miss in the last image is evidence, metres."""
         self._config = config
         self._pools = pools
         self._energy_of = energy_table(config.likelihood_floor)
@@ -96,9 +105,11 @@ class ObjectLayers:
         revision: int,
         *,
         lowest_m: float,
+        small_m: float,
     ) -> None:
         """Set the object of interest and reset its probabilities."""
         self.ooi, self.ooi_highest_m, self.ooi_lowest_m = ooi, highest_m, lowest_m
+        self.ooi_small_m, self.ooi_clear_m = small_m, math.inf
         self.suppressed = np.empty((0, 4), np.float64)
         reset_places(self.surface, slice(0, int(self.surface.tally[N_USED])))
         rows = int(self._pools.tally[N_ROWS])
@@ -196,13 +207,18 @@ class ObjectLayers:
         return low, high, top
 
     def fusion_input(
-        self, heatmap: Heatmap | None, floor_z_m: float, camera_at: tuple[float, float, float]
+        self,
+        heatmap: Heatmap | None,
+        floor_z_m: float,
+        camera: PinholeCamera,
+        camera_at: tuple[float, float, float],
     ) -> FusionInput:
         """Return a heatmap as kernel arguments.
 
         Args:
             heatmap: Of the image, or None.
             floor_z_m: Height of the floor, metres.
+            camera: Intrinsics of the image.
             camera_at: World position of the camera, metres.
         """
         cfg, n = self._config, len(self.labels)
@@ -217,6 +233,11 @@ class ObjectLayers:
                 at = heatmap.ooi_channel
                 ooi_channel = NONE if at is None else at
         likelihood_of, table_of = self._likelihoods.of(heatmap, self.labels, self.ooi)
+        mode = _mode(cfg, heatmap)
+        if heatmap is not None:
+            longer_px = max(camera.width, camera.height)
+            clear_m = camera.fx / longer_px * self.ooi_small_m / CLEAR_SHARE
+            self.ooi_clear_m = clear_m if mode == PLACES else math.inf
         return FusionInput(
             probabilities=read_only(probabilities),
             has_heatmap=heatmap is not None,
@@ -228,7 +249,8 @@ class ObjectLayers:
             energy_of=self._energy_of,
             common_max_m=cfg.common_max_range_m,
             ooi_max_m=cfg.ooi_max_range_m,
-            mode=_mode(cfg, heatmap),
+            ooi_clear_m=self.ooi_clear_m,
+            mode=mode,
             likelihood_of=likelihood_of,
             table_of=table_of,
             camera_at=camera_at,

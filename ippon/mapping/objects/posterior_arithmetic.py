@@ -67,6 +67,9 @@ class FusionInput(NamedTuple):
     """Position of the camera in the world, metres."""
     common_max_m: float
     ooi_max_m: float
+    ooi_clear_m: float
+    """Depth up to which a miss of the object of interest is evidence; beyond, only a score that is
+    evidence for it updates a voxel."""
     mode: int
     """`PLACES`, `PAPER` or `MAXIMUM`."""
     levels: NDArray[np.uint8]

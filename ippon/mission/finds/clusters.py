@@ -1,5 +1,7 @@
 """Clusters of voxels that are probably the object."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
@@ -18,8 +20,13 @@ def cluster_finds(
     *,
     camera: PinholeCamera,
     T_world_camera: Float64Array,
+    is_too_large: Callable[[Find], bool] | None = None,
+    sure: float = 1.0,
 ) -> tuple[Find, ...]:
     """Join voxels that touch (one voxel of gap allowed) into finds, most voxels first.
+
+    A detector's box covers some of the surroundings, and a false detection may adjoin the object.
+    A find that is too large is therefore reduced to its clusters of sure voxels, if they are not.
 
     Args:
         centres_world: (M, 3) metres.
@@ -27,26 +34,38 @@ def cluster_finds(
         voxel_size: Edge of a voxel, metres.
         camera: Intrinsics of the present colour image.
         T_world_camera: Pose of its camera.
+        is_too_large: Returns whether a find is larger than the object; None for any size.
+        sure: p(v in O) from which a voxel is sure.
     """
-    if centres_world.shape[0] == 0:
-        return ()
-    pairs = KDTree(centres_world).query_pairs(2.1 * voxel_size, output_type="ndarray")
-    count = centres_world.shape[0]
+    finds: list[Find] = []
+    for member in _clusters(centres_world, voxel_size):
+        parts = [member]
+        find = _find_of(
+            centres_world[member], probabilities[member], voxel_size, camera, T_world_camera
+        )
+        if is_too_large is not None and is_too_large(find):
+            among = member[probabilities[member] >= sure]
+            parts = [among[part] for part in _clusters(centres_world[among], voxel_size)]
+        reduced = [
+            _find_of(centres_world[part], probabilities[part], voxel_size, camera, T_world_camera)
+            for part in parts
+        ]
+        fitting = [part for part in reduced if is_too_large is None or not is_too_large(part)]
+        finds += fitting or [find]
+    return tuple(sorted(finds, key=lambda find: -find.voxels))
+
+
+def _clusters(centres: Float64Array, voxel_size: float) -> list[NDArray[np.intp]]:
+    """Return the rows of each group of voxels that touch."""
+    count = len(centres)
+    if count == 0:
+        return []
+    pairs = KDTree(centres).query_pairs(2.1 * voxel_size, output_type="ndarray")
     graph = coo_array(
         (np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), (count, count)
     )
     clusters, member_of = connected_components(graph, directed=False)
-    finds = [
-        _find_of(
-            centres_world[member_of == c],
-            probabilities[member_of == c],
-            voxel_size,
-            camera,
-            T_world_camera,
-        )
-        for c in range(clusters)
-    ]
-    return tuple(sorted(finds, key=lambda find: -find.voxels))
+    return [np.flatnonzero(member_of == c) for c in range(clusters)]
 
 
 def _find_of(

@@ -91,6 +91,10 @@ class ViewConfig:
     termination_range_m: float = 0.95
     """Horizontal range of N_T, a little less than the metre of the task: the robot need not stop
     exactly on the viewpoint. More ends searches farther from the object."""
+    large_termination_range_m: float = 0.8
+    """The same for objects with T_min above `termination_fringe_voxels`, a voxel and the stopping
+    tolerance less than the metre: the nearest voxels often belong to something beside the object.
+    More ends more searches too far from it."""
     termination_depth_m: float = 0.7
     """Range beyond `termination_range_m` in which further voxels of the object count: of a bed too
     few voxels lie within a metre. More stops earlier; 0 is the paper's T(n)."""

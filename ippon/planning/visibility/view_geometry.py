@@ -20,8 +20,37 @@ from ippon.planning.visibility.view_table import (
 )
 from ippon.robot import RobotProfile
 
+_CLEAR_SHARE: Final = 0.875
+"""Share of the depth up to which a miss is evidence, within which a surface counts as viewed."""
 _RAY_TOLERANCE_VOXELS: Final = 1.8
 """A ray that ends this close to a voxel reaches it: it may hit the neighbour's face first."""
+
+
+class ViewRanges(NamedTuple):
+    """Ranges of a view that depend on the object of interest, metres."""
+
+    termination_m: float
+    """Horizontal range of N_T."""
+    surface_m: float
+    """Range within which a surface counts as viewed."""
+
+
+def ranges_for(
+    config: ViewConfig, voxel_size: float, termination_min: float, ooi_clear_m: float
+) -> ViewRanges:
+    """Return the ranges for an object of interest.
+
+    Args:
+        config: Ranges.
+        voxel_size: Edge of a voxel, metres.
+        termination_min: T_min, which tells large objects from small ones.
+        ooi_clear_m: See `MapArrays.ooi_clear_m`.
+    """
+    is_large = termination_min > config.termination_fringe_voxels * surface_scale(voxel_size)
+    return ViewRanges(
+        config.large_termination_range_m if is_large else config.termination_range_m,
+        min(config.surface_range_m, _CLEAR_SHARE * ooi_clear_m),
+    )
 
 
 class ViewLayers(NamedTuple):
@@ -62,6 +91,7 @@ class ViewGeometry:
     voxel_size: float
     """Edge of a voxel, metres."""
     layers: ViewLayers
+    ranges: ViewRanges
     table: ViewTable
     orientations: Orientations
     rules: ViewRules
@@ -75,6 +105,7 @@ class ViewGeometry:
         robot: RobotProfile,
         voxel_size: float,
         layers: ViewLayers,
+        ranges: ViewRanges,
         ooi_threshold: float,
     ) -> "ViewGeometry":
         """Build the raster of directions, which takes tens of milliseconds.
@@ -84,6 +115,7 @@ class ViewGeometry:
             robot: Camera and its mount.
             voxel_size: Edge of a voxel, metres.
             layers: See `layers_at`.
+            ranges: See `ranges_for`.
             ooi_threshold: p_T, above which a voxel is an object voxel.
         """
         half = 0.5 * robot.vertical_fov_rad
@@ -100,10 +132,10 @@ class ViewGeometry:
             unknown_depth=config.unknown_depth_m / voxel_size,
             unknown_views=float(config.unknown_views),
             surface_views=float(config.surface_views),
-            surface_range=config.surface_range_m / voxel_size,
+            surface_range=ranges.surface_m / voxel_size,
             ooi_floor=config.ooi_floor,
             ooi_threshold=ooi_threshold,
-            termination_range=config.termination_range_m / voxel_size,
+            termination_range=ranges.termination_m / voxel_size,
             termination_depth=config.termination_depth_m / voxel_size,
             termination_depth_factor=config.termination_depth_factor,
             termination_depth_columns=int(config.termination_depth_angle_rad / table.bin_rad),
@@ -114,6 +146,7 @@ class ViewGeometry:
         return cls(
             voxel_size=voxel_size,
             layers=layers,
+            ranges=ranges,
             table=table,
             orientations=build_orientations(table, robot, config.heading_stride, config.tilts),
             rules=rules,

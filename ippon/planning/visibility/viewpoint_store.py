@@ -15,7 +15,7 @@ from ippon.planning.visibility.panorama import cast_panorama
 from ippon.planning.visibility.region_weights import RegionWeights, Stroke
 from ippon.planning.visibility.staleness import stale_kernel
 from ippon.planning.visibility.view_config import ViewConfig
-from ippon.planning.visibility.view_geometry import ViewGeometry, layers_at
+from ippon.planning.visibility.view_geometry import ViewGeometry, layers_at, ranges_for
 from ippon.planning.visibility.view_memory import ViewMemory
 from ippon.planning.visibility.view_table import in_frustum
 from ippon.planning.visibility.viewpoint_gain import (
@@ -94,6 +94,8 @@ class ViewpointStore:
         T_world_base: Float64Array,
         tilt_rad: float,
         standing_at: Float64Array | None = None,
+        *,
+        termination_min: float = 0.0,
     ) -> None:
         """Take over the map's changes, and count the image that was taken from here.
 
@@ -105,8 +107,9 @@ class ViewpointStore:
             standing_at: (2,) position of the viewpoint that the robot has reached, None for none.
                 The robot stands beside it, where it may see other voxels; those seen from the
                 viewpoint itself count as observed, too, so that its gain falls.
+            termination_min: T_min.
         """
-        self._update_geometry(arrays.voxel_size, floor_z_m)
+        self._update_geometry(arrays, floor_z_m, termination_min)
         geometry = self.geometry
         self.memory.update(arrays, geometry.layers, geometry.rules)
         self._update_far_evidence()
@@ -232,12 +235,14 @@ class ViewpointStore:
         heading = int(np.argmin(np.abs(yaws - self.yaw[node])))
         return float(self.far_evidence_nat[node, heading]), bool(self.cued[node, heading])
 
-    def _update_geometry(self, voxel_size: float, floor_z_m: float) -> None:
+    def _update_geometry(self, arrays: MapArrays, floor_z_m: float, termination_min: float) -> None:
+        voxel_size, old = arrays.voxel_size, self._geometry
         layers = layers_at(self.config, self._robot, voxel_size, floor_z_m)
-        if self._geometry is not None and layers.same_raster(self._geometry.layers):
+        ranges = ranges_for(self.config, voxel_size, termination_min, arrays.ooi_clear_m)
+        if old is not None and layers.same_raster(old.layers) and ranges == old.ranges:
             return
         self._geometry = ViewGeometry.build(
-            self.config, self._robot, voxel_size, layers, self._ooi_threshold
+            self.config, self._robot, voxel_size, layers, ranges, self._ooi_threshold
         )
         # Sums over another raster cannot be used with this one.
         self.evaluated[:] = -1

@@ -89,6 +89,8 @@ def test_how_high_things_may_be() -> None:
     knowledge = load_knowledge()
     low = ("toilet", "hat", "cap", "chair", "wardrobe")
     assert [label for label in low if knowledge.highest_m(label) > 2.5] == []
+    assert knowledge.highest_m("couch") == knowledge.highest_m("sofa") == 1.2
+    assert knowledge.highest_m("toilet") < knowledge.highest_m("bed") < knowledge.highest_m("hat")
     high = ("lighting", "chandelier", "floor_lamp", "curtain", "shower_curtain", "painting")
     assert [label for label in (*high, "gizmo") if knowledge.highest_m(label) < 1e9] == []
 
@@ -98,6 +100,15 @@ def test_how_large_things_may_be() -> None:
     assert knowledge.size_m("coffee_mug") == knowledge.size_m("mug") < 0.5 < knowledge.size_m("tv")
     assert math.isinf(knowledge.size_m("gizmo"))
     assert math.isinf(knowledge.size_m("book")), "a row of books is no error"
+
+
+def test_which_things_are_small_in_an_image() -> None:
+    knowledge = load_knowledge()
+    assert knowledge.small_m("coffee_mug") == knowledge.small_m("mug") < knowledge.small_m("hat")
+    assert math.isinf(knowledge.small_m("gizmo"))
+    assert math.isinf(knowledge.small_m("sofa"))
+    small = [name for name, thing in knowledge.things.items() if math.isfinite(thing.small_m)]
+    assert [name for name in small if knowledge.small_m(name) >= knowledge.size_m(name)] == []
 
 
 def test_an_activity_needs_a_known_place() -> None:

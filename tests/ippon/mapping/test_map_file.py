@@ -27,7 +27,7 @@ def frames(tools, count, start=0):
 @pytest.fixture
 def voxel_map(tools):
     voxel_map = VoxelMap(MapConfig(), LABELS)
-    voxel_map.set_ooi("hat", highest_m=1.5, lowest_m=0.1)
+    voxel_map.set_ooi("hat", highest_m=1.5, lowest_m=0.1, small_m=0.2)
     voxel_map.set_levels(np.array([0, 2, 3], np.uint8), np.array([0.0, 0.1, 0.4, 0.8], "f4"))
     voxel_map.suppress_ooi(np.array([2.8, 2.8, 0.3]), 0.3)
     for frame in frames(tools, 20):

@@ -6,12 +6,19 @@ import numpy as np
 import pytest
 from numba import njit
 
+from ippon.mapping.arrays import NOT_MAPPED
 from ippon.mapping.config import MapConfig
 from ippon.mapping.objects.places import make_place_accumulators, open_accumulator, place_of
 from ippon.mapping.objects.surface_voxels import make_surface_voxels
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
-from ippon.observation_model import ObservationModel, ObservationModels, ScoreTable
+from ippon.observation_model import (
+    NOT_RECOGNISED,
+    NOTHING_SAID,
+    ObservationModel,
+    ObservationModels,
+    ScoreTable,
+)
 
 LABELS = ("wall", "floor", "cup")
 
@@ -102,6 +109,32 @@ def test_a_score_of_another_label_says_nothing_against_the_object(tools):
         return voxel_map.best_ooi()
 
     assert probability(230) == probability(1) > 0.9
+
+
+@pytest.mark.parametrize("value", [NOT_RECOGNISED, NOTHING_SAID, 50])
+def test_what_is_too_small_in_the_image_is_neither_missed_nor_seen(tools, value):
+    """1.5 m before the wall a side of 0.1 m is 3 % of the image or so; 1 m is ten times that."""
+
+    def seen(value, small_m):
+        voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), ("wall",))
+        voxel_map.set_ooi("cup", small_m=small_m)
+        for n, y in enumerate((1.0, 1.1, 1.6)):
+            frame = wall(tools, value, y=y, n=n)
+            scores = np.full((*frame.heatmap.probabilities.shape[:2], 2), 1, np.uint8)
+            scores[..., 1] = value
+            heatmap = replace(frame.heatmap, labels=("wall",), ooi="cup", probabilities=scores)
+            voxel_map.integrate(replace(frame, heatmap=heatmap))
+        arrays = voxel_map.arrays()
+        return arrays.ooi[arrays.ooi != NOT_MAPPED] / 254.0, arrays.ooi_clear_m
+
+    small, clear_m = seen(value, 0.01)
+    assert clear_m < 1.0
+    assert small.size == 0, "nothing is known, so it remains to be looked at from nearby"
+    large, clear_m = seen(value, 10.0)
+    assert clear_m > 5.0
+    assert large.size > 0
+    assert large.max() <= 0.5, "no more than the prior"
+    assert seen(200, 0.01)[0].max() > 0.9, "what speaks for it counts from any distance"
 
 
 def test_a_camera_that_shakes_at_a_border_does_not_leave_the_place():

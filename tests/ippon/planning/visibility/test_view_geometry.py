@@ -1,11 +1,18 @@
 """Layers, camera and lines of sight of views."""
 
+import math
+
 import numpy as np
 import pytest
 
 from ippon.mapping.arrays import OCCUPIED, UNKNOWN
 from ippon.planning.visibility.view_config import ViewConfig
-from ippon.planning.visibility.view_geometry import ViewGeometry, ViewLayers, layers_at
+from ippon.planning.visibility.view_geometry import (
+    ViewGeometry,
+    ViewLayers,
+    layers_at,
+    ranges_for,
+)
 from ippon.robot import ZED
 
 XY = np.array([1.25, 2.85])
@@ -13,7 +20,20 @@ XY = np.array([1.25, 2.85])
 
 @pytest.fixture(scope="module")
 def geometry():
-    return ViewGeometry.build(ViewConfig(), ZED, 0.1, layers_at(ViewConfig(), ZED, 0.1, 0.0), 0.8)
+    layers = layers_at(ViewConfig(), ZED, 0.1, 0.0)
+    ranges = ranges_for(ViewConfig(), 0.1, 1.0, math.inf)
+    return ViewGeometry.build(ViewConfig(), ZED, 0.1, layers, ranges, 0.8)
+
+
+@pytest.mark.parametrize("voxel_size", [0.05, 0.1])
+def test_ranges_are_shorter_for_large_objects_and_for_small_ones_in_the_image(voxel_size):
+    config, scale = ViewConfig(), (0.1 / voxel_size) ** 2
+    small = ranges_for(config, voxel_size, 1.0 * scale, math.inf)
+    large = ranges_for(config, voxel_size, 18.0 * scale, math.inf)
+    assert small == (config.termination_range_m, config.surface_range_m)
+    assert large == (config.large_termination_range_m, config.surface_range_m)
+    assert ranges_for(config, voxel_size, scale, 2.0).surface_m == pytest.approx(1.75)
+    assert ranges_for(config, voxel_size, scale, 9.0) == small
 
 
 @pytest.mark.parametrize("floor_z_m", [0.0, 2.5, -0.33])

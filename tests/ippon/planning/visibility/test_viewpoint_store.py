@@ -102,6 +102,36 @@ def test_object_voxels_make_a_viewpoint_terminate_and_frame_them(dense_map):
     assert viewpoints.framing(1) == (viewpoints.yaw[1], viewpoints.tilt[1])
 
 
+def test_large_objects_are_approached_more_closely(dense_map):
+    volume = room_with_door(dense_map)
+    # 0.85 to 0.95 m ahead of the viewpoint.
+    volume.fill((3.7, 2.6, 0.3), (3.8, 3.1, 0.7), OCCUPIED, ooi=0.95)
+    viewpoints = make(volume)
+
+    def counted(termination_min: float) -> float:
+        arrays = volume.arrays()
+        viewpoints.update(arrays, 0.0, POSE, 0.0, termination_min=termination_min)
+        viewpoints.evaluate(0, XY[0], arrays)
+        return float(viewpoints.termination[0])
+
+    small, large = counted(1.0), counted(18.0)
+    assert small >= 8 > large
+    assert counted(1.0) == small
+
+
+def test_surfaces_have_gain_only_from_where_a_miss_is_evidence(dense_map):
+    volume = dense_map().room((0.8, 0.8), (4.8, 4.8), ooi=None)
+
+    def gain(clear_m: float) -> float:
+        arrays = volume.arrays()._replace(ooi_clear_m=clear_m)
+        viewpoints = make(volume)
+        viewpoints.update(arrays, 0.0, POSE, 0.0)
+        viewpoints.evaluate(0, XY[0], arrays)
+        return float(viewpoints.potential[0])
+
+    assert gain(math.inf) == gain(5.0) > 2.0 * gain(2.3) > gain(1.0) == 0.0
+
+
 def test_forgetting_a_node_clears_its_row(dense_map):
     volume = room_with_door(dense_map)
     viewpoints = make(volume)
