@@ -14,7 +14,7 @@ from app.errors import UsageError
 from app.links.language_model.interface import RULES, SentenceAnswer
 from app.links.language_model.sentence_reading import as_reading
 from app.messages.control import SentenceReading, encode
-from ippon.guidance.language.requests.goals import Attribute, Goal, Relation
+from ippon.guidance.language.requests.goals import Attribute, Goal
 from ippon.guidance.language.requests.sentence import read_request
 
 EXIT_NOTHING = 1
@@ -82,13 +82,8 @@ def described(goal: Goal) -> str:
 
 def where(goal: Goal) -> str:
     """Return the relations of a goal in one line."""
-    return ", ".join(_place(one) for one in goal.relations)
+    return ", ".join(one.text for one in goal.relations)
 
 
 def _attribute(one: Attribute) -> str:
     return f"not {one.value}" if one.negated else one.value
-
-
-def _place(one: Relation) -> str:
-    words = [*(_attribute(attribute) for attribute in one.attributes), one.place]
-    return f"{'not ' if one.negated else ''}{one.relation} {' '.join(words)}"

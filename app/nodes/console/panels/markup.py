@@ -111,9 +111,7 @@ def _line(goal: Goal, number: int) -> str:
     if goal.refers_to:
         chips.append(_chip(goal.refers_to))
     chips += [_chip(f"not {one.value}" if one.negated else one.value) for one in goal.attributes]
-    for place in goal.relations:
-        words = [*(one.value for one in place.attributes), place.place]
-        chips.append(_chip(f"{'not ' if place.negated else ''}{place.relation} {' '.join(words)}"))
+    chips += [_chip(place.text) for place in goal.relations]
     return f'<p class="ip-understood">{order} {" ".join(chips)}</p>'
 
 

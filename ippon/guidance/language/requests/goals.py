@@ -21,6 +21,7 @@ AttributeKind = Literal[
 Order = Literal["and", "then", "or"]
 Reference = Literal["", "other", "same"]
 
+_STOREYS: Final = ("upstairs", "downstairs", "outdoors", "indoors")
 ALL: Final = "all"
 """Count of a goal of which every one is wanted."""
 
@@ -46,6 +47,15 @@ class Relation:
     negated: bool = False
     attributes: tuple[Attribute, ...] = ()
     """Of the place: "next to the white fridge"."""
+
+    @property
+    def text(self) -> str:
+        """In words: "not next to white fridge"."""
+        denied = "not " if self.negated else ""
+        if self.relation == "at" and self.place in _STOREYS:
+            return denied + self.place
+        described = [f"not {one.value}" if one.negated else one.value for one in self.attributes]
+        return denied + " ".join([self.relation, *described, self.place])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,10 +105,7 @@ def unchecked(goal: Goal) -> tuple[str, ...]:
     elif goal.count != 1:
         notes.append(f"“{goal.count}” is not used yet: the search ends at the first {goal.object}")
     for place in goal.relations:
-        described = [one.value for one in place.attributes]
-        words = " ".join([place.relation, *described, place.place])
-        words = f"not {words}" if place.negated else words
-        notes.append(f"“{words}” guides the search, but a find is not checked for it yet")
+        notes.append(f"“{place.text}” guides the search, but a find is not checked for it yet")
     if goal.refers_to == "other":
         notes.append(f"“other” is not used yet: the same {goal.object} may be found again")
     return tuple(notes)
