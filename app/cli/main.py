@@ -141,6 +141,10 @@ def _run_tool(command: tools.Tool) -> int:
             from app.cli.tools.ask import run_ask
 
             return run_ask(command)
+        case tools.Read():
+            from app.cli.tools.read import run_read
+
+            return run_read(command)
         case tools.Levels():
             from app.cli.tools.levels import run_levels
 

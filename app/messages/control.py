@@ -9,6 +9,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from app.messages.status import MissionState
+from ippon.guidance.language.requests.goals import Goal
 from ippon.guidance.levels import LevelName
 
 M = TypeVar("M", bound=Struct)
@@ -66,19 +67,26 @@ class GuidanceRequest(_Message, frozen=True):
 
 
 class SentenceRequest(_Message, frozen=True):
-    """Read object and context from a sentence without searching: key `guidance/sentence`."""
+    """Read goals from a sentence without searching: key `guidance/sentence`."""
 
     sentence: Annotated[str, Meta(min_length=1, max_length=2100)]
 
 
 class SentenceReading(_Message, frozen=True):
-    """Reply to `SentenceRequest`: object and context of the sentence."""
+    """Reply to `SentenceRequest`: what would be searched for."""
 
-    object: str
-    """Empty if none was found."""
-    context: str
+    goals: list[Goal]
+    """In the order in which they were said; empty if no object was found."""
     doubtful: bool
     """The reading is uncertain and should be shown for correction before a search."""
+    because: str
+    """Why it is doubtful, and what would help."""
+    unused: list[str]
+    """Words that were not understood."""
+    notes: list[str]
+    """What was understood and the search does not use yet."""
+    language: str
+    """Name of the language if it is not English and rules read it."""
     provider: str
     """A language model, or "rules"."""
     elapsed_ms: float

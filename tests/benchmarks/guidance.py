@@ -10,7 +10,7 @@ from app.links.language_model.answer_cache import AnswerCache, CachedAnswer
 from app.links.language_model.chat import ChatConfig
 from app.links.language_model.language_model import LanguageModel
 from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.language.sentence import read_query
+from ippon.guidance.language.requests.sentence import read_request
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.guidance.prompts.level_prompt import build_prompt
 from ippon.vocabulary import LABORATORY_40, MATTERPORT_40
@@ -42,7 +42,7 @@ def guidance_rows() -> Iterator[Row]:
     yield _row(
         "one sentence, by rules",
         "find my hat, I think I left it on the sofa",
-        lambda: read_query("find my hat, I think I left it on the sofa"),
+        lambda: read_request("find my hat, I think I left it on the sofa"),
     )
 
 

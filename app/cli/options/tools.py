@@ -47,7 +47,11 @@ class Export:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ask:
-    """Ask a running navigator to search for an object, from any terminal that reaches it."""
+    """Ask a running navigator to search for an object, from any terminal that reaches it.
+
+    Several objects are searched for one after another: `ippon ask "my keys and my wallet"`. `ippon
+    read` shows what is understood of a sentence without searching.
+    """
 
     object: Positional[str] = ""
     """Object to search for: "hat", or a sentence: "find my hat, I left it on the sofa"."""
@@ -58,7 +62,8 @@ class Ask:
     show_prompt: bool = False
     """With --explain: also print the exact question to the language model and its answer."""
     yes: bool = False
-    """Search without confirmation, even where the reading of a sentence is uncertain."""
+    """Search without confirmation, even where the reading of a sentence is uncertain; a sentence
+    without an object, or in a language that is not understood, starts nothing."""
     add_label: str | None = None
     """Add a kind of common object to recognise from now on, such as "bookcase"; the object to
     search for may then be left out."""
@@ -75,6 +80,25 @@ class Ask:
     """Take control from its holder for the duration of the request."""
     timeout_s: float = 5.0
     """Time to wait for a navigator that is not ready yet, and then for its answer."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Read:
+    """What is understood of a sentence, without a robot: objects, attributes, places, counts.
+
+    `ippon read "the red mug next to the sink, not in the kitchen"`; several objects: `ippon read
+    "my keys, then two chairs"`; after another request: `ippon read "the other one" --previous "a
+    red mug"`. Rules read English; a language model reads any language: `ippon read "wo ist mein
+    Hut" --llm.model NAME`. Exit status 1 when no object was understood.
+    """
+
+    sentence: Positional[str]
+    """What somebody would say to the robot."""
+    previous: str = ""
+    """The request before, for "the other one" and "the same again"."""
+    json: bool = False
+    """Print JSON instead of a table: goals, doubtful, because, unused, notes."""
+    llm: Llm = field(default_factory=Llm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,4 +158,4 @@ class Doctor:
     """Print JSON instead of a table."""
 
 
-Tool = User | Export | Ask | Levels | Profile | Config | Doctor
+Tool = User | Export | Ask | Levels | Read | Profile | Config | Doctor

@@ -7,11 +7,13 @@ import time
 
 import msgspec
 import zenoh
+from rich.console import Console
 
 from app.cli.exit_status import exit_status
 from app.cli.options.tools import Ask
 from app.cli.tools.levels import check_query
 from app.cli.tools.levels_table import as_json, print_levels, print_question, printable, said_by
+from app.cli.tools.read import print_reading
 from app.errors import UsageError
 from app.links.network.registry import running_navigators
 from app.links.network.request_credential import request_credential
@@ -29,7 +31,7 @@ from app.messages.control import (
     decode,
 )
 from app.messages.status import GoalStatus, LevelTable, Status, goal_of
-from ippon.guidance.language.sentence import is_name
+from ippon.guidance.language.requests.sentence import MAX_SENTENCE_CHARS, is_name, search_name
 from ippon.guidance.levels import Level
 
 SILENT_S = 10.0
@@ -79,20 +81,26 @@ def _add_label(session: zenoh.Session, robot: str, command: Ask) -> None:
 
 
 def _search(session: zenoh.Session, robot: str, command: Ask) -> int:
-    wanted, context = _read(session, robot, command)
-    check_query(wanted, context)
+    requests = _read(session, robot, command)
+    for request in requests:
+        check_query(request.object, request.context)
     updates: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     tables: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     for topic, received in ((keys.STATUS, updates), (keys.LEVELS, tables)):
         subscribe(session, f"{robot}/{topic}", received.put)
-    request = SearchRequest(object=wanted, context=context, requester=NAME)
     limit_s = command.timeout_s
+    goals: list[SearchAccepted] = []
     with request_credential(session, robot, NAME, limit_s, take=command.take) as who:
-        accepted = ask(session, f"{robot}/{keys.SEARCH}", request, SearchAccepted, limit_s, who)
-    _show_accepted(accepted, command)
+        for request in requests:
+            accepted = ask(session, f"{robot}/{keys.SEARCH}", request, SearchAccepted, limit_s, who)
+            _show_accepted(accepted, command)
+            goals.append(accepted)
     if command.explain:
-        _explain(tables, accepted, command)
-    return _follow(updates, accepted.goal_id, command) if command.follow else 0
+        for accepted in goals:
+            _explain(tables, accepted, command)
+    if not command.follow:
+        return 0
+    return max(_follow(updates, accepted.goal_id, command) for accepted in goals)
 
 
 def find_navigator(connect: str | None, robot: str | None) -> tuple[str, str]:
@@ -115,35 +123,42 @@ def find_navigator(connect: str | None, robot: str | None) -> tuple[str, str]:
     raise UsageError(f"several navigators run on this machine; choose one:\n{choices}")
 
 
-def _read(session: zenoh.Session, robot: str, command: Ask) -> tuple[str, str]:
+def _read(session: zenoh.Session, robot: str, command: Ask) -> list[SearchRequest]:
     """Have the navigator take a sentence apart, where the object is one.
 
     Raises:
-        UsageError: What was read is doubtful, and nobody said yes to it.
+        UsageError: It holds no object, or what was read is doubtful, and nobody said yes to it.
     """
     if command.context or is_name(command.object):
-        return command.object, command.context
+        plain = SearchRequest(object=command.object, context=command.context, requester=NAME)
+        return [plain]
+    if len(command.object) > MAX_SENTENCE_CHARS:
+        raise UsageError(
+            f"a sentence has at most {MAX_SENTENCE_CHARS} characters; yours has "
+            f"{len(command.object)}: say what to look for in a few words"
+        )
     request = SentenceRequest(sentence=command.object)
     reading = ask(session, f"{robot}/{keys.SENTENCE}", request, SentenceReading, READ_S)
     if reading.note:
         print(f"note: read by rules: {printable(reading.note)}", file=sys.stderr)
-    wanted, context = printable(reading.object), printable(reading.context)
-    if not wanted:
-        raise UsageError(f'no object found in {command.object!r}; say it alone, like "hat"')
-    if reading.doubtful and not command.yes and not _agreed(wanted, context):
+    if not reading.goals:
+        raise UsageError(printable(reading.because))
+    print_reading(reading, Console(stderr=True))
+    if reading.doubtful and not command.yes and not _agreed():
         raise UsageError(
-            f"this was read: object {wanted!r}, context {context!r}; add --yes to search for it, "
+            f"what was read is doubtful: {printable(reading.because)}; add --yes to search for it, "
             'or say it in two parts: ippon ask "hat" --context "on the sofa"'
         )
-    return wanted, context
+    return [
+        SearchRequest(object=search_name(goal), context=goal.context, requester=NAME)
+        for goal in reading.goals
+    ]
 
 
-def _agreed(wanted: str, context: str) -> bool:
-    """Show what was read to whoever sits at the terminal; False where nobody does."""
+def _agreed() -> bool:
+    """Ask whoever sits at the terminal whether to search; False where nobody does."""
     if not sys.stdin.isatty():
         return False
-    known = f", known about it: {context}" if context else ""
-    print(f"read: look for {wanted}{known}", file=sys.stderr)
     print("search for that? [y/N] ", end="", file=sys.stderr, flush=True)
     return sys.stdin.readline().strip().lower() in ("y", "yes")
 

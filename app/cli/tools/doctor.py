@@ -1,19 +1,22 @@
-"""`ippon doctor`: checks the installation, connections and speed."""
+"""`ippon doctor`: checks the installation, connections, speed, or a recording."""
 
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Final
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
 from app.cli.nodes.segment import config_of, models_folder
 from app.cli.options.tools import Doctor
-from app.cli.tools.doctor_file import run_file_doctor
 from app.doctor.checks import Finding, Verdict, check_machine, check_segmentation
 from app.errors import UsageError
+from app.recording.errors import RecordingError
+from app.recording.reading.repair import RecordingCheck, check
 
 COLORS: Final[dict[Verdict, str]] = {"ok": "green", "warning": "yellow", "missing": "red"}
 EXIT_UNWELL: Final = 1
@@ -22,7 +25,7 @@ EXIT_UNWELL: Final = 1
 def run_doctor(command: Doctor) -> int:
     """Run the checks and print their results; exit status 1 when something is missing."""
     if command.recording is not None:
-        return run_file_doctor(command.recording, as_json=command.json)
+        return _run_file_doctor(command.recording, as_json=command.json)
     findings = check_machine()
     if command.segmentation:
         network = command.network
@@ -46,3 +49,30 @@ def _print_table(findings: Sequence[Finding]) -> None:
         mark = Text("● " + finding.verdict, style=COLORS[finding.verdict])
         table.add_row(mark, finding.what, Text(finding.detail))
     Console().print(table)
+
+
+def _run_file_doctor(path: Path, *, as_json: bool) -> int:
+    """Check and repair a recording, and print what is missing."""
+    try:
+        checkup = check(path, repair=True)
+    except RecordingError as error:
+        raise UsageError(str(error)) from error
+    if as_json:
+        print(json.dumps(asdict(checkup)))
+    else:
+        _print_checkup(path, checkup)
+    return 0
+
+
+def _print_checkup(path: Path, checkup: RecordingCheck) -> None:
+    screen = Console(highlight=False)
+    screen.print(f"[bold]{escape(str(path))}[/bold]", soft_wrap=True)
+    screen.print(f"  {checkup.messages} messages, {checkup.duration_s:.1f} s")
+    for problem in checkup.problems:
+        screen.print(f"  [yellow]{escape(problem)}[/yellow]", soft_wrap=True)
+    if checkup.repaired:
+        screen.print("  [green]repaired: index, timeline and metadata.yaml were rewritten[/green]")
+    elif checkup.complete and not checkup.problems:
+        screen.print("  [green]whole[/green]")
+    if checkup.missing:
+        screen.print(f"  without: {', '.join(checkup.missing)}", soft_wrap=True)

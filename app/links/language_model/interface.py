@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ippon.guidance.language.naming import ResolvedObject
-from ippon.guidance.language.sentence import Query
+from ippon.guidance.language.requests.goals import Goal, Request
 from ippon.guidance.levels import Guidance
 from ippon.mission.finds.second_opinion import Opinion
 
@@ -30,9 +30,9 @@ class LevelsAnswer:
 
 @dataclass(frozen=True, slots=True)
 class SentenceAnswer:
-    """Object and context of one sentence, and their provider."""
+    """What one sentence asks for, and who read it."""
 
-    query: Query
+    request: Request
     provider: str
     prompt: str
     reply: str
@@ -63,8 +63,8 @@ class LanguageModelInterface(Protocol):
         """Rate the proximity of every common object to a goal."""
         ...
 
-    def read_query(self, sentence: str) -> SentenceAnswer:
-        """Read object and context from one sentence."""
+    def read_request(self, sentence: str, previous: Sequence[Goal] = ()) -> SentenceAnswer:
+        """Read what one sentence asks for, after the goals of the request before."""
         ...
 
     def name_objects(self, jpeg: bytes, vocabulary: Sequence[str]) -> ObjectNames:

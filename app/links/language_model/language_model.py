@@ -12,7 +12,8 @@ from app.links.language_model.answer_cache import AnswerCache, CachedAnswer
 from app.links.language_model.chat import ChatConfig, ChatEndpoint, ChatError, Message, ResponseForm
 from app.links.language_model.interface import RULES, LevelsAnswer, ObjectNames, SentenceAnswer
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
-from ippon.guidance.language.sentence import read_query
+from ippon.guidance.language.requests.goals import Goal
+from ippon.guidance.language.requests.sentence import read_request
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.guidance.prompts.label_prompt import SCENE_SCHEMA, build_scene_prompt, parse_scene_reply
@@ -28,7 +29,11 @@ from ippon.guidance.prompts.opinion_prompt import (
     build_opinion_prompt,
     parse_opinion_reply,
 )
-from ippon.guidance.prompts.query_prompt import QUERY_SCHEMA, build_query_prompt, parse_query_reply
+from ippon.guidance.prompts.request_prompt import (
+    REQUEST_SCHEMA,
+    build_request_prompt,
+    parse_request_reply,
+)
 from ippon.mission.finds.second_opinion import Opinion
 
 LOGGER = logging.getLogger(__name__)
@@ -148,21 +153,21 @@ class LanguageModel:
             failed=failed,
         )
 
-    def read_query(self, sentence: str) -> SentenceAnswer:
-        """Read object and context from one sentence, by rules where the model does not answer."""
-        prompt = build_query_prompt(sentence)
+    def read_request(self, sentence: str, previous: Sequence[Goal] = ()) -> SentenceAnswer:
+        """Read what one sentence asks for, by rules where the model does not answer."""
+        prompt = build_request_prompt(sentence, previous)
         reply, failed = "", ""
         try:
             self._check_open()
             question: list[Message] = [{"role": "user", "content": prompt}]
-            reply = self._endpoint.ask(lambda _: question, QUERY_SCHEMA).text
-            query = parse_query_reply(reply, sentence)
-            if query is not None and query.object:
-                return SentenceAnswer(query, self.name, prompt, reply, "")
+            reply = self._endpoint.ask(lambda _: question, REQUEST_SCHEMA).text
+            request = parse_request_reply(reply, sentence, previous)
+            if request is not None and request.goals:
+                return SentenceAnswer(request, self.name, prompt, reply, "")
             failed = "the model found no object"
         except ChatError as error:
             failed = str(error)
-        return SentenceAnswer(read_query(sentence), RULES, prompt, reply, failed)
+        return SentenceAnswer(read_request(sentence, previous), RULES, prompt, reply, failed)
 
     def name_objects(self, jpeg: bytes, vocabulary: Sequence[str]) -> ObjectNames:
         """Name things in an image that a vocabulary lacks; asked once, never raises.

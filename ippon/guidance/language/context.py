@@ -258,12 +258,21 @@ def _polarity(
     if relation == "from" and not lexicon.MOVED & set(words):
         aside = False  # "The bottle from the fridge" is in the fridge, unless it was moved.
     searched = bool(lexicon.SEARCHED & set(scope)) and not asked
+    if denied and not aside and _is_forbidden(scope):
+        return True, "sure"
     if denied and not aside and lexicon.SEARCHES & set(scope) and mention.kind != "activity":
         return False, "maybe"  # "I haven't checked the bedroom yet."
     negated = not aside if searched else denied != aside
     if mention.kind == "activity":
         return denied, "maybe"
     return negated, _strength(whole, doubtful or conditional)
+
+
+def _is_forbidden(scope: list[str]) -> bool:
+    """Tell whether words before a place forbid to search it: "but don't look in the kitchen"."""
+    words = [word for word in scope if word not in {"but", "and", "so", "please", "just"}]
+    forbids = words[:1] in (["don't"], ["dont"], ["never"]) or words[:2] == ["do", "not"]
+    return forbids and bool({"look", "search", "check", "go", "try", "bother"} & set(words))
 
 
 def _strength(whole: str, doubtful: bool) -> Strength:

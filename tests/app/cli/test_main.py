@@ -166,7 +166,7 @@ def test_help_is_quick_and_complete():
         timeout=60,
         check=True,
     )
-    for command in ("demo", "sim", "navigate", "console", "ask", "levels", "doctor"):
+    for command in ("demo", "sim", "navigate", "console", "ask", "read", "levels", "doctor"):
         assert command in done.stdout
 
 

@@ -71,7 +71,7 @@ class Actions(Protocol):
         ...
 
     def read(self, sentence: str) -> SentenceReading:
-        """Parse a sentence into object and context, without starting a search."""
+        """Read the goals of a sentence, without starting a search."""
         ...
 
     def add_label(self, label: str) -> str:

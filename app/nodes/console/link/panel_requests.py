@@ -96,7 +96,7 @@ class PanelRequests(ABC):
         return " ".join([f"Looking for: {name}{when}.", *notes])
 
     def read(self, sentence: str) -> SentenceReading:
-        """Parse a sentence into object and context; a language model may need seconds for it."""
+        """Read the goals of a sentence; a language model may need seconds for it."""
         request = SentenceRequest(sentence=sentence)
         return self._request(keys.SENTENCE, request, SentenceReading, READ_S)
 

@@ -8,10 +8,12 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from html import escape as _escape
 
+from app.messages.control import SentenceReading
 from app.messages.driving import DriveStatus
 from app.messages.status import Event, GoalStatus, LevelTable, Status, StreamStatus
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
 from app.view.model.candidates import Candidate
+from ippon.guidance.language.requests.goals import Goal
 from ippon.guidance.language.words import with_article
 from ippon.guidance.levels import Level
 
@@ -19,6 +21,9 @@ LEVEL_ORDER: tuple[Level, ...] = (Level.CERTAIN, Level.NEAR, Level.AVERAGE, Leve
 
 NAMED = 12
 """Labels of one level that are listed in full."""
+
+GOALS_SHOWN = 8
+"""Goals of a sentence that are shown in full."""
 
 EXPORTS = (
     '<p class="ip-exports"><a href="/api/export/map.ply" download>Map (PLY)</a>'
@@ -81,6 +86,37 @@ def answer(text: str, *, ok: bool) -> str:
         return ""
     kind = "ok" if ok else "bad"
     return f'<p class="ip-answer ip-{kind}">{escape(text)}</p>'
+
+
+def understood(reading: SentenceReading) -> str:
+    """Return a line of chips for each goal, and below them what is doubtful or not used."""
+    lines = [_line(goal, number) for number, goal in enumerate(reading.goals[:GOALS_SHOWN])]
+    if len(reading.goals) > GOALS_SHOWN:
+        lines.append(f'<p class="ip-muted">and {len(reading.goals) - GOALS_SHOWN} more</p>')
+    told = [f"“{words}” was not understood" for words in reading.unused]
+    told += reading.notes
+    if reading.note:
+        told.append(f"Read by rules: {reading.note}")
+    lines += [f'<p class="ip-muted">{escape(text)}</p>' for text in told]
+    if reading.doubtful:
+        lines.append(f'<p class="ip-answer ip-bad">{escape(reading.because)}</p>')
+    return "".join(lines)
+
+
+def _line(goal: Goal, number: int) -> str:
+    order = goal.order if number else "Look for"
+    chips = [f"<b>{_chip(goal.object)}</b>"]
+    if goal.count != 1:
+        chips.append(_chip(f"× {goal.count}"))
+    if goal.refers_to:
+        chips.append(_chip(goal.refers_to))
+    chips += [_chip(f"not {one.value}" if one.negated else one.value) for one in goal.attributes]
+    chips += [_chip(place.text) for place in goal.relations]
+    return f'<p class="ip-understood">{order} {" ".join(chips)}</p>'
+
+
+def _chip(text: str) -> str:
+    return f'<span class="ip-chip">{escape(text, 80)}</span>'
 
 
 def choice(chosen: str, text: str) -> str:

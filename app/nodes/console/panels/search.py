@@ -1,6 +1,7 @@
 """The Search tab: start a search, follow it, and confirm or reject a find."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -16,7 +17,8 @@ from app.nodes.console.scene.find_picture import outlined
 from app.view.colors import QUIET
 from app.view.drawing.viser_private import show_jpeg_in_panel
 from app.view.model.scene_model import Part, SceneModel
-from ippon.guidance.language.sentence import is_name
+from ippon.guidance.language.requests.goals import Goal
+from ippon.guidance.language.requests.sentence import is_name, search_name
 
 MAX_OBJECT: Final = 80
 MAX_CONTEXT: Final = 2000
@@ -36,9 +38,12 @@ class SearchPanel:
         self._fades = False
         """Whether the shown reply is removed when the search ends."""
         self._proposed = ("", "")
-        """Object and context read from an ambiguous sentence, shown for correction."""
+        """What stands in the fields beside an ambiguous reading that is shown for correction."""
+        self._ready: list[Goal] = []
+        """Goals of that reading; Search starts them if the fields are left as they are."""
         if not actions.recorded:
             self._build_query(gui)
+        self._understood = gui.add_html("")
         self._answer = gui.add_html("")
         self._now = gui.add_html(markup.now(None))
         self._steer = gui.add_button_group("This search", ("Pause", "Resume", "End"), visible=False)
@@ -117,23 +122,38 @@ class SearchPanel:
         if len(typed) > MAX_TYPED:
             self._say(f"At most {MAX_TYPED} characters; this is {len(typed)}.", ok=False)
             return
-        if is_name(typed) or (typed, context) == self._proposed:
+        self._understood.content = ""
+        ready, self._ready = self._ready, []
+        if ready and (typed, context) == self._proposed:
+            self._try(lambda: self._search_all(ready, ""))
+        elif is_name(typed):
             self._try(lambda: self._search(typed, context))
         else:
             self._say("Reading …", ok=True)
             self._try(lambda: self._read(typed, context))
 
     def _read(self, sentence: str, context: str) -> str:
-        """Parse a sentence and search; an ambiguous reading is shown for correction instead."""
+        """Read a sentence, show what was understood, and search; a doubtful reading waits."""
         reading = self._actions.read(sentence)
-        if not reading.object:
-            raise CommandError("No object was recognised. Type only the object, for example: hat")
-        context = ", ".join(part for part in (reading.context, context) if part)
+        if not reading.goals:
+            raise CommandError(f"{reading.because[:1].upper()}{reading.because[1:]}.")
+        self._understood.content = markup.understood(reading)
         if not reading.doubtful:
-            return self._search(reading.object, context)
-        self._proposed = (reading.object, context)
-        self._wanted.value, self._context.value = self._proposed
+            return self._search_all(reading.goals, context)
+        self._ready = [
+            replace(goal, context=_both(goal.context, context)) for goal in reading.goals
+        ]
+        if len(self._ready) == 1:
+            self._wanted.value = search_name(self._ready[0])
+            self._context.value = self._ready[0].context
+        self._proposed = (self._wanted.value.strip(), self._context.value.strip())
         return f"Read by {reading.provider}. Correct it above, or press Search to start."
+
+    def _search_all(self, goals: Sequence[Goal], context: str) -> str:
+        """Search for goals, one after the other."""
+        return " ".join(
+            self._search(search_name(goal), _both(goal.context, context)) for goal in goals
+        )
 
     def _search(self, wanted: str, context: str) -> str:
         scenario = self._scenario.value.strip()
@@ -181,6 +201,10 @@ class SearchPanel:
     def _show_camera(self, jpeg: bytes) -> None:
         if jpeg.startswith(b"\xff\xd8"):
             show_jpeg_in_panel(self._camera, jpeg)
+
+
+def _both(one: str, other: str) -> str:
+    return ", ".join(part for part in (one, other) if part)
 
 
 def _problem(wanted: str, context: str, scenario: str) -> str | None:

@@ -18,6 +18,7 @@ from app.messages.status import MissionState
 from app.nodes.navigator.services.guidance_service import GuidanceService
 from app.nodes.navigator.services.mission_queue import MissionQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
+from ippon.guidance.language.requests.sentence import name_notes
 from ippon.mission.mission import Mission
 
 
@@ -75,7 +76,7 @@ class GoalService:
             goal_id=goal_id,
             object=search.goal.object,
             position=max(0, position),
-            notes=list(search.guidance.notes),
+            notes=[*name_notes(request.object), *search.guidance.notes],
         )
 
     def control(self, request: ControlRequest) -> ControlReply:

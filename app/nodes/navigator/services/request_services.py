@@ -141,7 +141,7 @@ class RequestServices:
         )
         painted = LatchedTopic(session, f"{robot}/{keys.PAINTED}", sender)
         self.drive = DriveService(self.mux, operations, goals, painted)
-        self.sentences = SentenceService(model)
+        self.sentences = SentenceService(model, goals)
         self.opinions = (
             OpinionService(model, operations)
             if model is not None and config.second_opinion

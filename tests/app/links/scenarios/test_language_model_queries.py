@@ -9,31 +9,44 @@ from app.links.language_model.language_model import read_api_key
 from ippon.vocabulary import MATTERPORT_40
 from tests.app.links.conftest import KEY, Make
 
+REPLY = (
+    '{"goals": [{"object": "hat", "display": "red hat", "attributes": [{"kind": "colour", '
+    '"value": "red", "negated": false}], "count": 1, "relations": [{"relation": "on", "place": '
+    '"sofa", "negated": false, "attributes": []}], "context": "on the sofa", "order": "and", '
+    '"refers_to": ""}], "unused": []}'
+)
 
-def test_reads_one_sentence(chat_server: Any, speak: Any, make_model: Make) -> None:
-    chat_server.script = speak('{"object": "hat", "context": "on the sofa"}')
-    answer = make_model().read_query("my hat please, on the sofa")
-    assert (answer.query.object, answer.query.context) == ("hat", "on the sofa")
+
+def test_reads_one_sentence_of_any_language(chat_server: Any, speak: Any, make_model: Make) -> None:
+    chat_server.script = speak(REPLY)
+    answer = make_model().read_request("suche meinen roten Hut auf dem Sofa")
+    goal = answer.request.goals[0]
+    assert (goal.object, goal.attributes[0].value, goal.context) == ("hat", "red", "on the sofa")
+    assert not answer.request.doubtful
     assert (answer.provider, answer.failed) == ("tiny at 127.0.0.1", "")
     assert chat_server.requests[0]["messages"][0]["content"] == answer.prompt
 
 
-@pytest.mark.parametrize("reply", ["I do not know", '{"object": "", "context": ""}'])
+@pytest.mark.parametrize("reply", ["I do not know", '{"goals": [], "unused": ["hat"]}'])
 def test_rules_read_the_sentence_that_the_model_does_not(
     chat_server: Any, speak: Any, make_model: Make, reply: str
 ) -> None:
     chat_server.script = speak(reply)
-    answer = make_model().read_query("find my hat, it is on the sofa")
-    assert (answer.query.object, answer.query.context) == ("hat", "it is on the sofa")
+    answer = make_model().read_request("find my hat, it is on the sofa")
+    assert (answer.request.goals[0].object, answer.request.goals[0].context) == (
+        "hat",
+        "it is on the sofa",
+    )
     assert (answer.provider, answer.failed) == ("rules", "the model found no object")
 
 
-def test_rules_read_the_sentence_where_the_endpoint_fails(
+def test_rules_do_not_guess_at_another_language_where_the_endpoint_fails(
     chat_server: Any, reply_with: Any, make_model: Make
 ) -> None:
     chat_server.script = reply_with(500, b"")
-    answer = make_model().read_query("find my hat")
-    assert (answer.query.object, answer.failed) == ("hat", "HTTP 500")
+    answer = make_model().read_request("wo ist mein Hut")
+    assert (answer.request.goals, answer.request.language) == ((), "German")
+    assert answer.failed == "HTTP 500"
 
 
 def test_names_things_in_an_image(chat_server: Any, speak: Any, make_model: Make) -> None:

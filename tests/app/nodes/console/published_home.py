@@ -7,6 +7,8 @@ import msgspec
 import numpy as np
 import zenoh
 
+from app.links.language_model.interface import RULES, SentenceAnswer
+from app.links.language_model.sentence_reading import as_reading
 from app.messages import keys
 from app.messages.control import (
     Accepted,
@@ -15,7 +17,6 @@ from app.messages.control import (
     ErrorReply,
     SearchAccepted,
     SearchRequest,
-    SentenceReading,
     SentenceRequest,
     decode,
     encode,
@@ -27,7 +28,7 @@ from app.messages.status import GoalStatus
 from app.nodes.navigator.services.control_service import ControlService
 from app.nodes.navigator.services.request_services import declare_endpoints
 from ippon.camera import PinholeCamera
-from ippon.guidance.language.sentence import read_query
+from ippon.guidance.language.requests.sentence import read_request
 from tests.app.nodes.console.drawn_home import (
     camera_image,
     cloud_of,
@@ -198,16 +199,8 @@ class PublishedHome:
         return encode(Accepted())
 
     def _sentence(self, payload):
-        query = read_query(decode(payload, SentenceRequest).sentence)
-        return encode(
-            SentenceReading(
-                object=query.object,
-                context=query.context,
-                doubtful=query.doubtful,
-                provider="rules",
-                elapsed_ms=1.0,
-            )
-        )
+        request = read_request(decode(payload, SentenceRequest).sentence)
+        return encode(as_reading(SentenceAnswer(request, RULES, "", "", ""), 1.0))
 
     def _feedback(self, payload):
         self.find = None

@@ -12,7 +12,7 @@ from app.nodes.navigator.services.guidance_service import GuidanceService
 from app.nodes.navigator.services.request_services import declare_endpoints
 from app.nodes.navigator.services.sentence_service import SentenceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
-from ippon.guidance.language.sentence import Query
+from ippon.guidance.language.requests.goals import Goal, Request
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.prior import PROVIDER
 from ippon.mapping.voxel_map import MapConfig
@@ -58,9 +58,11 @@ class Model:
             failed=self.failed,
         )
 
-    def read_query(self, sentence):
+    def read_request(self, sentence, previous=()):
         self.may_answer.acquire(timeout=120.0)
-        return SentenceAnswer(Query(object="hat", context="", doubtful=False), MODEL, "q", "a", "")
+        return SentenceAnswer(
+            Request(goals=(Goal(object="hat", display="hat"),), doubtful=False), MODEL, "q", "a", ""
+        )
 
     def name_objects(self, jpeg, vocabulary):
         self.asked.put((jpeg[:2], len(vocabulary)))
@@ -89,7 +91,7 @@ def open_office(sessions):
             operations=SimpleNamespace(enqueue=operations.put, wake=lambda: None),
             report_event=lambda kind, text: events.append((kind, text)),
         )
-        sentences = SentenceService(model)
+        sentences = SentenceService(model, goals)
         endpoints = [declare_endpoints(router, "r", service) for service in (guidance, sentences)]
         config = MissionConfig(map=MapConfig(voxel_size_m=0.2, memory_limit_mb=128.0))
         mission = Mission(config, ZED, MATTERPORT_40, seed=0)

@@ -29,6 +29,9 @@ def claims_of(context: str, ooi: str = "hat") -> list[str]:
     [
         ("I think I left it on the sofa yesterday", ["on sofa"]),
         ("it's in the kitchen", ["in kitchen"]),
+        ("but don't look in the bathroom", ["not in bathroom"]),
+        ("I don't look in the bathroom often", ["in bathroom ?"]),
+        ("somewhere other than the kitchen", ["not outside kitchen"]),
         ("it is in the livingroom", ["in living_room"]),
         ("next to my laptop", ["next to laptop"]),
         ("next too teh bed", ["next to bed"]),

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.links.language_model.interface import RULES, SentenceAnswer
+from app.links.language_model.sentence_reading import as_reading
 from app.messages.status import (
     Event,
     FindReport,
@@ -21,6 +23,8 @@ from app.view.model.candidates import Candidate
 from app.view.model.picture_store import StoredPicture
 from app.view.model.voxel_pictures import VoxelPicture
 from ippon.camera import PinholeCamera
+from ippon.guidance.language.requests.goals import Attribute, Goal, Relation, Request
+from ippon.guidance.language.requests.sentence import read_request
 
 ATTACKS = [
     "<img src=x onerror=alert(1)>",
@@ -81,6 +85,32 @@ def test_no_text_from_outside_becomes_markup(text, stage):
         markup.event_log([Event(stamp_ns=1, kind="error", text=text)], 0),
     ):
         _assert_harmless(html)
+
+
+def test_what_was_understood_is_shown_with_what_is_not_used():
+    said = "the red mug next to the white sink, not in the kitchen, then two chairs for the quokka"
+    answer = SentenceAnswer(read_request(said), RULES, "", "", "no answer within 8 s")
+    html = markup.understood(as_reading(answer, 1.0))
+    _assert_harmless(html)
+    text = re.sub(r"<[^>]+>", " ", html)
+    words = " ".join(text.split())
+    assert words.startswith("Look for mug red next to white sink not in kitchen then chair × 2")
+    assert "“red” is not checked yet: any mug counts" in words
+    assert "Read by rules: no answer within 8 s" in words
+
+
+@pytest.mark.parametrize("text", ATTACKS)
+def test_no_text_of_a_sentence_becomes_markup(text):
+    goal = Goal(
+        object=text,
+        display=text,
+        attributes=(Attribute(kind="other", value=text),),
+        relations=(Relation(relation=text, place=text),),
+    )
+    request = Request(goals=(goal,) * 9, doubtful=True, because=text, unused=(text,))
+    html = markup.understood(as_reading(SentenceAnswer(request, text, "", "", text), 1.0))
+    _assert_harmless(html)
+    assert "and 1 more" in html
 
 
 @given(st.text(max_size=900))

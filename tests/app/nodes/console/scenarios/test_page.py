@@ -344,8 +344,9 @@ def test_a_level_can_be_corrected(home, page):
 
 def test_a_doubtful_sentence_is_shown_before_anything_is_searched_for(home, page):
     view = _view(page)
-    _field(page, "Find").fill("where did the quokka go after lunch")
+    _field(page, "Find").fill("where is my red quokka")
     view.get_by_role("button", name="Search").click()
+    expect(view.get_by_text("“quokka” is not in the table")).to_be_visible()
     expect(view.get_by_text("Correct it above")).to_be_visible()
     assert [key for key, _ in home.requests] == [keys.SENTENCE]
     _field(page, "Find").fill("hat")

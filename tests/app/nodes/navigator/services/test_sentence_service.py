@@ -3,25 +3,43 @@
 from app.links.language_model.interface import RULES
 from app.links.network.requests import ask
 from app.messages import keys
-from app.messages.control import SentenceReading, SentenceRequest
+from app.messages.control import SearchRequest, SentenceReading, SentenceRequest
 from app.nodes.navigator.services import sentence_service
 from tests.app.nodes.navigator.conftest import MODEL, Model
 
 
 def test_a_sentence_is_read_by_rules_where_there_is_no_model(open_office):
     office = open_office()
-    request = SentenceRequest(sentence="find my hat, I think I left it on the sofa")
+    request = SentenceRequest(sentence="find my red hat, I think I left it on the sofa")
     reading = ask(office.client, f"r/{keys.SENTENCE}", request, SentenceReading, 5.0)
-    assert (reading.object, reading.context) == ("hat", "I think I left it on the sofa")
+    (goal,) = reading.goals
+    assert (goal.object, goal.display) == ("hat", "red hat")
+    assert goal.context == "I think I left it on the sofa"
     assert (reading.provider, reading.doubtful, reading.note) == (RULES, False, "")
+    assert reading.notes == ["“red” is not checked yet: any hat counts"]
 
 
 def test_a_sentence_is_read_by_the_model_within_its_time(open_office, monkeypatch):
     office = open_office(Model())
     office.model.may_answer.release()
     reading = office.sentences.read(SentenceRequest(sentence="the thing for my head"))
-    assert (reading.object, reading.provider) == ("hat", MODEL)
+    assert (reading.goals[0].object, reading.provider) == ("hat", MODEL)
     monkeypatch.setattr(sentence_service, "SENTENCE_TIMEOUT_S", 0.05)
     reading = office.sentences.read(SentenceRequest(sentence="find my mug"))
-    assert (reading.object, reading.provider) == ("mug", RULES)
+    assert (reading.goals[0].object, reading.provider) == ("mug", RULES)
     assert reading.note == "no answer within 0.05 s"
+
+
+def test_a_sentence_may_refer_to_the_goal_that_was_asked_for_last(open_office):
+    office = open_office()
+    request = SentenceRequest(sentence="the other one, please")
+    assert office.sentences.read(request).goals == []
+    office.goals.add(office.guidance.plan(SearchRequest(object="red mug"), 0.0))
+    reading = office.sentences.read(request)
+    assert (reading.goals[0].object, reading.goals[0].refers_to) == ("mug", "other")
+
+
+def test_another_language_names_no_object(open_office):
+    reading = open_office().sentences.read(SentenceRequest(sentence="suche meinen Hut, Sofa"))
+    assert (reading.goals, reading.language, reading.doubtful) == ([], "German", True)
+    assert "--llm.model" in reading.because

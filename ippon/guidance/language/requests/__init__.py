@@ -1,0 +1,1 @@
+"""What a sentence asks for: objects, attributes, relations, counts."""

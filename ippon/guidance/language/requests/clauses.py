@@ -1,0 +1,127 @@
+"""Clauses beside a request: where they end, and what they tell of the place of an object."""
+
+from dataclasses import replace
+from typing import Final
+
+from ippon.guidance.language.context import Claim, read_context
+from ippon.guidance.language.languages import ENGLISH
+from ippon.guidance.language.naming import resolve_object
+from ippon.guidance.language.requests import phrases
+from ippon.guidance.language.requests.drafts import Draft, Reading
+from ippon.guidance.language.requests.goals import Relation
+from ippon.guidance.language.requests.modifiers import read_modifier
+from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
+from ippon.guidance.language.requests.relation_phrase import read_relation
+from ippon.guidance.language.requests.utterance import hear
+from ippon.guidance.language.words import word_set
+
+_SOFT: Final = ("likes to", "like to", "used to", "supposed to", "should be", "not sure", "i think")
+_ABOUT = word_set(
+    "it it's its they they're them he he's she she's one ones left leave put forgot forgotten saw "
+    "seen see had kept keep dropped placed stored hid hidden laid looked checked searched"
+)
+
+
+def clause_end(reading: Reading, start: int) -> int:
+    """Return the index after the clause that begins at a word."""
+    said = reading.said
+    index = start + 1
+    while index < len(said) and not said.ends(index):
+        joint = said.word(index) in ("and", "but", "so", "oh", "then") or said.breaks(index)
+        joint = joint or said.word(index - 1) in ("and", "but", "so")
+        if joint and _begins_request(reading, index):
+            break
+        if not reading.drafts and _asks_inside(reading, index):
+            break
+        index += 1
+    return index
+
+
+def _asks_inside(reading: Reading, index: int) -> bool:
+    """Tell whether a sentence that began with something else asks here."""
+    if reading.match(phrases.TOLD, index) > index:
+        phrase = read_noun_phrase(reading.said, reading.match(phrases.TOLD, index))
+        return phrase is not None
+    if reading.said.word(index) not in phrases.STRONG:
+        asked = reading.match(phrases.ASKED, index) - index
+        if asked < 2:
+            return False
+    end = reading.match(phrases.ASKED, index)
+    return end > index and read_noun_phrase(reading.said, end) is not None
+
+
+def _begins_request(reading: Reading, index: int) -> bool:
+    said = reading.said
+    also = said.starts(index, ("and also", "oh and", "oh and also", "and then", "then", "plus"))
+    start = index + also
+    asked = reading.match(phrases.ASKED, start) if start < len(said) else start
+    if asked > start:
+        return read_noun_phrase(said, asked) is not None or said.word(asked) in ("it", "them")
+    if also and read_noun_phrase(said, start) is not None:
+        return True
+    if reading.drafts:
+        phrase = read_noun_phrase(said, index + 1) if said.word(index) == "and" else None
+        if phrase is not None and said.word(phrase.end) in ("too", "also"):
+            return True
+        if not said.breaks(index):
+            return False
+        probe = reading.drafts[-1].probe()
+        corrected = said.starts(index, phrases.CORRECTIONS) > 0
+        return corrected or read_modifier(said, index, probe) > index
+    while said.word(index) in ("and", "but", "so", "now", "then", "today", "oh"):
+        index += 1
+    gone = index < len(said) and reading.match(phrases.GONE_SENTENCE, index) > index
+    return gone or (index < len(said) and reading.match(phrases.TOLD, index) > index)
+
+
+def state(reading: Reading, words: str, targets: list[Draft]) -> None:
+    """Take what a clause says about the place of objects."""
+    told = False
+    content = [word for word in hear(words).words(0, 400) if word not in ENGLISH]
+    for goal in targets:
+        ooi = resolve_object(goal.head, ()).canonical if goal.head else None
+        claims = read_context(words, (), ooi=ooi).claims
+        about = _is_about_object(words, owned=goal.is_owned)
+        soft = any(phrase in words.lower() for phrase in _SOFT)
+        for claim in claims:
+            told = True
+            if claim.strength != "sure" or soft or not about:
+                continue
+            for one in _relations_of(claim.text) or _named_place(claim):
+                goal.relate(replace(one, negated=claim.negated))
+        if not claims and not soft:
+            for one in _relations_of(words):
+                told = True
+                goal.relate(one)
+        if told or claims or content:
+            goal.note(words)
+    if not told and content:
+        reading.unused.append(words.strip())
+
+
+def _relations_of(words: str) -> list[Relation]:
+    said, index = hear(words), 0
+    relations: list[Relation] = []
+    while (phrase := read_relation(said, index)) is not None:
+        relations += phrase.relations
+        index = phrase.end
+    return relations
+
+
+def _named_place(claim: Claim) -> list[Relation]:
+    """Return the place of a claim that stands without its own preposition: "or the hall"."""
+    if claim.relation not in phrases.PREPOSITIONS.values() or claim.relation == "of":
+        return []
+    phrase = read_noun_phrase(hear(claim.text), 0)
+    return [Relation(relation=claim.relation, place=phrase.head)] if phrase else []
+
+
+def _is_about_object(words: str, *, owned: bool) -> bool:
+    """Tell whether a clause says where the object is, not where somebody was."""
+    said = hear(words)
+    heard = set(said.words(0, len(said)))
+    if owned and {"he", "she", "he's", "she's"} & heard and not {"it", "them", "left"} & heard:
+        return False
+    if _ABOUT & heard:
+        return True
+    return read_relation(said, 0) is not None

@@ -1,0 +1,197 @@
+"""What stands before a noun and says how many of it, whose, and whether another one."""
+
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+from ippon.guidance.language.requests.attributes import UNITS, listed_kind
+from ippon.guidance.language.requests.goals import ALL, Attribute, Reference
+from ippon.guidance.language.requests.phrases import PREPOSITIONS, STOP
+from ippon.guidance.language.requests.utterance import Utterance
+from ippon.guidance.language.words import word_set
+
+NUMBERS: Final = {
+    word: number
+    for number, word in enumerate(
+        [
+            "one",
+            "two",
+            "three",
+            "four",
+            "five",
+            "six",
+            "seven",
+            "eight",
+            "nine",
+            "ten",
+            "eleven",
+            "twelve",
+            "thirteen",
+            "fourteen",
+            "fifteen",
+            "sixteen",
+            "seventeen",
+            "eighteen",
+            "nineteen",
+            "twenty",
+        ],
+        start=1,
+    )
+}
+_COUNTS: Final[dict[str, int | Literal["all"]]] = {
+    "every single": ALL, "each and every": ALL, "every one of": ALL, "each of": ALL, "every": ALL,
+    "each": ALL, "all of": ALL, "all": ALL, "as many": ALL, "half a dozen": 6, "a dozen": 12,
+    "two dozen": 24, "dozen": 12, "a couple of": 2, "a couple": 2, "couple of": 2, "couple": 2,
+    "both of": 2, "both": 2, "a few": 3, "few": 3, "several": 3, "a handful of": 3,
+}  # fmt: skip
+_MEASURES = word_set(
+    "pair bunch set piece bit stack pile kind type sort pack packet roll heap pairs bunches sets "
+    "pieces bits stacks piles kinds types packs packets rolls heaps"
+)
+_LEADING = [
+    "the",
+    "my",
+    "our",
+    "your",
+    "a",
+    "an",
+    "this",
+    "that",
+    "these",
+    "those",
+    "some",
+    "any",
+    "its",
+    "said",
+    "whatever",
+    "either",
+    "more",
+    "of",
+    "at",
+    "least",
+    "most",
+    "up",
+    "to",
+    "exactly",
+    "only",
+    "just",
+    "about",
+    "around",
+    "of",
+    "me",
+]
+_AT_LEAST = (["at", "least"], ["at", "most"], ["up", "to"], ["more", "than"])
+_OWNERS = word_set("his her their")
+_PLURAL_OWNERS = word_set("kids childrens mens womens ladies boys girls babys mans")
+"""Owners that are written without their apostrophe."""
+_NO_OWNERS = word_set(
+    "it's that's what's where's there's here's who's let's he's she's how's when's one's"
+)
+
+
+@dataclass(slots=True)
+class Determiners:
+    """What was read before a noun."""
+
+    index: int
+    """Index of the first word after it."""
+    count: int | Literal["all"] | None = None
+    reference: Reference = ""
+    determined: bool = False
+    owners: list[Attribute] = field(default_factory=list)
+
+
+def read_determiners(said: Utterance, start: int) -> Determiners:
+    """Read determiners, numbers and owners from a word on."""
+    begun = Determiners(start)
+    owners = begun.owners
+    while begun.index < len(said) and begun.index - start < 12:
+        index = begun.index
+        if index > start and said.breaks(index):
+            break
+        word = said.word(index)
+        following = said.word(index + 1)
+        length = said.starts(index, _COUNTS)
+        if length and not (word in ("couple", "few", "dozen") and said.breaks(index + 1)):
+            begun.count = _COUNTS[" ".join(said.words(index, index + length))]
+            begun.index += length
+        elif _number(said, index) is not None or _number_range(said, index):
+            begun.index += 2 if _number_range(said, index) else 0
+            index = begun.index
+            begun.count = _number(said, index) if begun.count is None else begun.count
+            begun.index += 1
+        elif word in _MEASURES and following == "of" and not said.breaks(index + 1):
+            begun.index += 2
+        elif (
+            (word in ("another", "other") and (word == "another" or begun.determined))
+            or (word == "different" and begun.determined)
+            or (word == "more" and index > start)
+        ):
+            begun.reference = "other"
+            begun.index += 1
+        elif word == "same" and begun.determined:
+            begun.reference = "same"
+            begun.index += 1
+        elif (owning := _owner_end(said, index)) > index:
+            owner = said.said(index, owning).removesuffix("'s").removesuffix("’s")
+            my = said.word(index - 1) in ("my", "his", "her", "our", "their") and index > start
+            owner = f"{said.word(index - 1)} {owner}" if my else owner
+            if my and owners and owners[-1].value == said.word(index - 1):
+                owners.pop()
+            owners.append(Attribute(kind="owner", value=owner.removesuffix("'s")))
+            begun.index = owning
+        elif word == "and" and owners and _owner_end(said, index + 1) > index + 1:
+            begun.index += 1  # "Anna's and Ben's".
+        elif word in _OWNERS:
+            owners.append(Attribute(kind="owner", value=word))
+            begun.index += 1
+        elif said.words(index, index + 3) == ["no", "more", "than"]:
+            begun.index += 3
+        elif said.words(index, index + 2) in _AT_LEAST:
+            begun.index += 2
+        elif word in _LEADING and not (word in ("of", "at", "to", "up") and index == start):
+            begun.index += 1
+        else:
+            break
+        begun.determined = True
+    return begun
+
+
+def _number_range(said: Utterance, index: int) -> bool:
+    """Tell whether "one or two" begins."""
+    numbers = (said.word(index), said.word(index + 2))
+    return said.word(index + 1) in ("or", "to") and all(
+        word in NUMBERS or (word.isascii() and word.isdigit() and int(word) > 0) for word in numbers
+    )
+
+
+def _owner_end(said: Utterance, index: int) -> int:
+    """Return the index after "Mr Brown's" or "little sister's"; the same where no owner stands."""
+    if said.word(index) in _PLURAL_OWNERS and may_be_noun(said, index + 1):
+        return index + 1
+    for end in range(index, min(index + 3, len(said))):
+        word = said.word(end)
+        if (end > index and said.breaks(end)) or listed_kind(said.word(index)) == "colour":
+            return index
+        if word.endswith("'s") and word not in _NO_OWNERS:
+            return index if said.breaks(end + 1) else end + 1
+        if word in STOP or word in PREPOSITIONS or word in _LEADING or word in _OWNERS:
+            return index
+    return index
+
+
+def _number(said: Utterance, index: int) -> int | None:
+    """Return a number that counts, not one that measures: "10 mm wrench"."""
+    word, following = said.word(index), said.word(index + 1)
+    if following in UNITS or (word == "one" and not may_be_noun(said, index + 1)):
+        return None
+    if word.isascii() and word.isdigit() and len(word) <= 3 and int(word) > 0:
+        return int(word) if may_be_noun(said, index + 1) else None
+    return NUMBERS.get(word)
+
+
+def may_be_noun(said: Utterance, index: int) -> bool:
+    """Tell whether a noun, or a word before one, may stand at an index."""
+    word = said.word(index)
+    if not word or said.breaks(index) or " ".join(said.words(index, index + 2)) in PREPOSITIONS:
+        return False
+    return word == "of" or (word not in STOP and word not in PREPOSITIONS) or word in _LEADING

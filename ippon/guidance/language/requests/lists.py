@@ -1,0 +1,336 @@
+"""Lists of objects: what separates them, what belongs to them, and what they share."""
+
+from dataclasses import replace
+from typing import Final
+
+from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.requests import phrases
+from ippon.guidance.language.requests.clauses import state
+from ippon.guidance.language.requests.determiners import NUMBERS
+from ippon.guidance.language.requests.drafts import Draft, Reading, draft
+from ippon.guidance.language.requests.goals import Order, Relation
+from ippon.guidance.language.requests.modifiers import read_modifier
+from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.requests.phrases import PRONOUNS
+from ippon.guidance.language.requests.relation_phrase import read_relation
+from ippon.guidance.language.requests.utterance import Utterance
+from ippon.guidance.language.words import word_set
+
+MAX_DRAFTS: Final = 60
+_BE = word_set("is are was were has have had will would can could should must might may says said")
+
+_FOLLOWING = word_set(
+    "and or then but with without that which please not pls it i they he she what called made "
+    "named as plus followed left other preferably fell must should might was slipped has had for "
+    "of also again asap too except after next"
+)
+"""Words that may follow an object which stands without a verb."""
+
+_OPENED = word_set(
+    "fridge refrigerator freezer cupboard cabinet drawer wardrobe closet bag box oven dishwasher "
+    "toolbox backpack suitcase basket bin car bathtub sink shed safe"
+)
+"""Places that are searched inside."""
+
+
+def separator(reading: Reading, index: int) -> tuple[Order, int, NounPhrase] | None:
+    """Return order, place and noun phrase of the next object of a list."""
+    said = reading.said
+    if index >= len(said) or (said.ends(index) and ";" not in said.gap(index)):
+        return None
+    order: Order = "and"
+    length = 0
+    for name in ("then", "or", "and"):
+        found = said.starts(index, phrases.SEPARATORS[name])
+        if found > length:
+            length, order = found, name
+    comma = said.breaks(index)
+    if not length and not comma:
+        return None
+    start = index + length
+    while start < len(said) and length and (end := reading.match(phrases.PADDING, start)) > start:
+        if end == start + 1:
+            break
+        start = end
+    if said.word(start) in ("then", "also", "maybe", "please", "either", "perhaps"):
+        order = "then" if said.word(start) == "then" else order
+        start += 1
+    if start < len(said) and reading.match(phrases.ASKED, start) > start:
+        known = load_knowledge().find(" ".join(said.words(start, start + 2)))
+        if known is None:
+            return None
+    if said.breaks(start) and start > index and said.ends(start):
+        return None
+    phrase = read_noun_phrase(said, start)
+    if phrase is None or not _is_item(reading, start, phrase, lone=not length):
+        return None
+    return order, start, phrase
+
+
+def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) -> bool:
+    said = reading.said
+    following = said.word(phrase.end)
+    if any(place.place == phrase.head for goal in reading.drafts for place in goal.relations):
+        return False
+    if (said.word(start) in PRONOUNS and phrase.head) or is_room(phrase.head):
+        return False
+    if not phrase.head and not phrase.determined:
+        return False
+    verb = following in _BE and not said.breaks(phrase.end)
+    if verb and reading.match(phrases.GONE, phrase.end) == phrase.end:
+        relation = read_relation(said, phrase.end)
+        if relation is None:
+            return False
+    if lone:
+        return phrase.determined or phrase.known
+    return (
+        phrase.known
+        or phrase.determined
+        or phrase.corrected
+        or not said.word(start).endswith("ing")
+    )
+
+
+def _replace_by_parts(reading: Reading) -> None:
+    """Read "two markers, one red and one black" as the two."""
+    listed = reading.drafts[reading.list_start :]
+    if len(listed) < 3 or not isinstance(listed[0].count, int) or listed[0].attributes:
+        return
+    parts = listed[1:]
+    same = all(not one.phrase.head and isinstance(one.count, int) for one in parts)
+    if same and sum(int(one.count) for one in parts) == listed[0].count:
+        reading.drafts.remove(listed[0])
+
+
+def _drop_destination(reading: Reading) -> None:
+    """Take "bring the bucket upstairs" to say where it shall go, which is not done."""
+    for one in reading.drafts[reading.list_start :]:
+        if not one.trigger.lower().startswith(("bring", "take", "carry")):
+            continue
+        for place in one.relations:
+            if place.place in ("upstairs", "downstairs") and one.context == [place.place]:
+                one.relations, one.context = [], []
+                reading.unused.append(place.place)
+                break
+
+
+def share(reading: Reading) -> None:
+    """Let the objects of one list share the place that is said at its end."""
+    _replace_by_parts(reading)
+    _drop_destination(reading)
+    listed = reading.drafts[reading.list_start :]
+    if len(listed) < 2 or any(one.order == "then" for one in listed[1:]):
+        return
+    last = listed[-1]
+    if any(one.relations for one in listed[:-1]):
+        return
+    shared = [
+        place for place in last.relations
+        if place not in reading.places and (last.phrase.shared or is_room(place.place))
+    ]  # fmt: skip
+    if not shared:
+        return
+    for one in listed[:-1]:
+        for place in shared:
+            one.relate(place)
+        for words in last.context:
+            one.note(words)
+
+
+def read_goals(reading: Reading, start: int, asked: str) -> int:
+    """Read a list of objects; returns the index after it, the same for none."""
+    said = reading.said
+    order: Order = reading.order or "and"
+    phrase = _object_at(reading, start)
+    if phrase is None:
+        return start
+    reading.list_start = len(reading.drafts)
+    while True:
+        _take(reading, phrase, order, asked)
+        index = read_modifiers(reading, phrase.end)
+        following = separator(reading, index)
+        if following is None or len(reading.drafts) >= MAX_DRAFTS:
+            break
+        order, index, phrase = following
+    reading.order = None
+    share(reading)
+    if said.word(index) == "instead":
+        index += 1
+    return index
+
+
+def _object_at(reading: Reading, index: int) -> NounPhrase | None:
+    """Return the noun phrase at an index; "not the red mug but" is left to the one after."""
+    said = reading.said
+    if said.word(index) in ("either", "both") and read_noun_phrase(said, index) is None:
+        index += 1
+    return read_noun_phrase(said, index)
+
+
+def _take(reading: Reading, phrase: NounPhrase, order: Order, asked: str) -> None:
+    goal = draft(phrase, order if reading.drafts else "and", asked)
+    told = next(
+        (one for one in reading.drafts if one.head == goal.head and one.trigger == "told"),
+        None,
+    )
+    if told is not None and not goal.attributes:
+        reading.drafts.remove(told)
+        reading.drafts.append(told)
+        return
+    last = reading.drafts[-1] if reading.drafts else None
+    if last is not None and not phrase.head and last.trigger.lower().startswith("there"):
+        # "There are two umbrellas, I need the black one."
+        for one in phrase.attributes:
+            last.add(one)
+        last.count = 1 if phrase.count is None else phrase.count
+        return
+    if not phrase.head:
+        _refer(reading, goal)
+    for words in reading.before:
+        state(reading, words, [goal])
+    for place in reading.places:
+        goal.relate(place)
+    if reading.drafts and not reading.drafts[-1].head and goal.head:
+        empty = reading.drafts[-1]
+        empty.head = goal.head
+        empty.display = " ".join([*(one.value for one in empty.attributes), goal.head])
+    reading.drafts.append(goal)
+    # The next object of a list shares a place that was said first; what was told is used up.
+    reading.before = []
+
+
+def _refer(reading: Reading, goal: Draft) -> None:
+    """Let "the blue one" name what was asked for before."""
+    before = next((one.head for one in reversed(reading.drafts) if one.head), "")
+    if not before and reading.previous:
+        before = reading.previous[-1].object
+        goal.reference = goal.reference or "same"
+    if before:
+        goal.head = before
+        goal.display = " ".join([*(one.value for one in goal.attributes), before])
+
+
+def read_modifiers(reading: Reading, index: int) -> int:
+    """Read all that follows an object and describes it."""
+    said, goal = reading.said, reading.drafts[-1]
+    while index < len(said):
+        task = reading.match(phrases.TASK, index)
+        if task > index and goal.trigger != "told" and reading.match(phrases.PADDING, index) < task:
+            reading.unused.append(said.said(index, task))
+            index = task
+            continue
+        if said.ends(index) or (said.breaks(index) and said.starts(index, phrases.CORRECTIONS)):
+            break
+        room = _bare_room(reading, index)
+        if room > index:
+            index = room
+            continue
+        end = reading.match(phrases.GONE, index)
+        if end == index and not _listed_next(reading, index):
+            end = read_modifier(said, index, goal)
+        if end == index and not said.ends(index):
+            end = reading.match(phrases.TAIL, index)
+        if end == index:
+            break
+        if said.ends(end):
+            return end
+        index = end
+    return index
+
+
+def _listed_next(reading: Reading, index: int) -> bool:
+    """Tell whether the next object of a list begins: "and the blue one"."""
+    return reading.said.word(index) in ("and", "or") and separator(reading, index) is not None
+
+
+def _bare_room(reading: Reading, index: int) -> int:
+    """Read ", kitchen" after an object."""
+    said = reading.said
+    if not said.breaks(index) or said.ends(index):
+        return index
+    phrase = read_noun_phrase(said, index, of=False)
+    if phrase is None or not is_room(phrase.head) or not said.breaks(phrase.end):
+        return index
+    reading.drafts[-1].relate(Relation(relation="in", place=phrase.head))
+    reading.drafts[-1].note(f"in the {phrase.head}")
+    return phrase.end
+
+
+def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
+    """Tell whether a noun phrase is not the subject of a sentence about something else."""
+    said = reading.said
+    if not phrase.known and not phrase.corrected:
+        last = said.word(phrase.end - 1)
+        if last.endswith("ing") or said.word(index) in phrases.OTHER_TASKS:
+            return False
+    end = phrase.end
+    if end >= len(said) or said.breaks(end) or not phrase.head:
+        return True
+    if said.word(end) in _FOLLOWING:
+        return True
+    if reading.match(phrases.TAIL, end) > end or reading.match(phrases.GONE, end) > end:
+        return True
+    probe = draft(phrase)
+    return read_modifier(said, end, probe) > end
+
+
+def not_this(reading: Reading, index: int) -> int:
+    """Read "not the red mug but the blue one"."""
+    said = reading.said
+    phrase = read_noun_phrase(said, index + 1)
+    if phrase is None or reading.drafts:
+        return index
+    at = phrase.end + (said.word(phrase.end) in ("but", "just", "only"))
+    other = read_noun_phrase(said, at)
+    if other is None or (at == phrase.end and not said.breaks(at)):
+        return index
+    if not other.head:
+        goal = draft(replace(phrase, attributes=()), "and", "bare")
+        for one in phrase.attributes:
+            goal.add(replace(one, negated=True))
+        for one in other.attributes:
+            goal.add(one)
+        goal.display = " ".join([*(one.value for one in other.attributes), goal.head])
+        reading.drafts.append(goal)
+        return read_modifiers(reading, other.end)
+    return read_goals(reading, at, "bare")
+
+
+def drop_rooms(reading: Reading) -> None:
+    """Take a room to go to as the place of the object that follows it."""
+    for room, goal in zip(reading.drafts, reading.drafts[1:], strict=False):
+        going = room.trigger.lower().startswith(("go", "drive", "walk", "navigate", "head", "move"))
+        if going and is_room(room.head) and not is_room(goal.head):
+            goal.relate(Relation(relation="in", place=room.head))
+            goal.note(f"in the {room.head}")
+            goal.order = room.order
+            reading.drafts.remove(room)
+            return
+
+
+def continues(reading: Reading, index: int) -> bool:
+    """Tell whether "and" or "but" goes on with the object before, or with a list."""
+    return (
+        separator(reading, index) is not None
+        or read_modifier(reading.said, index, reading.drafts[-1].probe()) > index
+    )
+
+
+def is_room(head: str) -> bool:
+    """Tell whether a name is that of a room and of no thing."""
+    knowledge = load_knowledge()
+    return knowledge.room(head) is not None and knowledge.find(head) is None
+
+
+def count_again(said: Utterance, index: int) -> int:
+    """Return the number of words of "four of them" or "two" that count what was named before."""
+    if said.word(index) not in NUMBERS:
+        return 0
+    if said.words(index + 1, index + 3) == ["of", "them"]:
+        return 3
+    return 1 if said.ends(index + 1) else 0
+
+
+def is_searched_inside(head: str) -> bool:
+    """Tell whether a place to search is a room or something with an inside."""
+    return is_room(head) or head.rsplit(maxsplit=1)[-1] in _OPENED

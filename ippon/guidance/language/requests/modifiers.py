@@ -1,0 +1,343 @@
+"""What follows an object and describes it: attributes, relations, exclusions."""
+
+from dataclasses import replace
+
+from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.context_words import BELIEFS, DOUBTS, HABITS, NEGATIONS
+from ippon.guidance.language.naming import same_object
+from ippon.guidance.language.requests import phrases
+from ippon.guidance.language.requests.attributes import is_intensity, is_part, is_shade, listed_kind
+from ippon.guidance.language.requests.drafts import Draft
+from ippon.guidance.language.requests.goals import Attribute, Relation
+from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.requests.phrases import PREPOSITIONS
+from ippon.guidance.language.requests.relation_phrase import read_relation
+from ippon.guidance.language.requests.utterance import Utterance
+from ippon.guidance.language.words import word_set
+
+_SUBJECTS = word_set(
+    "that which who it it's its they they're he he's she she's that's this these theirs those"
+)
+_BE = word_set("is are was were be looks look seems isn't aren't wasn't weren't")
+_CONTRACTED = word_set("it's its they're he's she's that's")
+_COVERS = word_set("frame cover sleeve binding wrapping")
+"""Of these, "in a wooden frame" tells what a thing looks like, not where it is."""
+_PEOPLE = word_set("me us him her them you my mine")
+_MISSING = word_set("missing lost gone")
+_GUESSES = word_set("think believe guess suppose probably likely maybe perhaps possibly")
+"""Of a sentence before the object: "could" and "might" ask there."""
+
+
+def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
+    """Read one thing that is said of a goal; returns the index after it, the same for none."""
+    for read in (
+        _exclusion,
+        _predicate,
+        _feature,
+        _made,
+        _belonging,
+        _other_one,
+        _relation,
+        _sided,
+        _topic,
+        _purpose,
+        _aside,
+    ):
+        end = read(said, index, goal)
+        if end > index:
+            return end
+    return index
+
+
+def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "but not the blue one", "except the one in the hallway", "not red"."""
+    length = said.starts(start, phrases.EXCLUDING)
+    if not length:
+        return start
+    index = start + length
+    bare = index
+    while listed_kind(said.word(bare)) is not None and not said.breaks(bare):
+        bare += 1
+    phrase = read_noun_phrase(said, index)
+    if phrase is not None and phrase.head in ("", goal.head):
+        place = goal.relations[-1] if goal.relations else None
+        for one in phrase.attributes:
+            denied = Attribute(kind=one.kind, value=one.value, negated=True)
+            if place is not None and one.kind in {other.kind for other in place.attributes}:
+                goal.relations[-1] = replace(place, attributes=(*place.attributes, denied))
+            else:
+                goal.add(denied)
+        probe = goal.probe()
+        end = phrase.end if said.breaks(phrase.end) else read_modifier(said, phrase.end, probe)
+        for one in probe.attributes:
+            goal.add(replace(one, negated=not one.negated))
+        for relation in probe.relations:
+            goal.relate(replace(relation, negated=not relation.negated))
+            goal.note("not " + said.said(phrase.end, end))
+        return end
+    if phrase is None:
+        return start
+    return _other_name(said, start, phrase, goal)
+
+
+def _other_name(said: Utterance, start: int, phrase: NounPhrase, goal: Draft) -> int:
+    """Read "not the sunglasses" as what is not meant, and "not the kitchen" as no place of it."""
+    knowledge = load_knowledge()
+    after = said.word(phrase.end)
+    if not phrase.known or (after and not said.breaks(phrase.end) and after not in ("and", "or")):
+        return start
+    if knowledge.room(phrase.head) is not None and knowledge.find(phrase.head) is None:
+        goal.relate(Relation(relation="in", place=phrase.head, negated=True))
+        goal.note(f"not in the {phrase.head}")
+    else:
+        goal.add(Attribute(kind="other", value=phrase.display, negated=True))
+    return phrase.end
+
+
+def _predicate(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "which is blue and heavy", "it's the white one", "isn't broken"."""
+    index, negated = start, False
+    index += said.word(index) in ("and", "but")
+    subject = said.word(index) in _SUBJECTS
+    be = said.word(index) in _CONTRACTED
+    index += subject
+    if said.word(index) in _BE and not said.breaks(index):
+        be, negated = True, said.word(index).endswith("n't")
+        index += 1
+    if not be:
+        return start
+    if said.word(index) in ("not", "neither", "never"):
+        negated, index = True, index + 1
+    while is_intensity(said.word(index)) or said.word(index) in ("also", "all", "just", "only"):
+        index += 1
+    article = said.word(index) in ("a", "an", "the", "my", "one", "that")
+    if article:
+        phrase = read_noun_phrase(said, index)
+        if phrase is None or phrase.head not in ("", goal.head) or not phrase.attributes:
+            return start
+        for one in phrase.attributes:
+            goal.add(Attribute(kind=one.kind, value=one.value, negated=negated))
+        return phrase.end
+    return _adjectives(said, index, goal, negated=negated) or start
+
+
+def _adjectives(said: Utterance, start: int, goal: Draft, *, negated: bool) -> int:
+    """Read a list of adjectives that stands alone; 0 where there is none."""
+    index, found = start, 0
+    while index < len(said):
+        word = said.word(index)
+        if (
+            found
+            and said.breaks(index)
+            and not (
+                "," in said.gap(index) and listed_kind(word) is not None and not said.ends(index)
+            )
+        ):
+            break
+        if (word in ("and", "but", "or", "nor") and found and _adjective_at(said, index + 1)) or (
+            is_intensity(word) and _adjective_at(said, index + 1)
+        ):
+            index += 1
+        elif _adjective_at(said, index):
+            kind = listed_kind(word) or "other"
+            if is_shade(word) and listed_kind(said.word(index + 1)) == "colour":
+                kind, word = "colour", f"{word} {said.word(index + 1)}"
+            goal.add(Attribute(kind=kind, value=word, negated=negated))
+            found += 1
+            index += len(word.split())
+        else:
+            break
+    if not found or (said.word(index) in ("one", "ones")):
+        return 0
+    noun = not said.breaks(index) and index < len(said) and _is_noun(said, index)
+    if noun:
+        del goal.attributes[-found:]
+        return 0
+    return index
+
+
+def _adjective_at(said: Utterance, index: int) -> bool:
+    word = said.word(index)
+    if is_intensity(word) and listed_kind(word) is None:
+        return _adjective_at(said, index + 1)
+    return listed_kind(word) is not None and word not in _MISSING and word not in PREPOSITIONS
+
+
+def _is_noun(said: Utterance, index: int) -> bool:
+    phrase = read_noun_phrase(said, index, of=False)
+    return phrase is not None and not phrase.determined and bool(phrase.head)
+
+
+def _feature(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "with wheels", "and has a dinosaur on it", "without a handle"."""
+    index = start
+    index += said.word(index) in ("and", "but")
+    index += said.word(index) in _SUBJECTS
+    lacking = said.starts(index, phrases.LACKING)
+    length = lacking or said.starts(index, phrases.HAVING)
+    if not length:
+        return start
+    index += length
+    phrase = read_noun_phrase(said, index)
+    if phrase is None or (not phrase.head and not phrase.attributes):
+        return start
+    end = phrase.end
+    while said.words(end, end + 2) in (["on", "it"], ["on", "them"], ["in", "it"], ["on", "top"],
+                                       ["inside", "it"]):  # fmt: skip
+        end += 2
+    value = said.said(index, phrase.end)
+    goal.add(Attribute(kind="feature", value=_without_article(value), negated=bool(lacking)))
+    return end
+
+
+def _without_article(value: str) -> str:
+    first, _, rest = value.partition(" ")
+    return rest if rest and first.lower() in ("a", "an", "the", "some", "its") else value
+
+
+def _made(said: Utterance, start: int, goal: Draft) -> int:
+    index = start + (said.word(start) == "and")
+    index += said.word(index) in _SUBJECTS
+    index += said.word(index) in _BE
+    length = said.starts(index, phrases.MADE)
+    word = said.word(index + length)
+    if not length or listed_kind(word) not in ("material", "colour"):
+        if said.word(index) == "in" and listed_kind(said.word(index + 1)) == "colour":
+            goal.add(Attribute(kind="colour", value=said.word(index + 1)))
+            return index + 2
+        return start
+    goal.add(Attribute(kind="material", value=word))
+    return index + length + 1
+
+
+def _belonging(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "that belongs to Max"."""
+    index = start + (said.word(start) in _SUBJECTS)
+    length = said.starts(index, ("belongs to", "belong to", "belonging to", "owned by"))
+    phrase = read_noun_phrase(said, index + length) if length else None
+    if phrase is None:
+        return start
+    goal.add(Attribute(kind="owner", value=said.said(index + length, phrase.end)))
+    return phrase.end
+
+
+def _other_one(said: Utterance, start: int, goal: Draft) -> int:
+    """Read ", the blue one" and "the one on the sofa" as more about the same object."""
+    if said.word(start) in ("and", "or") or said.word(start) in NEGATIONS:
+        return start
+    phrase = read_noun_phrase(said, start, of=False)
+    if phrase is None or phrase.reference:
+        return start
+    if not phrase.head and said.word(phrase.end - 1) in ("one", "ones"):
+        several = goal.count not in (None, 1) and said.word(start) in ("a", "an", "one")
+        if phrase.count not in (None, 1) or several:
+            return start
+        for one in phrase.attributes:
+            goal.add(one)
+        return phrase.end
+    bare = not phrase.head and said.breaks(start) and phrase.shared
+    part = bool(phrase.head) and is_part(phrase.head.split()[-1]) and phrase.attributes
+    if bare:
+        for one in phrase.attributes:
+            goal.add(one)
+        return phrase.end
+    if said.breaks(start) and said.word(start) == "the" and _is_same(phrase.head, goal.head):
+        for one in phrase.attributes:
+            goal.add(one)
+        return phrase.end
+    if part and said.breaks(start):
+        goal.add(Attribute(kind="feature", value=_without_article(phrase.display)))
+        return phrase.end
+    return start
+
+
+def _is_same(one: str, other: str) -> bool:
+    """Tell whether two different names stand for one thing: "my medicine, the white pills"."""
+    return bool(one) and one != other and same_object(one, other)
+
+
+def _relation(said: Utterance, start: int, goal: Draft) -> int:
+    phrase = read_relation(said, start)
+    if phrase is None or (goal.is_owned and said.word(start) in ("he", "she", "he's", "she's")):
+        return start
+    if phrase.relations[0].place in _COVERS:
+        goal.add(Attribute(kind="feature", value=said.said(phrase.begin, phrase.end)))
+        return phrase.end
+    guessed = phrase.soft or _is_soft(said, phrase.begin, phrase.end, goal)
+    for place in phrase.relations:
+        # "It should be in the hall, but not on the floor": what is denied is certain.
+        if not guessed or (place.negated and not phrase.soft):
+            goal.relate(place)
+    goal.note(said.said(phrase.begin, phrase.end))
+    return phrase.end
+
+
+def _is_soft(said: Utterance, begin: int, end: int, goal: Draft) -> bool:
+    """Tell whether the sentence around a relation says that it is a guess or a habit."""
+    first, last = begin, end
+    while first > 0 and not said.ends(first):
+        first -= 1
+    while not said.ends(last):
+        last += 1
+    after = min(max(first, goal.phrase.end), begin)
+    doubts = BELIEFS | DOUBTS | HABITS
+    return bool(doubts & set(said.words(after, last))) or bool(
+        (doubts & _GUESSES) & set(said.words(first, after))
+    )
+
+
+def _topic(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "about cooking", "called Dune": what it is a picture or a book of."""
+    index = start + (said.word(start) in _SUBJECTS)
+    index += said.word(index) in _BE
+    length = said.starts(index, phrases.TOPIC)
+    word = said.word(index + length)
+    if not length or said.breaks(index + length) or word in _PEOPLE or word in ("and", ""):
+        return start
+    if said.word(index) == "for":
+        return start
+    end = index + length
+    while end < len(said) and not said.breaks(end) and end - index < 6:
+        if said.word(end) in ("and", "or", "then") or said.word(end) in PREPOSITIONS:
+            break
+        end += 1
+    if end == index + length:
+        return start
+    goal.add(Attribute(kind="feature", value=said.said(index, end)))
+    return end
+
+
+def _purpose(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "for the living room" and "to the shed": what or whom it is for."""
+    to = said.word(start) == "to" and said.word(start + 1) in ("the", "my", "our", "a")
+    if not (to or said.word(start) == "for") or said.breaks(start + 1):
+        return start
+    phrase = read_noun_phrase(said, start + 1)
+    if phrase is None or not phrase.head:
+        return start
+    goal.add(Attribute(kind="feature", value=said.said(start, phrase.end)))
+    return phrase.end
+
+
+def _sided(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "on the left" where no "of" follows."""
+    length = said.starts(start, phrases.SIDES)
+    if not length or said.word(start + length) == "of":
+        return start
+    goal.add(Attribute(kind="which", value=said.said(start, start + length)))
+    return start + length
+
+
+def _aside(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "(the blue ones)" and "preferably red"."""
+    if "(" in said.gap(start):
+        end = start + 1
+        while end < len(said) and ")" not in said.gap(end) and end - start < 6:
+            end += 1
+        goal.add(Attribute(kind="feature", value=said.said(start, end)))
+        return end
+    length = said.starts(start, ("preferably", "ideally", "if possible", "best"))
+    if not length:
+        return start
+    found = _adjectives(said, start + length, goal, negated=False)
+    return found or max(_other_one(said, start + length, goal), start)

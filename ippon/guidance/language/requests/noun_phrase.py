@@ -1,0 +1,203 @@
+"""One noun phrase: how many, whose, which, and what."""
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from ippon.guidance.knowledge import Knowledge, load_knowledge
+from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.requests.attributes import listed_kind
+from ippon.guidance.language.requests.determiners import may_be_noun, read_determiners
+from ippon.guidance.language.requests.goals import Attribute, AttributeKind, Reference
+from ippon.guidance.language.requests.heads import name_head
+from ippon.guidance.language.requests.phrases import PREPOSITIONS, PRONOUNS, STOP
+from ippon.guidance.language.requests.utterance import Utterance
+from ippon.guidance.language.words import word_set
+
+MAX_WORDS: Final = 9
+_POSSESSIVES: Final = {"mine": "", "yours": "", "ours": "", "hers": "her", "theirs": "their"}
+_CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NounPhrase:
+    """A noun phrase of a sentence."""
+
+    head: str
+    """In the singular; empty for "the blue one"."""
+    display: str
+    attributes: tuple[Attribute, ...]
+    count: int | Literal["all"] | None
+    """None where none was said."""
+    determined: bool
+    """An article, a number or an owner stands before it."""
+    reference: Reference
+    shared: bool
+    """No determiner of its own: "phone and keys"."""
+    known: bool
+    """The knowledge table has the head."""
+    corrected: bool
+    """The spelling of the head was corrected."""
+    crowded: bool
+    """Several things stand beside each other like one name."""
+    end: int
+    """Index after its last word."""
+
+
+def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhrase | None:
+    """Read the noun phrase that begins at a word; None where there is none.
+
+    Args:
+        said: The sentence.
+        start: Index of the first word.
+        of: Read what "of" adds to it, too: "cup of coffee".
+    """
+    knowledge = load_knowledge()
+    if said.word(start) in ("after", "before", "during", "until", "while"):
+        return None
+    if said.word(start) in _POSSESSIVES:
+        return _possessive(said, start)
+    begun = read_determiners(said, start)
+    index = begun.index
+    end = _end_of_nouns(said, index, knowledge)
+    words = [word for word in said.words(index, end) if word not in ("and", "or")]
+    if said.word(index) in PRONOUNS or not words:
+        return None
+    named = name_head(said.words(index, end), words, begun.count, knowledge)
+    attributes = [*(begun.owners or []), *named.attributes]
+    display = said.said(index, end)
+    if named.corrected:
+        display = " ".join([*(one.value for one in named.attributes), named.head])
+    if of and said.word(end) == "of" and not said.breaks(end):
+        more, display, end = _read_of(said, end, display)
+        attributes += more
+    return NounPhrase(
+        head=named.head,
+        display=display,
+        attributes=tuple(attributes),
+        count=begun.count,
+        determined=begun.determined or begun.count is not None,
+        reference=begun.reference,
+        shared=not begun.determined and begun.count is None and not begun.owners,
+        known=named.known,
+        corrected=named.corrected,
+        crowded=named.crowded,
+        end=end,
+    )
+
+
+def _possessive(said: Utterance, start: int) -> NounPhrase:
+    """Return "mine" and "hers" as one more of what was named before."""
+    owner = _POSSESSIVES[said.word(start)]
+    return NounPhrase(
+        head="",
+        display="",
+        attributes=(Attribute(kind="owner", value=owner),) if owner else (),
+        count=None,
+        determined=True,
+        reference="",
+        shared=False,
+        known=True,
+        corrected=False,
+        crowded=False,
+        end=start + 1,
+    )
+
+
+def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
+    index = start
+    while index < len(said) and index - start < MAX_WORDS:
+        word = said.word(index)
+        if index > start and said.breaks(index) and not _comma_of_adjectives(said, index):
+            break
+        length = _known_length(said, index, knowledge)
+        if length > 1:
+            index += length
+            continue
+        if word in PRONOUNS:
+            break
+        if word in ("first", "next") and index > start and said.breaks(index + 1):
+            break
+        if word in ("and", "or"):
+            if not _joins_adjectives(said, index):
+                break
+        elif (
+            word == "left"
+            and index == start
+            and _determined(said, index)
+            and may_be_noun(said, index + 1)
+        ):
+            pass
+        elif (word in STOP or _is_preposition(said, index) or word in NEGATIONS) and not (
+            word in ("over", "off") and index == start and said.word(index + 1) == "white"
+        ):
+            break
+        index += 1
+    return index
+
+
+def _determined(said: Utterance, index: int) -> bool:
+    return said.word(index - 1) in ("the", "my", "a", "his", "her", "your", "our", "their", "other")
+
+
+def _is_preposition(said: Utterance, index: int) -> bool:
+    return any(" ".join(said.words(index, index + length)) in PREPOSITIONS for length in (1, 2, 3))
+
+
+def _known_length(said: Utterance, index: int, knowledge: Knowledge) -> int:
+    """Return the number of words of the longest name of the table at an index."""
+    if said.word(index) in STOP:
+        return 0
+    for length in range(5, 1, -1):
+        words = said.words(index, index + length)
+        if len(words) < length or any(said.breaks(index + n) for n in range(1, length)):
+            continue
+        name = " ".join(words)
+        if words[0] in _CONTAINERS and words[1] == "of":
+            continue  # "Glass of water" is a glass.
+        if knowledge.find(name) is not None or knowledge.room(name) is not None:
+            return length
+    return 0
+
+
+def _comma_of_adjectives(said: Utterance, index: int) -> bool:
+    """Tell whether a comma stands between adjectives: "a big, red mug"."""
+    before, word, after = said.word(index - 1), said.word(index), said.word(index + 1)
+    if said.gap(index).strip() != "," or listed_kind(before) is None:
+        return False
+    if load_knowledge().find(before) is not None:
+        return False
+    if listed_kind(word) is not None and said.breaks(index + 1):
+        return _comma_of_adjectives(said, index + 1)
+    return (
+        listed_kind(word) is not None
+        and may_be_noun(said, index + 1)
+        and after
+        not in (
+            "and",
+            "or",
+        )
+    )
+
+
+def _joins_adjectives(said: Utterance, index: int) -> bool:
+    """Tell whether "and" stands between adjectives of one noun: "black and white cat"."""
+    before, word = said.word(index - 1), said.word(index + 1)
+    if listed_kind(before) is None or listed_kind(word) is None or said.breaks(index + 1):
+        return False
+    return may_be_noun(said, index + 2) and said.word(index + 2) not in ("one", "ones")
+
+
+def _read_of(said: Utterance, index: int, display: str) -> tuple[list[Attribute], str, int]:
+    """Read "of my brother" (whose) and "of coffee" (with what in it) after a head."""
+    following = said.word(index + 1)
+    if following in ("me", "mine", "ours", "yours", "us"):
+        return [], display, index + 2
+    inner = read_noun_phrase(said, index + 1, of=False)
+    if inner is None:
+        return [], display, index
+    owns = following in ("my", "our", "his", "her", "their")
+    name = said.said(index + 1, index + 2)
+    owner = not inner.known and (owns or following == "the" or name[:1].isupper())
+    kind: AttributeKind = "owner" if owner else "content"
+    value = f"{following} {inner.display}" if owns else inner.display
+    return [Attribute(kind=kind, value=value)], f"{display} of {inner.display}", inner.end

@@ -1,0 +1,138 @@
+"""How people ask: phrases that ask, phrases of courtesy, and phrases that correct."""
+
+import re
+from importlib.resources import files
+from typing import Final, cast
+
+import yaml
+
+from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.language.requests.goals import Order
+
+
+def _load() -> dict[str, list[str]]:
+    text = (files("ippon.guidance.tables.speech") / "phrases.yaml").read_text(encoding="utf-8")
+    # The base loader leaves every word a string: "no" and "on" are words here.
+    loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+    return cast("dict[str, list[str]]", yaml.load(text, Loader=loader))  # noqa: S506
+
+
+_TABLE: Final = _load()
+PREPOSITIONS: Final = RELATIONS | {
+    "closest to": "near",
+    "nearest to": "near",
+    "adjacent to": "next to",
+    "leaning against": "next to",
+    "somewhere other than": "outside",
+    "anywhere other than": "outside",
+}
+"""Prepositions of the context, and some that only stand in requests."""
+_END: Final = r"(?=$|[\s,.!?;:'\"…)\]\-–—”])"
+"""A phrase ends with a word."""
+
+
+def _any(name: str) -> str:
+    return f"(?:{'|'.join(_TABLE[name])})"
+
+
+ASKED: Final = re.compile(
+    rf"\b{_any('ask')}(?: for (?:me|us))?"
+    r"(?: (?:up|down|along|back|out|in|around|over)"
+    r"(?= (?:the|a|an|my|our|his|her|their|some|all|that|this|\d)\b))?"
+    r"(?: (?:the |one |this |these |two |three |following )*"
+    r"(?:object|item|target|thing)s?(?=\s*:))?"
+    r"\s*:?\s+(?=\S)",
+    re.IGNORECASE,
+)
+"""What asks for the object that follows."""
+PADDING: Final = re.compile(_any("padding") + _END, re.IGNORECASE)
+"""Courtesy, what only asks, and what refers to an object that was named."""
+TAIL: Final = re.compile(_any("tail") + _END, re.IGNORECASE)
+"""What follows an object and says nothing of it."""
+TASK: Final = re.compile(
+    r"(?:and |then |and then |please )+(?:put|place|set|lay|bring|carry|take|give|hand|throw|wash|"
+    r"clean|open|close|fill|empty|charge|water|feed|turn|switch|pick|move|drop|pour|hang|leave) "
+    r"(?:it|them|him|her)\b[^.,;!?]*",
+    re.IGNORECASE,
+)
+"""What shall be done with the object, which a search does not do."""
+GO: Final = re.compile(
+    r"\b(?:go|drive|navigate|walk|head|move|run|pop|nip|look|check|search|"
+    r"inspect|scan|explore|comb|patrol)"
+    r"(?: over| down| up| straight| out| through| around)*(?: (?:in|to|into|on|at|inside|under))? "
+    r"(?P<place>[^.,;!?]{2,60}?),? (?P<end>and(?: then)?|for)\b ",
+    re.IGNORECASE,
+)
+"""A place to go to before the object: "go to the kitchen and", "search the shelf for"."""
+LOOKED: Final = re.compile(
+    r"(?:i|we)(?:'ve| have)?(?: already| also| just)? (?:looked|searched|checked|been)\b"
+    r"[^.;!?]{2,80}? for ",
+    re.IGNORECASE,
+)
+TOLD: Final = re.compile(
+    r"\b(?:i|we|he|she|they|i've|we've|i have|somebody|someone|(?:my|our|the) \w+(?: \w+)?|"
+    r"must have|may have|might have)"
+    r"(?: must have| may have| have| has| had| just| probably| also| last)*"
+    r" (?:last had|used|wore|saw|kept|was wearing|left|forgot|forgotten|put|placed|dropped|"
+    r"laid|stored|hid|took|taken|hidden|moved|stole|borrowed|lost|misplaced)\s+",
+    re.IGNORECASE,
+)
+GONE: Final = re.compile(
+    r"(?:'s|is|are|was|were|has|have|got)?(?: just| now| all| been| both)*"
+    r" ?(?:gone missing|gone|missing|lost|misplaced|disappeared|vanished|stolen|nowhere to be "
+    r"(?:found|seen)|nowhere|went missing)\b(?: again| now)*",
+    re.IGNORECASE,
+)
+GONE_SENTENCE: Final = re.compile(
+    r"\b(?:my|our|the|his|her|their)(?: \w+){1,4}?(?:'s| is| are| was| has| have)(?: been| now)*"
+    r" (?:gone|missing|lost|misplaced|disappeared|vanished|stolen|nowhere)",
+    re.IGNORECASE,
+)
+SAME: Final = re.compile(
+    r"^(?:(?:find|look for|search for|bring me|do|get)(?: me)? )?(?:(?:exactly )?the same(?: thing|"
+    r" one| object| again| as before| as last time| as yesterday)*|same(?: thing| again| as before|"
+    r" as last time| one)+|again|once more|one more time|(?:search|look|try|do (?:it|that)|find it|"
+    r"find them|look for it|search for it|look for them)(?: once more| again| one more time)+|"
+    r"repeat(?: that| it| the (?:last )?search)?|find (?:it|them)|as before|like before|(?:the )?"
+    r"(?:last|previous) (?:one|thing|object)(?: again)?|what i asked (?:for )?before|try again)"
+    r"(?:,? (?:please|as before|again|as last time))*[\s.!?]*$",
+    re.IGNORECASE,
+)
+CODE: Final = re.compile(
+    r"[{}<>\\|]|\w\([^)]*\)\.|\(\)|://|__|--\s*$|;\s*--|\bdrop table\b|\bselect \*", re.IGNORECASE
+)
+"""What no sentence holds, and code does."""
+SAYS: Final = re.compile(
+    r"(?:i|we|he|she|they|my \w+|the \w+) (?:says?|said|thinks?|believes?|claims?|told me|swears?)"
+    r"(?: that)? (?=(?:her|his|my|our|their|the|a|some|there|there's) ?)",
+    re.IGNORECASE,
+)
+
+THEN: Final = tuple(_TABLE["then"])
+SEPARATORS: Final[dict[Order, tuple[str, ...]]] = {
+    "then": THEN,
+    "or": tuple(_TABLE["or"]),
+    "and": tuple(_TABLE["and"]),
+}
+"""What stands between objects, by the order that it says."""
+FIRST: Final = tuple(_TABLE["first"])
+CORRECTIONS: Final = tuple(_TABLE["corrections"])
+STRONG: Final = frozenset(_TABLE["strong"])
+"""First words of what asks, wherever in a sentence it stands."""
+OTHER_TASKS: Final = frozenset(_TABLE["other_tasks"])
+"""First words of what is no request for an object."""
+PRONOUNS: Final = frozenset(_TABLE["pronouns"])
+STOP: Final = frozenset(_TABLE["stop"])
+"""Words that end a noun phrase."""
+EXCLUDING: Final = tuple(_TABLE["excluding"])
+"""What follows is not meant."""
+HAVING: Final = tuple(_TABLE["having"])
+"""What follows belongs to the object."""
+LACKING: Final = tuple(_TABLE["lacking"])
+"""What follows is missing from the object."""
+MADE: Final = tuple(_TABLE["made"])
+"""A material follows."""
+TOPIC: Final = tuple(_TABLE["topic"])
+"""What it shows, tells or is called follows."""
+SIDES: Final = tuple(_TABLE["sides"])
+"""Which one of several, by where it stands among them."""

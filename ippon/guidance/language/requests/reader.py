@@ -1,0 +1,346 @@
+"""Reading of a sentence from left to right: goals, what describes them, and the context."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.language.requests import phrases
+from ippon.guidance.language.requests.attributes import listed_kind
+from ippon.guidance.language.requests.clauses import clause_end, state
+from ippon.guidance.language.requests.determiners import NUMBERS
+from ippon.guidance.language.requests.drafts import Reading
+from ippon.guidance.language.requests.goals import ALL, Goal, Relation
+from ippon.guidance.language.requests.lists import (
+    continues,
+    count_again,
+    drop_rooms,
+    is_room,
+    is_searched_inside,
+    not_this,
+    read_goals,
+    read_modifiers,
+    separator,
+    stands_alone,
+)
+from ippon.guidance.language.requests.modifiers import read_modifier
+from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
+from ippon.guidance.language.requests.phrases import PRONOUNS
+from ippon.guidance.language.requests.relation_phrase import read_relation
+from ippon.guidance.language.requests.utterance import Utterance
+from ippon.guidance.language.words import word_set
+
+MAX_DRAFTS: Final = 60
+_BE = word_set("is are was were has have had will would can could should must might may says said")
+_SUBJECTS = word_set(
+    "it its it's they they're them he she he's she's i i'm i've we we've you somebody someone mum "
+    "mom dad my the there that this which who because since as when while after before so but "
+    "maybe perhaps probably possibly last yesterday usually normally often or and not don't if "
+    "until for to with where what though although try check start look please "
+    "left put fell was were must had took"
+)
+"""Words that begin what is told beside a request."""
+
+
+class RequestReader:
+    """Reads one sentence into `reading`."""
+
+    def __init__(self, said: Utterance, previous: Sequence[Goal] = ()) -> None:
+        self._said = said
+        self.reading = Reading(said, previous)
+
+    def read(self) -> Reading:
+        """Read the whole sentence."""
+        index = 0
+        while index < len(self._said) and len(self.reading.drafts) < MAX_DRAFTS:
+            index = max(self._step(index), index + 1)
+        if not self.reading.drafts:
+            self._by_name()
+        if index < len(self._said):
+            self.reading.stray.append(self._said.said(index, len(self._said))[:200])
+        drop_rooms(self.reading)
+        return self.reading
+
+    def _by_name(self) -> None:
+        """Fall back on the first thing of the table that a sentence names."""
+        said = self._said
+        self.reading.stray += self.reading.before[:1]
+        if said.word(0) in phrases.OTHER_TASKS:
+            return
+        for index in range(len(said)):
+            if said.word(index - 1) in RELATIONS:
+                continue
+            phrase = read_noun_phrase(said, index)
+            named = phrase is not None and phrase.determined and phrase.known and phrase.head
+            if phrase is not None and named and not is_room(phrase.head):
+                self.reading.before = []
+                read_goals(self.reading, index, "named")
+                self.reading.drafts[0].note(said.said(0, len(said)))
+                return
+
+    # -- one step ------------------------------------------------------------------------------
+
+    def _step(self, index: int) -> int:
+        for read in (
+            self._correction,
+            self._ordering,
+            self._place_first,
+            self._asked,
+            self._told,
+            self._padding,
+            self._described,
+            self._listed,
+            self._bare,
+        ):
+            end = read(index)
+            if end > index:
+                return end
+        return self._context(index)
+
+    def _ordering(self, index: int) -> int:
+        length = self._said.starts(index, phrases.FIRST)
+        if length and not self.reading.drafts and self._said.word(index + length) != "aid":
+            return index + length
+        length = self._said.starts(index, phrases.THEN)
+        if length and self.reading.drafts:
+            self.reading.order = "then"
+            return index + length
+        return index
+
+    def _padding(self, index: int) -> int:
+        said = self._said
+        if not self.reading.drafts:
+            end = self.reading.match(phrases.SAYS, index)
+            if end > index:
+                return end
+        end = self.reading.match(phrases.PADDING, index)
+        if end == index + 1 and listed_kind(said.word(index)) and not said.breaks(end):
+            return index
+        if end > index and said.word(index) in ("and", "but", "also") and self.reading.drafts:
+            return index if end == index + 1 and continues(self.reading, index) else end
+        return end
+
+    def _place_first(self, index: int) -> int:
+        """Read "look in the kitchen for" and "go to the kitchen and"."""
+        said = self._said
+        start = said.tokens[index].start
+        looked = phrases.LOOKED.match(said.text, start)
+        match = None if looked else phrases.GO.match(said.text, start)
+        matched = looked or match
+        if matched is None:
+            return index
+        end = self.reading.after(matched.end())
+        if looked is None and match is not None and match["place"].startswith(("for ", "high")):
+            return index
+        after = self._skip_asking(end)
+        phrase = read_noun_phrase(said, after)
+        if phrase is None:
+            return index
+        found = next((one for at in range(index, end) if (one := read_relation(said, at))), None)
+        relations: list[Relation] = list(found.relations) if found else []
+        everywhere = False
+        if not relations and match is not None:
+            place = read_noun_phrase(said, self.reading.after(match.start("place")), of=False)
+            place_end = self.reading.after(match.end("place"))
+            if place is None or place.end < place_end:
+                return index
+            everywhere = place.count == ALL or said.word(place_end - 1) in ("house", "flat")
+            relation_word = "in" if is_searched_inside(place.head) else "at"
+            relations = [] if everywhere else [Relation(relation=relation_word, place=place.head)]
+        if not relations and not everywhere:
+            return index
+        self.reading.places = [
+            replace(one, negated=one.negated or looked is not None) for one in relations
+        ]
+        self.reading.before.append(said.said(index, end - 1))
+        return read_goals(self.reading, after, said.said(index, after))
+
+    def _skip_asking(self, index: int) -> int:
+        """Skip padding and a verb that asks."""
+        while index < len(self._said):
+            end = self.reading.match(phrases.ASKED, index)
+            end = end if end > index else self._padding(index)
+            if end == index:
+                break
+            index = end
+        return index
+
+    def _asked(self, index: int) -> int:
+        said = self._said
+        length = 2
+        name = load_knowledge().find(" ".join(said.words(index, index + length)))
+        if (
+            name is not None
+            and said.word(index) not in ("get", "bring")
+            and not said.breaks(index + 1)
+        ):
+            return index  # "Hand towel" is no order to hand something over.
+        end = self.reading.match(phrases.ASKED, index)
+        if end == index:
+            return index
+        start = end
+        while start < len(said) and (more := self.reading.match(phrases.PADDING, start)) > start:
+            if more == start + 1 and listed_kind(said.word(start)):
+                break
+            start = more
+        if said.word(start) in ("it", "them", "him", "her") and self.reading.drafts:
+            return start + 1 if said.breaks(start + 1) or start + 1 == len(said) else index
+        if self.reading.drafts and (length := count_again(said, start)):
+            self.reading.drafts[-1].count = NUMBERS[said.word(start)]
+            return start + length
+        asked = said.said(index, end)
+        after = read_goals(self.reading, start, asked)
+        if after > start:
+            if asked.lower().startswith(("how many", "count")):
+                self.reading.drafts[-1].count = "all"
+            return after
+        again = self.reading.match(phrases.ASKED, start) if start < len(said) else start
+        return start if again > start else index
+
+    def _told(self, index: int) -> int:
+        """Read "I left my phone in the kitchen" as a request for the phone."""
+        if self.reading.drafts:
+            return index
+        end = self.reading.match(phrases.TOLD, index)
+        if end == index:
+            return index
+        after = read_goals(self.reading, end, "told")
+        return after if after > end else index
+
+    def _described(self, index: int) -> int:
+        """Read what is said of the objects before: "not upstairs", "the blue one"."""
+        said = self._said
+        if not self.reading.drafts:
+            return index
+        length = said.starts(index, ("all of them", "every one of them", "all"))
+        if length and said.ends(index + length):
+            self.reading.drafts[-1].count = "all"
+            return index + length
+        subject = said.word(index) in ("they", "they're", "both", "these")
+        targets = (
+            self.reading.drafts[self.reading.list_start :] if subject else self.reading.drafts[-1:]
+        )
+        relation = read_relation(said, index)
+        if relation is not None and not self._is_clause_end(relation.end):
+            return index  # More is said, which the context tells.
+        end = read_modifier(said, index, targets[-1])
+        if end > index:
+            for target in targets[:-1]:
+                read_modifier(said, index, target)
+            return read_modifiers(self.reading, end)
+        return index
+
+    def _is_clause_end(self, index: int) -> bool:
+        said = self._said
+        if said.breaks(index) or index >= len(said):
+            return True
+        return said.word(index) in ("and", "or", "nor", "but", "then", "because", "please") or (
+            read_relation(said, index) is not None
+        )
+
+    # -- lists ---------------------------------------------------------------------------------
+
+    def _listed(self, index: int) -> int:
+        """Read another object of the list that came before: "and also my glasses"."""
+        if not self.reading.drafts:
+            return index
+        following = separator(self.reading, index)
+        if following is None:
+            return index
+        order, start, _ = following
+        self.reading.order = order if self.reading.order is None else self.reading.order
+        return read_goals(self.reading, start, "listed")
+
+    def _bare(self, index: int) -> int:
+        """Read a name without a verb: "my hat on the sofa", "my keys are missing"."""
+        said = self._said
+        word = said.word(index)
+        if said.word(index) in ("not", "never"):
+            return not_this(self.reading, index)
+        if word in phrases.OTHER_TASKS:
+            return index
+        gone = self.reading.match(phrases.GONE_SENTENCE, index) > index
+        first = not self.reading.drafts
+        fresh = self.reading.order is not None or (index > 0 and said.ends(index))
+        phrase = read_noun_phrase(said, index)
+        if phrase is None:
+            return index
+        if not first and not gone and not (fresh and (phrase.known or phrase.determined)):
+            return index
+        if not gone and not stands_alone(self.reading, index, phrase):
+            return index
+        return read_goals(self.reading, index, "bare")
+
+    # -- corrections and context ---------------------------------------------------------------
+
+    def _correction(self, index: int) -> int:
+        """Read "no, the scarf" after an object: it takes the place of the one before."""
+        said = self._said
+        if not self.reading.drafts or index == 0:
+            return index
+        length = said.starts(index, phrases.CORRECTIONS)
+        if not length:
+            return index
+        start = self._skip_asking(index + length)
+        last = self.reading.drafts[-1]
+        relation = read_relation(said, start, verbs=False)
+        if relation is not None:
+            last.relations = [*relation.relations]
+            last.context = [said.said(start, relation.end)]
+            return relation.end
+        phrase = read_noun_phrase(said, start)
+        if phrase is None or (said.word(phrase.end) in _BE and not said.breaks(phrase.end)):
+            return index
+        place = read_relation(said, phrase.end) if not said.breaks(phrase.end) else None
+        if not phrase.head and place is not None and not phrase.attributes:
+            last.relations, last.context = [*place.relations], [said.said(phrase.end, place.end)]
+            return place.end
+        if not phrase.head and phrase.count is None:
+            last.attributes = list(phrase.attributes)
+            last.display = " ".join([*(one.value for one in phrase.attributes), last.head])
+            return phrase.end
+        if not phrase.head:
+            last.count = phrase.count or 1
+            return phrase.end
+        before = len(self.reading.drafts)
+        listed = before - self.reading.list_start
+        self.reading.order = last.order
+        end = read_goals(self.reading, start, last.trigger)
+        new = self.reading.drafts[before:]
+        if not new:
+            return index
+        # A whole list that is said again takes the place of the whole list.
+        replaced = listed if len(new) == listed else 1
+        first = new[0]
+        for place in last.relations:
+            first.relate(place)
+        first.context += [words for words in last.context if words not in first.context]
+        del self.reading.drafts[before - replaced : before]
+        self.reading.list_start = before - replaced
+        return end
+
+    def _context(self, index: int) -> int:
+        """Take a clause as told beside the request."""
+        said = self._said
+        end = clause_end(self.reading, index)
+        words = said.said(index, end)
+        if all(word in PRONOUNS or word in ("and", "but", "so") for word in said.words(index, end)):
+            return end
+        if not self.reading.drafts:
+            self.reading.before.append(words)
+            return end
+        told = said.breaks(index) or said.word(index) in _SUBJECTS or index == 0
+        if not told:
+            end = next((n for n in range(index + 1, end) if said.breaks(n)), end)
+            words = said.said(index, end)
+            self.reading.stray.append(words)
+            return end
+        clause = said.words(index, end)
+        many = bool({"they", "they're", "them", "both"} & set(clause))
+        state(
+            self.reading,
+            words,
+            self.reading.drafts[self.reading.list_start :] if many else self.reading.drafts[-1:],
+        )
+        return end

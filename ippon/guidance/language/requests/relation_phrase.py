@@ -1,0 +1,233 @@
+"""Phrases that say where a thing is: "next to the white fridge", "not in Anna's room"."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final
+
+from rapidfuzz.distance import OSA
+
+from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.context_words import ABSTRACT, NEGATIONS, PARTS
+from ippon.guidance.language.requests.determiners import NUMBERS
+from ippon.guidance.language.requests.goals import ALL, Relation
+from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.requests.phrases import PREPOSITIONS
+from ippon.guidance.language.requests.utterance import Utterance
+from ippon.guidance.language.words import word_set
+
+_STANDING = word_set(
+    "that which who is are was were it's its be been being lying sitting standing hanging located "
+    "placed stored kept left put hidden resting stuck somewhere right just still only also over "
+    "down up back out what's they're he's she's what found it they he she definitely certainly "
+    "surely currently now must anywhere there somewhere even but or and either behind directly "
+    "exactly immediately close sat stands lies sits hangs lives placed both all fell "
+    "fallen slipped rolled have has had gone"
+)
+"""Words that may stand before a preposition without changing where."""
+_SOFT = word_set(
+    "probably maybe perhaps possibly likely presumably usually normally often sometimes might "
+    "could should supposedly apparently mostly prob probs i'd guess generally typically"
+)
+_STOREYS: Final = {
+    "upstairs": "upstairs", "downstairs": "downstairs", "outdoors": "outdoors",
+    "outside": "outdoors", "indoors": "indoors",
+}  # fmt: skip
+_DENYING = ("away from", "far from")
+_ONLY_PLACES = word_set("where to through along until about")
+_OWN_ROOMS = word_set("room bedroom office study room's bathroom studio flat house place apartment")
+_SPOTS = word_set("corner middle side back front end edge center centre top bottom")
+_MAX_PLACES = 6
+
+
+@dataclass(frozen=True, slots=True)
+class RelationPhrase:
+    """Relations that one phrase states."""
+
+    relations: tuple[Relation, ...]
+    soft: bool
+    """They are offered as likely, not stated."""
+    begin: int
+    end: int
+
+
+def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> RelationPhrase | None:
+    """Read the relation phrase that begins at a word; None where there is none.
+
+    Args:
+        said: The sentence.
+        start: Index of the first word.
+        verbs: Allow words such as "which is lying" before the preposition.
+    """
+    index, negated, soft = start, False, False
+    while index < len(said) and index - start < 8:
+        word = said.word(index)
+        if said.ends(index) and index > start:
+            return None
+        prepositions, at = _prepositions(said, index)
+        if prepositions:
+            relations, end = _read_places(said, prepositions, at, negated=negated)
+            if relations:
+                return RelationPhrase(tuple(relations), soft, start, end)
+        if word in _STOREYS:
+            place = Relation(relation="at", place=_STOREYS[word], negated=negated)
+            return RelationPhrase((place,), soft, start, index + 1)
+        if word in NEGATIONS or (word == "no" and said.word(index + 1) == "longer"):
+            negated = True
+        elif negated and word in ("look", "search", "check", "go", "bother", "try"):
+            pass
+        elif word in _SOFT:
+            soft = True
+        elif word == "longer" or (verbs and word in _STANDING) or word in ("but", "or", "and"):
+            pass
+        else:
+            return None
+        index += 1
+    return None
+
+
+def _prepositions(said: Utterance, index: int) -> tuple[list[str], int]:
+    """Return the prepositions at an index ("on or under"), and where the place begins."""
+    found: list[str] = []
+    while True:
+        length = next(
+            (n for n in (4, 3, 2, 1) if " ".join(said.words(index, index + n)) in PREPOSITIONS), 0
+        )
+        if not length or said.breaks(index + length):
+            return [], index
+        if said.word(index) in _ONLY_PLACES:
+            relation, at = _side(said, "", index + 1)
+            return ([relation], at) if relation else ([], index)
+        phrase = " ".join(said.words(index, index + length))
+        if phrase == "with":
+            return [], index
+        relation = PREPOSITIONS[phrase]
+        index += length
+        if relation == "from" and not found and _prepositions(said, index)[0]:
+            continue  # "From beside the bed".
+        relation, index = _side(said, relation, index)
+        part = index + 1 + (said.word(index + 1) in ("far", "left", "right", "top", "bottom"))
+        if said.word(index) == "the" and said.word(part) in _SPOTS and said.word(part + 1) != "of":
+            inner, place = _prepositions(said, part + 1) if not said.breaks(part + 1) else ([], 0)
+            if inner:
+                return inner, place  # "In the corner behind the sofa".
+        found.append(relation)
+        more = said.word(index) in ("or", "and") and said.word(index + 1) in PREPOSITIONS
+        if not more or len(found) > 2:
+            return found, index
+        index += 1
+
+
+def _side(said: Utterance, relation: str, index: int) -> tuple[str, int]:
+    """Read "the left side of" after a preposition: it says beside."""
+    at = index
+    while said.word(at) in ("the", "left", "right", "hand", "far", "very", "top", "bottom", "back"):
+        at += 1
+    at += said.word(at) in PARTS
+    if at == index or said.word(at) != "of" or at > index + 4:
+        return relation, index
+    words = set(said.words(index, at))
+    if words & {"left", "right", "side", "sides"}:
+        relation = "next to"
+    elif "top" in words:
+        relation = "on"
+    return relation, at + 1
+
+
+def _read_places(
+    said: Utterance, prepositions: list[str], start: int, *, negated: bool
+) -> tuple[list[Relation], int]:
+    relations: list[Relation] = []
+    index = start
+    while len(relations) < _MAX_PLACES:
+        phrase = read_noun_phrase(said, index)
+        if phrase is None or _is_abstract(said, index, phrase):
+            break
+        for preposition in prepositions:
+            relation, denied = _stated(preposition, negated=negated)
+            relations.append(_relation(said, index, phrase, relation, denied))
+        index = phrase.end
+        joint = said.word(index)
+        again = index + 1
+        if joint == "and" and not _joins_places(said, again, prepositions, denied=negated):
+            break
+        if joint not in ("or", "nor", "and") or said.word(again) in PREPOSITIONS:
+            break
+        following = read_noun_phrase(said, again)
+        if following is None or _is_abstract(said, again, following):
+            break
+        index = again
+    else:
+        return relations, index
+    if relations and said.word(index - 1) in ("or", "nor", "and"):
+        index -= 1
+    return relations, index
+
+
+def _joins_places(said: Utterance, index: int, prepositions: list[str], *, denied: bool) -> bool:
+    if "between" in prepositions:
+        return True
+    return denied and _room_at(said, index) != ""
+
+
+def _room_at(said: Utterance, index: int) -> str:
+    phrase = read_noun_phrase(said, index, of=False)
+    if phrase is None:
+        return ""
+    return load_knowledge().room(phrase.head) or ""
+
+
+@lru_cache(maxsize=512)
+def _room_spelt(place: str) -> str:
+    """Correct the misspelt name of a room."""
+    knowledge = load_knowledge()
+    if len(place) < 5 or knowledge.find(place) or knowledge.room(place):
+        return place
+    near = [name for name in knowledge.room_names if OSA.distance(place, name) == 1]
+    return near[0] if near and near[0][0] == place[0] else place
+
+
+def _is_abstract(said: Utterance, index: int, phrase: NounPhrase) -> bool:
+    """Tell whether what follows a preposition is no place: "in the morning"."""
+    last = said.word(phrase.end - 1)
+    if phrase.count == ALL and last in ("room", "rooms", "corner"):
+        return True
+    if last in NUMBERS and phrase.end - index > 1:
+        return False  # "Aisle three".
+    if said.word(index) == "this" and last in ("floor", "storey", *_OWN_ROOMS):
+        return True
+    mine = said.word(index) in ("my", "our", "your")
+    if mine and last in _OWN_ROOMS - {"house", "flat", "place", "apartment"}:
+        return False
+    if load_knowledge().room(phrase.head) is not None or _is_own_room(phrase):
+        return False
+    if last in _OWN_ROOMS and phrase.attributes:
+        return False
+    if last in ("case", "line") and said.word(index) in ("a", "an", "the", "its", "my"):
+        return False
+    return last in ABSTRACT or phrase.head in ABSTRACT or not phrase.head or last == "party"
+
+
+def _is_own_room(phrase: NounPhrase) -> bool:
+    return any(one.kind == "owner" for one in phrase.attributes) and phrase.head in _OWN_ROOMS
+
+
+def _stated(preposition: str, *, negated: bool) -> tuple[str, bool]:
+    if preposition == "outside":
+        return "in", not negated
+    if preposition == "away from":
+        return "near", not negated
+    return preposition, negated
+
+
+def _relation(
+    said: Utterance, start: int, phrase: NounPhrase, relation: str, negated: bool
+) -> Relation:
+    place, attributes = _room_spelt(phrase.head), phrase.attributes
+    if _is_own_room(phrase):
+        # The name of a room: the operator may have given it to one.
+        place = said.said(start, phrase.end)
+        place = place[4:] if place.lower().startswith("the ") else place
+        attributes = tuple(one for one in attributes if one.kind != "owner")
+    elif phrase.head in _OWN_ROOMS and said.word(start) in ("my", "our", "your"):
+        place = said.said(start, phrase.end)
+    return Relation(relation=relation, place=place, negated=negated, attributes=attributes)

@@ -1,0 +1,126 @@
+"""A sentence as a list of words: fillers and repetitions removed, misspelt verbs corrected."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from rapidfuzz.distance import OSA
+
+from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.languages import ENGLISH
+from ippon.guidance.language.words import ADJECTIVES, Token, plain, tokenize
+
+_FILLERS = re.compile(r"\b(?:u+h+m*|u+m+|erm?|e+h+|h+m+|m{3,}|a+h+)\b[\s,.…]*", re.IGNORECASE)
+_REPEATED = re.compile(r"\b([a-z']+)(?:\s+\1\b)+", re.IGNORECASE)
+_THRICE = re.compile(r"\b([a-z']+)(?:\s+\1\b){2,}", re.IGNORECASE)
+_EARLY = re.compile(r"[^\W\d_]{3,}")
+_VERBS = ("find", "where", "search", "looking", "bring", "fetch", "locate", "please", "look")
+_BREAK = re.compile(r"[,.!?;:\n()\[\]…]|\s[-–—]+\s|[–—]")
+_HARD = re.compile(r"[.!?;\n…]")
+_SOUND = (
+    (re.compile(r"\bnon-(?=\w)", re.IGNORECASE), "non"),
+    (re.compile(r"\b(mrs?|ms|dr|st|prof)\.", re.IGNORECASE), r"\1"),
+    (re.compile(r"\s*[&+]\s*(?=\D)"), " and "),
+    (re.compile(r'(?<=\d)\s*(?:"|”|″|\'\')'), " inch "),
+    (re.compile(r"(?<=\d)[.,](?=\d)"), "\u2024"),
+    (re.compile(r"(?<=\d)(?=(?:l|ml|cm|mm|m|kg|g|inch|litres?|liters?)\b)", re.IGNORECASE), " "),
+    (
+        re.compile(r"\b(\w+)['’]s (?=(?:not|in|on|at|under|upstairs|probably)\b)", re.IGNORECASE),
+        r"\1 is ",
+    ),
+    (
+        re.compile(r"\s*[/;,]?\s*\b(?:colou?r|size|material|type|brand)\s*[:=]\s*", re.IGNORECASE),
+        ", ",
+    ),
+    (re.compile(r"\b(?:location|place|position)\s*[:=]\s*", re.IGNORECASE), "at "),
+    (re.compile(r"(?:^|(?<=[,;/] ))room\s*[:=]\s*", re.IGNORECASE), "in "),
+    (re.compile(r"\s*/\s*"), " or "),
+    (re.compile(r"(?<=s)[’'](?=\s)"), "'s"),
+)
+"""How a sign is said. A decimal separator becomes a sign that ends no word."""
+
+
+@dataclass(slots=True)
+class Utterance:
+    """Words of a sentence with what stands between them."""
+
+    text: str
+    tokens: list[Token] = field(default_factory=list)
+
+    def __len__(self) -> int:
+        return len(self.tokens)
+
+    def word(self, index: int) -> str:
+        """Return a word; empty beyond the end."""
+        return self.tokens[index].word if 0 <= index < len(self.tokens) else ""
+
+    def words(self, start: int, end: int) -> list[str]:
+        """Return the words of a range."""
+        return [token.word for token in self.tokens[start:end]]
+
+    def gap(self, index: int) -> str:
+        """Return what stands between a word and the one before."""
+        if not 0 < index < len(self.tokens):
+            return "." if index >= len(self.tokens) else ""
+        return self.text[self.tokens[index - 1].end : self.tokens[index].start]
+
+    def breaks(self, index: int) -> bool:
+        """Tell whether a comma or a stronger sign stands before a word."""
+        return _BREAK.search(self.gap(index)) is not None
+
+    def ends(self, index: int) -> bool:
+        """Tell whether a sentence ends before a word."""
+        return _HARD.search(self.gap(index)) is not None or index >= len(self.tokens)
+
+    def said(self, start: int, end: int) -> str:
+        """Return a range of words as they were said."""
+        if start >= end:
+            return ""
+        said = self.text[self.tokens[start].start : self.tokens[end - 1].end]
+        return said.replace("\u2024", ".")
+
+    def starts(self, index: int, phrases: Iterable[str]) -> int:
+        """Return the number of words of the longest phrase that stands at an index; 0 for none."""
+        best = 0
+        for phrase in phrases:
+            parts = phrase.split()
+            if len(parts) > best and self.words(index, index + len(parts)) == parts:
+                best = len(parts)
+        return best
+
+
+def hear(sentence: str) -> Utterance:
+    """Take a sentence apart into words."""
+    text = plain(re.sub(r"[\r\n]+", ". ", sentence))
+    for sign, said in _SOUND:
+        text = sign.sub(said, text)
+    text = _FILLERS.sub("", text)
+    text = _REPEATED.sub(_once, _THRICE.sub(r"\1", text))
+    text = _EARLY.sub(lambda match: _verb(match.group().lower()) or match.group(), text, count=4)
+    return Utterance(text, _whole_numbers(text, tokenize(text)))
+
+
+def _once(match: re.Match[str]) -> str:
+    word = match.group(1).lower()
+    return match.group(1) if word in ENGLISH and word not in ADJECTIVES else match.group()
+
+
+@lru_cache(maxsize=1024)
+def _verb(word: str) -> str:
+    if word in ENGLISH or load_knowledge().find(word) is not None:
+        return ""
+    near = [verb for verb in _VERBS if OSA.distance(word, verb) == 1 and word[0] == verb[0]]
+    return near[0] if near else ""
+
+
+def _whole_numbers(text: str, tokens: list[Token]) -> list[Token]:
+    """Join the digits around a decimal separator into one word."""
+    joined: list[Token] = []
+    for word in tokens:
+        token = word
+        if joined and text[joined[-1].end : token.start] == "\u2024":
+            last = joined.pop()
+            token = Token(f"{last.word}.{token.word}", last.start, token.end)
+        joined.append(token)
+    return joined

@@ -1,0 +1,1 @@
+"""Words of speech: what tells languages apart, and what describes an object."""

@@ -1,0 +1,80 @@
+"""`ippon ask` with a navigator that only reads sentences and takes searches."""
+
+from contextlib import nullcontext
+
+import pytest
+
+from app.cli.main import run
+from app.cli.tools import ask as asking
+from app.links.language_model.interface import RULES, SentenceAnswer
+from app.links.language_model.sentence_reading import as_reading
+from app.messages.control import SearchAccepted, SearchRequest, SentenceRequest
+from ippon.guidance.language.requests.sentence import read_request
+
+
+@pytest.fixture
+def searches(monkeypatch):
+    """Return the searches that a stand-in for the navigator takes."""
+    taken = []
+
+    def answer(session, key, request, kind, *rest):
+        if isinstance(request, SentenceRequest):
+            return as_reading(
+                SentenceAnswer(read_request(request.sentence), RULES, "", "", ""), 1.0
+            )
+        assert isinstance(request, SearchRequest)
+        taken.append((request.object, request.context))
+        return SearchAccepted(
+            goal_id=len(taken), object=request.object, position=len(taken) - 1, notes=["a note"]
+        )
+
+    monkeypatch.setattr(asking, "ask", answer)
+    monkeypatch.setattr(asking, "open_client", lambda *_: None)
+    monkeypatch.setattr(asking, "is_alive", lambda *_: True)
+    monkeypatch.setattr(asking, "subscribe", lambda *_: None)
+    monkeypatch.setattr(asking, "_close", lambda _: None)
+    monkeypatch.setattr(asking, "request_credential", lambda *_, **__: nullcontext(None))
+    return taken
+
+
+def ask(*arguments):
+    return run(["ask", *arguments, "--connect", "tcp/127.0.0.1:1"])
+
+
+def test_several_goals_are_queued_in_order(searches, capsys):
+    assert ask("the red mug next to the sink, then my keys and two chairs") == 0
+    assert searches == [("red mug", "next to the sink"), ("keys", ""), ("chairs", "")]
+    out, err = capsys.readouterr()
+    assert [line.split(" (")[0] for line in out.splitlines() if line.startswith("searching")] == [
+        "searching for red mug", "searching for keys", "searching for chairs"
+    ]  # fmt: skip
+    assert "“red” is not checked yet: any mug counts" in err
+    assert "“2” is not used yet" in err
+
+
+@pytest.mark.parametrize("yes", [(), ("--yes",)])
+def test_another_language_starts_nothing(searches, capsys, yes):
+    assert ask("suche meinen Hut auf dem Sofa", *yes) == 2
+    assert searches == []
+    err = capsys.readouterr().err
+    assert "this looks like German" in err
+    assert "--llm.model" in err
+
+
+@pytest.mark.parametrize("sentence", ["find it", "thank you", "😀😀 😀", "<b>hat</b> now"])
+def test_yes_starts_nothing_without_an_object(searches, sentence):
+    assert ask(sentence, "--yes") == 2
+    assert searches == []
+
+
+def test_a_doubtful_reading_asks_first_and_yes_starts_it(searches, capsys):
+    assert ask("find my flurbl") == 2
+    assert "add --yes" in capsys.readouterr().err
+    assert searches == []
+    assert ask("find my flurbl", "--yes") == 0
+    assert searches == [("flurbl", "")]
+
+
+def test_a_sentence_that_is_too_long_is_refused(searches, capsys):
+    assert ask("find my hat and " * 700) == 2
+    assert "a sentence has at most 2000 characters; yours has 11200" in capsys.readouterr().err

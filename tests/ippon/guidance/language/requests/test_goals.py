@@ -1,0 +1,30 @@
+from ippon.guidance.language.requests.goals import ALL, Attribute, Goal, Relation, unchecked
+
+
+def test_each_thing_that_is_not_used_is_told():
+    white = Attribute(kind="colour", value="white")
+    goal = Goal(
+        object="mug",
+        display="red mug",
+        attributes=(
+            Attribute(kind="colour", value="red"),
+            Attribute(kind="condition", value="broken", negated=True),
+        ),
+        count=ALL,
+        relations=(
+            Relation(relation="next to", place="sink", attributes=(white,)),
+            Relation(relation="in", place="bedroom", negated=True),
+        ),
+        refers_to="other",
+    )
+    assert unchecked(goal) == (
+        "“red”, “not broken” are not checked yet: any mug counts",
+        "“all” is not used yet: the search ends at the first mug",
+        "“next to white sink” guides the search, but a find is not checked for it yet",
+        "“not in bedroom” guides the search, but a find is not checked for it yet",
+        "“other” is not used yet: the same mug may be found again",
+    )
+
+
+def test_a_plain_goal_has_nothing_to_tell():
+    assert unchecked(Goal(object="hat", display="hat", context="on the sofa")) == ()

@@ -1,0 +1,48 @@
+import pytest
+
+from ippon.guidance.language.languages import other_language
+
+
+@pytest.mark.parametrize(
+    ("sentence", "language"),
+    [
+        ("suche meinen Hut auf dem Sofa", "German"),
+        ("Find mein Hut", "German"),
+        ("la table basse", "French"),
+        ("¿Dónde está mi sombrero?", "Spanish"),
+        ("trova le mie chiavi", "Italian"),
+        ("waar is mijn hoed", "Dutch"),
+        ("onde está o meu chapéu", "Portuguese"),
+        ("gdzie jest mój kapelusz", "Polish"),
+        ("anahtarlarımı bul lütfen", "Turkish"),
+        ("帽子はどこですか", "Japanese"),
+        ("내 모자 어디 있어", "Korean"),
+        ("где моя шляпа", "a language in Cyrillic script"),
+        ("Qayerda mening qalpog'im bor ekan", "another language than English"),
+    ],
+)
+def test_other_languages(sentence: str, language: str) -> None:
+    assert other_language(sentence) == language
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "Hut",
+        "hat",
+        "quokka",
+        "flurbl gadget",
+        "the café table",
+        "crème brûlée dish",
+        "no hat",
+        "find my die",
+        "the Le Creuset pot",
+        "a la carte menu",
+        "find sofa on tv",
+        "phone on sofa",
+        "😀",
+        "",
+    ],
+)
+def test_what_may_be_english(sentence: str) -> None:
+    assert other_language(sentence) == ""
