@@ -21,6 +21,8 @@ class Child:
 
     def __init__(self, name: str, arguments: Sequence[str]) -> None:
         self.name = name
+        self.stopped = False
+        """`stop` was called."""
         # In a session of its own, so that Ctrl-C reaches only the parent, which ends the children
         # in order.
         self._process = subprocess.Popen(  # noqa: S603 (this program itself)
@@ -45,6 +47,7 @@ class Child:
 
     def stop(self) -> None:
         """Terminate the process; kill it if it does not end."""
+        self.stopped = True
         if self._process.poll() is not None:
             return
         with contextlib.suppress(ProcessLookupError):

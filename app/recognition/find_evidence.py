@@ -54,8 +54,8 @@ class FindEvidence:
     """Log-odds of the prior."""
     places: tuple[PlaceSaid, ...]
     """Contributions to a voxel in the find's middle, strongest first."""
-    in_view: int
-    """Number of images with its centre in view."""
+    in_good_view: int
+    """Number of images in which the network recognised it, or could be expected to."""
     sightings: tuple[Sighting, ...]
 
 
@@ -75,7 +75,7 @@ def explain(recognition: Recognition, label: str, finds: Sequence[Find]) -> list
         if view.detections is not None:
             frame = _frame_of(view)
             collector.add(frame, paint(view.detections, frame.depth))
-    prior = -math.log(len(recognition.labels) - 1)
+    prior = -math.log(len(recognition.map_of(label).labels))
     out: list[FindEvidence] = []
     for find in finds:
         seen = [(view, view.pixel_of(find.position_world)) for view in recognition.views]
@@ -93,7 +93,9 @@ def explain(recognition: Recognition, label: str, finds: Sequence[Find]) -> list
             FindEvidence(
                 prior_nats=prior,
                 places=_places(recognition, collector, label, find),
-                in_view=len(sightings),
+                in_good_view=sum(
+                    view.shows(label, find.position_world) is not None for view in recognition.views
+                ),
                 sightings=_best(sightings),
             )
         )

@@ -127,7 +127,9 @@ def _plan(
     label: str | None,
     marks: Sequence[tuple[str, tuple[float, float, float]]],
 ) -> str:
-    picture = None if label is None else plan(recognition.map_of(label), marks)
+    if label is None or not recognition.views:
+        return ""
+    picture = plan(recognition.map_of(label), marks)
     if picture is None:
         return ""
     return (
@@ -165,8 +167,9 @@ def _find(
     figures = "".join(_figure(one, images) for one in why.sightings)
     return (
         f'<div class="find"><b>{number}. p {find.probability:.2f}</b> at ({x:.2f}, {y:.2f}, '
-        f"{z:.2f}) m, {find.size_m:.2f} m long. In view in {why.in_view} images, recognised in "
-        f'{find.images}.<div class="images">{figures}</div>{_reasons(why)}</div>'
+        f"{z:.2f}) m, {find.size_m:.2f} m long. Recognised in {find.images} of the "
+        f"{why.in_good_view} images that show it well."
+        f'<div class="images">{figures}</div>{_reasons(why)}</div>'
     )
 
 

@@ -1,7 +1,7 @@
 """Recognition of requested objects in a recording, with network and map."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -13,14 +13,16 @@ from app.recognition.views import View
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform, transform_points
+from ippon.guidance.language.naming import resolve_object
 from ippon.mapping.config import MapConfig
 from ippon.mapping.objects.ooi_voxels import OoiVoxels
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.finds.clusters import cluster_finds
+from ippon.mission.finds.image_check import ImageCheckConfig
 from ippon.mission.finds.size_check import SizeCheck, SizeCheckConfig
 from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find
-from ippon.observation import Heatmap, Observation
+from ippon.observation import Heatmap, HeatmapKind, Observation
 from ippon.observation_model import ObservationModels
 from ippon.segmentation.painting import paint
 from ippon.vocabulary import MATTERPORT_40
@@ -29,6 +31,8 @@ VOXEL_SIZE_M: Final = 0.05
 FIND_THRESHOLD: Final = 0.5
 """Probability from which a voxel belongs to a find."""
 SURE: Final = 0.99
+LEAST_SHARE: Final = ImageCheckConfig().least_share
+"""Share of the images that show a find well which recognise it, as before a search ends."""
 
 Observe = Callable[[Frame, Sequence[str]], Observation]
 
@@ -61,7 +65,7 @@ class Recognition:
     """Integrates frames, then returns the finds.
 
     Each object has its own map with it as the object of interest from the first frame on, so that
-    probabilities equal those of a search.
+    probabilities equal those of a search, whatever else is requested.
 
     Args:
         objects: Canonical labels of the requested objects.
@@ -81,7 +85,9 @@ class Recognition:
         self.labels = tuple(dict.fromkeys((*MATTERPORT_40, *objects)))
         self.models = models or ObservationModels()
         self._config = MapConfig(voxel_size_m=voxel_size_m, memory_limit_mb=memory_limit_mb)
-        self._maps = {name: self._map_for(name) for name in dict.fromkeys(objects)}
+        self._objects = tuple(dict.fromkeys(objects))
+        self._maps: dict[str, VoxelMap] = {}
+        self._finds: dict[str, tuple[Find, ...]] = {}
         self.views: list[View] = []
         """Views of the integrated frames."""
         self._last: Frame | None = None
@@ -92,8 +98,10 @@ class Recognition:
         self.dropped = 0
         """Number of map blocks dropped for lack of memory."""
 
-    def _map_for(self, name: str) -> VoxelMap:
-        others = [label for label in self.labels if label != name]
+    def _map_for(self, name: str, kind: HeatmapKind) -> VoxelMap:
+        # Probabilities sum to 1 over all labels that the network was asked for.
+        told_apart = MATTERPORT_40 if kind == "scores" else self.labels
+        others = [label for label in told_apart if label != name]
         voxel_map = VoxelMap(self._config, others, self.models)
         voxel_map.set_ooi(name)
         return voxel_map
@@ -101,11 +109,15 @@ class Recognition:
     def add(self, frame: Frame, observation: Observation) -> None:
         """Integrate a frame with the network's output."""
         number, self.frames = self.frames, self.frames + 1
+        self._finds.clear()
         heatmap = _heatmap(observation, frame)
+        if not self._maps:
+            self._maps = {name: self._map_for(name, heatmap.kind) for name in self._objects}
 
         def fuse(name: str) -> int:
-            own = replace(frame, heatmap=asked_for(heatmap, name))
-            return self._maps[name].integrate(own).blocks_dropped
+            voxel_map = self._maps[name]
+            own = replace(frame, heatmap=asked_for(heatmap, name, voxel_map.labels))
+            return voxel_map.integrate(own).blocks_dropped
 
         try:
             with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -117,34 +129,50 @@ class Recognition:
         self.views.append(View.of(number, frame, observation))
 
     def map_of(self, label: str) -> VoxelMap:
-        """Return the map of an object."""
+        """Return the map of an object, once a frame was given."""
         return self._maps[label]
 
     def finds(self, label: str) -> tuple[Find, ...]:
         """Return the finds that would end a search for an object, most probable first.
+
+        A find has the size of one, and is recognised in enough of the images that show it well.
 
         Args:
             label: One of the objects.
         """
         if self._last is None:
             return ()
+        if label not in self._finds:
+            self._finds[label] = self._judged(label, self._last)
+        return self._finds[label]
+
+    def _judged(self, label: str, last: Frame) -> tuple[Find, ...]:
         centres, probabilities = OoiVoxels(FIND_THRESHOLD).update(self._maps[label].arrays())
         size = self._config.voxel_size_m
         finds = cluster_finds(
-            centres,
-            probabilities,
-            size,
-            camera=self._last.camera,
-            T_world_camera=self._last.T_world_camera,
+            centres, probabilities, size, camera=last.camera, T_world_camera=last.T_world_camera
         )
-        goal = Goal(goal_id=0, object=label, display=label, category=label)
+        words = label.replace("_", " ")
+        category = resolve_object(words, MATTERPORT_40).category
+        goal = Goal(goal_id=0, object=label, display=words, category=category)
         check = SizeCheck(SizeCheckConfig(), goal, size)
         right = [find for find in finds if _is_large_enough(check, find)]
+        right = [find for find in right if self._is_recognised(label, find)]
         return tuple(sorted(right, key=lambda find: -find.probability))
+
+    def _is_recognised(self, label: str, find: Find) -> bool:
+        """Tell whether enough of the images that show a find well recognise it there.
+
+        What is misread from one place is not recognised from the others. Networks that give no
+        instances are not asked.
+        """
+        shown = [view.shows(label, find.position_world) for view in self.views]
+        told = [one for one in shown if one is not None]
+        return not told or sum(told) >= LEAST_SHARE * len(told)
 
     def images(self, label: str, find: Find) -> int:
         """Return the number of images that show a find."""
-        return sum(view.shows(label, find.position_world) for view in self.views)
+        return sum(view.shows(label, find.position_world) is True for view in self.views)
 
 
 def recognise(
@@ -190,20 +218,22 @@ def in_own_world(
     return found
 
 
-def asked_for(heatmap: Heatmap, name: str) -> Heatmap:
-    """Return a heatmap with one of its labels as object of interest; unchanged without the label.
+def asked_for(heatmap: Heatmap, name: str, others: Collection[str]) -> Heatmap:
+    """Return a heatmap with one of its labels as object of interest; without it, with none.
 
     Args:
         heatmap: Without an object of interest.
-        name: The label.
+        name: The label; where the heatmap lacks it, the heatmap stays without.
+        others: Labels that are kept beside it.
     """
-    if name not in heatmap.labels:
-        return heatmap
-    at = heatmap.labels.index(name)
-    others = (*heatmap.labels[:at], *heatmap.labels[at + 1 :])
-    order = [*(k for k in range(len(heatmap.labels)) if k != at), at]
-    channels = np.ascontiguousarray(heatmap.probabilities[..., order])
-    return replace(heatmap, labels=others, ooi=name, probabilities=channels)
+    kept = [k for k, label in enumerate(heatmap.labels) if label != name and label in others]
+    own = [heatmap.labels.index(name)] if name in heatmap.labels else []
+    return replace(
+        heatmap,
+        labels=tuple(heatmap.labels[k] for k in kept),
+        ooi=name if own else None,
+        probabilities=np.ascontiguousarray(heatmap.probabilities[..., [*kept, *own]]),
+    )
 
 
 def _heatmap(observation: Observation, frame: Frame) -> Heatmap:

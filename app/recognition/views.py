@@ -10,6 +10,7 @@ from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform, transform_points
 from ippon.observation import Detections, Instance, Observation
+from ippon.segmentation.painting import BORDER_SHARE, WELL_SEEN_M
 
 SEEN_SCORE: Final = 0.3
 """Minimum score of an instance for its image to show a find."""
@@ -69,10 +70,21 @@ class View:
         ]
         return max(here, key=lambda one: one.score, default=None)
 
-    def shows(self, label: str, point_world: tuple[float, float, float]) -> bool:
-        """Return whether an instance of a label with at least `SEEN_SCORE` is at a point."""
+    def shows(self, label: str, point_world: tuple[float, float, float]) -> bool | None:
+        """Return whether an instance of a label with at least `SEEN_SCORE` is at a point.
+
+        Returns:
+            None where there is none, and the point is out of view, covered, too far away or too
+            near the border of the image for the network to be expected to recognise it.
+        """
         at = self.pixel_of(point_world)
-        if at is None:
-            return False
-        one = self.instance_at(label, at[0], at[1])
-        return one is not None and one.score >= SEEN_SCORE
+        if at is None or self.detections is None or label not in self.detections.labels:
+            return None
+        u, v, distance_m = at
+        one = self.instance_at(label, u, v)
+        if one is not None and one.score >= SEEN_SCORE:
+            return True
+        margin = BORDER_SHARE * max(self.camera.width, self.camera.height)
+        is_inside = margin <= u < self.camera.width - margin
+        is_inside &= margin <= v < self.camera.height - margin
+        return False if is_inside and distance_m <= WELL_SEEN_M else None

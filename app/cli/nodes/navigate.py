@@ -145,7 +145,10 @@ def _start_segmentation(command: Navigate) -> Child | None:
 def _report_end(child: Child) -> None:
     """Log that the segmentation ended by itself; the search continues without heatmaps."""
     status = child.wait()
-    if status > 0:
-        logger.error(
-            "the segmentation ended with status %d: objects are no longer recognised", status
-        )
+    if child.stopped:
+        return
+    how = f"was ended by signal {-status}" if status < 0 else f"ended with status {status}"
+    logger.error(
+        "the segmentation %s: objects are no longer recognised; `ippon segment` starts another",
+        how,
+    )

@@ -55,16 +55,19 @@ class StreamWatch:
         now = time.monotonic()
         age_s = self._intake.monitors["heatmap"].age_s()
         image_age_s = self._intake.monitors["colour"].age_s()
-        if self.lost:
+        if self.lost or self._intake.frames == 0:
             self._frames_lost_at = now
-        if age_s is None or image_age_s is None or self.lost:
+        if image_age_s is None or self.lost or self._intake.frames == 0:
             return
         # Time without images does not count: the robot is silent then, not the segmentation.
-        silent_s = min(age_s - image_age_s, now - self._frames_lost_at)
+        silent_s = now - self._frames_lost_at
+        if age_s is not None:
+            silent_s = min(age_s - image_age_s, silent_s)
         lost = silent_s > self._config.heatmap_lost_s
         if lost and not self._heatmap_lost and searching:
             self._heatmap_lost = True
-            self._report_event("stream_lost", f"no heatmap for {age_s:.0f} s: {NO_HEATMAP}")
+            since = "has come" if age_s is None else f"for {age_s:.0f} s"
+            self._report_event("stream_lost", f"no heatmap {since}: {NO_HEATMAP}")
         elif self._heatmap_lost and not lost:
             self._heatmap_lost = False
             self._report_event("stream_back", "heatmap is back")

@@ -1,5 +1,7 @@
 """Places in words, and the images that are chosen of a find."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,8 +50,17 @@ def test_a_view_shows_what_is_in_view_recognised_and_not_covered():
     assert not view(0).shows("hat", (2.0, 0.0, 0.0))
     assert not view(0).shows("cup", (-2.0, 0.0, 0.0)), "behind the camera"
     assert not view(0).shows("cup", (3.0, 0.0, 0.0)), "covered by what is 2 m away"
-    assert not view(0, score=0.2).shows("cup", (2.0, 0.0, 0.0))
-    assert not view(0, box=(0.0, 0.0, 5.0, 5.0)).shows("cup", (2.0, 0.0, 0.0))
+    assert view(0, score=0.2).shows("cup", (2.0, 0.0, 0.0)) is False
+    assert view(0, box=(0.0, 0.0, 5.0, 5.0)).shows("cup", (2.0, 0.0, 0.0)) is False
+
+
+def test_a_view_that_shows_a_thing_badly_says_nothing_of_it():
+    elsewhere = view(0, box=(0.0, 0.0, 5.0, 5.0))
+    assert elsewhere.shows("hat", (2.0, 0.0, 0.0)) is None, "it was not looked for"
+    assert elsewhere.shows("cup", (3.0, 0.0, 0.0)) is None, "covered"
+    assert elsewhere.shows("cup", (2.0, -1.1, 0.0)) is None, "at the border"
+    far = replace(elsewhere, depth=np.full((60, 80), 4.0, np.float16))
+    assert far.shows("cup", (4.0, 0.0, 0.0)) is None
 
 
 def test_images_from_different_places_come_first():

@@ -5,9 +5,15 @@ import math
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from app.cli.main import run
+from app.recognition.recognition import Recognition
+from ippon.camera import PinholeCamera
+from ippon.frame import Frame
+from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
+from ippon.observation import Detections, Instance
 from tests.locations import ROOT, SHARED
 
 SEQUENCE = SHARED / "rgbd/redkitchen_a"
@@ -20,6 +26,49 @@ def recognise(*arguments):
         [sys.executable, "-m", "app", "recognise", *arguments],
         cwd=ROOT, capture_output=True, text=True, timeout=300, check=False,
     )  # fmt: skip
+
+
+CAMERA = PinholeCamera(width=160, height=120, fx=150.0, fy=150.0, cx=79.5, cy=59.5)
+
+
+def on_a_wall(scores, asked):
+    """Return what is found on a wall 1.5 m away; of some images a detector sees a cup on it."""
+    recognition = Recognition(asked, memory_limit_mb=128.0)
+    T_world_camera = make_transform(R_BASE_CAMERA_LEVEL, (0.0, 0.0, 1.0))
+    known = ("wall", *asked)
+    for n, score in enumerate(scores):
+        frame = Frame(
+            stamp_ns=n * 10**8,
+            color=np.zeros((120, 160, 3), np.uint8),
+            depth=np.full((120, 160), 1.5, np.float32),
+            camera=CAMERA,
+            T_world_camera=T_world_camera,
+            T_world_base=T_world_camera,
+            tilt_rad=0.0,
+        )
+        cup = Instance(label="cup", score=score, box_px=(70.0, 50.0, 90.0, 70.0))
+        seen = Detections(
+            source="x", labels=known, ooi=None, image_size=(120, 160),
+            instances=(cup,) if score else (),
+        )  # fmt: skip
+        recognition.add(frame, seen)
+    return recognition.finds("cup"), recognition.map_of("cup").best_ooi()
+
+
+def test_a_find_does_not_depend_on_what_else_is_asked_for():
+    alone, best = on_a_wall([0.45] * 8, ["cup"])
+    assert len(alone) == 1
+    others = [f"thing_{n}" for n in range(60)]
+    assert on_a_wall([0.45] * 8, ["cup", *others[:3]]) == (alone, best)
+    assert on_a_wall([0.45] * 8, ["cup", *others[:8]]) == (alone, best)
+
+
+def test_what_most_images_do_not_recognise_is_no_find_although_the_map_believes_it():
+    finds, best = on_a_wall([0.0, 0.9, 0.9, 0.0, 0.0, 0.0, 0.0, 0.0], ["cup"])
+    assert best > 0.9
+    assert finds == ()
+    finds, _ = on_a_wall([0.0, 0.9, 0.9, 0.0, 0.9, 0.9, 0.0, 0.0], ["cup"])
+    assert len(finds) == 1
 
 
 @pytest.mark.slow

@@ -23,7 +23,7 @@ from app.messages.control import SearchRequest, encode  # noqa: E402
 from app.nodes.navigator.config import NavigatorConfig  # noqa: E402
 from app.nodes.navigator.node import Navigator  # noqa: E402
 from ippon.mapping.objects.surface_voxels import N_USED, NO_LABEL  # noqa: E402
-from tests.app.nodes.navigator.scenarios.test_node_streams import Robot  # noqa: E402
+from tests.app.nodes.navigator.scenarios.standing_robot import Robot  # noqa: E402
 from tests.ippon.segmentation.backends.test_pretrained import (  # noqa: E402
     save_clipseg,
     save_tokenizer,

@@ -1,0 +1,121 @@
+"""The filter by places against its slow twin, on the voxel in the middle of a wall."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numba import njit
+
+from ippon.frame import Frame
+from ippon.mapping.config import MapConfig
+from ippon.mapping.objects.bayes_filter import prior_log_odds
+from ippon.mapping.objects.place_filter import pool
+from ippon.mapping.objects.surface_rows import NORM_STEPS, STEPS_PER_NAT
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.observation import Heatmap
+from ippon.observation_model import MOST_NATS, ObservationModel, ObservationModels, ScoreTable
+from ippon.vocabulary import MATTERPORT_40
+from tests.reference.place_filter import place_filter
+
+LABELS = ("wall", "door", "picture", "table")
+TABLE = ScoreTable(scores=(0.1, 0.4, 0.9), nats=(-1.0, 1.0, 6.0), not_recognised=-0.5)
+MODELS = ObservationModels(
+    [ObservationModel(source="x", kind="scores", provenance="test", table=TABLE)]
+)
+CAMERAS = ((0.02, 0.02), (-1.5, 0.02), (0.02, 0.8), (-1.5, 1.4))
+"""Near and far before a wall at x = 1 m, and to its left: four places of the wall's middle."""
+
+seen = st.lists(
+    st.tuples(
+        st.integers(0, len(CAMERAS) - 1),
+        st.lists(st.integers(0, 255), min_size=len(LABELS) + 1, max_size=len(LABELS) + 1),
+    ),
+    min_size=1,
+    max_size=8,
+)
+
+
+@pytest.fixture(scope="module")
+def frames(tools):
+    """One frame of each camera, all of which look at the middle of the wall."""
+    world = tools.World([(1.0, -6.0, -6.0, 1.2, 6.0, 6.0)])
+    return [
+        world.frame(tools.look(x, y, 0.02, float(np.arctan2(0.02 - y, 1.0 - x))))
+        for x, y in CAMERAS
+    ]
+
+
+def believed(frames: list[Frame], images) -> tuple[np.ndarray, float, float]:
+    """Return q and L of the voxel in the middle, and log of the sum before q was scaled."""
+    config = MapConfig(memory_limit_mb=64.0, max_camera_speed_m_s=1e9)
+    voxel_map = VoxelMap(config, LABELS, MODELS)
+    voxel_map.set_ooi("hat")
+    for n, (camera, values) in enumerate(images):
+        frame = frames[camera]
+        rows = np.broadcast_to(np.array(values, np.uint8), (15, 20, len(values)))
+        heatmap = Heatmap(
+            labels=LABELS,
+            ooi="hat",
+            probabilities=np.ascontiguousarray(rows),
+            kind="scores",
+            source="x",
+        )
+        changed = {"stamp_ns": n * 10**9, "heatmap": heatmap}
+        voxel_map.integrate(type(frame)(**{**_fields(frame), **changed}))
+    surface, pools = voxel_map.surface, voxel_map.pools
+    used = np.flatnonzero(surface.voxel >= 0)
+    block, k = surface.voxel[used] // 512, surface.voxel[used] % 512
+    inner = np.stack([k >> 6, (k >> 3) & 7, k & 7], axis=1)
+    centres = (pools.coord[block] * 8 + inner + 0.5) * config.voxel_size_m
+    middle = used[np.linalg.norm(centres - (1.05, 0.05, 0.05), axis=1).argmin()]
+    energy = surface.energy[middle, : len(LABELS)].astype(np.float64) / STEPS_PER_NAT
+    return np.exp(-energy), float(surface.log_odds[middle]), surface.log_norm[middle] / NORM_STEPS
+
+
+def _fields(frame: Frame) -> dict[str, object]:
+    return {name: getattr(frame, name) for name in frame.__dataclass_fields__}
+
+
+@settings(max_examples=25, deadline=None)
+@given(images=seen)
+def test_what_is_believed_is_what_the_slow_twin_believes(frames, images):
+    q, log_odds, log_norm = believed(frames, images)
+    ratios = np.exp(TABLE.log_ratios("scores").astype(np.float64))
+    values = np.array([values for _, values in images])
+    prior = float(prior_log_odds(len(LABELS), -1))
+    exact_q, exact_log_odds = place_filter([c for c, _ in images], ratios[values], prior)
+    assert log_norm == pytest.approx(np.log(q.sum()), abs=2e-4), "posteriors sum to 1"
+    # Energies are bytes: what is rarer than that is as rare as that.
+    exact_gap = np.minimum(np.log(exact_q.max() / exact_q), 255 / STEPS_PER_NAT)
+    gap = np.log(q.max() / q) - exact_gap
+    # Each place rounds an energy once, by half a step.
+    assert np.abs(gap).max() < 1.1 * len(CAMERAS) / STEPS_PER_NAT
+    assert log_odds == pytest.approx(exact_log_odds, abs=1e-3)
+
+
+def test_a_million_weak_wrong_scores_from_one_place_never_make_a_find():
+    n = len(MATTERPORT_40) + 1
+    weak = np.float32(np.exp(ObservationModels().of_source("", "scores").table.log_ratios("scores")[
+        round(0.35 * 255)
+    ]))  # fmt: skip
+
+    @njit
+    def after_images(count):
+        sums, base = np.zeros((1, n), np.float32), np.zeros((1, n), np.uint8)
+        likelihood = np.ones(n, np.float32)
+        likelihood[n - 1] = weak
+        after, mantissa = np.zeros(n + 1, np.float32), np.zeros(n, np.float32)
+        bits, mantissa_bits = after.view(np.int32), mantissa.view(np.int32)
+        for images in range(1, count + 1):
+            pool(sums, base, 0, images, likelihood, after, bits, mantissa, mantissa_bits, n)
+        return after[:n]
+
+    def probability(count):
+        nats = -(after_images(count).astype(np.float64) - 2.0 * STEPS_PER_NAT * MOST_NATS)
+        q = np.exp(nats / STEPS_PER_NAT)
+        return q[-1] / q.sum()
+
+    one = probability(1)
+    assert weak > 5.0, "each of them speaks for the label"
+    assert 0.1 < one < 0.5
+    assert probability(10**6) == pytest.approx(one, abs=0.01)
