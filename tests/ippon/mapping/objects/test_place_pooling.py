@@ -8,14 +8,14 @@ from numba import njit
 
 from ippon.frame import Frame
 from ippon.mapping.config import MapConfig
-from ippon.mapping.objects.bayes_filter import prior_log_odds
-from ippon.mapping.objects.place_filter import pool
-from ippon.mapping.objects.surface_rows import NORM_STEPS, STEPS_PER_NAT
+from ippon.mapping.objects.place_pooling import pool
+from ippon.mapping.objects.posterior_arithmetic import prior_log_odds
+from ippon.mapping.objects.surface_voxels import NORM_STEPS, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
 from ippon.observation_model import MOST_NATS, ObservationModel, ObservationModels, ScoreTable
 from ippon.vocabulary import MATTERPORT_40
-from tests.reference.place_filter import place_filter
+from tests.reference.place_pooling import place_filter
 
 LABELS = ("wall", "door", "picture", "table")
 TABLE = ScoreTable(scores=(0.1, 0.4, 0.9), nats=(-1.0, 1.0, 6.0), not_recognised=-0.5)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.mapping.objects.bayes_filter import LOG_ODDS_MAX
+from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX
 
 
 def place_filter(
