@@ -104,8 +104,10 @@ def unchecked(goal: Goal) -> tuple[str, ...]:
         notes.append(f"“all” is not used yet: the search ends at the first {goal.object}")
     elif goal.count != 1:
         notes.append(f"“{goal.count}” is not used yet: the search ends at the first {goal.object}")
-    for place in goal.relations:
-        notes.append(f"“{place.text}” guides the search, but a find is not checked for it yet")
+    notes += [
+        f"“{place.text}” guides the search, but a find is not checked for it yet"
+        for place in goal.relations
+    ]
     if goal.refers_to == "other":
         notes.append(f"“other” is not used yet: the same {goal.object} may be found again")
     return tuple(notes)
