@@ -125,3 +125,21 @@ def _is_about_object(words: str, *, owned: bool) -> bool:
     if _ABOUT & heard:
         return True
     return read_relation(said, 0) is not None
+
+
+def skip_declined(reading: Reading, index: int) -> int:
+    """Skip an object not to be searched for ("don't look for the cup"), and note it as not used.
+
+    Returns:
+        Index after it; `index` where no such words stand.
+    """
+    said = reading.said
+    start = reading.match(phrases.DECLINED, index)
+    phrase = read_noun_phrase(said, start) if start > index else None
+    if phrase is None:
+        return index
+    end = phrase.end
+    while end < len(said) and not said.breaks(end) and said.word(end) not in ("but", "and"):
+        end += 1
+    reading.unused.append(said.said(index, end))
+    return end

@@ -56,6 +56,13 @@ TASK: Final = re.compile(
     re.IGNORECASE,
 )
 """What shall be done with the object, which a search does not do."""
+DECLINED: Final = re.compile(
+    r"(?:don't|dont|do not|please don't|never|stop|no need to|you needn't)"
+    r" (?:look(?:ing)?|search(?:ing)?|find(?:ing)?|fetch(?:ing)?|bring(?:ing)?|get|locate)"
+    r"(?: for| me)*\s+(?=the |a |an |my |our |any |his |her |their |that |this )",
+    re.IGNORECASE,
+)
+"""What says which object not to search for."""
 GO: Final = re.compile(
     r"\b(?:go|drive|navigate|walk|head|move|run|pop|nip|look|check|search|"
     r"inspect|scan|explore|comb|patrol)"

@@ -8,7 +8,7 @@ from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import RELATIONS
 from ippon.guidance.language.requests import phrases
 from ippon.guidance.language.requests.attributes import listed_kind
-from ippon.guidance.language.requests.clauses import clause_end, state
+from ippon.guidance.language.requests.clauses import clause_end, skip_declined, state
 from ippon.guidance.language.requests.determiners import NUMBERS
 from ippon.guidance.language.requests.drafts import Reading
 from ippon.guidance.language.requests.goals import ALL, Goal, Relation
@@ -84,6 +84,7 @@ class RequestReader:
     def _step(self, index: int) -> int:
         for read in (
             self._correction,
+            self._declined,
             self._ordering,
             self._place_first,
             self._asked,
@@ -97,6 +98,9 @@ class RequestReader:
             if end > index:
                 return end
         return self._context(index)
+
+    def _declined(self, index: int) -> int:
+        return skip_declined(self.reading, index)
 
     def _ordering(self, index: int) -> int:
         length = self._said.starts(index, phrases.FIRST)

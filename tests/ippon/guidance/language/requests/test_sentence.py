@@ -246,3 +246,17 @@ def test_a_search_is_given_the_attributes_unless_they_hide_the_object() -> None:
 def test_what_a_name_says_and_is_not_used_is_told() -> None:
     assert name_notes("red mug") == ("“red” is not checked yet: any mug counts",)
     assert name_notes("coffee table") == ()
+
+
+@pytest.mark.parametrize(
+    ("sentence", "objects", "declined"),
+    [
+        ("don't look for the cup, look for the plate", ["plate"], "don't look for the cup"),
+        ("do not search for my phone but find the keys", ["keys"], "do not search for my phone"),
+        ("stop looking for the cat", [], "stop looking for the cat"),
+    ],
+)
+def test_an_object_not_to_be_searched_for_is_no_goal(sentence, objects, declined):
+    request = read_request(sentence)
+    assert [goal.object for goal in request.goals] == objects
+    assert declined in request.unused
