@@ -183,4 +183,4 @@ class Doctor:
     """Print JSON instead of a table."""
 
 
-Tool = User | Export | Ask | Levels | Read | Profile | Config | Doctor
+Tool = User | Export | Ask | Read | Memory | Levels | Profile | Config | Doctor
