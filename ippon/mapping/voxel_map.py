@@ -89,10 +89,9 @@ class VoxelMap:
 
     def changed_since(self, revision: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return the rows of blocks whose surface changed after a revision, and of those seen."""
-        n = int(self._pools.tally[N_ROWS])
-        used = self._pools.used[:n] == 1
-        changed = np.flatnonzero(used & (self._pools.appearance[:n] > revision))
-        return changed, np.flatnonzero(used & (self._pools.seen[:n] > revision))
+        used = self._pools.used == 1
+        changed = np.flatnonzero(used & (self._pools.appearance > revision))
+        return changed, np.flatnonzero(used & (self._pools.seen > revision))
 
     def integrate(self, frame: Frame) -> IntegrationReport:
         """Fuse one frame.
@@ -215,14 +214,13 @@ class VoxelMap:
             log_odds: Evidence that each voxel has at least.
 
         Returns:
-            (M, 3) indices of the voxels; none where the box holds no surface.
+            (M, 3) indices of the voxels.
         """
         self.revision += 1
         edge, half = self.config.voxel_size_m, 0.5 * size_m
         box = ((centre_world - half) / edge, (centre_world + half) / edge)
-        return recall_evidence(
-            self._pools, self.surface, self._directory, box, log_odds, self.revision
-        )
+        parts = (self._pools, self.surface, self._directory)
+        return recall_evidence(*parts, box, log_odds, self.revision)
 
     def arrays(self) -> MapArrays:
         """Return views of the map for kernels; they reflect later changes."""

@@ -79,7 +79,7 @@ def in_own_frame(frames, T_home_own):
         (0, 0.0, (0.0, 0.0, 0.0)),
         (3, 2.5, (4.0, -7.0, 0.0)),
         (7, -1.2, (-30.0, 12.0, 0.3)),
-        (10, 3.1, (0.4, 0.3, -0.2)),
+        (8, 3.1, (0.4, 0.3, -0.2)),
     ],
 )
 def test_a_robot_with_another_frame_finds_its_place(home, yesterday, where, yaw, shift):
