@@ -106,11 +106,8 @@ class Navigator:
         self._state.publish_labels(self._mission)
         # Clients may send requests as soon as they see the token: every endpoint is declared.
         self._alive = session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
-        self._persistence = (
-            StatePersistence(Path(config.keep_map), self._events.report)
-            if config.keep_map
-            else None
-        )
+        keep = Path(config.keep_map) if config.keep_map else None
+        self._persistence = keep and StatePersistence(keep, self._events.report)
         self._restore(saved)
 
     def run(self, stop: StopSignal) -> None:
