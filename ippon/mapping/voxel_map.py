@@ -18,7 +18,6 @@ from ippon.mapping.config import MapConfig
 from ippon.mapping.integration import FrameIntegrator, IntegrationReport
 from ippon.mapping.objects.object_layers import ObjectLayers
 from ippon.mapping.objects.ooi_suppression import SuppressedRegion
-from ippon.mapping.objects.recalled_evidence import recall_evidence
 from ippon.mapping.objects.surface_voxels import SurfaceVoxels
 from ippon.observation_model import ObservationModels
 
@@ -86,12 +85,6 @@ class VoxelMap:
     def floor_z_m(self) -> float:
         """Height of the floor that the robot stood on last, world frame."""
         return self._integrator.floor_z_m
-
-    def changed_since(self, revision: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return the rows of blocks whose surface changed after a revision, and of those seen."""
-        used = self._pools.used == 1
-        changed = np.flatnonzero(used & (self._pools.appearance > revision))
-        return changed, np.flatnonzero(used & (self._pools.seen > revision))
 
     def integrate(self, frame: Frame) -> IntegrationReport:
         """Fuse one frame.
@@ -202,25 +195,6 @@ class VoxelMap:
         """Undo `suppress_ooi`; surface that is still there regains its earlier values."""
         self._layers.restore_ooi(ruled_out, self._directory, self.revision + 1)
         self.revision += 1
-
-    def recall_ooi(
-        self, centre_world: NDArray[np.float64], size_m: NDArray[np.float64], log_odds: float
-    ) -> NDArray[np.int64]:
-        """Take the surface in a box for the object of interest until images say otherwise.
-
-        Args:
-            centre_world: (3,) metres.
-            size_m: (3,) of the box.
-            log_odds: Evidence that each voxel has at least.
-
-        Returns:
-            (M, 3) indices of the voxels.
-        """
-        self.revision += 1
-        edge, half = self.config.voxel_size_m, 0.5 * size_m
-        box = ((centre_world - half) / edge, (centre_world + half) / edge)
-        parts = (self._pools, self.surface, self._directory)
-        return recall_evidence(*parts, box, log_odds, self.revision)
 
     def arrays(self) -> MapArrays:
         """Return views of the map for kernels; they reflect later changes."""

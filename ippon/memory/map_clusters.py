@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from ippon.guidance.knowledge import load_knowledge
 from ippon.mapping.arrays import BLOCK_EDGE, OCCUPIED, UNKNOWN
 from ippon.mapping.blocks import NO_SLAB
+from ippon.mapping.objects.surface_changes import changed_blocks
 from ippon.mapping.objects.surface_voxels import NO_LABEL, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.instance import Sighting, box_of
@@ -73,14 +74,14 @@ class MapClusters:
 
     def update(self) -> ClusterChanges:
         """Cluster the voxels of the blocks that changed since the last call."""
-        changed, seen = self._map.changed_since(self._revision)
+        changed, seen = changed_blocks(self._map, self._revision)
         coords = self._map.block_coords
         self._revision = self._map.revision
-        changed_blocks = keys_of(coords[changed])
+        blocks = keys_of(coords[changed])
         fresh = self._labelled(changed)
-        touched = self._touched(changed_blocks) | self._dropped()
+        touched = self._touched(blocks) | self._dropped()
         replaced = {number: self._forget(number) for number in sorted(touched)}
-        current = self._cluster(fresh, replaced, changed_blocks)
+        current = self._cluster(fresh, replaced, blocks)
         seen_blocks = keys_of(coords[seen]).tolist()
         numbers = frozenset(k for key in seen_blocks for k in self._at_block.get(key, ()))
         return ClusterChanges(replaced=replaced, current=current, seen=numbers)
@@ -123,10 +124,10 @@ class MapClusters:
         return cluster
 
     def _cluster(
-        self, fresh: Keys, replaced: dict[int, Cluster], changed_blocks: Keys
+        self, fresh: Keys, replaced: dict[int, Cluster], blocks: Keys
     ) -> dict[int, Cluster]:
         """Cluster voxels of changed blocks with what is left of the clusters that they touch."""
-        kept = [c.keys[~np.isin(_block_of(c.keys), changed_blocks)] for c in replaced.values()]
+        kept = [c.keys[~np.isin(_block_of(c.keys), blocks)] for c in replaced.values()]
         keys = np.unique(np.concatenate([fresh, *kept]))
         index = indices_of(keys)
         rows, columns = _rows_of(self._map, index >> 3), _columns_of(index)

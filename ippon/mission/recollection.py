@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.guidance.language.naming import is_instance_of
-from ippon.mapping.objects.recalled_evidence import posterior_of
+from ippon.mapping.objects.recalled_evidence import posterior_of, recall_evidence
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.instance import Instance, Sighting
 from ippon.memory.instance_memory import InstanceMemory
@@ -93,7 +93,7 @@ class Recollection:
         for one in self.memory.instances():
             if one.source == "search" and not one.is_gone and _answers(one, search):
                 size = np.array(one.size_m) + self._map.config.voxel_size_m
-                voxels = self._map.recall_ooi(np.array(one.position_world), size, log_odds)
+                voxels = recall_evidence(self._map, np.array(one.position_world), size, log_odds)
                 self._recalled.append(_Recalled(instance_id=one.instance_id, voxels=voxels))
         known = (self.memory.get(one.instance_id) for one in self._recalled)
         return tuple(one for one in known if one is not None)

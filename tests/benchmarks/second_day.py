@@ -9,14 +9,19 @@ again; another robot does the same from the same places with an empty map each t
 import dataclasses
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from ippon.evaluation.catalogue import SMALL_GOALS, CatalogueConfig, EpisodeSpec, list_episodes
-from ippon.evaluation.search import Rig, TimedPlanner, search
+from ippon.evaluation.episode_record import Rig, TimedPlanner, search
 
+from ippon.evaluation.episode_generation import (
+    SMALL_GOALS,
+    EpisodeGenerationConfig,
+    EpisodeSpec,
+    list_episodes,
+)
 from ippon.evaluation.goal_objects import matching_instances
 from ippon.evaluation.methods.method_table import Equipment
 from ippon.evaluation.metrics import Judge, Metrics
@@ -100,15 +105,22 @@ class Life:
         return judge.metrics(record.trajectory, stopped=record.ending == "found")
 
 
-def swapped(scene: Scene, goal: str, rng: np.random.Generator) -> Scene | None:
+def swapped(scene: Scene, goal: str, kept: Sequence[str], rng: np.random.Generator) -> Scene | None:
     """Let each object of a kind change places with another small object of the home.
+
+    Args:
+        scene: The home.
+        goal: The kind.
+        kept: Kinds that stay where they are.
+        rng: Draws the partners.
 
     Returns:
         The changed home; None where there are too few others, 2 m and more away.
     """
     mine = matching_instances(scene, goal)
     small = [k for name in SMALL_GOALS for k in matching_instances(scene, name)]
-    others = [k for k in dict.fromkeys(small) if k not in mine]
+    stay = {k for name in (goal, *kept) for k in matching_instances(scene, name)}
+    others = [k for k in dict.fromkeys(small) if k not in stay]
     vertices, instances = scene.vertices.copy(), list(scene.instances)
     for k in mine:
         foot = _foot(scene.instances[k])
@@ -138,7 +150,7 @@ def _shifted(one: Instance, by: np.ndarray) -> Instance:
 def pairs_of(config: TrialConfig, seed: int) -> Iterator[Pair]:
     """Live two days in a home."""
     scene = generate_home(seed)
-    catalogue = CatalogueConfig(
+    catalogue = EpisodeGenerationConfig(
         goals=SMALL_GOALS, small_per_home=OBJECTS_PER_HOME, min_shortest_path_m=2.0, seed=seed
     )
     specs: tuple[EpisodeSpec, ...] = list_episodes(scene, str(seed), config.robot, catalogue)[0]
@@ -146,7 +158,7 @@ def pairs_of(config: TrialConfig, seed: int) -> Iterator[Pair]:
     order = rng.permutation(len(specs)).tolist()
     later, moved = scene, ""
     for k in order:
-        changed = swapped(scene, specs[k].goal, rng)
+        changed = swapped(scene, specs[k].goal, [spec.goal for spec in specs], rng)
         if changed is not None:
             later, moved = changed, specs[k].goal
             break

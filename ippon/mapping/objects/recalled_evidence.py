@@ -4,37 +4,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, NOT_MAPPED, OCCUPIED, MapArrays
-from ippon.mapping.blocks import NO_SLAB, BlockDirectory, Pools
+from ippon.mapping.blocks import NO_SLAB
 from ippon.mapping.objects.posterior_arithmetic import ooi_code
-from ippon.mapping.objects.surface_voxels import SurfaceVoxels
+from ippon.mapping.voxel_map import VoxelMap
 
 _HALF_VOXEL = 0.5
 
 
 def recall_evidence(
-    pools: Pools,
-    surface: SurfaceVoxels,
-    directory: BlockDirectory,
-    box: tuple[NDArray[np.float64], NDArray[np.float64]],
+    voxel_map: VoxelMap,
+    centre_world: NDArray[np.float64],
+    size_m: NDArray[np.float64],
     log_odds: float,
-    revision: int,
 ) -> NDArray[np.int64]:
     """Give the surface voxels in a box at least some log-odds of being the object of interest.
 
     Images weigh in afterwards, as they do on any evidence: they confirm it or wear it off.
 
     Args:
-        pools: Of the map, updated.
-        surface: Its surface rows, updated.
-        directory: Finds the blocks.
-        box: Lower and upper corner, (3,) in voxels.
+        voxel_map: The map.
+        centre_world: (3,) metres.
+        size_m: (3,) of the box.
         log_odds: Natural logarithm.
-        revision: The map's, for what changes.
 
     Returns:
         (M, 3) the voxels, as indices.
     """
-    low, high = box
+    pools, surface = voxel_map._pools, voxel_map.surface  # noqa: SLF001 - one package
+    directory = voxel_map._directory  # noqa: SLF001 - one package
+    voxel_map.revision += 1
+    edge, half = voxel_map.config.voxel_size_m, 0.5 * size_m
+    low, high = (centre_world - half) / edge, (centre_world + half) / edge
     first = np.floor(low / BLOCK_EDGE).astype(np.int64)
     last = np.floor(high / BLOCK_EDGE).astype(np.int64)
     rows = directory.part(first, last + 1)[1].ravel()
@@ -55,7 +55,7 @@ def recall_evidence(
     pools.ooi[pools.slab[rows]] = codes
     pools.best_ooi[rows] = np.where(codes == NOT_MAPPED, 0, codes).max(axis=1, initial=0)
     changed = rows[inside.any(axis=1)]
-    pools.revision[changed] = pools.appearance[changed] = revision
+    pools.revision[changed] = pools.appearance[changed] = voxel_map.revision
     return voxel[inside]
 
 

@@ -36,6 +36,7 @@ class PaintedMap:
             appearance=np.zeros(blocks, np.int64),
             seen=np.zeros(blocks, np.int64),
         )
+        self._pools = self.pools
         self.surface = SimpleNamespace(
             label=np.full(rows, 255, np.uint8),
             confidence=np.zeros(rows, np.uint8),
@@ -70,11 +71,6 @@ class PaintedMap:
     @property
     def surface_slots(self):
         return self.pools.slot
-
-    def changed_since(self, revision):
-        used = self.pools.used == 1
-        changed = np.flatnonzero(used & (self.pools.appearance > revision))
-        return changed, np.flatnonzero(used & (self.pools.seen > revision))
 
     def look_at(self, low):
         """Have the camera see a voxel's block without a change."""
