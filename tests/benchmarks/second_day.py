@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from ippon.evaluation.episode_record import Rig, TimedPlanner, search
 
 from ippon.evaluation.episode_generation import (
     SMALL_GOALS,
@@ -22,8 +21,9 @@ from ippon.evaluation.episode_generation import (
     EpisodeSpec,
     list_episodes,
 )
+from ippon.evaluation.episode_record import EpisodeSetup, TimedPlanner, search
 from ippon.evaluation.goal_objects import matching_instances
-from ippon.evaluation.methods.method_table import Equipment
+from ippon.evaluation.methods.method_table import PlannerSetup
 from ippon.evaluation.metrics import Judge, Metrics
 from ippon.evaluation.trial import TrialConfig, habitat_trial
 from ippon.guidance.language.naming import is_instance_of, resolve_object
@@ -96,9 +96,14 @@ class Life:
             recollection.step(running.search, self.now_ns)
 
         record = search(
-            Rig(world=world, mission=mission, equipment=Equipment(planner=planner), planner=timed),
+            EpisodeSetup(
+                world=world,
+                mission=mission,
+                planner_setup=PlannerSetup(planner=planner),
+                planner=timed,
+            ),
             judge, config.limits, time.process_time,
-            seen_within_m=config.mission.map.ooi_max_range_m, witness=watch,
+            seen_within_m=config.mission.map.ooi_max_range_m, observer=watch,
         )  # fmt: skip
         self._memory = recollection.memory
         self.now_ns += 60_000_000_000
