@@ -7,3 +7,7 @@ class UsageError(Exception):
 
 class DemoError(Exception):
     """A process of the demo failed; the text names it and where to look."""
+
+
+class MemoryFileError(Exception):
+    """A file of remembered things is damaged, of another version or robot, or cannot be written."""

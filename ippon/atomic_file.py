@@ -1,4 +1,4 @@
-"""Atomic replacement of files."""
+"""Atomic replacement of files, and renaming of those that must not be replaced."""
 
 import os
 import threading
@@ -27,3 +27,19 @@ def replace_file(path: Path, content: bytes, *, mode: int = 0o666) -> None:
     except BaseException:
         partial.unlink(missing_ok=True)
         raise
+
+
+def set_aside(path: Path) -> Path:
+    """Rename a file that cannot be used, so that nothing is written over it.
+
+    Returns:
+        Its new name.
+
+    Raises:
+        OSError: It cannot be renamed.
+    """
+    number = 1
+    while (aside := path.with_name(f"{path.name}.aside-{number}")).exists():
+        number += 1
+    path.rename(aside)
+    return aside

@@ -145,6 +145,10 @@ def _run_tool(command: tools.Tool) -> int:
             from app.cli.tools.read import run_read
 
             return run_read(command)
+        case tools.Memory():
+            from app.cli.questions.memory import run_memory
+
+            return run_memory(command)
         case tools.Levels():
             from app.cli.tools.levels import run_levels
 

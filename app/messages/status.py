@@ -176,6 +176,7 @@ class Event(_Message, frozen=True):
         "painted",
         "lease",
         "map_full",
+        "memory",
         "error",
     ]
     text: str

@@ -81,6 +81,11 @@ class VoxelMap:
         """Rows of the surface voxels; `surface_slots` finds them."""
         return self._layers.surface
 
+    @property
+    def floor_z_m(self) -> float:
+        """Height of the floor that the robot stood on last, world frame."""
+        return self._integrator.floor_z_m
+
     def integrate(self, frame: Frame) -> IntegrationReport:
         """Fuse one frame.
 

@@ -71,6 +71,13 @@ def exploring_rows(_: int, quick: bool) -> Iterator[Row]:
     yield from exploring.exploring_rows(3 if quick else 20)
 
 
+def second_day_rows(_: int, quick: bool) -> Iterator[Row]:
+    """Measure what memory saves on the second day in a home."""
+    from tests.benchmarks import second_day
+
+    yield from second_day.second_day_rows(3 if quick else 27)
+
+
 BENCHMARKS = {
     "console": console_rows,
     "detector": detector_rows,
@@ -79,6 +86,7 @@ BENCHMARKS = {
     "levels": level_rows,
     "map": map_rows,
     "planner": planner_rows,
+    "second-day": second_day_rows,
 }
 
 

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from ippon.atomic_file import replace_file
+from ippon.atomic_file import replace_file, set_aside
 
 
 def test_an_existing_file_is_replaced(tmp_path):
@@ -55,3 +55,16 @@ def test_writers_at_the_same_time_leave_one_of_their_files_whole(tmp_path):
         list(pool.map(lambda content: replace_file(path, content), contents * 5))
     assert path.read_bytes() in contents
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_file_that_is_set_aside_is_never_written_over(tmp_path):
+    path = tmp_path / "home.map"
+    kept = []
+    for content in (b"first", b"second"):
+        path.write_bytes(content)
+        kept.append(set_aside(path))
+        assert not path.exists()
+    assert [one.name for one in kept] == ["home.map.aside-1", "home.map.aside-2"]
+    assert [one.read_bytes() for one in kept] == [b"first", b"second"]
+    with pytest.raises(OSError, match=r"home\.map"):
+        set_aside(path)

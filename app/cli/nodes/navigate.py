@@ -73,7 +73,7 @@ def run_navigate(command: Navigate) -> int:
                 if fraction >= 1.0:
                     progress.stop()
 
-            run_navigator(config, show, model, saved)
+            run_navigator(config, show, model, saved, align=command.align)
     except LinkError as error:
         raise UsageError(str(error)) from error
     finally:
@@ -90,6 +90,8 @@ def _config_of(
     Raises:
         UsageError: A flag, the file or the saved state cannot be used.
     """
+    if command.align and command.map is None:
+        raise UsageError("--align finds the robot's place in a kept map: name it with --map FILE")
     changes = beyond_flags(Navigate, read_config(command.config))
     try:
         profile = read_profile(command.profile)

@@ -18,7 +18,17 @@ from app.cli.options.nodes import (
 )
 from app.cli.options.recognition import Calibrate, Recognise
 from app.cli.options.ros2 import Ros2
-from app.cli.options.tools import Ask, Config, Doctor, Export, Levels, Profile, Read, User
+from app.cli.options.tools import (
+    Ask,
+    Config,
+    Doctor,
+    Export,
+    Levels,
+    Memory,
+    Profile,
+    Read,
+    User,
+)
 
 Command = (
     Annotated[Demo, subcommand("demo")]
@@ -35,6 +45,7 @@ Command = (
     | Annotated[Calibrate, subcommand("calibrate")]
     | Annotated[Ask, subcommand("ask")]
     | Annotated[Read, subcommand("read")]
+    | Annotated[Memory, subcommand("memory")]
     | Annotated[Levels, subcommand("levels")]
     | Annotated[Eval, subcommand("eval")]
     | Annotated[Ros2, subcommand("ros2")]

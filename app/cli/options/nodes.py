@@ -111,10 +111,14 @@ class Navigate:
     continues the rest. Smaller values answer sooner on a slow or busy machine and evaluate fewer
     viewpoints. 0 limits the number of evaluations instead of the time, so that a simulated search
     is repeatable (`ippon sim --speed max`)."""
+    align: bool = False
+    """The robot may stand anywhere in the map of --map, with a frame of its own: it turns once in
+    place, and what it sees is registered on the map. If no place is certain, the map is renamed and
+    a new one begins."""
     map: Path | None = None
-    """File that stores map and goals: read at the start if it exists, written every ten seconds and
-    at the end. Unfinished goals are restored, and the robot waits until you resume. Poses must be
-    in the same world frame as before."""
+    """File that stores map and goals, and beside it what is remembered (`ippon memory`): read at
+    the start if it exists, written every ten seconds and at the end. Unfinished goals are restored,
+    and the robot waits until you resume. Poses must be in the same world frame as before."""
     config: Path | None = None
     """Configuration file, YAML or JSON, with any of the fields that `ippon config` prints. Flags
     override the file."""

@@ -102,6 +102,31 @@ class Read:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Memory:
+    """Where something is, or was last: from what the robot remembers, without moving it.
+
+    Exit status 0 when something that answers is still there, else 1.
+    """
+
+    find: str = ""
+    """What, in your own words: "my keys"; without it, everything."""
+    json: bool = False
+    """Print JSON instead of a table."""
+    limit: int = 50
+    """Largest number of things."""
+    file: Path | None = None
+    """Read the memory beside this file of `ippon navigate --map`, without a navigator."""
+    picture: Path | None = None
+    """Write the picture of the first thing that has one to this JPEG file."""
+    connect: str | None = None
+    """zenoh endpoint of the navigator; without one, the navigator running on this machine."""
+    robot: str | None = None
+    """Key prefix of the robot; without one, that of the navigator running on this machine."""
+    timeout_s: float = 5.0
+    """How long to wait for the navigator."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Levels:
     """Print how near an object is likely to be to each common object, without a robot."""
 
@@ -158,4 +183,4 @@ class Doctor:
     """Print JSON instead of a table."""
 
 
-Tool = User | Export | Ask | Levels | Read | Profile | Config | Doctor
+Tool = User | Export | Ask | Read | Memory | Levels | Profile | Config | Doctor

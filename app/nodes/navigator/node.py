@@ -6,18 +6,23 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 import zenoh
 
 from app.links.language_model.interface import LanguageModelInterface
 from app.links.network.sender import Sender
 from app.links.robot_streams.robot_detector import RobotDetector
+from app.memory.memory_file import memory_path
 from app.messages import keys
+from app.nodes.navigator.alignment import FirstLook, in_map_frame
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.event_publisher import EventPublisher
 from app.nodes.navigator.frame_intake import FrameIntake, Stopwatch
 from app.nodes.navigator.map_publisher import MapPublisher
+from app.nodes.navigator.memory_keeper import MemoryKeeper
 from app.nodes.navigator.profile_check import ProfileCheck
+from app.nodes.navigator.services.memory_service import MemoryService
 from app.nodes.navigator.services.mission_queue import MissionQueue
 from app.nodes.navigator.services.request_services import RequestServices
 from app.nodes.navigator.stand_in_streams import StandInStreams
@@ -30,6 +35,7 @@ from app.process.stop_signal import StopSignal
 from ippon.command import Command
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
+from ippon.geometry import Float64Array
 from ippon.mission.mission import Mission
 from ippon.mission.safe_motion import moves_base
 from ippon.mission.snapshot import Snapshot, StepResult
@@ -50,9 +56,11 @@ class Navigator:
         session: zenoh.Session,
         model: LanguageModelInterface | None = None,
         saved: SavedState | None = None,
+        T_map_world: Float64Array | None = None,
     ) -> None:
         self.config = config
         robot = config.robot
+        self._T_map_world, self._alignment_note = T_map_world, ""
         self._mission = Mission(
             config.mission, config.profile, config.labels, config.seed,
             voxel_map=saved.voxel_map if saved else None, clock=time.monotonic,
@@ -89,15 +97,17 @@ class Navigator:
         self._keyframes = session.declare_queryable(
             f"{robot}/{keys.MAP_KEYFRAME}", self._queue_keyframe
         )
+        known = saved.voxel_map if saved is not None else None
+        self._first_look = FirstLook(known, self._events.report)
+        self._memory = self._keep_memory(map_was_read=known is not None)
+        self._memory_service = MemoryService(session, robot, self._memory)
         self._state = StatePublisher(session, config, self._sender)
+        self._state.publish_alignment(np.eye(4) if T_map_world is None else T_map_world)
         self._state.publish_labels(self._mission)
         # Clients may send requests as soon as they see the token: every endpoint is declared.
         self._alive = session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
-        self._persistence = (
-            StatePersistence(Path(config.keep_map), self._events.report)
-            if config.keep_map
-            else None
-        )
+        keep = Path(config.keep_map) if config.keep_map else None
+        self._persistence = keep and StatePersistence(keep, self._events.report)
         self._restore(saved)
 
     def run(self, stop: StopSignal) -> None:
@@ -135,12 +145,20 @@ class Navigator:
         self._sender.close()
         if self._persistence is not None:
             self._persistence.close(self._mission.voxel_map, self._goals)
+        self._memory.close()
+
+    def report_alignment(self, note: str) -> None:
+        """Tell the operator how the robot's frame was aligned to the map, or why it was not."""
+        self._alignment_note = note
+        self._events.report("memory", note)
 
     # -- a frame -----------------------------------------------------------------------------
 
     def _step(self, frame: Frame) -> None:
         """Integrate a frame, decide, command, publish."""
         started = time.perf_counter()
+        frame = in_map_frame(frame, self._T_map_world)
+        self._first_look.check(frame)
         try:
             self._mission.observe(frame)
         except FrameRejectedError as error:
@@ -165,6 +183,7 @@ class Navigator:
         self._map.publish(result.snapshot)
         self._stopwatch.lap("publish", answered)
         self._conclude(result.snapshot)
+        self._memory.step(frame, self._mission.search, self._mission.floor_z_m)
         if self._persistence is not None:
             self._persistence.keep(self._mission.voxel_map, self._goals)
 
@@ -197,7 +216,19 @@ class Navigator:
         """Integrate the heatmap of an earlier frame that a slow segmentation has sent now."""
         late = self._intake.take_late()
         if late is not None:
-            self._mission.learn(late)
+            self._mission.learn(in_map_frame(late, self._T_map_world))
+
+    def _keep_memory(self, *, map_was_read: bool) -> MemoryKeeper:
+        """Return the memory, with what is kept beside the map."""
+        keep_map = self.config.keep_map
+        path = memory_path(Path(keep_map)) if keep_map else None
+        return MemoryKeeper(
+            self._mission.voxel_map,
+            self.config.robot,
+            self._events.report,
+            path,
+            map_was_read=map_was_read,
+        )
 
     # -- goals -------------------------------------------------------------------------------
 
@@ -219,6 +250,8 @@ class Navigator:
             return
         search = self._services.guidance.fitted(search)
         self._mission.goals.set_goal(search.goal, search.guidance)
+        if self._mission.search is not None:
+            self._memory.begin(self._mission.search)
         self._report.goal_set(time.monotonic() if search.waited else search.asked_at)
         logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)
 
@@ -248,6 +281,10 @@ class Navigator:
                 *self._streams.notes(),
                 *self._intake.notes(),
                 *self._profile.notes(),
+                *filter(
+                    None,
+                    (self._alignment_note, self._memory.problem, self._first_look.problem),
+                ),
             ),
         )
         self._services.goals.state = status.state

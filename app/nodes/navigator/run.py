@@ -3,15 +3,23 @@
 import logging
 import os
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import zenoh
 
 from app.links.language_model.interface import LanguageModelInterface
 from app.links.network.registry import RunningNavigator, register
 from app.links.network.session import open_router
+from app.nodes.navigator.alignment import Alignment, said_registration
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator
 from app.nodes.navigator.state.persistence import SavedState
 from app.nodes.navigator.warm_up import warm_up
-from app.process.stop_signal import ProcessStopSignal
+from app.process.stop_signal import ProcessStopSignal, StopSignal
+from ippon.atomic_file import set_aside
+from ippon.geometry import Float64Array
+from ippon.memory.registration import RegistrationError
 
 logger = logging.getLogger(__name__)
 
@@ -21,6 +29,8 @@ def run_navigator(
     progress: Callable[[float], None],
     model: LanguageModelInterface | None = None,
     saved: SavedState | None = None,
+    *,
+    align: bool = False,
 ) -> None:
     """Compile, listen, and navigate until SIGINT or SIGTERM.
 
@@ -30,6 +40,8 @@ def run_navigator(
         model: Asked for levels beside the embedded prior; closed at the end.
         saved: State of an earlier navigator: its map is continued, and its goals are restored
             with the robot stopped until the operator resumes.
+        align: Find the robot's place in that map first; without a certain one, the map's file is
+            kept aside, and another map begins.
 
     Raises:
         LinkError: The endpoint is taken.
@@ -39,7 +51,15 @@ def run_navigator(
     entry = None
     try:
         warm_up(config, lambda fraction: progress(0.98 * fraction))
-        navigator = Navigator(config, session, model, saved)
+        T_map_world, note = None, ""
+        if align and saved is not None and saved.voxel_map is not None:
+            saved, T_map_world, note = _align(session, config, saved, stop)
+            # What subscribed for the alignment ends with its session; robot and console come back.
+            session.close()  # pyright: ignore[reportUnknownMemberType]
+            session = open_router(config.listen)
+        navigator = Navigator(config, session, model, saved, T_map_world)
+        if note:
+            navigator.report_alignment(note)
         entry = register(
             RunningNavigator(pid=os.getpid(), robot=config.robot, endpoint=config.listen)
         )
@@ -53,3 +73,26 @@ def run_navigator(
         if entry is not None:
             entry.unlink(missing_ok=True)
         session.close()  # pyright: ignore[reportUnknownMemberType]
+
+
+def _align(
+    session: zenoh.Session, config: NavigatorConfig, saved: SavedState, stop: StopSignal
+) -> tuple[SavedState, Float64Array | None, str]:
+    """Find the robot's place in the kept map.
+
+    Returns:
+        The state to go on with; from the robot's frame to the map's, None for the same; and what
+        to tell the operator.
+    """
+    assert saved.voxel_map is not None
+    try:
+        registration = Alignment(session, config, saved.voxel_map).run(stop)
+    except RegistrationError as error:
+        kept = "kept"
+        if config.keep_map:
+            kept = f"kept as {set_aside(Path(config.keep_map)).name}"
+        note = f"the kept map cannot be aligned: {error}; it is {kept}, and a new map begins"
+        return replace(saved, voxel_map=None), None, note
+    if registration is None:
+        return saved, None, ""
+    return saved, registration.T_map_world, said_registration(registration)

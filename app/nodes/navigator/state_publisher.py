@@ -9,10 +9,12 @@ from app.links.network.latched_topic import LatchedTopic
 from app.links.network.sender import Sender
 from app.messages import keys
 from app.messages.control import encode
+from app.messages.memory import MapAlignment
 from app.messages.status import SegmentationLabels, Status
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.state.goal_queue import PlannedSearch
 from app.nodes.navigator.status_report import level_table
+from ippon.geometry import Float64Array, yaw_of
 from ippon.mission.mission import Mission
 
 
@@ -27,10 +29,17 @@ class StatePublisher:
         self._status = LatchedTopic(session, f"{robot}/{keys.STATUS}", sender)
         self._labels = LatchedTopic(session, f"{robot}/{keys.LABELS}", sender)
         self._levels = LatchedTopic(session, f"{robot}/{keys.LEVELS}", sender)
+        self._alignment = LatchedTopic(session, f"{robot}/{keys.MAP_ALIGNMENT}", sender)
         self._configuration = LatchedTopic(session, f"{robot}/{keys.CONFIGURATION}", sender)
         self._configuration.put(msgspec.json.encode(config))
         self._published_labels: SegmentationLabels | None = None
         self._published_search: PlannedSearch | None = None
+
+    def publish_alignment(self, T_map_world: Float64Array) -> None:
+        """Publish where the frame of the robot's poses lies in the frame of the map."""
+        x, y, z = (float(c) for c in T_map_world[:3, 3])
+        message = MapAlignment(position_map=(x, y, z), yaw_rad=yaw_of(T_map_world))
+        self._alignment.put(encode(message))
 
     def publish_labels(self, mission: Mission) -> SegmentationLabels:
         """Publish the labels that the segmentation has to distinguish, if they changed.

@@ -13,6 +13,7 @@ import numpy as np
 
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.images import CompressedColor, StampedCamera
+from app.messages.memory import MapAlignment
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.recording import RecordingStatus
 from app.messages.scene import FoundObject, VoxelCloud
@@ -29,7 +30,7 @@ from app.view.model.picture_store import PictureStore
 from app.view.model.seek_history import SeekHistory
 from app.view.model.voxel_store import VoxelStore, VoxelUpdate
 from ippon.camera import PinholeCamera
-from ippon.geometry import Float64Array
+from ippon.geometry import Float64Array, base_pose
 from ippon.planning.plan import TreeView
 
 Part = Literal[
@@ -95,6 +96,7 @@ class SceneModel:
         self._changed: set[Part] = set()
         self._held: deque[VoxelCloud] = deque(maxlen=_MAX_HELD)
         self._transforms: dict[str, StampedTransform] = {}
+        self._T_map_world: Float64Array = np.eye(4)
         self._camera_frame: str | None = None
         self._last_find: FindReport | None = None
         self._candidates: tuple[Candidate, ...] | None = None
@@ -167,6 +169,11 @@ class SceneModel:
             self.T_world_camera = self._chain(self._camera_frame)
         self._extend_trail()
         self._changed.add("pose")
+
+    def on_alignment(self, alignment: MapAlignment) -> None:
+        """Take over where the frame of tf lies in the map."""
+        self._T_map_world = base_pose(*alignment.position_map, alignment.yaw_rad)
+        self.on_transforms(())
 
     def on_camera(self, camera: StampedCamera) -> None:
         """Update the intrinsics of the colour camera."""
@@ -277,7 +284,7 @@ class SceneModel:
         T_world_frame: Float64Array = np.eye(4)
         for _ in range(16):
             if frame == WORLD_FRAME:
-                return T_world_frame
+                return self._T_map_world @ T_world_frame
             link = self._transforms.get(frame)
             if link is None:
                 return None

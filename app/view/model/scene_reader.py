@@ -10,6 +10,7 @@ from app.messages import control, keys, status
 from app.messages.cdr import MessageError
 from app.messages.driving import PaintedRegions
 from app.messages.images import decode_camera, decode_color
+from app.messages.memory import MapAlignment
 from app.messages.motion import decode_path, decode_transforms
 from app.messages.recording import RecordingStatus
 from app.messages.scene import decode_found_objects, decode_tree, decode_voxels
@@ -38,6 +39,7 @@ class SceneReader:
             keys.PLAN_PATH: lambda p: model.on_path(decode_path(p)),
             keys.FAR_EVIDENCE: lambda p: model.on_far_evidence(_json(p, status.FarEvidenceCells)),
             keys.DETECTIONS: lambda p: model.on_detections(decode_found_objects(p)[1]),
+            keys.MAP_ALIGNMENT: lambda p: model.on_alignment(_json(p, MapAlignment)),
             keys.TF: lambda p: model.on_transforms(decode_transforms(p)),
             keys.TF_STATIC: lambda p: model.on_transforms(decode_transforms(p)),
             keys.CAMERA_INFO: lambda p: model.on_camera(decode_camera(p)),

@@ -68,6 +68,14 @@ class _Shown(NamedTuple):
     """(S,) pool row."""
 
 
+def changed_blocks(voxel_map: VoxelMap, revision: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the rows of blocks whose surface changed after a revision, and of those seen."""
+    pools = voxel_map._pools  # noqa: SLF001 - one package
+    used = pools.used == 1
+    changed = np.flatnonzero(used & (pools.appearance > revision))
+    return changed, np.flatnonzero(used & (pools.seen > revision))
+
+
 class SurfaceTracker:
     """Changes of one map for one view; every view has its own tracker."""
 

@@ -91,7 +91,7 @@ def test_the_impossible_is_refused_in_one_line(arguments, text, capsys):
 def test_the_seconds_of_planning_reach_the_planner(arguments, budget_s, monkeypatch):
     configs = []
     monkeypatch.setattr(
-        "app.cli.nodes.navigate.run_navigator", lambda config, *_: configs.append(config)
+        "app.cli.nodes.navigate.run_navigator", lambda config, *_, **__: configs.append(config)
     )
     assert run(["navigate", *arguments]) == 0
     assert configs[0].mission.planner.step_budget_s == budget_s

@@ -45,7 +45,7 @@ NOTICE_S: Final = 0.2
 LIVE_S: Final = 2.0
 FETCH_S: Final = 1.0
 """Interval between attempts to fetch topics published before the console subscribed."""
-_WITH_THE_MAP: Final = (keys.MAP_KEYFRAME, keys.FAR_EVIDENCE, keys.PAINTED)
+_WITH_THE_MAP: Final = (keys.MAP_KEYFRAME, keys.FAR_EVIDENCE, keys.PAINTED, keys.MAP_ALIGNMENT)
 """Topics that are published on change and have to be fetched again together with the map."""
 
 EVERY: Final = (keys.MAP_VOXELS, keys.MAP_KEYFRAME, keys.EVENT, keys.TF, keys.TF_STATIC)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from app.messages.images import StampedCamera
+from app.messages.memory import MapAlignment
 from app.messages.motion import StampedTransform
 from app.messages.status import Event, FarEvidenceCells, GoalStatus
 from app.view.model.scene_model import SceneModel
@@ -29,6 +30,14 @@ def _move(model, x, stamp_ns=1):
     model.on_transforms(
         [StampedTransform(stamp_ns=stamp_ns, parent="map", child="base_link", T_parent_child=T)]
     )
+
+
+def test_a_robot_that_is_aligned_to_an_old_map_is_shown_where_it_is_there(model):
+    _move(model, 1.0)
+    model.on_alignment(MapAlignment(position_map=(2.0, 3.0, 0.0), yaw_rad=math.pi / 2.0))
+    assert model.T_world_base[:3, 3] == pytest.approx((2.0, 4.0, 0.0))
+    _move(model, 2.0, stamp_ns=2)
+    assert model.T_world_base[:3, 3] == pytest.approx((2.0, 5.0, 0.0))
 
 
 def test_changes_are_told_once(model, make):

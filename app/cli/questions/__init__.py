@@ -1,0 +1,1 @@
+"""Commands that ask the navigator something and change nothing."""

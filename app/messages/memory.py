@@ -1,0 +1,62 @@
+"""What is remembered: requests on key `memory`, and where the robot is in a map of another day."""
+
+from typing import Annotated, Literal
+
+from msgspec import Meta, Struct
+
+
+class MemoryRequest(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Ask where something is, or was last; the robot does not move for it."""
+
+    find: Annotated[str, Meta(max_length=80)] = ""
+    """What to look for, in your own words; empty for everything."""
+    limit: Annotated[int, Meta(ge=1, le=10_000)] = 50
+    """Largest number of things in the reply."""
+    picture: int | None = None
+    """Number of a thing whose picture is wanted, too."""
+
+
+class RememberedThing(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One thing that is remembered."""
+
+    instance_id: int
+    label: str
+    probability: float
+    """That it is what was asked for; without a question, that it has this label."""
+    alternatives: list[tuple[str, float]]
+    """Other labels that it may have, with their probabilities."""
+    source: Literal["map", "search"]
+    """`search`: found by a search for it; `map`: one of the common objects."""
+    position_world: tuple[float, float, float]
+    size_m: tuple[float, float, float]
+    room: str
+    """Empty where that is not clear."""
+    first_seen_ns: int
+    """Clock of the navigator's machine, nanoseconds since 1970, like all times here."""
+    last_seen_ns: int
+    gone_ns: int
+    """When it was noticed that it is not there any more; 0 while it is."""
+    has_picture: bool
+
+
+class MemoryReply(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Reply to `MemoryRequest`: what is there comes first, then the surer, then the later seen."""
+
+    things: list[RememberedThing]
+    count: int
+    """Number of all things that answer the question."""
+    picture: bytes = b""
+    """JPEG (base64 in JSON) of the thing that was asked for; empty where there is none."""
+    note: str = ""
+    """What is wrong with the memory."""
+
+
+class MapAlignment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Pose of the frame of tf in the frame of the map: key `map/alignment`, kept for late joiners.
+
+    Everything else that the navigator publishes is in the frame of the map.
+    """
+
+    position_map: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Metres."""
+    yaw_rad: float = 0.0

@@ -1,0 +1,200 @@
+"""Finds the robot's place in a kept map before anything else: it turns once where it stands.
+
+Only then does the navigator take requests; a Stop is obeyed here, too.
+"""
+
+import dataclasses
+import logging
+import math
+import time
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+import zenoh
+
+from app.links.network.requests import RequestRefusedError, serve
+from app.links.robot_streams.robot_detector import RobotDetector
+from app.messages import keys
+from app.messages.control import ControlReply, ControlRequest
+from app.nodes.navigator.command.command_stream import CommandStream
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.frame_intake import FrameIntake
+from app.process.stop_signal import StopSignal
+from ippon.command import Command
+from ippon.errors import FrameRejectedError
+from ippon.frame import Frame
+from ippon.geometry import Float64Array, wrap_angle, yaw_of
+from ippon.guidance.language.naming import resolve_object
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.memory.registration import (
+    Registration,
+    RegistrationError,
+    contradiction,
+    register,
+    seen_points,
+    surface_points,
+)
+from ippon.mission.goal import Goal
+from ippon.mission.mission import Mission
+from ippon.mission.snapshot import MissionState
+
+logger = logging.getLogger(__name__)
+
+PATIENCE_S: Final = 120.0
+"""Time for the turn, without the time for which the robot is stopped."""
+_EVERY_RAD: Final = math.radians(20.0)
+"""Turn from one view that is used to the next."""
+_REACH_M: Final = 6.0
+_IDLE_S: Final = 0.05
+_WITHIN_M: Final = 0.25
+_DISAGREES: Final = 0.5
+"""Share of what is seen that lies in the map's free space."""
+
+
+class Alignment:
+    """Turns the robot once and registers what it sees on a map.
+
+    Args:
+        session: A router that the robot is connected to; close it when the place is found.
+        config: Of the navigator.
+        voxel_map: The kept map.
+    """
+
+    def __init__(
+        self, session: zenoh.Session, config: NavigatorConfig, voxel_map: VoxelMap
+    ) -> None:
+        self._config, self._map = config, voxel_map
+        robot = config.robot
+        self._intake = FrameIntake(session, robot, logger.warning, RobotDetector(config.detector))
+        self._stream = CommandStream(session, robot, config.command_hz, config.stale_s)
+        self._control = serve(session, f"{robot}/{keys.CONTROL}", ControlRequest, self._obey)
+        self._stopped = False
+        # The turn is that of a search, on a map of its own, so that it is as careful.
+        self._mission = Mission(config.mission, config.profile, config.labels, config.seed)
+        self._turn_around()
+        self._views: list[Float64Array] = []
+        self._last_yaw: float | None = None
+
+    def run(self, stop: StopSignal, *, patience_s: float = PATIENCE_S) -> Registration | None:
+        """Turn and register; None when the process is to end.
+
+        Raises:
+            RegistrationError: The robot has no certain place in the map.
+        """
+        spent_s, before = 0.0, time.monotonic()
+        try:
+            while not self._has_turned:
+                if stop.is_set():
+                    return None
+                frame = self._intake.take(_IDLE_S)
+                if frame is not None:
+                    self._step(frame)
+                now = time.monotonic()
+                spent_s += 0.0 if self._stopped else now - before
+                before = now
+                if spent_s > patience_s:
+                    raise RegistrationError(
+                        f"the robot has not turned once within {patience_s:.0f} s"
+                        + ("" if self._last_yaw is not None else ": no image came with its pose")
+                    )
+        finally:
+            self._stream.close()
+        floor_z_m = self._mission.floor_z_m
+        surface = surface_points(self._map)
+        points = np.concatenate(self._views)
+        return register(points, floor_z_m, surface, self._map.floor_z_m)
+
+    @property
+    def _has_turned(self) -> bool:
+        search = self._mission.search
+        early = (MissionState.STARTING, MissionState.LOOKING_AROUND)
+        return bool(self._views) and search is not None and search.state not in early
+
+    def _turn_around(self) -> None:
+        label = self._config.labels[0]
+        resolved = resolve_object(label.replace("_", " "), self._config.labels)
+        guidance = EmbeddedPrior().levels(resolved, "", self._config.labels)
+        goal = Goal(goal_id=0, object=resolved.canonical, display=resolved.display)
+        self._mission.goals.set_goal(goal, guidance)
+
+    def _step(self, frame: Frame) -> None:
+        try:
+            result = self._mission.step(frame)
+        except FrameRejectedError as error:
+            self._intake.refuse_frame(str(error), frame.stamp_ns)
+            self._stream.give(Command(tilt_rad=frame.tilt_rad), frame.stamp_ns)
+            return
+        self._intake.accept()
+        self._stream.give(result.command, frame.stamp_ns)
+        yaw = yaw_of(frame.T_world_base)
+        if self._last_yaw is None or abs(wrap_angle(yaw - self._last_yaw)) >= _EVERY_RAD:
+            self._last_yaw = yaw
+            self._views.append(seen_points(frame, _REACH_M))
+
+    def _obey(self, request: ControlRequest) -> ControlReply:
+        """Stop and resume the turn; called in a thread of zenoh."""
+        if request.action == "cancel":
+            raise RequestRefusedError("the robot is finding its place in the map; stop it instead")
+        if request.action == "resume":
+            self._stopped = not self._stream.release(if_count=self._stream.halts)
+        else:
+            self._stream.halt()
+            self._stopped = True
+        return ControlReply(state="stopped" if self._stopped else "starting")
+
+
+def in_map_frame(frame: Frame, T_map_world: Float64Array | None) -> Frame:
+    """Return a frame with its poses in the map's frame.
+
+    The map stays as it is: to turn it would be to sample its voxels anew.
+    """
+    if T_map_world is None:
+        return frame
+    return dataclasses.replace(
+        frame,
+        T_world_camera=T_map_world @ frame.T_world_camera,
+        T_world_base=T_map_world @ frame.T_world_base,
+    )
+
+
+class FirstLook:
+    """Compares the first image with a map that was read, before it is fused.
+
+    Args:
+        voxel_map: None where none was read.
+        report_event: Reports what the operator should know.
+    """
+
+    def __init__(
+        self, voxel_map: VoxelMap | None, report_event: Callable[[str, str], None]
+    ) -> None:
+        self._map = voxel_map
+        self._report_event = report_event
+        self.problem = ""
+        """What is wrong, for the operator."""
+
+    def check(self, frame: Frame) -> None:
+        """Look at the first frame; later ones are ignored."""
+        voxel_map, self._map = self._map, None
+        if voxel_map is None:
+            return
+        share = contradiction(voxel_map, seen_points(frame, _REACH_M), _WITHIN_M)
+        if share > _DISAGREES:
+            self.problem = (
+                f"the map does not fit what the robot sees: {share:.0%} of it lies in free space; "
+                "the robot's frame has changed: start again with --align"
+            )
+            self._report_event("error", self.problem)
+
+
+def said_registration(registration: Registration) -> str:
+    """Return where the robot's frame lies in the map, and how well that fits."""
+    T = registration.T_map_world
+    x, y, z = T[:3, 3].tolist()
+    return (
+        f"aligned to the kept map: turned by {math.degrees(yaw_of(T)):.1f} degrees, moved by "
+        f"({x:.2f}, {y:.2f}, {z:.2f}) m; {registration.fitness:.0%} of what is seen fits, with an "
+        f"error of {registration.rmse_m:.2f} m"
+    )

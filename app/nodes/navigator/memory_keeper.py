@@ -1,0 +1,187 @@
+"""Keeps what the robot remembers: in the mission's thread, for requests, and in a file."""
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import simplejpeg
+
+from app.errors import MemoryFileError
+from app.memory.memory_file import read_memory, read_picture, write_memory
+from app.memory.wording import said_place, said_time
+from ippon.atomic_file import set_aside
+from ippon.frame import Frame
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.memory.best_view import better_views
+from ippon.memory.instance import Instance
+from ippon.memory.instance_memory import InstanceMemory, MemoryChanges
+from ippon.mission.recollection import Recollection
+from ippon.mission.search import Search
+from ippon.rooms.room_inference import RoomConfig, infer_rooms, room_evidence
+
+logger = logging.getLogger(__name__)
+
+SAVE_EVERY_S: Final = 10.0
+ROOMS_EVERY_S: Final = 30.0
+VIEWS_EVERY_S: Final = 1.0
+_QUALITY: Final = 85
+
+
+class MemoryKeeper:
+    """Owns the memory of one navigator.
+
+    Args:
+        voxel_map: The map in whose frame things lie.
+        robot: Key prefix of the robot.
+        report_event: Reports what the operator should know.
+        path: File of the memory; None keeps it only while the process runs.
+        map_was_read: The map was read from its file, so that a kept memory fits it.
+    """
+
+    def __init__(
+        self,
+        voxel_map: VoxelMap,
+        robot: str,
+        report_event: Callable[[str, str], None],
+        path: Path | None = None,
+        *,
+        map_was_read: bool = False,
+    ) -> None:
+        self._map, self._robot, self._path = voxel_map, robot, path
+        self._report_event = report_event
+        self.problem = ""
+        """What is wrong with the kept memory, for the operator."""
+        memory = InstanceMemory(instances=self._read(map_was_read=map_was_read))
+        self._recollection = Recollection(voxel_map, memory)
+        self.instances: tuple[Instance, ...] = memory.instances()
+        """All things, for any thread."""
+        self.labels = voxel_map.labels
+        self._pictures: dict[int, bytes] = {}
+        self._unwritten = MemoryChanges()
+        self._lock = threading.Lock()
+        self._writer: threading.Thread | None = None
+        self._saved_at = self._rooms_at = time.monotonic()
+        self._views_at = 0.0
+
+    def begin(self, search: Search) -> None:
+        """Have a search that begins look first where its object was seen before."""
+        recalled = self._recollection.begin(search)
+        now_ns = time.time_ns()
+        for one in recalled:
+            place = said_place(one.room, one.position_world)
+            seen = said_time(one.last_seen_ns, now_ns)
+            self._report_event("memory", f"{_name(one)} was last seen {seen}: {place}")
+
+    def step(self, frame: Frame, search: Search | None, floor_z_m: float) -> None:
+        """Learn from a frame that the mission has decided on."""
+        now_ns, now = time.time_ns(), time.monotonic()
+        for one in self._recollection.step(search, now_ns):
+            place = said_place(one.room, one.position_world)
+            seen = said_time(one.last_seen_ns, now_ns)
+            text = f"{_name(one)} is not there any more, last seen {seen}: {place}"
+            self._report_event("memory", text)
+        memory = self._recollection.memory
+        if now - self._views_at >= VIEWS_EVERY_S:
+            self._views_at = now
+            for view in better_views(frame, memory.instances()):
+                jpeg = simplejpeg.encode_jpeg(view.color, _QUALITY, "RGB", "420")
+                with self._lock:
+                    self._pictures[view.instance_id] = jpeg
+                memory.set_view_score(view.instance_id, view.score)
+        if now - self._rooms_at >= ROOMS_EVERY_S:
+            self._rooms_at = now
+            config = RoomConfig()
+            evidence = room_evidence(self._map, config, floor_z_m)
+            memory.set_rooms(infer_rooms(evidence, config).name_at)
+        self.instances, self.labels = memory.instances(), self._map.labels
+        if self._path is not None and now - self._saved_at >= SAVE_EVERY_S:
+            self._saved_at = now
+            self._start_writer()
+
+    def picture(self, instance_id: int) -> bytes | None:
+        """Return the picture of a thing as JPEG, from any thread; None where there is none."""
+        with self._lock:
+            jpeg = self._pictures.get(instance_id)
+        if jpeg is not None or self._path is None or not self._path.exists():
+            return jpeg
+        try:
+            return read_picture(self._path, instance_id)
+        except MemoryFileError as error:
+            logger.warning("%s", error)
+            return None
+
+    def close(self) -> None:
+        """Write what is left, and wait until it is written."""
+        self._recollection.update(time.time_ns())
+        if self._writer is not None:
+            self._writer.join()
+        if self._path is not None:
+            self._collect()
+            self._write(self._path)
+        if self.problem:
+            logger.error("%s", self.problem)
+
+    def _read(self, *, map_was_read: bool) -> tuple[Instance, ...]:
+        """Read the kept memory; one that cannot be used is set aside."""
+        path = self._path
+        if path is None or not path.exists():
+            return ()
+        if not map_was_read:
+            self._refuse(path, f"{path.name} belongs to a map that is not there any more")
+            return ()
+        try:
+            return read_memory(path, self._robot)
+        except MemoryFileError as error:
+            self._refuse(path, str(error))
+            return ()
+
+    def _refuse(self, path: Path, why: str) -> None:
+        """Set a file aside, and say so."""
+        try:
+            kept = f"kept as {set_aside(path).name}"
+        except OSError as failed:
+            self._path = None
+            kept = f"left where it is ({failed.strerror}), and nothing is kept in this run"
+        self.problem = f"memory starts anew: {why}; the file is {kept}"
+        self._report_event("error", self.problem)
+
+    def _start_writer(self) -> None:
+        if self._path is None or (self._writer is not None and self._writer.is_alive()):
+            return
+        self._collect()
+        self._writer = threading.Thread(
+            target=self._write, args=(self._path,), name="memory writer", daemon=True
+        )
+        self._writer.start()
+
+    def _collect(self) -> None:
+        """Add what changed to what is not written yet; no writer runs."""
+        changes = self._recollection.memory.take_changes()
+        self._unwritten.changed = {
+            k: one for k, one in self._unwritten.changed.items() if k not in changes.removed
+        } | changes.changed
+        self._unwritten.removed |= changes.removed
+
+    def _write(self, path: Path) -> None:
+        with self._lock:
+            pictures = dict(self._pictures)
+        pictures = {k: jpeg for k, jpeg in pictures.items() if k not in self._unwritten.removed}
+        try:
+            write_memory(path, self._robot, self._unwritten, pictures)
+        except MemoryFileError as error:
+            if not self.problem:
+                self._report_event("error", str(error))
+            self.problem = str(error)
+            return
+        self._unwritten = MemoryChanges()
+        with self._lock:
+            # Pictures that were replaced in the meantime are written the next time.
+            left = {k: j for k, j in self._pictures.items() if pictures.get(k) is not j}
+            self._pictures = left
+
+
+def _name(one: Instance) -> str:
+    return one.label.replace("_", " ")

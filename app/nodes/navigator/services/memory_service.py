@@ -1,0 +1,56 @@
+"""Requests about what is remembered, answered at once in zenoh's threads."""
+
+import threading
+
+import zenoh
+
+from app.links.network.requests import RequestRefusedError, serve
+from app.messages import keys
+from app.messages.memory import MemoryReply, MemoryRequest, RememberedThing
+from app.nodes.navigator.memory_keeper import MemoryKeeper
+from ippon.guidance.language.words import singular
+from ippon.memory.lookup import Match, find_instances
+
+
+class MemoryService:
+    """Answers every requester, whoever holds control."""
+
+    def __init__(self, session: zenoh.Session, robot: str, keeper: MemoryKeeper) -> None:
+        self._keeper = keeper
+        # The plural of a word outside the table takes a library that loads for seconds.
+        threading.Thread(target=singular, args=("flurbles",), name="words", daemon=True).start()
+        self._queryable = serve(session, f"{robot}/{keys.MEMORY}", MemoryRequest, self.answer)
+
+    def answer(self, request: MemoryRequest) -> MemoryReply:
+        """Return the things that answer a question."""
+        keeper = self._keeper
+        try:
+            matches = find_instances(keeper.instances, request.find, keeper.labels)
+        except ValueError as error:
+            raise RequestRefusedError(str(error)) from error
+        picture = None if request.picture is None else keeper.picture(request.picture)
+        return MemoryReply(
+            things=[thing_of(match) for match in matches[: request.limit]],
+            count=len(matches),
+            picture=picture or b"",
+            note=keeper.problem,
+        )
+
+
+def thing_of(match: Match) -> RememberedThing:
+    """Return a remembered thing as a message."""
+    one = match.instance
+    return RememberedThing(
+        instance_id=one.instance_id,
+        label=one.label,
+        probability=round(match.probability, 4),
+        alternatives=[(label, round(p, 4)) for label, p in one.alternatives],
+        source=one.source,
+        position_world=one.position_world,
+        size_m=one.size_m,
+        room=one.room,
+        first_seen_ns=one.first_seen_ns,
+        last_seen_ns=one.last_seen_ns,
+        gone_ns=one.gone_ns,
+        has_picture=one.view_score > 0.0,
+    )

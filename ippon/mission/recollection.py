@@ -1,0 +1,185 @@
+"""What a search takes from memory, and what memory learns from it."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.guidance.language.naming import is_instance_of
+from ippon.mapping.objects.recalled_evidence import posterior_of, recall_evidence
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.memory.instance import Instance, Sighting
+from ippon.memory.instance_memory import InstanceMemory
+from ippon.memory.map_clusters import MapClusters, share_observed
+from ippon.mission.search import Search
+from ippon.mission.snapshot import Find
+
+_SECOND_NS: Final = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecollectionConfig:
+    """How far memory is trusted."""
+
+    recalled_probability: float = 0.9
+    """Of the surface where a thing was last seen, when it is searched for again; above
+    `PlannerConfig.ooi_threshold` the robot goes there first. More needs more images to unlearn."""
+    disproved_probability: float = 0.3
+    """Below this in all its voxels a thing is not there any more; more gives it up sooner."""
+    update_every_s: float = 1.0
+    """Interval at which the map's things are taken into memory."""
+
+    def __post_init__(self) -> None:
+        """Reject probabilities and intervals without meaning."""
+        low, high = self.disproved_probability, self.recalled_probability
+        if not 0.0 < low < high < 1.0 or not self.update_every_s >= 0.0:
+            raise ValueError(
+                "disproved_probability lies above 0 and below recalled_probability, that below 1, "
+                f"and update_every_s is not negative; got {low}, {high}, {self.update_every_s}"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Recalled:
+    """A thing that the present search takes from memory."""
+
+    instance_id: int
+    voxels: NDArray[np.int64]
+    """(M, 3) indices."""
+
+
+class Recollection:
+    """Joins one map's memory to its searches, in the thread of the mission.
+
+    Args:
+        voxel_map: The map, in whose frame the things lie.
+        memory: What is remembered.
+        config: How far it is trusted.
+    """
+
+    def __init__(
+        self,
+        voxel_map: VoxelMap,
+        memory: InstanceMemory,
+        config: RecollectionConfig | None = None,
+    ) -> None:
+        self.memory = memory
+        self._map = voxel_map
+        self._config = config or RecollectionConfig()
+        self._clusters = MapClusters(voxel_map)
+        self._recalled: list[_Recalled] = []
+        self._search: Search | None = None
+        self._found: int | None = None
+        """Where the present search ended."""
+        self._rejected = 0
+        self._updated_ns: int | None = None
+
+    def begin(self, search: Search) -> tuple[Instance, ...]:
+        """Give a search that begins the places where its object was seen before.
+
+        The map itself knows where common objects are.
+
+        Returns:
+            The things whose places are looked at first.
+        """
+        self._search, self._found, self._rejected = search, None, 0
+        self._recalled = []
+        if search.goal.object in self._map.labels:
+            return ()
+        p = self._config.recalled_probability
+        log_odds = math.log(p / (1.0 - p))
+        for one in self.memory.instances():
+            if one.source == "search" and not one.is_gone and _answers(one, search):
+                size = np.array(one.size_m) + self._map.config.voxel_size_m
+                voxels = recall_evidence(self._map, np.array(one.position_world), size, log_odds)
+                self._recalled.append(_Recalled(instance_id=one.instance_id, voxels=voxels))
+        known = (self.memory.get(one.instance_id) for one in self._recalled)
+        return tuple(one for one in known if one is not None)
+
+    def step(self, search: Search | None, now_ns: int) -> tuple[Instance, ...]:
+        """Learn from map and search, after each frame.
+
+        Args:
+            search: The present one.
+            now_ns: Nanoseconds since 1970.
+
+        Returns:
+            The things that answer the search and are not there any more, as was noticed now.
+        """
+        gone: list[Instance] = []
+        if search is not None and search is self._search:
+            gone += self._disprove(search, now_ns)
+            self._note_end(search, now_ns)
+        since = None if self._updated_ns is None else now_ns - self._updated_ns
+        if since is None or not 0 <= since < self._config.update_every_s * _SECOND_NS:
+            self._updated_ns = now_ns
+            gone += self._update(search, now_ns)
+        return tuple(gone)
+
+    def update(self, now_ns: int) -> None:
+        """Take the map's things into memory now."""
+        self._update(None, now_ns)
+
+    def _update(self, search: Search | None, now_ns: int) -> list[Instance]:
+        changes = self._clusters.update()
+        gone = self.memory.update(changes, now_ns, lambda one: share_observed(self._map, one))
+        if search is None:
+            return []
+        if search.goal.object not in self._map.labels:
+            for find in search.candidates:
+                excluded = any(region.touches(find) for region in search.rejected)
+                if search.image_check.confirms(find) and not excluded:
+                    self.memory.note_find(_sighting(search, find), now_ns)
+        return [one for one in gone if _answers(one, search)]
+
+    def _disprove(self, search: Search, now_ns: int) -> list[Instance]:
+        """Return what was recalled, and what images and depth have worn off since."""
+        gone: list[Instance] = []
+        left: list[_Recalled] = []
+        arrays = self._map.arrays()
+        for recalled in self._recalled:
+            known = self.memory.get(recalled.instance_id)
+            if known is None or known.is_gone:
+                continue
+            best = float(posterior_of(arrays, recalled.voxels).max(initial=0.0))
+            seen_again = any(_is_at(find, known) for find in search.candidates)
+            if best >= self._config.disproved_probability or seen_again:
+                left.append(recalled)
+                continue
+            instance = self.memory.mark_gone(recalled.instance_id, now_ns)
+            gone += [] if instance is None else [instance]
+        self._recalled = left
+        return gone
+
+    def _note_end(self, search: Search, now_ns: int) -> None:
+        """Remember what ended the search; forget it when it is rejected."""
+        if search.goal.object in self._map.labels:
+            return
+        if search.find is not None and self._found is None:
+            self._found = self.memory.note_find(_sighting(search, search.find), now_ns).instance_id
+        elif len(search.rejected) > self._rejected and self._found is not None:
+            self.memory.remove(self._found)
+            self._found = None
+        self._rejected = len(search.rejected)
+
+
+def _answers(one: Instance, search: Search) -> bool:
+    return is_instance_of(one.label, search.goal.object)
+
+
+def _is_at(find: Find, known: Instance) -> bool:
+    """Return whether a candidate lies where a thing was."""
+    reach = 0.5 * (max(find.size_m) + max(known.size_m))
+    return math.dist(find.position_world, known.position_world) <= reach
+
+
+def _sighting(search: Search, find: Find) -> Sighting:
+    return Sighting(
+        label=search.goal.object,
+        probability=find.probability,
+        position_world=find.position_world,
+        size_m=find.size_m,
+        voxels=find.voxels,
+    )

@@ -1,0 +1,166 @@
+"""A robot that starts anew, in a home that it knows."""
+
+import dataclasses
+import math
+import threading
+
+import numpy as np
+import pytest
+
+from app.links.network.requests import RequestRefusedError, ask
+from app.messages import keys
+from app.messages.control import ControlReply, ControlRequest
+from app.nodes.navigator.alignment import (
+    Alignment,
+    FirstLook,
+    in_map_frame,
+    said_registration,
+)
+from app.nodes.navigator.config import NavigatorConfig
+from ippon.geometry import invert_transform, make_transform, rotation_z, yaw_of
+from ippon.guidance.language.naming import is_instance_of
+from ippon.mapping.config import MapConfig
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.memory.registration import Registration, RegistrationError
+from ippon.mission.config import MissionConfig
+from ippon.robot import ZED
+from ippon.simulation.robot.mobile_base import camera_of
+from ippon.simulation.scene import StartPose
+from ippon.simulation.world import SimulatedWorld, WorldConfig
+from ippon.vocabulary import MATTERPORT_40
+from tests.boxes import boxes_scene
+
+MAP = MapConfig(memory_limit_mb=128.0)
+CONFIG = NavigatorConfig(robot="r", mission=MissionConfig(map=MAP))
+T_MAP_WORLD = make_transform(rotation_z(0.8), (2.0, -1.0, 0.0))
+HOME = [
+    ("floor", "floor", (-0.1, -0.1, -0.1), (6.1, 4.1, 0.0)),
+    ("wall", "wall", (-0.1, -0.1, 0.0), (0.0, 4.1, 2.5)),
+    ("wall", "wall", (6.0, -0.1, 0.0), (6.1, 4.1, 2.5)),
+    ("wall", "wall", (0.0, -0.1, 0.0), (6.0, 0.0, 2.5)),
+    ("wall", "wall", (0.0, 4.0, 0.0), (6.0, 4.1, 2.5)),
+    ("cabinet", "cabinet", (0.0, 3.2, 0.0), (1.5, 4.0, 2.0)),
+    ("sofa", "sofa", (4.8, 0.2, 0.0), (5.8, 2.2, 0.7)),
+    ("column", "column", (3.8, 2.9, 0.0), (4.3, 3.4, 2.4)),
+]
+
+
+def world_at(x, y, yaw, boxes=HOME):
+    scene = boxes_scene(boxes)
+    start = StartPose(x=x, y=y, z=0.0, yaw=yaw)
+    world = SimulatedWorld(
+        scene, ZED, camera_of(ZED, 128), start, 1, WorldConfig.perfect(), is_instance_of
+    )
+    world.set_labels(MATTERPORT_40, MATTERPORT_40[0])
+    return world
+
+
+class Robot:
+    """Takes the place of the frames from the network: a robot with a frame of its own."""
+
+    def __init__(self, world, sent, blind=False):
+        self._world, self._sent, self._blind = world, sent, blind
+
+    def take(self, _):
+        if self._blind:
+            return None
+        self._world.step(self._sent(), 0.2)
+        return in_map_frame(self._world.observe(), invert_transform(T_MAP_WORLD))
+
+    def accept(self):
+        pass
+
+    def refuse_frame(self, *_):
+        pass
+
+
+@pytest.fixture(scope="module")
+def yesterday():
+    """The map of the home, from its two ends."""
+    voxel_map = VoxelMap(MAP, MATTERPORT_40)
+    stamp_ns = 0
+    for x, y in ((1.0, 1.0), (3.0, 2.0), (5.0, 3.2)):
+        for k in range(8):
+            stamp_ns += 100_000_000_000
+            frame = world_at(x, y, k * math.pi / 4.0).observe()
+            voxel_map.integrate(dataclasses.replace(frame, stamp_ns=stamp_ns))
+    return voxel_map
+
+
+@pytest.fixture
+def align(sessions, yesterday):
+    def make(world, blind=False):
+        alignment = Alignment(sessions[0], CONFIG, yesterday)
+        alignment._intake = Robot(world, lambda: alignment._stream.sent, blind=blind)
+        return alignment
+
+    return make
+
+
+def test_a_robot_turns_once_and_finds_its_place(align):
+    world = world_at(2.2, 1.6, 0.4)
+    found = align(world).run(threading.Event())
+    error = T_MAP_WORLD @ invert_transform(found.T_map_world)
+    assert np.linalg.norm(error[:3, 3]) < 0.3
+    assert abs(math.degrees(yaw_of(error))) < 2.0
+    assert found.fitness > 0.9
+    assert math.hypot(world.base.x_m - 2.2, world.base.y_m - 1.6) < 0.05, "it turned in place"
+    said = said_registration(found)
+    assert said.startswith("aligned to the kept map: turned by 4")
+    assert "of what is seen fits, with an error of 0.0" in said
+
+
+def test_a_robot_in_another_home_is_told_so(align):
+    moved = [HOME[0], *((c, n, np.multiply(a, (0.6, 1.6, 1)), np.multiply(b, (0.6, 1.6, 1)))
+                        for c, n, a, b in HOME[1:])]  # fmt: skip
+    with pytest.raises(RegistrationError, match=r"fits nowhere in the map|several places"):
+        align(world_at(1.6, 2.6, 0.4, moved)).run(threading.Event())
+
+
+def test_without_images_or_at_the_end_of_the_process_it_ends(align):
+    alignment = align(world_at(2.2, 1.6, 0.4), blind=True)
+    with pytest.raises(RegistrationError, match="no image came with its pose"):
+        alignment.run(threading.Event(), patience_s=0.05)
+    stop = threading.Event()
+    stop.set()
+    assert align(world_at(2.2, 1.6, 0.4)).run(stop) is None
+
+
+def test_a_stop_is_obeyed_and_nothing_else_is_taken(align, sessions):
+    alignment = align(world_at(2.2, 1.6, 0.4))
+
+    def request(action):
+        message = ControlRequest(action=action)
+        return ask(sessions[1], f"r/{keys.CONTROL}", message, ControlReply, 20.0).state
+
+    assert request("stop") == "stopped"
+    alignment._step(alignment._intake.take(0.0))
+    assert alignment._stream.sent.yaw_rate_rad_s == 0.0
+    with pytest.raises(RequestRefusedError, match="finding its place in the map"):
+        request("cancel")
+    assert request("resume") == "starting"
+    alignment._stream.close()
+
+
+def test_a_first_image_that_contradicts_the_map_is_reported_once(yesterday):
+    events = []
+    frame = world_at(2.2, 1.6, 0.4).observe()
+    right = FirstLook(yesterday, lambda *event: events.append(event))
+    right.check(frame)
+    assert (right.problem, events) == ("", [])
+    turned = in_map_frame(frame, make_transform(rotation_z(1.5), (3.5, 0.2, 0.0)))
+    wrong = FirstLook(yesterday, lambda *event: events.append(event))
+    wrong.check(turned)
+    wrong.check(turned)
+    assert wrong.problem.endswith("the robot's frame has changed: start again with --align")
+    assert events == [("error", wrong.problem)]
+    FirstLook(None, lambda *event: events.append(event)).check(turned)
+    assert len(events) == 1
+
+
+def test_an_alignment_is_said_in_degrees_and_metres():
+    found = Registration(T_map_world=T_MAP_WORLD, fitness=0.97, rmse_m=0.052, lead=0.3)
+    assert said_registration(found) == (
+        "aligned to the kept map: turned by 45.8 degrees, moved by (2.00, -1.00, 0.00) m; 97% of "
+        "what is seen fits, with an error of 0.05 m"
+    )

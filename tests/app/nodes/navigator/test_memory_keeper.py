@@ -1,0 +1,161 @@
+"""What the navigator's memory keeps, and what it says when a file cannot be used."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from app.memory.memory_file import memory_path, read_memory, read_picture, write_memory
+from app.nodes.navigator import memory_keeper
+from app.nodes.navigator.memory_keeper import MemoryKeeper
+from ippon.camera import PinholeCamera
+from ippon.frame import Frame
+from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
+from ippon.mapping.voxel_map import MapConfig, VoxelMap
+from ippon.memory.instance_memory import MemoryChanges
+from ippon.mission.snapshot import Find
+from ippon.vocabulary import MATTERPORT_40
+from tests.app.memory.test_memory_file import thing
+
+CONFIG = MapConfig(voxel_size_m=0.2, memory_limit_mb=128.0)
+
+
+@pytest.fixture
+def frame():
+    """A wall two metres ahead."""
+    return Frame(
+        stamp_ns=0,
+        color=np.full((48, 64, 3), 90, np.uint8),
+        depth=np.full((48, 64), 2.0, np.float32),
+        camera=PinholeCamera.from_horizontal_fov(64, 48, 1.2),
+        T_world_camera=make_transform(R_BASE_CAMERA_LEVEL, (0.0, 0.0, 1.0)),
+        T_world_base=make_transform(np.eye(3), (0.0, 0.0, 0.0)),
+        tilt_rad=0.0,
+    )
+
+
+@pytest.fixture
+def voxel_map(frame):
+    voxel_map = VoxelMap(CONFIG, MATTERPORT_40)
+    voxel_map.integrate(frame)
+    return voxel_map
+
+
+@pytest.fixture
+def open_keeper(voxel_map, tmp_path):
+    def open_it(events, *, robot="r", map_was_read=True):
+        return MemoryKeeper(
+            voxel_map,
+            robot,
+            lambda kind, text: events.append((kind, text)),
+            memory_path(tmp_path / "home.map"),
+            map_was_read=map_was_read,
+        )
+
+    return open_it
+
+
+def hat_search(position=(2.0, 0.0, 1.0), found=True):
+    find = Find(
+        position_world=position, size_m=(0.3, 0.3, 0.3), probability=0.95, voxels=4, box_px=None
+    )
+    return SimpleNamespace(
+        goal=SimpleNamespace(object="hat", display="my hat"),
+        find=find if found else None,
+        candidates=(),
+        rejected=[],
+    )
+
+
+def test_what_was_found_is_there_after_a_restart_with_its_picture(open_keeper, frame, tmp_path):
+    events = []
+    keeper = open_keeper(events)
+    search = hat_search()
+    keeper.begin(search)
+    keeper.step(frame, search, 0.0)
+    (hat,) = keeper.instances
+    assert keeper.picture(hat.instance_id)[:2] == b"\xff\xd8"
+    keeper.close()
+    path = memory_path(tmp_path / "home.map")
+    (kept,) = read_memory(path, "r")
+    assert (kept.label, kept.position_world) == ("hat", (2.0, 0.0, 1.0))
+    again = open_keeper(events)
+    assert again.instances == (kept,)
+    assert again.picture(hat.instance_id) == read_picture(path, hat.instance_id)
+    again.begin(hat_search(found=False))
+    assert events == [("memory", "hat was last seen just now: at (2.0, 0.0), 1.0 m high")]
+
+
+def test_what_is_not_there_any_more_is_said_and_kept(open_keeper, voxel_map, frame, tmp_path):
+    events = []
+    keeper = open_keeper(events)
+    # Nothing is where it lies: the map holds no surface there.
+    search = hat_search(position=(1.0, 0.0, 1.0))
+    keeper.begin(search)
+    keeper.step(frame, search, 0.0)
+    later = hat_search(found=False)
+    keeper.begin(later)
+    keeper.step(frame, later, 0.0)
+    assert [kind for kind, _ in events] == ["memory", "memory"]
+    assert events[1][1] == (
+        "hat is not there any more, last seen just now: at (1.0, 0.0), 1.0 m high"
+    )
+    keeper.close()
+    (kept,) = read_memory(memory_path(tmp_path / "home.map"))
+    assert kept.is_gone
+
+
+@pytest.mark.parametrize("case", ["cut", "robot", "map"])
+def test_a_file_that_cannot_be_used_is_kept_aside_and_said(open_keeper, frame, tmp_path, case):
+    path = memory_path(tmp_path / "home.map")
+    write_memory(path, "r", MemoryChanges(changed={1: thing(1)}), {})
+    if case == "cut":
+        path.write_bytes(path.read_bytes()[:3000])
+    content = path.read_bytes()
+    events = []
+    robot = "scout" if case == "robot" else "r"
+    keeper = open_keeper(events, robot=robot, map_was_read=case != "map")
+    why = {
+        "cut": "home.map.memory is damaged",
+        "robot": "is the memory of robot 'r'; this one is 'scout'",
+        "map": "belongs to a map that is not there any more",
+    }[case]
+    assert keeper.problem.startswith("memory starts anew: ")
+    assert why in keeper.problem
+    assert keeper.problem.endswith("the file is kept as home.map.memory.aside-1")
+    assert events == [("error", keeper.problem)]
+    assert keeper.instances == ()
+    search = hat_search()
+    keeper.begin(search)
+    keeper.step(frame, search, 0.0)
+    keeper.close()
+    assert path.with_name("home.map.memory.aside-1").read_bytes() == content
+    assert [one.label for one in read_memory(path, robot)] == ["hat"]
+
+
+def test_a_disk_that_refuses_is_said_once(open_keeper, frame, tmp_path, monkeypatch):
+    monkeypatch.setattr(memory_keeper, "SAVE_EVERY_S", 0.0)
+    events = []
+    keeper = open_keeper(events)
+    path = memory_path(tmp_path / "home.map")
+    path.mkdir()
+    search = hat_search()
+    keeper.begin(search)
+    for _ in range(3):
+        keeper.step(frame, search, 0.0)
+        keeper._writer.join()
+    assert [kind for kind, _ in events] == ["error"]
+    assert "the memory is not kept in home.map.memory" in keeper.problem
+    path.rmdir()
+    keeper.close()
+    assert [one.label for one in read_memory(path)] == ["hat"]
+
+
+def test_without_a_file_memory_lasts_as_long_as_the_process(voxel_map, frame):
+    keeper = MemoryKeeper(voxel_map, "r", lambda *_: None)
+    search = hat_search()
+    keeper.begin(search)
+    keeper.step(frame, search, 0.0)
+    assert keeper.picture(keeper.instances[0].instance_id) is not None
+    assert keeper.picture(77) is None
+    keeper.close()

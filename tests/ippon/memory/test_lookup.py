@@ -1,0 +1,43 @@
+import pytest
+
+from ippon.memory.lookup import find_instances
+from ippon.vocabulary import MATTERPORT_40
+
+
+def ids(matches):
+    return [match.instance.instance_id for match in matches]
+
+
+def test_words_find_synonyms_plurals_and_kinds(make_instance):
+    things = [
+        make_instance(1, "sofa"),
+        make_instance(2, "baseball_cap", source="search"),
+        make_instance(3, "keys", source="search"),
+        make_instance(4, "plant"),
+    ]
+    assert ids(find_instances(things, "the couches", MATTERPORT_40)) == [1]
+    assert ids(find_instances(things, "my hat", MATTERPORT_40)) == [2]
+    assert ids(find_instances(things, "keys", MATTERPORT_40)) == [3]
+    assert find_instances(things, "wallet", MATTERPORT_40) == ()
+    assert len(find_instances(things, "", MATTERPORT_40)) == 4
+
+
+def test_another_label_that_it_may_have_answers_with_its_probability(make_instance):
+    things = [make_instance(1, "stool", alternatives=(("chair", 0.3),))]
+    (match,) = find_instances(things, "chair", MATTERPORT_40)
+    assert match.probability == pytest.approx(0.3)
+
+
+def test_what_is_there_comes_first_then_the_surer_then_the_later_seen(make_instance):
+    things = [
+        make_instance(1, probability=0.99, gone_ns=50, last_seen_ns=40),
+        make_instance(2, probability=0.71, last_seen_ns=30),
+        make_instance(3, probability=0.95, last_seen_ns=10),
+        make_instance(4, probability=0.96, last_seen_ns=20),
+    ]
+    assert ids(find_instances(things, "chair", MATTERPORT_40)) == [4, 3, 2, 1]
+
+
+def test_a_text_without_a_word_is_refused(make_instance):
+    with pytest.raises(ValueError, match="no object in"):
+        find_instances([make_instance()], "?!", MATTERPORT_40)

@@ -1,0 +1,134 @@
+"""A robot in a home of boxes that is asked for the same thing on two days."""
+
+import pytest
+
+from ippon.memory.instance_memory import InstanceMemory
+from ippon.mission.recollection import Recollection, RecollectionConfig
+from ippon.mission.snapshot import MissionState
+
+DAY_NS = 86_400_000_000_000
+NOW_NS = 1_700_000_000_000_000_000
+TABLE = ("table", "table", (6.6, 0.6, 0.0), (7.6, 1.4, 0.7))
+SOFA = ("sofa", "sofa", (1.0, 3.2, 0.0), (2.8, 3.9, 0.5))
+
+
+def hat(x, y, z):
+    return ("hat", "hat", (x, y, z), (x + 0.3, y + 0.3, z + 0.25))
+
+
+ON_TABLE = hat(6.8, 0.8, 0.7)
+ON_SOFA = hat(1.6, 3.3, 0.5)
+
+
+def live(robot, recollection, max_time_s, now_ns):
+    """Search until the end; returns what was noticed to be gone."""
+    gone = []
+    for k, _ in enumerate(iterate(robot, max_time_s)):
+        gone += recollection.step(robot.mission.search, now_ns + k * 200_000_000)
+    return gone
+
+
+def iterate(robot, max_time_s):
+    last = []
+
+    def remember(result):
+        last.append(result)
+        return False
+
+    # One result at a time, so that memory sees each frame.
+    while max_time_s > 0.0:
+        robot.search(0.2, remember)
+        yield last[-1]
+        max_time_s -= 0.2
+        if last[-1].snapshot.state in (MissionState.FOUND, MissionState.EXHAUSTED):
+            return
+
+
+@pytest.fixture
+def first_day(searcher, room):
+    """A robot that has found the hat on the table, and its memory."""
+    robot = searcher([*room(8.0, 4.0), TABLE, SOFA, ON_TABLE], 1.0, 1.0)
+    memory = InstanceMemory()
+    recollection = Recollection(robot.mission.voxel_map, memory)
+    robot.ask("hat")
+    assert recollection.begin(robot.mission.search) == ()
+    live(robot, recollection, 90.0, NOW_NS)
+    assert robot.last.state is MissionState.FOUND
+    return robot, recollection
+
+
+def begin_second_day(robot, recollection, boxes):
+    """Another goal in between, then the hat again, from where the robot has gone."""
+    robot.ask("sofa", goal_id=2)
+    recollection.begin(robot.mission.search)
+    live(robot, recollection, 90.0, NOW_NS + DAY_NS // 2)
+    assert robot.last.state is MissionState.FOUND
+    robot.rebuild(boxes)
+    robot.ask("hat", goal_id=3)
+    return recollection.begin(robot.mission.search)
+
+
+def test_what_was_found_is_remembered_with_its_place(first_day):
+    robot, recollection = first_day
+    (one,) = [k for k in recollection.memory.instances() if k.label == "hat"]
+    assert one.source == "search"
+    assert one.position_world == robot.last.find.position_world
+    assert one.position_world == pytest.approx((6.95, 0.95, 0.85), abs=0.2)
+    assert {k.label for k in recollection.memory.instances()} >= {"table", "hat"}
+
+
+def test_the_next_search_goes_to_the_remembered_place_first(first_day, room):
+    robot, recollection = first_day
+    recalled = begin_second_day(robot, recollection, [*room(8.0, 4.0), TABLE, SOFA, ON_TABLE])
+    assert [one.label for one in recalled] == ["hat"]
+    driven = robot.world.path_length_m()
+    assert live(robot, recollection, 60.0, NOW_NS + DAY_NS) == []
+    assert robot.last.state is MissionState.FOUND
+    assert robot.world.path_length_m() - driven < 7.0, "straight there"
+    (one,) = [k for k in recollection.memory.instances() if k.label == "hat"]
+    assert not one.is_gone
+    assert one.first_seen_ns < NOW_NS + DAY_NS // 2 < NOW_NS + DAY_NS <= one.last_seen_ns
+
+
+def test_a_thing_that_was_moved_is_unlearned_and_found_elsewhere(first_day, room):
+    robot, recollection = first_day
+    robot.rebuild([*room(8.0, 4.0), TABLE, SOFA, ON_SOFA])
+    robot.ask("hat", goal_id=2)
+    assert len(recollection.begin(robot.mission.search)) == 1
+    gone = live(robot, recollection, 120.0, NOW_NS + DAY_NS)
+    assert [one.label for one in gone] == ["hat"]
+    assert gone[0].position_world == pytest.approx((6.95, 0.95, 0.85), abs=0.2)
+    assert robot.last.state is MissionState.FOUND
+    hats = [k for k in recollection.memory.instances() if k.label == "hat"]
+    assert [one.is_gone for one in hats] == [True, False]
+    assert hats[1].position_world == pytest.approx((1.75, 3.45, 0.65), abs=0.25)
+    assert hats[0].last_seen_ns < NOW_NS + DAY_NS // 2 < hats[0].gone_ns
+
+
+def test_moved_furniture_is_unlearned(first_day, room):
+    robot, recollection = first_day
+    moved = ("sofa", "sofa", (5.0, 3.2, 0.0), (6.8, 3.9, 0.5))
+    begin_second_day(robot, recollection, [*room(8.0, 4.0), TABLE, moved, ON_TABLE])
+    robot.ask("sofa", goal_id=4)
+    assert recollection.begin(robot.mission.search) == (), "the map knows where sofas are"
+    gone = live(robot, recollection, 90.0, NOW_NS + DAY_NS)
+    recollection.update(NOW_NS + 2 * DAY_NS)
+    sofas = [k for k in recollection.memory.instances() if k.label == "sofa"]
+    assert [(k.is_gone, k.position_world[0]) for k in sofas] == [
+        (True, pytest.approx(1.9, abs=0.4)),
+        (False, pytest.approx(5.9, abs=0.4)),
+    ]
+    assert [k.instance_id for k in gone] == [sofas[0].instance_id]
+
+
+def test_a_find_that_is_rejected_is_forgotten(first_day):
+    robot, recollection = first_day
+    assert robot.mission.goals.reject_find()
+    recollection.step(robot.mission.search, NOW_NS + 10**11)
+    assert "hat" not in {k.label for k in recollection.memory.instances()}
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.3, 0.2), (0.0, 0.9), (0.3, 1.0)])
+def test_probabilities_that_mean_nothing_are_refused(low, high):
+    with pytest.raises(ValueError, match="disproved_probability lies above 0"):
+        RecollectionConfig(disproved_probability=low, recalled_probability=high)
