@@ -89,7 +89,7 @@ def issue(
 
 
 def expiry(certificate_pem: bytes) -> dt.datetime:
-    """Return until when a certificate is valid; raises ValueError for what is none."""
+    """Return the end of a certificate's validity; raises ValueError if it is not a certificate."""
     return x509.load_pem_x509_certificate(certificate_pem).not_valid_after_utc
 
 

@@ -130,7 +130,7 @@ def _run_node(command: nodes.Node) -> int:
 def _run_tool(command: tools.Tool) -> int:
     match command:
         case tools.User():
-            from app.cli.tools.user import run_user
+            from app.cli.setup.user import run_user
 
             return run_user(command)
         case tools.Export():
@@ -154,15 +154,15 @@ def _run_tool(command: tools.Tool) -> int:
 
             return run_levels(command)
         case tools.Profile():
-            from app.cli.tools.profile import run_profile
+            from app.cli.setup.profile import run_profile
 
             return run_profile(command)
         case tools.Config():
-            from app.cli.tools.config import run_config
+            from app.cli.setup.config import run_config
 
             return run_config(command)
         case tools.Doctor():
-            from app.cli.tools.doctor import run_doctor
+            from app.cli.setup.doctor import run_doctor
 
             return run_doctor(command)
         case _:

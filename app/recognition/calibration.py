@@ -16,7 +16,7 @@ from ippon.frame import Frame
 from ippon.mapping.config import MapConfig
 from ippon.observation import Detections, Observation
 from ippon.observation_model import ObservationModel, ObservationModels
-from ippon.segmentation.painting import paint
+from ippon.segmentation.instance_heatmap import heatmap_of_instances
 
 ENOUGH_OBJECTS: Final = 5
 """Number of known objects from which a label gets its own table."""
@@ -91,7 +91,9 @@ class CalibrationRecording:
         """
         for n, frame in enumerate(self.source.frames(), 1):
             said = observe(frame)
-            heatmap = paint(said, frame.depth) if isinstance(said, Detections) else said
+            heatmap = (
+                heatmap_of_instances(said, frame.depth) if isinstance(said, Detections) else said
+            )
             if heatmap.kind != "scores":
                 raise CalibrationError(
                     f"{heatmap.source or 'this network'} gives probabilities that sum to 1, "

@@ -16,7 +16,7 @@ from ippon.frame import Frame
 from ippon.geometry import invert_transform
 from ippon.mission.snapshot import Find
 from ippon.observation import Instance
-from ippon.segmentation.painting import paint
+from ippon.segmentation.instance_heatmap import heatmap_of_instances
 
 MOST_IMAGES: Final = 4
 """Number of images shown per find, from different places if possible."""
@@ -74,7 +74,7 @@ def explain(recognition: Recognition, label: str, finds: Sequence[Find]) -> list
     for view in recognition.views:
         if view.detections is not None:
             frame = _frame_of(view)
-            collector.add(frame, paint(view.detections, frame.depth))
+            collector.add(frame, heatmap_of_instances(view.detections, frame.depth))
     prior = -math.log(len(recognition.map_of(label).labels))
     out: list[FindEvidence] = []
     for find in finds:

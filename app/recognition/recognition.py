@@ -24,7 +24,7 @@ from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find
 from ippon.observation import Heatmap, HeatmapKind, Observation
 from ippon.observation_model import ObservationModels
-from ippon.segmentation.painting import paint
+from ippon.segmentation.instance_heatmap import heatmap_of_instances
 from ippon.vocabulary import MATTERPORT_40
 
 VOXEL_SIZE_M: Final = 0.05
@@ -237,7 +237,11 @@ def asked_for(heatmap: Heatmap, name: str, others: Collection[str]) -> Heatmap:
 
 
 def _heatmap(observation: Observation, frame: Frame) -> Heatmap:
-    return observation if isinstance(observation, Heatmap) else paint(observation, frame.depth)
+    return (
+        observation
+        if isinstance(observation, Heatmap)
+        else heatmap_of_instances(observation, frame.depth)
+    )
 
 
 def _is_large_enough(check: SizeCheck, find: Find) -> bool:

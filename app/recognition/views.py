@@ -10,7 +10,7 @@ from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform, transform_points
 from ippon.observation import Detections, Instance, Observation
-from ippon.segmentation.painting import BORDER_SHARE, WELL_SEEN_M
+from ippon.segmentation.instance_heatmap import BORDER_SHARE, WELL_SEEN_M
 
 SEEN_SCORE: Final = 0.3
 """Minimum score of an instance for its image to show a find."""

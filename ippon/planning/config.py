@@ -11,7 +11,7 @@ from ippon.planning.selection.closer_look import CloserLookConfig
 from ippon.planning.selection.node_selection import SelectionConfig
 from ippon.planning.terrain.traversability import TraversabilityConfig
 from ippon.planning.terrain.unseen_gaps import UnseenGapConfig
-from ippon.planning.visibility.evaluation_scheduler import EvaluationConfig
+from ippon.planning.visibility.evaluation_scheduler import ViewpointEvaluationConfig
 from ippon.planning.visibility.view_config import ViewConfig
 
 
@@ -22,7 +22,7 @@ class PlannerConfig:
     ooi_threshold: float = 0.8
     """p_T: posterior above which a voxel belongs to the object; more stops later and errs less."""
     view: ViewConfig = field(default_factory=ViewConfig)
-    evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
+    evaluation: ViewpointEvaluationConfig = field(default_factory=ViewpointEvaluationConfig)
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     traversability: TraversabilityConfig = field(default_factory=TraversabilityConfig)
     unseen_gap: UnseenGapConfig = field(default_factory=UnseenGapConfig)

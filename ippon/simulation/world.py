@@ -15,7 +15,7 @@ from ippon.frame import Frame
 from ippon.geometry import Float64Array
 from ippon.observation import Heatmap
 from ippon.robot import RobotProfile
-from ippon.segmentation.painting import paint
+from ippon.segmentation.instance_heatmap import heatmap_of_instances
 from ippon.simulation.camera.renderer import Rendering, SceneRenderer
 from ippon.simulation.camera.sensor_noise import NoiseConfig, SensorNoise
 from ippon.simulation.robot.mobile_base import BaseConfig, SimulatedBase
@@ -167,5 +167,5 @@ class SimulatedWorld:
             return None
         if isinstance(self._segmenter, SimulatedDetector):
             found = self._segmenter.detect(rendering, self.camera, T_world_camera, index)
-            return paint(found, depth)
+            return heatmap_of_instances(found, depth)
         return self._segmenter.segment(rendering, T_world_camera[:3, 3], index)

@@ -8,7 +8,7 @@ from pathlib import Path
 class Ros2:
     """Bridge between a ROS 2 robot and the navigator; runs on the robot, in its own Python.
 
-    It needs rclpy and eclipse-zenoh alone, so take it to the robot:
+    It needs only rclpy and eclipse-zenoh. Copy it to the robot:
 
     `ippon ros2 --write FOLDER` writes the package `ippon_ros2`. On the robot, `python3 -m
     ippon_ros2 --check` shows which topics are there, and `python3 -m ippon_ros2 --connect

@@ -1,1 +1,1 @@
-"""Commands that prepare a robot and its people: certificates."""
+"""Commands that prepare a machine, a robot and its people."""

@@ -13,8 +13,8 @@ from app.robot_file import DetectorTable
 from ippon.observation import Detections, Heatmap
 from ippon.segmentation.detectors.coco import synonyms_of_class
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
+from ippon.segmentation.instance_heatmap import heatmap_of_instances
 from ippon.segmentation.instances import make_detections
-from ippon.segmentation.painting import paint
 from ippon.vocabulary import canonical_label
 
 UNNAMED = "detector"
@@ -87,7 +87,7 @@ class RobotDetector:
                 pixels = masks_of(masks, boxes, (h, w))
             except MessageError as error:
                 self.problem = str(error)
-        return paint(self.detections(boxes, pixels, (h, w)), depth)
+        return heatmap_of_instances(self.detections(boxes, pixels, (h, w)), depth)
 
     def detections(
         self,

@@ -84,7 +84,7 @@ class FrameIntake:
         subscribe(session, f"{robot}/{keys.TF}", self._note_tf)
 
     def inject(self, topic: str, payload: bytes) -> None:
-        """Take a message that the navigator made of one of the robot's, in place of this topic."""
+        """Take a message that the navigator converted from another topic of the robot."""
         self._receivers[topic](payload)
 
     def _note_tf(self, _: bytes) -> None:

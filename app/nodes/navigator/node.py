@@ -23,13 +23,13 @@ from app.nodes.navigator.map_publisher import MapPublisher
 from app.nodes.navigator.memory_keeper import MemoryKeeper
 from app.nodes.navigator.profile_check import ProfileCheck
 from app.nodes.navigator.services.memory_service import MemoryService
-from app.nodes.navigator.services.mission_queue import MissionQueue
+from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.services.request_services import RequestServices
-from app.nodes.navigator.stand_in_streams import StandInStreams
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.persistence import SavedState, StatePersistence
 from app.nodes.navigator.state_publisher import StatePublisher
 from app.nodes.navigator.status_report import StatusReport
+from app.nodes.navigator.stream_conversion import StreamConverter
 from app.nodes.navigator.stream_watch import StreamWatch
 from app.process.stop_signal import StopSignal
 from ippon.command import Command
@@ -79,10 +79,10 @@ class Navigator:
         self._intake = FrameIntake(
             session, robot, self._events.report_bad_message, RobotDetector(config.detector)
         )
-        self._stand_ins = StandInStreams(
+        self._converter = StreamConverter(
             session, robot, config.profile, self._intake, self._events.report
         )
-        self._operations = MissionQueue(self._intake.wake)
+        self._operations = OperationQueue(self._intake.wake)
         self._services = RequestServices(
             session, config, self._goals, self._stream, operations=self._operations,
             events=self._events, sender=self._sender, model=model,
@@ -119,7 +119,7 @@ class Navigator:
             asked = self._state.publish_labels(self._mission)
             self._intake.assembler.detector.ask(asked.labels, asked.ooi)
             self._state.publish_levels(self._goals.active())
-            self._stand_ins.check()
+            self._converter.check()
             frame = self._intake.take(IDLE_S)
             if frame is not None:
                 self._step(frame)
@@ -137,7 +137,7 @@ class Navigator:
         """Stop the robot, end the threads and save the state."""
         self._services.mux.close()
         self._stream.close()
-        self._stand_ins.close()
+        self._converter.close()
         self._services.guidance.close()
         self._services.sentences.close()
         if self._services.opinions is not None:

@@ -17,7 +17,7 @@ _OBJECT_PRIORITY = 1e6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EvaluationConfig:
+class ViewpointEvaluationConfig:
     """Number and order of the evaluations in a step.
 
     The priority of a viewpoint is the gain that its evaluation may show, in voxels, divided by the
@@ -60,7 +60,7 @@ class EvaluationScheduler:
     """Evaluates the stale viewpoints of the roadmap, those of highest priority first."""
 
     def __init__(
-        self, config: EvaluationConfig, roadmap: Roadmap, viewpoints: ViewpointStore
+        self, config: ViewpointEvaluationConfig, roadmap: Roadmap, viewpoints: ViewpointStore
     ) -> None:
         self._config = config
         self._roadmap = roadmap
@@ -135,7 +135,7 @@ class EvaluationScheduler:
 
 
 def evaluation_priority(
-    config: EvaluationConfig,
+    config: ViewpointEvaluationConfig,
     nodes: NDArray[np.int64],
     alive: NDArray[np.int64],
     xy: Float64Array,

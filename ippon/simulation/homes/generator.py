@@ -9,7 +9,12 @@ from ippon.errors import SceneError
 from ippon.simulation.homes.config import HomeConfig
 from ippon.simulation.homes.furniture import storage
 from ippon.simulation.homes.furniture.style import Style, make_style, uniform
-from ippon.simulation.homes.layout.building_shell import HomePlan, Thing, build_shell, leaf_rect
+from ippon.simulation.homes.layout.building_shell import (
+    HomePlan,
+    PlacedObject,
+    build_shell,
+    leaf_rect,
+)
 from ippon.simulation.homes.layout.large_floor import plan_large_floor
 from ippon.simulation.homes.layout.openings import (
     Opening,
@@ -71,7 +76,7 @@ def _attempt(rng: np.random.Generator, seed: int, config: HomeConfig) -> Scene |
     if kept is None or not {p.model.category for p in kept}.issuperset(_ESSENTIAL):
         return None
     things = shell + [
-        Thing(category=p.model.category, label=p.model.label, mesh=p.mesh(), room=p.room)
+        PlacedObject(category=p.model.category, label=p.model.label, mesh=p.mesh(), room=p.room)
         for p in kept
     ]
     scene = _assemble(plan, things, f"{config.layout}-{seed}")
@@ -169,7 +174,7 @@ def _furnish_studio(f: Furnisher, *, bathroom: bool) -> None:
     f.at_wall(storage.wardrobe(f.rng, f.style, 1.0), clearance=0.5)
 
 
-def _assemble(plan: HomePlan, things: list[Thing], name: str) -> Scene:
+def _assemble(plan: HomePlan, things: list[PlacedObject], name: str) -> Scene:
     """Join all meshes and name rooms and objects."""
     names = _numbered([r.kind for r in plan.rooms])
     nodes = _numbered([t.category for t in things])

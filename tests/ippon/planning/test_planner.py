@@ -18,7 +18,7 @@ from ippon.planning.selection import target_selector as target_selector_module
 from ippon.planning.selection.target_hysteresis import retention_of
 from ippon.planning.terrain.motion_check import move_between
 from ippon.planning.visibility import viewpoint_store as viewpoint_store_module
-from ippon.planning.visibility.evaluation_scheduler import EvaluationConfig
+from ippon.planning.visibility.evaluation_scheduler import ViewpointEvaluationConfig
 from ippon.robot import HABITAT, ZED
 from tests.ippon.planning.test_deadline import Clock
 
@@ -328,7 +328,7 @@ def test_one_seed_gives_one_plan(two_rooms, robot):
 
 def test_work_per_step_is_bounded(dense_map):
     volume = dense_map((9.6, 9.6, 2.4)).room((0.8, 0.8), (8.8, 8.8), ooi=None)
-    planner = make(samples_per_step=7, evaluation=EvaluationConfig(per_step=3))
+    planner = make(samples_per_step=7, evaluation=ViewpointEvaluationConfig(per_step=3))
     sizes = [1]
     for _ in range(10):
         plan = planner.step(volume.arrays(), base_pose(4.0, 4.0, 0.0, 0.0), -0.2)

@@ -14,7 +14,7 @@ from app.messages.driving import (
     PaintRequest,
 )
 from app.nodes.navigator.command.command_mux import CommandMux
-from app.nodes.navigator.services.mission_queue import MissionQueue
+from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.control.drive_mode import DriveMode
 from ippon.mission.mission import Mission
@@ -37,7 +37,7 @@ class DriveService:
     def __init__(
         self,
         mux: CommandMux,
-        operations: MissionQueue,
+        operations: OperationQueue,
         goals: GoalQueue,
         painted: Topic,
     ) -> None:

@@ -16,7 +16,7 @@ from app.messages.control import (
 from app.messages.plain_text import complaint
 from app.messages.status import MissionState
 from app.nodes.navigator.services.guidance_service import GuidanceService
-from app.nodes.navigator.services.mission_queue import MissionQueue
+from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.guidance.language.requests.sentence import name_notes
 from ippon.mission.mission import Mission
@@ -48,7 +48,7 @@ class GoalService:
         guidance: GuidanceService,
         *,
         stop_latch: StopLatch,
-        operations: MissionQueue,
+        operations: OperationQueue,
     ) -> None:
         self._guidance = guidance
         self._goals = goals

@@ -28,7 +28,7 @@ from app.messages.control import (
     SearchRequest,
     VocabularyRequest,
 )
-from app.nodes.navigator.services.mission_queue import MissionQueue
+from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
 from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level, LevelName
@@ -59,7 +59,7 @@ class GuidanceService:
         *,
         model: LanguageModelInterface | None,
         look_every_s: float = 0.0,
-        operations: MissionQueue,
+        operations: OperationQueue,
         report_event: ReportEvent,
     ) -> None:
         self._goals = goals

@@ -7,7 +7,7 @@ from typing import Final
 import simplejpeg
 
 from app.links.language_model.interface import LanguageModelInterface
-from app.nodes.navigator.services.mission_queue import MissionQueue
+from app.nodes.navigator.services.operation_queue import OperationQueue
 from ippon.mission.finds.second_opinion import Opinion, OpinionRequest
 from ippon.mission.mission import Mission
 
@@ -22,7 +22,7 @@ class OpinionService:
         operations: Queue of the mission's thread.
     """
 
-    def __init__(self, model: LanguageModelInterface, operations: MissionQueue) -> None:
+    def __init__(self, model: LanguageModelInterface, operations: OperationQueue) -> None:
         self._model = model
         self._operations = operations
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="opinion")

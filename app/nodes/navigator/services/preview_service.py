@@ -10,7 +10,7 @@ from app.messages.control import (
     PreviewReply,
     PreviewRequest,
 )
-from app.nodes.navigator.services.mission_queue import MissionQueue
+from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.levels import Guidance, LabelLevel, Level
@@ -25,7 +25,7 @@ TIMEOUT_S = 8.0
 class PreviewService:
     """Answers requests of everyone, independent of the lease."""
 
-    def __init__(self, goals: GoalQueue, operations: MissionQueue) -> None:
+    def __init__(self, goals: GoalQueue, operations: OperationQueue) -> None:
         self._goals = goals
         self._operations = operations
         self._prior = EmbeddedPrior()

@@ -29,11 +29,11 @@ from app.nodes.navigator.command.command_mux import CommandMux
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.event_publisher import EventPublisher
-from app.nodes.navigator.services.control_service import ControlService
 from app.nodes.navigator.services.drive_service import DriveService
 from app.nodes.navigator.services.goal_service import GoalService
 from app.nodes.navigator.services.guidance_service import GuidanceService
-from app.nodes.navigator.services.mission_queue import MissionQueue
+from app.nodes.navigator.services.lease_service import LeaseService
+from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.services.opinion_service import OpinionService
 from app.nodes.navigator.services.preview_service import PreviewService
 from app.nodes.navigator.services.sentence_service import SentenceService
@@ -69,8 +69,8 @@ ENDPOINTS: Final = (
     Endpoint(keys.PAINT, PaintRequest, DriveService, DriveService.paint, "holder"),
     Endpoint(keys.INSPECT, InspectRequest, PreviewService, PreviewService.inspect, "everyone"),
     Endpoint(keys.PREVIEW, PreviewRequest, PreviewService, PreviewService.preview, "everyone"),
-    Endpoint(keys.LEASE, LeaseRequest, ControlService, ControlService.ask, "credential"),
-    Endpoint(keys.LEASE_TAKE, TakeRequest, ControlService, ControlService.take, "credential"),
+    Endpoint(keys.LEASE, LeaseRequest, LeaseService, LeaseService.ask, "credential"),
+    Endpoint(keys.LEASE_TAKE, TakeRequest, LeaseService, LeaseService.take, "credential"),
 )
 
 
@@ -114,13 +114,13 @@ class RequestServices:
         goals: GoalQueue,
         stream: CommandStream,
         *,
-        operations: MissionQueue,
+        operations: OperationQueue,
         events: EventPublisher,
         sender: Sender,
         model: LanguageModelInterface | None,
     ) -> None:
         robot = config.robot
-        self.control = ControlService()
+        self.control = LeaseService()
         self.guidance = GuidanceService(
             config.labels,
             goals,

@@ -1,4 +1,4 @@
-"""One sentence is enough: which objects, what tells them from others, and where they may be."""
+"""Reads a sentence: the objects, their attributes and their possible places."""
 
 from collections.abc import Sequence
 from dataclasses import replace

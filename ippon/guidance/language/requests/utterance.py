@@ -43,7 +43,7 @@ _SOUND = (
 
 @dataclass(slots=True)
 class Utterance:
-    """Words of a sentence with what stands between them."""
+    """The words of a sentence and the punctuation between them."""
 
     text: str
     tokens: list[Token] = field(default_factory=list)

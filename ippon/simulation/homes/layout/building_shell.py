@@ -27,7 +27,7 @@ _LEAF_THICKNESS_M = 0.04
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Thing:
+class PlacedObject:
     """One object of the home, in world coordinates."""
 
     category: str
@@ -52,7 +52,7 @@ class HomePlan:
         return self.rooms[room].rect.grown(-0.5 * self.thickness_m)
 
 
-def build_shell(rng: np.random.Generator, plan: HomePlan, style: Style) -> list[Thing]:
+def build_shell(rng: np.random.Generator, plan: HomePlan, style: Style) -> list[PlacedObject]:
     """Return everything but furniture and small objects."""
     colors = [wall_color(rng, style) for _ in plan.rooms]
     things = [_wall(plan, wall, colors) for wall in plan.walls]
@@ -110,7 +110,7 @@ def _bar(
         b.box((c0, a0, z[0]), (c1, a1, z[1]), color, faces=faces)
 
 
-def _wall(plan: HomePlan, wall: SharedWall, colors: list[Color]) -> Thing:
+def _wall(plan: HomePlan, wall: SharedWall, colors: list[Color]) -> PlacedObject:
     """Return a wall segment with its openings; each side has the colour of its room."""
     t = 0.5 * plan.thickness_m
     first, second = _side_colors(plan, wall, colors)
@@ -137,7 +137,7 @@ def _wall(plan: HomePlan, wall: SharedWall, colors: list[Color]) -> Thing:
         _bar(b, wall, (o.low, o.high), (-t, t), (o.z1, plan.ceiling_m), first, faces)
         start = o.high
     _bar(b, wall, (start, high), (-t, t), (0.0, plan.ceiling_m), first, faces)
-    return Thing(category="wall", label="wall", mesh=b.build(), room=wall.first)
+    return PlacedObject(category="wall", label="wall", mesh=b.build(), room=wall.first)
 
 
 def _side_colors(plan: HomePlan, wall: SharedWall, colors: list[Color]) -> tuple[Color, Color]:
@@ -148,7 +148,7 @@ def _side_colors(plan: HomePlan, wall: SharedWall, colors: list[Color]) -> tuple
     return (first, second) if middle < wall.line else (second, first)
 
 
-def _floor(rng: np.random.Generator, plan: HomePlan, room: int, style: Style) -> Thing:
+def _floor(rng: np.random.Generator, plan: HomePlan, room: int, style: Style) -> PlacedObject:
     """Make a floor of boards or tiles."""
     r, kind = plan.rooms[room].rect, plan.rooms[room].kind
     tiled = kind in _TILED and (kind != "hall" or chance(rng, 0.4))
@@ -174,7 +174,7 @@ def _floor(rng: np.random.Generator, plan: HomePlan, room: int, style: Style) ->
     faces = np.concatenate([rows + np.array([0, 1, 2]), rows + np.array([0, 2, 3])])
     colors = np.array(tints + tints, dtype=np.uint8)
     b.add_mesh(Mesh(vertices=vertices, faces=faces, colors=colors))
-    return Thing(category="floor", label="floor", mesh=b.build(), room=room)
+    return PlacedObject(category="floor", label="floor", mesh=b.build(), room=room)
 
 
 def _quad(r: Rect, along_x: bool, u: tuple[float, float], v: tuple[float, float]) -> np.ndarray:
@@ -184,13 +184,13 @@ def _quad(r: Rect, along_x: bool, u: tuple[float, float], v: tuple[float, float]
     return np.array([(r.x0 + c, r.y0 + a, 0.0) for a, c in reversed(corners)])
 
 
-def _ceiling(plan: HomePlan, room: int) -> Thing:
+def _ceiling(plan: HomePlan, room: int) -> PlacedObject:
     r, z = plan.rooms[room].rect, plan.ceiling_m
     b = MeshBuilder().box((r.x0, r.y0, z), (r.x1, r.y1, z + 0.05), (244, 243, 240))
-    return Thing(category="ceiling", label="ceiling", mesh=b.build(), room=room)
+    return PlacedObject(category="ceiling", label="ceiling", mesh=b.build(), room=room)
 
 
-def _window(rng: np.random.Generator, plan: HomePlan, o: Opening) -> Thing:
+def _window(rng: np.random.Generator, plan: HomePlan, o: Opening) -> PlacedObject:
     """Return an opaque, sky-coloured pane in a frame, with a sill."""
     t = 0.5 * plan.thickness_m
     glass = vary(rng, pick(rng, ((186, 210, 228), (204, 222, 232), (170, 200, 224))), 0.04)
@@ -207,10 +207,10 @@ def _window(rng: np.random.Generator, plan: HomePlan, o: Opening) -> Thing:
     side = _towards(plan, o, o.rooms[0])
     board = sorted((side * 0.02, side * (t + 0.06)))
     _bar(b, o, (o.low, o.high), (board[0], board[1]), (o.z0, o.z0 + 0.02), _FRAME)
-    return Thing(category="window", label="window", mesh=b.build(), room=o.rooms[0])
+    return PlacedObject(category="window", label="window", mesh=b.build(), room=o.rooms[0])
 
 
-def _front_door(plan: HomePlan, o: Opening, color: Color) -> Thing:
+def _front_door(plan: HomePlan, o: Opening, color: Color) -> PlacedObject:
     b = MeshBuilder()
     side = _towards(plan, o, o.rooms[0])
     _bar(b, o, (o.low, o.high), (-0.03, 0.03), (0.0, o.z1), color)
@@ -220,20 +220,20 @@ def _front_door(plan: HomePlan, o: Opening, color: Color) -> Thing:
         _bar(b, o, (o.low + 0.15, o.high - 0.15), (panel[0], panel[1]), z, shade(color, 0.85))
     knob = sorted((face, face + 0.06 * side))
     _bar(b, o, (o.low + 0.05, o.low + 0.12), (knob[0], knob[1]), (1.0, 1.04), (170, 170, 172))
-    return Thing(category="door", label="front door", mesh=b.build(), room=o.rooms[0])
+    return PlacedObject(category="door", label="front door", mesh=b.build(), room=o.rooms[0])
 
 
-def _door_frame(plan: HomePlan, o: Opening, color: Color) -> Thing:
+def _door_frame(plan: HomePlan, o: Opening, color: Color) -> PlacedObject:
     """Return a casing around a doorway that leaves its clear width free."""
     t, c = 0.5 * plan.thickness_m + 0.012, 0.06
     b = MeshBuilder()
     for span in ((o.low - c, o.low), (o.high, o.high + c)):
         _bar(b, o, span, (-t, t), (0.0, o.z1 + c), color)
     _bar(b, o, (o.low - c, o.high + c), (-t, t), (o.z1, o.z1 + c), color)
-    return Thing(category="door", label="door frame", mesh=b.build(), room=o.rooms[0])
+    return PlacedObject(category="door", label="door frame", mesh=b.build(), room=o.rooms[0])
 
 
-def _door_leaf(plan: HomePlan, o: Opening, color: Color) -> Thing:
+def _door_leaf(plan: HomePlan, o: Opening, color: Color) -> PlacedObject:
     r = leaf_rect(plan, o)
     b = MeshBuilder().box((r.x0, r.y0, 0.01), (r.x1, r.y1, o.z1 - 0.01), color)
     # A panel on both faces and a handle near the free edge make it recognisable as a door.
@@ -246,7 +246,7 @@ def _door_leaf(plan: HomePlan, o: Opening, color: Color) -> Thing:
             b.box((r.x0 + 0.14, r.y0 - m, z0), (r.x1 - 0.14, r.y1 + m, z1), shade(color, 0.92))
     x, y = _free_edge(o, r)
     b.box((x - 0.05, y - 0.05, 1.0), (x + 0.05, y + 0.05, 1.03), (170, 170, 172))
-    return Thing(category="door", label="door", mesh=b.build(), room=o.leaf_room)
+    return PlacedObject(category="door", label="door", mesh=b.build(), room=o.leaf_room)
 
 
 def _free_edge(o: Opening, r: Rect) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ippon.simulation.camera.line_of_sight import LineOfSight
 from ippon.simulation.homes.config import HomeConfig
 from ippon.simulation.homes.furniture.style import uniform
-from ippon.simulation.homes.layout.building_shell import HomePlan, Thing
+from ippon.simulation.homes.layout.building_shell import HomePlan, PlacedObject
 from ippon.simulation.homes.layout.openings import Opening
 from ippon.simulation.homes.layout.rect import Rect
 from ippon.simulation.homes.rooms.placement import Placed
@@ -32,7 +32,7 @@ _EYE_M = 1.25
 
 
 def make_room_for_robot(
-    plan: HomePlan, shell: list[Thing], placed: list[Placed], config: HomeConfig
+    plan: HomePlan, shell: list[PlacedObject], placed: list[Placed], config: HomeConfig
 ) -> list[Placed] | None:
     """Remove optional furniture until the robot reaches every room and the large furniture.
 

@@ -6,7 +6,7 @@ from app.links.network.request_credential import request_credential
 from app.links.network.requests import RequestRefusedError, ask, serve
 from app.messages.control import Accepted, FeedbackRequest
 from app.messages.lease import Credential, LeaseReply, LeaseRequest
-from app.nodes.navigator.services.control_service import ControlService
+from app.nodes.navigator.services.lease_service import LeaseService
 from app.nodes.navigator.services.request_services import declare_endpoints
 
 ANNA = Credential(session="a" * 20, name="Anna")
@@ -16,7 +16,7 @@ CONFIRM = FeedbackRequest(verdict="confirm")
 @pytest.fixture
 def control(sessions):
     router, client = sessions
-    control = ControlService(lambda: 0.0)
+    control = LeaseService(lambda: 0.0)
     endpoints = declare_endpoints(router, "r", control)
     endpoints.append(
         serve(router, "r/feedback", FeedbackRequest, lambda _: Accepted(), control.authorize)

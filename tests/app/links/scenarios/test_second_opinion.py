@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import simplejpeg
 
-from app.nodes.navigator.services.mission_queue import MissionQueue
+from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.services.opinion_service import OpinionService
 from ippon.mission.finds.second_opinion import SecondOpinionConfig, SecondOpinions
 from ippon.mission.snapshot import Find
@@ -25,7 +25,7 @@ class Asking:
 
     def __init__(self, model):
         self.opinions = SecondOpinions(SecondOpinionConfig())
-        self.queue = MissionQueue(lambda: None)
+        self.queue = OperationQueue(lambda: None)
         self.service = OpinionService(model, self.queue)
         self.opinions.ask = self.service.ask
         color = np.full((96, 128, 3), 90, np.uint8)

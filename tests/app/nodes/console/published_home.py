@@ -25,7 +25,7 @@ from app.messages.images import encode_camera
 from app.messages.motion import StampedPath, StampedTransform, encode_path, encode_transforms
 from app.messages.scene import encode_tree, encode_voxels
 from app.messages.status import GoalStatus
-from app.nodes.navigator.services.control_service import ControlService
+from app.nodes.navigator.services.lease_service import LeaseService
 from app.nodes.navigator.services.request_services import declare_endpoints
 from ippon.camera import PinholeCamera
 from ippon.guidance.language.requests.sentence import read_request
@@ -64,7 +64,7 @@ class PublishedHome:
         config.insert_json5("scouting/multicast/enabled", "false")
         self._session = zenoh.open(config)
         self._alive = self._session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
-        self.lease = ControlService(lease_clock)
+        self.lease = LeaseService(lease_clock)
         self._endpoints = declare_endpoints(self._session, robot, self.lease)
         for key, answer in {
             keys.SEARCH: self._search,

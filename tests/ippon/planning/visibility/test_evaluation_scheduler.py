@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from ippon.planning.deadline import UNLIMITED, Deadline
-from ippon.planning.visibility.evaluation_scheduler import EvaluationConfig, EvaluationScheduler
+from ippon.planning.visibility.evaluation_scheduler import (
+    EvaluationScheduler,
+    ViewpointEvaluationConfig,
+)
 from tests.ippon.planning.joined import late
 
 ARRAYS = SimpleNamespace(voxel_size=0.1)
@@ -38,7 +41,7 @@ def evaluations(viewpoints: Views, most=4):
         nodes=np.arange(count), xy=np.column_stack([3.0 * np.arange(count), np.zeros(count)])
     )
     tree = SimpleNamespace(order=np.arange(count), cost=np.zeros(count))
-    made = EvaluationScheduler(EvaluationConfig(per_step=most), roadmap, viewpoints)
+    made = EvaluationScheduler(ViewpointEvaluationConfig(per_step=most), roadmap, viewpoints)
 
     def step(deadline: Deadline = UNLIMITED, target=None, *, standing=False):
         viewpoints.done.clear()
@@ -88,6 +91,6 @@ def test_a_stale_viewpoint_with_little_potential_is_not_worth_evaluating(potenti
 
 def test_an_evaluation_schedule_that_stops_is_refused():
     with pytest.raises(ValueError, match="per_step must be at least 2"):
-        EvaluationConfig(per_step=1)
+        ViewpointEvaluationConfig(per_step=1)
     with pytest.raises(ValueError, match="arrival_s must be above 0"):
-        EvaluationConfig(arrival_s=0.0)
+        ViewpointEvaluationConfig(arrival_s=0.0)

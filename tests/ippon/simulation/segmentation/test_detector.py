@@ -6,7 +6,7 @@ import pytest
 from ippon.geometry import base_pose
 from ippon.observation_model import LEAST_SCORE
 from ippon.robot import ZED
-from ippon.segmentation.painting import paint
+from ippon.segmentation.instance_heatmap import heatmap_of_instances
 from ippon.simulation.camera.renderer import SceneRenderer
 from ippon.simulation.segmentation.detector import (
     SOURCE,
@@ -48,7 +48,7 @@ def test_without_errors_boxes_enclose_the_visible_parts(furnished, camera):
 def test_boxes_become_a_heatmap_of_scores(furnished, camera):
     picture, *rest = view(furnished, camera)
     found = SimulatedDetector(furnished, MATTERPORT_40, "hat", NEVER_ERRS).detect(picture, *rest, 0)
-    heatmap = paint(found, picture.depth)
+    heatmap = heatmap_of_instances(found, picture.depth)
     assert (heatmap.kind, heatmap.source, heatmap.ooi) == ("scores", SOURCE, "hat")
     assert not {"wall", "floor"} & set(heatmap.labels)
     channel = heatmap.ooi_channel

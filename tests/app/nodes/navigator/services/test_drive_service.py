@@ -21,7 +21,7 @@ from app.messages.control import (
 )
 from app.messages.driving import DriveRequest, GotoRequest, PaintedRegions, PaintRequest
 from app.nodes.navigator.services.drive_service import DriveService
-from app.nodes.navigator.services.mission_queue import MissionQueue
+from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.services.preview_service import PreviewService
 from app.nodes.navigator.services.request_services import declare_endpoints
 from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
@@ -63,7 +63,7 @@ def service(sessions):
     router, client = sessions
     mission, sender = Missionary(), Sender()
 
-    class ThreadPerOperation(MissionQueue):
+    class ThreadPerOperation(OperationQueue):
         def enqueue(self, operation) -> None:
             threading.Thread(target=operation, args=(mission,)).start()
 

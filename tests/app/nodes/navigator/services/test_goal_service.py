@@ -8,7 +8,7 @@ from app.messages import keys
 from app.messages.control import ControlRequest, FeedbackRequest, SearchRequest
 from app.nodes.navigator.services.goal_service import GoalService
 from app.nodes.navigator.services.guidance_service import GuidanceService
-from app.nodes.navigator.services.mission_queue import MissionQueue
+from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.services.request_services import declare_endpoints
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.guidance.levels import Level
@@ -61,12 +61,12 @@ def office(sessions):
     router, client = sessions
     goals = GoalQueue(max_queue=3)
     wheels = StopLatch()
-    operations = MissionQueue(wake=lambda: None)
+    operations = OperationQueue(wake=lambda: None)
     guidance = GuidanceService(
         MATTERPORT_40,
         goals,
         model=None,
-        operations=MissionQueue(wake=lambda: None),
+        operations=OperationQueue(wake=lambda: None),
         report_event=lambda *_: None,
     )
     service = GoalService(goals, guidance, stop_latch=wheels, operations=operations)

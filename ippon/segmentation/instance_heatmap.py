@@ -24,7 +24,9 @@ _EDGE_M: Final = 0.15
 MIDDLE_PERCENTILE: Final = 50.0
 
 
-def paint(detections: Detections, depth: NDArray[np.float32], longest_px: int = 160) -> Heatmap:
+def heatmap_of_instances(
+    detections: Detections, depth: NDArray[np.float32], longest_px: int = 160
+) -> Heatmap:
     """Return the score of each label at each pixel.
 
     A box covers the pixels whose depth is close to that of its middle. Instances are painted from

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.observation_model import LEAST_SCORE, NOTHING_SAID
-from ippon.segmentation.painting import WINS_FROM
+from ippon.segmentation.instance_heatmap import WINS_FROM
 
 
 def painted(

@@ -24,7 +24,7 @@ def run_profile(command: Profile) -> int:
     else:
         print(summary(profile))
     if command.picture is not None:
-        from app.cli.tools.profile_picture import draw_profile
+        from app.cli.setup.profile_picture import draw_profile
 
         save_picture(draw_profile(profile), command.picture)
         print(f"{command.picture}: body and view", file=sys.stderr)

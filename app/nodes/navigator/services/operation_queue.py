@@ -17,7 +17,7 @@ ANSWER_S: Final = 1.8
 """Default time that a request waits for an answer; a step of the mission may be under way."""
 
 
-class MissionQueue:
+class OperationQueue:
     """First-in, first-out queue of operations; `enqueue` and `ask` are safe from any thread."""
 
     def __init__(self, wake: Callable[[], None]) -> None:

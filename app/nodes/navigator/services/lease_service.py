@@ -21,7 +21,7 @@ _NO_CREDENTIAL: Final = (
 )
 
 
-class ControlService:
+class LeaseService:
     """Owns the lease; safe from any thread."""
 
     def __init__(self, clock: Clock = time.monotonic) -> None:

@@ -1,7 +1,7 @@
-"""Streams made of others that a robot has instead: JPEG of raw images, tf of odometry.
+"""Converts streams that a robot publishes in place of the usual ones: raw images, odometry.
 
-What is made goes to the navigator's own intake and to the network, so that console, recorder and
-segmentation find the usual topics.
+Raw images become JPEG and odometry becomes tf. The result goes to the navigator's own intake and to
+the network, so that console, recorder and segmentation receive the usual topics.
 """
 
 import logging
@@ -34,14 +34,14 @@ NO_MOUNT: Final = (
 )
 
 
-class StandInStreams:
-    """Converts in a thread of its own.
+class StreamConverter:
+    """Converts raw images and odometry in its own thread.
 
     Args:
         session: An open session.
         robot: Key prefix.
         profile: Its camera mount is taken where there is no tf.
-        intake: Gets what is made.
+        intake: Receives the converted messages.
         report: Publishes an event of a kind with a text.
     """
 
@@ -71,7 +71,7 @@ class StandInStreams:
             for topic in (keys.COLOR, keys.TF)
         }
         subscribe(session, f"{robot}/{keys.ODOM}", partial(self._take, keys.ODOM))
-        threading.Thread(target=self._run, name="stand-in streams", daemon=True).start()
+        threading.Thread(target=self._run, name="stream conversion", daemon=True).start()
 
     def check(self) -> None:
         """Ask for uncompressed images while no compressed ones come; report what went wrong.

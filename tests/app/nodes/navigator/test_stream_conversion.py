@@ -8,7 +8,7 @@ from app.messages import keys
 from app.messages.images import encode_camera, encode_depth
 from app.messages.motion import decode_transforms, encode_transforms
 from app.nodes.navigator.frame_intake import FrameIntake
-from app.nodes.navigator.stand_in_streams import StandInStreams
+from app.nodes.navigator.stream_conversion import StreamConverter
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
 from ippon.robot import ZED
@@ -30,7 +30,7 @@ def make(sessions, events):
 
     def start(profile=FIXED):
         intake = FrameIntake(sessions[0], "r", events.append)
-        streams = StandInStreams(
+        streams = StreamConverter(
             sessions[0], "r", profile, intake, lambda kind, text: events.append((kind, text))
         )
         made.append(streams)

@@ -3,7 +3,7 @@ import pytest
 
 from ippon.observation import Detections, Instance
 from ippon.observation_model import NOT_RECOGNISED, NOTHING_SAID
-from ippon.segmentation.painting import _paint_kernel, paint
+from ippon.segmentation.instance_heatmap import _paint_kernel, heatmap_of_instances
 from tests.reference import painting as reference
 
 
@@ -19,7 +19,9 @@ def scene():
 
 
 def test_a_box_covers_pixels_at_the_depth_of_its_middle():
-    heat = paint(detections(Instance(label="table", score=0.8, box_px=(10, 30, 150, 110))), scene())
+    heat = heatmap_of_instances(
+        detections(Instance(label="table", score=0.8, box_px=(10, 30, 150, 110))), scene()
+    )
     table = heat.probabilities[..., heat.labels.index("table")]
     assert (table[41:99, 21:139] == 204).all()
     assert table[32, 80] == NOT_RECOGNISED
@@ -29,10 +31,10 @@ def test_a_box_covers_pixels_at_the_depth_of_its_middle():
 def test_an_object_in_front_takes_the_pixels():
     table = Instance(label="table", score=0.8, box_px=(20, 40, 140, 100))
     cup = Instance(label="cup", score=0.6, box_px=(70, 60, 90, 80))
-    heat = paint(detections(table, cup), scene()).probabilities
+    heat = heatmap_of_instances(detections(table, cup), scene()).probabilities
     assert heat[70, 80].tolist() == [NOTHING_SAID, 153]
     weak = Instance(label="cup", score=0.2, box_px=(70, 60, 90, 80))
-    heat = paint(detections(table, weak), scene()).probabilities
+    heat = heatmap_of_instances(detections(table, weak), scene()).probabilities
     assert heat[70, 80].tolist() == [204, 51]
 
 
@@ -40,7 +42,7 @@ def test_pixels_without_depth_far_away_or_at_edges_carry_no_evidence():
     depth = scene()
     depth[50:60, 50:60] = 0.0
     depth[70:80, 60:70] = 4.0
-    heat = paint(detections(), depth).probabilities
+    heat = heatmap_of_instances(detections(), depth).probabilities
     for v, u in ((55, 55), (75, 65), (1, 80), (60, 1)):
         assert (heat[v, u] == NOTHING_SAID).all()
     assert (heat[90, 100] == NOT_RECOGNISED).all()
@@ -50,14 +52,14 @@ def test_a_mask_takes_the_place_of_the_box():
     mask = np.zeros((60, 80), np.bool_)
     mask[30:40, 30:60] = True
     one = Instance(label="cup", score=0.5, box_px=(20, 40, 140, 100), mask=mask)
-    cup = paint(detections(one), scene()).probabilities[..., -1]
+    cup = heatmap_of_instances(detections(one), scene()).probabilities[..., -1]
     assert (cup[62:78, 62:118] > 100).all()
     assert (cup[42:58, 30:130] <= NOTHING_SAID).all()
 
 
 def test_depth_of_another_shape_is_refused():
     with pytest.raises(ValueError, match="does not fit an image of 160x120"):
-        paint(detections(), np.ones((100, 100), np.float32))
+        heatmap_of_instances(detections(), np.ones((100, 100), np.float32))
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -15,7 +15,7 @@ from app.messages.control import (
 )
 from app.messages.driving import TeleopTag
 from app.messages.lease import Credential, LeaseReply, LeaseRequest, TakeRequest
-from app.nodes.navigator.services.control_service import ControlService
+from app.nodes.navigator.services.lease_service import LeaseService
 from app.nodes.navigator.services.request_services import declare_endpoints
 
 ANNA = Credential(session="a" * 20, name="Anna")
@@ -26,7 +26,7 @@ BERT = Credential(session="b" * 20, name="Bert")
 def office(sessions):
     router, client = sessions
     clock = SimpleNamespace(now=100.0)
-    service = ControlService(lambda: clock.now)
+    service = LeaseService(lambda: clock.now)
     endpoints = declare_endpoints(router, "r", service)
     handled = []
 
