@@ -48,7 +48,7 @@ class RegistrationConfig:
     """Above the floor; what is higher, ceilings and lintels, is left out."""
     inlier_m: float = 0.15
     """Distance to the map's surface within which a point fits."""
-    min_fitness: float = 0.75
+    min_fitness: float = 0.85
     """Share of the points that must fit; less places the robot where furniture was moved, and more
     often wrongly."""
     min_lead: float = 0.1

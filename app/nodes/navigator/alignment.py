@@ -49,7 +49,7 @@ _EVERY_RAD: Final = math.radians(20.0)
 _REACH_M: Final = 6.0
 _IDLE_S: Final = 0.05
 _WITHIN_M: Final = 0.25
-_DISAGREES: Final = 0.5
+_DISAGREES: Final = 0.25
 """Share of what is seen that lies in the map's free space."""
 
 
