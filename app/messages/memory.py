@@ -57,6 +57,6 @@ class MapAlignment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     Everything else that the navigator publishes is in the frame of the map.
     """
 
-    position_map: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    position_map: tuple[float, float, float]
     """Metres."""
-    yaw_rad: float = 0.0
+    yaw_rad: float

@@ -28,6 +28,8 @@ _ICP_STEPS: Final = 30
 _LEAST_POINTS: Final = 300
 _LEAST_KNOWN: Final = 100
 _NORMAL_RADIUS_M: Final = 0.3
+_NEAR_M: Final = 0.3
+"""Distance to the camera up to which rays are not compared."""
 
 
 class RegistrationError(IpponError):
@@ -48,7 +50,7 @@ class RegistrationConfig:
     """Above the floor; what is higher, ceilings and lintels, is left out."""
     inlier_m: float = 0.15
     """Distance to the map's surface within which a point fits."""
-    min_fitness: float = 0.85
+    min_fitness: float = 0.75
     """Share of the points that must fit; less places the robot where furniture was moved, and more
     often wrongly."""
     min_lead: float = 0.1
@@ -113,23 +115,36 @@ def seen_points(frame: Frame, max_range_m: float, step: int = 2) -> Float64Array
     return transform_points(frame.T_world_camera, np.stack([x, y, z], axis=1))
 
 
-def contradiction(voxel_map: VoxelMap, points_world: Float64Array, within_m: float) -> float:
-    """Return which share of seen points lies where the map has free space and no surface near.
+def contradiction(
+    voxel_map: VoxelMap, camera_world: Float64Array, points_world: Float64Array, within_m: float
+) -> float:
+    """Return the share of the seen points that contradict a map.
+
+    A point contradicts the map in its free space, away from any surface, or if the ray to it passes
+    through a surface. Points that the map does not reach, without such a ray, do not count.
 
     Args:
         voxel_map: The map.
+        camera_world: (3,) position of the camera, metres.
         points_world: (N, 3) seen surface, metres.
-        within_m: Farther from the map's surface, free space contradicts a point.
+        within_m: Tolerance of surfaces, metres.
 
     Returns:
-        Share of the points that fall into known space; 0 where fewer than a hundred do.
+        Share of the points that count; 0 if fewer than a hundred do.
     """
-    states = voxel_map.state_at(points_world)
-    known = points_world[states != UNKNOWN]
-    if len(known) < _LEAST_KNOWN:
+    away = points_world - camera_world
+    distance_m = np.linalg.norm(away, axis=1)
+    blocked = np.zeros(len(points_world), dtype=np.bool_)
+    for before_m in np.arange(2.0 * within_m, float(distance_m.max(initial=0.0)), 0.5 * within_m):
+        on_ray = np.flatnonzero(distance_m - before_m > _NEAR_M)
+        at = points_world[on_ray] - away[on_ray] * (before_m / distance_m[on_ray, None])
+        blocked[on_ray] |= voxel_map.state_at(at) == OCCUPIED
+    known = voxel_map.state_at(points_world) != UNKNOWN
+    counts = known | blocked
+    if np.count_nonzero(counts) < _LEAST_KNOWN:
         return 0.0
-    distance_m = voxel_map.distance_at(known, unknown="free")
-    return float((distance_m > within_m).mean())
+    free = voxel_map.distance_at(points_world, unknown="free") > within_m
+    return float((blocked | (known & free))[counts].mean())
 
 
 def register(

@@ -23,10 +23,8 @@ from app.nodes.navigator.frame_intake import FrameIntake
 from app.process.stop_signal import StopSignal
 from ippon.command import Command
 from ippon.errors import FrameRejectedError
-from ippon.frame import Frame
+from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
-from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.registration import (
     Registration,
@@ -36,21 +34,24 @@ from ippon.memory.registration import (
     seen_points,
     surface_points,
 )
-from ippon.mission.goal import Goal
-from ippon.mission.mission import Mission
-from ippon.mission.snapshot import MissionState
+from ippon.mission.safe_motion import SafeMotion, moves_base
 
 logger = logging.getLogger(__name__)
 
 PATIENCE_S: Final = 120.0
 """Time for the turn, without the time for which the robot is stopped."""
+_WHOLE_TURN_RAD: Final = math.radians(350.0)
+_SHARE_OF_SPEED: Final = 0.5
+"""Of the robot's fastest turn."""
+_BLOCKED_S: Final = 5.0
+"""Time without a safe turn after which the robot has no space."""
 _EVERY_RAD: Final = math.radians(20.0)
 """Turn from one view that is used to the next."""
 _REACH_M: Final = 6.0
 _IDLE_S: Final = 0.05
 _WITHIN_M: Final = 0.25
 _DISAGREES: Final = 0.25
-"""Share of what is seen that lies in the map's free space."""
+"""Share of what is seen that contradicts the map."""
 
 
 class Alignment:
@@ -71,11 +72,13 @@ class Alignment:
         self._stream = CommandStream(session, robot, config.command_hz, config.stale_s)
         self._control = serve(session, f"{robot}/{keys.CONTROL}", ControlRequest, self._obey)
         self._stopped = False
-        # The turn is that of a search, on a map of its own, so that it is as careful.
-        self._mission = Mission(config.mission, config.profile, config.labels, config.seed)
-        self._turn_around()
+        # A map of its own: the kept one is in another frame.
+        self._seen = VoxelMap(config.mission.map, config.labels)
+        self._motion = SafeMotion(config.profile, self._seen)
         self._views: list[Float64Array] = []
-        self._last_yaw: float | None = None
+        self._last: Frame | None = None
+        self._turned_rad = self._since_view_rad = 0.0
+        self._blocked_s = 0.0
 
     def run(self, stop: StopSignal, *, patience_s: float = PATIENCE_S) -> Registration | None:
         """Turn and register; None when the process is to end.
@@ -85,7 +88,7 @@ class Alignment:
         """
         spent_s, before = 0.0, time.monotonic()
         try:
-            while not self._has_turned:
+            while self._turned_rad < _WHOLE_TURN_RAD:
                 if stop.is_set():
                     return None
                 frame = self._intake.take(_IDLE_S)
@@ -94,43 +97,59 @@ class Alignment:
                 now = time.monotonic()
                 spent_s += 0.0 if self._stopped else now - before
                 before = now
-                if spent_s > patience_s:
-                    raise RegistrationError(
-                        f"the robot has not turned once within {patience_s:.0f} s"
-                        + ("" if self._last_yaw is not None else ": no image came with its pose")
-                    )
+                self._check_progress(spent_s, patience_s)
         finally:
             self._stream.close()
-        floor_z_m = self._mission.floor_z_m
+        assert self._last is not None, "it has turned"
+        floor_z_m = float(self._last.T_world_base[2, 3])
         surface = surface_points(self._map)
         points = np.concatenate(self._views)
         return register(points, floor_z_m, surface, self._map.floor_z_m)
 
-    @property
-    def _has_turned(self) -> bool:
-        search = self._mission.search
-        early = (MissionState.STARTING, MissionState.LOOKING_AROUND)
-        return bool(self._views) and search is not None and search.state not in early
-
-    def _turn_around(self) -> None:
-        label = self._config.labels[0]
-        resolved = resolve_object(label.replace("_", " "), self._config.labels)
-        guidance = EmbeddedPrior().levels(resolved, "", self._config.labels)
-        goal = Goal(goal_id=0, object=resolved.canonical, display=resolved.display)
-        self._mission.goals.set_goal(goal, guidance)
+    def _check_progress(self, spent_s: float, patience_s: float) -> None:
+        turned = math.degrees(self._turned_rad)
+        if self._blocked_s > _BLOCKED_S:
+            raise RegistrationError(
+                f"the robot has no space to turn: it turned by {turned:.0f} degrees; move it to "
+                "where it can turn"
+            )
+        if spent_s > patience_s:
+            why = "" if self._last is not None else ": no image came with its pose"
+            raise RegistrationError(
+                f"the robot has turned by {turned:.0f} degrees within {patience_s:.0f} s{why}"
+            )
 
     def _step(self, frame: Frame) -> None:
+        hold = Command(tilt_rad=frame.tilt_rad)
         try:
-            result = self._mission.step(frame)
+            self._seen.integrate(frame)
         except FrameRejectedError as error:
             self._intake.refuse_frame(str(error), frame.stamp_ns)
-            self._stream.give(Command(tilt_rad=frame.tilt_rad), frame.stamp_ns)
+            self._stream.give(hold, frame.stamp_ns)
             return
         self._intake.accept()
-        self._stream.give(result.command, frame.stamp_ns)
-        yaw = yaw_of(frame.T_world_base)
-        if self._last_yaw is None or abs(wrap_angle(yaw - self._last_yaw)) >= _EVERY_RAD:
-            self._last_yaw = yaw
+        dt_s = 0.0 if self._last is None else (frame.stamp_ns - self._last.stamp_ns) / NANOSECONDS
+        self._note_turn(frame)
+        profile = self._config.profile
+        wanted = Command(
+            yaw_rate_rad_s=_SHARE_OF_SPEED * profile.max_yaw_rate_rad_s,
+            tilt_rad=min(max(0.0, profile.min_tilt_rad), profile.max_tilt_rad),
+        )
+        eased = self._motion.accelerate(wanted, max(dt_s, 1e-3), brakes_at_once=False)
+        command, _ = self._motion.avoid_collision(eased, frame, dt_s)
+        self._blocked_s = 0.0 if moves_base(command) else self._blocked_s + dt_s
+        self._stream.give(command, frame.stamp_ns)
+        self._last = frame
+
+    def _note_turn(self, frame: Frame) -> None:
+        """Add the turn since the last frame, and the points in view at intervals of it."""
+        if self._last is not None:
+            before = yaw_of(self._last.T_world_base)
+            turn = abs(wrap_angle(yaw_of(frame.T_world_base) - before))
+            self._turned_rad += turn
+            self._since_view_rad += turn
+        if self._last is None or self._since_view_rad >= _EVERY_RAD:
+            self._since_view_rad = 0.0
             self._views.append(seen_points(frame, _REACH_M))
 
     def _obey(self, request: ControlRequest) -> ControlReply:
@@ -180,10 +199,11 @@ class FirstLook:
         voxel_map, self._map = self._map, None
         if voxel_map is None:
             return
-        share = contradiction(voxel_map, seen_points(frame, _REACH_M), _WITHIN_M)
+        camera_world = frame.T_world_camera[:3, 3]
+        share = contradiction(voxel_map, camera_world, seen_points(frame, _REACH_M), _WITHIN_M)
         if share > _DISAGREES:
             self.problem = (
-                f"the map does not fit what the robot sees: {share:.0%} of it lies in free space; "
+                f"the map does not fit what the robot sees: {share:.0%} of it contradicts the map; "
                 "the robot's frame has changed: start again with --align"
             )
             self._report_event("error", self.problem)

@@ -127,7 +127,7 @@ def test_a_late_heatmap_updates_labels_but_not_depth_or_colour(tools, furnished)
     )
     assert late.best_ooi() == pytest.approx(at_once.best_ooi(), abs=0.01)
     assert late.best_ooi() > 0.9
-    with pytest.raises(ValueError, match="nothing without a heatmap"):
+    with pytest.raises(ValueError, match="has no heatmap; use integrate"):
         late.integrate_heatmap(dataclasses.replace(told[0], heatmap=None))
 
 

@@ -90,7 +90,8 @@ def test_finds_two_objects_in_a_row_on_one_map(scene) -> None:
     ask(mission, "sofa", goal_id=2)
     second = search(world, mission)
     assert mission.voxel_map.revision > revision
-    assert second[0].snapshot.explored_m2 >= known, "the second search starts on the first map"
+    # A cell that was free may be seen to hold something.
+    assert second[0].snapshot.explored_m2 >= 0.999 * known, "it starts on the first map"
     later = [r.snapshot.state for r in second[1:]]
     assert MissionState.LOOKING_AROUND not in later, "the map has the sofa already"
     assert second[-1].snapshot.state is MissionState.FOUND

@@ -105,14 +105,24 @@ def table_of(session, goal_id):
             return table
 
 
+QUOKKA = (
+    '{"goals": [{"object": "quokka", "display": "quokka", "attributes": [], "count": 1, '
+    '"relations": [], "context": "it hopped to the garden", "order": "and", "refers_to": ""}], '
+    '"unused": []}'
+)
+
+
 def test_a_doubtful_sentence_is_shown_before_anything_moves(
     navigator, launch, free_endpoint, chat_server, speak
 ):
-    chat_server.script = speak('{"object": "quokka", "context": "it hopped to the garden"}')
+    chat_server.script = speak(QUOKKA)
     sentence = "where did the marsupial hide this time"
     process = launch("ask", sentence, "--connect", free_endpoint)
     assert process.finish()[0] == 2
-    assert "object 'quokka', context 'it hopped to the garden'; add --yes" in process.log()
+    assert "quokka" in process.log()
+    assert "it hopped to the garden" in process.log()
+    assert "“quokka” is not in the table of objects" in process.log()
+    assert "; add --yes to search for it" in process.log()
     session = open_client(free_endpoint)
     try:
         told = decode(last_message(session, f"ippon/{keys.STATUS}", 5.0), Status)

@@ -17,6 +17,7 @@ from app.nodes.navigator.alignment import (
     said_registration,
 )
 from app.nodes.navigator.config import NavigatorConfig
+from ippon.command import Command
 from ippon.geometry import invert_transform, make_transform, rotation_z, yaw_of
 from ippon.guidance.language.naming import is_instance_of
 from ippon.mapping.config import MapConfig
@@ -115,6 +116,23 @@ def test_a_robot_in_another_home_is_told_so(align):
                         for c, n, a, b in HOME[1:])]  # fmt: skip
     with pytest.raises(RegistrationError, match=r"fits nowhere in the map|several places"):
         align(world_at(1.6, 2.6, 0.4, moved)).run(threading.Event())
+
+
+class NoSpace:
+    """The collision filter of a body that touches something at every heading."""
+
+    def accelerate(self, command, dt_s, *, brakes_at_once):
+        return command
+
+    def avoid_collision(self, command, frame, dt_s):
+        return Command(tilt_rad=command.tilt_rad), "no space"
+
+
+def test_a_robot_without_space_to_turn_says_so(align):
+    alignment = align(world_at(2.2, 1.6, 0.4))
+    alignment._motion = NoSpace()
+    with pytest.raises(RegistrationError, match="no space to turn: it turned by 0 degrees"):
+        alignment.run(threading.Event())
 
 
 def test_without_images_or_at_the_end_of_the_process_it_ends(align):

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from ippon.mapping.config import MapConfig
+from ippon.mission.config import MissionConfig
 from ippon.mission.finds.find_geometry import ExclusionConfig, ExclusionSphere, exclusion_sphere
 from ippon.mission.snapshot import Find, MissionState
 
@@ -27,7 +29,8 @@ def test_what_begins_where_it_ends_is_more_of_it(x, continues):
 def test_the_rest_of_a_rejected_find_is_no_find_either(searcher, room):
     bed = ("bed", "bed", (3.6, 1.2, 0.0), (7.3, 3.0, 0.55))
     head = ("bed", "bed", (7.3, 1.2, 0.55), (7.4, 3.0, 1.1))
-    robot = searcher([*room(8.5, 4.5), bed, head], 1.0, 2.0)
+    short_sighted = MissionConfig(map=MapConfig(ooi_max_range_m=3.5))
+    robot = searcher([*room(8.5, 4.5), bed, head], 1.0, 2.0, config=short_sighted)
     robot.ask("bed")
     robot.search(60.0)
     assert robot.last.state is MissionState.FOUND

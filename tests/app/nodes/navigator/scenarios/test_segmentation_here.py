@@ -48,6 +48,8 @@ def in_a_thread(monkeypatch):
     monkeypatch.setattr("app.nodes.segment.ProcessStopSignal", lambda: stop)
 
     class InAThread:
+        stopped = False
+
         def __init__(self, name, arguments):
             assert arguments[0] == name.removesuffix("ation"), "ippon segment"
             command = tyro.cli(Segment, args=arguments[1:])
