@@ -25,8 +25,7 @@ def place_filter(
     for place, ratio in zip(places, ratios, strict=True):
         if place != here:
             if place in left:
-                here = -1
-                continue
+                continue  # It says nothing new, and the present place stays open.
             left.add(place)
             here, images, before = place, np.zeros((0, n + 1)), (q, log_odds)
         images = np.vstack([images, ratio])

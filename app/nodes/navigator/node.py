@@ -79,9 +79,7 @@ class Navigator:
         self._intake = FrameIntake(
             session, robot, self._events.report_bad_message, RobotDetector(config.detector)
         )
-        self._converter = StreamConverter(
-            session, robot, config.profile, self._intake, self._events.report
-        )
+        self._converter = StreamConverter(session, robot, config.profile, self._intake)
         self._operations = OperationQueue(self._intake.wake)
         self._services = RequestServices(
             session, config, self._goals, self._stream, operations=self._operations,

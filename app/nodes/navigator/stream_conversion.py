@@ -26,6 +26,7 @@ logger = logging.getLogger(__name__)
 
 SILENT_S: Final = 3.0
 """Silence of compressed images from which uncompressed ones are asked for."""
+_STREAM_OF: Final = {keys.ODOM: "pose", keys.COLOR_RAW: "colour"}
 WORLD_FRAME: Final = "map"
 BASE_FRAME: Final = "base_link"
 NO_MOUNT: Final = (
@@ -42,7 +43,6 @@ class StreamConverter:
         robot: Key prefix.
         profile: Its camera mount is taken where there is no tf.
         intake: Receives the converted messages.
-        report: Publishes an event of a kind with a text.
     """
 
     def __init__(
@@ -51,17 +51,15 @@ class StreamConverter:
         robot: str,
         profile: RobotProfile,
         intake: FrameIntake,
-        report: Callable[[str, str], None],
     ) -> None:
         self._session, self._robot = session, robot
-        self._profile, self._intake, self._report = profile, intake, report
+        self._profile, self._intake = profile, intake
         self._changed = threading.Condition()
         self._poses: deque[bytes] = deque(maxlen=100)
         self._image: bytes | None = None
         self._started = time.monotonic()
         self._wants_images = self._closed = False
         self._problems: dict[str, str] = {}
-        self._reported: set[str] = set()
         self._put = {
             topic: session.declare_publisher(
                 f"{robot}/{topic}",
@@ -88,10 +86,8 @@ class StreamConverter:
                 f"{self._robot}/{keys.COLOR_RAW}",
                 partial(self._take, keys.COLOR_RAW),
             )
-        for topic, problem in tuple(self._problems.items()):
-            if topic not in self._reported:
-                self._reported.add(topic)
-                self._report("bad_message", f"{topic}: {problem}")
+        for topic in tuple(self._problems):
+            self._intake.refuse(_STREAM_OF[topic], f"{topic}: {self._problems.pop(topic)}")
 
     def close(self) -> None:
         """End the thread."""

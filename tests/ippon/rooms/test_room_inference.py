@@ -145,7 +145,7 @@ def test_evidence_is_a_copy_that_later_changes_of_the_map_do_not_affect():
     voxel_map = home(["sink", "toilet"], ["sink", "counter"])
     evidence = room_evidence(voxel_map, RoomConfig())
     before = types_of(infer_rooms(evidence, RoomConfig()))
-    voxel_map._pools.state[:] = 0
+    voxel_map.arrays().state[:] = 0
     voxel_map.surface.label[:] = NO_LABEL
     assert types_of(infer_rooms(evidence, RoomConfig())) == before
     assert types_of(infer(voxel_map)) == [None, None, None]

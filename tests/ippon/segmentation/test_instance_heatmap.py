@@ -4,7 +4,7 @@ import pytest
 from ippon.observation import Detections, Instance
 from ippon.observation_model import NOT_RECOGNISED, NOTHING_SAID
 from ippon.segmentation.instance_heatmap import _paint_kernel, heatmap_of_instances
-from tests.reference import painting as reference
+from tests.reference import instance_heatmap as reference
 
 
 def detections(*instances, labels=("cup", "table"), ooi="cup", size=(120, 160)):

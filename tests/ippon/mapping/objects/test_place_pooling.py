@@ -62,7 +62,7 @@ def believed(frames: list[Frame], images) -> tuple[np.ndarray, float, float]:
         )
         changed = {"stamp_ns": n * 10**9, "heatmap": heatmap}
         voxel_map.integrate(type(frame)(**{**_fields(frame), **changed}))
-    surface, pools = voxel_map.surface, voxel_map.pools
+    surface, pools = voxel_map.surface, voxel_map._pools
     used = np.flatnonzero(surface.voxel >= 0)
     block, k = surface.voxel[used] // 512, surface.voxel[used] % 512
     inner = np.stack([k >> 6, (k >> 3) & 7, k & 7], axis=1)

@@ -84,7 +84,7 @@ def test_what_is_not_in_reach_is_not_found_by_a_plan_that_has_lost_it(before_a_b
     assert found.state is MissionState.FOUND, "one frame that does not see it changes nothing"
     search.find, search.arrived_steps = None, 20
     away = T_world_base.copy()
-    away[0, 3] -= 0.5
+    away[0, 3] -= 0.8
     pursued = act(frame_of(robot, away), nothing)
     assert pursued.state is MissionState.SEARCHING
     assert search.find is None
