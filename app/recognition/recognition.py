@@ -24,6 +24,7 @@ from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find
 from ippon.observation import Heatmap, HeatmapKind, Observation
 from ippon.observation_model import ObservationModels
+from ippon.planning.surface_scale import surface_scale
 from ippon.segmentation.instance_heatmap import heatmap_of_instances
 from ippon.vocabulary import MATTERPORT_40
 
@@ -31,8 +32,10 @@ VOXEL_SIZE_M: Final = 0.05
 FIND_THRESHOLD: Final = 0.5
 """Probability from which a voxel belongs to a find."""
 SURE: Final = 0.99
-LEAST_SHARE: Final = ImageCheckConfig().least_share
-"""Share of the images that show a find well which recognise it, as before a search ends."""
+IMAGE_CHECK: Final = ImageCheckConfig()
+"""Shares of the images that show a find well which must recognise it, as before a search ends."""
+LIKELY: Final = 0.75
+"""Probability from which a small find needs the smaller share; lower admits more wrong finds."""
 
 Observe = Callable[[Frame, Sequence[str]], Observation]
 
@@ -157,18 +160,21 @@ class Recognition:
         goal = Goal(goal_id=0, object=label, display=words, category=category)
         check = SizeCheck(SizeCheckConfig(), goal, size)
         right = [find for find in finds if _is_large_enough(check, find)]
-        right = [find for find in right if self._is_recognised(label, find)]
+        small_voxels = IMAGE_CHECK.outline_voxels * surface_scale(size) if check.small else 0.0
+        right = [find for find in right if self._is_recognised(label, find, small_voxels)]
         return tuple(sorted(right, key=lambda find: -find.probability))
 
-    def _is_recognised(self, label: str, find: Find) -> bool:
+    def _is_recognised(self, label: str, find: Find, small_voxels: float) -> bool:
         """Tell whether enough of the images that show a find well recognise it there.
 
-        What is misread from one place is not recognised from the others. Networks that give no
-        instances are not asked.
+        An object that is misread from one place is not recognised from the others. Networks that
+        give no instances are not asked.
         """
         shown = [view.shows(label, find.position_world) for view in self.views]
         told = [one for one in shown if one is not None]
-        return not told or sum(told) >= LEAST_SHARE * len(told)
+        is_small = find.voxels <= small_voxels and find.probability >= LIKELY
+        needed = IMAGE_CHECK.least_share_small if is_small else IMAGE_CHECK.least_share
+        return not told or sum(told) >= needed * len(told)
 
     def images(self, label: str, find: Find) -> int:
         """Return the number of images that show a find."""
