@@ -88,8 +88,9 @@ def test_what_is_believed_is_what_the_slow_twin_believes(frames, images):
     # Energies are bytes: what is rarer than that is as rare as that.
     exact_gap = np.minimum(np.log(exact_q.max() / exact_q), 255 / STEPS_PER_NAT)
     gap = np.log(q.max() / q) - exact_gap
-    # Each place rounds an energy once, by half a step.
-    assert np.abs(gap).max() < 1.1 * len(CAMERAS) / STEPS_PER_NAT
+    # Each place rounds both energies of a gap, up or down, by up to a step; half a step more is for
+    # the kernel's fast logarithm. A place that is pooled wrongly is off by whole nats.
+    assert np.abs(gap).max() < (2.0 * len(CAMERAS) + 0.5) / STEPS_PER_NAT
     assert log_odds == pytest.approx(exact_log_odds, abs=1e-3)
 
 
