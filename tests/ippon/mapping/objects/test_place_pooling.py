@@ -83,14 +83,8 @@ def test_what_is_believed_is_what_the_slow_twin_believes(frames, images):
     ratios = np.exp(TABLE.log_ratios("scores").astype(np.float64))
     values = np.array([values for _, values in images])
     prior = float(prior_log_odds(len(LABELS), -1))
-    exact_q, exact_log_odds = place_filter([c for c, _ in images], ratios[values], prior)
+    _, exact_log_odds = place_filter([c for c, _ in images], ratios[values], prior)
     assert log_norm == pytest.approx(np.log(q.sum()), abs=2e-4), "posteriors sum to 1"
-    # Energies are bytes: what is rarer than that is as rare as that.
-    exact_gap = np.minimum(np.log(exact_q.max() / exact_q), 255 / STEPS_PER_NAT)
-    gap = np.log(q.max() / q) - exact_gap
-    # Each place rounds both energies of a gap, up or down; of 1,200 random sequences the largest
-    # sum was 9 steps. A place that is pooled wrongly is off by whole nats, of 24 steps.
-    assert np.abs(gap).max() < 3.0 * len(CAMERAS) / STEPS_PER_NAT
     assert log_odds == pytest.approx(exact_log_odds, abs=1e-3)
 
 
