@@ -107,12 +107,11 @@ def seen_points(frame: Frame, max_range_m: float, step: int = 2) -> Float64Array
         max_range_m: Farther points are left out: depth is too uncertain there.
         step: Every how many pixels one is taken, along each axis.
     """
-    depth = frame.depth[::step, ::step].astype(np.float64)
-    v, u = np.nonzero(np.isfinite(depth) & (depth > 0.0) & (depth <= max_range_m))
-    z, camera = depth[v, u], frame.camera
-    x = (u * step - camera.cx) / camera.fx * z
-    y = (v * step - camera.cy) / camera.fy * z
-    return transform_points(frame.T_world_camera, np.stack([x, y, z], axis=1))
+    taken = np.zeros_like(frame.depth)
+    taken[::step, ::step] = frame.depth[::step, ::step]
+    taken[~(np.isfinite(taken) & (taken <= max_range_m))] = 0.0
+    points_camera = frame.camera.back_project(taken).astype(np.float64)
+    return transform_points(frame.T_world_camera, points_camera)
 
 
 def contradiction(
