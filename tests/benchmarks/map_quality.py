@@ -142,7 +142,7 @@ def _label_rows(voxel_map: VoxelMap, scene: Scene, frames: Sequence[Frame]) -> l
         seen = p.argmax(axis=2)[ok]
         listed = (true >= 0) & (true < len(MATTERPORT_40))
         single.append(np.mean(seen[listed] == true[listed]))
-    frame_map = [
+    recall = [
         np.mean(mine[counts & (label == j)] == j)
         for j in range(len(MATTERPORT_40))
         if np.count_nonzero(counts & (label == j)) >= 50
@@ -159,7 +159,7 @@ def _label_rows(voxel_map: VoxelMap, scene: Scene, frames: Sequence[Frame]) -> l
     return [
         row("right label, single frames", float(np.mean(single))),
         row("right label, map", float(np.mean(mine[counts] == label[counts]))),
-        row("frame_map of a label, map, mean over labels", float(np.mean(frame_map))),
+        row("recall of a label, map, mean over labels", float(np.mean(recall))),
         row("precision of a label, map, mean over labels", float(np.mean(precision))),
     ]
 
