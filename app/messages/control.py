@@ -16,6 +16,8 @@ M = TypeVar("M", bound=Struct)
 
 ObjectText = Annotated[str, Meta(min_length=1, max_length=80)]
 ContextText = Annotated[str, Meta(max_length=2000)]
+MAX_PICTURE_BYTES = 600_000
+"""A JPEG image of 1024 pixels a side at a high quality."""
 ScenarioText = Annotated[str, Meta(max_length=200)]
 
 
@@ -72,8 +74,18 @@ class SentenceRequest(_Message, frozen=True):
     sentence: Annotated[str, Meta(min_length=1, max_length=2100)]
 
 
+class PictureRequest(_Message, frozen=True):
+    """Name the object that a picture shows without searching: key `guidance/picture`.
+
+    The reply is a `SentenceReading`.
+    """
+
+    jpeg: Annotated[bytes, Meta(min_length=4, max_length=MAX_PICTURE_BYTES)]
+    """The picture; base64 in JSON."""
+
+
 class SentenceReading(_Message, frozen=True):
-    """Reply to `SentenceRequest`: what would be searched for."""
+    """Reply to `SentenceRequest` and `PictureRequest`: what would be searched for."""
 
     goals: list[Goal]
     """In the order in which they were said; empty if no object was found."""

@@ -49,6 +49,7 @@ class Export:
 class Ask:
     """Ask a running navigator to search for an object, from any terminal that reaches it.
 
+    A photo of it will do as well: `ippon ask --picture mug.jpg --context "in the kitchen"`.
     Several objects are searched for one after another: `ippon ask "my keys and my wallet"`. `ippon
     read` shows what is understood of a sentence without searching.
     """
@@ -57,6 +58,9 @@ class Ask:
     """Object to search for: "hat", or a sentence: "find my hat, I left it on the sofa"."""
     context: str = ""
     """What you know about its place, in plain words."""
+    picture: Path | None = None
+    """A picture of the object, in place of its name: the navigator's language model, which must
+    take images, says what it shows."""
     explain: bool = False
     """Print how near each common object is likely to be, the reason, and the source."""
     show_prompt: bool = False

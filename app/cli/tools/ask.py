@@ -13,6 +13,7 @@ from app.cli.exit_status import exit_status
 from app.cli.options.tools import Ask
 from app.cli.tools.levels import check_query
 from app.cli.tools.levels_table import as_json, print_levels, print_question, printable, said_by
+from app.cli.tools.picture import read_jpeg
 from app.cli.tools.read import print_reading
 from app.errors import UsageError
 from app.links.network.registry import running_navigators
@@ -23,6 +24,7 @@ from app.links.network.subscription import is_alive, subscribe
 from app.messages import keys
 from app.messages.control import (
     Accepted,
+    PictureRequest,
     SearchAccepted,
     SearchRequest,
     SentenceReading,
@@ -37,6 +39,8 @@ from ippon.guidance.levels import Level
 SILENT_S = 10.0
 READ_S = 12.0
 """Time for reading a sentence; rules replace a language model after 8 s."""
+PICTURE_S = 25.0
+"""Time for naming what a picture shows; the navigator gives its language model 20 s."""
 ANSWER_S = 150.0
 """Time for up to three requests to a language model."""
 NAME = "ippon ask"
@@ -46,8 +50,13 @@ def run_ask(command: Ask) -> int:
     """Send the query; with `--follow` stay until the search is over."""
     if not command.timeout_s > 0.0:
         raise UsageError(f"--timeout-s is a positive number of seconds; got {command.timeout_s:g}")
-    if command.add_label is None or command.object:
+    if command.picture is not None and (command.object or command.add_label is not None):
+        raise UsageError(
+            "--picture stands in place of the object; what you know of its place goes to --context"
+        )
+    if command.picture is None and (command.add_label is None or command.object):
         check_query(command.object[:80], command.context)
+    jpeg = None if command.picture is None else read_jpeg(command.picture)
     if command.show_prompt and not command.explain:
         raise UsageError("--show-prompt goes with --explain")
     endpoint, robot = find_navigator(command.connect, command.robot)
@@ -63,7 +72,11 @@ def run_ask(command: Ask) -> int:
             _add_label(session, robot, command)
             if not command.object:
                 return 0
-        return _search(session, robot, command)
+        requests = (
+            _read(session, robot, command) if jpeg is None
+            else _read_picture(session, robot, command, jpeg)
+        )  # fmt: skip
+        return _search(session, robot, command, requests)
     except (LinkError, RequestRefusedError) as error:
         raise UsageError(str(error)) from error
     finally:
@@ -80,8 +93,7 @@ def _add_label(session: zenoh.Session, robot: str, command: Ask) -> None:
     print(done.detail, file=sys.stderr if command.json else sys.stdout, flush=True)
 
 
-def _search(session: zenoh.Session, robot: str, command: Ask) -> int:
-    requests = _read(session, robot, command)
+def _search(session: zenoh.Session, robot: str, command: Ask, requests: list[SearchRequest]) -> int:
     for request in requests:
         check_query(request.object, request.context)
     updates: queue.SimpleQueue[bytes] = queue.SimpleQueue()
@@ -139,6 +151,31 @@ def _read(session: zenoh.Session, robot: str, command: Ask) -> list[SearchReques
         )
     request = SentenceRequest(sentence=command.object)
     reading = ask(session, f"{robot}/{keys.SENTENCE}", request, SentenceReading, READ_S)
+    return _agreed_searches(reading, command)
+
+
+def _read_picture(
+    session: zenoh.Session, robot: str, command: Ask, jpeg: bytes
+) -> list[SearchRequest]:
+    """Have the navigator's language model name what a picture shows.
+
+    Raises:
+        UsageError: It names nothing, or is not sure, and nobody said yes to it.
+    """
+    request = PictureRequest(jpeg=jpeg)
+    reading = ask(session, f"{robot}/{keys.PICTURE}", request, SentenceReading, PICTURE_S)
+    return [
+        SearchRequest(object=one.object, context=command.context, requester=NAME)
+        for one in _agreed_searches(reading, command)
+    ]
+
+
+def _agreed_searches(reading: SentenceReading, command: Ask) -> list[SearchRequest]:
+    """Show what was read; return the searches that follow, where it is certain or agreed to.
+
+    Raises:
+        UsageError: No object was read, or what was read is doubtful, and nobody said yes to it.
+    """
     if reading.note:
         print(f"note: read by rules: {printable(reading.note)}", file=sys.stderr)
     if not reading.goals:

@@ -36,8 +36,9 @@ def make_model(options: Llm, environment: Mapping[str, str]) -> "LanguageModel |
     base_url = options.base_url or next(
         (url for name in BASE_URL_VARIABLES if (url := environment.get(name))), OPENAI_URL
     )
+    from app.links.language_model.api_key import read_api_key
     from app.links.language_model.chat import ChatConfig
-    from app.links.language_model.language_model import LanguageModel, read_api_key
+    from app.links.language_model.language_model import LanguageModel
 
     try:
         key = read_api_key(environment, options.key_file)

@@ -67,6 +67,13 @@ class LanguageModelInterface(Protocol):
         """Read what one sentence asks for, after the goals of the request before."""
         ...
 
+    def read_picture(self, jpeg: bytes) -> SentenceAnswer:
+        """Name the object that a picture shows; needs a model that takes images.
+
+        Without an answer, the request has no goal and says why.
+        """
+        ...
+
     def name_objects(self, jpeg: bytes, vocabulary: Sequence[str]) -> ObjectNames:
         """Name objects in an image that a vocabulary lacks; needs a model that takes images."""
         ...

@@ -4,7 +4,7 @@ import base64
 import logging
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from app.links.language_model.answer_cache import AnswerCache, CachedAnswer
 from app.links.language_model.chat import ChatConfig, ChatEndpoint, ChatError, Message, ResponseForm
 from app.links.language_model.interface import RULES, LevelsAnswer, ObjectNames, SentenceAnswer
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
-from ippon.guidance.language.requests.goals import Goal
+from ippon.guidance.language.requests.goals import Goal, Request
 from ippon.guidance.language.requests.sentence import read_request
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.prior import EmbeddedPrior
@@ -29,6 +29,11 @@ from ippon.guidance.prompts.opinion_prompt import (
     build_opinion_prompt,
     parse_opinion_reply,
 )
+from ippon.guidance.prompts.picture_prompt import (
+    PICTURE_PROMPT,
+    PICTURE_SCHEMA,
+    parse_picture_reply,
+)
 from ippon.guidance.prompts.request_prompt import (
     REQUEST_SCHEMA,
     build_request_prompt,
@@ -38,28 +43,10 @@ from ippon.mission.finds.second_opinion import Opinion
 
 LOGGER = logging.getLogger(__name__)
 
-KEY_VARIABLES = ("IPPON_API_KEY", "OPENAI_API_KEY")
 MAX_WAIT_S = 5.0
 """The longest pause before the second attempt, whatever the endpoint asks for."""
 _MIN_SHARE = 0.5
 """Minimum share of categories that an answer must rate; other answers are discarded."""
-
-
-def read_api_key(environment: Mapping[str, str], file: Path | None = None) -> str | None:
-    """Take the key from a file, or else from the first variable of `KEY_VARIABLES` that is set.
-
-    Raises:
-        ValueError: The file cannot be read or holds more than one line.
-    """
-    if file is None:
-        return next((environment[name] for name in KEY_VARIABLES if environment.get(name)), None)
-    try:
-        text = file.read_text(encoding="utf-8").strip()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"cannot read the API key from {file}: {type(error).__name__}") from None
-    if not text or len(text.split()) != 1:
-        raise ValueError(f"{file} must hold the API key alone, on one line")
-    return text
 
 
 class LanguageModel:
@@ -168,6 +155,24 @@ class LanguageModel:
         except ChatError as error:
             failed = str(error)
         return SentenceAnswer(read_request(sentence, previous), RULES, prompt, reply, failed)
+
+    def read_picture(self, jpeg: bytes) -> SentenceAnswer:
+        """Name the object that a picture shows; asked once, never raises.
+
+        Args:
+            jpeg: The picture.
+        """
+        reply = ""
+        try:
+            reply = self._ask_of_image(jpeg, PICTURE_PROMPT, PICTURE_SCHEMA)
+            request = parse_picture_reply(reply)
+            failed = "" if request is not None else "its answer names no object, or several"
+        except ChatError as error:
+            request, failed = None, str(error)
+        if request is None:
+            because = f"{self.name} did not name what the picture shows: {failed}"
+            request = Request(goals=(), doubtful=True, because=because)
+        return SentenceAnswer(request, self.name, PICTURE_PROMPT, reply, "")
 
     def name_objects(self, jpeg: bytes, vocabulary: Sequence[str]) -> ObjectNames:
         """Name things in an image that a vocabulary lacks; asked once, never raises.

@@ -17,6 +17,7 @@ from app.messages.control import (
     FeedbackRequest,
     GuidanceRequest,
     InspectRequest,
+    PictureRequest,
     PreviewRequest,
     QueueRequest,
     SearchRequest,
@@ -63,6 +64,9 @@ ENDPOINTS: Final = (
         keys.VOCABULARY, VocabularyRequest, GuidanceService, GuidanceService.add_label, "holder"
     ),
     Endpoint(keys.SENTENCE, SentenceRequest, SentenceService, SentenceService.read, "everyone"),
+    Endpoint(
+        keys.PICTURE, PictureRequest, SentenceService, SentenceService.read_picture, "everyone"
+    ),
     Endpoint(keys.DRIVE, DriveRequest, DriveService, DriveService.drive, "holder"),
     Endpoint(keys.GOTO, GotoRequest, DriveService, DriveService.go_to, "holder"),
     Endpoint(keys.QUEUE, QueueRequest, DriveService, DriveService.queue, "holder"),

@@ -1,9 +1,11 @@
-"""Requests to read goals from a sentence, by a language model or by rules."""
+"""Requests to read goals from a sentence, by a language model or by rules, or from a picture."""
 
 import dataclasses
 import time
 from concurrent.futures import ThreadPoolExecutor
 from typing import Final
+
+import simplejpeg
 
 from app.links.language_model.interface import (
     RULES,
@@ -11,17 +13,24 @@ from app.links.language_model.interface import (
     SentenceAnswer,
 )
 from app.links.language_model.sentence_reading import as_reading
-from app.messages.control import SentenceReading, SentenceRequest
+from app.links.network.requests import RequestRefusedError
+from app.messages.control import PictureRequest, SentenceReading, SentenceRequest
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.guidance.language.requests.goals import Goal
 from ippon.guidance.language.requests.sentence import read_request
 
 SENTENCE_TIMEOUT_S: Final = 8.0
 """Time after which rules read a sentence instead of the model, because a user is waiting."""
+PICTURE_TIMEOUT_S: Final = 20.0
+"""Time for a model to name what a picture shows; nothing can replace it."""
+NO_MODEL: Final = (
+    "a picture needs a language model that takes images, and the navigator has none: start it with "
+    "--llm.model NAME, or say in words what to look for"
+)
 
 
 class SentenceService:
-    """Reads sentences for every requester, without starting a search."""
+    """Reads sentences and pictures for every requester, without starting a search."""
 
     def __init__(self, model: LanguageModelInterface | None, goals: GoalQueue) -> None:
         self._model = model
@@ -32,6 +41,30 @@ class SentenceService:
         """Return what a sentence asks for."""
         started = time.monotonic()
         answer = self._read(request.sentence)
+        return as_reading(answer, 1e3 * (time.monotonic() - started))
+
+    def read_picture(self, request: PictureRequest) -> SentenceReading:
+        """Return the object that a picture shows, as the model names it.
+
+        Raises:
+            RequestRefusedError: There is no model, it was late, or the picture is no JPEG image.
+        """
+        if self._model is None:
+            raise RequestRefusedError(NO_MODEL)
+        try:
+            simplejpeg.decode_jpeg_header(request.jpeg)
+        except ValueError:
+            raise RequestRefusedError("the picture is not a JPEG image") from None
+        started = time.monotonic()
+        reading = self._pool.submit(self._model.read_picture, request.jpeg)
+        try:
+            answer = reading.result(timeout=PICTURE_TIMEOUT_S)
+        except TimeoutError:
+            reading.cancel()
+            raise RequestRefusedError(
+                f"{self._model.name} did not say within {PICTURE_TIMEOUT_S:g} s what the picture "
+                "shows: say in words what to look for"
+            ) from None
         return as_reading(answer, 1e3 * (time.monotonic() - started))
 
     def close(self) -> None:

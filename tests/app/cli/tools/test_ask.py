@@ -3,25 +3,34 @@
 from contextlib import nullcontext
 
 import pytest
+from PIL import Image
 
 from app.cli.main import run
 from app.cli.tools import ask as asking
 from app.links.language_model.interface import RULES, SentenceAnswer
 from app.links.language_model.sentence_reading import as_reading
-from app.messages.control import SearchAccepted, SearchRequest, SentenceRequest
+from app.messages.control import PictureRequest, SearchAccepted, SearchRequest, SentenceRequest
 from ippon.guidance.language.requests.sentence import read_request
+from ippon.guidance.prompts.picture_prompt import parse_picture_reply
+
+searches_sure = ["true"]
+"""Whether the stand-in's model is sure of what a picture shows."""
 
 
 @pytest.fixture
 def searches(monkeypatch):
     """Return the searches that a stand-in for the navigator takes."""
     taken = []
+    searches_sure[0] = "true"
 
     def answer(session, key, request, kind, *rest):
         if isinstance(request, SentenceRequest):
             return as_reading(
                 SentenceAnswer(read_request(request.sentence), RULES, "", "", ""), 1.0
             )
+        if isinstance(request, PictureRequest):
+            named = parse_picture_reply(f'{{"name": "red mug", "sure": {searches_sure[0]}}}')
+            return as_reading(SentenceAnswer(named, "tiny", "", "", ""), 1.0)
         assert isinstance(request, SearchRequest)
         taken.append((request.object, request.context))
         return SearchAccepted(
@@ -78,3 +87,32 @@ def test_a_doubtful_reading_asks_first_and_yes_starts_it(searches, capsys):
 def test_a_sentence_that_is_too_long_is_refused(searches, capsys):
     assert ask("find my hat and " * 700) == 2
     assert "a sentence has at most 2000 characters; yours has 11200" in capsys.readouterr().err
+
+
+@pytest.fixture
+def photo(tmp_path):
+    Image.new("RGB", (64, 48), (200, 30, 30)).save(tmp_path / "mug.png")
+    return str(tmp_path / "mug.png")
+
+
+def test_a_picture_is_searched_for_by_what_it_shows(searches, capsys, photo):
+    assert ask("--picture", photo, "--context", "in the kitchen") == 0
+    assert searches == [("red mug", "in the kitchen")]
+    assert "red" in capsys.readouterr().err
+
+
+def test_a_picture_of_which_the_model_is_not_sure_waits_for_a_yes(searches, capsys, photo):
+    searches_sure[0] = "false"
+    assert ask("--picture", photo) == 2
+    assert searches == []
+    assert "not sure that the picture shows a red mug" in capsys.readouterr().err
+    assert ask("--picture", photo, "--yes") == 0
+    assert searches == [("red mug", "")]
+
+
+def test_a_picture_stands_in_place_of_the_object(searches, capsys, photo, tmp_path):
+    assert ask("mug", "--picture", photo) == 2
+    assert "--picture stands in place of the object" in capsys.readouterr().err
+    assert ask("--picture", str(tmp_path / "none.png")) == 2
+    assert "cannot read the picture" in capsys.readouterr().err
+    assert searches == []

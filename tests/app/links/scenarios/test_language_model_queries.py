@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from app.links.language_model.language_model import read_api_key
+from app.links.language_model.api_key import read_api_key
 from ippon.vocabulary import MATTERPORT_40
 from tests.app.links.conftest import KEY, Make
 
@@ -110,3 +110,22 @@ def test_an_endpoint_that_fails_has_no_opinion_after_one_try(
     opinion = make_model().second_opinion(b"", "cup")
     assert (opinion.verdict, opinion.text) == ("none", "tiny at 127.0.0.1: HTTP 500")
     assert len(chat_server.requests) == 1
+
+
+def test_names_what_a_picture_shows(chat_server: Any, speak: Any, make_model: Make) -> None:
+    chat_server.script = speak('{"name": "red mug", "sure": true}')
+    answer = make_model().read_picture(b"\xff\xd8\xff")
+    assert [goal.display for goal in answer.request.goals] == ["red mug"]
+    assert answer.provider == "tiny at 127.0.0.1"
+    _, image = chat_server.requests[0]["messages"][0]["content"]
+    assert image["image_url"]["url"] == "data:image/jpeg;base64,/9j/"
+
+
+@pytest.mark.parametrize("reply", ["", "I see a mug", '{"name": "a mug and a hat", "sure": true}'])
+def test_a_picture_that_is_not_named_says_why(
+    chat_server: Any, speak: Any, make_model: Make, reply: str
+) -> None:
+    chat_server.script = speak(reply)
+    request = make_model().read_picture(b"\xff\xd8\xff").request
+    assert request.goals == ()
+    assert "tiny at 127.0.0.1 did not name what the picture shows: " in request.because

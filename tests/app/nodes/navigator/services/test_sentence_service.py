@@ -1,9 +1,13 @@
 """Sentences read by rules and by a stand-in for the model."""
 
+import numpy as np
+import pytest
+import simplejpeg
+
 from app.links.language_model.interface import RULES
-from app.links.network.requests import ask
+from app.links.network.requests import RequestRefusedError, ask
 from app.messages import keys
-from app.messages.control import SearchRequest, SentenceReading, SentenceRequest
+from app.messages.control import PictureRequest, SearchRequest, SentenceReading, SentenceRequest
 from app.nodes.navigator.services import sentence_service
 from tests.app.nodes.navigator.conftest import MODEL, Model
 
@@ -43,3 +47,25 @@ def test_another_language_names_no_object(open_office):
     reading = open_office().sentences.read(SentenceRequest(sentence="suche meinen Hut, Sofa"))
     assert (reading.goals, reading.language, reading.doubtful) == ([], "German", True)
     assert "--llm.model" in reading.because
+
+
+PICTURE = PictureRequest(jpeg=simplejpeg.encode_jpeg(np.zeros((48, 64, 3), np.uint8)))
+
+
+def test_the_model_names_what_a_picture_shows_within_its_time(open_office, monkeypatch):
+    office = open_office(Model())
+    office.model.may_answer.release()
+    reading = ask(office.client, f"r/{keys.PICTURE}", PICTURE, SentenceReading, 5.0)
+    assert (reading.goals[0].display, reading.provider) == ("red mug", MODEL)
+    monkeypatch.setattr(sentence_service, "PICTURE_TIMEOUT_S", 0.05)
+    with pytest.raises(
+        RequestRefusedError, match=r"did not say within .* s what"
+    ):
+        office.sentences.read_picture(PICTURE)
+
+
+def test_a_picture_without_a_model_or_that_is_none_is_refused(open_office):
+    with pytest.raises(RequestRefusedError, match=r"start it with --llm\.model NAME"):
+        open_office().sentences.read_picture(PICTURE)
+    with pytest.raises(RequestRefusedError, match="not a JPEG image"):
+        open_office(Model()).sentences.read_picture(PictureRequest(jpeg=b"none at all"))
