@@ -6,6 +6,8 @@ const KINDS = {
   takeover: ["manual drive", "#cc79a7"], note: ["note", "#e8edf3"],
 };
 const SHOWN_AFTER_S = 0.3;
+const PICTURE_PX = 104;
+const MOST_FOUND = 50;
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
 
 const make = (tag, name, text) => {
@@ -23,6 +25,7 @@ document.body.classList.add("review");
 const bar = make("footer", "timeline");
 const transport = make("div", "transport");
 const track = make("div", "track");
+const strip = make("div", "strip");
 const legend = make("div", "keys-of-marks");
 const versus = make("table", "versus");
 const back = make("button", "", "‹");
@@ -35,6 +38,9 @@ const text = make("input");
 const note = make("button", "", "Note");
 const mark = make("button", "", "Mark");
 const sessions = make("button", "", "Sessions");
+const link = make("button", "", "Link");
+const wanted = make("input");
+const found = make("ol", "found-events");
 back.title = "Previous image (,)";
 forward.title = "Next image (.)";
 play.title = "Play or pause (Space)";
@@ -42,13 +48,20 @@ speed.title = "Speed";
 text.placeholder = "Note at this time";
 text.maxLength = 2000;
 text.type = "text";
+link.title = "Copy a link to this moment";
+wanted.type = "search";
+wanted.placeholder = "Search events";
+wanted.setAttribute("aria-label", "Search events");
+text.setAttribute("aria-label", "Note at this time");
+speed.setAttribute("aria-label", "Speed");
+found.hidden = true;
 for (const s of SPEEDS) speed.append(new Option(`${s}×`, s, s === 1, s === 1));
-transport.append(sessions, back, play, forward, speed, time, said, text, note, mark);
+transport.append(sessions, back, play, forward, speed, time, said, wanted, text, note, mark, link);
 const done = make("div", "done");
 const head = make("div", "head");
 const tip = make("div", "tip");
 tip.hidden = true;
-bar.append(transport, track, legend, versus);
+bar.append(found, transport, track, strip, legend, versus);
 document.body.append(bar);
 
 let socket = null;
@@ -74,8 +87,9 @@ function connect() {
   socket.onclose = () => setTimeout(connect, 500);
 }
 
-async function load(wanted) {
-  version = wanted;
+async function load(next) {
+  const isFirst = session === null;
+  version = next;
   session = await (await fetch("/review/session")).json();
   track.replaceChildren(done, head, tip);
   for (const m of [...session.marks, ...session.notes]) addMark(m);
@@ -91,7 +105,61 @@ async function load(wanted) {
   }
   sessions.hidden = !session.has_list;
   compare();
+  drawStrip();
+  search();
   render();
+  if (isFirst) openMoment();
+}
+
+// `#t=83.2` opens that moment, in a link as well as typed into the address.
+function openMoment() {
+  const at = /^#t=(\d+(\.\d+)?)$/.exec(location.hash);
+  if (at) send("seek", Number(at[1]));
+}
+
+const pictureOf = (at) => `/review/moment?at=${at.toFixed(1)}&v=${version}`;
+
+function drawStrip() {
+  const count = Math.max(3, Math.min(16, Math.floor(strip.clientWidth / PICTURE_PX)));
+  strip.replaceChildren();
+  for (let n = 0; n < count; n++) {
+    const at = (session.duration_s * (n + 0.5)) / count;
+    const button = make("button");
+    const image = make("img");
+    button.type = "button";
+    button.setAttribute("aria-label", `Camera at ${clock(at)}`);
+    image.alt = "";
+    image.loading = "lazy";
+    image.onerror = () => image.remove();
+    image.src = pictureOf(at);
+    button.append(image);
+    button.onclick = () => send("seek", at);
+    strip.append(button);
+  }
+}
+
+// Events and notes that hold every word, in the order of their time.
+function search() {
+  const words = wanted.value.trim().toLowerCase().split(/\s+/).filter(Boolean);
+  const all = [...session.marks, ...session.notes].sort((a, b) => a.at_s - b.at_s);
+  const matches = words.length === 0 ? [] : all.filter((m) => {
+    const line = `${m.kind} ${KINDS[m.kind]?.[0] ?? ""} ${m.text}`.toLowerCase();
+    return words.every((word) => line.includes(word));
+  });
+  found.replaceChildren();
+  for (const m of matches.slice(0, MOST_FOUND)) {
+    const line = make("li");
+    const button = make("button");
+    button.type = "button";
+    button.append(make("b", "", clock(m.at_s)), ` ${m.text || m.kind}`);
+    button.onclick = () => send("seek", m.at_s + SHOWN_AFTER_S);
+    line.append(button);
+    found.append(line);
+  }
+  const more = matches.length - MOST_FOUND;
+  if (words.length > 0 && matches.length === 0) found.append(make("li", "none", "No event holds these words."));
+  if (more > 0) found.append(make("li", "none", `${more} more: add a word.`));
+  found.hidden = words.length === 0;
 }
 
 function addMark(m) {
@@ -149,7 +217,8 @@ function render() {
   const problem = state.problem || (state.growing ? "" : session.problems.join("; "));
   const first = session.sessions[0];
   const live = state.growing ? "recording in progress – " : "";
-  said.textContent = problem || (first ? `${live}${first.name}${first.context ? ` – “${first.context}”` : ""}` : "");
+  const ended = state.ended ? "end of the recording – " : "";
+  said.textContent = problem || (first ? `${live || ended}${first.name}${first.context ? ` – “${first.context}”` : ""}` : "");
   said.title = said.textContent;
   said.classList.toggle("problem", problem !== "");
 }
@@ -190,6 +259,32 @@ note.onclick = () => {
 text.onkeydown = (event) => {
   if (event.key === "Enter") note.onclick();
 };
+wanted.oninput = () => session && search();
+wanted.onkeydown = (event) => {
+  if (event.key === "Enter") found.querySelector("button")?.click();
+  if (event.key === "Escape") {
+    wanted.value = "";
+    search();
+  }
+};
+link.onclick = async () => {
+  const url = `${location.origin}${session.link}#t=${state.position_s.toFixed(1)}`;
+  history.replaceState(null, "", `#t=${state.position_s.toFixed(1)}`);
+  try {
+    await navigator.clipboard.writeText(url);
+    link.textContent = "Copied";
+  } catch {
+    // Without permission to the clipboard, the address line holds the link.
+    link.textContent = "In the address";
+  }
+  setTimeout(() => (link.textContent = "Link"), 2000);
+};
+window.addEventListener("hashchange", openMoment);
+let resized = 0;
+window.addEventListener("resize", () => {
+  clearTimeout(resized);
+  resized = setTimeout(() => session && drawStrip(), 300);
+});
 sessions.onclick = () => (location.href = "/sessions");
 sessions.hidden = true;
 

@@ -24,6 +24,8 @@ from app.recording.notes import read_notes
 from app.view.colors import GREEN, ORANGE, SKY, hex_of
 
 RESULT_FILE: Final = "result.json"
+REVIEW_URL: Final = "http://127.0.0.1:8080/"
+"""Address of `ippon review` with its default port."""
 MAP_PX: Final = 900
 MOST_PICTURES: Final = 10
 OUTCOMES: Final = {
@@ -231,11 +233,21 @@ def _events(session: SessionData) -> str:
     rows = [(e.time_ns, e.event.kind, e.event.text) for e in session.timeline.events]
     rows += [(n.time_ns, n.kind, n.text) for n in read_notes(session.recording.path)]
     body = "".join(
-        f"<tr><td>{_clock(at - start)}</td><th>{escape(kind.replace('_', ' '))}</th>"
+        f"<tr><td>{_moment(at - start)}</td><th>{escape(kind.replace('_', ' '))}</th>"
         f"<td>{escape(text)}</td></tr>"
         for at, kind, text in sorted(rows)
     )
-    return f"<h2>Events</h2><table>{body}</table>" if body else ""
+    name = escape(session.recording.path.name)
+    hint = (
+        f"<p class=when>A time opens that moment while <code>ippon review {name}</code> runs.</p>"
+    )
+    return f"<h2>Events</h2>{hint}<table>{body}</table>" if body else ""
+
+
+def _moment(nanoseconds: int) -> str:
+    """Return a time that links to its moment in a review on this machine."""
+    seconds = max(0.0, nanoseconds * 1e-9)
+    return f"<a href='{REVIEW_URL}#t={seconds:.1f}'>{_clock(nanoseconds)}</a>"
 
 
 def _provenance(session: SessionData) -> str:

@@ -2,10 +2,12 @@
 
 import asyncio
 import logging
+import math
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Final
+from urllib.parse import quote
 
 import msgspec
 import uvicorn
@@ -34,6 +36,7 @@ from app.nodes.review.side_by_side import SideBySideScene
 from app.recording.catalogue import SessionEntry, list_sessions, path_of, picture_of
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
+from app.recording.writing.session import thumbnail
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
 from app.view.model.seek_history import SEEK_HISTORY
@@ -41,6 +44,7 @@ from app.view.model.seek_history import SEEK_HISTORY
 logger = logging.getLogger(__name__)
 
 MAX_COMMAND: Final = 4096
+MAX_MOMENT_S: Final = 1e7
 GAP_M: Final = 1.5
 _TYPES: Final = {"css": "text/css", "js": "text/javascript"}
 _ASSETS: Final = ("review.css", "review.js", "sessions.js")
@@ -85,6 +89,7 @@ class ReviewPages:
         self._state_feed = state_feed
         self._second = second
         self._entries: list[SessionEntry] = []
+        self._link = "/"
         root = resources.files("web_assets")
         shell = (root / "index.html").read_bytes()
         assert _SHELL_SCRIPT in shell, "the page must load the shell"
@@ -101,12 +106,17 @@ class ReviewPages:
             Route("/review/session", self._session),
             Route("/review/sessions", self._sessions),
             Route("/review/picture/{name:path}", self._picture),
+            Route("/review/moment", self._moment),
             Route("/review/{name}", self._asset),
             WebSocketRoute("/review/ws", self._socket),
         ]
 
-    def show(self, paths: list[Path]) -> None:
+    def show(self, paths: list[Path], link: str = "/") -> None:
         """Show one recording, or two side by side.
+
+        Args:
+            paths: The recordings.
+            link: Path of the page that shows them.
 
         Raises:
             RecordingError: A recording cannot be shown.
@@ -116,6 +126,7 @@ class ReviewPages:
             widths = [_extent_x(path) for path in paths]
             self._second.stand_at(widths[0][1] - widths[1][0] + GAP_M)
         self._second.show(len(paths) > 1)
+        self._link = link
 
     async def _start(self, request: Request) -> Response:
         listed = self._config.folder is not None
@@ -135,14 +146,14 @@ class ReviewPages:
         if len(known) < len(paths):
             return PlainTextResponse("there is no such session here\n", status_code=404)
         try:
-            await run_in_threadpool(self.show, known)
+            await run_in_threadpool(self.show, known, _link(names))
         except RecordingError as error:
             return PlainTextResponse(f"{error}\n", status_code=422)
         return RedirectResponse("/", status_code=303)
 
     async def _session(self, _: Request) -> Response:
         session = msgspec.structs.replace(
-            self._playback.session, has_list=self._config.folder is not None
+            self._playback.session, has_list=self._config.folder is not None, link=self._link
         )
         return Response(msgspec.json.encode(session), media_type="application/json")
 
@@ -163,6 +174,24 @@ class ReviewPages:
         if picture is None:
             return PlainTextResponse("no picture\n", status_code=404)
         return Response(picture, media_type="image/jpeg", headers={"Cache-Control": "max-age=60"})
+
+    async def _moment(self, request: Request) -> Response:
+        """Answer with a small camera image of the moment `at` (seconds) in the session `lane`.
+
+        204 where there is no image yet.
+        """
+        asked = request.query_params
+        try:
+            at_s, lane = float(asked.get("at", "nan")), int(asked.get("lane", 0))
+        except ValueError:
+            at_s, lane = math.nan, 0
+        if not 0.0 <= at_s < MAX_MOMENT_S:
+            return PlainTextResponse("at=SECONDS and lane=0 or 1, please\n", status_code=400)
+        image = await run_in_threadpool(self._playback.image_at, at_s, lane)
+        picture = await run_in_threadpool(thumbnail, image)
+        if picture is None:
+            return Response(status_code=204)
+        return Response(picture, media_type="image/jpeg", headers={"Cache-Control": "max-age=600"})
 
     async def _asset(self, request: Request) -> Response:
         name = request.path_params["name"]
@@ -250,6 +279,11 @@ def run_review(config: ReviewConfig) -> None:
         raise ConsoleError(
             f"the review has ended because a part of it failed ({failures[0]!r}); see its log"
         ) from failures[0]
+
+
+def _link(names: list[str]) -> str:
+    first, *beside = (quote(name) for name in names)
+    return "?beside=".join((f"/session/{first}", *beside))
 
 
 def _page(content: bytes) -> Response:

@@ -11,14 +11,14 @@ from typing import Final, Literal
 
 import msgspec
 
-from app.messages.status import GoalStatus
+from app.messages import keys
 from app.nodes.console.critical_thread import OnFailure, critical_thread
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.review.player import Emit, Player
+from app.nodes.review.session_figures import ReviewSession, opening_s, review_session
 from app.recording.errors import RecordingError
 from app.recording.notes import Note, add_note, read_notes
 from app.recording.reading.recording import Recording
-from app.recording.timeline import SessionTimeline
 
 logger = logging.getLogger(__name__)
 
@@ -27,6 +27,8 @@ MIN_SPEED: Final = 0.25
 MAX_SPEED: Final = 16.0
 FOLLOW_S: Final = 2.0
 """Interval between checks of a file that is being written."""
+IMAGE_S: Final = 5.0
+"""Longest time to wait for an image of a moment."""
 GROWING_S: Final = 10.0
 """Time without growth after which a file counts as complete."""
 
@@ -50,45 +52,11 @@ class ReviewState(msgspec.Struct, frozen=True, kw_only=True):
     position_s: float
     playing: bool
     speed: float
+    ended: bool = False
+    """The end is reached: nothing more can be played."""
     growing: bool = False
     """The recording is still being written."""
     problem: str = ""
-
-
-class SessionFigures(msgspec.Struct, frozen=True, kw_only=True):
-    """Key figures of a session."""
-
-    name: str
-    object: str = ""
-    context: str = ""
-    outcome: str = ""
-    duration_s: float = 0.0
-    path_length_m: float = 0.0
-    explored_m2: float = 0.0
-    best_ooi: float = 0.0
-    goals: list[GoalStatus] = []
-
-
-class TimelineMark(msgspec.Struct, frozen=True, kw_only=True):
-    """A mark, note or event on the timeline."""
-
-    at_s: float
-    kind: str
-    text: str
-    lane: int = 0
-    """Session: 0 for the first, 1 for the second."""
-
-
-class ReviewSession(msgspec.Struct, frozen=True, kw_only=True):
-    """Sessions on the timeline."""
-
-    sessions: list[SessionFigures]
-    duration_s: float
-    marks: list[TimelineMark]
-    notes: list[TimelineMark]
-    problems: list[str]
-    has_list: bool = False
-    """Whether there is a page that lists the sessions."""
 
 
 class Playback:
@@ -156,6 +124,35 @@ class Playback:
         if problem is not None:
             raise problem
 
+    def image_at(self, at_s: float, lane: int) -> bytes | None:
+        """Return the payload of the camera image at a moment; None if there is none.
+
+        Args:
+            at_s: Seconds since the beginning of the recording.
+            lane: Session: 0 for the first, 1 for the second.
+        """
+        found: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+
+        def work() -> None:
+            found.put(self._image_at(at_s, lane))
+
+        self._work.put(work)
+        try:
+            return found.get(timeout=IMAGE_S)
+        except queue.Empty:
+            return None
+
+    def _image_at(self, at_s: float, lane: int) -> bytes | None:
+        if not 0 <= lane < len(self._players):
+            return None
+        recording = self._players[lane].recording
+        try:
+            last = recording.latest(keys.COLOR, recording.start_ns + round(at_s * 1e9))
+        except RecordingError as error:
+            self._problem = str(error)
+            return None
+        return None if last is None else last.payload
+
     def command(self, command: ReviewCommand) -> None:
         """Queue a command of a page."""
         self._work.put(lambda: self._do(command))
@@ -212,6 +209,7 @@ class Playback:
             for problem in recording.index.problems:
                 logger.warning("%s: %s; showing what can be read", recording.path, problem)
         self._describe(notes)
+        self._jump_to = opening_s(self._session)
 
     def _follow(self, now: float) -> None:
         """Read new messages of recordings that are still being written."""
@@ -232,22 +230,7 @@ class Playback:
 
     def _describe(self, notes: list[list[Note]]) -> None:
         self._version += 1
-        players = self._players
-        self._session = ReviewSession(
-            sessions=[figures_of(_name(p.recording), p.recording, p.timeline) for p in players],
-            duration_s=max(p.recording.duration_s for p in players),
-            marks=[
-                _placed(mark.time_ns, mark.kind, mark.text, lane, player)
-                for lane, player in enumerate(players)
-                for mark in player.timeline.marks
-            ],
-            notes=[
-                _placed(note.time_ns, note.kind, _signed(note), lane, player)
-                for lane, player in enumerate(players)
-                for note in notes[lane]
-            ],
-            problems=[text for player in players for text in player.recording.index.problems],
-        )
+        self._session = review_session(self._players, notes)
 
     def _do(self, command: ReviewCommand) -> None:
         if not self._players:
@@ -298,41 +281,8 @@ class Playback:
             position_s=round(position, 2),
             playing=self._playing,
             speed=self._speed,
+            ended=bool(self._players) and all(player.ended for player in self._players),
             growing=self._growing,
             problem=self._problem,
         )
         self._state_feed.post(msgspec.json.encode(state))
-
-
-def figures_of(name: str, recording: Recording, timeline: SessionTimeline) -> SessionFigures:
-    """Return the key figures of a session."""
-    last = timeline.last
-    if last is None:
-        return SessionFigures(name=name, duration_s=recording.duration_s)
-    goals = [*last.history, *([last.goal] if last.goal is not None else [])]
-    goal = goals[-1] if goals else None
-    return SessionFigures(
-        name=name,
-        object=goal.object if goal else "",
-        context=goal.context if goal else "",
-        outcome=goal.outcome if goal else "",
-        duration_s=recording.duration_s,
-        path_length_m=last.path_length_m,
-        explored_m2=last.explored_m2,
-        best_ooi=last.best_ooi,
-        goals=goals,
-    )
-
-
-def _name(recording: Recording) -> str:
-    path = recording.path
-    return path.parent.name if path.name == "session_0.mcap" else path.stem
-
-
-def _placed(time_ns: int, kind: str, text: str, lane: int, player: Player) -> TimelineMark:
-    at_s = (time_ns - player.recording.start_ns) * 1e-9
-    return TimelineMark(at_s=round(at_s, 3), kind=kind, text=text, lane=lane)
-
-
-def _signed(note: Note) -> str:
-    return f"{note.text} ({note.author})" if note.author not in {"", "review"} else note.text

@@ -42,17 +42,27 @@ def test_choose_a_session_play_it_and_write_beside_it(session_folder, launch):
             def send(**command):
                 socket.send(json.dumps(command))
 
+            opened = _await_state(socket, lambda s: s["version"] > 0)
+            find_s = min(shown["marks"][-1]["at_s"] + 0.3, shown["duration_s"])
+            assert opened["position_s"] == pytest.approx(find_s, abs=0.02)
             send(action="seek", value=3.0)
             _await_state(socket, lambda s: s["position_s"] == 3.0)
             send(action="speed", value=16.0)
             send(action="play")
             state = _await_state(socket, lambda s: not s["playing"] and s["position_s"] > 5.0)
             assert state["speed"] == 16.0
+            assert state["ended"], "the page says that this is the end"
             send(action="seek", value=2.0)
             send(action="note", text="here")
             _await_state(socket, lambda s: s["version"] > state["version"])
         (note,) = client.get("/review/session").json()["notes"]
         assert (note["text"], note["at_s"]) == ("here", pytest.approx(2.0, abs=0.02))
+        assert shown["link"] == f"/session/{entry['id']}"
+        moment = client.get("/review/moment?at=2.5")
+        assert moment.headers["content-type"] == "image/jpeg"
+        assert client.get("/review/moment?at=2.5&lane=1").status_code == 204
+        for wrong in ("", "?at=x", "?at=-1", "?at=nan", "?at=1&lane=two"):
+            assert client.get(f"/review/moment{wrong}").status_code == 400
         health = client.get("/health").json()
         assert health["state"]["object"] == "hat"
         answer = client.post("/api/stop", headers={"Origin": url}).json()

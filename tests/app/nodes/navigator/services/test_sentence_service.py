@@ -58,9 +58,7 @@ def test_the_model_names_what_a_picture_shows_within_its_time(open_office, monke
     reading = ask(office.client, f"r/{keys.PICTURE}", PICTURE, SentenceReading, 5.0)
     assert (reading.goals[0].display, reading.provider) == ("red mug", MODEL)
     monkeypatch.setattr(sentence_service, "PICTURE_TIMEOUT_S", 0.05)
-    with pytest.raises(
-        RequestRefusedError, match=r"did not say within .* s what"
-    ):
+    with pytest.raises(RequestRefusedError, match=r"did not say within .* s what"):
         office.sentences.read_picture(PICTURE)
 
 

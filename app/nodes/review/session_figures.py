@@ -1,0 +1,116 @@
+"""What the page of a review tells of its sessions: figures, marks, notes, and where to begin."""
+
+from typing import Final
+
+import msgspec
+
+from app.messages.status import GoalStatus
+from app.nodes.review.player import Player
+from app.recording.notes import Note
+from app.recording.reading.recording import Recording
+from app.recording.timeline import SessionTimeline
+
+SHOWN_AFTER_S: Final = 0.3
+"""Time after an event at which its effect is visible."""
+
+
+class SessionFigures(msgspec.Struct, frozen=True, kw_only=True):
+    """Key figures of a session."""
+
+    name: str
+    object: str = ""
+    context: str = ""
+    outcome: str = ""
+    duration_s: float = 0.0
+    path_length_m: float = 0.0
+    explored_m2: float = 0.0
+    best_ooi: float = 0.0
+    goals: list[GoalStatus] = []
+
+
+class TimelineMark(msgspec.Struct, frozen=True, kw_only=True):
+    """A mark, note or event on the timeline."""
+
+    at_s: float
+    kind: str
+    text: str
+    lane: int = 0
+    """Session: 0 for the first, 1 for the second."""
+
+
+class ReviewSession(msgspec.Struct, frozen=True, kw_only=True):
+    """Sessions on the timeline."""
+
+    sessions: list[SessionFigures]
+    duration_s: float
+    marks: list[TimelineMark]
+    notes: list[TimelineMark]
+    problems: list[str]
+    has_list: bool = False
+    """Whether there is a page that lists the sessions."""
+    link: str = "/"
+    """Path of the page that shows these sessions; `#t=SECONDS` after it opens a moment."""
+
+
+def review_session(players: list[Player], notes: list[list[Note]]) -> ReviewSession:
+    """Describe sessions on one timeline.
+
+    Args:
+        players: The sessions; at least one.
+        notes: Notes of each session.
+    """
+    return ReviewSession(
+        sessions=[figures_of(_name(p.recording), p.recording, p.timeline) for p in players],
+        duration_s=max(p.recording.duration_s for p in players),
+        marks=[
+            _placed(mark.time_ns, mark.kind, mark.text, lane, player)
+            for lane, player in enumerate(players)
+            for mark in player.timeline.marks
+        ],
+        notes=[
+            _placed(note.time_ns, note.kind, _signed(note), lane, player)
+            for lane, player in enumerate(players)
+            for note in notes[lane]
+        ],
+        problems=[text for player in players for text in player.recording.index.problems],
+    )
+
+
+def opening_s(session: ReviewSession) -> float:
+    """Return the moment at which a review opens: the last find, or else the end, in seconds."""
+    finds = [mark.at_s for mark in session.marks if mark.kind == "found"]
+    return min(max(finds) + SHOWN_AFTER_S, session.duration_s) if finds else session.duration_s
+
+
+def figures_of(name: str, recording: Recording, timeline: SessionTimeline) -> SessionFigures:
+    """Return the key figures of a session."""
+    last = timeline.last
+    if last is None:
+        return SessionFigures(name=name, duration_s=recording.duration_s)
+    goals = [*last.history, *([last.goal] if last.goal is not None else [])]
+    goal = goals[-1] if goals else None
+    return SessionFigures(
+        name=name,
+        object=goal.object if goal else "",
+        context=goal.context if goal else "",
+        outcome=goal.outcome if goal else "",
+        duration_s=recording.duration_s,
+        path_length_m=last.path_length_m,
+        explored_m2=last.explored_m2,
+        best_ooi=last.best_ooi,
+        goals=goals,
+    )
+
+
+def _name(recording: Recording) -> str:
+    path = recording.path
+    return path.parent.name if path.name == "session_0.mcap" else path.stem
+
+
+def _placed(time_ns: int, kind: str, text: str, lane: int, player: Player) -> TimelineMark:
+    at_s = (time_ns - player.recording.start_ns) * 1e-9
+    return TimelineMark(at_s=round(at_s, 3), kind=kind, text=text, lane=lane)
+
+
+def _signed(note: Note) -> str:
+    return f"{note.text} ({note.author})" if note.author not in {"", "review"} else note.text
