@@ -26,6 +26,7 @@ const WORDS = {
   manual: "Manual",
   stopped: "Stopped",
   lost: "Lost",
+  ended: "Replay ended",
 };
 const MODES = { auto: "Auto", assisted: "Assisted", manual: "Manual" };
 
@@ -228,6 +229,8 @@ function notice(shown) {
       ];
     case "lost":
       return ["The robot is waiting", state.why];
+    case "ended":
+      return ["The replay has ended", state.why];
     case "paused":
       return ["Paused", state.why];
     default:

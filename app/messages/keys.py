@@ -39,6 +39,8 @@ LABEL_NAMES = "camera/detections/label_info"
 DETECTOR_NAME = "camera/detections/vision_info"
 """Optional: name of the detector's network."""
 CONTACT = "contact"
+ENDED = "ended"
+"""Optional: why no more images come, as plain text, such as the end of a replay."""
 
 CMD_VEL = "cmd_vel"
 CMD_TILT = "camera/cmd_tilt"

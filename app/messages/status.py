@@ -19,6 +19,7 @@ MissionState = Literal[
     "manual",
     "stopped",
     "lost",
+    "ended",
 ]
 
 

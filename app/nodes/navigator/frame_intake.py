@@ -20,6 +20,7 @@ from ippon.frame import Frame
 
 MAX_WAITING: Final = 4
 """Messages of one topic that may wait for decoding; older ones are dropped and counted."""
+MAX_REASON: Final = 200
 ARRIVALS: Final = 64
 """Number of colour images whose time of arrival is kept."""
 _STREAM_OF: Final = {
@@ -66,6 +67,8 @@ class FrameIntake:
         """`time.perf_counter` when the colour image of the last frame arrived."""
         self.refused = ""
         """Why the last frame was refused; empty after one was accepted."""
+        self.ended = ""
+        """Why no more images come, as the robot says; empty while they may."""
         self.has_tf = False
         """The robot publishes tf."""
         self._framed_at = self._came_at = 0.0
@@ -82,6 +85,7 @@ class FrameIntake:
             self._receivers[topic] = self._receiver(topic, stream)
             subscribe(session, f"{robot}/{topic}", self._receivers[topic], kept=kept)
         subscribe(session, f"{robot}/{keys.TF}", self._note_tf)
+        subscribe(session, f"{robot}/{keys.ENDED}", self._note_end)
 
     def inject(self, topic: str, payload: bytes) -> None:
         """Take a message that the navigator converted from another topic of the robot."""
@@ -89,6 +93,10 @@ class FrameIntake:
 
     def _note_tf(self, _: bytes) -> None:
         self.has_tf = True
+
+    def _note_end(self, payload: bytes) -> None:
+        text = payload[:MAX_REASON].decode("utf-8", "replace")
+        self.ended = "".join(c for c in text if c.isprintable()) or "no more images come"
 
     def _receiver(self, topic: str, stream: str) -> Callable[[bytes], None]:
         waiting = self._waiting[topic]
@@ -102,6 +110,7 @@ class FrameIntake:
                         monitor.dropped()
                 waiting.append((time.perf_counter(), payload))
                 if topic == keys.COLOR:
+                    self.ended = ""
                     self._arrived.notify()
 
         return receive

@@ -147,6 +147,8 @@ def _state(
 ) -> tuple[MissionState, str]:
     if mission.state.value == "stopped":
         return "stopped", "stopped: press Resume to continue"
+    if lost and intake.ended:
+        return "ended", intake.ended
     if lost:
         ages = dict(intake.lost(0.0))
         silent = ", ".join(f"{name} ({ages[name] or 0.0:.1f} s)" for name in lost if name in ages)

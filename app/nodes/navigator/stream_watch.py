@@ -45,7 +45,8 @@ class StreamWatch:
         names = tuple(name for name, _ in self._intake.lost(limit_s))
         if names and not self.lost:
             self._drop_command()
-            self._report_event("stream_lost", f"no {', '.join(names)} for {limit_s:g} s: waiting")
+            silent = f"no {', '.join(names)} for {limit_s:g} s: waiting"
+            self._report_event("stream_lost", self._intake.ended or silent)
         elif self.lost and not names:
             self._report_event("stream_back", f"{', '.join(self.lost)} is back")
         self.lost = names

@@ -66,6 +66,8 @@ def play(
 ) -> int:
     """Send one round at the recorded times; return the number of colour images sent.
 
+    After the last one, unless it begins again, the end is announced.
+
     Raises:
         DatasetError: The path cannot be replayed.
     """
@@ -79,6 +81,8 @@ def play(
             break
         put(sent.key, sent.payload)
         images += sent.key == keys.COLOR
+    if not config.loop and not stop.is_set():
+        put(keys.ENDED, f"the replay of {config.path.name} has ended: {images} images".encode())
     return images
 
 

@@ -44,6 +44,7 @@ STATE_WORDS: dict[str, str] = {
     "manual": "Manual",
     "stopped": "Stopped",
     "lost": "Waiting for a stream",
+    "ended": "The replay has ended",
 }
 
 

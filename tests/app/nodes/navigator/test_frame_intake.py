@@ -95,6 +95,23 @@ def test_a_silent_stream_is_named(intake, send):
     assert [name for name, _ in intake.lost(0.4)] == ["depth"]
 
 
+def test_the_end_of_a_replay_is_known_until_another_image_comes(intake, send, sessions):
+    send(PERIOD)
+    take(intake)
+    sessions[1].put(
+        f"r/{keys.ENDED}", b"the replay of kitchen has ended\n\x00: 3 images" + b"x" * 999
+    )
+    deadline = time.monotonic() + 5.0
+    while not intake.ended:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    assert intake.ended.startswith("the replay of kitchen has ended: 3 images")
+    assert len(intake.ended) <= 200
+    send(2 * PERIOD)
+    take(intake)
+    assert intake.ended == ""
+
+
 def test_streams_that_do_not_fit_together_are_lost_too(intake, send):
     send(PERIOD)
     take(intake)

@@ -17,10 +17,11 @@ from ippon.robot import ZED
 from ippon.vocabulary import MATTERPORT_40
 
 
-def state_of(report, mission, *, lost=(), notes=(), frames=0, refused=""):
+def state_of(report, mission, *, lost=(), notes=(), frames=0, refused="", ended=""):
     intake = SimpleNamespace(
         frames=frames,
         refused=refused,
+        ended=ended,
         monitors={},
         lost=lambda _: [("depth", 2.0)],
         assembler=SimpleNamespace(missing=lambda: "camera info"),
@@ -50,6 +51,13 @@ def test_stopped_is_shown_before_the_first_frame_too(report, mission):
     assert state_of(report, mission, lost=("depth",), refused="depth").state == "stopped"
     mission.operator.resume()
     assert state_of(report, mission).state == "starting"
+
+
+def test_a_replay_that_has_ended_is_not_lost(report, mission):
+    ended = "the replay of kitchen has ended: 200 images"
+    status = state_of(report, mission, lost=("depth",), frames=3, ended=ended)
+    assert (status.state, status.why) == ("ended", ended)
+    assert state_of(report, mission, frames=3, ended=ended).state == "starting"
 
 
 def test_refused_frames_are_shown_with_the_reason(report, mission):

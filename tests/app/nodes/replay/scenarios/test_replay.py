@@ -140,8 +140,14 @@ def test_a_session_is_replayed_as_it_was_sent(tmp_path):
     config = ReplayConfig(path=folder, rate=100.0, start_s=2.0, heatmaps=False)
     images = play(config, lambda key, payload: sent.append((key, payload)), stop, 0)
     wanted = (keys.TF, keys.CAMERA_INFO, keys.CONTACT, keys.DEPTH, keys.COLOR)
-    assert sent == [(k, p) for _, k, p in all_messages() if k in wanted][-5 * 20 :]
+    *played, end = sent
+    assert played == [(k, p) for _, k, p in all_messages() if k in wanted][-5 * 20 :]
     assert images == 20
+    ended = f"the replay of {folder.name} has ended: 20 images"
+    assert end == (keys.ENDED, ended.encode()), "the console says so, in place of a lost robot"
+    sent.clear()
+    play(dataclasses.replace(config, loop=True), lambda *message: sent.append(message), stop, 0)
+    assert sent == played
 
 
 def test_a_bag_of_ros_2_in_sqlite_is_replayed(tmp_path):
