@@ -83,9 +83,15 @@ def test_what_is_believed_is_what_the_slow_twin_believes(frames, images):
     ratios = np.exp(TABLE.log_ratios("scores").astype(np.float64))
     values = np.array([values for _, values in images])
     prior = float(prior_log_odds(len(LABELS), -1))
-    _, exact_log_odds = place_filter([c for c, _ in images], ratios[values], prior)
+    exact_q, exact_log_odds = place_filter([c for c, _ in images], ratios[values], prior)
     assert log_norm == pytest.approx(np.log(q.sum()), abs=2e-4), "posteriors sum to 1"
     assert log_odds == pytest.approx(exact_log_odds, abs=1e-3)
+    # A place rounds the energy of each label by half a step at most, and thus the gap of two labels
+    # by a step; the kernel's logarithms are exact to a few thousandths of a step. The bound on gaps
+    # adds no error: of two gaps that differ by e, it makes two that differ by e at most.
+    gap, exact_gap = np.log(q.max() / q), np.log(exact_q.max() / exact_q)
+    places = len({camera for camera, _ in images})
+    assert np.abs(gap - exact_gap).max() < (places + 0.05) / STEPS_PER_NAT
 
 
 def test_a_million_weak_wrong_scores_from_one_place_never_make_a_find():
