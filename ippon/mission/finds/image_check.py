@@ -2,9 +2,13 @@
 
 The filter treats images as independent (Sec. Object Probability Mapping), but the errors of a
 network are not: an object that is misclassified once is misclassified again from the same view, and
-a few such images raise the posterior to nearly 1. Therefore the images vote before a search ends:
-the share of the candidate's pixels whose most probable label is the object or, with a network that
-scores each label by itself, whose score is evidence for it.
+a few such images raise the posterior to nearly 1. Therefore the images vote before a search ends.
+
+An image of a network that labels pixels votes with the share of the candidate's pixels whose most
+probable label is the object. An image of a detector votes with 1 if it recognises the object at any
+part of the candidate, and with 0 otherwise: an instance is recognised as a whole, but its box
+covers other pixels from each view, so that the map spreads it over voxels that no single image
+recognises together.
 """
 
 import math
@@ -33,8 +37,8 @@ class ImageCheckConfig:
     least_share: float = 0.45
     """Share for a find whose posterior is sure."""
     least_share_small: float = 0.3
-    """Share for a find of up to `outline_voxels`: most of its pixels lie on its outline, where
-    labels mix."""
+    """Share for a find of up to `outline_voxels`, if pixels are labelled: most of its pixels lie on
+    its outline, where labels mix."""
     outline_voxels: float = 9.0
     """Size of such a find, in voxels of 10 cm; more applies the lower share to larger finds."""
     unsure_share: float = 0.52
@@ -99,7 +103,9 @@ class ImageCheckConfig:
 class _Track:
     centre: Float64Array
     shares: deque[float]
-    """Shares in the last images that showed it, oldest first."""
+    """Votes of the last images that showed it, oldest first."""
+    by_instance: bool
+    """The votes are those of a detector."""
 
 
 class ImageScore(NamedTuple):
@@ -111,15 +117,19 @@ class ImageScore(NamedTuple):
     """Mean share of the last `min_images`: from nearby an object is recognised more often."""
     needed: float
     """The share that such a find needs."""
+    by_instance: bool = False
+    """The votes are those of a detector."""
 
     @property
     def margin(self) -> float:
         """The share beyond the needed one; negative where the images contradict the find.
 
-        The last images count as much as all images together, if they show the find more clearly.
+        The last images count as much as all images together: those of a detector for and against
+        the find, since it misses few objects that are near; labels of pixels only for it.
         """
         combined = 0.5 * (self.all_images + self.last_images)
-        return max(self.all_images, combined) - self.needed
+        share = combined if self.by_instance else max(self.all_images, combined)
+        return share - self.needed
 
 
 class ImageCheck:
@@ -158,6 +168,7 @@ class ImageCheck:
         if heatmap is None or heatmap.ooi != self._label or not len(centres_world):
             return
         seen, wins = votes(frame, centres_world, self._models, self._config.depth_tolerance_m)
+        by_instance = heatmap.kind == "scores"
         kept: list[_Track] = []
         # Smaller candidates in view are tracked as well, since each may end the search.
         most = self._config.max_tracks
@@ -165,22 +176,22 @@ class ImageCheck:
         for find in (*finds[:most], *in_view[:most]):
             centre = np.array(find.position_world)
             track = self._of(find)
-            if track is None:
-                track = _Track(centre=centre, shares=deque(maxlen=self._config.images))
+            if track is None or track.by_instance != by_instance:
+                shares = deque[float](maxlen=self._config.images)
+                track = _Track(centre=centre, shares=shares, by_instance=by_instance)
             track.centre = centre
             inside = np.abs(centres_world - track.centre) <= 0.5 * np.array(find.size_m) + 1e-6
             mine = inside.all(axis=1) & seen
             if mine.any():
-                track.shares.append(float(wins[mine].mean()))
+                votes_for = wins[mine]
+                track.shares.append(float(votes_for.any() if by_instance else votes_for.mean()))
             kept.append(track)
         self._tracks = kept
 
     def share(self, find: Find) -> float | None:
         """Return the mean share of a find's images; None with fewer than `min_images`."""
-        track = self._of(find)
-        if track is None or len(track.shares) < self._config.min_images:
-            return None
-        return float(np.mean(track.shares))
+        track = self._track_with_enough(find)
+        return None if track is None else float(np.mean(track.shares))
 
     def score(
         self, find: Find, *, again: bool = False, elsewhere: bool = False
@@ -195,11 +206,17 @@ class ImageCheck:
         Returns:
             None if too few images show it.
         """
-        share = self.share(find)
-        if share is None:
+        track = self._track_with_enough(find)
+        if track is None:
             return None
-        needed = self._needed_share(find, again=again, elsewhere=elsewhere)
-        return ImageScore(share, self._last_share(find), needed)
+        last = list(track.shares)[-self._config.min_images :]
+        outline = not track.by_instance and find.voxels <= self._outline_voxels
+        return ImageScore(
+            all_images=float(np.mean(track.shares)),
+            last_images=float(np.mean(last)),
+            needed=self._needed_share(find, outline=outline, again=again, elsewhere=elsewhere),
+            by_instance=track.by_instance,
+        )
 
     def contradicts(self, find: Find, *, again: bool = False, elsewhere: bool = False) -> bool:
         """Return whether the images contradict a find; see `ImageScore.margin`."""
@@ -215,14 +232,16 @@ class ImageCheck:
         share = self.share(find)
         return self.is_sure(find) and share is not None and share >= self._config.single_voxel_share
 
-    def _last_share(self, find: Find) -> float:
+    def _track_with_enough(self, find: Find) -> _Track | None:
+        """Return the track of a find that at least `min_images` have shown."""
         track = self._of(find)
-        last = [] if track is None else list(track.shares)[-self._config.min_images :]
-        return sum(last) / max(1, len(last))
+        if track is None or len(track.shares) < self._config.min_images:
+            return None
+        return track
 
-    def _needed_share(self, find: Find, *, again: bool, elsewhere: bool) -> float:
+    def _needed_share(self, find: Find, *, outline: bool, again: bool, elsewhere: bool) -> float:
         config = self._config
-        if find.voxels <= self._outline_voxels:
+        if outline:
             needed = config.least_share_small
         elif self.is_sure(find):
             needed = config.least_share

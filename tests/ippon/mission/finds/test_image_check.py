@@ -296,3 +296,53 @@ def test_the_last_images_alone_do_not_save_a_find():
     assert look.contradicts(find), "0.26 in all, 0.5 in the last"
     look, find = after([0.6] * 40 + [0.1] * last)
     assert not look.contradicts(find), "nor do they speak against one"
+
+
+def recognised(part: float, score: int = 120) -> Frame:
+    """An image of a detector that recognises the object in the upper part of its rows."""
+    probabilities = np.zeros((48, 64, 3), np.uint8)
+    probabilities[: round(48 * part), :, 2] = score
+    heatmap = Heatmap(labels=LABELS, ooi="hat", probabilities=probabilities, kind="scores")
+    return dataclasses.replace(frame(0.0), heatmap=heatmap)
+
+
+def detected(parts, *, small=False) -> tuple[ImageCheck, Find]:
+    look, centres = ImageCheck(CONFIG, "hat", outline_voxels=math.inf if small else 0.0), voxels()
+    find = find_of(centres)
+    for part in parts:
+        look.observe(recognised(part), centres, [find])
+    return look, find
+
+
+@pytest.mark.parametrize("small", [False, True])
+def test_a_detector_that_recognises_a_part_of_a_find_in_every_image_confirms_it(small):
+    look, find = detected([0.2] * 10, small=small)
+    assert look.share(find) == 1.0
+    assert not look.contradicts(find)
+    look, find = detected([0.0] * 10, small=small)
+    assert look.share(find) == 0.0
+    assert look.contradicts(find)
+
+
+def test_a_small_find_is_recognised_by_a_detector_as_often_as_others():
+    images = [1.0, 0.0, 0.0, 1.0, 0.0] * 4
+    look, find = detected(images, small=True)
+    assert CONFIG.least_share_small < look.share(find) < CONFIG.least_share
+    assert look.contradicts(find), "its outline does not matter"
+
+
+def test_what_a_detector_misses_from_nearby_is_denied_however_it_looked_from_afar():
+    look, find = detected([1.0] * 20 + [0.0] * CONFIG.min_images)
+    assert look.share(find) > CONFIG.least_share
+    assert look.contradicts(find)
+    look, find = detected([1.0] * 20 + [0.0, 1.0] * (CONFIG.min_images // 2))
+    assert not look.contradicts(find), "half of the last ones are enough"
+
+
+def test_votes_of_a_detector_and_of_labelled_pixels_are_not_mixed():
+    look, find = detected([0.0] * 20)
+    for _ in range(CONFIG.min_images - 1):
+        look.observe(frame(0.9), voxels(), [find])
+    assert look.share(find) is None
+    look.observe(frame(0.9), voxels(), [find])
+    assert look.share(find) == pytest.approx(0.9, abs=0.05)
