@@ -72,7 +72,7 @@ def page_of(
         f'<p class="dim">{recognition.frames} images through {escape(network)}'
         + (f", {recognition.refused} refused" if recognition.refused else "")
         + f". A find is surface with a probability of {FIND_THRESHOLD:g} or more, of a size that "
-        "the object can have.</p>",
+        "the object can have, recognised in enough of the images that show it well.</p>",
         _overview(sections, [name for name in objects if name not in label_of]),
         _plan(recognition, next(iter(label_of.values()), None), marks),
         *(_section(one, images, numbers) for one in sections),

@@ -9,7 +9,7 @@ from numba import njit
 from ippon.frame import Frame
 from ippon.mapping.config import MapConfig
 from ippon.mapping.objects.place_pooling import pool
-from ippon.mapping.objects.posterior_arithmetic import prior_log_odds
+from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX, prior_log_odds
 from ippon.mapping.objects.surface_voxels import NORM_STEPS, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
@@ -92,6 +92,24 @@ def test_what_is_believed_is_what_the_slow_twin_believes(frames, images):
     gap, exact_gap = np.log(q.max() / q), np.log(exact_q.max() / exact_q)
     places = len({camera for camera, _ in images})
     assert np.abs(gap - exact_gap).max() < (places + 0.05) / STEPS_PER_NAT
+
+
+weak_scores = st.lists(st.integers(0, 110), min_size=len(LABELS) + 1, max_size=len(LABELS) + 1)
+
+
+@settings(max_examples=12, deadline=None, derandomize=True)
+@given(
+    places=st.lists(
+        st.lists(weak_scores, min_size=1, max_size=3), min_size=2, max_size=len(CAMERAS)
+    ),
+    draw=st.data(),
+)
+def test_the_order_of_places_does_not_matter_to_the_object(frames, places, draw):
+    visits = [[(camera, values) for values in images] for camera, images in enumerate(places)]
+    _, log_odds, _ = believed(frames, [one for visit in visits for one in visit])
+    assert abs(log_odds) < LOG_ODDS_MAX, "these scores are too weak to saturate"
+    shuffled = [one for visit in draw.draw(st.permutations(visits)) for one in visit]
+    assert believed(frames, shuffled)[1] == pytest.approx(log_odds, abs=1e-3)
 
 
 def test_a_million_weak_wrong_scores_from_one_place_never_make_a_find():
