@@ -21,6 +21,8 @@ from ippon.segmentation.instance_heatmap import heatmap_of_instances
 MOST_IMAGES: Final = 4
 """Number of images shown per find, from different places if possible."""
 _SECTOR_RAD: Final = math.radians(15.0)
+_LEAST_DOUBT: Final = 1e-4
+"""Least distance of a probability from 0 and 1, so that its log-odds are finite."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +55,8 @@ class FindEvidence:
     prior_nats: float
     """Log-odds of the prior."""
     places: tuple[PlaceSaid, ...]
-    """Contributions to a voxel in the find's middle, strongest first."""
+    """Contributions to a voxel near the find's centre that is as probable as the find, strongest
+    first."""
     in_good_view: int
     """Number of images in which the network recognised it, or could be expected to."""
     sightings: tuple[Sighting, ...]
@@ -92,7 +95,7 @@ def explain(recognition: Recognition, label: str, finds: Sequence[Find]) -> list
         out.append(
             FindEvidence(
                 prior_nats=prior,
-                places=_places(recognition, collector, label, find),
+                places=_places(recognition, collector, label, find, prior),
                 in_good_view=sum(
                     view.shows(label, find.position_world) is not None for view in recognition.views
                 ),
@@ -133,7 +136,7 @@ def _frame_of(view: View) -> Frame:
 
 
 def _places(
-    recognition: Recognition, collector: EvidenceCollector, label: str, find: Find
+    recognition: Recognition, collector: EvidenceCollector, label: str, find: Find, prior: float
 ) -> tuple[PlaceSaid, ...]:
     here = KnownObject(
         label=label,
@@ -145,16 +148,26 @@ def _places(
         return ()
     detections = next(v.detections for v in recognition.views if v.detections is not None)
     table = recognition.models.of_source(detections.source, "scores").table_of(label)
-    return _places_of_middle(evidence[0], np.exp(table.log_ratios("scores")))
+    p = min(max(find.probability, _LEAST_DOUBT), 1.0 - _LEAST_DOUBT)
+    expected = math.log(p / (1.0 - p)) - prior
+    return places_of_voxel(evidence[0], np.exp(table.log_ratios("scores")), expected)
 
 
-def _places_of_middle(evidence: Evidence, likelihood: NDArray[np.float32]) -> tuple[PlaceSaid, ...]:
-    """Return the evidence by place of the find's voxel with the median probability."""
+def places_of_voxel(
+    evidence: Evidence, likelihood: NDArray[np.float32], expected_nats: float
+) -> tuple[PlaceSaid, ...]:
+    """Return the evidence by place of the voxel whose places add up to the expected nats.
+
+    Args:
+        evidence: Voxels of a find, and some around it that do not belong to it.
+        likelihood: (256,) likelihood ratio of each heatmap value.
+        expected_nats: Log-odds of the find beyond the prior.
+    """
     nats = np.log(evidence.values @ likelihood)
     sums = np.add.reduceat(nats, evidence.first)
-    middle = int(np.argsort(sums)[len(sums) // 2])
+    chosen = int(np.argmin(np.abs(sums - expected_nats)))
     ends = np.append(evidence.first, len(nats))
-    rows = range(int(ends[middle]), int(ends[middle + 1]))
+    rows = range(int(ends[chosen]), int(ends[chosen + 1]))
     said = [
         PlaceSaid(
             direction=_direction(int(evidence.place[row])),

@@ -72,7 +72,8 @@ def page_of(
         f'<p class="dim">{recognition.frames} images through {escape(network)}'
         + (f", {recognition.refused} refused" if recognition.refused else "")
         + f". A find is surface with a probability of {FIND_THRESHOLD:g} or more, of a size that "
-        "the object can have, recognised in enough of the images that show it well.</p>",
+        "the object can have, recognised in enough of the images that show it well. In the images, "
+        "the box is the network's, and the circle is the centre of the find.</p>",
         _overview(sections, [name for name in objects if name not in label_of]),
         _plan(recognition, next(iter(label_of.values()), None), marks),
         *(_section(one, images, numbers) for one in sections),
@@ -189,7 +190,7 @@ def _reasons(why: FindEvidence) -> str:
         for text, images, nats in rows
     )
     return (
-        "<table><tr><th>a voxel in its middle, by viewing place</th><th>images</th>"
+        "<table><tr><th>why, for a voxel of it, by viewing place</th><th>images</th>"
         f"<th>nats</th></tr>{body}</table>"
     )
 

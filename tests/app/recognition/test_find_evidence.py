@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_matrix
 
-from app.recognition.find_evidence import Sighting, _best, _direction
+from app.recognition.find_evidence import Sighting, _best, _direction, places_of_voxel
 from app.recognition.views import View
+from ippon.calibration.evidence import Evidence
 from ippon.camera import PinholeCamera
 from ippon.geometry import R_BASE_CAMERA_LEVEL, invert_transform, make_transform, rotation_z
 from ippon.mapping.objects.places import place_of
@@ -73,3 +75,21 @@ def test_images_from_different_places_come_first():
     seen = [sighting(n, 0.01 * n, 0.9) for n in range(5)]
     seen += [sighting(9, 0.5, 0.4), sighting(10, 1.0, 0.3)]
     assert [one.view.number for one in _best(seen)] == [0, 9, 10, 1]
+
+
+@pytest.mark.parametrize(
+    ("expected_nats", "images"), [(-1.0, [4]), (5.9, [3, 2]), (9.0, [3, 2]), (2.2, [1])]
+)
+def test_the_places_are_those_of_a_voxel_that_is_as_probable_as_the_find(expected_nats, images):
+    likelihood = np.ones(256, np.float32)
+    likelihood[[100, 150, 200]] = np.exp([-0.5, 2.0, 4.0])
+    # Three voxels: one place with -0.5 nats, two places with 4 and 2, one place with 2.
+    values = csr_matrix(
+        (np.ones(4, np.float32), ([0, 1, 2, 3], [100, 200, 150, 150])), shape=(4, 256)
+    )
+    evidence = Evidence(
+        label="cup", values=values, place=np.zeros(4, np.uint8), images=np.array([4, 3, 2, 1]),
+        first=np.array([0, 1, 3]), of_object=np.zeros(3, np.int64), objects=1,
+    )  # fmt: skip
+    said = places_of_voxel(evidence, likelihood, expected_nats)
+    assert [one.images for one in said] == images, "the strongest first"
