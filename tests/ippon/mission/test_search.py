@@ -1,5 +1,6 @@
 """What a search makes of what may be the object."""
 
+from collections import deque
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from ippon.mapping.config import MapConfig
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.find_geometry import exclusion_sphere
+from ippon.mission.finds.image_check import _Track
 from ippon.mission.finds.rejection import readmit_most_likely, set_aside
 from ippon.mission.goal import Goal
 from ippon.mission.search import Search
@@ -41,7 +43,10 @@ def searching(monkeypatch):
             guidance,
             config,
         )
-        monkeypatch.setattr(search.image_check, "share", lambda _: share)
+        votes = None
+        if share is not None:
+            votes = _Track(centre=np.zeros(3), shares=deque([share]), by_instance=False)
+        monkeypatch.setattr(search.image_check, "_track_with_enough", lambda _: votes)
         return search
 
     return make
