@@ -200,7 +200,7 @@ def test_the_filter_says_why_it_slows_the_operator(page, parts, shoot):
     page.locator("#pad-mode").click()
     note = page.locator("#pad-note")
     hold_until(page, "w", lambda: "obstacle" in note.inner_text())
-    shoot("manual")
+    shoot("camera-drive")
     page.keyboard.up("w")
     parts[1].wait(moving=False)
 
@@ -208,6 +208,9 @@ def test_the_filter_says_why_it_slows_the_operator(page, parts, shoot):
 def test_a_click_explains_sends_and_paints(page, shoot):
     tab(page, "Drive")
     choose(page, "Explain")
+    # While somebody drives, the camera fills the scene.
+    page.keyboard.press("c")
+    expect(page.locator("#camera")).to_have_attribute("data-size", "corner")
     page.mouse.click(*FLOOR)
     card = page.locator("#explanation")
     expect(card).to_be_visible()

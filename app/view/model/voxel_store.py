@@ -91,6 +91,11 @@ class VoxelStore:
         """Revision of each column's last change, the latest at the end."""
 
     @property
+    def revision(self) -> int:
+        """Number of the last change."""
+        return self._revision
+
+    @property
     def columns(self) -> tuple[Column, ...]:
         """Every column that ever held a voxel."""
         return tuple(self._columns)

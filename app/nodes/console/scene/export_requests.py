@@ -1,7 +1,9 @@
 """Export files, requested by pages and written by the scene thread."""
 
 import asyncio
+import math
 import queue
+import time
 from concurrent.futures import Future
 from typing import Final
 
@@ -17,6 +19,8 @@ class ExportRequests:
     def __init__(self) -> None:
         self._orders: queue.SimpleQueue[tuple[str, Future[bytes | None]]] = queue.SimpleQueue()
         self._turn = asyncio.Lock()
+        self.plan_asked_s = -math.inf
+        """When a plan was requested last, on the clock of `time.monotonic`."""
 
     async def order(self, name: str) -> bytes | None:
         """Return a file by its name, None if there is nothing to write yet.
@@ -27,6 +31,8 @@ class ExportRequests:
         # One at a time, so that many requests cannot delay the scene.
         async with self._turn, asyncio.timeout(PATIENCE_S):
             future: Future[bytes | None] = Future()
+            if name.startswith("plan"):
+                self.plan_asked_s = time.monotonic()
             self._orders.put((name, future))
             return await asyncio.wrap_future(future)
 

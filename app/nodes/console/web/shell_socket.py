@@ -68,6 +68,15 @@ class ShellLease(msgspec.Struct, tag="lease", forbid_unknown_fields=True):
     action: Literal["request", "release", "grant", "deny", "take"]
 
 
+class ShellRoom(msgspec.Struct, tag="room", forbid_unknown_fields=True):
+    """New name of the room at a point of the map; empty to remove it."""
+
+    id: int
+    x_m: float
+    y_m: float
+    name: Annotated[str, msgspec.Meta(max_length=200)]
+
+
 class ShellYou(msgspec.Struct, tag="you"):
     """Name and standing of this page."""
 
@@ -92,7 +101,7 @@ class ShellReply(msgspec.Struct, tag="reply"):
     text: str
 
 
-_Message = ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease
+_Message = ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease | ShellRoom
 _decoder = msgspec.json.Decoder(_Message)
 
 
@@ -245,13 +254,17 @@ class _Standing:
 
 
 async def _command(
-    command: ShellCommand | ShellDrive,
+    command: ShellCommand | ShellDrive | ShellRoom,
     put: Callable[[bytes], Awaitable[None]],
     controller: Controller,
 ) -> None:
     try:
         if isinstance(command, ShellDrive):
             text = await controller.drive(command.mode)
+        elif isinstance(command, ShellRoom):
+            text = await asyncio.to_thread(
+                controller.name_room, command.x_m, command.y_m, command.name
+            )
         else:
             request = ControlRequest(action=command.action, requester="console")
             text = await controller.control(request)
