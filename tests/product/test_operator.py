@@ -280,6 +280,20 @@ def test_every_colour_has_a_legend_and_every_figure_a_plot(page, shoot):
     tab(page, "Search")
 
 
+def test_the_plan_shows_the_rooms_and_keeps_a_name(page, shoot):
+    page.keyboard.press("p")
+    rooms = page.locator("#plan-rooms button")
+    expect(rooms.first).to_be_visible()
+    shoot("plan", drawn_ms=3_000)
+    rooms.first.press("Enter")
+    page.locator("#room-name").fill("Anna's room")
+    page.locator("#room-name").press("Enter")
+    expect(page.locator("#plan-answer")).to_have_text("The room is named.")
+    expect(rooms.filter(has_text="Anna's room")).to_be_visible()
+    page.keyboard.press("p")
+    expect(page.locator("#plan")).to_be_hidden()
+
+
 def test_help_is_one_key_away_and_the_page_fits_small_screens_light_and_dark(page, shoot):
     page.keyboard.press("?")
     expect(page.locator("#help")).to_be_visible()

@@ -13,7 +13,9 @@ PGM_NAME: Final = "ippon-plan.pgm"
 
 
 def plan_json(model: SceneModel) -> bytes | None:
-    """Return what the page draws over the cells."""
+    """Return what the page draws over the cells; None without a map."""
+    if model.voxels.count == 0 or model.voxel_size_m is None:
+        return None
     return msgspec.json.encode(plan_scene(model))
 
 

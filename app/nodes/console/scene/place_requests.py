@@ -27,28 +27,26 @@ class PlaceRequests:
         self._answers: queue.SimpleQueue[tuple[RoomsReply, MemoryReply]] = queue.SimpleQueue()
         self._asked_s = -EVERY_S
         self._pending = threading.Event()
-        self._soon = threading.Event()
+        self._again = False
         self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="places")
 
-    def refresh(self) -> None:
-        """Ask again at the next step, from any thread."""
-        self._soon.set()
-
-    def step(self, model: SceneModel, wanted_s: float) -> None:
+    def step(self, model: SceneModel, wanted_s: float, *, again: bool = False) -> None:
         """Take answers, and ask if it is time.
 
         Args:
             model: Gets the answers.
             wanted_s: When somebody looked last, on the clock of `time.monotonic`.
+            again: Ask at once, because a name has changed.
         """
         while not self._answers.empty():
             rooms, things = self._answers.get()
             model.on_places(rooms.rooms, things.things)
+        self._again |= again
         now = time.monotonic()
-        due = now - self._asked_s >= EVERY_S or self._soon.is_set()
+        due = now - self._asked_s >= EVERY_S or self._again
         if due and now - wanted_s < WANTED_S and not self._pending.is_set():
             self._asked_s = now
-            self._soon.clear()
+            self._again = False
             self._pending.set()
             self._executor.submit(self._ask)
 

@@ -140,8 +140,9 @@ class SceneThread:
                 self._take(key, payload)
             self._fetch_if_needed()
             self._explain()
-            self._places.step(self.model, self._state_feed.exports.plan_asked_s)
-            self._state_feed.exports.fill(self.model)
+            exports = self._state_feed.exports
+            self._places.step(self.model, exports.plan_asked_s, again=exports.take_names_changed())
+            exports.fill(self.model)
             now = time.monotonic()
             if now - self._drawn_at >= DRAW_S:
                 self._drawn_at = now

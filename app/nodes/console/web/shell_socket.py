@@ -114,7 +114,7 @@ async def serve_shell(
     outbox: asyncio.Queue[bytes] = asyncio.Queue(maxsize=64)
     standing = _Standing(outbox.put, controller, browser)
     tasks = [
-        asyncio.create_task(_listen(socket, outbox.put, controller, standing)),
+        asyncio.create_task(_listen(socket, outbox.put, controller, standing, state_feed)),
         asyncio.create_task(standing.keep()),
         asyncio.create_task(_announce(state_feed, outbox.put)),
         asyncio.create_task(_send(socket, outbox)),
@@ -145,6 +145,7 @@ async def _listen(
     put: Callable[[bytes], Awaitable[None]],
     controller: Controller,
     standing: "_Standing",
+    state_feed: StateFeed,
 ) -> None:
     commands: set[asyncio.Task[None]] = set()
     held = NO_INPUT
@@ -170,7 +171,7 @@ async def _listen(
             if isinstance(message, ShellLease):
                 task = asyncio.create_task(standing.act(message))
             else:
-                task = asyncio.create_task(_command(message, put, controller))
+                task = asyncio.create_task(_command(message, put, controller, state_feed))
             commands.add(task)
             task.add_done_callback(commands.discard)
     finally:
@@ -257,6 +258,7 @@ async def _command(
     command: ShellCommand | ShellDrive | ShellRoom,
     put: Callable[[bytes], Awaitable[None]],
     controller: Controller,
+    state_feed: StateFeed,
 ) -> None:
     try:
         if isinstance(command, ShellDrive):
@@ -265,6 +267,7 @@ async def _command(
             text = await asyncio.to_thread(
                 controller.name_room, command.x_m, command.y_m, command.name
             )
+            state_feed.exports.names_changed()
         else:
             request = ControlRequest(action=command.action, requester="console")
             text = await controller.control(request)
