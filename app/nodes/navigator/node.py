@@ -99,11 +99,7 @@ class Navigator:
         )
         known = saved.voxel_map if saved is not None else None
         self._first_look = FirstLook(known, self._events.report)
-        self._rooms = self._name_rooms(map_was_read=known is not None)
-        self._room_endpoints = declare_endpoints(
-            session, robot, self._rooms, self._services.control.authorize
-        )
-        self._memory = self._keep_memory(map_was_read=known is not None)
+        self._memory = self._keep_memory(session, map_was_read=known is not None)
         self._memory_service = MemoryService(session, robot, self._memory)
         self._state = StatePublisher(session, config, self._sender)
         self._state.publish_alignment(np.eye(4) if T_map_world is None else T_map_world)
@@ -222,9 +218,14 @@ class Navigator:
         if late is not None:
             self._mission.learn(in_map_frame(late, self._T_map_world))
 
-    def _keep_memory(self, *, map_was_read: bool) -> MemoryKeeper:
-        """Return the memory, with what is kept beside the map."""
+    def _keep_memory(self, session: zenoh.Session, *, map_was_read: bool) -> MemoryKeeper:
+        """Return the memory, with what is kept beside the map; answer requests about rooms."""
         keep_map = self.config.keep_map
+        names = room_names_path(Path(keep_map)) if keep_map else None
+        rooms = RoomService(self._operations, self._events.report, names, map_was_read=map_was_read)
+        self._room_endpoints = declare_endpoints(
+            session, self.config.robot, rooms, self._services.control.authorize
+        )
         path = memory_path(Path(keep_map)) if keep_map else None
         return MemoryKeeper(
             self._mission.voxel_map,
@@ -232,14 +233,8 @@ class Navigator:
             self._events.report,
             path,
             map_was_read=map_was_read,
-            room_names=lambda: self._rooms.names,
+            room_names=lambda: rooms.names,
         )
-
-    def _name_rooms(self, *, map_was_read: bool) -> RoomService:
-        """Return the rooms, with the names that are kept beside the map."""
-        keep_map = self.config.keep_map
-        path = room_names_path(Path(keep_map)) if keep_map else None
-        return RoomService(self._operations, self._events.report, path, map_was_read=map_was_read)
 
     # -- goals -------------------------------------------------------------------------------
 

@@ -26,6 +26,7 @@ from app.messages.status import (
 )
 from app.view.model.candidates import Candidate, best_candidates
 from app.view.model.history import History
+from app.view.model.label_colors import LabelColors
 from app.view.model.picture_store import PictureStore
 from app.view.model.seek_history import SeekHistory
 from app.view.model.voxel_store import VoxelStore, VoxelUpdate
@@ -87,6 +88,8 @@ class SceneModel:
         self.rejected: tuple[FindReport, ...] = ()
         """Finds of the present goal that the operator rejected."""
         self.history = History()
+        self.label_colors = LabelColors()
+        """Colours of the labels in the colour mode of things."""
         self.pictures = PictureStore()
         """Pictures along the trajectory, for explanations."""
         self.painted: tuple[PaintedStroke, ...] = ()

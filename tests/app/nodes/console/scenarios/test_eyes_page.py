@@ -182,6 +182,17 @@ def test_a_frozen_camera_is_marked(page, parts, shoot):
     expect(camera).to_have_attribute("data-state", "live")
 
 
+def test_the_map_is_coloured_by_kind_with_a_legend(page, shoot):
+    _tab(page, "Map")
+    inside = page.frame_locator("#view")
+    inside.get_by_role("button", name="Thing", exact=True).click()
+    legend = inside.locator("[data-mode='thing']")
+    expect(legend).to_contain_text("Most probable kind of thing")
+    expect(legend).to_contain_text("sofa")
+    shoot("map-kinds", 2_500)
+    inside.get_by_role("button", name="Camera", exact=True).click()
+
+
 def test_one_key_shows_the_plan_with_rooms_furniture_and_scale(page, shoot):
     _tab(page, "Map")
     page.keyboard.press("p")
