@@ -273,6 +273,7 @@ def test_camera_and_plan_fit_a_phone(page, shoot):
     page.set_viewport_size({"width": 390, "height": 844})
     page.wait_for_timeout(1_500)
     shoot("phone-corner", 1_500)
+    assert page.locator("#camera").bounding_box()["y"] < 200, "above the panel"
     for opened, key in (("plan", "p"), ("camera", "c")):
         page.keyboard.press(key)
         box = page.locator(f"#{opened}").bounding_box()
