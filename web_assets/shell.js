@@ -1,11 +1,14 @@
 // The page around the scene: status bar, Stop, reconnection. The scene and its panels are in an iframe.
 
 import { showAnswers } from "./answers.js";
+import { Camera } from "./camera.js";
 import { Drive, isTyping } from "./drive.js";
 import { Explanation } from "./explain.js";
 import { installFold } from "./fold.js";
 import { installHelp, installTheme } from "./help.js";
 import { Lease, logInAgainIfAsked } from "./lease.js";
+import { Plan } from "./plan.js";
+import { followSceneArea } from "./scene_area.js";
 
 const PING_MS = 2000;
 const SILENT_MS = 5000;
@@ -153,6 +156,10 @@ const drive = new Drive(send, (mode) => insist(request({ type: "drive", mode }))
 const lease = new Lease(send, (action) => insist(request({ type: "lease", action })), view);
 const explanation = new Explanation();
 const onHelpKey = installHelp(isTyping);
+const plan = new Plan(isTyping, (room) => request({ type: "room", ...room }));
+const camera = new Camera(isTyping, () => plan.besideCamera());
+const onPlanKey = (event) => plan.onKey(event);
+const onCameraKey = (event) => camera.onKey(event);
 
 function clock(seconds) {
   const whole = Math.max(0, Math.floor(seconds));
@@ -192,6 +199,7 @@ function render() {
   lease.update(state?.lease);
   explanation.update(state?.explanation);
   drive.update(state?.drive ?? { mode: "auto" }, state?.link === "live" && lease.watching === "");
+  camera.drive(live && state.link === "live" ? state.drive.mode : camera.mode);
   // Stopping releases all keys: after Resume the operator must press one again.
   if (shown === "stopped") drive.release();
   renderNotice(shown);
@@ -295,6 +303,8 @@ function adoptView() {
   view.contentWindow.addEventListener("keydown", onKey, true);
   view.contentWindow.addEventListener("keyup", onKeyUp, true);
   view.contentWindow.addEventListener("keydown", onHelpKey, true);
+  view.contentWindow.addEventListener("keydown", onCameraKey, true);
+  view.contentWindow.addEventListener("keydown", onPlanKey, true);
   drive.listen(view.contentWindow);
   showAnswers(inner);
   view.contentWindow.dispatchEvent(new Event("focus"));
@@ -303,12 +313,15 @@ function adoptView() {
 window.addEventListener("keydown", onKey, true);
 window.addEventListener("keyup", onKeyUp, true);
 window.addEventListener("keydown", onHelpKey, true);
+window.addEventListener("keydown", onCameraKey, true);
+window.addEventListener("keydown", onPlanKey, true);
 view.addEventListener("load", adoptView);
 at("stop").addEventListener("click", stop);
 at("resume").addEventListener("click", () => insist(command("resume")));
 setInterval(ping, PING_MS);
 installTheme(view);
 installFold(view);
+followSceneArea(view, () => camera.measure());
 adoptView();
 connect();
 render();

@@ -66,6 +66,13 @@ class DriveStatus(_Message, frozen=True):
     """Top speeds of the robot, which limit teleoperation."""
     top_yaw_rate_rad_s: float = 0.0
     top_tilt_rate_rad_s: float = 0.0
+    body_half_width_m: float = 0.0
+    """Half the width of the body; 0 if unknown, like the limits below."""
+    slow_within_m: float = 0.0
+    """Distance from the robot's centre to an obstacle ahead at which driving straight at the speed
+    limit begins to be slowed."""
+    stop_within_m: float = 0.0
+    """Distance at which it is stopped."""
 
 
 class TeleopTag(_Message, frozen=True):

@@ -51,6 +51,40 @@ class MemoryReply(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     """What is wrong with the memory."""
 
 
+class Room(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One room of the map."""
+
+    x_m: float
+    """World x and y where its name is written."""
+    y_m: float
+    area_m2: float
+    kind: str
+    """Type, such as "kitchen"; empty if unclear."""
+    name: str
+    """Name that a person has given; empty for none."""
+
+
+class RoomsRequest(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Ask for the rooms of the map: key `rooms`."""
+
+
+class RoomNameRequest(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Name the room at a point of the map: key `rooms/name`. The name is kept with the map."""
+
+    x_m: Annotated[float, Meta(ge=-1e4, le=1e4)]
+    y_m: Annotated[float, Meta(ge=-1e4, le=1e4)]
+    name: Annotated[str, Meta(max_length=200)]
+    """Empty to remove the name."""
+
+
+class RoomsReply(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Reply to both: the rooms, the largest first."""
+
+    rooms: list[Room]
+    note: str = ""
+    """Why names are not kept."""
+
+
 class MapAlignment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Pose of the frame of tf in the frame of the map: key `map/alignment`, kept for late joiners.
 

@@ -125,6 +125,7 @@ def voxel_colors(
     top_m: float,
     thing: NDArray[np.uint8],
     gain: NDArray[np.uint8],
+    kind: NDArray[np.uint8] | None = None,
 ) -> NDArray[np.uint8]:
     """Colour surface voxels.
 
@@ -136,6 +137,7 @@ def voxel_colors(
         height_m: (N,) height of the voxel above the floor.
         top_m: Height at the end of the height ramp.
         thing: (N,) probability of the chosen common object in units of 1/254, 255 for none.
+        kind: (N, 3) colour of the most probable label; None to show `thing`.
         gain: (N,) gain of the viewpoint there over the highest, in units of 1/254, 255 for none.
 
     Returns:
@@ -152,7 +154,7 @@ def voxel_colors(
             step = np.clip(height_m * (255.0 / max(top_m, 0.1)), 0.0, 255.0)
             return CIVIDIS[step.astype(np.uint8)]
         case "thing":
-            return _OOI_TABLE[thing]
+            return _OOI_TABLE[thing] if kind is None else kind
         case "gain":
             return _GAIN_TABLE[gain]
 
@@ -187,8 +189,14 @@ def node_colors(kinds: NDArray[np.uint8], gains: NDArray[np.float32]) -> NDArray
 _UNMAPPED_ENTRY: Final = LegendEntry(color=UNMAPPED, text="unknown")
 
 
-def legend(mode: ColorMode, top_m: float) -> Legend:
-    """Return the legend of a mode; `top_m` is the end of the height ramp."""
+def legend(mode: ColorMode, top_m: float, kinds: tuple[LegendEntry, ...] | None = None) -> Legend:
+    """Return the legend of a mode.
+
+    Args:
+        mode: Colour mode.
+        top_m: End of the height ramp.
+        kinds: Colours of the labels, where all kinds of things are shown; None for one kind.
+    """
     match mode:
         case "camera":
             return Legend(title="Camera colours")
@@ -211,6 +219,8 @@ def legend(mode: ColorMode, top_m: float) -> Legend:
                     _UNMAPPED_ENTRY,
                 ),
             )
+        case "thing" if kinds is not None:
+            return Legend(title="Most probable kind of thing", entries=kinds)
         case "thing":
             return Legend(
                 title="Probability of the kind chosen below",

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from app.view.colors import NOT_MAPPED, OOI_SCALE
 from app.view.model.scene_model import SceneModel
+from app.view.plan.plan_drawing import plan_svg
+from app.view.plan.plan_files import plan_cells_json, plan_json, plan_pgm, plan_yaml
+from app.view.plan.plan_picture import plan_png
 
 _POINT: Final = np.dtype(
     [
@@ -65,6 +68,12 @@ FILES: Final[dict[str, tuple[str, Callable[[SceneModel], bytes | None]]]] = {
     "map.ply": ("application/octet-stream", map_ply),
     "trail.csv": ("text/csv", trail_csv),
     "figures.csv": ("text/csv", figures_csv),
+    "plan.png": ("image/png", plan_png),
+    "plan.svg": ("image/svg+xml", plan_svg),
+    "plan.pgm": ("image/x-portable-graymap", plan_pgm),
+    "plan.yaml": ("application/yaml", plan_yaml),
+    "plan.json": ("application/json", plan_json),
+    "plan-cells.json": ("application/json", plan_cells_json),
 }
 """Media type and writer by file name."""
 

@@ -99,6 +99,30 @@ def filter_among_obstacles(
     return turning, f"stopped: {_where(command, T_world_base, obstacles)}"
 
 
+def limits_ahead(
+    robot: RobotProfile, speed_m_s: float, horizon_s: float, margin_m: float
+) -> tuple[float, float]:
+    """Return how far ahead an obstacle slows and stops a robot that drives straight.
+
+    Args:
+        robot: Its body and limits.
+        speed_m_s: Speed that is requested.
+        horizon_s: Longest time until the next command.
+        margin_m: As for `filter_among_obstacles`.
+
+    Returns:
+        Distances from the robot's centre in metres: at which the speed begins to be reduced, and at
+        which even the least speed is refused.
+    """
+    front = max(sphere.x_m + sphere.radius_m for sphere in robot.spheres) + margin_m
+    full, least = speed_m_s, _SHARES[-2] * speed_m_s
+
+    def travelled(speed: float) -> float:
+        return speed * (horizon_s + 0.5 * speed / robot.max_linear_acceleration_m_s2)
+
+    return front + travelled(full), front + travelled(least)
+
+
 def _least_room(
     robot: RobotProfile,
     T_world_base: Float64Array,

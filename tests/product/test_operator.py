@@ -200,7 +200,7 @@ def test_the_filter_says_why_it_slows_the_operator(page, parts, shoot):
     page.locator("#pad-mode").click()
     note = page.locator("#pad-note")
     hold_until(page, "w", lambda: "obstacle" in note.inner_text())
-    shoot("manual")
+    shoot("camera-drive")
     page.keyboard.up("w")
     parts[1].wait(moving=False)
 
@@ -208,6 +208,9 @@ def test_the_filter_says_why_it_slows_the_operator(page, parts, shoot):
 def test_a_click_explains_sends_and_paints(page, shoot):
     tab(page, "Drive")
     choose(page, "Explain")
+    # While somebody drives, the camera fills the scene.
+    page.keyboard.press("c")
+    expect(page.locator("#camera")).to_have_attribute("data-size", "corner")
     page.mouse.click(*FLOOR)
     card = page.locator("#explanation")
     expect(card).to_be_visible()
@@ -275,6 +278,20 @@ def test_every_colour_has_a_legend_and_every_figure_a_plot(page, shoot):
     tab(page, "Map")
     choose(page, "Camera")
     tab(page, "Search")
+
+
+def test_the_plan_shows_the_rooms_and_keeps_a_name(page, shoot):
+    page.keyboard.press("p")
+    rooms = page.locator("#plan-rooms button")
+    expect(rooms.first).to_be_visible()
+    shoot("plan", drawn_ms=3_000)
+    rooms.first.press("Enter")
+    page.locator("#room-name").fill("Anna's room")
+    page.locator("#room-name").press("Enter")
+    expect(page.locator("#plan-answer")).to_have_text("The room is named.")
+    expect(rooms.filter(has_text="Anna's room")).to_be_visible()
+    page.keyboard.press("p")
+    expect(page.locator("#plan")).to_be_hidden()
 
 
 def test_help_is_one_key_away_and_the_page_fits_small_screens_light_and_dark(page, shoot):

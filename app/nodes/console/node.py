@@ -8,6 +8,7 @@ import ssl
 import uvicorn
 from starlette.types import ASGIApp
 
+from app.nodes.console.camera.camera_feed import CAMERA_ONLY
 from app.nodes.console.config import (
     LOOPBACK,
     PASSWORD_VARIABLE,
@@ -43,8 +44,9 @@ def run_console(config: ConsoleConfig) -> None:
     """
     accounts, tls = _accounts(config), _tls(config)
     listener = listen_on(config)
-    inbox, state_feed = Inbox(EVERY), StateFeed()
-    topics = SceneReader(SceneModel()).keys
+    state_feed = StateFeed()
+    inbox = Inbox(EVERY, state_feed.camera.takers, CAMERA_ONLY)
+    topics = (*SceneReader(SceneModel()).keys, *CAMERA_ONLY)
     failures: list[Exception] = []
 
     def fail(error: Exception) -> None:

@@ -20,6 +20,7 @@ from ippon.memory.instance import Instance
 from ippon.memory.instance_memory import InstanceMemory, MemoryChanges
 from ippon.mission.recollection import Recollection
 from ippon.mission.search import Search
+from ippon.rooms.named_rooms import RoomName, name_lookup
 from ippon.rooms.room_inference import RoomConfig, infer_rooms, room_evidence
 
 logger = logging.getLogger(__name__)
@@ -39,6 +40,7 @@ class MemoryKeeper:
         report_event: Reports what the operator should know.
         path: File of the memory; None keeps it only while the process runs.
         map_was_read: The map was read from its file, so that a kept memory fits it.
+        room_names: Returns the names that people have given to rooms.
     """
 
     def __init__(
@@ -49,9 +51,11 @@ class MemoryKeeper:
         path: Path | None = None,
         *,
         map_was_read: bool = False,
+        room_names: Callable[[], tuple[RoomName, ...]] = tuple,
     ) -> None:
         self._map, self._robot, self._path = voxel_map, robot, path
         self._report_event = report_event
+        self._room_names = room_names
         self.problem = ""
         """What is wrong with the kept memory, for the operator."""
         memory = InstanceMemory(instances=self._read(map_was_read=map_was_read))
@@ -95,7 +99,7 @@ class MemoryKeeper:
             self._rooms_at = now
             config = RoomConfig()
             evidence = room_evidence(self._map, config, floor_z_m)
-            memory.set_rooms(infer_rooms(evidence, config).name_at)
+            memory.set_rooms(name_lookup(infer_rooms(evidence, config), self._room_names()))
         self.instances, self.labels = memory.instances(), self._map.labels
         if self._path is not None and now - self._saved_at >= SAVE_EVERY_S:
             self._saved_at = now

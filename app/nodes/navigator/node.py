@@ -13,6 +13,7 @@ from app.links.language_model.interface import LanguageModelInterface
 from app.links.network.sender import Sender
 from app.links.robot_streams.robot_detector import RobotDetector
 from app.memory.memory_file import memory_path
+from app.memory.room_names import room_names_path
 from app.messages import keys
 from app.nodes.navigator.alignment import FirstLook, in_map_frame
 from app.nodes.navigator.command.command_stream import CommandStream
@@ -24,7 +25,8 @@ from app.nodes.navigator.memory_keeper import MemoryKeeper
 from app.nodes.navigator.profile_check import ProfileCheck
 from app.nodes.navigator.services.memory_service import MemoryService
 from app.nodes.navigator.services.operation_queue import OperationQueue
-from app.nodes.navigator.services.request_services import RequestServices
+from app.nodes.navigator.services.request_services import RequestServices, declare_endpoints
+from app.nodes.navigator.services.room_service import RoomService
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.persistence import SavedState, StatePersistence
 from app.nodes.navigator.state_publisher import StatePublisher
@@ -97,7 +99,7 @@ class Navigator:
         )
         known = saved.voxel_map if saved is not None else None
         self._first_look = FirstLook(known, self._events.report)
-        self._memory = self._keep_memory(map_was_read=known is not None)
+        self._memory = self._keep_memory(session, map_was_read=known is not None)
         self._memory_service = MemoryService(session, robot, self._memory)
         self._state = StatePublisher(session, config, self._sender)
         self._state.publish_alignment(np.eye(4) if T_map_world is None else T_map_world)
@@ -216,9 +218,14 @@ class Navigator:
         if late is not None:
             self._mission.learn(in_map_frame(late, self._T_map_world))
 
-    def _keep_memory(self, *, map_was_read: bool) -> MemoryKeeper:
-        """Return the memory, with what is kept beside the map."""
+    def _keep_memory(self, session: zenoh.Session, *, map_was_read: bool) -> MemoryKeeper:
+        """Return the memory, with what is kept beside the map; answer requests about rooms."""
         keep_map = self.config.keep_map
+        names = room_names_path(Path(keep_map)) if keep_map else None
+        rooms = RoomService(self._operations, self._events.report, names, map_was_read=map_was_read)
+        self._room_endpoints = declare_endpoints(
+            session, self.config.robot, rooms, self._services.control.authorize
+        )
         path = memory_path(Path(keep_map)) if keep_map else None
         return MemoryKeeper(
             self._mission.voxel_map,
@@ -226,6 +233,7 @@ class Navigator:
             self._events.report,
             path,
             map_was_read=map_was_read,
+            room_names=lambda: rooms.names,
         )
 
     # -- goals -------------------------------------------------------------------------------

@@ -242,7 +242,8 @@ def run_review(config: ReviewConfig) -> None:
     """
     listener = listen_on(ConsoleConfig(port=config.port))
     topics = (SEEK_HISTORY, *SceneReader(SceneModel()).keys)
-    inboxes = (Inbox(topics), Inbox(topics))
+    shell, timeline = StateFeed(), StateFeed()
+    inboxes = (Inbox(topics, {keys.COLOR: shell.camera.take_image}), Inbox(topics))
     failures: list[Exception] = []
 
     def fail(error: Exception) -> None:
@@ -252,7 +253,6 @@ def run_review(config: ReviewConfig) -> None:
     link = RecordedLink(inboxes[0], fail)
     browsers = Browsers()
     viser_server = start_viser(browsers)
-    shell, timeline = StateFeed(), StateFeed()
     gateway = Gateway(viser_server, shell, link, OpenAccess(browsers), Hosts("127.0.0.1"))
     playback = Playback(tuple(inbox.put for inbox in inboxes), timeline, fail)
     scene_thread = SceneThread(viser_server, link, inboxes[0], shell, fail)

@@ -12,7 +12,7 @@ from app.view.drawing.find_layer import FindLayer, ObjectMark, marks_of, places_
 from app.view.drawing.overlay_layer import OverlayLayer
 from app.view.drawing.robot_layer import RobotLayer
 from app.view.drawing.tree_layer import TreeLayer
-from app.view.drawing.voxel_layer import VoxelLayer
+from app.view.drawing.voxel_layer import LEAST_CONFIDENCE, VoxelLayer
 from app.view.model.scene_model import Part, SceneModel
 from app.view.view_options import ViewOptions
 from ippon.geometry import Float64Array
@@ -117,6 +117,8 @@ class ViserScene:
     ) -> frozenset[Part]:
         """Update the map's gain colours at intervals, because they change the whole map."""
         now = time.monotonic()
+        if options.mode == "thing" and options.thing is None:
+            return self._recolored_kinds(model, changed, now)
         if options.mode != "gain" or model.tree is None or now - self._gains_at < GAINS_S:
             return frozenset()
         if "tree" not in changed:
@@ -124,6 +126,22 @@ class ViserScene:
         self._gains_at = now
         tree = model.tree
         self.voxels.beads = np.column_stack([tree.positions_world[:, :2], tree.gains])
+        self._revision = 0
+        return frozenset({"voxels"})
+
+    def _recolored_kinds(
+        self, model: SceneModel, changed: frozenset[Part], now: float
+    ) -> frozenset[Part]:
+        """Give labels their colours at intervals; a new colour changes the whole map."""
+        if "voxels" not in changed or now - self._gains_at < GAINS_S:
+            return frozenset()
+        self._gains_at = now
+        if model.proximity is not None:
+            labels = [row.label for row in model.proximity.rows]
+            model.label_colors.update(labels, model.voxels.label_counts(LEAST_CONFIDENCE))
+        if model.label_colors.table is self.voxels.kinds:
+            return frozenset()
+        self.voxels.kinds = model.label_colors.table
         self._revision = 0
         return frozenset({"voxels"})
 

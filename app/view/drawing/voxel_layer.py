@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.view.colors import NOT_MAPPED, OOI_SCALE, linear, ooi_colors, voxel_colors
+from app.view.colors import NOT_MAPPED, OOI_SCALE, UNMAPPED, linear, ooi_colors, voxel_colors
 from app.view.model.voxel_store import COLUMN, Column, ColumnVoxels, VoxelStore
 from app.view.view_options import ViewOptions
 
@@ -18,6 +18,8 @@ _DARKEST_DATA: Final = 176
 """Brightness of 255 in the deepest shade; higher where colours encode values."""
 
 MAX_BOXES: Final = 6000
+LEAST_CONFIDENCE: Final = 76
+"""Probability of a label, in units of 1/254, from which a voxel has its colour: 0.3."""
 NEAR_M: Final = 0.8
 """Horizontal distance to a viewpoint within which surface has the colour of its gain."""
 DEFAULT_TOP_M: Final = 3.0
@@ -52,6 +54,8 @@ class VoxelLayer:
         self._boxes: Any = None
         self.beads: NDArray[np.float32] = np.empty((0, 3), np.float32)
         """(N, 3) x, y and gain of the viewpoints, for the colour mode of gains."""
+        self.kinds: NDArray[np.uint8] = np.full((256, 3), UNMAPPED, np.uint8)
+        """(256, 3) colour of each label, for the colour mode of things without a chosen one."""
         self.shown = 0
         """Columns that are drawn now."""
 
@@ -137,6 +141,7 @@ class VoxelLayer:
             height_m=(local[:, 2] + np.float32(0.5)) * np.float32(self._voxel_size_m),
             top_m=options.ceiling_m or DEFAULT_TOP_M,
             thing=_thing(attributes, options.thing),
+            kind=self._kinds_of(attributes) if _shows_kinds(options) else None,
             gain=self._gain_of(column, local) if options.mode == "gain" else ooi,
         )
         darkest = _DARKEST if options.mode == "camera" else _DARKEST_DATA
@@ -160,6 +165,12 @@ class VoxelLayer:
         cloud.points = points
         cloud.colors = colors
         cloud.visible = True
+
+    def _kinds_of(self, attributes: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return (N, 3) colours of the most probable labels."""
+        colors = self.kinds[attributes[:, 6]]
+        colors[attributes[:, 7] < LEAST_CONFIDENCE] = UNMAPPED
+        return colors
 
     def _gain_of(self, column: Column, local: NDArray[np.int16]) -> NDArray[np.uint8]:
         """Return the gain of the nearest viewpoint over the highest gain, 255 for none."""
@@ -215,6 +226,10 @@ class VoxelLayer:
         self._boxes = None
         for known in (self._clouds, self._gathered, self._extents, self._likely):
             known.clear()
+
+
+def _shows_kinds(options: ViewOptions) -> bool:
+    return options.mode == "thing" and options.thing is None
 
 
 def _thing(attributes: NDArray[np.uint8], label: int | None) -> NDArray[np.uint8]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.images import CompressedColor, StampedCamera
-from app.messages.memory import MapAlignment
+from app.messages.memory import MapAlignment, RememberedThing, Room
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.recording import RecordingStatus
 from app.messages.scene import FoundObject, VoxelCloud
@@ -26,6 +26,7 @@ from app.messages.status import (
 )
 from app.view.model.candidates import Candidate, best_candidates
 from app.view.model.history import History
+from app.view.model.label_colors import LabelColors
 from app.view.model.picture_store import PictureStore
 from app.view.model.seek_history import SeekHistory
 from app.view.model.voxel_store import VoxelStore, VoxelUpdate
@@ -58,6 +59,7 @@ _MAX_CELL_M: Final = 10.0
 _MAX_HELD: Final = 256
 _MAX_EVENTS: Final = 500
 _MAX_FRAMES: Final = 256
+_MAX_POSES: Final = 32
 _MAX_TRAIL: Final = 20_000
 _TRAIL_STEP_M: Final = 0.05
 _RESTART_NS: Final = 1_000_000_000
@@ -74,6 +76,8 @@ class SceneModel:
         self.path_world: Float64Array = np.empty((0, 3))
         self.T_world_base: Float64Array | None = None
         self.T_world_camera: Float64Array | None = None
+        self.camera_poses: deque[tuple[int, Float64Array]] = deque(maxlen=_MAX_POSES)
+        """Stamp in nanoseconds and T_world_camera of the last poses, in order."""
         self.camera: PinholeCamera | None = None
         self.image: CompressedColor | None = None
         self.trail_world: list[tuple[float, float, float]] = []
@@ -84,6 +88,8 @@ class SceneModel:
         self.rejected: tuple[FindReport, ...] = ()
         """Finds of the present goal that the operator rejected."""
         self.history = History()
+        self.label_colors = LabelColors()
+        """Colours of the labels in the colour mode of things."""
         self.pictures = PictureStore()
         """Pictures along the trajectory, for explanations."""
         self.painted: tuple[PaintedStroke, ...] = ()
@@ -91,6 +97,10 @@ class SceneModel:
         """Evidence of the object beyond the map's range."""
         self.recording: RecordingStatus | None = None
         """Status of the recorder; None without a recorder."""
+        self.rooms: tuple[Room, ...] = ()
+        """Rooms of the map, as last asked for."""
+        self.things: tuple[RememberedThing, ...] = ()
+        """What the robot remembers, as last asked for."""
         self.needs_keyframe = True
         """Whether the map may lack voxels, so that a keyframe must be requested."""
         self._changed: set[Part] = set()
@@ -167,6 +177,7 @@ class SceneModel:
         self.T_world_base = self._chain(BASE_FRAME)
         if self._camera_frame is not None:
             self.T_world_camera = self._chain(self._camera_frame)
+            self._keep_camera_pose()
         self._extend_trail()
         self._changed.add("pose")
 
@@ -221,6 +232,10 @@ class SceneModel:
         self.proximity = table
         self._changed.add("proximity")
 
+    def on_places(self, rooms: Iterable[Room], things: Iterable[RememberedThing]) -> None:
+        """Replace rooms and remembered things."""
+        self.rooms, self.things = tuple(rooms), tuple(things)
+
     def on_event(self, event: Event) -> None:
         """Append to the log, and store rejected finds."""
         self.events.append(event)
@@ -257,11 +272,13 @@ class SceneModel:
         self.needs_keyframe = True
         self._held.clear()
         self._transforms.clear()
+        self.camera_poses.clear()
         self.trail_world.clear()
         self.history.clear()
         self.pictures.clear()
         self.painted, self.rejected, self._last_find = (), (), None
         self.far_evidence = NO_FAR_EVIDENCE
+        self.rooms, self.things = (), ()
         self._candidates = None
         self.tree, self.path_world, self.detections = None, np.empty((0, 3)), ()
         self._changed |= {"voxels", "tree", "path", "pose", "detections"}
@@ -291,6 +308,11 @@ class SceneModel:
             T_world_frame = link.T_parent_child @ T_world_frame
             frame = link.parent
         return None
+
+    def _keep_camera_pose(self) -> None:
+        base = self._transforms.get(BASE_FRAME)
+        if base is not None and self.T_world_camera is not None:
+            self.camera_poses.append((base.stamp_ns, self.T_world_camera))
 
     def _extend_trail(self) -> None:
         if self.T_world_base is None:

@@ -91,6 +91,11 @@ class VoxelStore:
         """Revision of each column's last change, the latest at the end."""
 
     @property
+    def revision(self) -> int:
+        """Number of the last change."""
+        return self._revision
+
+    @property
     def columns(self) -> tuple[Column, ...]:
         """Every column that ever held a voxel."""
         return tuple(self._columns)
@@ -179,6 +184,16 @@ class VoxelStore:
         if not indices:
             return np.empty((0, 3), np.int64), np.empty((0, ATTRIBUTES), np.uint8)
         return np.concatenate(indices), np.concatenate(attributes)
+
+    def label_counts(self, least_confidence: int) -> NDArray[np.int64]:
+        """Return (256,) the number of voxels of each label.
+
+        Args:
+            least_confidence: Voxels that are less sure of their label, in units of 1/254, do not
+                count.
+        """
+        sure = self._present & (self._attributes[..., 7] >= least_confidence)
+        return np.bincount(self._attributes[..., 6][sure], minlength=256)
 
     def at_least(self, ooi: int) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
         """Return (N, 3) indices and (N, 8) attributes of voxels above a probability of the object.

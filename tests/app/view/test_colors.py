@@ -105,3 +105,13 @@ def test_legends_say_what_the_colours_mean():
     assert legend("height", 1.6).high == "1.6 m"
     assert legend("ooi", 1.6).ramp is not None
     assert hex_of((213, 94, 0)) == "#d55e00"
+
+
+def test_things_have_the_colours_of_their_kinds_unless_one_is_chosen():
+    kind = np.tile(np.array([1, 2, 3], np.uint8), (5, 1))
+    assert (voxel_colors("thing", **_voxels(kind=kind)) == kind).all()
+    chosen = voxel_colors("thing", **_voxels())
+    assert (chosen == voxel_colors("ooi", **_voxels(ooi=np.full(5, 50, np.uint8)))).all()
+    entries = legend("thing", 2.0, ()).entries
+    assert entries == ()
+    assert legend("thing", 2.0).ramp is not None

@@ -9,7 +9,12 @@ from hypothesis import strategies as st
 
 from ippon.command import Command
 from ippon.control.obstacles import body_clearance, mapped_obstacles
-from ippon.control.safety_filter import OVERLAP_TOLERANCE_M, filter_command
+from ippon.control.safety_filter import (
+    OVERLAP_TOLERANCE_M,
+    filter_among_obstacles,
+    filter_command,
+    limits_ahead,
+)
 from ippon.geometry import base_pose
 from ippon.robot import HABITAT, ZED
 
@@ -102,3 +107,23 @@ def test_carrying_out_the_filtered_command_never_meets_an_obstacle(
         yaw += safe.yaw_rate_rad_s * 0.01
         room = body_clearance(robot, np.array([[x, y, yaw]]), obstacles)[0]
         assert room >= min(-OVERLAP_TOLERANCE_M, start - 0.002) - 0.015
+
+
+@pytest.mark.parametrize("robot", [ZED, HABITAT])
+@pytest.mark.parametrize("margin_m", [0.0, 0.055])
+def test_an_obstacle_slows_and_stops_at_the_limits_that_are_told(robot, margin_m):
+    speed, horizon_s = robot.max_linear_m_s, 0.4
+    slow_m, stop_m = limits_ahead(robot, speed, horizon_s, margin_m)
+    assert robot.radius_m < stop_m < slow_m
+
+    def speed_with_obstacle_at(x):
+        command = Command(linear_m_s=speed, yaw_rate_rad_s=0.0)
+        obstacle = np.array([[x, 0.0]])
+        return filter_among_obstacles(command, HERE, robot, obstacle, horizon_s, margin_m)[
+            0
+        ].linear_m_s
+
+    assert speed_with_obstacle_at(slow_m + 0.02) == speed
+    assert 0.0 < speed_with_obstacle_at(slow_m - 0.02) < speed
+    assert speed_with_obstacle_at(stop_m + 0.02) > 0.0
+    assert speed_with_obstacle_at(stop_m - 0.02) == 0.0

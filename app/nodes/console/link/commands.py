@@ -48,6 +48,14 @@ class Controller(Protocol):
         """
         ...
 
+    def name_room(self, x_m: float, y_m: float, name: str) -> str:
+        """Name the room at a point; waits for the reply, so call it in a thread.
+
+        Raises:
+            CommandError: It was not delivered, or was refused.
+        """
+        ...
+
     def may_use_panels(self, browser: Browser) -> bool:
         """Return whether a browser may use the panels: no other browser has control."""
         ...

@@ -24,11 +24,21 @@ from app.messages.control import (
     VocabularyRequest,
 )
 from app.messages.driving import GotoRequest, PaintRequest
+from app.messages.memory import (
+    MemoryReply,
+    MemoryRequest,
+    RoomNameRequest,
+    RoomsReply,
+    RoomsRequest,
+)
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.nodes.console.link.commands import PaintAction, RecordAction
 from ippon.guidance.levels import LevelName
 
 REQUESTER: Final = "console"
+PLACES_S: Final = 6.0
+"""Timeout for rooms, which are inferred from the map when they are asked for."""
+THINGS: Final = 5_000
 READ_S: Final = 12.0
 """Timeout for reading a sentence; longer than the navigator's timeout for its language model."""
 
@@ -73,6 +83,20 @@ class PanelRequests(ABC):
         """Return what the map stores about a voxel."""
         request = InspectRequest(point_world=point_world)
         return self._request(keys.INSPECT, request, InspectReply)
+
+    def rooms(self) -> RoomsReply:
+        """Return the rooms of the map."""
+        return self._request(keys.ROOMS, RoomsRequest(), RoomsReply, PLACES_S)
+
+    def name_room(self, x_m: float, y_m: float, name: str) -> str:
+        """Name the room at a point; an empty name removes it."""
+        request = RoomNameRequest(x_m=x_m, y_m=y_m, name=name)
+        self._request(keys.ROOM_NAME, request, RoomsReply, PLACES_S)
+        return "The room is named." if name.strip() else "The room has no name any more."
+
+    def things(self) -> MemoryReply:
+        """Return everything that the robot remembers."""
+        return self._request(keys.MEMORY, MemoryRequest(limit=THINGS), MemoryReply, PLACES_S)
 
     def reorder(self, goal_id: int, action: Literal["first", "remove"]) -> str:
         """Move a waiting goal to the front, or remove it."""

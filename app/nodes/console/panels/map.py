@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from app.nodes.console.panels import markup
-from app.view.colors import QUIET, TREE_LEGEND, ColorMode, legend
+from app.view.colors import QUIET, TREE_LEGEND, ColorMode, LegendEntry, legend
 from app.view.model.scene_model import Part, SceneModel
 from app.view.view_options import LAYERS, SHOWN_FIRST, Layer, ViewOptions
 
@@ -58,10 +58,12 @@ class MapPanel:
         self._chosen: ColorMode = start.mode
         self._legend = gui.add_html("")
         self._things: tuple[str, ...] = ()
+        self._kinds: tuple[LegendEntry, ...] = ()
         self._thing = gui.add_dropdown(
             "Thing",
             (_NO_THING,),
-            hint="Kind of object whose probability the colour mode Thing shows",
+            hint="Kind of object whose probability the colour mode Thing shows; without one each "
+            "surface has the colour of its most probable kind",
         )
         self._ceiling = gui.add_slider(
             "Cut above, m",
@@ -115,7 +117,10 @@ class MapPanel:
         )  # fmt: skip
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
-        """Update the list of common objects."""
+        """Update the list of common objects and the legend of their colours."""
+        if model.label_colors.entries != self._kinds:
+            self._kinds = model.label_colors.entries
+            self._show_legend()
         if "proximity" not in changed or model.proximity is None:
             return
         things = tuple(row.label for row in model.proximity.rows)
@@ -138,6 +143,7 @@ class MapPanel:
         self._on_change(self.options())
 
     def _show_legend(self) -> None:
+        kinds = self._kinds if self._row(str(self._thing.value)) is None else None
         self._legend.content = markup.legend(
-            legend(self._chosen, float(self._ceiling.value)), self._chosen
+            legend(self._chosen, float(self._ceiling.value), kinds), self._chosen
         )

@@ -1,7 +1,10 @@
 """Export files, requested by pages and written by the scene thread."""
 
 import asyncio
+import math
 import queue
+import threading
+import time
 from concurrent.futures import Future
 from typing import Final
 
@@ -17,6 +20,9 @@ class ExportRequests:
     def __init__(self) -> None:
         self._orders: queue.SimpleQueue[tuple[str, Future[bytes | None]]] = queue.SimpleQueue()
         self._turn = asyncio.Lock()
+        self._stale = threading.Event()
+        self.plan_asked_s = -math.inf
+        """When a plan was requested last, on the clock of `time.monotonic`."""
 
     async def order(self, name: str) -> bytes | None:
         """Return a file by its name, None if there is nothing to write yet.
@@ -27,8 +33,20 @@ class ExportRequests:
         # One at a time, so that many requests cannot delay the scene.
         async with self._turn, asyncio.timeout(PATIENCE_S):
             future: Future[bytes | None] = Future()
+            if name.startswith("plan"):
+                self.plan_asked_s = time.monotonic()
             self._orders.put((name, future))
             return await asyncio.wrap_future(future)
+
+    def names_changed(self) -> None:
+        """Have the names on the plan asked for again, from any thread."""
+        self._stale.set()
+
+    def take_names_changed(self) -> bool:
+        """Return whether a name has changed since the last call."""
+        stale = self._stale.is_set()
+        self._stale.clear()
+        return stale
 
     def fill(self, model: SceneModel) -> None:
         """Write the requested files. Called by the scene thread."""

@@ -2,7 +2,7 @@
 
 import threading
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Final
 
 _LIMIT: Final = 4096
@@ -11,9 +11,22 @@ Message = tuple[str, bytes]
 
 
 class Inbox:
-    """Keeps every message of the topics in `every`, and only the latest of the others."""
+    """Keeps every message of the topics in `every`, and only the latest of the others.
 
-    def __init__(self, every: Iterable[str]) -> None:
+    Args:
+        every: Topics of which every message is kept.
+        takers: Called at once with each message of their topics, in the thread that brings it.
+        only_taken: Topics of `takers` that are not kept as well.
+    """
+
+    def __init__(
+        self,
+        every: Iterable[str],
+        takers: Mapping[str, Callable[[bytes], None]] | None = None,
+        only_taken: Iterable[str] = (),
+    ) -> None:
+        self._takers = takers or {}
+        self._only_taken = frozenset(only_taken)
         self.dropped = 0
         """Messages of the topics in `every` that arrived while the inbox was full."""
         self._every = frozenset(every)
@@ -23,6 +36,11 @@ class Inbox:
 
     def put(self, key: str, payload: bytes) -> None:
         """Add a message without waiting."""
+        take = self._takers.get(key)
+        if take is not None:
+            take(payload)
+        if key in self._only_taken:
+            return
         with self._arrived:
             if key not in self._every:
                 self._latest[key] = payload

@@ -15,6 +15,7 @@ from app.messages import keys
 from app.messages.control import InspectReply
 from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
+from app.nodes.console.camera.camera_scene import CAMERA_PARTS, camera_scene
 from app.nodes.console.critical_thread import OnFailure, critical_thread
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.link.navigator_link import NavigatorLink
@@ -28,6 +29,7 @@ from app.nodes.console.scene.click_explanation import (
 )
 from app.nodes.console.scene.clicks import Clicks
 from app.nodes.console.scene.inbox import Inbox
+from app.nodes.console.scene.place_requests import PlaceRequests
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import acting_browser
 from app.nodes.console.web.viser_server import LoopbackViserServer
@@ -113,6 +115,7 @@ class SceneThread:
         self._drawn_at = self._noticed_at = self._pictured_at = 0.0
         self._told_rejects = 0
         self._fetcher = ThreadPoolExecutor(max_workers=1, thread_name_prefix="keyframe")
+        self._places = PlaceRequests(link)
         self._stop = threading.Event()
         self._thread = critical_thread("scene thread", self._run, on_failure)
         viser_server.server.on_client_connect(self._joined)
@@ -128,6 +131,7 @@ class SceneThread:
         self._stop.set()
         self._inbox.wake()
         self._thread.join(timeout=5.0)
+        self._places.close()
         self._fetcher.shutdown(wait=False, cancel_futures=True)
 
     def _run(self) -> None:
@@ -136,7 +140,9 @@ class SceneThread:
                 self._take(key, payload)
             self._fetch_if_needed()
             self._explain()
-            self._state_feed.exports.fill(self.model)
+            exports = self._state_feed.exports
+            self._places.step(self.model, exports.plan_asked_s, again=exports.take_names_changed())
+            exports.fill(self.model)
             now = time.monotonic()
             if now - self._drawn_at >= DRAW_S:
                 self._drawn_at = now
@@ -219,6 +225,8 @@ class SceneThread:
         if changed:
             self._tabs.update(self.model, changed)
         self._browser_views.draw(self.model, self._limit_image_rate(changed))
+        if changed & CAMERA_PARTS:
+            self._state_feed.camera.show_scene(camera_scene(self.model))
         self.follow.step(self._browser_views.bounds() if "voxels" in changed else None)
 
     def _limit_image_rate(self, changed: frozenset[Part]) -> frozenset[Part]:

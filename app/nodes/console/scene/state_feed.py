@@ -7,6 +7,7 @@ import time
 from collections.abc import AsyncGenerator
 from typing import Final
 
+from app.nodes.console.camera.camera_feed import CameraFeed
 from app.nodes.console.scene.export_requests import ExportRequests
 
 PICTURES = 32
@@ -20,6 +21,8 @@ class StateFeed:
     """Holds the newest state; readers get it at once, then each newer one, without a backlog."""
 
     def __init__(self) -> None:
+        self.camera = CameraFeed()
+        """Camera pictures for the pages."""
         self.exports = ExportRequests()
         """Export files that pages requested."""
         self._lock = threading.Lock()

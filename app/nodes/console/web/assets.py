@@ -14,8 +14,9 @@ from app.view.drawing.viser_client import unpack_client
 PREFIX: Final = "/assets/"
 _NAMES: Final = (
     "shell.css", "shell.js", "view.css", "icon.svg",
-    "answers.js", "drive.css", "drive.js", "explain.js", "fold.js", "help.js", "lease.css",
-    "lease.js", "login.css", "map_first.js",
+    "answers.js", "camera.css", "camera.js", "camera_worker.js", "drive.css", "drive.js",
+    "explain.js", "fold.js", "help.js", "lease.css", "lease.js", "login.css", "map_first.js",
+    "plan.css", "plan.js", "plan_drawing.js", "scene_area.js",
 )  # fmt: skip
 _TYPES: Final = {
     "css": "text/css",

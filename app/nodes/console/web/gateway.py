@@ -16,6 +16,7 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from app.messages.control import ControlRequest
+from app.nodes.console.camera.camera_socket import serve_camera
 from app.nodes.console.link.commands import CommandError, Controller
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.access import Access
@@ -30,8 +31,8 @@ from app.view.exports import FILES
 
 logger = logging.getLogger(__name__)
 
-MAX_SOCKETS: Final = 128
-"""Maximum number of sockets, two per page."""
+MAX_SOCKETS: Final = 192
+"""Maximum number of sockets, three per page."""
 _TRY_LATER: Final = 1013
 _VIEW: Final = "/view/?darkMode"
 
@@ -83,6 +84,7 @@ class Gateway:
                 WebSocketRoute("/view", self._view_socket),
                 WebSocketRoute("/view/", self._view_socket),
                 WebSocketRoute("/api/ws", self._shell_socket),
+                WebSocketRoute("/api/camera", self._camera_socket),
             ],
             middleware=[Middleware(Guard, access=self._access, hosts=self._hosts)],
         )
@@ -157,6 +159,12 @@ class Gateway:
             return
         async with self._place(socket) as browser:
             await serve_shell(socket, self._state_feed, self._controller, browser)
+
+    async def _camera_socket(self, socket: WebSocket) -> None:
+        if await self._is_full(socket):
+            return
+        async with self._place(socket):
+            await serve_camera(socket, self._state_feed.camera)
 
     async def _is_full(self, socket: WebSocket) -> bool:
         if self._open_sockets < MAX_SOCKETS:

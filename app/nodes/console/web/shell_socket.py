@@ -68,6 +68,15 @@ class ShellLease(msgspec.Struct, tag="lease", forbid_unknown_fields=True):
     action: Literal["request", "release", "grant", "deny", "take"]
 
 
+class ShellRoom(msgspec.Struct, tag="room", forbid_unknown_fields=True):
+    """New name of the room at a point of the map; empty to remove it."""
+
+    id: int
+    x_m: float
+    y_m: float
+    name: Annotated[str, msgspec.Meta(max_length=200)]
+
+
 class ShellYou(msgspec.Struct, tag="you"):
     """Name and standing of this page."""
 
@@ -92,7 +101,7 @@ class ShellReply(msgspec.Struct, tag="reply"):
     text: str
 
 
-_Message = ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease
+_Message = ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease | ShellRoom
 _decoder = msgspec.json.Decoder(_Message)
 
 
@@ -105,7 +114,7 @@ async def serve_shell(
     outbox: asyncio.Queue[bytes] = asyncio.Queue(maxsize=64)
     standing = _Standing(outbox.put, controller, browser)
     tasks = [
-        asyncio.create_task(_listen(socket, outbox.put, controller, standing)),
+        asyncio.create_task(_listen(socket, outbox.put, controller, standing, state_feed)),
         asyncio.create_task(standing.keep()),
         asyncio.create_task(_announce(state_feed, outbox.put)),
         asyncio.create_task(_send(socket, outbox)),
@@ -136,6 +145,7 @@ async def _listen(
     put: Callable[[bytes], Awaitable[None]],
     controller: Controller,
     standing: "_Standing",
+    state_feed: StateFeed,
 ) -> None:
     commands: set[asyncio.Task[None]] = set()
     held = NO_INPUT
@@ -161,7 +171,7 @@ async def _listen(
             if isinstance(message, ShellLease):
                 task = asyncio.create_task(standing.act(message))
             else:
-                task = asyncio.create_task(_command(message, put, controller))
+                task = asyncio.create_task(_command(message, put, controller, state_feed))
             commands.add(task)
             task.add_done_callback(commands.discard)
     finally:
@@ -245,13 +255,19 @@ class _Standing:
 
 
 async def _command(
-    command: ShellCommand | ShellDrive,
+    command: ShellCommand | ShellDrive | ShellRoom,
     put: Callable[[bytes], Awaitable[None]],
     controller: Controller,
+    state_feed: StateFeed,
 ) -> None:
     try:
         if isinstance(command, ShellDrive):
             text = await controller.drive(command.mode)
+        elif isinstance(command, ShellRoom):
+            text = await asyncio.to_thread(
+                controller.name_room, command.x_m, command.y_m, command.name
+            )
+            state_feed.exports.names_changed()
         else:
             request = ControlRequest(action=command.action, requester="console")
             text = await controller.control(request)

@@ -34,7 +34,11 @@ from ippon.control.drive_mode import (
     scale_command,
 )
 from ippon.control.obstacles import mapped_obstacles
-from ippon.control.safety_filter import OVERLAP_TOLERANCE_M, filter_among_obstacles
+from ippon.control.safety_filter import (
+    OVERLAP_TOLERANCE_M,
+    filter_among_obstacles,
+    limits_ahead,
+)
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, base_pose, yaw_of
 from ippon.mapping.arrays import MapArrays
@@ -174,6 +178,8 @@ class CommandMux:
         """Return drive mode, waypoint, limits and the filter's last intervention."""
         with self._lock:
             fresh = time.monotonic() - self._hand_at < HAND_S
+            speed = self._limit * self._profile.max_linear_m_s
+            slow, stop = limits_ahead(self._profile, speed, HORIZON_S, self._hand_margin_m)
             return DriveStatus(
                 mode=self._mode.value,
                 speed_limit=self._limit,
@@ -183,7 +189,14 @@ class CommandMux:
                 top_linear_m_s=self._profile.max_linear_m_s,
                 top_yaw_rate_rad_s=self._profile.max_yaw_rate_rad_s,
                 top_tilt_rate_rad_s=self._profile.max_tilt_rate_rad_s,
+                body_half_width_m=round(self._profile.half_width_m, 3),
+                slow_within_m=round(slow, 3),
+                stop_within_m=round(stop, 3),
             )
+
+    @property
+    def _hand_margin_m(self) -> float:
+        return 0.5 * self._voxel_m + HAND_ROOM_M
 
     # -- teleoperation ------------------------------------------------------------------------
 
@@ -278,7 +291,7 @@ class CommandMux:
         if self._pose is None or self._obstacles is None or age_s > self._stale_s:
             self._intervention = f"stopped: no picture for {age_s:.1f} s"
             return still
-        margin = -OVERLAP_TOLERANCE_M if as_planned else 0.5 * self._voxel_m + HAND_ROOM_M
+        margin = -OVERLAP_TOLERANCE_M if as_planned else self._hand_margin_m
         safe, reason = filter_among_obstacles(
             wanted, self._pose, self._profile, self._obstacles, HORIZON_S, margin, 1e-6
         )

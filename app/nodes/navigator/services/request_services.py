@@ -26,6 +26,7 @@ from app.messages.control import (
 )
 from app.messages.driving import DriveRequest, GotoRequest, PaintRequest
 from app.messages.lease import LeaseRequest, TakeRequest
+from app.messages.memory import RoomNameRequest, RoomsRequest
 from app.nodes.navigator.command.command_mux import CommandMux
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.config import NavigatorConfig
@@ -37,6 +38,7 @@ from app.nodes.navigator.services.lease_service import LeaseService
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.services.opinion_service import OpinionService
 from app.nodes.navigator.services.preview_service import PreviewService
+from app.nodes.navigator.services.room_service import RoomService
 from app.nodes.navigator.services.sentence_service import SentenceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
 
@@ -73,6 +75,8 @@ ENDPOINTS: Final = (
     Endpoint(keys.PAINT, PaintRequest, DriveService, DriveService.paint, "holder"),
     Endpoint(keys.INSPECT, InspectRequest, PreviewService, PreviewService.inspect, "everyone"),
     Endpoint(keys.PREVIEW, PreviewRequest, PreviewService, PreviewService.preview, "everyone"),
+    Endpoint(keys.ROOMS, RoomsRequest, RoomService, RoomService.rooms, "everyone"),
+    Endpoint(keys.ROOM_NAME, RoomNameRequest, RoomService, RoomService.rename, "holder"),
     Endpoint(keys.LEASE, LeaseRequest, LeaseService, LeaseService.ask, "credential"),
     Endpoint(keys.LEASE_TAKE, TakeRequest, LeaseService, LeaseService.take, "credential"),
 )

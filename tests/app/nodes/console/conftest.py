@@ -84,6 +84,12 @@ class Navigator:
         acting_browser().update_lease(reply)
         return reply
 
+    def name_room(self, x_m, y_m, name):
+        self.actions.append((x_m, y_m, name))
+        if self.problem is not None:
+            raise CommandError(self.problem)
+        return "The room is named."
+
     async def control(self, request):
         self.actions.append(request.action)
         self.who = acting_browser()

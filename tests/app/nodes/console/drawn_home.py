@@ -8,6 +8,7 @@ import time
 import numpy as np
 
 from app.messages.images import encode_color
+from app.messages.memory import RememberedThing, Room, RoomsReply
 from app.messages.scene import VoxelCloud
 from app.messages.status import (
     FindReport,
@@ -188,6 +189,44 @@ def proximity_of():
         rows=rows,
         prompt="I am a robot, and I am to find an object: hat.\n\nRate every category.",
         reply="sofa: <b>hats</b> are left there. CERTAIN",
+    )
+
+
+def things_of():
+    """What the robot remembers of the flat."""
+    boxes = {
+        "sofa": ((1.9, 5.4, 0.4), (2.2, 0.8, 0.8)),
+        "table": ((2.0, 4.0, 0.4), (1.2, 0.8, 0.2)),
+        "bed": ((6.6, 4.9, 0.25), (2.0, 1.8, 0.5)),
+        "kitchen_counter": ((5.5, 0.6, 0.4), (1.0, 0.8, 0.8)),
+        "plant": ((7.4, 0.6, 0.6), (0.4, 0.4, 1.2)),
+    }
+    return [
+        RememberedThing(
+            instance_id=number,
+            label=label,
+            probability=0.9,
+            alternatives=[("armchair", 0.05)],
+            source="map",
+            position_world=position,
+            size_m=size,
+            room="living room" if position[0] < 4.0 else "bedroom",
+            first_seen_ns=1,
+            last_seen_ns=time.time_ns(),
+            gone_ns=0,
+            has_picture=False,
+        )
+        for number, (label, (position, size)) in enumerate(boxes.items(), start=1)
+    ]
+
+
+def rooms_of(name=""):
+    """The two rooms of the flat; the second has no clear type."""
+    return RoomsReply(
+        rooms=[
+            Room(x_m=2.0, y_m=2.2, area_m2=23.9, kind="living room", name=name),
+            Room(x_m=6.0, y_m=2.6, area_m2=23.4, kind="", name=""),
+        ]
     )
 
 

@@ -22,6 +22,7 @@ from app.messages.control import (
     encode,
 )
 from app.messages.images import encode_camera
+from app.messages.memory import MemoryReply, MemoryRequest, RoomNameRequest
 from app.messages.motion import StampedPath, StampedTransform, encode_path, encode_transforms
 from app.messages.scene import encode_tree, encode_voxels
 from app.messages.status import GoalStatus
@@ -36,7 +37,9 @@ from tests.app.nodes.console.drawn_home import (
     home_voxels,
     proximity_of,
     robot_pose,
+    rooms_of,
     status_of,
+    things_of,
     tree_of,
 )
 
@@ -75,6 +78,9 @@ class PublishedHome:
             keys.VOCABULARY: self._accept,
             keys.GOTO: self._accept,
             keys.PAINT: self._accept,
+            keys.ROOMS: lambda _: encode(rooms_of(self.room_name)),
+            keys.ROOM_NAME: self._name_room,
+            keys.MEMORY: self._memory,
             keys.MAP_KEYFRAME: lambda _: encode_voxels(self.keyframe()),
             keys.STATUS: lambda _: encode(self.status()),
             keys.LEVELS: lambda _: encode(proximity_of()),
@@ -92,6 +98,7 @@ class PublishedHome:
         )
         self.find = None
         self.status_changes = {}
+        self.room_name = ""
         self.frozen = False
         """Nothing changes, and only the status is published."""
 
@@ -197,6 +204,16 @@ class PublishedHome:
 
     def _accept(self, _):
         return encode(Accepted())
+
+    def _name_room(self, payload):
+        request = decode(payload, RoomNameRequest)
+        self.room_name = request.name
+        return encode(rooms_of(self.room_name))
+
+    def _memory(self, payload):
+        decode(payload, MemoryRequest)
+        things = things_of()
+        return encode(MemoryReply(things=things, count=len(things)))
 
     def _sentence(self, payload):
         request = read_request(decode(payload, SentenceRequest).sentence)

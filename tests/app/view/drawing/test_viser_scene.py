@@ -10,7 +10,7 @@ import viser
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.scene import FoundObject
-from app.messages.status import FarEvidenceCells
+from app.messages.status import FarEvidenceCells, LevelRow, LevelTable
 from app.view.drawing.find_layer import marks_of
 from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
 from app.view.model.scene_model import SceneModel
@@ -274,3 +274,28 @@ def _tree(n):
         levels=np.zeros(n, np.uint8),
         kinds=np.zeros(n, np.uint8),
     )
+
+
+NAMES = ("wall", "floor", "bed", "sofa")
+"""The voxels have label 3."""
+
+
+def test_things_are_coloured_by_their_most_probable_kind(server, model, make):
+    model.on_proximity(
+        LevelTable(
+            goal_id=1,
+            object="hat",
+            context="",
+            provider="",
+            elapsed_ms=0.0,
+            rows=[LevelRow(label=name, level="far", reason="") for name in NAMES],
+        )
+    )
+    scene = _draw(server, model, mode="thing", layers=frozenset({"map"}))
+    assert model.label_colors.entries[0].text == "sofa"
+    assert scene.voxels.kinds is model.label_colors.table
+    first = tuple(model.label_colors.table[3].tolist())
+    colors = _node(server, "/map/0_0").colors.astype(int)
+    # Shading darkens colours and keeps their hue.
+    share = colors / np.maximum(np.array(first), 1)
+    assert np.ptp(share, axis=1).max() < 0.06

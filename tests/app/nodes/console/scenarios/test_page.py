@@ -26,6 +26,8 @@ class _Parts:
         self.home = stage.PublishedHome(self.zenoh_port, **home) if navigator else None
         self.console = stage.ConsoleProcess(self.zenoh_port, self.port)
         self.window = new_window(browser)
+        # The map is looked at by its pixels, which the camera's picture would cover.
+        self.window.add_init_script("localStorage.setItem('ippon-camera', 'off')")
         self.console.wait_until_up()
 
     def open_page(self):

@@ -33,3 +33,12 @@ def test_waits_for_a_message_and_can_be_woken():
     threading.Timer(0.05, inbox.wake).start()
     assert inbox.drain(5.0) == []
     assert time.monotonic() - started < 4.0
+
+
+def test_takers_hear_their_topics_at_once():
+    heard = []
+    inbox = Inbox([], {"image": heard.append, "heat": heard.append}, ["heat"])
+    for key in ("image", "heat", "status"):
+        inbox.put(key, key.encode())
+    assert heard == [b"image", b"heat"]
+    assert sorted(inbox.drain(0.0)) == [("image", b"image"), ("status", b"status")]

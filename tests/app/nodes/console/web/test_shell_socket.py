@@ -28,6 +28,16 @@ def test_the_shell_gets_an_answer_to_every_command(client, navigator):
         assert (reply["id"], reply["ok"], reply["text"]) == (8, False, navigator.problem)
 
 
+def test_a_room_is_named_and_the_plan_asks_again(client, navigator, state_feed):
+    with client.socket("/api/ws") as shell:
+        hear(shell)
+        shell.send('{"type":"room","id":9,"x_m":1.5,"y_m":2,"name":"Anna"}')
+        assert hear(shell) == {"type": "reply", "id": 9, "ok": True, "text": "The room is named."}
+        assert (1.5, 2, "Anna") in navigator.actions
+        assert state_feed.exports.take_names_changed()
+        assert not state_feed.exports.take_names_changed()
+
+
 @pytest.mark.parametrize(
     "text",
     ["", "no json", "[]", '{"type":"shoot"}', '{"type":"control","id":1,"action":"explode"}',

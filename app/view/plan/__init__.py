@@ -1,0 +1,1 @@
+"""The plan: the map from above, with names, as data and as files."""

@@ -1,0 +1,112 @@
+"""The plan as a picture (PNG)."""
+
+import io
+import math
+from typing import Final
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from app.view.colors import CERTAIN_BRUSH, FOUND, NEVER_BRUSH, ROBOT
+from app.view.model.scene_model import SceneModel
+from app.view.plan.plan_cells import Cell, PlanCells
+from app.view.plan.plan_scene import PlanScene, cells_of, plan_scene
+from app.view.plan.sheet import (
+    BAR_TEXT_M,
+    BODY_M,
+    CELL_COLORS,
+    MARGIN_M,
+    PALE,
+    TEXT,
+    Sheet,
+    lines_of,
+    placed_texts,
+    scale_bar_m,
+)
+
+PIXELS: Final = 1600
+"""Longer side of the picture."""
+
+
+def plan_png(model: SceneModel) -> bytes | None:
+    """Return the plan as PNG; None without a map."""
+    cells = cells_of(model)
+    if cells is None:
+        return None
+    scene, sheet = plan_scene(model), Sheet(cells)
+    scale = PIXELS / max(sheet.width_m, sheet.height_m)
+    image = _ground(cells, sheet, scale)
+    pen = _Pen(ImageDraw.Draw(image, "RGBA"), sheet, scale)
+    pen.draw_scene(scene)
+    pen.draw_texts(scene)
+    pen.draw_bar(scale_bar_m(sheet.width_m))
+    out = io.BytesIO()
+    image.save(out, "PNG")
+    return out.getvalue()
+
+
+def _ground(cells: PlanCells, sheet: Sheet, scale: float) -> Image.Image:
+    size = (round(sheet.width_m * scale), round(sheet.height_m * scale))
+    image = Image.new("RGB", size, CELL_COLORS[Cell.UNKNOWN])
+    colors = np.array([CELL_COLORS[cell] for cell in Cell], np.uint8)
+    patch = Image.fromarray(np.ascontiguousarray(colors[cells.cells.transpose()[::-1]]))
+    box = (max(1, round(cells.size_m[0] * scale)), max(1, round(cells.size_m[1] * scale)))
+    margin = round(MARGIN_M * scale)
+    image.paste(patch.resize(box, Image.Resampling.NEAREST), (margin, margin))
+    return image
+
+
+class _Pen:
+    """Draws in metres of the world."""
+
+    def __init__(self, draw: ImageDraw.ImageDraw, sheet: Sheet, scale: float) -> None:
+        self._draw, self._sheet, self._scale = draw, sheet, scale
+
+    def _at(self, x: float, y: float) -> tuple[float, float]:
+        u, v = self._sheet.place(x, y)
+        return u * self._scale, v * self._scale
+
+    def _width(self, metres: float) -> int:
+        return max(2, round(metres * self._scale))
+
+    def draw_scene(self, scene: PlanScene) -> None:
+        """Draw painted floor, trail, path, robot and find."""
+        draw, scale = self._draw, self._scale
+        for stroke in scene.painted:
+            color = CERTAIN_BRUSH if stroke.kind == "look_here" else NEVER_BRUSH
+            for x, y in stroke.strokes:
+                draw.circle(self._at(x, y), stroke.radius_m * scale, fill=(*color, 70))
+        for points, color, width_m in lines_of(scene):
+            line = [self._at(x, y) for x, y in points]
+            draw.line(line, fill=color, width=self._width(width_m))
+        if scene.robot is not None:
+            x, y, yaw = scene.robot
+            draw.circle(self._at(x, y), BODY_M * scale, fill=ROBOT)
+            tip = self._at(x + BODY_M * math.cos(yaw), y + BODY_M * math.sin(yaw))
+            draw.line([self._at(x, y), tip], fill=TEXT, width=self._width(0.05))
+        if scene.find is not None:
+            x, y, _ = scene.find
+            draw.circle(self._at(x, y), 0.2 * scale, outline=FOUND, width=self._width(0.05))
+
+    def draw_texts(self, scene: PlanScene) -> None:
+        """Write the names."""
+        for name in placed_texts(scene):
+            self._draw.text(
+                self._at(name.x_m, name.y_m),
+                name.text,
+                fill=TEXT,
+                font=ImageFont.load_default(name.size_m * self._scale),
+                anchor="mm",
+                stroke_width=max(1, round(0.02 * self._scale)),
+                stroke_fill=(255, 255, 255, 200),
+            )
+
+    def draw_bar(self, length_m: float) -> None:
+        """Draw the scale bar."""
+        scale = self._scale
+        left, low = self._sheet.bar_at
+        bar = [(left * scale, low * scale), ((left + length_m) * scale, low * scale)]
+        self._draw.line(bar, fill=PALE, width=self._width(0.06))
+        at = ((left + length_m + 0.12) * scale, low * scale)
+        font = ImageFont.load_default(BAR_TEXT_M * scale)
+        self._draw.text(at, f"{length_m:g} m", fill=PALE, font=font, anchor="lm")

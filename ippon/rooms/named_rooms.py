@@ -1,0 +1,119 @@
+"""Names that people give to rooms: each belongs to the room that contains a point of the map."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy import ndimage
+
+from ippon.guidance.rating import words
+from ippon.rooms.room_inference import NO_ROOM, Rooms
+
+LEAST_M2: Final = 1.0
+"""Floor area from which a part counts as a room."""
+OUTSIDE_M: Final = 1.0
+"""Distance from a room up to which a name belongs to it, because the map is inferred anew."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoomName:
+    """A name at a point of the map, metres in the world."""
+
+    x_m: float
+    y_m: float
+    name: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoomPlace:
+    """A room: where its name is written, what it is and what it is called."""
+
+    x_m: float
+    y_m: float
+    area_m2: float
+    kind: str
+    """Type in words; empty if unclear."""
+    name: str
+    """Name that a person has given; empty for none."""
+
+
+def room_places(rooms: Rooms, names: Iterable[RoomName]) -> tuple[RoomPlace, ...]:
+    """Return the rooms, the largest first.
+
+    Args:
+        rooms: The inferred rooms.
+        names: Names by points; of several in one room the last one applies.
+    """
+    called = _called(rooms, names)
+    areas = np.bincount(rooms.part.reshape(-1), minlength=len(rooms.room)) * rooms.cell_m**2
+    found: list[RoomPlace] = []
+    for part in range(1, len(rooms.room)):
+        if areas[part] < LEAST_M2 and part not in called:
+            continue
+        # The point that is farthest from all edges has most room for a name.
+        inside = np.pad(rooms.part == part, 1)
+        depth = np.asarray(ndimage.distance_transform_edt(inside))[1:-1, 1:-1]
+        i, j = np.unravel_index(int(depth.argmax()), depth.shape)
+        x, y = ((np.array([i, j]) + rooms.origin + 0.5) * rooms.cell_m).tolist()
+        kind = int(rooms.room[part])
+        found.append(
+            RoomPlace(
+                x_m=x,
+                y_m=y,
+                area_m2=float(areas[part]),
+                kind="" if kind == NO_ROOM else words(rooms.types[kind]),
+                name=called.get(part, ""),
+            )
+        )
+    return tuple(sorted(found, key=lambda room: -room.area_m2))
+
+
+def name_lookup(rooms: Rooms, names: Iterable[RoomName]) -> Callable[[tuple[float, float]], str]:
+    """Return a function from a world position to the room's name, else its type, else empty."""
+    called = _called(rooms, names)
+
+    def name_at(xy: tuple[float, float]) -> str:
+        return called.get(_part_at(rooms, *xy), "") or rooms.name_at(xy)
+
+    return name_at
+
+
+def renamed(
+    rooms: Rooms, names: Iterable[RoomName], x_m: float, y_m: float, name: str
+) -> tuple[RoomName, ...]:
+    """Return the names after the room at a point is given one; an empty name removes it.
+
+    Raises:
+        ValueError: No room is there.
+    """
+    part = _nearest_part(rooms, x_m, y_m)
+    if part == 0:
+        raise ValueError(f"there is no room at ({x_m:.1f}, {y_m:.1f})")
+    kept = [one for one in names if _nearest_part(rooms, one.x_m, one.y_m) != part]
+    return (*kept, *([RoomName(x_m=x_m, y_m=y_m, name=name)] if name else []))
+
+
+def _called(rooms: Rooms, names: Iterable[RoomName]) -> dict[int, str]:
+    """Return names by number of the part."""
+    called = {_nearest_part(rooms, one.x_m, one.y_m): one.name for one in names}
+    called.pop(0, None)
+    return called
+
+
+def _part_at(rooms: Rooms, x_m: float, y_m: float) -> int:
+    i, j = (np.floor(np.array([x_m, y_m]) / rooms.cell_m).astype(int) - rooms.origin).tolist()
+    inside = 0 <= i < rooms.part.shape[0] and 0 <= j < rooms.part.shape[1]
+    return int(rooms.part[i, j]) if inside else 0
+
+
+def _nearest_part(rooms: Rooms, x_m: float, y_m: float) -> int:
+    """Return the part at a point, else the nearest one within `OUTSIDE_M`, else 0."""
+    part = _part_at(rooms, x_m, y_m)
+    if part != 0 or not rooms.part.any():
+        return part
+    cells = np.argwhere(rooms.part > 0)
+    centers = (cells + rooms.origin + 0.5) * rooms.cell_m
+    distance = np.linalg.norm(centers - [x_m, y_m], axis=1)
+    nearest = int(distance.argmin())
+    return int(rooms.part[tuple(cells[nearest])]) if distance[nearest] <= OUTSIDE_M else 0

@@ -1,0 +1,35 @@
+from app.messages.scene import FoundObject
+from app.nodes.console.camera.camera_scene import camera_scene
+from app.view.model.scene_model import SceneModel
+
+
+def test_finds_path_and_drive_are_drawn(stage):
+    model = SceneModel()
+    model.on_status(stage.status_of("found", find=stage.find_of()))
+    scene = camera_scene(model)
+    assert scene.wanted == "hat"
+    (find,) = scene.objects
+    assert find.found
+    assert find.text == "hat 93%"
+
+
+def test_candidates_are_not_finds_and_are_bounded(stage):
+    model = SceneModel()
+    model.on_status(stage.status_of())
+    model.on_detections(
+        tuple(
+            FoundObject(
+                label="hat", probability=0.5, center_world=(float(n), 0.0, 0.5), size_m=(0.2,) * 3
+            )
+            for n in range(30)
+        )
+    )
+    scene = camera_scene(model)
+    assert len(scene.objects) == 8
+    assert not any(one.found for one in scene.objects)
+
+
+def test_nothing_is_drawn_without_a_navigator():
+    scene = camera_scene(SceneModel())
+    assert scene.objects == ()
+    assert scene.T_world_base is None

@@ -1,0 +1,287 @@
+"""The operator's eyes in a real browser: camera, plan and list of things.
+
+One console serves all tests. Every picture can be kept and looked at: set IPPON_KEEP_PICTURES to a
+folder.
+"""
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from app.messages import keys
+from app.messages.driving import DriveStatus
+from app.messages.perception.heatmaps import encode_heatmap
+from ippon.observation import Heatmap
+from tests.chromium import new_window, open_browser
+
+pytestmark = pytest.mark.browser
+
+KEEP_PICTURES = "IPPON_KEEP_PICTURES"
+HZ = 10.0
+
+
+class _Home:
+    """A navigator with a heatmap of the drawn camera picture, and the times of its images."""
+
+    def __init__(self, home):
+        self.home = home
+        self.sent_ms = {}
+        put = home.put
+
+        def put_and_note(key, payload):
+            if key == keys.COLOR:
+                put(keys.HEATMAP, self._heatmap())
+                self.sent_ms[str(home.stamp_ns)] = 1e3 * time.time()
+            put(key, payload)
+
+        home.put = put_and_note
+
+    def _heatmap(self):
+        """The hat, as the network would see it in the drawn picture of 400 by 250 pixels."""
+        probabilities = np.zeros((25, 40, 3), np.uint8)
+        probabilities[:, :, 0] = 255
+        probabilities[10:19, 9:33] = (0, 255, 0)
+        probabilities[10:15, 16:23] = (0, 15, 240)
+        heatmap = Heatmap(labels=("wall", "sofa"), ooi="hat", probabilities=probabilities)
+        return encode_heatmap(heatmap, self.home.stamp_ns, "camera_color_optical_frame")
+
+
+@pytest.fixture(scope="module")
+def parts(stage):
+    with open_browser() as browser:
+        zenoh_port, port = stage.free_port(), stage.free_port()
+        home = stage.PublishedHome(zenoh_port, hz=HZ, most_voxels=12_000)
+        noted = _Home(home)
+        console = stage.ConsoleProcess(zenoh_port, port)
+        window = new_window(browser)
+        console.wait_until_up()
+        yield noted, console, window
+        window.close()
+        console.close()
+        home.close()
+
+
+@pytest.fixture(scope="module")
+def page(parts):
+    _, console, window = parts
+    page = window.new_page()
+    page.goto(console.url)
+    expect(page.locator("#veil")).to_be_hidden()
+    expect(page.locator("#state")).to_have_text("Searching")
+    return page
+
+
+@pytest.fixture
+def shoot(page):
+    """Takes a picture where they are kept; no assertion needs one."""
+
+    def take(name, drawn_ms=0):
+        folder = os.environ.get(KEEP_PICTURES)
+        if folder is not None:
+            Path(folder).mkdir(parents=True, exist_ok=True)
+            page.wait_for_timeout(drawn_ms)
+            page.screenshot(path=Path(folder) / f"{name}.png")
+
+    return take
+
+
+def _tab(page, name):
+    page.frame_locator("#view").get_by_role("tab", name=name).click()
+
+
+def test_the_camera_is_on_every_tab_and_one_key_enlarges_it(page, shoot):
+    camera = page.locator("#camera")
+    expect(camera).to_have_attribute("data-state", "live")
+    for tab in ("Search", "Drive", "Map", "Session"):
+        _tab(page, tab)
+        expect(camera).to_have_attribute("data-size", "corner")
+        expect(page.locator("#camera-picture")).to_be_in_viewport()
+    shoot("camera-corner", 1_500)
+    page.keyboard.press("c")
+    expect(camera).to_have_attribute("data-size", "full")
+    box, panel = camera.bounding_box(), _panel(page)
+    assert box["x"] + box["width"] <= panel["x"] + 1, "the panel stays free"
+    assert box["width"] > 0.6 * page.viewport_size["width"]
+    shoot("camera-full", 1_500)
+    page.locator("#camera-size").click()
+    expect(camera).to_have_attribute("data-size", "corner")
+    page.keyboard.press("Shift+C")
+    expect(camera).to_be_hidden()
+    page.locator("#camera-open").press("Enter")
+    expect(camera).to_have_attribute("data-size", "corner")
+
+
+def _panel(page):
+    return page.frame_locator("#view").locator("[data-dock-region='right']").bounding_box()
+
+
+def test_what_is_drawn_in_can_be_chosen(page):
+    chosen = page.locator("#camera-label")
+    page.keyboard.press("c")
+    expect(chosen).to_have_attribute("title", "Drawn in: what the network takes for hat")
+    chosen.select_option("sofa")
+    expect(chosen).to_have_attribute("title", "Drawn in: what the network takes for sofa")
+    chosen.select_option("Object of interest")
+    page.locator("#camera-picture").click()
+
+
+def test_a_person_who_drives_gets_the_large_camera_and_the_limits(page, parts, shoot):
+    noted = parts[0]
+    drive = DriveStatus(mode="manual", body_half_width_m=0.25, stop_within_m=1.3, slow_within_m=1.9)
+    noted.home.state = "manual"
+    noted.home.status_changes = {"drive": drive}
+    camera = page.locator("#camera")
+    expect(camera).to_have_attribute("data-size", "full")
+    expect(page.locator("#pad")).to_be_visible()
+    shoot("camera-manual", 1_500)
+    noted.home.begin_again()
+    expect(camera).to_have_attribute("data-size", "corner")
+
+
+def test_pictures_come_within_the_budget_and_soon(page, parts):
+    """Image to glass: from before the image is published until the page's worker has drawn it.
+
+    Both are the clock of this machine. The figures are for docs/results.md; here they must only be
+    possible, because the machine may be busy.
+    """
+    noted = parts[0]
+    camera = page.locator("#camera")
+    delays, sizes = {}, []
+    until = time.monotonic() + 6.0
+    while time.monotonic() < until:
+        stamp, at, size = (
+            camera.get_attribute(f"data-{k}") for k in ("stamp", "drawn-at", "bytes")
+        )
+        if stamp in noted.sent_ms and stamp not in delays:
+            delays[stamp] = float(at) - noted.sent_ms[stamp]
+            sizes.append(int(size))
+        page.wait_for_timeout(20)
+    ordered = sorted(delays.values())
+    folder = os.environ.get(KEEP_PICTURES)
+    if folder is not None:
+        text = f"{len(ordered)} pictures in 6 s, ms: {[round(d) for d in ordered]}, bytes {sizes}\n"
+        (Path(folder) / "image_to_glass_ms.txt").write_text(text)
+    assert len(ordered) > 6
+    assert ordered[0] >= 0.0
+    assert ordered[len(ordered) // 2] < 5_000.0
+    assert sum(sizes) * 8 / 6.0 < 2e6
+
+
+def test_a_frozen_camera_is_marked(page, parts, shoot):
+    noted = parts[0]
+    noted.home.frozen = True
+    camera = page.locator("#camera")
+    expect(camera).to_have_attribute("data-state", "lost")
+    expect(page.locator("#camera-age")).to_contain_text("s old")
+    shoot("camera-frozen", 500)
+    noted.home.frozen = False
+    expect(camera).to_have_attribute("data-state", "live")
+
+
+def test_the_map_is_coloured_by_kind_with_a_legend(page, shoot):
+    _tab(page, "Map")
+    inside = page.frame_locator("#view")
+    inside.get_by_role("button", name="Thing", exact=True).click()
+    legend = inside.locator("[data-mode='thing']")
+    expect(legend).to_contain_text("Most probable kind of thing")
+    expect(legend).to_contain_text("sofa")
+    shoot("map-kinds", 2_500)
+    inside.get_by_role("button", name="Camera", exact=True).click()
+
+
+def test_one_key_shows_the_plan_with_rooms_furniture_and_scale(page, shoot):
+    _tab(page, "Map")
+    page.keyboard.press("p")
+    plan = page.locator("#plan")
+    expect(plan).to_have_attribute("data-size", "full")
+    expect(page.get_by_role("button", name="Rename the room living room")).to_be_visible()
+    expect(page.locator("#plan-none")).to_be_hidden()
+    shoot("plan", 3_000)
+    box, panel = plan.bounding_box(), _panel(page)
+    assert box["x"] + box["width"] <= panel["x"] + 1, "the panel stays free"
+
+
+def test_two_clicks_measure_and_so_does_the_keyboard(page, shoot):
+    page.keyboard.press("m")
+    expect(page.locator("#plan-answer")).to_contain_text("Click two points")
+    box = page.locator("#plan-picture").bounding_box()
+    middle = box["y"] + 0.3 * box["height"]
+    page.mouse.click(box["x"] + 300, middle)
+    page.mouse.click(box["x"] + 500, middle)
+    metres = float(page.locator("#plan-answer").inner_text().removesuffix(" m"))
+    across = page.locator("#plan-picture").evaluate("c => c.clientWidth")
+    assert 1.0 < metres < 8.0, f"200 of {across} pixels of a plan that is about 10 m wide"
+    shoot("plan-measured")
+    page.keyboard.press("Enter")
+    expect(page.locator("#plan-answer")).to_have_text("Now the second point.")
+    for _ in range(3):
+        page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    expect(page.locator("#plan-answer")).to_contain_text(" m")
+    page.keyboard.press("Escape")
+    expect(page.locator("#plan-measure")).to_have_attribute("aria-pressed", "false")
+
+
+def test_a_room_is_renamed_by_clicking_it_and_markup_stays_text(page, parts):
+    noted = parts[0]
+    room = page.get_by_role("button", name="Rename the room living room")
+    room.press("Enter")
+    expect(page.locator("#room")).to_be_visible()
+    page.locator("#room-name").fill("<b>Anna's</b> room")
+    page.locator("#room-name").press("Enter")
+    expect(page.locator("#plan-answer")).to_have_text("The room is named.")
+    expect(page.locator("#plan-rooms button").first).to_have_text("<b>Anna's</b> room")
+    assert keys.ROOM_NAME in [key for key, _ in noted.home.requests]
+    page.locator("#plan-rooms button").first.click()
+    page.locator("#room-cancel").click()
+    expect(page.locator("#room")).to_be_hidden()
+
+
+def test_the_plan_is_exported_in_four_formats(page, parts):
+    console = parts[1]
+    starts = {"png": b"\x89PNG", "svg": b"<svg ", "pgm": b"P5\n", "yaml": b"image: ippon-plan.pgm"}
+    page.locator("#plan-export summary").click()
+    for ending, start in starts.items():
+        link = page.locator(f"#plan-export a[href$='plan.{ending}']")
+        with page.expect_download() as download:
+            link.click()
+        assert download.value.suggested_filename == f"ippon-plan.{ending}"
+        assert Path(download.value.path()).read_bytes().startswith(start)
+    page.locator("#plan-export summary").click()
+    folder = os.environ.get(KEEP_PICTURES)
+    if folder is not None:
+        for ending in starts:
+            answer = page.request.get(f"{console.url}/api/export/plan.{ending}")
+            (Path(folder) / f"exported.{ending}").write_bytes(answer.body())
+
+
+def test_the_map_is_in_the_corner_while_the_camera_fills_the_scene(page, shoot):
+    page.keyboard.press("p")
+    expect(page.locator("#plan")).to_be_hidden()
+    page.keyboard.press("c")
+    expect(page.locator("#plan")).to_have_attribute("data-size", "corner")
+    shoot("camera-full-with-plan", 3_000)
+    page.keyboard.press("c")
+    expect(page.locator("#plan")).to_be_hidden()
+
+
+def test_camera_and_plan_fit_a_phone(page, shoot):
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.wait_for_timeout(1_500)
+    shoot("phone-corner", 1_500)
+    assert page.locator("#camera").bounding_box()["y"] < 200, "above the panel"
+    for opened, key in (("plan", "p"), ("camera", "c")):
+        page.keyboard.press(key)
+        box = page.locator(f"#{opened}").bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= 390
+        for name in page.locator(f"#{opened} button:visible").all():
+            shown = name.bounding_box()
+            assert shown["x"] + shown["width"] <= 391, "every button is on the screen"
+        shoot(f"phone-{opened}", 1_500)
+        page.keyboard.press(key)
+    page.set_viewport_size({"width": 1440, "height": 900})

@@ -1,0 +1,30 @@
+import io
+
+import numpy as np
+from PIL import Image
+
+from app.view.model.scene_model import SceneModel
+from app.view.plan.plan_cells import Cell
+from app.view.plan.plan_picture import PIXELS, plan_png
+from app.view.plan.plan_scene import cells_of
+from app.view.plan.sheet import CELL_COLORS, Sheet
+
+
+def test_cells_have_their_colours_where_they_are(flat):
+    image = np.asarray(Image.open(io.BytesIO(plan_png(flat))))
+    sheet = Sheet(cells_of(flat))
+    scale = PIXELS / sheet.width_m
+
+    def at(x, y):
+        u, v = sheet.place(x, y)
+        return tuple(image[int(v * scale), int(u * scale)].tolist())
+
+    assert at(1.0, 1.0) == CELL_COLORS[Cell.FLOOR]
+    assert at(5.9, 5.5) == CELL_COLORS[Cell.FURNITURE]
+    assert at(4.05, 1.0) == CELL_COLORS[Cell.WALL]
+    assert at(-0.5, -0.5) == CELL_COLORS[Cell.UNKNOWN]
+    assert max(image.shape[:2]) == PIXELS
+
+
+def test_without_a_map_there_is_no_picture():
+    assert plan_png(SceneModel()) is None

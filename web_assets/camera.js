@@ -1,0 +1,167 @@
+// The live camera over the scene: small in a corner, or filling the scene. A worker draws the pictures.
+
+const OLD_MS = 500; // A drive command needs an image that is at most this old.
+const LOST_MS = 2000;
+const SIZES = ["corner", "full"];
+const KEPT = "ippon-camera";
+const at = (id) => document.getElementById(id);
+
+export class Camera {
+  // isTyping: whether a key goes to a text field; onResize: called after a change of size.
+  constructor(isTyping, onResize) {
+    this.isTyping = isTyping;
+    this.onResize = onResize;
+    this.section = at("camera");
+    this.label = "";
+    this.drawn = null;
+    this.latency = null;
+    this.mode = "auto";
+    this.before = null;
+    this.times = [];
+    this.labels = "";
+    const canvas = at("camera-picture").transferControlToOffscreen();
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    this.worker = new Worker("/assets/camera_worker.js");
+    this.worker.postMessage({ canvas, url: `${scheme}://${location.host}/api/camera` }, [canvas]);
+    this.worker.onmessage = ({ data }) => this.hear(data);
+    new ResizeObserver(() => this.measure()).observe(at("camera-picture"));
+    document.addEventListener("visibilitychange", () => this.wish());
+    at("camera-picture").addEventListener("click", () => this.toggle());
+    at("camera-size").addEventListener("click", () => this.toggle());
+    at("camera-close").addEventListener("click", () => this.resize("off"));
+    at("camera-open").addEventListener("click", () => this.resize("corner"));
+    at("camera-label").addEventListener("change", (event) => {
+      this.label = event.target.value === "-" ? null : event.target.value.slice(1);
+      this.wish();
+    });
+    setInterval(() => this.renderAge(), 100);
+    this.resize(localStorage.getItem(KEPT) ?? "corner");
+  }
+
+  get size() {
+    return this.section.dataset.size;
+  }
+
+  onKey(event) {
+    if (event.code !== "KeyC" || this.isTyping(event.target)) return;
+    if (event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;
+    event.preventDefault();
+    if (event.shiftKey) this.resize(this.size === "off" ? "corner" : "off");
+    else this.toggle();
+  }
+
+  toggle() {
+    this.resize(this.size === "full" ? "corner" : "full");
+  }
+
+  resize(size, isChosen = true) {
+    const known = SIZES.includes(size) ? size : "off";
+    if (isChosen) {
+      this.before = null;
+      localStorage.setItem(KEPT, known);
+    }
+    this.section.dataset.size = known;
+    document.body.dataset.camera = known;
+    at("camera-open").hidden = known !== "off";
+    const word = known === "full" ? "Camera in the corner (C)" : "Camera fills the scene (C)";
+    at("camera-size").title = word;
+    at("camera-size").setAttribute("aria-label", word);
+    at("camera-size").setAttribute("aria-pressed", String(known === "full"));
+    this.measure();
+    this.onResize();
+  }
+
+  // A person who drives needs the camera; afterwards it is as it was.
+  drive(mode) {
+    if (mode === this.mode) return;
+    const drove = this.mode !== "auto";
+    this.mode = mode;
+    if (mode !== "auto" && !drove && this.size !== "full") {
+      const before = this.size;
+      this.resize("full", false);
+      this.before = before;
+    } else if (mode === "auto" && this.before !== null) {
+      this.resize(this.before, false);
+      this.before = null;
+    }
+  }
+
+  measure() {
+    const box = at("camera-picture").getBoundingClientRect();
+    const scale = Math.min(devicePixelRatio || 1, 2);
+    this.worker.postMessage({ size: { width: box.width, height: box.height, scale } });
+    this.longest = this.size === "off" ? 0 : Math.ceil(Math.max(box.width, box.height) * scale);
+    this.wish();
+  }
+
+  wish() {
+    const longest_px = document.hidden ? 0 : Math.min(this.longest ?? 0, 8192);
+    this.worker.postMessage({ wish: { longest_px, label: this.label } });
+  }
+
+  hear(message) {
+    if (message.latency) {
+      this.latency = message.latency;
+    } else if (message.closed) {
+      this.latency = null;
+    } else if (message.header) {
+      this.drawn = message;
+      this.times = [...this.times, message.drawnAt].slice(-20);
+      const { stamp_ns, label, labels } = message.header;
+      this.section.dataset.stamp = stamp_ns;
+      this.section.dataset.drawnAt = message.drawnAt;
+      this.section.dataset.bytes = message.bytes;
+      at("camera-none").hidden = true;
+      this.renderLabels(labels, label);
+    }
+  }
+
+  // How old the picture on the screen is: its age when it was drawn, and the time since.
+  age() {
+    if (this.drawn === null) return null;
+    return Date.now() - this.drawn.drawnAt + (this.latency?.ms ?? this.drawn.header.held_ms);
+  }
+
+  rate() {
+    const [first, last] = [this.times[0], this.times.at(-1)];
+    if (this.times.length < 3 || last === first) return null;
+    return (1000 * (this.times.length - 1)) / (last - first);
+  }
+
+  renderAge() {
+    const age = this.age();
+    const state = age === null ? "none" : age > LOST_MS ? "lost" : age > OLD_MS ? "old" : "live";
+    this.section.dataset.state = state;
+    at("camera-age").textContent = age === null ? "no picture" : shownAge(age);
+    const rate = this.rate();
+    const parts = [];
+    if (this.latency) parts.push(`latency ${Math.round(this.latency.ms)} ms`);
+    if (rate !== null && state === "live") parts.push(`${rate.toFixed(rate < 3 ? 1 : 0)} Hz`);
+    at("camera-latency").textContent = parts.join(", ");
+    const lag = this.drawn?.header.lag_ms ?? 0;
+    at("camera-lag").textContent = lag > 150 ? `marks ${(lag / 1000).toFixed(1)} s behind` : "";
+    const said = age === null ? "no picture" : state === "live" ? "live" : shownAge(age);
+    at("camera-picture").setAttribute("aria-label", `Picture of the robot's camera, ${said}`);
+  }
+
+  renderLabels(labels, drawn) {
+    const key = labels.join("\n");
+    const select = at("camera-label");
+    if (key !== this.labels) {
+      this.labels = key;
+      const chosen = select.value;
+      select.replaceChildren(
+        new Option("Object of interest", "="),
+        new Option("Nothing", "-"),
+        ...labels.map((label) => new Option(label, `=${label}`)),
+      );
+      select.value = chosen;
+      if (select.selectedIndex < 0) select.value = "=";
+    }
+    select.title = drawn ? `Drawn in: what the network takes for ${drawn}` : "What is drawn in";
+  }
+}
+
+function shownAge(ms) {
+  return ms < 1000 ? `${Math.round(ms / 10) * 10} ms old` : `${(ms / 1000).toFixed(1)} s old`;
+}

@@ -1,0 +1,315 @@
+// The plan from above over the scene: names of rooms, measuring, export. Small in the corner while
+// the camera fills the scene.
+
+import { cellImage, COLORS, drawPlan, scaleBar } from "./plan_drawing.js";
+
+const EVERY_MS = 500;
+const CELLS_MS = 2000;
+const at = (id) => document.getElementById(id);
+
+export class Plan {
+  // isTyping: whether a key goes to a text field; nameRoom: sends a new name and returns the reply.
+  constructor(isTyping, nameRoom) {
+    this.isTyping = isTyping;
+    this.nameRoom = nameRoom;
+    this.section = at("plan");
+    this.canvas = at("plan-picture");
+    this.cells = this.image = this.scene = null;
+    this.center = null;
+    this.scale = 60;
+    this.points = [];
+    this.rooms = "";
+    this.fetchedAt = 0;
+    this.isFetching = false;
+    at("plan-open").addEventListener("click", () => this.toggle());
+    at("plan-close").addEventListener("click", () => this.resize("off"));
+    at("plan-fit").addEventListener("click", () => this.fit());
+    at("plan-measure").addEventListener("click", () => this.measure(!this.measures));
+    at("room-cancel").addEventListener("click", () => at("room").close());
+    at("room").addEventListener("close", () => this.saveName());
+    this.followPointer();
+    new ResizeObserver(() => this.draw()).observe(this.canvas);
+    setInterval(() => this.fetch(), EVERY_MS);
+  }
+
+  get size() {
+    return this.section.dataset.size;
+  }
+
+  get measures() {
+    return at("plan-measure").getAttribute("aria-pressed") === "true";
+  }
+
+  onKey(event) {
+    if (this.isTyping(event.target) || at("room").open || at("help").open) return;
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const act = this.size === "full" ? this.keys(event) : null;
+    const does = event.code === "KeyP" && !event.repeat ? () => this.toggle() : act;
+    if (!does) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    does();
+  }
+
+  keys(event) {
+    const step = 80 / this.scale;
+    const onPlan = event.target === this.canvas || event.target === document.body;
+    return {
+      m: () => this.measure(!this.measures),
+      0: () => this.fit(),
+      "+": () => this.zoom(1.25),
+      "-": () => this.zoom(0.8),
+      Escape: () => (this.measures ? this.measure(false) : this.resize("off")),
+      ...(onPlan && {
+        ArrowLeft: () => this.move(-step, 0),
+        ArrowRight: () => this.move(step, 0),
+        ArrowUp: () => this.move(0, step),
+        ArrowDown: () => this.move(0, -step),
+        ...(this.measures && { Enter: () => this.mark(this.center) }),
+      }),
+    }[event.key];
+  }
+
+  toggle() {
+    this.resize(this.size === "full" ? "off" : "full");
+  }
+
+  resize(size) {
+    this.section.dataset.size = size;
+    if (size === "full") {
+      this.canvas.focus({ preventScroll: true });
+      this.fit();
+    } else {
+      this.measure(false);
+      if (size === "off") this.besideCamera();
+    }
+    at("plan-open").setAttribute("aria-pressed", String(size === "full"));
+    this.fetch();
+  }
+
+  // While the camera fills the scene, the map is in the corner.
+  besideCamera() {
+    if (this.size === "full") return;
+    const size = document.body.dataset.camera === "full" ? "corner" : "off";
+    if (size === this.size) return;
+    this.section.dataset.size = size;
+    this.fit();
+    this.fetch();
+  }
+
+  async fetch() {
+    if (this.size === "off" || document.hidden || this.isFetching) return;
+    this.isFetching = true;
+    try {
+      const scene = await fetched("plan.json");
+      if (scene) this.scene = scene;
+      const isNew = scene && scene.revision !== this.cells?.revision;
+      if (isNew && performance.now() - this.fetchedAt > CELLS_MS) {
+        this.fetchedAt = performance.now();
+        const cells = await fetched("plan-cells.json");
+        const before = this.cells;
+        this.cells = cells;
+        this.image = cells && cellImage(cells);
+        if (String(before?.size) !== String(cells?.size) && !this.isMoved) this.fit();
+      }
+      at("plan-none").hidden = this.cells !== null;
+      this.draw();
+    } catch {
+      // The page says elsewhere that the console does not respond.
+    } finally {
+      this.isFetching = false;
+    }
+  }
+
+  fit() {
+    this.isMoved = false;
+    if (this.cells === null) return;
+    const { origin_m, size, cell_m } = this.cells;
+    const [wide, high] = size.map((n) => n * cell_m);
+    this.center = [origin_m[0] + wide / 2, origin_m[1] + high / 2];
+    const box = this.canvas.getBoundingClientRect();
+    const border = this.size === "corner" ? 12 : 96;
+    this.scale = Math.min((box.width - border) / wide, (box.height - border) / high);
+    this.scale = Math.max(2, this.scale);
+    this.draw();
+  }
+
+  zoom(factor) {
+    this.isMoved = true;
+    this.scale = Math.min(400, Math.max(4, this.scale * factor));
+    this.draw();
+  }
+
+  move(x, y) {
+    if (this.center === null) return;
+    this.isMoved = true;
+    this.center = [this.center[0] + x, this.center[1] + y];
+    this.draw();
+  }
+
+  followPointer() {
+    let from = null;
+    this.canvas.addEventListener("pointerdown", (event) => {
+      if (this.size !== "full") return;
+      from = [event.clientX, event.clientY, this.center];
+      this.canvas.setPointerCapture(event.pointerId);
+    });
+    this.canvas.addEventListener("pointermove", (event) => {
+      if (from === null || from[2] === null) return;
+      const [dx, dy] = [event.clientX - from[0], event.clientY - from[1]];
+      if (Math.hypot(dx, dy) < 4 && !this.isDragged) return;
+      this.isDragged = this.isMoved = true;
+      this.center = [from[2][0] - dx / this.scale, from[2][1] + dy / this.scale];
+      this.draw();
+    });
+    this.canvas.addEventListener("pointerup", (event) => {
+      if (from !== null && !this.isDragged && this.measures) this.mark(this.world(event));
+      from = null;
+      this.isDragged = false;
+    });
+    this.canvas.addEventListener("click", () => this.size === "corner" && this.resize("full"));
+    this.canvas.addEventListener("wheel", (event) => {
+      if (this.size !== "full") return;
+      event.preventDefault();
+      this.zoom(event.deltaY < 0 ? 1.15 : 0.87);
+    }, { passive: false });
+  }
+
+  world(event) {
+    const box = this.canvas.getBoundingClientRect();
+    const [x, y] = this.center;
+    return [
+      x + (event.clientX - box.left - box.width / 2) / this.scale,
+      y - (event.clientY - box.top - box.height / 2) / this.scale,
+    ];
+  }
+
+  measure(on) {
+    at("plan-measure").setAttribute("aria-pressed", String(on));
+    this.points = [];
+    at("plan-answer").textContent = on
+      ? "Click two points, or move the plan with the arrow keys and press Enter at the cross."
+      : "";
+    if (on) this.canvas.focus({ preventScroll: true });
+    this.draw();
+  }
+
+  mark(point) {
+    if (point === null) return;
+    this.points = this.points.length === 2 ? [point] : [...this.points, point];
+    const [a, b] = this.points;
+    at("plan-answer").textContent = b
+      ? `${Math.hypot(b[0] - a[0], b[1] - a[1]).toFixed(2)} m`
+      : "Now the second point.";
+    this.draw();
+  }
+
+  draw() {
+    const box = this.canvas.getBoundingClientRect();
+    if (this.size === "off" || box.width === 0) return;
+    const dots = Math.min(devicePixelRatio || 1, 2);
+    this.canvas.width = Math.round(box.width * dots);
+    this.canvas.height = Math.round(box.height * dots);
+    const context = this.canvas.getContext("2d");
+    context.scale(dots, dots);
+    context.fillStyle = COLORS.unknown;
+    context.fillRect(0, 0, box.width, box.height);
+    if (this.cells === null || this.center === null) return;
+    const { center, scale } = this;
+    const place = (x, y) => [
+      box.width / 2 + (x - center[0]) * scale,
+      box.height / 2 - (y - center[1]) * scale,
+    ];
+    const isSmall = this.size === "corner";
+    drawPlan(context, { ...this, place, isSmall });
+    if (isSmall) return;
+    this.drawBar(context, box);
+    this.drawMeasure(context, box, place);
+    this.placeRooms(place);
+  }
+
+  drawBar(context, box) {
+    const length = scaleBar(box.width / this.scale);
+    const [left, low] = [24, box.height - 24];
+    context.strokeStyle = context.fillStyle = "#e8edf3";
+    context.lineWidth = 3;
+    context.beginPath();
+    context.moveTo(left, low - 6);
+    context.lineTo(left, low);
+    context.lineTo(left + length * this.scale, low);
+    context.lineTo(left + length * this.scale, low - 6);
+    context.stroke();
+    context.font = "13px system-ui, sans-serif";
+    context.textAlign = "left";
+    context.textBaseline = "alphabetic";
+    const explored = this.scene ? ` · explored ${this.scene.explored_m2.toFixed(0)} m²` : "";
+    context.fillText(`${length} m${explored}`, left, low - 12);
+  }
+
+  drawMeasure(context, box, place) {
+    if (!this.measures) return;
+    context.strokeStyle = context.fillStyle = "#c2185b";
+    context.lineWidth = 2.5;
+    const points = this.points.map((point) => place(...point));
+    context.beginPath();
+    for (const [n, point] of points.entries()) context[n ? "lineTo" : "moveTo"](...point);
+    context.stroke();
+    for (const [u, v] of points) context.fillRect(u - 4, v - 4, 8, 8);
+    const [u, v] = [box.width / 2, box.height / 2];
+    context.lineWidth = 1;
+    context.strokeRect(u - 10, v, 20, 0.5);
+    context.strokeRect(u, v - 10, 0.5, 20);
+  }
+
+  placeRooms(place) {
+    const rooms = this.scene?.rooms ?? [];
+    const key = JSON.stringify(rooms);
+    if (key !== this.rooms) {
+      this.rooms = key;
+      const held = at("plan-rooms").contains(document.activeElement);
+      at("plan-rooms").replaceChildren(...rooms.map((room) => this.roomButton(room)));
+      if (held) this.canvas.focus();
+    }
+    for (const [n, button] of [...at("plan-rooms").children].entries()) {
+      const [u, v] = place(rooms[n].x_m, rooms[n].y_m);
+      button.style.transform = `translate(${u}px, ${v}px) translate(-50%, -50%)`;
+    }
+  }
+
+  roomButton(room) {
+    const button = document.createElement("button");
+    const shown = room.name || room.kind || "name it";
+    button.type = "button";
+    button.textContent = shown;
+    button.dataset.named = String(room.name !== "" || room.kind !== "");
+    const area = `${room.area_m2.toFixed(0)} square metres`;
+    button.setAttribute("aria-label", `Rename the room ${shown}, ${area}`);
+    button.title = `${area.replace("square metres", "m²")}: click to name it`;
+    button.addEventListener("click", () => this.askName(room));
+    return button;
+  }
+
+  askName(room) {
+    this.renamed = room;
+    at("room-name").value = room.name;
+    at("room-hint").textContent = room.kind
+      ? `The map takes it for a ${room.kind}. Without a name that is shown.`
+      : "The map does not know what kind of room it is.";
+    at("room").returnValue = "";
+    at("room").showModal();
+    at("room-name").select();
+  }
+
+  async saveName() {
+    if (at("room").returnValue !== "save" || !this.renamed) return;
+    const { x_m, y_m } = this.renamed;
+    const reply = await this.nameRoom({ x_m, y_m, name: at("room-name").value });
+    at("plan-answer").textContent = reply?.text ?? "The console does not respond.";
+    this.canvas.focus({ preventScroll: true });
+  }
+}
+
+async function fetched(name) {
+  const answer = await fetch(`/api/export/${name}`);
+  return answer.ok ? answer.json() : null;
+}
