@@ -110,9 +110,7 @@ class GoalLayers:
         """Return (R,) p(v in O) of a goal in units of 1/254, `NOT_MAPPED` for none."""
         return self._arrays.code[:, goal]
 
-    def set_levels(
-        self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32]
-    ) -> None:
+    def set_levels(self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32]) -> None:
         """Set how likely a goal is near each common object; see `VoxelMap.set_levels`."""
         self._map.set_levels(levels, probabilities)
 
@@ -187,9 +185,7 @@ class GoalLayers:
         self._map.revision += 1
         self._combine()
 
-    def voxels(
-        self, goal: int, threshold: float
-    ) -> tuple[Float64Array, NDArray[np.float64]]:
+    def voxels(self, goal: int, threshold: float) -> tuple[Float64Array, NDArray[np.float64]]:
         """Return centres (M, 3) in metres and p(v in O) (M,) of a goal's occupied voxels.
 
         Args:
@@ -214,9 +210,7 @@ class GoalLayers:
         )
         combine_goals_kernel(self._pools, voxel_map.surface, self._arrays, voxel_map.revision)
 
-    def _surface_in(
-        self, ball: NDArray[np.float64]
-    ) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+    def _surface_in(self, ball: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
         """Return (M, 3) voxels and (M,) rows of the surface in a ball."""
         edge = self._map.config.voxel_size_m
         rows, voxel, inside = surface_in(ball, self._pools, self._directory, edge)
@@ -261,9 +255,7 @@ class GoalLayer:
     goals: GoalLayers
     column: int
 
-    def suppress_ooi(
-        self, centre_world: NDArray[np.float64], radius_m: float
-    ) -> SuppressedRegion:
+    def suppress_ooi(self, centre_world: NDArray[np.float64], radius_m: float) -> SuppressedRegion:
         """Exclude the goal from a ball; see `VoxelMap.suppress_ooi`."""
         return self.goals.suppress(self.column, centre_world, radius_m)
 

@@ -106,7 +106,12 @@ def _update_by_places(
     accumulators, layers,
 ):  # fmt: skip
     """Update the goals with images pooled by place; return the length of the batch."""
-    heat, coord, wanted, batch = fusion.probabilities, pools.coord, goal_work.wanted, goal_work.batch
+    heat, coord, wanted, batch = (
+        fusion.probabilities,
+        pools.coord,
+        goal_work.wanted,
+        goal_work.batch,
+    )
     table, table_of, channel = goals.likelihood_of, goals.table_of, goals.channel
     base, sums, images = layers.base_log_odds, layers.sums, layers.images
     x, y, z = fusion.camera_at

@@ -96,7 +96,9 @@ def test_each_of_eight_layers_is_the_map_of_that_goal_alone(tools, fusion, kind,
         assert (layers.codes(g)[row] == codes[row]).all()
         assert np.count_nonzero((codes[row] > 0) & (codes[row] < NOT_MAPPED)) > 100
         assert (tour.surface.energy[row] == alone.surface.energy[row]).all()
-        highest[row] = np.maximum(highest[row], np.where(codes == NOT_MAPPED, -1, codes.astype(int))[row])
+        highest[row] = np.maximum(
+            highest[row], np.where(codes == NOT_MAPPED, -1, codes.astype(int))[row]
+        )
         seen = layers.layer(target.label).voxels(0.3)
         expected = OoiVoxels(0.3).update(alone.arrays())
         for mine, theirs in zip(seen, expected, strict=True):
@@ -127,13 +129,12 @@ def test_an_ended_goal_is_no_longer_updated(tools):
     assert layers.asked == GOALS[:2]
     used = slice(1, int(tour.surface.tally[0]))
     kept, other = layers.log_odds(2)[used].copy(), layers.log_odds(0)[used].copy()
-    frame, p, kind = next(frames(tools, "scores"))
+    _, p, kind = next(frames(tools, "scores"))
     pose = tools.look(0.6, 0.6, 1.2, 0.4, -0.4)
     moved = tools.World.room(3.0, 3.0).frame(pose, stamp_ns=20 * 10**9)
     tour.integrate(with_heatmap(moved, p, kind, "hat", OTHERS[1:]))
     assert (layers.log_odds(2)[used] == kept).all()
     assert (layers.log_odds(0)[used] != other).any()
-    del frame
 
 
 def test_a_place_is_excluded_for_one_goal_and_taken_back(tools):
@@ -149,11 +150,13 @@ def test_a_place_is_excluded_for_one_goal_and_taken_back(tools):
         tour.integrate(with_heatmap(frame, p, kind, "hat", OTHERS[1:]))
     inside = layers.voxels(0, -1.0)[0]
     away = np.linalg.norm(inside - centre, axis=1)
-    assert len(inside) and (away > radius).any()
+    assert (away > radius).any()
     at = layers.voxels(0, 0.001)[0]
     assert not (np.linalg.norm(at - centre, axis=1) < radius - 1e-6).any()
     layers.layer("hat").restore_ooi(before)
-    assert np.count_nonzero(layers.log_odds(0)[used] == -LOG_ODDS_MAX) < np.count_nonzero(suppressed)
+    assert np.count_nonzero(layers.log_odds(0)[used] == -LOG_ODDS_MAX) < np.count_nonzero(
+        suppressed
+    )
 
 
 def test_the_same_voxels_return_where_nothing_was_seen_in_between(tools):
@@ -161,7 +164,9 @@ def test_the_same_voxels_return_where_nothing_was_seen_in_between(tools):
     used = slice(1, int(tour.surface.tally[0]))
     log_odds, codes = layers.log_odds(0)[used].copy(), layers.codes(0)[used].copy()
     combined = codes_of(tour)[0]
-    layers.layer("hat").restore_ooi(layers.layer("hat").suppress_ooi(np.array([1.0, 1.0, 0.0]), 0.8))
+    layers.layer("hat").restore_ooi(
+        layers.layer("hat").suppress_ooi(np.array([1.0, 1.0, 0.0]), 0.8)
+    )
     assert (layers.log_odds(0)[used] == log_odds).all()
     assert (layers.codes(0)[used] == codes).all()
     assert (codes_of(tour)[0] == combined).all()
