@@ -346,3 +346,15 @@ def test_votes_of_a_detector_and_of_labelled_pixels_are_not_mixed():
     assert look.share(find) is None
     look.observe(frame(0.9), voxels(), [find])
     assert look.share(find) == pytest.approx(0.9, abs=0.05)
+
+
+def test_one_of_several_objects_is_read_from_its_own_channel():
+    shown = frame(0.4, ooi="mug")
+    p = np.concatenate([shown.heatmap.probabilities, np.zeros((48, 64, 1), np.uint8)], axis=2)
+    heatmap = Heatmap(labels=(*LABELS, "hat"), ooi="mug", probabilities=p)
+    several = dataclasses.replace(shown, heatmap=heatmap)
+    centres = np.array([(2.0, 0.0, 1.6)])
+    for label, wins in (("hat", True), ("mug", False)):
+        seen, won = votes(several, label, centres, ObservationModels(), 0.2)
+        assert (seen.tolist(), won.tolist()) == ([True], [wins])
+    assert not votes(several, "keys", centres, ObservationModels(), 0.2)[0].any()
