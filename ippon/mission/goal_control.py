@@ -195,8 +195,8 @@ class GoalControl:
         Returns:
             Whether there was a find to reject.
         """
-        search = self._of(goal_id)
-        if search is None or search.state is not MissionState.FOUND or search.dismissed:
+        search = self._found(goal_id)
+        if search is None:
             return False
         reject_find(search, self._voxel_map, self.frame)
         self._journal.note("rejected", f"not the {search.goal.display}: searching on")
@@ -217,16 +217,24 @@ class GoalControl:
         Returns:
             Whether there was a find to confirm.
         """
-        search = self._of(goal_id)
-        if search is None or search.state is not MissionState.FOUND or search.dismissed:
+        search = self._found(goal_id)
+        if search is None:
             return False
         if self.tour is not None:
             self.tour.dismiss(search)
         self._journal.note("confirmed", f"{search.goal.display}: confirmed by the operator")
         return True
 
+    def _found(self, goal_id: int | None) -> Search | None:
+        """Return the search with a find that waits to be judged; see `reject_find`."""
+        search = self._of(goal_id)
+        if self.tour is not None and goal_id is None:
+            search = self.tour.announced
+        waits = search is not None and search.state is MissionState.FOUND and not search.dismissed
+        return search if waits else None
+
     def _of(self, goal_id: int | None) -> Search | None:
-        """Return the search for a goal; None for the one that the operator means."""
+        """Return the search for a goal; None for the present one."""
         if self.tour is not None:
             return self.tour.of(goal_id)
         search = self._search

@@ -67,16 +67,20 @@ class Tour:
             for search in self.searches
         )
 
+    @property
+    def announced(self) -> Search | None:
+        """The search whose find was announced last and is neither confirmed nor rejected."""
+        found = (s for s in reversed(self._announced) if _state_of(s) is GoalState.FOUND)
+        return next(found, None)
+
     def of(self, goal_id: int | None) -> Search | None:
         """Return the search for a goal; None for a number that no goal has.
 
         Args:
-            goal_id: Number of the goal; None for the find that was announced last, or else the
-                leading search.
+            goal_id: Number of the goal; None for the leading search.
         """
         if goal_id is None:
-            found = (s for s in reversed(self._announced) if _state_of(s) is GoalState.FOUND)
-            return next(found, self.lead)
+            return self.lead
         return next((one for one in self.searches if one.goal.goal_id == goal_id), None)
 
     def focus(self, plan: Plan) -> Search:
