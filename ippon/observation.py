@@ -46,6 +46,15 @@ class Heatmap:
             return None
         return self.labels.index(self.ooi) if self.ooi in self.labels else len(self.labels)
 
+    def channel_of(self, label: str) -> int | None:
+        """Channel of a common label or of the object of interest; None without one.
+
+        Of several objects of interest one is `ooi` and the others are labels after the common ones.
+        """
+        if label == self.ooi:
+            return self.ooi_channel
+        return self.labels.index(label) if label in self.labels else None
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Instance:

@@ -47,10 +47,10 @@ def run_episode(
         limits: Time steps and time limit.
         watch: Called with each frame before the mission.
     """
-    goal = mission.goal
-    if goal is None:
+    if mission.goal is None:
         raise ValueError("an episode needs a goal: call mission.goals.set_goal first")
-    world.set_labels(mission.voxel_map.labels, goal.object)
+    first, *others = mission.goals.asked
+    world.set_labels(mission.voxel_map.labels, first, others)
     for _ in range(round(limits.max_time_s / limits.time_step_s / limits.steps_per_frame)):
         frame = world.observe()
         if watch is not None:

@@ -14,7 +14,7 @@ from ippon.evaluation.outcome import Ending, is_at_instance, shows_object
 from ippon.frame import Frame
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import FarEvidence
+from ippon.mapping.far_evidence.joint_evidence import EvidenceAhead
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import Snapshot, StepResult
 from ippon.planning.interface import Planner
@@ -52,7 +52,7 @@ class TimedPlanner:
         """See `Planner.set_termination_min`."""
         self._planner.set_termination_min(termination_min)
 
-    def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
+    def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """See `Planner.set_far_evidence`."""
         self._planner.set_far_evidence(far_evidence)
 

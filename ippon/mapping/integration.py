@@ -14,7 +14,7 @@ from ippon.mapping.blocks import BlockDirectory, Pools
 from ippon.mapping.config import MapConfig
 from ippon.mapping.depth_image import DepthImage, prepare_depth
 from ippon.mapping.frame_blocks import BlockSelector, VisibleBlocks, box_bounds
-from ippon.mapping.objects.object_layers import ObjectLayers
+from ippon.mapping.objects.object_layers import ImageEntries, ObjectLayers
 from ippon.mapping.objects.surface_fusion import fuse_kernel, make_fusion_work
 from ippon.mapping.occupancy.distance_field import DistanceField
 from ippon.mapping.occupancy.free_space import OBSERVED, OCCUPIED_CHANGED
@@ -134,11 +134,17 @@ class FrameIntegrator:
         color = read_only(frame.color)
         heat_size, length = heat.probabilities.shape[:2], surface.energy.shape[1]
         work = make_fusion_work(color.shape[:2], strides, heat_size, length)
+        image = ImageEntries(entries, n, work, depth, color)
+        goals = 0
+        if layers.goals is not None:
+            goals = layers.goals.fuse(
+                image, heat, frame.heatmap, frame.camera, self.floor_z_m, revision
+            )
         labelled = fuse_kernel(
             entries, n, work, depth, color, heat, len(layers.labels),
             self._config.voxel_size_m, self._pools, surface, layers.accumulators, revision,
         )  # fmt: skip
-        return int(labelled)
+        return max(int(labelled), goals)
 
     def _hit_surface(self, rows: NDArray[np.int32]) -> NDArray[np.int32]:
         """Return (m, 3) block row, voxel and sample of occupied voxels with endpoints in `rows`."""

@@ -1,20 +1,23 @@
 """Begins, changes and ends searches on request of the operator."""
 
+from collections.abc import Sequence
 from typing import Final
 
 from ippon.frame import Frame
-from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.levels import Guidance, Level
+from ippon.mapping.goal_layers.goal_arrays import MAX_GOALS
+from ippon.mapping.goal_layers.goal_layers import GoalLayers
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.look_around import LookAround
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.rejection import reject_find
-from ippon.mission.finds.termination_threshold import lowest_m
 from ippon.mission.goal import Goal
 from ippon.mission.journal import WAITING, Journal
 from ippon.mission.search import Search
 from ippon.mission.snapshot import MissionState
+from ippon.mission.tour import Tour, target_of
 from ippon.planning.interface import Planner
+from ippon.planning.plan import Plan
 
 _NO_GOAL: Final = "levels belong to a goal, and there is none; set a goal first"
 
@@ -37,8 +40,28 @@ class GoalControl:
         self._journal = journal
         self.frame: Frame | None = None
         """The last frame that the mission decided on."""
-        self.search: Search | None = None
-        """The present search, or the one that ended last."""
+        self._search: Search | None = None
+        self.tour: Tour | None = None
+        """Several goals at once; None for one or none."""
+
+    @property
+    def search(self) -> Search | None:
+        """The present search, or the one that ended last; of a tour the leading one."""
+        return self._search if self.tour is None else self.tour.lead
+
+    @property
+    def running(self) -> tuple[Search, ...]:
+        """The searches whose candidates are updated: of one goal also after its end."""
+        if self.tour is not None:
+            return self.tour.running
+        return () if self._search is None else (self._search,)
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """Labels of the goals that the segmentation is asked for."""
+        if self.tour is not None:
+            return self.tour.asked
+        return () if self._search is None else (self._search.goal.object,)
 
     def set_goal(self, goal: Goal, guidance: Guidance) -> None:
         """Search for another object; map and roadmap stay.
@@ -57,14 +80,12 @@ class GoalControl:
         if not (known and self._look_around.was_done_for(goal.object, self.frame)):
             self._look_around.restart()
         models = self._voxel_map.models
-        search = self.search = Search(goal, guidance, self._config, models)
+        self.tour = None
+        search = self._search = Search(goal, guidance, self._config, models)
         self._planner.set_far_evidence(search.far_evidence)
-        knowledge = load_knowledge()
+        target = target_of(goal)
         self._voxel_map.set_ooi(
-            goal.object,
-            knowledge.highest_m(goal.category or goal.object),
-            lowest_m=lowest_m(goal.object, goal.category),
-            small_m=knowledge.small_m(goal.object),
+            target.label, target.highest_m, lowest_m=target.lowest_m, small_m=target.small_m
         )
         if self._look_around.done:
             search.state = MissionState.SEARCHING
@@ -72,59 +93,153 @@ class GoalControl:
         self.set_guidance(guidance)
         self._journal.note("goal_set", f"searching for {goal.display}")
 
-    def set_guidance(self, guidance: Guidance) -> None:
-        """Replace the levels of the present goal: by an answer, or by the operator's.
+    def set_goals(self, goals: Sequence[tuple[Goal, Guidance]]) -> None:
+        """Search for several objects in one tour; map and roadmap stay, and the robot looks around.
+
+        Args:
+            goals: 2 to `MAX_GOALS` objects of different labels and numbers, each with the levels
+                of the map's labels.
 
         Raises:
-            ValueError: There is no goal, or the guidance is not for the labels of this map, in
-                their order.
+            ValueError: Another number of goals, two of one label or number, or levels that are not
+                for the labels of this map, in their order.
+        """
+        for _, guidance in goals:
+            self.check_guidance(guidance)
+        numbers = [goal.goal_id for goal, _ in goals]
+        if len(goals) < 2 or len(set(numbers)) != len(goals):
+            raise ValueError(
+                f"a tour takes 2 to {MAX_GOALS} goals of different numbers; got {numbers}"
+            )
+        layers = GoalLayers(self._voxel_map, [target_of(goal) for goal, _ in goals])
+        models = self._voxel_map.models
+        searches = [
+            Search(goal, guidance, self._config, models, layers.layer(goal.object))
+            for goal, guidance in goals
+        ]
+        self._search = None
+        self.tour = Tour(searches, layers, self._planner, self._config.levels.as_array())
+        self.tour.replan()
+        self._look_around.restart()
+        if self._look_around.done:
+            for search in searches:
+                search.state = MissionState.SEARCHING
+        names = " and ".join(goal.display for goal, _ in goals)
+        self._journal.why = f"starting the search for {names}"
+        self._journal.note("goal_set", f"searching for {names} in one tour")
+
+    def focus(self, plan: Plan) -> Search | None:
+        """Return the search that a plan is for; None without a goal."""
+        return self._search if self.tour is None else self.tour.focus(plan)
+
+    def settle(self) -> None:
+        """Continue a tour without the goals that were found in this step."""
+        if self.tour is not None:
+            self.tour.settle()
+
+    def set_guidance(self, guidance: Guidance, goal_id: int | None = None) -> None:
+        """Replace the levels of a goal: by an answer, or by the operator's.
+
+        Args:
+            guidance: The levels.
+            goal_id: Number of a goal of a tour; None for the present goal.
+
+        Raises:
+            ValueError: There is no such goal, or the guidance is not for the labels of this map,
+                in their order.
         """
         self.check_guidance(guidance)
-        search = self.search
+        search = self._of(goal_id)
         if search is None:
             raise ValueError(_NO_GOAL)
         search.guidance = guidance
+        if self.tour is not None:
+            self.tour.replan()
+            return
         search.far_evidence.set_cues(guidance.labels_of(Level.CERTAIN))
         probabilities = self._config.levels.as_array()
         self._voxel_map.set_levels(guidance.levels(), probabilities)
         self._planner.set_goal(probabilities=probabilities, termination_min=search.termination_min)
 
-    def cancel_goal(self) -> None:
-        """End the search without a result."""
-        if self.search is not None and not self.search.over:
-            display = self.search.goal.display
-            self._journal.note("cancelled", f"the search for {display} was cancelled")
-        self.search = None
+    def cancel_goal(self, goal_id: int | None = None) -> None:
+        """End the search without a result.
+
+        Args:
+            goal_id: Number of a goal of a tour, which continues without it; None for all goals.
+                A number that no goal has changes nothing.
+        """
+        ended = self.running if goal_id is None else tuple(filter(None, (self._of(goal_id),)))
+        for search in ended:
+            if not search.over:
+                display = search.goal.display
+                self._journal.note("cancelled", f"the search for {display} was cancelled")
+        if goal_id is not None and not ended:
+            return
+        if goal_id is not None and self.tour is not None:
+            for search in ended:
+                search.cancelled = True
+                self.tour.dismiss(search)
+            self.tour.settle()
+            if not all(one.cancelled for one in self.tour.searches):
+                return
+        self._search = self.tour = None
         self._planner.set_far_evidence(None)
         self._journal.why = WAITING
 
-    def reject_find(self) -> bool:
-        """Exclude the find that ended the search, and continue the search.
+    def reject_find(self, goal_id: int | None = None) -> bool:
+        """Exclude the find that ended a search, and continue the search.
+
+        Args:
+            goal_id: Number of a goal of a tour; None for the find that was announced last.
 
         Returns:
             Whether there was a find to reject.
         """
-        search = self.search
-        if search is None or search.state is not MissionState.FOUND:
+        search = self._found(goal_id)
+        if search is None:
             return False
         reject_find(search, self._voxel_map, self.frame)
-        self._planner.set_termination_min(search.termination_min)
         self._journal.note("rejected", f"not the {search.goal.display}: searching on")
         search.state = MissionState.SEARCHING
+        if self.tour is None:
+            self._planner.set_termination_min(search.termination_min)
+        else:
+            self.tour.settle()
         self._journal.why = f"searching on for {search.goal.display}"
         return True
 
-    def confirm_find(self) -> bool:
-        """Note that the operator confirms the find.
+    def confirm_find(self, goal_id: int | None = None) -> bool:
+        """Note that the operator confirms a find.
+
+        Args:
+            goal_id: Number of a goal of a tour; None for the find that was announced last.
 
         Returns:
             Whether there was a find to confirm.
         """
-        search = self.search
-        if search is None or search.state is not MissionState.FOUND:
+        search = self._found(goal_id)
+        if search is None:
             return False
+        if self.tour is not None:
+            self.tour.dismiss(search)
         self._journal.note("confirmed", f"{search.goal.display}: confirmed by the operator")
         return True
+
+    def _found(self, goal_id: int | None) -> Search | None:
+        """Return the search with a find that waits to be judged; see `reject_find`."""
+        search = self._of(goal_id)
+        if self.tour is not None and goal_id is None:
+            search = self.tour.announced
+        waits = search is not None and search.state is MissionState.FOUND and not search.dismissed
+        return search if waits else None
+
+    def _of(self, goal_id: int | None) -> Search | None:
+        """Return the search for a goal; None for the present one."""
+        if self.tour is not None:
+            return self.tour.of(goal_id)
+        search = self._search
+        same = search is not None and goal_id in (None, search.goal.goal_id)
+        return search if same else None
 
     def check_guidance(self, guidance: Guidance) -> None:
         """Raise ValueError unless a guidance is for the labels of this map, in their order."""

@@ -104,13 +104,14 @@ class Mission:
         """Return what would be chosen next with other levels; the mission does not change.
 
         Returns:
-            Both choices in words; None without a plan, or with a planner that has no preview.
+            Both choices in words; None without a plan, in a tour of several goals, or with a
+            planner that has no preview.
 
         Raises:
             ValueError: The guidance is not for the labels of this map, in their order.
         """
         self.goals.check_guidance(guidance)
-        if self.search is None or self._plan is None:
+        if self.search is None or self._plan is None or self.goals.tour is not None:
             return None
         return preview(self._planner, self._plan, self.voxel_map, self.search, guidance)
 
@@ -130,8 +131,8 @@ class Mission:
             FrameRejectedError: The frame contradicts itself or the map; nothing has changed.
         """
         report = self.voxel_map.integrate(frame)
-        if self.search is not None:
-            self.search.observe(frame)
+        for search in self.goals.running:
+            search.observe(frame)
         self._journal.report_dropped(report.blocks_dropped, self.config.map.memory_limit_mb)
 
     def learn(self, frame: Frame) -> None:
@@ -141,8 +142,8 @@ class Mission:
             ValueError: The frame has no heatmap.
         """
         self.voxel_map.integrate_heatmap(frame)
-        if self.search is not None:
-            self.search.observe(frame)
+        for search in self.goals.running:
+            search.observe(frame)
 
     def decide(self, frame: Frame) -> StepResult:
         """Decide what to do next, after `observe` of the same frame: the second half of `step`."""
@@ -150,8 +151,8 @@ class Mission:
             # The tilt of a fixed camera may differ a little from its profile; no tilt is awaited.
             frame = replace(frame, tilt_rad=self.robot.min_tilt_rad)
         dt_s = self._advance(frame)
-        if self.search is not None:
-            update_candidates(self.search, self.voxel_map, frame)
+        for search in self.goals.running:
+            update_candidates(search, self.voxel_map, frame)
         self._follower.resume_from(self.motion.last)
         action = self._act(frame, dt_s)
         stops = self.operator.held is not None or self._behaviors.recovery.active
@@ -170,6 +171,7 @@ class Mission:
             why="; ".join(filter(None, (self.operator.held_text or self._journal.why, reason))),
             events=self._journal.take(),
             far_evidence_cell_m=self.config.far_evidence.cell_m,
+            tour=self.goals.tour,
         )
         return StepResult(command=command, snapshot=snapshot)
 
@@ -185,19 +187,24 @@ class Mission:
             if not self.robot.is_round:
                 self._behaviors.look_around.abandon(search)
         plan = self._planner.step(self.voxel_map.arrays(), frame.T_world_base, frame.tilt_rad)
+        others: tuple[Search, ...] = ()
+        if search is not None:
+            search = self.goals.focus(plan)
+            others = tuple(one for one in self.goals.running if one is not search)
         action = self._behaviors.act(
-            StepContext(frame, dt_s, plan, search, self._follower, self.voxel_map)
+            StepContext(frame, dt_s, plan, search, self._follower, self.voxel_map, others)
         )
         self._plan = action.plan or plan
         self._journal.why = action.why or self._journal.why
         if search is not None and action.state is not None:
             search.state = action.state
+            self.goals.settle()
         return action.command
 
     def _advance(self, frame: Frame) -> float:
         """Add time and path of this frame to the search; returns seconds since the last frame."""
         last, self._last = self._last, frame
         self.operator.frame = self.goals.frame = frame
-        if self.search is not None:
-            self.search.advance(last, frame)
+        for search in self.goals.running:
+            search.advance(last, frame)
         return 1e-3 if last is None else max(1e-3, (frame.stamp_ns - last.stamp_ns) / NANOSECONDS)

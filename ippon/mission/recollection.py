@@ -83,7 +83,14 @@ class Recollection:
 
         Returns:
             The things whose places are looked at first.
+
+        Raises:
+            ValueError: The search belongs to a tour, whose evidence the map keeps elsewhere.
         """
+        if search.layer is not None:
+            raise ValueError(
+                f"memory begins searches for one goal; {search.goal.display} belongs to a tour"
+            )
         self._search, self._found, self._rejected = search, None, 0
         self._recalled = []
         if search.goal.object in self._map.labels:

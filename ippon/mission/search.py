@@ -9,6 +9,7 @@ from ippon.geometry import Float64Array
 from ippon.guidance.levels import Guidance
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.far_evidence.far_evidence import FarEvidence
+from ippon.mapping.goal_layers.goal_layers import GoalLayer
 from ippon.mapping.objects.ooi_suppression import SuppressedRegion
 from ippon.mapping.objects.ooi_voxels import OoiVoxels
 from ippon.mission.config import MissionConfig
@@ -47,6 +48,7 @@ class Search:
         guidance: Levels of the map's labels for it.
         config: Parameters of the search.
         models: Observation models of the networks; None for the defaults.
+        layer: The map's evidence for the goal if it has several; None for its only one.
     """
 
     def __init__(
@@ -55,8 +57,10 @@ class Search:
         guidance: Guidance,
         config: MissionConfig,
         models: ObservationModels | None = None,
+        layer: GoalLayer | None = None,
     ) -> None:
         self.goal = goal
+        self.layer = layer
         self.guidance = guidance
         self.exclusion = config.exclusion
         self.state = MissionState.STARTING
@@ -64,6 +68,9 @@ class Search:
         """Clusters of voxels that may be the object, largest first."""
         self.find: Find | None = None
         """The find that ended the search."""
+        self.cancelled = False
+        self.dismissed = False
+        """The map is no longer updated for a goal of a tour: it was confirmed or cancelled."""
         self.rejected: list[ExclusionSphere] = []
         """Regions that the operator rejected, or that images contradicted twice."""
         self.set_aside: list[SetAside] = []
@@ -79,6 +86,7 @@ class Search:
         self._size = SizeCheck(config.size_check, goal, config.map.voxel_size_m)
         self._sure = config.image_check.sure
         self._ooi_voxels = OoiVoxels(config.planner.ooi_threshold)
+        self._threshold = config.planner.ooi_threshold
         self._centres: Float64Array = np.zeros((0, 3))
         scale = surface_scale(config.map.voxel_size_m) if self._size.small else 0.0
         self.image_check = ImageCheck(
@@ -96,7 +104,7 @@ class Search:
     @property
     def over(self) -> bool:
         """The search has ended."""
-        return self.state in OVER
+        return self.cancelled or self.state in OVER
 
     def advance(self, last: Frame | None, frame: Frame) -> None:
         """Add the time since the last frame, and the path until the object is found."""
@@ -123,7 +131,10 @@ class Search:
 
     def update_candidates(self, arrays: MapArrays, frame: Frame) -> None:
         """Cluster the voxels that are probably the object."""
-        self._centres, probabilities = self._ooi_voxels.update(arrays)
+        if self.layer is None:
+            self._centres, probabilities = self._ooi_voxels.update(arrays)
+        else:
+            self._centres, probabilities = self.layer.voxels(self._threshold)
         self.candidates = cluster_finds(
             self._centres,
             probabilities,

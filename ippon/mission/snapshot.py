@@ -49,6 +49,26 @@ class Find:
     stand and see it; None otherwise."""
 
 
+class GoalState(StrEnum):
+    """State of one goal of a tour; the values are the words of pages, logs and reports."""
+
+    MISSING = "missing"
+    FOUND = "found"
+    CONFIRMED = "confirmed"
+    CANCELLED = "cancelled"
+    NOT_FOUND = "not_found"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalStatus:
+    """One goal of a tour."""
+
+    goal: Goal
+    state: GoalState
+    find: Find | None
+    """The find that was announced; None for none."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionEvent:
     """An event of a step, for the operator."""
@@ -83,6 +103,9 @@ class Snapshot:
     best_ooi: float
     explored_m2: float
     events: tuple[MissionEvent, ...]
+    tour: tuple[GoalStatus, ...] = ()
+    """The goals of a tour with their states; empty for one goal. `goal`, `state`, `find`, way and
+    time are those of the leading one."""
 
     @property
     def outcome(self) -> Literal["found", "out_of_reach", "exhausted"] | None:

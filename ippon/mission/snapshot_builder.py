@@ -8,6 +8,7 @@ from ippon.frame import Frame
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.search import Search
 from ippon.mission.snapshot import OVER, MissionEvent, MissionState, Snapshot
+from ippon.mission.tour import Tour
 from ippon.planning.plan import Plan
 
 _NOWHERE: Final = np.zeros((0, 3), np.float32)
@@ -23,6 +24,7 @@ def snapshot_of(
     why: str,
     events: tuple[MissionEvent, ...],
     far_evidence_cell_m: float,
+    tour: Tour | None = None,
 ) -> Snapshot:
     """Return the snapshot of a step.
 
@@ -35,7 +37,12 @@ def snapshot_of(
         why: The reason that the operator reads.
         events: Events of the step.
         far_evidence_cell_m: Edge of the cells of `Snapshot.far_evidence`.
+        tour: The tour that the search leads; None for one goal.
     """
+    candidates = search.candidates if search else ()
+    if tour is not None:
+        each = (find for one in tour.running for find in one.candidates)
+        candidates = tuple(sorted(each, key=lambda find: -find.voxels))
     return Snapshot(
         stamp_ns=frame.stamp_ns,
         state=state,
@@ -43,7 +50,7 @@ def snapshot_of(
         goal=search.goal if search else None,
         plan=plan,
         find=search.find if search else None,
-        candidates=search.candidates if search else (),
+        candidates=candidates,
         far_evidence=_NOWHERE if search is None or state in OVER else search.far_evidence.places(),
         far_evidence_cell_m=far_evidence_cell_m,
         T_world_base=frame.T_world_base,
@@ -52,4 +59,5 @@ def snapshot_of(
         best_ooi=voxel_map.best_ooi() if search else 0.0,
         explored_m2=voxel_map.explored_m2(),
         events=events,
+        tour=() if tour is None else tour.statuses,
     )

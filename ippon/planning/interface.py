@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ippon.command import Command
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import FarEvidence
+from ippon.mapping.far_evidence.joint_evidence import EvidenceAhead
 from ippon.planning.plan import Plan
 
 
@@ -28,7 +28,7 @@ class Planner(Protocol):
         """Change T_min of the present goal."""
         ...
 
-    def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
+    def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """Set the evidence from beyond the map's range; a planner may ignore it.
 
         Args:

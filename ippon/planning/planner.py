@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ippon.command import Command
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import FarEvidence
+from ippon.mapping.far_evidence.joint_evidence import EvidenceAhead
 from ippon.mapping.objects.ooi_voxels import OoiVoxels
 from ippon.planning.config import PlannerConfig
 from ippon.planning.deadline import UNLIMITED, Clock, Deadline
@@ -112,7 +112,7 @@ class ViewpointPlanner:
         """See `Planner.set_termination_min`."""
         self._termination_min = termination_min
 
-    def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
+    def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """See `Planner.set_far_evidence`."""
         self._viewpoints.set_far_evidence(far_evidence)
 

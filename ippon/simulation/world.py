@@ -97,26 +97,40 @@ class SimulatedWorld:
         """Number of times that the base came into contact."""
         return self.base.collisions
 
-    def set_labels(self, labels: Sequence[str], ooi: str | None) -> None:
+    def set_labels(self, labels: Sequence[str], ooi: str | None, also: Sequence[str] = ()) -> None:
         """Set the labels of the segmentation from the next frame on; no labels turn it off.
 
         Args:
             labels: Canonical common labels.
             ooi: Canonical label of the object of interest.
+            also: Canonical labels of further objects of interest.
         """
+        also = tuple(name for name in dict.fromkeys(also) if name != ooi)
         if not labels:
             self._segmenter = None
             return
         old = self._segmenter
-        if old is not None and (old.labels, old.ooi) == (tuple(labels), ooi):
+        if old is not None and (old.labels, old.ooi, old.also) == (tuple(labels), ooi, also):
             return
         if self.config.segmentation_errors == "detector":
             self._segmenter = SimulatedDetector(
-                self.scene, labels, ooi, self.config.detector, self._seed, self._is_instance_of
+                self.scene,
+                labels,
+                ooi,
+                self.config.detector,
+                self._seed,
+                self._is_instance_of,
+                also=also,
             )
         else:
             self._segmenter = SimulatedSegmenter(
-                self.scene, labels, ooi, self.config.segmenter, self._seed, self._is_instance_of
+                self.scene,
+                labels,
+                ooi,
+                self.config.segmenter,
+                self._seed,
+                self._is_instance_of,
+                also=also,
             )
 
     def step(self, command: Command | None, dt_s: float) -> None:

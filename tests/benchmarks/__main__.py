@@ -78,6 +78,13 @@ def second_day_rows(_: int, quick: bool) -> Iterator[Row]:
     yield from second_day.second_day_rows(3 if quick else 27)
 
 
+def tour_rows(_: int, quick: bool) -> Iterator[Row]:
+    """Measure what a tour saves, and what each of its objects costs the map."""
+    from tests.benchmarks import tour
+
+    yield from tour.tour_rows(3 if quick else 20)
+
+
 BENCHMARKS = {
     "console": console_rows,
     "detector": detector_rows,
@@ -87,6 +94,7 @@ BENCHMARKS = {
     "map": map_rows,
     "planner": planner_rows,
     "second-day": second_day_rows,
+    "tour": tour_rows,
 }
 
 

@@ -15,7 +15,7 @@ from ippon.frame import Frame
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import FarEvidence
+from ippon.mapping.far_evidence.joint_evidence import EvidenceAhead
 from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind, Plan, Viewpoint
 from ippon.planning.planner import ViewpointPlanner
@@ -116,7 +116,7 @@ class BaselinePlanner:
         """See `Planner.set_termination_min`."""
         self._tree.set_termination_min(termination_min)
 
-    def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
+    def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """Ignore it: the published baselines do not use such evidence."""
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:

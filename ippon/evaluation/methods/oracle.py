@@ -10,7 +10,7 @@ from ippon.evaluation.metrics import Judge
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Level
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import FarEvidence
+from ippon.mapping.far_evidence.joint_evidence import EvidenceAhead
 from ippon.planning.plan import NodeKind, Plan, TreeView, Viewpoint
 from ippon.simulation.scene import Scene
 
@@ -40,7 +40,7 @@ class OraclePlanner:
     def set_termination_min(self, termination_min: float) -> None:
         """Do nothing: the goal is the judge's."""
 
-    def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
+    def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """Do nothing."""
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:

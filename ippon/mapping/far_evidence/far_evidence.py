@@ -162,7 +162,7 @@ class FarEvidence:
         if self._cues is not None:
             self._cues.integrate(frame)
         heatmap, config = frame.heatmap, self._config
-        if heatmap is None or heatmap.ooi != self._ooi or not config.enabled:
+        if heatmap is None or heatmap.channel_of(self._ooi) is None or not config.enabled:
             return
         grid = self._grid
         if grid is None:
@@ -191,8 +191,8 @@ class FarEvidence:
         step = -(-max(heatmap.probabilities.shape[:2]) // MOST_PX)
         thinned = heatmap.probabilities[::step, ::step]
         if not self._labels:
-            channel = heatmap.ooi_channel
-            assert channel is not None, "a heatmap with an ooi has a channel for it"
+            channel = heatmap.channel_of(self._ooi)
+            assert channel is not None, "images without a channel for the object are ignored"
             return np.ascontiguousarray(thinned[..., channel])
         channels = [n for n, label in enumerate(heatmap.labels) if label in self._labels]
         # The maximum, since the faint background of many labels would add up to evidence.

@@ -25,19 +25,25 @@ from ippon.mapping.objects.surface_voxels import NORM_STEPS, STEPS_PER_NAT
 
 COLOR_MEMORY: Final = 8
 """Cap on the weight of the running mean of the colour."""
-_NEVER: Final = np.float32(-1e9)
+NEVER: Final = np.float32(-1e9)
 """Log-odds of what cannot be the object of interest, before clamping."""
 
 
 @INNER
 def _is_suppressed(coord, row, k, suppressed, voxel_size):
     for s in range(suppressed.shape[0]):
-        x = (coord[row, 0] * 8 + (k >> 6) + 0.5) * voxel_size - suppressed[s, 0]
-        y = (coord[row, 1] * 8 + ((k >> 3) & 7) + 0.5) * voxel_size - suppressed[s, 1]
-        z = (coord[row, 2] * 8 + (k & 7) + 0.5) * voxel_size - suppressed[s, 2]
-        if x * x + y * y + z * z <= suppressed[s, 3] * suppressed[s, 3]:
+        if is_suppressed_by(coord, row, k, suppressed, s, voxel_size):
             return True
     return False
+
+
+@INNER
+def is_suppressed_by(coord, row, k, suppressed, s, voxel_size):
+    """Tell whether the centre of a voxel lies in ball number s."""
+    x = (coord[row, 0] * 8 + (k >> 6) + 0.5) * voxel_size - suppressed[s, 0]
+    y = (coord[row, 1] * 8 + ((k >> 3) & 7) + 0.5) * voxel_size - suppressed[s, 1]
+    z = (coord[row, 2] * 8 + (k & 7) + 0.5) * voxel_size - suppressed[s, 2]
+    return x * x + y * y + z * z <= suppressed[s, 3] * suppressed[s, 3]
 
 
 @INNER
@@ -116,7 +122,7 @@ def update_by_images(
             if not may_be_ooi(layer, bounds) or (
                 len(suppressed) > 0 and _is_suppressed(coord, row, k, suppressed, voxel_size)
             ):
-                shift[n] = _NEVER
+                shift[n] = NEVER
         if common:
             if bayes:
                 rounding = rounding_of(revision, k)
@@ -191,7 +197,7 @@ def update_by_places(
             if not may_be_ooi(layer, bounds) or (
                 len(suppressed) > 0 and _is_suppressed(coord, row, k, suppressed, voxel_size)
             ):
-                batch.shift[n], batch.mean[n] = _NEVER, np.float32(1.0)
+                batch.shift[n], batch.mean[n] = NEVER, np.float32(1.0)
         if common:
             count[w] += 1
             likelihoods(heat, v, u, channel, in_order, table, table_of, likelihood, labels)

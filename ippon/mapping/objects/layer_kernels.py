@@ -40,30 +40,38 @@ def reset_ooi_kernel(pools, surface, rows, labels, alias, prior, bounds, revisio
         at = surface.voxel[slot]
         if alias < 0 or at < 0 or surface.label[slot] == NO_LABEL:
             continue
-        log_q = -np.float32(surface.energy[slot, alias]) / STEPS_PER_NAT
-        log_q -= surface.log_norm[slot] / NORM_STEPS
-        if log_q > -1.0:
-            # Near 1 the odds depend on the small rest; the stored normaliser is too coarse for it.
-            exact = summarise_row(surface.energy, slot, no_weights, labels)[3]
-            log_q = -np.float32(surface.energy[slot, alias]) / STEPS_PER_NAT - exact
-        odds, code = -LOG_ODDS_MAX, floor_code
-        if log_q > -LOG_ODDS_MAX:
-            q = exp_of_steps(np.float32(min(log_q, 0.0) * -STEPS_PER_NAT))
-            # The odds of q, to 1e-5: q is small for most labels, so most need no logarithm.
-            rest = q * (1.0 + q * (0.5 + q / 3.0))
-            if log_q > -3.0:
-                rest = -np.log(max(1.0 - np.exp(log_q), 1e-9))
+        odds, code = label_odds(surface.energy, surface.log_norm, slot, alias, labels, no_weights)
+        if odds > -LOG_ODDS_MAX:
             # Reading `coord` misses the cache; few voxels get here.
             layer = pools.coord[at // 512, 2] * 8 + (at & 7)
-            if may_be_ooi(layer, bounds):
-                odds = min(max(log_q + rest, odds), LOG_ODDS_MAX)
-                code = np.uint8(254.0 * q + 0.5)
+            if not may_be_ooi(layer, bounds):
+                odds, code = -LOG_ODDS_MAX, floor_code
         surface.log_odds[slot] = odds
         row, k = at // 512, at % 512
         pools.ooi[pools.slab[row], k] = code
         pools.best_ooi[row] = max(pools.best_ooi[row], code)
         pools.revision[row] = revision
         pools.appearance[row] = revision
+
+
+@INNER
+def label_odds(energy, log_norm, slot, label, labels, no_weights):
+    """Return the log-odds and code of an object of interest that is a common label."""
+    log_q = -np.float32(energy[slot, label]) / STEPS_PER_NAT
+    log_q -= log_norm[slot] / NORM_STEPS
+    if log_q > -1.0:
+        # Near 1 the odds depend on the small rest; the stored normaliser is too coarse for it.
+        exact = summarise_row(energy, slot, no_weights, labels)[3]
+        log_q = -np.float32(energy[slot, label]) / STEPS_PER_NAT - exact
+    if log_q <= -LOG_ODDS_MAX:
+        return -LOG_ODDS_MAX, ooi_code(-LOG_ODDS_MAX)
+    q = exp_of_steps(np.float32(min(log_q, 0.0) * -STEPS_PER_NAT))
+    # The odds of q, to 1e-5: q is small for most labels, so most need no logarithm.
+    rest = q * (1.0 + q * (0.5 + q / 3.0))
+    if log_q > -3.0:
+        rest = -np.log(max(1.0 - np.exp(log_q), 1e-9))
+    odds = min(max(log_q + rest, -LOG_ODDS_MAX), LOG_ODDS_MAX)
+    return odds, np.uint8(254.0 * q + 0.5)
 
 
 @INNER

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ from ippon.mapping.objects.posterior_arithmetic import (
     energy_table,
     prior_log_odds,
 )
+from ippon.mapping.objects.surface_fusion import FusionWork
 from ippon.mapping.objects.surface_voxels import (
     ENERGY_MAX,
     N_FREE,
@@ -48,6 +49,32 @@ CLEAR_SHARE: Final = 0.05
 """Share of the image's longer side, 32 of 640 pixels, from which an object is detected nearly as
 often as from nearby; measured with NanoDet-Plus (docs/results.md)."""
 _EVERYWHERE_M: Final = 1e6
+
+
+class GoalFuser(Protocol):
+    """Several objects of interest; see `ippon.mapping.goal_layers.goal_layers.GoalLayers`."""
+
+    def fuse(
+        self,
+        image: "ImageEntries",
+        fusion: FusionInput,
+        heatmap: Heatmap | None,
+        camera: PinholeCamera,
+        floor_z_m: float,
+        revision: int,
+    ) -> int:
+        """Update the goals from an image before the common objects are; return the voxels."""
+        ...
+
+
+class ImageEntries(NamedTuple):
+    """The surface voxels that an image shows, as `fuse_kernel` takes them."""
+
+    entries: NDArray[np.int32]
+    n_entries: int
+    work: FusionWork
+    depth: NDArray[np.float32]
+    color: NDArray[np.uint8]
 
 
 class ObjectLayers:
@@ -83,6 +110,8 @@ class ObjectLayers:
         """Side of a small object of interest in an image, metres."""
         self.ooi_clear_m = math.inf
         """Depth up to which a miss in the last image is evidence, metres."""
+        self.goals: GoalFuser | None = None
+        """Several objects of interest, in place of `ooi`."""
         self._config = config
         self._pools = pools
         self._energy_of = energy_table(config.likelihood_floor)
@@ -107,7 +136,8 @@ class ObjectLayers:
         lowest_m: float,
         small_m: float,
     ) -> None:
-        """Set the object of interest and reset its probabilities."""
+        """Set the object of interest and reset its probabilities; ends several goals."""
+        self.goals = None
         self.ooi, self.ooi_highest_m, self.ooi_lowest_m = ooi, highest_m, lowest_m
         self.ooi_small_m, self.ooi_clear_m = small_m, math.inf
         self.suppressed = np.empty((0, 4), np.float64)
@@ -198,13 +228,14 @@ class ObjectLayers:
         )
 
     def _ooi_bounds(self, floor_z_m: float) -> tuple[int, int, int]:
-        """Return `FusionInput.ooi_bounds`; a voxel counts by its centre."""
-        edge = self._config.voxel_size_m
-        heights_m = (-UNDERFOOT_M, max(self.ooi_lowest_m, -UNDERFOOT_M), self.ooi_highest_m)
-        low, high, top = (
-            math.floor(min(floor_z_m + z, _EVERYWHERE_M) / edge + 0.5 + 1e-6) for z in heights_m
-        )
-        return low, high, top
+        lowest_m, highest_m = self.ooi_lowest_m, self.ooi_highest_m
+        return ooi_bounds(lowest_m, highest_m, floor_z_m, self._config.voxel_size_m)
+
+    def likelihoods(
+        self, heatmap: Heatmap | None, labels: tuple[str, ...], ooi: str | None
+    ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+        """Return the likelihood ratios of a heatmap's values; see `LikelihoodTables.of`."""
+        return self._likelihoods.of(heatmap, labels, ooi)
 
     def fusion_input(
         self,
@@ -235,9 +266,7 @@ class ObjectLayers:
         likelihood_of, table_of = self._likelihoods.of(heatmap, self.labels, self.ooi)
         mode = _mode(cfg, heatmap)
         if heatmap is not None:
-            longer_px = max(camera.width, camera.height)
-            clear_m = camera.fx / longer_px * self.ooi_small_m / CLEAR_SHARE
-            self.ooi_clear_m = clear_m if mode == PLACES else math.inf
+            self.ooi_clear_m = clear_m(mode, camera, self.ooi_small_m)
         return FusionInput(
             probabilities=read_only(probabilities),
             has_heatmap=heatmap is not None,
@@ -272,6 +301,30 @@ class ObjectLayers:
             self.level_probabilities[self.levels],
             revision,
         )
+
+
+def ooi_bounds(
+    lowest_m: float, highest_m: float, floor_z_m: float, voxel_size_m: float
+) -> tuple[int, int, int]:
+    """Return `FusionInput.ooi_bounds`; a voxel counts by its centre.
+
+    Args:
+        lowest_m: Height above the floor up to which nothing is the object of interest.
+        highest_m: Height above the floor from which nothing is.
+        floor_z_m: Height of the floor, world frame.
+        voxel_size_m: Edge of a voxel.
+    """
+    heights_m = (-UNDERFOOT_M, max(lowest_m, -UNDERFOOT_M), highest_m)
+    low, high, top = (
+        math.floor(min(floor_z_m + z, _EVERYWHERE_M) / voxel_size_m + 0.5 + 1e-6) for z in heights_m
+    )
+    return low, high, top
+
+
+def clear_m(mode: int, camera: PinholeCamera, small_m: float) -> float:
+    """Return `FusionInput.ooi_clear_m` of an object with a side of `small_m` in images."""
+    longer_px = max(camera.width, camera.height)
+    return camera.fx / longer_px * small_m / CLEAR_SHARE if mode == PLACES else math.inf
 
 
 def _mode(config: MapConfig, heatmap: Heatmap | None) -> int:

@@ -46,7 +46,7 @@ def suppress(
     Returns:
         The values before, for `restore`.
     """
-    rows, voxel, inside = _surface_in(ball, pools, directory, voxel_size_m)
+    rows, voxel, inside = surface_in(ball, pools, directory, voxel_size_m)
     slabs = pools.slab[rows]
     slots = pools.slot[slabs]
     with_row = inside & (slots != 0)
@@ -82,7 +82,7 @@ def restore(
         prior_log_odds: Log-odds of surface that was first seen while the region was suppressed.
         revision: Map revision of this change.
     """
-    rows, voxel, inside = _surface_in(region.ball, pools, directory, voxel_size_m)
+    rows, voxel, inside = surface_in(region.ball, pools, directory, voxel_size_m)
     log_odds = surface.log_odds
     slots = pools.slot[pools.slab[rows]]
     inside &= slots != 0
@@ -91,13 +91,7 @@ def restore(
     log_odds[fresh] = prior_log_odds
     if not len(region.voxel) or not inside.any():
         return
-    corner = np.minimum(region.voxel.min(axis=0), voxel[inside].min(axis=0))
-    side = np.maximum(region.voxel.max(axis=0), voxel[inside].max(axis=0)) - corner + 1
-    _, here, then = np.intersect1d(
-        np.ravel_multi_index(tuple((voxel[inside] - corner).T), tuple(side)),
-        np.ravel_multi_index(tuple((region.voxel - corner).T), tuple(side)),
-        return_indices=True,
-    )
+    here, then = same_voxels(voxel[inside], region.voxel)
     log_odds[slots[inside][here]] = region.log_odds[then]
     codes = np.full(inside.size, NOT_MAPPED, np.uint8)
     codes[np.flatnonzero(inside)[here]] = region.code[then]
@@ -106,7 +100,21 @@ def restore(
     _set_codes(pools, rows, mapped, codes[mapped], revision)
 
 
-def _surface_in(
+def same_voxels(
+    one: NDArray[np.int64], other: NDArray[np.int64]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the rows of two (M, 3) lists of voxels, neither empty, that name the same voxels."""
+    corner = np.minimum(one.min(axis=0), other.min(axis=0))
+    side = np.maximum(one.max(axis=0), other.max(axis=0)) - corner + 1
+    _, here, there = np.intersect1d(
+        np.ravel_multi_index(tuple((one - corner).T), tuple(side)),
+        np.ravel_multi_index(tuple((other - corner).T), tuple(side)),
+        return_indices=True,
+    )
+    return here, there
+
+
+def surface_in(
     ball: NDArray[np.float64], pools: Pools, directory: BlockDirectory, voxel_size_m: float
 ) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.bool_]]:
     """Return the (B,) block rows with a slab near a ball, and their voxels.

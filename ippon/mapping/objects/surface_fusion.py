@@ -144,7 +144,7 @@ def fuse_kernel(
     fused = 0
     for first in range(0, n_entries, AHEAD):
         ahead = min(AHEAD, n_entries - first)
-        _fetch(entries, first, ahead, work, depth, color, fusion, labels, start, pools, surface)
+        fetch(entries, first, ahead, work, depth, color, fusion, labels, start, pools, surface)
         if fusion.mode == PLACES:
             n = update_by_places(
                 entries, first, ahead, work, fusion, labels, voxel_size, pools, surface,
@@ -162,7 +162,7 @@ def fuse_kernel(
 
 
 @INNER
-def _fetch(entries, first, ahead, work, depth, color, fusion, labels, start, pools, surface):
+def fetch(entries, first, ahead, work, depth, color, fusion, labels, start, pools, surface):
     """Find surface voxel and pixel of a number of entries.
 
     Their data are scattered in memory; reading all of them first overlaps the cache misses.
@@ -217,12 +217,12 @@ def _write(entries, first, n, work, fusion, pools, surface, revision):
         if is_ooi[i]:
             log_odds[slot] = batch.shift[i]
             if batch.ooi[i] != codes[slab, k]:
-                _show_ooi(codes, slab, best_ooi, row, k, batch.ooi[i])
+                show_ooi(codes, slab, best_ooi, row, k, batch.ooi[i])
                 changed[row] = revision
 
 
 @INNER
-def _show_ooi(codes, slab, best_ooi, row, k, code):
+def show_ooi(codes, slab, best_ooi, row, k, code):
     """Write a voxel's OOI code and update the highest code of its block."""
     old = codes[slab, k]
     codes[slab, k] = code

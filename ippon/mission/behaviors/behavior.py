@@ -37,7 +37,14 @@ class StepContext:
     """The running search; None if the robot only drives to the operator's point."""
     follower: PathFollower
     voxel_map: VoxelMap
+    others: tuple[Search, ...] = ()
+    """The other running searches of a tour."""
     _followed: Command | None = field(default=None, init=False)
+
+    @property
+    def searches(self) -> tuple[Search, ...]:
+        """Every running search, the leading one first."""
+        return self.others if self.search is None else (self.search, *self.others)
 
     @property
     def hold(self) -> Command:

@@ -8,6 +8,7 @@ from ippon.mission.finds.rejection import readmit_most_likely
 from ippon.mission.journal import Journal
 from ippon.mission.search import Search
 from ippon.mission.snapshot import MissionState
+from ippon.mission.tour import least_termination_min
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
 
@@ -28,19 +29,31 @@ class Exhaustion:
         search, plan = step.search, step.plan
         if search is None:
             return None
-        self._relax_termination(search, step)
-        self.count(search, plan)
+        self._relax_termination(step)
+        for one in step.searches:
+            self.count(one, plan)
         exhausted = search.empty_steps >= self._config.empty_steps
         idle = search.idle_steps >= self._config.idle_steps
-        if (exhausted or idle) and readmit_most_likely(search, self._voxel_map):
-            why = f"going back to what may be {search.goal.display} after all"
+        readmitted = self._readmit(step) if exhausted or idle else None
+        if readmitted is not None:
+            why = f"going back to what may be {readmitted.goal.display} after all"
             self._journal.note("reconsidered", f"nothing better is left: {why}")
             return Action(step.hold, MissionState.SEARCHING, why) if exhausted else None
         if not exhausted:
             return None
+        for one in step.searches:
+            one.state = MissionState.EXHAUSTED
+            why = exhausted_text(one.goal.display, one.candidates, full=plan.full)
+            self._journal.note(MissionState.EXHAUSTED.value, why)
         why = exhausted_text(search.goal.display, search.candidates, full=plan.full)
-        self._journal.note(MissionState.EXHAUSTED.value, why)
         return Action(step.hold, MissionState.EXHAUSTED, why)
+
+    def _readmit(self, step: StepContext) -> Search | None:
+        """Return the search whose most likely doubted candidate was readmitted, if there is one."""
+        for one in step.searches:
+            if readmit_most_likely(one, self._voxel_map):
+                return one
+        return None
 
     def count(self, search: Search, plan: Plan) -> None:
         """Count a step with too little gain; one that was cut short does not count."""
@@ -59,10 +72,13 @@ class Exhaustion:
             return False
         return plan.max_gain_per_s < self._config.idle_gain
 
-    def _relax_termination(self, search: Search, step: StepContext) -> None:
+    def _relax_termination(self, step: StepContext) -> None:
         """Lower T_min for a small object that is surely there, when no approach is planned."""
-        if search.relaxed_termination or step.plan.ends_search or step.plan.closer_look:
+        if step.plan.ends_search or step.plan.closer_look:
             return
-        search.relaxed_termination = search.shows_single_voxel(step.frame.T_world_base)
-        if search.relaxed_termination:
-            self._planner.set_termination_min(search.termination_min)
+        for search in step.searches:
+            if search.relaxed_termination:
+                continue
+            search.relaxed_termination = search.shows_single_voxel(step.frame.T_world_base)
+            if search.relaxed_termination:
+                self._planner.set_termination_min(least_termination_min(step.searches))

@@ -165,9 +165,11 @@ class ImageCheck:
             finds: Their clusters, largest first.
         """
         heatmap = frame.heatmap
-        if heatmap is None or heatmap.ooi != self._label or not len(centres_world):
+        if heatmap is None or heatmap.channel_of(self._label) is None or not len(centres_world):
             return
-        seen, wins = votes(frame, centres_world, self._models, self._config.depth_tolerance_m)
+        seen, wins = votes(
+            frame, self._label, centres_world, self._models, self._config.depth_tolerance_m
+        )
         by_instance = heatmap.kind == "scores"
         kept: list[_Track] = []
         # Smaller candidates in view are tracked as well, since each may end the search.
@@ -260,6 +262,7 @@ class ImageCheck:
 
 def votes(
     frame: Frame,
+    label: str,
     centres_world: Float64Array,
     models: ObservationModels,
     depth_tolerance_m: float,
@@ -268,6 +271,7 @@ def votes(
 
     Args:
         frame: With a heatmap that has a channel for the object.
+        label: The object's label in it.
         centres_world: (M, 3) centres of voxels, metres.
         models: Observation models of the networks.
         depth_tolerance_m: See `ImageCheckConfig.depth_tolerance_m`.
@@ -279,7 +283,8 @@ def votes(
     heatmap, camera = frame.heatmap, frame.camera
     seen = np.zeros(len(centres_world), dtype=np.bool_)
     wins = np.zeros(len(centres_world), dtype=np.bool_)
-    if heatmap is None or heatmap.ooi_channel is None:
+    channel = None if heatmap is None else heatmap.channel_of(label)
+    if heatmap is None or channel is None:
         return seen, wins
     points = transform_points(invert_transform(frame.T_world_camera), centres_world)
     at = np.flatnonzero(points[:, 2] > 0.1)
@@ -292,10 +297,10 @@ def votes(
     pixel = heatmap.probabilities[v * rows // camera.height, u * columns // camera.width]
     if heatmap.kind == "distribution":
         seen[at] = True
-        wins[at] = pixel.argmax(axis=1) == heatmap.ooi_channel
+        wins[at] = pixel.argmax(axis=1) == channel
     else:
-        score = pixel[:, heatmap.ooi_channel]
-        table = models.of(heatmap).table_of(heatmap.ooi or "")
+        score = pixel[:, channel]
+        table = models.of(heatmap).table_of(label)
         seen[at] = score != NOTHING_SAID
         wins[at] = table.log_ratios("scores")[score] > 0.0
         wins &= seen

@@ -5,10 +5,16 @@ excluded find are excluded with it.
 """
 
 from ippon.frame import Frame
+from ippon.mapping.goal_layers.goal_layers import GoalLayer
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.finds.find_geometry import exclusion_sphere, looked_at
 from ippon.mission.search import Search, SetAside
 from ippon.mission.snapshot import Find
+
+
+def evidence_of(search: Search, voxel_map: VoxelMap) -> VoxelMap | GoalLayer:
+    """Return the map's evidence for the goal of a search: its only one, or one of several."""
+    return voxel_map if search.layer is None else search.layer
 
 
 def reject_find(search: Search, voxel_map: VoxelMap, frame: Frame | None) -> None:
@@ -24,7 +30,9 @@ def reject_find(search: Search, voxel_map: VoxelMap, frame: Frame | None) -> Non
         _exclude(search, voxel_map, find)
     elif frame is not None:
         # The voxels of the find have disappeared: it was at the centre of the image.
-        voxel_map.suppress_ooi(looked_at(frame), search.exclusion.image_radius_m)
+        evidence_of(search, voxel_map).suppress_ooi(
+            looked_at(frame), search.exclusion.image_radius_m
+        )
 
 
 def set_aside(search: Search, voxel_map: VoxelMap, find: Find) -> None:
@@ -35,7 +43,7 @@ def set_aside(search: Search, voxel_map: VoxelMap, find: Find) -> None:
         return
     region = exclusion_sphere(search.exclusion, find)
     share = search.image_check.share(find) or 0.0
-    before = voxel_map.suppress_ooi(region.centre_world, region.radius_m)
+    before = evidence_of(search, voxel_map).suppress_ooi(region.centre_world, region.radius_m)
     too_large = search.is_too_large(find)
     search.set_aside.append(
         SetAside(region=region, share=share, too_large=too_large, excluded=[before])
@@ -57,7 +65,7 @@ def readmit_most_likely(search: Search, voxel_map: VoxelMap) -> bool:
     search.reconsidered.append(best.region)
     search.empty_steps = search.idle_steps = 0
     for part in reversed(best.excluded):
-        voxel_map.restore_ooi(part)
+        evidence_of(search, voxel_map).restore_ooi(part)
     return True
 
 
@@ -71,7 +79,7 @@ def update_candidates(search: Search, voxel_map: VoxelMap, frame: Frame) -> None
     """
     search.update_candidates(voxel_map.arrays(), frame)
     for region, entry in search.take_continuations():
-        before = voxel_map.suppress_ooi(region.centre_world, region.radius_m)
+        before = evidence_of(search, voxel_map).suppress_ooi(region.centre_world, region.radius_m)
         if entry is not None:
             entry.excluded.append(before)
 
@@ -80,4 +88,4 @@ def _exclude(search: Search, voxel_map: VoxelMap, find: Find) -> None:
     """Exclude a find for the rest of a search."""
     region = exclusion_sphere(search.exclusion, find)
     search.rejected.append(region)
-    voxel_map.suppress_ooi(region.centre_world, region.radius_m)
+    evidence_of(search, voxel_map).suppress_ooi(region.centre_world, region.radius_m)

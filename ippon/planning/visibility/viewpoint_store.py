@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.guidance.levels import Level, LevelProbabilities
 from ippon.mapping.arrays import MapArrays
-from ippon.mapping.far_evidence.far_evidence import MIN_CHANGE_NAT, FarEvidence
+from ippon.mapping.far_evidence.far_evidence import MIN_CHANGE_NAT
+from ippon.mapping.far_evidence.joint_evidence import EvidenceAhead
 from ippon.planning.visibility.panorama import cast_panorama
 from ippon.planning.visibility.region_weights import RegionWeights, Stroke
 from ippon.planning.visibility.staleness import stale_kernel
@@ -70,7 +71,7 @@ class ViewpointStore:
         self._at = np.zeros((capacity, 2))
         self._regions: RegionWeights | None = None
         self._unweighted = np.ones(headings, dtype=np.float32)
-        self._far_evidence: FarEvidence | None = None
+        self._far_evidence: EvidenceAhead | None = None
         self._far_evidence_revision = 0
         self.far_evidence_nat = np.zeros((capacity, headings), dtype=np.float32)
         """(capacity, A) nat, log-likelihood ratio of the object ahead, from far evidence."""
@@ -164,7 +165,7 @@ class ViewpointStore:
         self._regions = RegionWeights(self.config.regions, strokes) if strokes else None
         self._choose_all()
 
-    def set_far_evidence(self, far_evidence: FarEvidence | None) -> None:
+    def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """Weigh gains by evidence from beyond the map's range from now on; None for none."""
         self._far_evidence, self._far_evidence_revision = far_evidence, 0
         self.far_evidence_nat[:] = 0.0

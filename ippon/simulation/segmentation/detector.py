@@ -110,6 +110,8 @@ class SimulatedDetector:
         config: DetectorConfig | None = None,
         seed: int = 0,
         is_instance_of: NamePredicate = operator.eq,
+        *,
+        also: Sequence[str] = (),
     ) -> None:
         """Draw the persistent errors.
 
@@ -120,14 +122,17 @@ class SimulatedDetector:
             config: Quality.
             seed: Seed of all errors.
             is_instance_of: See `true_label`.
+            also: Further objects of interest.
         """
-        self.labels, self.ooi = tuple(labels), ooi
+        self.labels, self.ooi, self.also = tuple(labels), ooi, tuple(also)
         if len(set(self.labels)) != len(self.labels):
             raise ValueError(f"labels must be distinct; got {self.labels}")
         self.config = config or DetectorConfig()
-        self._told = detectable_labels(self.labels, ooi)
+        self._told = detectable_labels(self.labels, ooi, self.also)
         row_of = {label: k for k, label in enumerate(self._told)}
-        truths = [true_label(i, self.labels, ooi, is_instance_of) for i in scene.instances]
+        truths = [
+            true_label(i, self.labels, ooi, is_instance_of, self.also) for i in scene.instances
+        ]
         self._truth = np.array([row_of.get(x or "", -1) for x in truths], np.int64)
         is_label = self._truth[:, None] == np.arange(len(self._told))
         self._places = draw_false_places(scene, self._told, is_label, self.config.places, seed)

@@ -123,6 +123,8 @@ class SimulatedSegmenter:
         config: SegmenterConfig | None = None,
         seed: int = 0,
         is_instance_of: NamePredicate = operator.eq,
+        *,
+        also: Sequence[str] = (),
     ) -> None:
         """Draw the persistent errors.
 
@@ -134,18 +136,20 @@ class SimulatedSegmenter:
             seed: Seed of all errors.
             is_instance_of: Compares the canonical label or category of an object with `ooi`; by
                 default names must be equal, so that a couch is not a sofa.
+            also: Canonical labels of further objects of interest.
         """
         self._is_instance_of = is_instance_of
         self.labels = tuple(labels)
-        self.ooi = ooi
+        self.ooi, self.also = ooi, tuple(also)
         self.config = config or SegmenterConfig()
         self._seed = seed
         self._scene = scene
         if not self.labels or len(set(self.labels)) != len(self.labels):
             raise ValueError(f"labels must be distinct and at least one; got {self.labels}")
-        self._channels = self.labels
+        further = (name for name in self.also if name not in (*self.labels, ooi))
+        self._asked = self._channels = (*self.labels, *further)
         if ooi is not None and ooi not in self.labels:
-            self._channels = (*self.labels, ooi)
+            self._channels = (*self._asked, ooi)
         count = len(scene.instances)
         draws = self._rng(0)
         self._stable = draws.standard_normal(count)
@@ -207,10 +211,10 @@ class SimulatedSegmenter:
             bad = weights[:, None] * bad + (1.0 - weights[:, None]) * bad[beside]
         field = part_of_grid(self._smooth.at(frame_index)[1], window).astype(np.float32)
         probabilities = blend(local, good.astype(np.float32), bad.astype(np.float32), field)
-        return Heatmap(labels=self.labels, ooi=self.ooi, probabilities=probabilities)
+        return Heatmap(labels=self._asked, ooi=self.ooi, probabilities=probabilities)
 
     def _true_channel(self, instance: Instance) -> int:
-        name = true_label(instance, self.labels, self.ooi, self._is_instance_of)
+        name = true_label(instance, self.labels, self.ooi, self._is_instance_of, self.also)
         return -1 if name is None else self._channels.index(name)
 
     def _is_vague(self, k: int) -> bool:
@@ -219,20 +223,20 @@ class SimulatedSegmenter:
 
     def _wrong_channels(self) -> Float64Array:
         """Return the weights of wrong labels for each instance: (I, C), 0 for the right channel."""
-        instances = self._scene.instances
-        extra = len(self._channels) > len(self.labels)
-        is_ooi = self._truth == len(self.labels) if extra else np.zeros(len(instances), dtype=bool)
-        ooi_categories = frozenset(
-            instance.category for instance, match in zip(instances, is_ooi, strict=True) if match
-        )
+        instances, common = self._scene.instances, len(self.labels)
+        extra = range(common, len(self._channels))
+        categories = [
+            frozenset(instances[k].category for k in np.flatnonzero(self._truth == j).tolist())
+            for j in extra
+        ]
         rows = np.empty((len(instances), len(self._channels)), dtype=np.float64)
         own = self._own_names()
         for k, instance in enumerate(instances):
-            rows[k, : len(self.labels)] = affinity(instance.category, self.labels)
-            if is_ooi[k] and instance.category in self.labels:
+            rows[k, :common] = affinity(instance.category, self.labels)
+            if self._truth[k] >= common and instance.category in self.labels:
                 rows[k, self.labels.index(instance.category)] = 1.0
-            if extra:
-                rows[k, -1] = ooi_affinity(instance.category, ooi_categories)
+            for j, of in zip(extra, categories, strict=True):
+                rows[k, j] = ooi_affinity(instance.category, of)
         for j, name in enumerate(self._channels):
             # Keyed by name, so that a label keeps its errors when other labels change.
             draws = self._rng(1, zlib.crc32(name.encode())).gumbel(size=len(instances))

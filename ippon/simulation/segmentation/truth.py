@@ -20,25 +20,31 @@ def true_label(
     labels: Sequence[str],
     ooi: str | None,
     is_instance_of: NamePredicate = operator.eq,
+    also: Sequence[str] = (),
 ) -> str | None:
-    """Return the label of an object: the object of interest before the common labels.
+    """Return the label of an object: an object of interest before the common labels.
 
     Args:
         instance: The object.
         labels: Common labels, canonical.
         ooi: Canonical label of the object of interest, None for none.
         is_instance_of: Compares a canonical name of the object with `ooi`.
+        also: Further objects of interest.
 
     Returns:
-        `ooi`, one of the labels, or None if no label applies.
+        `ooi`, one of `also`, one of the labels, or None if no label applies.
     """
     names = (canonical_label(instance.label), instance.category)
-    if ooi is not None and any(is_instance_of(name, ooi) for name in names):
-        return ooi
+    for wanted in also if ooi is None else (ooi, *also):
+        if any(is_instance_of(name, wanted) for name in names):
+            return wanted
     return next((name for name in names if name in labels), None)
 
 
-def detectable_labels(labels: Sequence[str], ooi: str | None) -> tuple[str, ...]:
-    """Return the labels that a detector looks for: common ones of objects, then `ooi`."""
-    common = [x for x in labels if x not in STUFF and not is_vague(x) and x != ooi]
-    return tuple(common) if ooi is None else (*common, ooi)
+def detectable_labels(
+    labels: Sequence[str], ooi: str | None, also: Sequence[str] = ()
+) -> tuple[str, ...]:
+    """Return the labels that a detector looks for: common ones of objects, `also`, then `ooi`."""
+    wanted = (*(x for x in also if x != ooi), *(() if ooi is None else (ooi,)))
+    common = [x for x in labels if x not in STUFF and not is_vague(x) and x not in wanted]
+    return (*common, *wanted)

@@ -73,7 +73,7 @@ def after(shares, *, small=False, config=CONFIG, **options) -> tuple[ImageCheck,
 
 def test_what_the_image_shows_votes_and_what_it_hides_does_not():
     centres = np.array([AT, (2.0, 0.0, 1.6), (3.0, 0.0, 1.0), (-1.0, 0.0, 1.0), (2.0, 5.0, 1.0)])
-    seen, wins = votes(frame(0.4), centres, ObservationModels(), 0.2)
+    seen, wins = votes(frame(0.4), "hat", centres, ObservationModels(), 0.2)
     assert seen.tolist() == [True, True, False, False, False], "behind, at the back, beside"
     assert wins.tolist() == [False, True, False, False, False]
 
@@ -90,7 +90,7 @@ def test_a_score_that_speaks_for_the_object_looks_like_it(score, seen, wins):
     probabilities[...] = (200, 0, score)
     heatmap = Heatmap(labels=LABELS, ooi="hat", probabilities=probabilities, kind="scores")
     shown = dataclasses.replace(image, heatmap=heatmap)
-    assert [v.tolist() for v in votes(shown, np.array([AT]), ObservationModels(), 0.2)] == [
+    assert [v.tolist() for v in votes(shown, "hat", np.array([AT]), ObservationModels(), 0.2)] == [
         [seen],
         [wins],
     ]
@@ -100,7 +100,7 @@ def test_a_score_that_speaks_for_the_object_looks_like_it(score, seen, wins):
         provenance="a test",
         table=ScoreTable(scores=(0.5, 0.9), nats=(-1.0, 5.0)),
     )
-    assert not votes(shown, np.array([AT]), ObservationModels([strict]), 0.2)[1].any()
+    assert not votes(shown, "hat", np.array([AT]), ObservationModels([strict]), 0.2)[1].any()
 
 
 @pytest.mark.parametrize(
@@ -346,3 +346,15 @@ def test_votes_of_a_detector_and_of_labelled_pixels_are_not_mixed():
     assert look.share(find) is None
     look.observe(frame(0.9), voxels(), [find])
     assert look.share(find) == pytest.approx(0.9, abs=0.05)
+
+
+def test_one_of_several_objects_is_read_from_its_own_channel():
+    shown = frame(0.4, ooi="mug")
+    p = np.concatenate([shown.heatmap.probabilities, np.zeros((48, 64, 1), np.uint8)], axis=2)
+    heatmap = Heatmap(labels=(*LABELS, "hat"), ooi="mug", probabilities=p)
+    several = dataclasses.replace(shown, heatmap=heatmap)
+    centres = np.array([(2.0, 0.0, 1.6)])
+    for label, wins in (("hat", True), ("mug", False)):
+        seen, won = votes(several, label, centres, ObservationModels(), 0.2)
+        assert (seen.tolist(), won.tolist()) == ([True], [wins])
+    assert not votes(several, "keys", centres, ObservationModels(), 0.2)[0].any()

@@ -153,3 +153,14 @@ def test_nonsense_is_refused(make, text):
 def test_labels_that_repeat_are_refused(furnished):
     with pytest.raises(ValueError, match="labels must be distinct"):
         SimulatedDetector(furnished, ("chair", "chair"), None)
+
+
+def test_further_objects_of_interest_are_detected(furnished, camera):
+    picture, *rest = view(furnished, camera)
+    labels = [x for x in MATTERPORT_40 if x != "table"]
+    model = SimulatedDetector(furnished, labels, "toy_elephant", NEVER_ERRS, also=("hat", "table"))
+    found = model.detect(picture, *rest, 0)
+    assert {one.label for one in found.instances} == {"hat", "table", "chair"}
+    heatmap = heatmap_of_instances(found, picture.depth)
+    assert heatmap.ooi == "toy_elephant"
+    assert (heatmap.probabilities[..., heatmap.channel_of("hat")] >= LEAST_SCORE).sum() > 10

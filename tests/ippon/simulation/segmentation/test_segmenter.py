@@ -254,3 +254,28 @@ def test_a_crop_sees_its_part_of_the_images_bad_patches():
     last = part_of_grid(grid, (0.5, 0.5, 0.5, 0.5))
     np.testing.assert_allclose(last[0, 0], corner[-1, -1])
     np.testing.assert_allclose(last[-1, -1], grid[-1, -1])
+
+
+def test_further_objects_of_interest_have_channels_between(furnished, camera):
+    model = SimulatedSegmenter(
+        furnished, MATTERPORT_40, "toy_elephant", SegmenterConfig.perfect(), also=("hat", "table")
+    )
+    picture, eye = view(furnished, camera)
+    heatmap = model.segment(picture, eye, 0)
+    assert heatmap.labels == (*MATTERPORT_40, "hat")
+    assert heatmap.probabilities.shape[2] == 42
+    hat = instance_of(furnished, "hat")
+    assert model.true_channels()[hat] == heatmap.channel_of("hat") == 40
+    assert heatmap.channel_of("toy_elephant") == 41
+    assert (heatmap.probabilities[..., 40] == 255).any()
+
+
+def test_a_further_object_is_confused_like_the_only_one(furnished, camera):
+    picture, eye = view(furnished, camera)
+    for name, other in (("hat", "toy_elephant"), ("toy_elephant", "hat")):
+        alone = SimulatedSegmenter(furnished, MATTERPORT_40, name, seed=2)
+        both = SimulatedSegmenter(furnished, MATTERPORT_40, other, seed=2, also=(name,))
+        one, two = (m.segment(picture, eye, 0) for m in (alone, both))
+        mine = one.probabilities[..., one.channel_of(name)].astype(float)
+        theirs = two.probabilities[..., two.channel_of(name)].astype(float)
+        assert abs(mine.mean() - theirs.mean()) < 0.25 * mine.mean() + 1.0

@@ -35,3 +35,11 @@ def test_a_detector_is_asked_for_things_alone_and_once():
     assert not {"wall", "floor", "ceiling", "objects", "others", "furniture"} & set(told)
     assert "wall" in detectable_labels(MATTERPORT_40, "wall")
     assert detectable_labels(("wall",), None) == ()
+
+
+def test_further_objects_of_interest_come_before_the_common_labels():
+    assert true_label(HAT, ("clothes",), "shoe", also=("mug", "sun_hat")) == "sun_hat"
+    assert true_label(HAT, ("clothes",), "shoe", also=("mug",)) == "clothes"
+    told = detectable_labels(MATTERPORT_40, "hat", ("mug", "tv", "hat"))
+    assert told[-3:] == ("mug", "tv", "hat")
+    assert told.count("tv") == 1

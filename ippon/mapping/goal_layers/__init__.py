@@ -1,0 +1,1 @@
+"""Several objects of interest at once: the evidence for each, beside the map's common objects."""

@@ -1,0 +1,273 @@
+"""Up to eight objects of interest in one map at once.
+
+Each goal has its own evidence, updated as that of a map's only object of interest. The map's `ooi`
+holds the highest p(v in O) of the goals that are still missing, so that whoever reads it sees an
+object voxel where one of them has one. The highest, not the probability of at least one of them:
+two doubtful goals in a voxel do not make an object voxel.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.camera import PinholeCamera
+from ippon.geometry import Float64Array
+from ippon.mapping.arrays import NOT_MAPPED
+from ippon.mapping.goal_layers.goal_arrays import (
+    MAX_GOALS,
+    GoalFusion,
+    make_goal_arrays,
+    make_goal_work,
+)
+from ippon.mapping.goal_layers.goal_kernels import (
+    begin_goals_kernel,
+    combine_goals_kernel,
+    goal_voxels_kernel,
+)
+from ippon.mapping.goal_layers.goal_update import fuse_goals_kernel
+from ippon.mapping.objects.object_layers import ImageEntries, clear_m, ooi_bounds
+from ippon.mapping.objects.ooi_suppression import SuppressedRegion, same_voxels, surface_in
+from ippon.mapping.objects.places import reset_places
+from ippon.mapping.objects.posterior_arithmetic import (
+    LOG_ODDS_MAX,
+    NONE,
+    FusionInput,
+    ooi_code,
+    prior_log_odds,
+)
+from ippon.mapping.objects.surface_fusion import AHEAD
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.observation import Heatmap
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OoiTarget:
+    """An object of interest; see `VoxelMap.set_ooi` for the fields."""
+
+    label: str
+    highest_m: float = math.inf
+    lowest_m: float = -math.inf
+    small_m: float = math.inf
+
+
+class GoalLayers:
+    """The evidence of a map for several objects of interest; replaces its object of interest.
+
+    It ends with the next `VoxelMap.set_ooi`. It is not saved with the map.
+
+    Args:
+        voxel_map: The map, whose object of interest is unset.
+        targets: 1 to `MAX_GOALS` objects of different labels.
+
+    Raises:
+        ValueError: Another number of objects, or two of one label.
+    """
+
+    def __init__(self, voxel_map: VoxelMap, targets: Sequence[OoiTarget]) -> None:
+        self.labels = tuple(target.label for target in targets)
+        if not 1 <= len(targets) <= MAX_GOALS or len(set(self.labels)) != len(targets):
+            raise ValueError(
+                f"a map takes 1 to {MAX_GOALS} objects of interest of different labels; got "
+                f"{', '.join(self.labels) or 'none'}"
+            )
+        voxel_map.set_ooi(None)
+        self._map = voxel_map
+        self._targets = tuple(targets)
+        self._layers = voxel_map._layers  # noqa: SLF001 - one package
+        self._pools = voxel_map._pools  # noqa: SLF001 - one package
+        self._directory = voxel_map._directory  # noqa: SLF001 - one package
+        self._arrays = make_goal_arrays(
+            len(voxel_map.surface.voxel), len(self._layers.accumulators.owner), len(targets)
+        )
+        self._work = make_goal_work(AHEAD, len(targets))
+        self._suppressed: list[tuple[int, NDArray[np.float64]]] = []
+        self._ended = np.zeros(len(targets), np.bool_)
+        self._layers.goals = self
+        goals = self._properties(None, [math.inf] * len(targets), voxel_map.floor_z_m)
+        begin_goals_kernel(
+            self._pools, voxel_map.surface, self._arrays, goals, len(voxel_map.labels)
+        )
+        # `set_ooi` has begun a new revision of the map.
+        self._combine()
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """Labels of the goals that images still update."""
+        return tuple(x for x, ended in zip(self.labels, self._ended, strict=True) if not ended)
+
+    def layer(self, label: str) -> "GoalLayer":
+        """Return the evidence for one goal; raises ValueError for a label that is no goal."""
+        return GoalLayer(self, self.labels.index(label))
+
+    def log_odds(self, goal: int) -> NDArray[np.float32]:
+        """Return (R,) the log-odds of a goal, one for each row of `VoxelMap.surface`."""
+        return self._arrays.log_odds[:, goal]
+
+    def codes(self, goal: int) -> NDArray[np.uint8]:
+        """Return (R,) p(v in O) of a goal in units of 1/254, `NOT_MAPPED` for none."""
+        return self._arrays.code[:, goal]
+
+    def set_levels(self, levels: NDArray[np.uint8], probabilities: NDArray[np.float32]) -> None:
+        """Set how likely a goal is near each common object; see `VoxelMap.set_levels`."""
+        self._map.set_levels(levels, probabilities)
+
+    def set_missing(self, goal: int, *, missing: bool) -> None:
+        """Set whether a goal counts in the map's `ooi`; images update it either way."""
+        self._arrays.missing[goal] = missing
+        self._map.revision += 1
+        self._combine()
+
+    def end(self, goal: int) -> None:
+        """Stop updating a goal: it was cancelled or confirmed."""
+        self._ended[goal] = True
+        self.set_missing(goal, missing=False)
+
+    def fuse(
+        self,
+        image: ImageEntries,
+        fusion: FusionInput,
+        heatmap: Heatmap | None,
+        camera: PinholeCamera,
+        floor_z_m: float,
+        revision: int,
+    ) -> int:
+        """Update the goals from an image; see `fuse_goals_kernel`."""
+        layers = self._layers
+        clear = [clear_m(fusion.mode, camera, target.small_m) for target in self._targets]
+        goals = self._properties(heatmap, clear, floor_z_m)
+        return int(
+            fuse_goals_kernel(
+                image.entries, image.n_entries, image.work, self._work, image.depth, image.color,
+                fusion, goals, len(layers.labels), self._map.config.voxel_size_m, self._pools,
+                layers.surface, layers.accumulators, self._arrays, revision,
+            )
+        )  # fmt: skip
+
+    def suppress(
+        self, goal: int, centre_world: NDArray[np.float64], radius_m: float
+    ) -> SuppressedRegion:
+        """Exclude a goal from a ball; see `VoxelMap.suppress_ooi`."""
+        ball = np.array([*centre_world, radius_m], np.float64)
+        if ball.shape != (4,) or not np.isfinite(ball).all() or radius_m <= 0.0:
+            raise ValueError(
+                f"a ball is a finite (3,) centre and a positive radius; got {centre_world}, "
+                f"{radius_m}"
+            )
+        self._suppressed.append((goal, ball))
+        voxel, slots = self._surface_in(ball)
+        log_odds, code = self._arrays.log_odds[:, goal], self._arrays.code[:, goal]
+        before = SuppressedRegion(ball, voxel, log_odds[slots], code[slots])
+        log_odds[slots] = -LOG_ODDS_MAX
+        code[slots[code[slots] != NOT_MAPPED]] = ooi_code(-LOG_ODDS_MAX)
+        self._map.revision += 1
+        self._combine()
+        return before
+
+    def restore(self, goal: int, region: SuppressedRegion) -> None:
+        """Undo `suppress`; see `VoxelMap.restore_ooi`."""
+        self._suppressed = [
+            (g, ball)
+            for g, ball in self._suppressed
+            if g != goal or not (ball == region.ball).all()
+        ]
+        voxel, slots = self._surface_in(region.ball)
+        log_odds, code = self._arrays.log_odds[:, goal], self._arrays.code[:, goal]
+        reset_places(self._layers.surface, slots)
+        log_odds[slots[log_odds[slots] == -LOG_ODDS_MAX]] = self._prior(goal)
+        if len(region.voxel) and len(voxel):
+            here, then = same_voxels(voxel, region.voxel)
+            log_odds[slots[here]] = region.log_odds[then]
+            mapped = (region.code[then] != NOT_MAPPED) & (code[slots[here]] != NOT_MAPPED)
+            code[slots[here][mapped]] = region.code[then][mapped]
+        self._map.revision += 1
+        self._combine()
+
+    def voxels(self, goal: int, threshold: float) -> tuple[Float64Array, NDArray[np.float64]]:
+        """Return centres (M, 3) in metres and p(v in O) (M,) of a goal's occupied voxels.
+
+        Args:
+            goal: The goal.
+            threshold: Voxels up to this probability are left out.
+        """
+        limit = math.floor(threshold * 254.0)
+        found = (self._pools, self._layers.surface, self._arrays.code, goal, limit)
+        n = goal_voxels_kernel(*found, np.empty((0, 3), np.int64), np.empty(0, np.uint8))
+        index, value = np.empty((n, 3), np.int64), np.empty(n, np.uint8)
+        goal_voxels_kernel(*found, index, value)
+        centres: Float64Array = (index.astype(np.float64) + 0.5) * self._map.config.voxel_size_m
+        return centres, value.astype(np.float64) / 254.0
+
+    def _combine(self) -> None:
+        """Write the map's `ooi` again, as its present revision."""
+        voxel_map = self._map
+        missing = zip(self._targets, self._arrays.missing, strict=True)
+        # The smallest of the missing objects decides from where a miss is evidence.
+        self._layers.ooi_small_m = min(
+            (target.small_m for target, is_missing in missing if is_missing), default=math.inf
+        )
+        combine_goals_kernel(self._pools, voxel_map.surface, self._arrays, voxel_map.revision)
+
+    def _surface_in(self, ball: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+        """Return (M, 3) voxels and (M,) rows of the surface in a ball."""
+        edge = self._map.config.voxel_size_m
+        rows, voxel, inside = surface_in(ball, self._pools, self._directory, edge)
+        slots = self._pools.slot[self._pools.slab[rows]]
+        inside &= slots != 0
+        return voxel[inside], slots[inside]
+
+    def _alias(self, label: str) -> int:
+        labels = self._layers.labels
+        return labels.index(label) if label in labels else NONE
+
+    def _prior(self, goal: int) -> np.float32:
+        return prior_log_odds(len(self._layers.labels), self._alias(self.labels[goal]))
+
+    def _properties(
+        self, heatmap: Heatmap | None, clear: Sequence[float], floor_z_m: float
+    ) -> GoalFusion:
+        """Return the goals as kernel arguments for an image, or for none."""
+        targets, edge = self._targets, self._map.config.voxel_size_m
+        channel = [NONE if heatmap is None else _channel(heatmap, x) for x in self.labels]
+        channel = [NONE if e else c for c, e in zip(channel, self._ended, strict=True)]
+        likelihood_of, table_of = self._layers.likelihoods(heatmap, self.labels, None)
+        bounds = [ooi_bounds(t.lowest_m, t.highest_m, floor_z_m, edge) for t in targets]
+        balls = [ball for _, ball in self._suppressed]
+        return GoalFusion(
+            channel=np.array(channel, np.int64),
+            alias=np.array([self._alias(x) for x in self.labels], np.int64),
+            prior=np.array([self._prior(g) for g in range(len(targets))], np.float32),
+            likelihood_of=likelihood_of,
+            table_of=table_of,
+            clear_m=np.array(clear, np.float64),
+            bounds=np.array(bounds, np.int64),
+            suppressed=np.array(balls, np.float64).reshape(-1, 4),
+            suppressed_goal=np.array([g for g, _ in self._suppressed], np.int64),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class GoalLayer:
+    """The evidence for one of several goals, with the interface of a map's only one."""
+
+    goals: GoalLayers
+    column: int
+
+    def suppress_ooi(self, centre_world: NDArray[np.float64], radius_m: float) -> SuppressedRegion:
+        """Exclude the goal from a ball; see `VoxelMap.suppress_ooi`."""
+        return self.goals.suppress(self.column, centre_world, radius_m)
+
+    def restore_ooi(self, ruled_out: SuppressedRegion) -> None:
+        """Undo `suppress_ooi`."""
+        self.goals.restore(self.column, ruled_out)
+
+    def voxels(self, threshold: float) -> tuple[Float64Array, NDArray[np.float64]]:
+        """Return centres (M, 3) in metres and p(v in O) (M,) of its voxels above a threshold."""
+        return self.goals.voxels(self.column, threshold)
+
+
+def _channel(heatmap: Heatmap, label: str) -> int:
+    channel = heatmap.channel_of(label)
+    return NONE if channel is None else channel
