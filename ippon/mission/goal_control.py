@@ -10,7 +10,7 @@ from ippon.mapping.goal_layers.goal_layers import GoalLayers
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.look_around import LookAround
 from ippon.mission.config import MissionConfig
-from ippon.mission.finds.rejection import reject_find
+from ippon.mission.finds.rejection import reject_find, update_candidates
 from ippon.mission.goal import Goal
 from ippon.mission.journal import WAITING, Journal
 from ippon.mission.search import Search
@@ -128,9 +128,25 @@ class GoalControl:
         self._journal.why = f"starting the search for {names}"
         self._journal.note("goal_set", f"searching for {names} in one tour")
 
-    def focus(self, plan: Plan) -> Search | None:
-        """Return the search that a plan is for; None without a goal."""
-        return self._search if self.tour is None else self.tour.focus(plan)
+    def observe(self, frame: Frame) -> None:
+        """Add an image, which the map has fused, to the evidence of the searches."""
+        for search in self.running:
+            search.observe(frame)
+
+    def advance(self, last: Frame | None, frame: Frame) -> None:
+        """Add time and path since the last frame to the searches."""
+        for search in self.running:
+            search.advance(last, frame)
+
+    def update_candidates(self, frame: Frame) -> None:
+        """Find the candidates of the searches in the map."""
+        for search in self.running:
+            update_candidates(search, self._voxel_map, frame)
+
+    def focus(self, plan: Plan) -> tuple[Search | None, tuple[Search, ...]]:
+        """Return the search that a plan is for, and the others of a tour."""
+        search = self._search if self.tour is None else self.tour.focus(plan)
+        return search, tuple(one for one in self.running if one is not search)
 
     def settle(self) -> None:
         """Continue a tour without the goals that were found in this step."""

@@ -7,7 +7,6 @@ to do commands, and limits and the collision filter make the command safe.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from ippon.command import Command
 from ippon.control.path_follower import PathFollower
@@ -17,7 +16,6 @@ from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.behavior import StepContext
 from ippon.mission.behaviors.priority import Behaviors
 from ippon.mission.config import MissionConfig
-from ippon.mission.finds.rejection import update_candidates
 from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.goal import Goal
 from ippon.mission.goal_control import GoalControl
@@ -131,8 +129,7 @@ class Mission:
             FrameRejectedError: The frame contradicts itself or the map; nothing has changed.
         """
         report = self.voxel_map.integrate(frame)
-        for search in self.goals.running:
-            search.observe(frame)
+        self.goals.observe(frame)
         self._journal.report_dropped(report.blocks_dropped, self.config.map.memory_limit_mb)
 
     def learn(self, frame: Frame) -> None:
@@ -142,17 +139,13 @@ class Mission:
             ValueError: The frame has no heatmap.
         """
         self.voxel_map.integrate_heatmap(frame)
-        for search in self.goals.running:
-            search.observe(frame)
+        self.goals.observe(frame)
 
     def decide(self, frame: Frame) -> StepResult:
         """Decide what to do next, after `observe` of the same frame: the second half of `step`."""
-        if not self.robot.can_tilt:
-            # The tilt of a fixed camera may differ a little from its profile; no tilt is awaited.
-            frame = replace(frame, tilt_rad=self.robot.min_tilt_rad)
+        frame = self.motion.with_known_tilt(frame)
         dt_s = self._advance(frame)
-        for search in self.goals.running:
-            update_candidates(search, self.voxel_map, frame)
+        self.goals.update_candidates(frame)
         self._follower.resume_from(self.motion.last)
         action = self._act(frame, dt_s)
         stops = self.operator.held is not None or self._behaviors.recovery.active
@@ -187,10 +180,7 @@ class Mission:
             if not self.robot.is_round:
                 self._behaviors.look_around.abandon(search)
         plan = self._planner.step(self.voxel_map.arrays(), frame.T_world_base, frame.tilt_rad)
-        others: tuple[Search, ...] = ()
-        if search is not None:
-            search = self.goals.focus(plan)
-            others = tuple(one for one in self.goals.running if one is not search)
+        search, others = self.goals.focus(plan) if search is not None else (None, ())
         action = self._behaviors.act(
             StepContext(frame, dt_s, plan, search, self._follower, self.voxel_map, others)
         )
@@ -205,6 +195,5 @@ class Mission:
         """Add time and path of this frame to the search; returns seconds since the last frame."""
         last, self._last = self._last, frame
         self.operator.frame = self.goals.frame = frame
-        for search in self.goals.running:
-            search.advance(last, frame)
+        self.goals.advance(last, frame)
         return 1e-3 if last is None else max(1e-3, (frame.stamp_ns - last.stamp_ns) / NANOSECONDS)

@@ -1,5 +1,6 @@
 """Limits commands by the robot's accelerations and by known obstacles."""
 
+from dataclasses import replace
 from typing import Final
 
 from ippon.command import Command
@@ -28,6 +29,13 @@ class SafeMotion:
         self._manual = False
         self.last = Command()
         """The last command of the robot."""
+
+    def with_known_tilt(self, frame: Frame) -> Frame:
+        """Return a frame with the profile's tilt where the camera is fixed.
+
+        The tilt of a fixed camera may differ a little from its profile; no tilt is awaited.
+        """
+        return frame if self._robot.can_tilt else replace(frame, tilt_rad=self._robot.min_tilt_rad)
 
     def resume_from(self, command: Command, *, manual: bool = False) -> None:
         """Replace the last command by the one that the robot has executed.
