@@ -18,6 +18,7 @@ export class Plan {
     this.center = null;
     this.scale = 60;
     this.points = [];
+    this.pointed = null;
     this.rooms = "";
     this.fetchedAt = 0;
     this.isFetching = false;
@@ -147,6 +148,14 @@ export class Plan {
     this.draw();
   }
 
+  // Brings a place of the world to the middle, with a ring around it.
+  point(xy) {
+    this.pointed = this.center = xy;
+    this.isMoved = true;
+    this.scale = Math.max(this.scale, 70);
+    this.draw();
+  }
+
   followPointer() {
     let from = null;
     this.canvas.addEventListener("pointerdown", (event) => {
@@ -225,6 +234,7 @@ export class Plan {
     if (isSmall) return;
     this.drawBar(context, box);
     this.drawMeasure(context, box, place);
+    if (this.pointed) this.drawRing(context, ...place(...this.pointed));
     this.placeRooms(place);
   }
 
@@ -244,6 +254,16 @@ export class Plan {
     context.textBaseline = "alphabetic";
     const explored = this.scene ? ` · explored ${this.scene.explored_m2.toFixed(0)} m²` : "";
     context.fillText(`${length} m${explored}`, left, low - 12);
+  }
+
+  drawRing(context, u, v) {
+    for (const [color, width] of [["#ffffff", 6], ["#c2185b", 3]]) {
+      context.strokeStyle = color;
+      context.lineWidth = width;
+      context.beginPath();
+      context.arc(u, v, 16, 0, 2 * Math.PI);
+      context.stroke();
+    }
   }
 
   drawMeasure(context, box, place) {

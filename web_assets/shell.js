@@ -8,6 +8,7 @@ import { installFold } from "./fold.js";
 import { installHelp, installTheme } from "./help.js";
 import { Lease, logInAgainIfAsked } from "./lease.js";
 import { Plan } from "./plan.js";
+import { Things } from "./things.js";
 import { followSceneArea } from "./scene_area.js";
 
 const PING_MS = 2000;
@@ -158,7 +159,17 @@ const explanation = new Explanation();
 const onHelpKey = installHelp(isTyping);
 const plan = new Plan(isTyping, (room) => request({ type: "room", ...room }));
 const camera = new Camera(isTyping, () => plan.besideCamera());
-const onPlanKey = (event) => plan.onKey(event);
+const things = new Things(plan, (object) => request({ type: "search", object }));
+const onPlanKey = (event) => {
+  const isPlain = !isTyping(event.target) && !event.ctrlKey && !event.altKey && !event.metaKey;
+  if (event.code !== "KeyT" || event.repeat || !isPlain || at("help").open || at("room").open) {
+    plan.onKey(event);
+    return;
+  }
+  event.preventDefault();
+  event.stopImmediatePropagation();
+  things.toggle();
+};
 const onCameraKey = (event) => camera.onKey(event);
 
 function clock(seconds) {

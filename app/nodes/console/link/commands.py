@@ -6,6 +6,7 @@ from typing import Literal, Protocol
 from app.messages.control import ControlRequest, PreviewReply, SentenceReading
 from app.messages.driving import DriveModeName
 from app.messages.lease import LeaseReply
+from app.messages.memory import MemoryReply
 from app.nodes.console.web.browsers import Browser
 from ippon.control.drive_mode import TeleopInput
 from ippon.guidance.levels import LevelName
@@ -50,6 +51,30 @@ class Controller(Protocol):
 
     def name_room(self, x_m: float, y_m: float, name: str) -> str:
         """Name the room at a point; waits for the reply, so call it in a thread.
+
+        Raises:
+            CommandError: It was not delivered, or was refused.
+        """
+        ...
+
+    def things(self) -> MemoryReply:
+        """Return what the robot remembers; waits for the reply, so call it in a thread.
+
+        Raises:
+            CommandError: It was not delivered, or was refused.
+        """
+        ...
+
+    def thing_picture(self, instance_id: int) -> bytes:
+        """Return the picture of a remembered thing as JPEG, empty for none; call it in a thread.
+
+        Raises:
+            CommandError: It was not delivered, or was refused.
+        """
+        ...
+
+    def search_for(self, wanted: str) -> str:
+        """Start a search for an object; waits for the reply, so call it in a thread.
 
         Raises:
             CommandError: It was not delivered, or was refused.

@@ -98,6 +98,15 @@ class PanelRequests(ABC):
         """Return everything that the robot remembers."""
         return self._request(keys.MEMORY, MemoryRequest(limit=THINGS), MemoryReply, PLACES_S)
 
+    def thing_picture(self, instance_id: int) -> bytes:
+        """Return the picture of a remembered thing as JPEG; empty if there is none."""
+        request = MemoryRequest(limit=1, picture=instance_id)
+        return self._request(keys.MEMORY, request, MemoryReply, PLACES_S).picture
+
+    def search_for(self, wanted: str) -> str:
+        """Start a search for an object of which nothing else is known."""
+        return self.search(wanted, "", SearchRequest(object=wanted).scenario)
+
     def reorder(self, goal_id: int, action: Literal["first", "remove"]) -> str:
         """Move a waiting goal to the front, or remove it."""
         request = QueueRequest(goal_id=goal_id, action=action)

@@ -16,7 +16,7 @@ _NAMES: Final = (
     "shell.css", "shell.js", "view.css", "icon.svg",
     "answers.js", "camera.css", "camera.js", "camera_worker.js", "drive.css", "drive.js",
     "explain.js", "fold.js", "help.js", "lease.css", "lease.js", "login.css", "map_first.js",
-    "plan.css", "plan.js", "plan_drawing.js", "scene_area.js",
+    "plan.css", "plan.js", "plan_drawing.js", "scene_area.js", "things.css", "things.js",
 )  # fmt: skip
 _TYPES: Final = {
     "css": "text/css",

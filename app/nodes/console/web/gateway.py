@@ -80,6 +80,8 @@ class Gateway:
                 Route("/health", self._health),
                 Route("/api/pictures/{name}", self._picture),
                 Route("/api/export/{name}", self._export),
+                Route("/api/things", self._things),
+                Route("/api/things/{number:int}", self._thing_picture),
                 Route("/api/stop", self._stop, methods=["POST"]),
                 WebSocketRoute("/view", self._view_socket),
                 WebSocketRoute("/view/", self._view_socket),
@@ -136,6 +138,27 @@ class Gateway:
             "Content-Disposition": f'attachment; filename="ippon-{name}"',
         }
         return Response(content, media_type=FILES[name][0], headers=headers)
+
+    async def _things(self, request: Request) -> Response:
+        """Answer with everything that the robot remembers, a `MemoryReply` without pictures."""
+        set_acting_browser(request.scope["browser"])
+        try:
+            reply = await asyncio.to_thread(self._controller.things)
+        except CommandError as error:
+            return JSONResponse({"problem": str(error)}, status_code=502)
+        headers = {"Cache-Control": "no-store"}
+        return Response(msgspec.json.encode(reply), media_type="application/json", headers=headers)
+
+    async def _thing_picture(self, request: Request) -> Response:
+        set_acting_browser(request.scope["browser"])
+        number = request.path_params["number"]
+        try:
+            jpeg = await asyncio.to_thread(self._controller.thing_picture, number)
+        except CommandError as error:
+            return _text(f"{error}\n", 502)
+        if not jpeg:
+            return Response(status_code=204)
+        return Response(jpeg, media_type="image/jpeg", headers={"Cache-Control": "max-age=600"})
 
     async def _stop(self, request: Request) -> Response:
         """Stop the robot without a WebSocket; the shell's fallback."""

@@ -77,6 +77,13 @@ class ShellRoom(msgspec.Struct, tag="room", forbid_unknown_fields=True):
     name: Annotated[str, msgspec.Meta(max_length=200)]
 
 
+class ShellSearch(msgspec.Struct, tag="search", forbid_unknown_fields=True):
+    """Search for an object that the list of remembered things names."""
+
+    id: int
+    object: Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
+
+
 class ShellYou(msgspec.Struct, tag="you"):
     """Name and standing of this page."""
 
@@ -101,7 +108,10 @@ class ShellReply(msgspec.Struct, tag="reply"):
     text: str
 
 
-_Message = ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease | ShellRoom
+_Message = (
+    ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease | ShellRoom
+    | ShellSearch
+)  # fmt: skip
 _decoder = msgspec.json.Decoder(_Message)
 
 
@@ -255,7 +265,7 @@ class _Standing:
 
 
 async def _command(
-    command: ShellCommand | ShellDrive | ShellRoom,
+    command: ShellCommand | ShellDrive | ShellRoom | ShellSearch,
     put: Callable[[bytes], Awaitable[None]],
     controller: Controller,
     state_feed: StateFeed,
@@ -268,6 +278,8 @@ async def _command(
                 controller.name_room, command.x_m, command.y_m, command.name
             )
             state_feed.exports.names_changed()
+        elif isinstance(command, ShellSearch):
+            text = await asyncio.to_thread(controller.search_for, command.object)
         else:
             request = ControlRequest(action=command.action, requester="console")
             text = await controller.control(request)

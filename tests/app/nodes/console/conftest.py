@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from app.messages.lease import LeaseReply
+from app.messages.memory import MemoryReply
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web import gateway
@@ -21,6 +22,7 @@ from tests.app.nodes.console.drawn_home import (
     home_voxels,
     proximity_of,
     status_of,
+    things_of,
     tree_of,
 )
 from tests.app.nodes.console.published_home import PublishedHome
@@ -89,6 +91,24 @@ class Navigator:
         if self.problem is not None:
             raise CommandError(self.problem)
         return "The room is named."
+
+    def things(self):
+        self.who = acting_browser()
+        if self.problem is not None:
+            raise CommandError(self.problem)
+        things = things_of()
+        return MemoryReply(things=things, count=len(things))
+
+    def thing_picture(self, instance_id):
+        if self.problem is not None:
+            raise CommandError(self.problem)
+        return b"\xff\xd8\xff" if instance_id == 1 else b""
+
+    def search_for(self, wanted):
+        self.actions.append(wanted)
+        if self.problem is not None:
+            raise CommandError(self.problem)
+        return f"Looking for: {wanted}."
 
     async def control(self, request):
         self.actions.append(request.action)

@@ -214,7 +214,7 @@ def things_of():
             first_seen_ns=1,
             last_seen_ns=time.time_ns(),
             gone_ns=0,
-            has_picture=False,
+            has_picture=label != "plant",
         )
         for number, (label, (position, size)) in enumerate(boxes.items(), start=1)
     ]

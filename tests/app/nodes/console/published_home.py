@@ -21,7 +21,7 @@ from app.messages.control import (
     decode,
     encode,
 )
-from app.messages.images import encode_camera
+from app.messages.images import decode_color, encode_camera
 from app.messages.memory import MemoryReply, MemoryRequest, RoomNameRequest
 from app.messages.motion import StampedPath, StampedTransform, encode_path, encode_transforms
 from app.messages.scene import encode_tree, encode_voxels
@@ -211,9 +211,10 @@ class PublishedHome:
         return encode(rooms_of(self.room_name))
 
     def _memory(self, payload):
-        decode(payload, MemoryRequest)
+        asked = decode(payload, MemoryRequest)
         things = things_of()
-        return encode(MemoryReply(things=things, count=len(things)))
+        picture = b"" if asked.picture is None else decode_color(camera_image()).encoded
+        return encode(MemoryReply(things=things, count=len(things), picture=picture))
 
     def _sentence(self, payload):
         request = read_request(decode(payload, SentenceRequest).sentence)

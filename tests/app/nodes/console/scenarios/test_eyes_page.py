@@ -13,6 +13,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.messages import keys
+from app.messages.control import SearchRequest, decode
 from app.messages.driving import DriveStatus
 from app.messages.perception.heatmaps import encode_heatmap
 from ippon.observation import Heatmap
@@ -257,6 +258,31 @@ def test_the_plan_is_exported_in_four_formats(page, parts):
         for ending in starts:
             answer = page.request.get(f"{console.url}/api/export/plan.{ending}")
             (Path(folder) / f"exported.{ending}").write_bytes(answer.body())
+
+
+def test_what_is_remembered_is_found_shown_and_searched_for(page, parts, shoot):
+    noted = parts[0]
+    page.keyboard.press("t")
+    page.locator("#things-find").fill("")
+    rows = page.locator("#things-list li:visible")
+    expect(rows).to_have_count(5)
+    expect(page.locator("#things-count")).to_have_text("5 things")
+    page.locator("#things-find").fill("bedroom counter")
+    expect(rows).to_have_count(1)
+    expect(page.locator("#things-count")).to_have_text("1 of 5 things")
+    expect(rows).to_contain_text("kitchen counter 90 %bedroom · seen just now")
+    expect(rows).to_contain_text("or armchair 5 %")
+    rows.get_by_title("Show it on the plan").press("Enter")
+    expect(rows).to_have_class("chosen")
+    shoot("things", 1_000)
+    page.get_by_role("button", name="Search for this kitchen counter").click()
+    expect(page.locator("#things-count")).to_contain_text("Looking for: kitchen counter")
+    searches = [payload for key, payload in noted.home.requests if key == keys.SEARCH]
+    assert decode(searches[-1], SearchRequest).object == "kitchen counter"
+    page.locator("#things-find").fill("")
+    shoot("things-all", 1_000)
+    page.locator("#things-find").press("Escape")
+    expect(page.locator("#things")).to_be_hidden()
 
 
 def test_the_map_is_in_the_corner_while_the_camera_fills_the_scene(page, shoot):

@@ -23,7 +23,7 @@ def test_the_page_is_ours_and_runs_nothing_inline(client):
     assert page.headers["x-content-type-options"] == "nosniff"
 
 
-@pytest.mark.parametrize("name", ["shell.css", "shell.js", "view.css", "icon.svg"])
+@pytest.mark.parametrize("name", ["shell.css", "shell.js", "things.js", "view.css", "icon.svg"])
 def test_assets_are_served_with_their_type(client, name):
     answer = client.get(f"/assets/{name}")
     assert answer.status_code == 200
@@ -151,3 +151,17 @@ def test_a_page_is_told_when_nobody_writes(client, monkeypatch):
     answer = client.get("/api/export/map.ply")
     assert answer.status_code == 503
     assert "the console does not respond" in answer.text
+
+
+def test_what_is_remembered_is_listed_with_its_pictures(client, navigator):
+    listed = client.get("/api/things")
+    assert listed.headers["content-type"] == "application/json"
+    assert [thing["label"] for thing in listed.json()["things"]][:2] == ["sofa", "table"]
+    assert navigator.who is not None, "the request is that of a browser"
+    assert client.get("/api/things/1").headers["content-type"] == "image/jpeg"
+    assert client.get("/api/things/2").status_code == 204
+    assert client.get("/api/things/two").status_code == 404
+    navigator.problem = "no navigator at tcp/127.0.0.1:7447"
+    refused = client.get("/api/things")
+    assert (refused.status_code, refused.json()) == (502, {"problem": navigator.problem})
+    assert client.get("/api/things/1").status_code == 502

@@ -38,9 +38,19 @@ def test_a_room_is_named_and_the_plan_asks_again(client, navigator, state_feed):
         assert not state_feed.exports.take_names_changed()
 
 
+def test_a_remembered_thing_is_searched_for(client, navigator):
+    with client.socket("/api/ws") as shell:
+        hear(shell)
+        shell.send('{"type":"search","id":3,"object":"coffee table"}')
+        told = {"type": "reply", "id": 3, "ok": True, "text": "Looking for: coffee table."}
+        assert hear(shell) == told
+        assert "coffee table" in navigator.actions
+
+
 @pytest.mark.parametrize(
     "text",
-    ["", "no json", "[]", '{"type":"shoot"}', '{"type":"control","id":1,"action":"explode"}',
+    ["", "no json", '{"type":"search","id":1,"object":""}', "[]", '{"type":"shoot"}',
+     '{"type":"control","id":1,"action":"explode"}',
      '{"type":"ping","t":1,"more":2}', '{"type":"ping","t":1}' + " " * 5000, b"\x00\xff"],
 )  # fmt: skip
 def test_what_is_no_message_ends_the_shell_and_commands_nothing(client, navigator, text):
