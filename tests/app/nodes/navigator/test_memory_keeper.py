@@ -64,6 +64,7 @@ def hat_search(position=(2.0, 0.0, 1.0), found=True):
         find=find if found else None,
         candidates=(),
         rejected=[],
+        layer=None,
     )
 
 
