@@ -32,6 +32,9 @@ class SearchRequest(_Message, frozen=True):
     context: ContextText = ""
     scenario: ScenarioText = "an apartment with different rooms"
     requester: Annotated[str, Meta(max_length=80)] = ""
+    joins: int | None = None
+    """Number of a goal that is searched for in one tour with this one: it waits, or its search has
+    just begun. Where that is not possible, this goal waits, and a note says why."""
 
 
 class SearchAccepted(_Message, frozen=True):
@@ -43,14 +46,19 @@ class SearchAccepted(_Message, frozen=True):
     position: int
     """Number of goals before it; 0 if its search starts now."""
     notes: list[str] = []
+    joined: int | None = None
+    """Number of the first goal of the tour that it belongs to; None if it is searched for by
+    itself."""
 
 
 class ControlRequest(_Message, frozen=True):
     """Stop, resume, pause or cancel: key `control`."""
 
     action: Literal["stop", "resume", "pause", "cancel"]
-    """`stop` latches until `resume`; `cancel` ends the current goal."""
+    """`stop` latches until `resume`; `cancel` ends the current goal, or all goals of a tour."""
     requester: Annotated[str, Meta(max_length=80)] = ""
+    goal_id: int | None = None
+    """The only goal of a tour that `cancel` ends."""
 
 
 class ControlReply(_Message, frozen=True):
@@ -117,6 +125,8 @@ class FeedbackRequest(_Message, frozen=True):
     """Confirm or reject a find: key `feedback`."""
 
     verdict: Literal["confirm", "reject"]
+    goal_id: int | None = None
+    """Number of the goal; None for the find that was announced last."""
 
 
 class QueueRequest(_Message, frozen=True):

@@ -66,6 +66,8 @@ class GoalStatus(_Message, frozen=True):
     object: str
     context: str = ""
     outcome: GoalOutcome = "queued"
+    position_world: tuple[float, float, float] | None = None
+    """Where it was found, metres; None for no find."""
 
 
 class FindReport(_Message, frozen=True):
@@ -122,9 +124,12 @@ class Status(_Message, frozen=True):
     why: str
     """One line for the operator."""
     goal: GoalStatus | None
+    """The goal that is searched for; of a tour the one that the plan is for."""
     queue: list[GoalStatus]
     history: list[GoalStatus]
     find: FindReport | None
+    """The find that ended the search; in a tour the one announced last that is neither confirmed
+    nor rejected."""
     streams: list[StreamStatus]
     timings: Timings
     frames: int
@@ -141,11 +146,13 @@ class Status(_Message, frozen=True):
     notes: list[str] = []
     drive: DriveStatus = DriveStatus()
     lease: LeaseStatus = LeaseStatus()
+    tour: list[GoalStatus] = []
+    """All goals of the present tour; empty for one goal."""
 
 
 def goal_of(status: Status, goal_id: int) -> GoalStatus | None:
     """Return an active, waiting or finished goal by its number; None if it is not listed."""
-    known = [status.goal, *status.queue, *status.history]
+    known = [status.goal, *status.tour, *status.queue, *status.history]
     return next((goal for goal in known if goal is not None and goal.goal_id == goal_id), None)
 
 
@@ -200,3 +207,6 @@ class SegmentationLabels(_Message, frozen=True):
 
     labels: list[str]
     ooi: str | None
+    also: list[str] = []
+    """Further objects of interest that are none of the labels: in a heatmap they are labels after
+    those."""

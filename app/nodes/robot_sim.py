@@ -183,7 +183,7 @@ class RobotSim:
         with self._lock:
             request = self._labels
         if request is not None:
-            self.world.set_labels(request.labels, request.ooi)
+            self.world.set_labels(request.labels, request.ooi, request.also)
         return self.world.observe()
 
     def _await_answer(self, stamp_ns: int, stop: StopSignal) -> StampedTwist | None:

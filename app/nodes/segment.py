@@ -107,7 +107,7 @@ class SegmentNode:
         try:
             color = decode_color(payload)
             seen = self._segmenter.segment(
-                decompress_color(color.encoded), request.labels, request.ooi
+                decompress_color(color.encoded), [*request.labels, *request.also], request.ooi
             )
             if isinstance(seen, Detections):
                 self._publish_detections(seen, color)
@@ -157,7 +157,9 @@ class SegmentNode:
             self.failed += 1
             logger.warning("labels skipped: %s", error)
             return
-        refusal = None if request.ooi is None else unsupported_reason(self._segmenter, request.ooi)
+        wanted = [label for label in (request.ooi, *request.also) if label is not None]
+        refusals = (unsupported_reason(self._segmenter, label) for label in wanted)
+        refusal = next(filter(None, refusals), None)
         if refusal is not None and refusal != self._refusal:
             logger.warning("%s", refusal)
         self._refusal = refusal

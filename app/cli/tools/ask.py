@@ -45,6 +45,9 @@ ANSWER_S = 150.0
 """Time for up to three requests to a language model."""
 NAME = "ippon ask"
 
+Wanted = tuple[SearchRequest, bool]
+"""A search, and whether it is to be done in one tour with the one before."""
+
 
 def run_ask(command: Ask) -> int:
     """Send the query; with `--follow` stay until the search is over."""
@@ -93,8 +96,8 @@ def _add_label(session: zenoh.Session, robot: str, command: Ask) -> None:
     print(done.detail, file=sys.stderr if command.json else sys.stdout, flush=True)
 
 
-def _search(session: zenoh.Session, robot: str, command: Ask, requests: list[SearchRequest]) -> int:
-    for request in requests:
+def _search(session: zenoh.Session, robot: str, command: Ask, requests: list[Wanted]) -> int:
+    for request, _ in requests:
         check_query(request.object, request.context)
     updates: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     tables: queue.SimpleQueue[bytes] = queue.SimpleQueue()
@@ -103,7 +106,9 @@ def _search(session: zenoh.Session, robot: str, command: Ask, requests: list[Sea
     limit_s = command.timeout_s
     goals: list[SearchAccepted] = []
     with request_credential(session, robot, NAME, limit_s, take=command.take) as who:
-        for request in requests:
+        for wanted, joins in requests:
+            first = goals[-1].goal_id if joins and goals else None
+            request = msgspec.structs.replace(wanted, joins=first)
             accepted = ask(session, f"{robot}/{keys.SEARCH}", request, SearchAccepted, limit_s, who)
             _show_accepted(accepted, command)
             goals.append(accepted)
@@ -112,7 +117,7 @@ def _search(session: zenoh.Session, robot: str, command: Ask, requests: list[Sea
             _explain(tables, accepted, command)
     if not command.follow:
         return 0
-    return max(_follow(updates, accepted.goal_id, command) for accepted in goals)
+    return _follow(updates, [accepted.goal_id for accepted in goals], command)
 
 
 def find_navigator(connect: str | None, robot: str | None) -> tuple[str, str]:
@@ -135,7 +140,7 @@ def find_navigator(connect: str | None, robot: str | None) -> tuple[str, str]:
     raise UsageError(f"several navigators run on this machine; choose one:\n{choices}")
 
 
-def _read(session: zenoh.Session, robot: str, command: Ask) -> list[SearchRequest]:
+def _read(session: zenoh.Session, robot: str, command: Ask) -> list[Wanted]:
     """Have the navigator take a sentence apart, where the object is one.
 
     Raises:
@@ -143,7 +148,7 @@ def _read(session: zenoh.Session, robot: str, command: Ask) -> list[SearchReques
     """
     if command.context or is_name(command.object):
         plain = SearchRequest(object=command.object, context=command.context, requester=NAME)
-        return [plain]
+        return [(plain, False)]
     if len(command.object) > MAX_SENTENCE_CHARS:
         raise UsageError(
             f"a sentence has at most {MAX_SENTENCE_CHARS} characters; yours has "
@@ -154,9 +159,7 @@ def _read(session: zenoh.Session, robot: str, command: Ask) -> list[SearchReques
     return _agreed_searches(reading, command)
 
 
-def _read_picture(
-    session: zenoh.Session, robot: str, command: Ask, jpeg: bytes
-) -> list[SearchRequest]:
+def _read_picture(session: zenoh.Session, robot: str, command: Ask, jpeg: bytes) -> list[Wanted]:
     """Have the navigator's language model name what a picture shows.
 
     Raises:
@@ -165,12 +168,12 @@ def _read_picture(
     request = PictureRequest(jpeg=jpeg)
     reading = ask(session, f"{robot}/{keys.PICTURE}", request, SentenceReading, PICTURE_S)
     return [
-        SearchRequest(object=one.object, context=command.context, requester=NAME)
-        for one in _agreed_searches(reading, command)
+        (msgspec.structs.replace(one, context=command.context), joins)
+        for one, joins in _agreed_searches(reading, command)
     ]
 
 
-def _agreed_searches(reading: SentenceReading, command: Ask) -> list[SearchRequest]:
+def _agreed_searches(reading: SentenceReading, command: Ask) -> list[Wanted]:
     """Show what was read; return the searches that follow, where it is certain or agreed to.
 
     Raises:
@@ -187,8 +190,11 @@ def _agreed_searches(reading: SentenceReading, command: Ask) -> list[SearchReque
             'or say it in two parts: ippon ask "hat" --context "on the sofa"'
         )
     return [
-        SearchRequest(object=search_name(goal), context=goal.context, requester=NAME)
-        for goal in reading.goals
+        (
+            SearchRequest(object=search_name(goal), context=goal.context, requester=NAME),
+            place > 0 and goal.order == "and",
+        )
+        for place, goal in enumerate(reading.goals)
     ]
 
 
@@ -204,6 +210,10 @@ def _explain(tables: "queue.SimpleQueue[bytes]", accepted: SearchAccepted, comma
     """Print the goal's levels, after the answer of the language model if one is used."""
     if accepted.position > 0:
         print("levels are available when the search for this goal starts", file=sys.stderr)
+        return
+    if accepted.joined is not None:
+        # The levels of one goal of a tour are published: of that which the plan is for.
+        print("levels are available when the tour leads to this goal", file=sys.stderr)
         return
     table = _final_table(tables, accepted.goal_id)
     rated = [(Level.parse(row.level), row) for row in table.rows]
@@ -247,33 +257,57 @@ def _show_accepted(accepted: SearchAccepted, command: Ask) -> None:
         print(msgspec.json.encode(accepted).decode(), flush=True)
         return
     place = "" if accepted.position == 0 else f", {accepted.position} before it"
-    print(f"searching for {accepted.object.replace('_', ' ')} (goal {accepted.goal_id}{place})")
+    tour = "" if accepted.joined is None else f", in one tour with goal {accepted.joined}"
+    name = accepted.object.replace("_", " ")
+    print(f"searching for {name} (goal {accepted.goal_id}{place}{tour})")
     for note in accepted.notes:
         print(f"note: {note}")
     sys.stdout.flush()
 
 
-def _follow(updates: "queue.SimpleQueue[bytes]", goal_id: int, command: Ask) -> int:
-    shown = ""
-    while True:
+def _follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask) -> int:
+    """Print how the searches go on until all are over; return the highest exit status."""
+    left, shown, worst = set(goals), "", 0
+    while left:
         try:
             status = decode(updates.get(timeout=SILENT_S), Status)
         except queue.Empty:
             raise LinkError(f"the navigator has been silent for {SILENT_S:g} s") from None
-        goal = goal_of(status, goal_id)
-        if goal is None or goal.outcome == "queued":
+        listed = [goal_of(status, goal_id) for goal_id in goals if goal_id in left]
+        begun = [goal for goal in listed if goal is not None and goal.outcome != "queued"]
+        ended = [goal for goal in begun if goal.outcome != "active"]
+        if not begun:
             continue
         line = f"{status.state}: {status.why}"
         if command.json:
-            print(json.dumps(_as_dict(status, goal)), flush=True)
+            lead = status.goal.goal_id if status.goal is not None else None
+            for goal in begun:
+                if goal in ended or goal.goal_id == lead:
+                    print(json.dumps(_as_dict(status, goal)), flush=True)
         elif line != shown:
             print(f"{status.elapsed_s:7.1f} s  {line}", flush=True)
         shown = line
-        if goal.outcome != "active":
-            return exit_status(goal)
+        for goal in ended:
+            if len(goals) > 1 and not command.json:
+                print(_end_of(goal), flush=True)
+            left.remove(goal.goal_id)
+            worst = max(worst, exit_status(goal))
+    return worst
+
+
+def _end_of(goal: GoalStatus) -> str:
+    """Return how the search for one of several goals ended, in one line."""
+    place = ""
+    if goal.position_world is not None:
+        x, y, z = goal.position_world
+        place = f" at ({x:.1f}, {y:.1f}) m, {z:.1f} m high"
+    return f"{goal.object.replace('_', ' ')}: {goal.outcome.replace('_', ' ')}{place}"
 
 
 def _as_dict(status: Status, goal: GoalStatus) -> dict[str, object]:
+    find = status.find
+    if find is not None and find.goal_id != goal.goal_id:
+        find = None
     return {
         "goal_id": goal.goal_id,
         "object": goal.object,
@@ -282,8 +316,8 @@ def _as_dict(status: Status, goal: GoalStatus) -> dict[str, object]:
         "why": status.why,
         "elapsed_s": round(status.elapsed_s, 2),
         "path_length_m": round(status.path_length_m, 3),
-        "position_world": status.find.position_world if status.find is not None else None,
-        "out_of_reach_m": None if status.find is None else status.find.out_of_reach_m,
+        "position_world": goal.position_world if find is None else find.position_world,
+        "out_of_reach_m": None if find is None else find.out_of_reach_m,
     }
 
 

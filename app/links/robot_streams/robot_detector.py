@@ -40,15 +40,17 @@ class RobotDetector:
         self._vocabulary = self._vocabulary_of(tuple(self._own))
         self._labels: tuple[str, ...] = ()
         self._ooi: str | None = None
+        self._also: tuple[str, ...] = ()
         self._carries: dict[str, str | None] = {}
         self.problem = ""
         """Why the last masks were refused; empty if they were used."""
 
-    def ask(self, labels: Sequence[str], ooi: str | None) -> None:
-        """Set the labels of the map and the object of interest."""
-        asked = tuple(labels), ooi
+    def ask(self, labels: Sequence[str], ooi: str | None, also: Sequence[str] = ()) -> None:
+        """Set the labels of the map, the object of interest and further objects of interest."""
+        asked = (*labels, *also), ooi
         if asked != (self._labels, self._ooi):
             self._labels, self._ooi = asked
+            self._also = tuple(also)
             self._carries.clear()
 
     def name_network(self, name: str) -> None:
@@ -63,10 +65,12 @@ class RobotDetector:
             self._carries.clear()
 
     def refusal(self) -> str:
-        """Return why the detector cannot recognise the object of interest; empty if it can."""
-        if self._ooi is None or self._vocabulary is None or self._vocabulary.knows(self._ooi):
+        """Return why the detector cannot recognise an object of interest; empty if it can."""
+        if self._ooi is None or self._vocabulary is None:
             return ""
-        return self._vocabulary.unsupported_reason(self._ooi)
+        unknown = (x for x in (self._ooi, *self._also) if not self._vocabulary.knows(x))
+        label = next(unknown, None)
+        return "" if label is None else self._vocabulary.unsupported_reason(label)
 
     def heatmap(
         self, boxes: StampedBoxes, masks: StampedMasks | None, depth: NDArray[np.float32]

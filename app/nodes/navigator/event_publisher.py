@@ -28,14 +28,14 @@ class EventPublisher:
             f"{robot}/{keys.EVENT}", congestion_control=zenoh.CongestionControl.BLOCK
         )
 
-    def report(self, kind: str, text: str) -> None:
-        """Publish and log one event."""
-        goal, _, _ = self._goals.statuses()
+    def report(self, kind: str, text: str, goal_id: int | None = None) -> None:
+        """Publish and log one event, of the leading goal unless another number is given."""
+        lead, _, _ = self._goals.statuses()
         event = Event(
             stamp_ns=self.stamp_ns,
             kind=kind,  # pyright: ignore[reportArgumentType]
             text=text,
-            goal_id=goal.goal_id if goal else None,
+            goal_id=goal_id if goal_id is not None or lead is None else lead.goal_id,
         )
         payload = encode(event)
         self._sender.put(len(payload), partial(self._publisher.put, payload))

@@ -117,7 +117,7 @@ class Navigator:
             self._map.answer()
             self._start_next_goal()
             asked = self._state.publish_labels(self._mission)
-            self._intake.assembler.detector.ask(asked.labels, asked.ooi)
+            self._intake.assembler.detector.ask(asked.labels, asked.ooi, asked.also)
             self._state.publish_levels(self._goals.active())
             self._converter.check()
             frame = self._intake.take(IDLE_S)
@@ -201,15 +201,22 @@ class Navigator:
         self._report.command_given(command)
 
     def _conclude(self, snapshot: Snapshot) -> None:
-        """Report the step's events, and end the active goal where the search has an outcome."""
+        """Report the step's events, and end the active goals whose search has an outcome."""
+        ended: list[int] = []
+        outcome, (goal, _, _) = snapshot.outcome, self._goals.statuses()
+        if snapshot.tour and snapshot.goal is not None:
+            ended = self._goals.follow_tour(snapshot.goal.goal_id, snapshot.tour)
+        elif outcome is not None and goal is not None and goal.outcome == "active":
+            position = None if snapshot.find is None else snapshot.find.position_world
+            self._goals.conclude(outcome, goal.goal_id, position)
+            ended = [goal.goal_id]
         for event in snapshot.events:
-            self._events.report(event.kind, event.text)
-            if event.kind == "confirmed":
+            # The end of a search is reported for its goal, which does not lead any more.
+            of = ended[0] if ended and event.kind in ("found", "exhausted") else None
+            self._events.report(event.kind, event.text, of)
+            if event.kind == "confirmed" and self._goals.announced() is None:
                 self._hold_until = 0.0
-        outcome = snapshot.outcome
-        goal, _, _ = self._goals.statuses()
-        if outcome is not None and goal is not None and goal.outcome == "active":
-            self._goals.conclude(outcome)
+        if ended:
             self._hold_until = time.monotonic() + self.config.hold_find_s
 
     def _learn_late_heatmap(self) -> None:
@@ -251,15 +258,21 @@ class Navigator:
         )
 
     def _start_next_goal(self) -> None:
-        search = self._goals.next(hold=time.monotonic() < self._hold_until)
-        if search is None:
+        now = time.monotonic()
+        started = self._goals.next(now, hold=now < self._hold_until)
+        if not started:
             return
-        search = self._services.guidance.fitted(search)
-        self._mission.goals.set_goal(search.goal, search.guidance)
-        if self._mission.search is not None:
-            self._memory.begin(self._mission.search)
-        self._report.goal_set(time.monotonic() if search.waited else search.asked_at)
-        logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)
+        searches = [self._services.guidance.fitted(search) for search in started]
+        first = searches[0]
+        if len(searches) > 1:
+            self._mission.goals.set_goals([(one.goal, one.guidance) for one in searches])
+        else:
+            self._mission.goals.set_goal(first.goal, first.guidance)
+            if self._mission.search is not None:
+                self._memory.begin(self._mission.search)
+        self._report.goal_set(now if first.waited else first.asked_at)
+        for search in searches:
+            logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)
 
     # -- status ------------------------------------------------------------------------------
 

@@ -47,12 +47,16 @@ class StatePublisher:
         Returns:
             The labels.
         """
-        goal = mission.goal
-        ooi = goal.object if goal is not None else None
-        if ooi is None and self._published_labels is not None:
+        asked = mission.goals.asked
+        if not asked and self._published_labels is not None:
             # The object stays after the end of its search: another request would change nothing.
-            ooi = self._published_labels.ooi
-        labels = SegmentationLabels(labels=list(mission.voxel_map.labels), ooi=ooi)
+            asked = tuple(filter(None, (self._published_labels.ooi,)))
+        common = mission.voxel_map.labels
+        labels = SegmentationLabels(
+            labels=list(common),
+            ooi=asked[0] if asked else None,
+            also=[label for label in asked[1:] if label not in common],
+        )
         if labels != self._published_labels:
             self._published_labels = labels
             self._labels.put(encode(labels))

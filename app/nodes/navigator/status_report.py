@@ -86,7 +86,6 @@ class StatusReport:
         """Return the current status."""
         active, queue, history = goals.statuses()
         state, why = _state(snapshot, mission, lost, intake)
-        find = snapshot.find if snapshot is not None and mission.goal is not None else None
         return Status(
             robot=self._config.robot,
             version=self._version,
@@ -97,7 +96,7 @@ class StatusReport:
             goal=active,
             queue=queue,
             history=history,
-            find=find_report(find, mission.goal) if find and mission.goal else None,
+            find=_find(snapshot, mission),
             streams=[monitor.status() for monitor in intake.monitors.values()],
             timings=Timings(
                 step_ms=watch.median_ms("step"),
@@ -118,6 +117,7 @@ class StatusReport:
             notes=[*notes, *self._slow_planning()],
             drive=drive,
             lease=lease,
+            tour=goals.tour(),
         )
 
     def _slow_planning(self) -> tuple[str, ...]:
@@ -161,6 +161,17 @@ def _state(
             return "starting", f"waiting for the robot's {missing or 'first frame'}"
         return "starting", "waiting"
     return mission.state.value, snapshot.why
+
+
+def _find(snapshot: Snapshot | None, mission: Mission) -> FindReport | None:
+    """Return the find of the present search, of a tour the one announced last."""
+    tour = mission.goals.tour
+    if tour is not None:
+        one = tour.announced
+        return None if one is None or one.find is None else find_report(one.find, one.goal)
+    if snapshot is None or snapshot.find is None or mission.goal is None:
+        return None
+    return find_report(snapshot.find, mission.goal)
 
 
 def _surface_voxels(mission: Mission) -> int:

@@ -17,7 +17,7 @@ from app.messages.plain_text import complaint
 from app.messages.status import MissionState
 from app.nodes.navigator.services.guidance_service import GuidanceService
 from app.nodes.navigator.services.operation_queue import OperationQueue
-from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
+from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.guidance.language.requests.sentence import name_notes
 from ippon.mission.mission import Mission
 
@@ -66,21 +66,29 @@ class GoalService:
             if problem is not None:
                 raise RequestRefusedError(problem)
         search = self._guidance.plan(request, time.monotonic())
-        place = self._goals.add(search)
+        place = self._goals.add(search, request.joins)
         if place is None:
             raise RequestRefusedError("too many goals are waiting; cancel some first")
-        goal_id, position = place
-        self._guidance.consult(goal_id)
+        self._guidance.consult(place.goal_id)
         self._operations.wake()
         return SearchAccepted(
-            goal_id=goal_id,
+            goal_id=place.goal_id,
             object=search.goal.object,
-            position=max(0, position),
-            notes=[*name_notes(request.object), *search.guidance.notes],
+            position=place.position,
+            notes=[
+                *filter(None, [place.note]),
+                *name_notes(request.object),
+                *search.guidance.notes,
+            ],
+            joined=place.joined,
         )
 
     def control(self, request: ControlRequest) -> ControlReply:
         """Stop, resume, pause or cancel."""
+        if request.goal_id is not None and request.action != "cancel":
+            raise RequestRefusedError(
+                f"only cancel is about one goal; {request.action} takes no goal_id"
+            )
         detail = ""
         match request.action:
             case "stop":
@@ -95,33 +103,55 @@ class GoalService:
                 self._operations.enqueue(partial(self._resume, self._stop_latch.halts))
                 state = "searching" if self._goals.active() is not None else "starting"
             case "cancel":
-                goal, _, _ = self._goals.statuses()
-                if goal is None:
-                    raise RequestRefusedError("there is no goal to cancel")
-                if goal.outcome != "active":
-                    detail = f"the search for {goal.object} had ended: {goal.outcome}"
-                self._operations.enqueue(partial(self._cancel, goal.goal_id))
-                state = self.state if self.state == "stopped" else "starting"
+                return self._request_cancel(request.goal_id)
         return ControlReply(state=state, detail=detail)
 
     def feedback(self, request: FeedbackRequest) -> Accepted:
         """Confirm or reject a find."""
-        if self.state != "found":
-            raise RequestRefusedError("there is no find to confirm or reject")
+        goal_id = request.goal_id
+        if self._goals.in_tour():
+            # The number is fixed now: another find may be announced before the operation runs.
+            goal_id = self._goals.announced(goal_id)
+        active = self._goals.active()
+        is_last = active is not None and request.goal_id in (None, active.goal.goal_id)
+        waits = goal_id is not None if self._goals.in_tour() else self.state == "found" and is_last
+        if not waits:
+            which = "" if request.goal_id is None else f" of goal {request.goal_id}"
+            raise RequestRefusedError(f"there is no find{which} to confirm or reject")
         if request.verdict == "confirm":
-            self._operations.enqueue(self._confirm)
+            self._operations.enqueue(partial(self._confirm, goal_id))
             return Accepted(detail="confirmed")
-
-        self._operations.enqueue(self._reject)
+        self._operations.enqueue(partial(self._reject, goal_id))
         return Accepted(detail="the search continues; this find is excluded")
+
+    def _request_cancel(self, goal_id: int | None) -> ControlReply:
+        """Cancel the present goal or tour, or one goal of it."""
+        goal, _, _ = self._goals.statuses()
+        if goal_id is not None:
+            known = [*filter(None, [goal]), *self._goals.tour()]
+            goal = next((one for one in known if one.goal_id == goal_id), None)
+        if goal is None:
+            which = "" if goal_id is None else f" with number {goal_id}"
+            raise RequestRefusedError(f"there is no goal{which} to cancel")
+        detail = ""
+        if goal.outcome != "active":
+            detail = f"the search for {goal.object} had ended: {goal.outcome}"
+        one_of_many = goal_id is not None and self._goals.in_tour()
+        self._operations.enqueue(
+            partial(self._cancel_one if one_of_many else self._cancel, goal.goal_id)
+        )
+        goes_on = self.state == "stopped" or one_of_many
+        return ControlReply(state=self.state if goes_on else "starting", detail=detail)
 
     # -- in the mission's thread -------------------------------------------------------------
 
     def _stop(self, mission: Mission) -> None:
         mission.operator.stop()
 
-    def _confirm(self, mission: Mission) -> None:
-        mission.goals.confirm_find()
+    def _confirm(self, goal_id: int | None, mission: Mission) -> None:
+        find = self._goals.announced(goal_id)
+        if mission.goals.confirm_find(goal_id) and find is not None:
+            self._goals.confirm(find)
 
     def _resume(self, halts: int, mission: Mission) -> None:
         # A stop that came after this resume prevails; its operation is queued next.
@@ -129,15 +159,16 @@ class GoalService:
             mission.operator.resume()
 
     def _cancel(self, goal_id: int, mission: Mission) -> None:
-        if self._still_active(goal_id) is not None:
+        # Goals that have ended stay active until the next ones start.
+        if self._goals.is_active(goal_id):
             self._goals.conclude("cancelled")
             mission.goals.cancel_goal()
 
-    def _reject(self, mission: Mission) -> None:
-        if mission.goals.reject_find():
-            self._goals.reopen()
+    def _cancel_one(self, goal_id: int, mission: Mission) -> None:
+        if self._goals.is_active(goal_id):
+            self._goals.conclude("cancelled", goal_id)
+            mission.goals.cancel_goal(goal_id)
 
-    def _still_active(self, goal_id: int) -> PlannedSearch | None:
-        """Return the goal of a request, None when it is no longer the active one."""
-        active = self._goals.active()
-        return active if active is not None and active.goal.goal_id == goal_id else None
+    def _reject(self, goal_id: int | None, mission: Mission) -> None:
+        if mission.goals.reject_find(goal_id):
+            self._goals.reopen(goal_id)

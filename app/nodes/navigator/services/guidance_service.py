@@ -44,6 +44,7 @@ MAX_LEARNED: Final = 20
 """Largest number of labels that the model may add; each takes memory in every voxel."""
 _CONCURRENT_QUESTIONS: Final = 2
 """Concurrent questions, so that one without an answer does not delay the next goal."""
+_IN_TOUR: Final = "no common object is added during a search for several objects; add it afterwards"
 _LABEL: Final = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+){0,3}")
 
 ReportEvent = Callable[[str, str], None]
@@ -205,6 +206,8 @@ class GuidanceService:
             raise RequestRefusedError(f"{asked.strip()} is recognised already{same}")
         if len(self.labels) >= MAX_LABELS:
             raise RequestRefusedError(f"the map recognises at most {MAX_LABELS} common objects")
+        if self._goals.in_tour():
+            raise RequestRefusedError(_IN_TOUR)
         active = self._goals.active()
         if active is not None and active.goal.object == label:
             raise RequestRefusedError(
@@ -242,22 +245,24 @@ class GuidanceService:
             logger.info("an answer for goal %d came too late and was dropped", goal_id)
             return
         search = self.fitted(self._goals.amend(goal_id, partial(_answered, answer)) or known)
-        if self._is_active(search):
-            mission.goals.set_guidance(search.guidance)
+        if self._goals.is_active(goal_id):
+            mission.goals.set_guidance(search.guidance, goal_id)
             self._report_event("guidance", _describe(answer))
 
     def _edit(self, goal_id: int, edit: LabelLevel, mission: Mission) -> None:
-        active = self._goals.active()
-        if active is None or active.goal.goal_id != goal_id:
+        if not self._goals.is_active(goal_id):
             return
         search = self._goals.amend(goal_id, partial(_edited, edit))
         if search is not None:
-            mission.goals.set_guidance(search.guidance)
+            mission.goals.set_guidance(search.guidance, goal_id)
             self._report_event("level_changed", f"{edit.label} is {edit.level.text}: {edit.reason}")
 
     def _extend(self, label: str, mission: Mission) -> None:
         """Add a label to the map, and rate it for the active goal."""
         if label in mission.voxel_map.labels:
+            return
+        if mission.goals.tour is not None:
+            self._report_event("error", f"{label.replace('_', ' ')} was not added: {_IN_TOUR}")
             return
         with self._lock:
             self._labels = (*mission.voxel_map.labels, label)
@@ -279,10 +284,6 @@ class GuidanceService:
             return
         self._learned += 1
         self._extend(label, mission)
-
-    def _is_active(self, search: PlannedSearch) -> bool:
-        active = self._goals.active()
-        return active is not None and active.goal.goal_id == search.goal.goal_id
 
 
 def _answered(answer: LevelsAnswer, search: PlannedSearch) -> PlannedSearch:

@@ -1,17 +1,24 @@
-"""The active goal, the queued goals and the finished ones."""
+"""The active goals, the queued goals and the finished ones."""
 
 import dataclasses
 import threading
-from collections.abc import Callable
-from typing import Literal
+from collections.abc import Callable, Sequence
+from typing import Final, Literal, NamedTuple
 
 from app.messages.status import GoalOutcome, GoalStatus
 from ippon.guidance.language.naming import ResolvedObject
 from ippon.guidance.levels import Guidance, LabelLevel
+from ippon.mapping.goal_layers.goal_arrays import MAX_GOALS
 from ippon.mission.goal import Goal
+from ippon.mission.snapshot import GoalState
+from ippon.mission.snapshot import GoalStatus as TourGoal
 
 Outcome = Literal["found", "out_of_reach", "exhausted", "cancelled"]
+FOUND: Final = ("found", "out_of_reach")
 HISTORY = 50
+JOIN_S: Final = 10.0
+"""Time from the start of a search in which a goal may join it: the tour starts anew with both, and
+what images have shown of the first object is lost."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,65 +48,133 @@ class PlannedSearch:
     """Monotonic time of the request."""
     waited: bool = False
     """Whether the goal was queued behind others."""
+    tour: int = 0
+    """Number of the first goal of its tour; its own number outside of tours."""
+
+
+class Place(NamedTuple):
+    """The place of a new goal."""
+
+    goal_id: int
+    position: int
+    """Number of goals before it."""
+    joined: int | None = None
+    """Number of the first goal of the tour that it belongs to; None outside of tours."""
+    note: str = ""
+    """Why it is not in the tour that was asked for."""
+
+
+class _End(NamedTuple):
+    """How the search for a goal ended, and where the find is in the world, metres."""
+
+    outcome: Outcome
+    position_world: tuple[float, float, float] | None
 
 
 class GoalQueue:
-    """Numbers and orders the goals; safe from any thread."""
+    """Numbers and orders the goals; safe from any thread.
+
+    Goals of one tour are active together, and one of them leads. Outside of tours one goal is
+    active, and it leads.
+    """
 
     def __init__(self, max_queue: int) -> None:
         self._lock = threading.Lock()
         self._max_queue = max_queue
         self._next_id = 1
-        self._active: PlannedSearch | None = None
-        self._active_is_over: Outcome | None = None
+        self._active: list[PlannedSearch] = []
+        self._ends: dict[int, _End] = {}
+        """The ends of active goals by number; they stay active until the next ones start."""
+        self._finds: list[int] = []
+        """Active goals whose finds are neither confirmed nor rejected, the latest last."""
+        self._lead = 0
+        self._started_at = 0.0
         self._queue: list[PlannedSearch] = []
         self._history: list[GoalStatus] = []
 
-    def add(self, search: PlannedSearch) -> tuple[int, int] | None:
-        """Queue a search; return its number and place, None if too many are waiting."""
+    def add(self, search: PlannedSearch, joins: int | None = None) -> Place | None:
+        """Queue a search; return its number and place, None if too many are waiting.
+
+        Args:
+            search: The search; `asked_at` is the present time.
+            joins: Number of a goal to be searched for in one tour with it. If that is not possible,
+                the search waits as the next one, and the note of its place says why.
+        """
         with self._lock:
             if len(self._queue) >= self._max_queue:
                 return None
             goal_id = self._next_id
             self._next_id += 1
+            tour, note = (None, "") if joins is None else self._tour_to_join(search, joins)
             goal = dataclasses.replace(search.goal, goal_id=goal_id)
-            busy = self._active is not None and self._active_is_over is None
-            position = len(self._queue) + (1 if busy else 0)
-            self._queue.append(dataclasses.replace(search, goal=goal, waited=position > 0))
-            return goal_id, position
+            place = len(self._queue)
+            position = place + (1 if self._is_busy() else 0)
+            if tour is not None:
+                # Behind those of its tour: at the front for the running one.
+                waiting = [n for n, one in enumerate(self._queue) if one.tour == tour]
+                place = waiting[-1] + 1 if waiting else 0
+                position = 0 if self._runs(tour) else waiting[0] + (1 if self._is_busy() else 0)
+            queued = dataclasses.replace(
+                search, goal=goal, waited=position > 0, tour=goal_id if tour is None else tour
+            )
+            self._queue.insert(place, queued)
+            return Place(goal_id, position, tour, note)
 
-    def next(self, *, hold: bool = False) -> PlannedSearch | None:
-        """Activate the first waiting goal if none is active; return it.
+    def next(self, now: float = 0.0, *, hold: bool = False) -> tuple[PlannedSearch, ...]:
+        """Activate the first waiting goal, with its tour, if none is active.
+
+        Goals that join the running tour are activated at once.
 
         Args:
+            now: Monotonic time.
             hold: A find waits to be confirmed: queued goals do not start yet.
+
+        Returns:
+            The goals to search for from now on; empty if the search does not change.
         """
         with self._lock:
-            if not self._queue or (self._active is not None and self._active_is_over is None):
-                return None
-            has_find = self._active_is_over in {"found", "out_of_reach"}
-            if hold and has_find and self._queue[0].waited:
-                return None
-            self._archive()
-            self._active = self._queue.pop(0)
-            self._active_is_over = None
-            return self._active
+            if not self._queue:
+                return ()
+            first = self._queue[0]
+            if self._is_busy():
+                if not self._runs(first.tour) or self._ends:
+                    return ()
+            else:
+                has_find = any(end.outcome in FOUND for end in self._ends.values())
+                if hold and has_find and first.waited:
+                    return ()
+                self._archive(self._active)
+                self._active, self._ends, self._finds = [], {}, []
+                self._lead, self._started_at = first.goal.goal_id, now
+            self._active += [one for one in self._queue if one.tour == first.tour]
+            self._queue = [one for one in self._queue if one.tour != first.tour]
+            return tuple(self._active)
 
     def active(self) -> PlannedSearch | None:
-        """Return the active goal, or the last one."""
+        """Return the leading active goal, or the last one."""
         with self._lock:
-            return self._active
+            return self._leading()
+
+    def is_active(self, goal_id: int) -> bool:
+        """Return whether a goal is active, or among the last ones."""
+        with self._lock:
+            return any(one.goal.goal_id == goal_id for one in self._active)
+
+    def in_tour(self) -> bool:
+        """Return whether several goals are active."""
+        with self._lock:
+            return len(self._active) > 1
 
     def unfinished(self) -> list[PlannedSearch]:
-        """Return the active goal, unless it has ended, and the waiting ones."""
+        """Return the active goals that have not ended, and the waiting ones."""
         with self._lock:
-            searched = self._active is not None and self._active_is_over is None
-            return [*([self._active] if searched and self._active else []), *self._queue]
+            searched = [one for one in self._active if one.goal.goal_id not in self._ends]
+            return [*searched, *self._queue]
 
     def find(self, goal_id: int) -> PlannedSearch | None:
         """Return an active, last or waiting goal by its number."""
         with self._lock:
-            known = (*([self._active] if self._active else []), *self._queue)
+            known = (*self._active, *self._queue)
             return next((s for s in known if s.goal.goal_id == goal_id), None)
 
     def amend(
@@ -107,20 +182,19 @@ class GoalQueue:
     ) -> PlannedSearch | None:
         """Replace fields of a goal; return it, None if it has ended and is no longer shown."""
         with self._lock:
-            if self._active is not None and self._active.goal.goal_id == goal_id:
-                self._active = change(self._active)
-                return self._active
-            for place, search in enumerate(self._queue):
-                if search.goal.goal_id == goal_id:
-                    self._queue[place] = change(search)
-                    return self._queue[place]
+            for goals in (self._active, self._queue):
+                for place, search in enumerate(goals):
+                    if search.goal.goal_id == goal_id:
+                        goals[place] = change(search)
+                        return goals[place]
             return None
 
     def move_first(self, goal_id: int) -> bool:
-        """Move a waiting goal to the front; return whether it exists."""
+        """Move a waiting goal, with its tour, to the front; return whether it exists."""
         with self._lock:
-            chosen = [s for s in self._queue if s.goal.goal_id == goal_id]
-            self._queue = chosen + [s for s in self._queue if s.goal.goal_id != goal_id]
+            tours = [s.tour for s in self._queue if s.goal.goal_id == goal_id]
+            chosen = [s for s in self._queue if s.tour in tours]
+            self._queue = chosen + [s for s in self._queue if s.tour not in tours]
             return bool(chosen)
 
     def remove(self, goal_id: int) -> bool:
@@ -128,43 +202,148 @@ class GoalQueue:
         with self._lock:
             chosen = [s for s in self._queue if s.goal.goal_id == goal_id]
             self._queue = [s for s in self._queue if s.goal.goal_id != goal_id]
-            gone = [_status(s.goal, "cancelled") for s in chosen]
-            self._history = [*self._history, *gone][-HISTORY:]
+            self._archive(chosen)
             return bool(chosen)
 
-    def conclude(self, outcome: Outcome) -> None:
-        """End the active goal; it is shown until the next one starts.
+    def conclude(
+        self,
+        outcome: Outcome,
+        goal_id: int | None = None,
+        position_world: tuple[float, float, float] | None = None,
+    ) -> None:
+        """End an active goal; it is shown until the next one starts.
 
         A cancelled goal is archived at once, with its earlier outcome, if any.
+
+        Args:
+            outcome: How its search ended.
+            goal_id: Its number; None for the leading goal, or all of a tour that is cancelled.
+            position_world: Where it was found, metres.
         """
         with self._lock:
             if outcome == "cancelled":
-                self._archive()
-                self._active, self._active_is_over = None, None
-            else:
-                self._active_is_over = outcome
+                gone = [one for one in self._active if goal_id in (None, one.goal.goal_id)]
+                self._archive(gone)
+                self._active = [one for one in self._active if one not in gone]
+                for one in gone:
+                    self._reopen(one.goal.goal_id)
+                return
+            ended = self._lead if goal_id is None else goal_id
+            self._ends[ended] = _End(outcome, position_world)
+            if outcome in FOUND:
+                self._finds.append(ended)
 
-    def reopen(self) -> None:
-        """Reactivate the last goal after its find was rejected."""
+    def follow_tour(self, lead: int, tour: Sequence[TourGoal]) -> list[int]:
+        """Take over which goal leads, and which goals of the tour have ended.
+
+        Args:
+            lead: Number of the leading goal.
+            tour: The goals of the tour, as the mission reports them.
+
+        Returns:
+            Numbers of the goals that have ended since the last call.
+        """
         with self._lock:
-            self._active_is_over = None
+            self._lead = lead
+            ends = dict(self._ends)
+        ended: list[int] = []
+        for one in tour:
+            goal_id, find = one.goal.goal_id, one.find
+            if not self.is_active(goal_id):
+                continue
+            if one.state is GoalState.MISSING and goal_id in ends:
+                self.reopen(goal_id)
+            elif goal_id not in ends and one.state is GoalState.NOT_FOUND:
+                self.conclude("exhausted", goal_id)
+                ended.append(goal_id)
+            elif goal_id not in ends and one.state is GoalState.FOUND and find is not None:
+                outcome = "found" if find.out_of_reach_m is None else "out_of_reach"
+                self.conclude(outcome, goal_id, find.position_world)
+                ended.append(goal_id)
+        return ended
+
+    def reopen(self, goal_id: int | None = None) -> None:
+        """Reactivate a goal after its find was rejected; None for the leading one."""
+        with self._lock:
+            self._reopen(self._lead if goal_id is None else goal_id)
+
+    def announced(self, goal_id: int | None = None) -> int | None:
+        """Return the goal whose find was announced last and is neither confirmed nor rejected.
+
+        Args:
+            goal_id: The only goal that is asked about; None for any.
+        """
+        with self._lock:
+            finds = (one for one in reversed(self._finds) if goal_id in (None, one))
+            return next(finds, None)
+
+    def confirm(self, goal_id: int) -> None:
+        """Note that the find of a goal was confirmed."""
+        with self._lock:
+            self._finds = [one for one in self._finds if one != goal_id]
 
     def statuses(self) -> tuple[GoalStatus | None, list[GoalStatus], list[GoalStatus]]:
-        """Return the active goal, the waiting ones and the finished ones."""
+        """Return the leading active goal, the waiting ones and the finished ones."""
         with self._lock:
-            active = None
-            if self._active is not None:
-                active = _status(self._active.goal, self._active_is_over or "active")
-            queue = [_status(search.goal, "queued") for search in self._queue]
+            lead = self._leading()
+            active = None if lead is None else self._status(lead, "active")
+            queue = [self._status(search, "queued") for search in self._queue]
             return active, queue, list(self._history)
 
-    def _archive(self) -> None:
-        if self._active is not None:
-            status = _status(self._active.goal, self._active_is_over or "cancelled")
-            self._history = [*self._history, status][-HISTORY:]
+    def tour(self) -> list[GoalStatus]:
+        """Return the goals of the present tour, or the last one; empty for one goal."""
+        with self._lock:
+            goals = [self._status(search, "active") for search in self._active]
+            return goals if len(goals) > 1 else []
 
+    # -- with the lock held ------------------------------------------------------------------
 
-def _status(goal: Goal, outcome: GoalOutcome) -> GoalStatus:
-    return GoalStatus(
-        goal_id=goal.goal_id, object=goal.object, context=goal.context, outcome=outcome
-    )
+    def _is_busy(self) -> bool:
+        return any(one.goal.goal_id not in self._ends for one in self._active)
+
+    def _runs(self, tour: int) -> bool:
+        return self._is_busy() and any(one.tour == tour for one in self._active)
+
+    def _leading(self) -> PlannedSearch | None:
+        lead = (one for one in self._active if one.goal.goal_id == self._lead)
+        return next(lead, self._active[0] if self._active else None)
+
+    def _tour_to_join(self, search: PlannedSearch, joins: int) -> tuple[int | None, str]:
+        """Return the tour of a goal to join; None and the reason if that is not possible."""
+        known = (*self._active, *self._queue)
+        tour = next((one.tour for one in known if one.goal.goal_id == joins), None)
+        late = search.asked_at - self._started_at > JOIN_S or bool(self._ends)
+        if tour is None:
+            why = f"goal {joins} is neither searched for nor waiting"
+        elif any(one.tour == tour for one in self._active) and late:
+            why = f"the search for goal {joins} has begun"
+        else:
+            members = [one.goal.object for one in known if one.tour == tour]
+            name = search.goal.object.replace("_", " ")
+            if search.goal.object in members:
+                why = f"{name} is in the tour of goal {joins} already"
+            elif len(members) >= MAX_GOALS:
+                why = f"a tour has at most {MAX_GOALS} objects"
+            else:
+                return tour, ""
+        return None, f"{why}: this is a search of its own"
+
+    def _reopen(self, goal_id: int) -> None:
+        self._ends.pop(goal_id, None)
+        self._finds = [one for one in self._finds if one != goal_id]
+
+    def _archive(self, goals: Sequence[PlannedSearch]) -> None:
+        gone = [self._status(search, "cancelled") for search in goals]
+        self._history = [*self._history, *gone][-HISTORY:]
+
+    def _status(self, search: PlannedSearch, running: GoalOutcome) -> GoalStatus:
+        """Return the status of a goal, with an outcome for one that has not ended."""
+        goal = search.goal
+        end = self._ends.get(goal.goal_id)
+        return GoalStatus(
+            goal_id=goal.goal_id,
+            object=goal.object,
+            context=goal.context,
+            outcome=running if end is None else end.outcome,
+            position_world=None if end is None else end.position_world,
+        )

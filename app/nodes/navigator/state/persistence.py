@@ -7,7 +7,7 @@ atomically, so that a crash leaves the previous version.
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -124,7 +124,7 @@ class StatePersistence:
             self._problem, self._reported = "", False
 
     def _keep_goals(self, goals: GoalQueue) -> None:
-        content = msgspec.json.encode([_request_of(search) for search in goals.unfinished()])
+        content = msgspec.json.encode(_requests_of(goals.unfinished()))
         if content == self._goals:
             return
         path = _goals_path(self._path)
@@ -140,10 +140,23 @@ def _goals_path(path: Path) -> Path:
     return path.with_name(path.name + ".goals.json")
 
 
-def _request_of(search: PlannedSearch) -> SavedGoal:
+def _requests_of(searches: Sequence[PlannedSearch]) -> list[SavedGoal]:
+    """Return the requests that repeat some searches; those of a tour join its first one."""
+    # The next navigator numbers its goals from 1 in this order.
+    first: dict[int, int] = {}
+    for number, search in enumerate(searches, 1):
+        first.setdefault(search.tour, number)
+    return [
+        _request_of(search, None if first[search.tour] == number else first[search.tour])
+        for number, search in enumerate(searches, 1)
+    ]
+
+
+def _request_of(search: PlannedSearch, joins: int | None) -> SavedGoal:
     return SavedGoal(
         object=search.goal.display,
         context=search.goal.context,
         scenario=search.scenario,
+        joins=joins,
         levels={edit.label: edit.level.text for edit in search.edits},
     )

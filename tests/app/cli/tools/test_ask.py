@@ -1,5 +1,6 @@
 """`ippon ask` with a navigator that only reads sentences and takes searches."""
 
+import json
 from contextlib import nullcontext
 
 import pytest
@@ -9,7 +10,15 @@ from app.cli.main import run
 from app.cli.tools import ask as asking
 from app.links.language_model.interface import RULES, SentenceAnswer
 from app.links.language_model.sentence_reading import as_reading
-from app.messages.control import PictureRequest, SearchAccepted, SearchRequest, SentenceRequest
+from app.messages import keys
+from app.messages.control import (
+    PictureRequest,
+    SearchAccepted,
+    SearchRequest,
+    SentenceRequest,
+    encode,
+)
+from app.messages.status import GoalStatus, Status, Timings
 from ippon.guidance.language.requests.sentence import read_request
 from ippon.guidance.prompts.picture_prompt import parse_picture_reply
 
@@ -17,10 +26,15 @@ searches_sure = ["true"]
 """Whether the stand-in's model is sure of what a picture shows."""
 
 
+joins = []
+"""The goal that each search joins, None for none."""
+
+
 @pytest.fixture
 def searches(monkeypatch):
     """Return the searches that a stand-in for the navigator takes."""
     taken = []
+    joins.clear()
     searches_sure[0] = "true"
 
     def answer(session, key, request, kind, *rest):
@@ -33,8 +47,13 @@ def searches(monkeypatch):
             return as_reading(SentenceAnswer(named, "tiny", "", "", ""), 1.0)
         assert isinstance(request, SearchRequest)
         taken.append((request.object, request.context))
+        joins.append(request.joins)
         return SearchAccepted(
-            goal_id=len(taken), object=request.object, position=len(taken) - 1, notes=["a note"]
+            goal_id=len(taken),
+            object=request.object,
+            position=len(taken) - 1 if request.joins is None else 0,
+            notes=["a note"],
+            joined=request.joins,
         )
 
     monkeypatch.setattr(asking, "ask", answer)
@@ -59,6 +78,68 @@ def test_several_goals_are_queued_in_order(searches, capsys):
     ]  # fmt: skip
     assert "“red” is not checked yet: any mug counts" in err
     assert "“2” is not used yet" in err
+
+
+def test_objects_joined_by_and_are_searched_for_in_one_tour(searches, capsys):
+    assert ask("my keys and my wallet, then the hat") == 0
+    assert [name for name, _ in searches] == ["keys", "wallet", "hat"]
+    assert joins == [None, 1, None]
+    lines = [x for x in capsys.readouterr().out.splitlines() if x.startswith("searching")]
+    assert lines == [
+        "searching for keys (goal 1)",
+        "searching for wallet (goal 2, in one tour with goal 1)",
+        "searching for hat (goal 3, 2 before it)",
+    ]
+
+
+def status_of(tour, lead):
+    """Return a status in which goals of a tour have outcomes."""
+    goals = [
+        GoalStatus(
+            goal_id=n,
+            object=name,
+            outcome=outcome,
+            position_world=(1.0, 2.0, 0.5) if outcome == "found" else None,
+        )
+        for n, (name, outcome) in enumerate(tour, 1)
+    ]
+    return Status(
+        robot="r", version="0", stamp_ns=0, wall_ns=0, state="searching", why="on the way",
+        goal=goals[lead - 1], queue=[], history=[], find=None, streams=[], timings=Timings(),
+        frames=1, elapsed_s=3.0, path_length_m=0.0, best_ooi=0.0, explored_m2=0.0,
+        surface_voxels=0, voxel_size_m=0.1, map_revision=1, tour=goals,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("last", "exit_status"), [("found", 0), ("exhausted", 1)])
+def test_following_a_tour_prints_each_find_and_ends_with_the_last(
+    searches, monkeypatch, capsys, last, exit_status
+):
+    statuses = [
+        status_of([("keys", "active"), ("wallet", "active")], 1),
+        status_of([("keys", "active"), ("wallet", "found")], 1),
+        status_of([("keys", last), ("wallet", "found")], 1),
+    ]
+
+    def publish(session, topic, receive):
+        for status in statuses if topic.endswith(keys.STATUS) else ():
+            receive(encode(status))
+
+    monkeypatch.setattr(asking, "subscribe", publish)
+    assert ask("my keys and my wallet", "--follow") == exit_status
+    out = capsys.readouterr().out.splitlines()
+    place = " at (1.0, 2.0) m, 0.5 m high"
+    end = place if last == "found" else ""
+    assert out[-3:] == [
+        "    3.0 s  searching: on the way", f"wallet: found{place}", f"keys: {last}{end}"
+    ]  # fmt: skip
+    searches.clear()
+    assert ask("my keys and my wallet", "--follow", "--json") == exit_status
+    lines = [json.loads(x) for x in capsys.readouterr().out.splitlines()][2:]
+    assert [(x["object"], x["outcome"]) for x in lines] == [
+        ("keys", "active"), ("keys", "active"), ("wallet", "found"), ("keys", last)
+    ]  # fmt: skip
+    assert lines[2]["position_world"] == [1.0, 2.0, 0.5]
 
 
 @pytest.mark.parametrize("yes", [(), ("--yes",)])

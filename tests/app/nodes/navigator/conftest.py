@@ -123,10 +123,10 @@ def open_office(sessions):
 def search(office, wanted="hat", context="on the sofa", start=True):
     """Do what the service and the node do with a request."""
     planned = office.guidance.plan(SearchRequest(object=wanted, context=context), 0.0)
-    goal_id, _ = office.goals.add(planned)
+    goal_id = office.goals.add(planned).goal_id
     office.guidance.consult(goal_id)
     if start:
-        active = office.guidance.fitted(office.goals.next())
+        active = office.guidance.fitted(office.goals.next()[0])
         office.mission.goals.set_goal(active.goal, active.guidance)
     return goal_id
 

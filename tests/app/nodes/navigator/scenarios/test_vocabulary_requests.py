@@ -74,7 +74,7 @@ def test_a_model_that_sees_adds_what_is_new(open_office):
     assert office.model.asked.get(timeout=120.0) == (b"\xff\xd8", 40)
     planned = office.guidance.plan(SearchRequest(object="hat"), 0.0)
     office.goals.add(planned)
-    active = office.goals.next()
+    active = office.goals.next()[0]
     office.mission.goals.set_goal(active.goal, active.guidance)
     office.model.may_answer.release(2)
     for _ in range(3):

@@ -85,7 +85,7 @@ def office(sessions):
 
 def start(office, wanted="hat"):
     office.service.search(SearchRequest(object=wanted))
-    return office.goals.next()
+    return office.goals.next()[0]
 
 
 def test_a_search_over_the_wire(office):
@@ -93,7 +93,7 @@ def test_a_search_over_the_wire(office):
     replies = list(office.client.get(f"r/{keys.SEARCH}", payload=request, timeout=5.0))
     reply = msgspec.json.decode(replies[0].ok.payload.to_bytes())
     assert (reply["goal_id"], reply["object"], reply["position"]) == (1, "hat", 0)
-    planned = office.goals.next()
+    planned = office.goals.next()[0]
     levels = {row.label: row.level for row in planned.guidance.rows}
     assert levels["sofa"] is Level.CERTAIN
     assert tuple(levels) == MATTERPORT_40

@@ -77,7 +77,7 @@ def test_a_goal_that_waits_gets_its_answer_too(open_office):
     run_next(office)
     run_next(office)
     office.goals.conclude("found")
-    waiting = office.guidance.fitted(office.goals.next())
+    waiting = office.guidance.fitted(office.goals.next()[0])
     assert waiting.guidance.provider == MODEL
     # What is not searched for yet is no news.
     assert len(office.events) == 1
