@@ -50,8 +50,9 @@ class Ask:
     """Ask a running navigator to search for an object, from any terminal that reaches it.
 
     A photo of it will do as well: `ippon ask --picture mug.jpg --context "in the kitchen"`.
-    Several objects are searched for one after another: `ippon ask "my keys and my wallet"`. `ippon
-    read` shows what is understood of a sentence without searching.
+    Several objects are searched for in one tour, `ippon ask "my keys and my wallet"`, or one after
+    another, "my keys, then my wallet". `ippon read` shows what is understood of a sentence without
+    searching.
     """
 
     object: Positional[str] = ""

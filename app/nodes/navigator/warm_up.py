@@ -75,6 +75,9 @@ def _use_the_rest(mission: Mission, frame: Frame, guidance: Guidance) -> None:
     label_census(mission.voxel_map, frame.T_world_base[:3, 3], NEARBY_M)
     warm_up_far_evidence()
     warm_up_planning(mission.voxel_map.arrays(), mission.robot, frame.T_world_base)
+    goals = [Goal(goal_id=n, object=name, display=name) for n, name in enumerate(("hat", "mug"))]
+    mission.goals.set_goals([(goal, guidance) for goal in goals])
+    mission.step(frame)
 
 
 def warm_up_simulation() -> None:

@@ -62,6 +62,7 @@ def compiled_in_searches(robot: str) -> list[str]:
     _find_out_of_reach(profile)
     _do_all_that_an_operator_may(profile)
     _pass_a_door(profile)
+    _find_two_in_one_tour(profile)
     return sorted(kernels.ready() - before)
 
 
@@ -136,3 +137,13 @@ def _pass_a_door(profile) -> None:
     robot.ask("toilet")
     robot.search(90.0)
     assert robot.last.state is MissionState.FOUND
+
+
+def _find_two_in_one_tour(profile) -> None:
+    robot = _Linked([*boxed_room(), TOILET], 1.0, 2.0, robot=profile)
+    goals = [robot.ask("toilet"), robot.ask("bathtub", goal_id=2)]
+    robot.mission.goals.set_goals(goals)
+    robot.search(60.0, lambda r: any(one.find is not None for one in r.snapshot.tour))
+    assert robot.mission.goals.reject_find()
+    robot.search(2.0)
+    assert robot.mission.goals.tour is not None

@@ -57,6 +57,22 @@ def test_labels_that_are_refused(open_office, label, text):
     assert office.operations.empty()
 
 
+def test_no_label_is_added_during_a_tour(open_office):
+    office = open_office()
+    office.guidance.add_label(VocabularyRequest(label="bookcase"))
+    for n, name in enumerate(("hat", "mug")):
+        planned = office.guidance.plan(SearchRequest(object=name), 0.0)
+        office.goals.add(planned, joins=1 if n else None)
+    tour = office.goals.next()
+    office.mission.goals.set_goals([(one.goal, one.guidance) for one in tour])
+    with pytest.raises(RequestRefusedError, match="during a search for several objects"):
+        office.guidance.add_label(VocabularyRequest(label="bookshelf"))
+    # The tour has begun before the mission's thread came to the label.
+    run_next(office)
+    assert "bookcase" not in office.mission.voxel_map.labels
+    assert office.guidance.labels == MATTERPORT_40
+
+
 def test_a_label_that_was_added_twice_at_once_is_added_once(open_office):
     office = open_office()
     office.guidance.add_label(VocabularyRequest(label="lamp"))

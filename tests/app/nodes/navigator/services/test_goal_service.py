@@ -203,6 +203,58 @@ def test_feedback_belongs_to_a_find(office):
     assert office.goals.statuses()[0].outcome == "active"
 
 
+def start_tour(office):
+    """Search for a hat and a mug in one tour, in which both were found, the mug last."""
+    office.service.search(SearchRequest(object="hat"))
+    accepted = office.service.search(SearchRequest(object="mug", joins=1))
+    assert (accepted.goal_id, accepted.position, accepted.joined) == (2, 0, 1)
+    assert len(office.goals.next()) == 2
+    for goal_id in (1, 2):
+        office.goals.conclude("found", goal_id)
+
+
+def test_feedback_is_about_the_find_announced_last_or_the_one_that_is_named(office):
+    start_tour(office)
+    # The tour's state need not be "found": another goal may still be searched for.
+    office.service.state = "searching"
+    office.service.feedback(FeedbackRequest(verdict="confirm"))
+    office.operations.run_queued(office.mission)
+    assert office.mission.calls == [("confirm_find", 2)]
+    with pytest.raises(RequestRefusedError, match="no find of goal 2 to confirm"):
+        office.service.feedback(FeedbackRequest(verdict="reject", goal_id=2))
+    office.service.feedback(FeedbackRequest(verdict="reject", goal_id=1))
+    office.operations.run_queued(office.mission)
+    assert office.mission.calls[1:] == [("reject_find", 1)]
+    assert [goal.outcome for goal in office.goals.tour()] == ["active", "found"]
+    with pytest.raises(RequestRefusedError, match="there is no find to confirm"):
+        office.service.feedback(FeedbackRequest(verdict="confirm"))
+
+
+def test_a_tour_is_cancelled_as_a_whole_or_goal_by_goal(office):
+    start_tour(office)
+    office.goals.reopen(1)
+    with pytest.raises(RequestRefusedError, match="no goal with number 7 to cancel"):
+        office.service.control(ControlRequest(action="cancel", goal_id=7))
+    with pytest.raises(RequestRefusedError, match="only cancel is about one goal"):
+        office.service.control(ControlRequest(action="pause", goal_id=1))
+    office.service.control(ControlRequest(action="cancel", goal_id=1))
+    office.operations.run_queued(office.mission)
+    assert office.mission.calls == [("cancel_goal", 1)]
+    assert [goal.object for goal in office.goals.statuses()[2]] == ["hat"]
+    assert office.goals.active().goal.object == "mug"
+    office.service.control(ControlRequest(action="cancel"))
+    office.operations.run_queued(office.mission)
+    assert office.mission.calls[1:] == [("cancel_goal",)]
+    assert office.goals.active() is None
+
+
+def test_a_goal_that_cannot_join_waits_and_says_why(office):
+    office.service.search(SearchRequest(object="hat"))
+    accepted = office.service.search(SearchRequest(object="my hat", joins=1))
+    assert (accepted.position, accepted.joined) == (1, None)
+    assert accepted.notes[0] == "hat is in the tour of goal 1 already: this is a search of its own"
+
+
 @pytest.mark.parametrize(
     ("fields", "text"),
     [

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from app.links.network.requests import RequestRefusedError
-from app.messages.control import GuidanceRequest, VocabularyRequest
+from app.messages.control import GuidanceRequest, SearchRequest, VocabularyRequest
 from app.nodes.navigator.status_report import level_table
 from ippon.guidance.levels import Level
 from ippon.guidance.prior import PROVIDER, EmbeddedPrior
@@ -116,6 +116,26 @@ def test_a_level_for_a_goal_that_is_over_changes_nothing(open_office):
     before = office.goals.active().guidance
     run_next(office)
     assert office.goals.active().guidance is before
+
+
+def test_each_goal_of_a_tour_gets_its_own_answer(open_office):
+    office = open_office(Model())
+    for n, name in enumerate(("hat", "mug")):
+        planned = office.guidance.plan(SearchRequest(object=name), 0.0)
+        place = office.goals.add(planned, joins=1 if n else None)
+        office.guidance.consult(place.goal_id)
+    tour = [office.guidance.fitted(one) for one in office.goals.next()]
+    office.mission.goals.set_goals([(one.goal, one.guidance) for one in tour])
+    before = [one.guidance for one in office.mission.goals.tour.searches]
+    office.model.may_answer.release()
+    run_next(office)
+    after = [one.guidance for one in office.mission.goals.tour.searches]
+    assert [a is b for a, b in zip(before, after, strict=True)].count(False) == 1
+    office.model.may_answer.release()
+    run_next(office)
+    ends = [one.guidance for one in office.mission.goals.tour.searches]
+    assert [guidance.ooi for guidance in ends] == ["hat", "mug"]
+    assert {row.level for guidance in ends for row in guidance.rows} == {Level.NEAR}
 
 
 def test_closing_ends_the_model(open_office):

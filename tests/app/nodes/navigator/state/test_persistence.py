@@ -82,6 +82,31 @@ def test_map_and_goals_are_there_for_the_next_start(open_office, voxel_map, tmp_
         navigator.close()
 
 
+def test_the_goals_of_a_tour_that_were_not_found_are_one_tour_again(
+    open_office, tmp_path, sessions
+):
+    office = open_office()
+    for name, joins in (("hat", None), ("mug", 1), ("keys", 1), ("plant", None)):
+        planned = office.guidance.plan(SearchRequest(object=name), 0.0)
+        office.goals.add(planned, joins)
+    office.goals.next()
+    office.goals.conclude("found", 1)
+    path = tmp_path / "home.map"
+    StatePersistence(path, lambda *_: None).keep(office.mission.voxel_map, office.goals)
+    kept = read_saved_state(path, CONFIG)
+    assert [(r.object, r.joins) for r in kept.requests] == [
+        ("mug", None), ("keys", 1), ("plant", None)
+    ]  # fmt: skip
+    navigator = Navigator(NavigatorConfig(robot="r"), sessions[0], saved=kept)
+    try:
+        navigator._start_next_goal()
+        assert [g.object for g in navigator._goals.tour()] == ["mug", "keys"]
+        assert navigator._mission.goals.asked == ("mug", "keys")
+        assert navigator._mission.state is MissionState.STOPPED
+    finally:
+        navigator.close()
+
+
 def test_levels_that_the_operator_set_are_there_for_the_next_start(
     open_office, voxel_map, tmp_path, sessions
 ):
