@@ -134,11 +134,8 @@ class RobotDetector:
             text = self._numbers.get(int(name), name) if name.isdecimal() else name
             answers = self._answers_of(canonical_label(text))
             asked = self._asked()
-            self._carries[name] = (
-                self._ooi
-                if self._ooi in answers
-                else next((a for a in answers if a in asked), None)
-            )
+            wanted = (one for one in (self._ooi, *self._also) if one in answers)
+            self._carries[name] = next(wanted, next((a for a in answers if a in asked), None))
         return self._carries[name]
 
     def _answers_of(self, name: str) -> tuple[str, ...]:

@@ -165,6 +165,18 @@ def test_labels_change_from_one_image_to_the_next(wired):
     assert network.asked == [(("wall", "sofa"), "hat"), (("wall",), "mug")]
 
 
+def test_further_objects_of_interest_are_asked_for_as_labels(wired, caplog):
+    router, labels, heatmaps, network, node = wired
+    network.vocabulary = ClosedVocabulary.of(["wall", "mug"])
+    network.go.set()
+    labels.put(encode(SegmentationLabels(labels=["wall"], ooi="mug", also=["crown"])))
+    wait_until(lambda: node._labels.ooi == "mug")
+    router.put(f"r/{keys.COLOR}", image(1))
+    wait_until(lambda: heatmaps)
+    assert network.asked == [(("wall", "crown"), "mug")]
+    assert "'crown' is none of them" in caplog.text
+
+
 def test_a_failure_costs_its_image_alone_and_is_said_once(wired, caplog):
     router, _, heatmaps, network, node = wired
     network.go.set()

@@ -10,7 +10,7 @@ from html import escape as _escape
 
 from app.messages.control import SentenceReading
 from app.messages.driving import DriveStatus
-from app.messages.status import Event, GoalStatus, LevelTable, Status, StreamStatus
+from app.messages.status import Event, FindReport, GoalStatus, LevelTable, Status, StreamStatus
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
 from app.view.model.candidates import Candidate
 from ippon.guidance.language.requests.goals import Goal
@@ -136,12 +136,17 @@ def intervention(drive: DriveStatus) -> str:
 
 
 def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus]) -> str:
-    """List the waiting goals and the last four finished ones."""
+    """List the goals of a tour and the waiting ones, and the last four finished ones."""
     rows = [
         f"<li><b>{words(goal.object)}</b> <span>{words(goal.outcome)}</span></li>"
         for goal in (*queue, *list(history)[::-1][:4])
     ]
     return f'<ul class="ip-goals">{"".join(rows)}</ul>' if rows else ""
+
+
+def found(find: FindReport) -> str:
+    """Name the object of a find, in a tour of several."""
+    return f'<p class="ip-state"><b>{words(find.object)}</b></p>'
 
 
 def not_found(count: int) -> str:

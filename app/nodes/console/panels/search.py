@@ -85,6 +85,7 @@ class SearchPanel:
 
     def _build_find(self, gui: Any) -> None:
         with gui.add_folder(None, visible=False) as self._find_box:
+            self._found = gui.add_html("")
             self._crop = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg")
             if not self._actions.recorded:
                 self._build_verdict(gui)
@@ -180,7 +181,7 @@ class SearchPanel:
         self._now.content = markup.now(status)
         if not self._actions.recorded:
             self._show_queue(status.queue)
-        self._goals.content = markup.goals(status.queue, status.history)
+        self._goals.content = markup.goals([*status.tour, *status.queue], status.history)
         has_search = status.goal is not None and status.state != "exhausted"
         self._steer.visible = has_search and not self._actions.recorded
         if status.state != self._state and status.state in _ENDS and self._fades:
@@ -194,6 +195,7 @@ class SearchPanel:
         if find == self._find:
             return
         self._find = find
+        self._found.content = markup.found(find) if find is not None and status.tour else ""
         if find is not None and model.image is not None:
             show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
         self._find_box.visible = find is not None

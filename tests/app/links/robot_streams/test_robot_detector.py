@@ -79,6 +79,16 @@ def test_what_it_cannot_tell_is_said_with_what_it_can():
     assert detector(ooi="hat").refusal() == "", "its names are not known"
     text = detector(names=["cup", "couch"], ooi="hat").refusal()
     assert text.startswith("this detector knows 2 kinds of thing and 'hat' is none of them")
+    one = detector(names=["cup", "couch"], ooi="mug")
+    one.ask(ASKED, "mug", ("hat",))
+    assert "'hat' is none of them" in one.refusal()
+
+
+def test_further_objects_of_interest_come_before_common_ones():
+    one = detector(names=["cup", "couch"], ooi="sofa")
+    one.ask((*ASKED, "cup"), "sofa", ("mug",))
+    seen = one.detections(boxes((BOX, 0.9, "couch"), (BOX, 0.8, "cup")), None, (48, 64))
+    assert [x.label for x in seen.instances] == ["sofa", "mug"]
 
 
 def test_masks_are_used_where_they_fit_and_boxes_where_not():

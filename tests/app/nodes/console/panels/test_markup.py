@@ -69,11 +69,16 @@ def test_no_text_from_outside_becomes_markup(text, stage):
         prompt=f"{text}\n{text}",
         reply=text,
     )
+    find = FindReport(
+        goal_id=1, object=text, position_world=(0.0, 0.0, 0.0), size_m=(1.0, 1.0, 1.0),
+        probability=1.0, voxels=1,
+    )  # fmt: skip
     status = stage.status_of(why=text, goal=goal, robot=text)
     for html in (
         markup.now(status),
         markup.answer(text, ok=False),
         markup.goals([goal], [goal]),
+        markup.found(find),
         markup.levels(table),
         markup.reasons(table),
         markup.conversation(table),
