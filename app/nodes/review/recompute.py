@@ -48,11 +48,16 @@ class Recomputation:
         """Create the mission of the recomputation.
 
         Raises:
-            RecordingError: The session has no status of a navigator.
+            RecordingError: The session has no status of a navigator, or a tour of several goals.
         """
         status = recording.first(keys.STATUS)
         if status is None:
             raise RecordingError(f"{recording.path} has no {keys.STATUS} and cannot be recomputed")
+        if _has_tour(recording):
+            raise RecordingError(
+                f"{recording.path} has a search for several objects in one tour, which cannot be "
+                "recomputed: the recording has the levels of one of them at a time"
+            )
         config = settings.navigator
         mission = config.mission.counted()
         self.mission = Mission(mission, config.profile, config.labels, config.seed)
@@ -264,6 +269,17 @@ def _answered(recording: Recording) -> frozenset[int]:
             # Undecodable commands are skipped.
             continue
     return frozenset(stamps)
+
+
+def _has_tour(recording: Recording) -> bool:
+    for message in recording.all_messages((keys.STATUS,)):
+        try:
+            if decode(message.payload, Status).tour:
+                return True
+        except msgspec.DecodeError:
+            # A status of another version is skipped.
+            continue
+    return False
 
 
 def _events(recording: Recording) -> list[Event]:

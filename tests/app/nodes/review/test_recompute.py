@@ -29,7 +29,7 @@ from app.messages.motion import (
     encode_twist,
 )
 from app.messages.perception.heatmaps import decode_heatmap, encode_heatmap
-from app.messages.status import Event, LevelRow, LevelTable
+from app.messages.status import Event, GoalStatus, LevelRow, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.review.recompute import Recomputation, recompute
 from app.nodes.review.settings import read_settings
@@ -223,4 +223,19 @@ def test_a_bag_of_others_cannot_be_recomputed(tmp_path):
     recording = Recording(session.writer.folder)
     with pytest.raises(RecordingError, match="only sessions recorded by ippon"):
         read_settings(recording, ())
+    recording.close()
+
+
+def test_a_tour_of_several_objects_cannot_be_recomputed(tmp_path):
+    session = Session(tmp_path, "r", RecordingLimits(min_free_gb=0.0), 1)
+    config = NavigatorConfig(robot="r")
+    session.add(keys.CONFIGURATION, msgspec.json.encode(config), 1, 0.0)
+    tour = [GoalStatus(goal_id=n, object=name) for n, name in enumerate(("hat", "mug"))]
+    for stamp, goals in ((1, []), (2, tour)):
+        status = msgspec.structs.replace(status_of(stamp), tour=goals)
+        session.add(keys.STATUS, encode(status), stamp, 0.0)
+    session.close()
+    recording = Recording(session.writer.folder)
+    with pytest.raises(RecordingError, match="several objects in one tour"):
+        Recomputation(recording, read_settings(recording, []))
     recording.close()
