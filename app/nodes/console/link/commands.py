@@ -99,8 +99,8 @@ class Actions(Protocol):
     recorded: bool
     """Whether a recording is shown, without a robot."""
 
-    def search(self, wanted: str, context: str, scenario: str) -> str:
-        """Start a search for an object."""
+    def search(self, wanted: str, context: str, scenario: str, *, joins_last: bool = False) -> str:
+        """Start a search for an object, if wanted in one tour with the last one."""
         ...
 
     def read(self, sentence: str) -> SentenceReading:

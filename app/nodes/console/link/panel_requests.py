@@ -47,6 +47,8 @@ class PanelRequests(ABC):
     """The `Actions` that are a single request and its reply."""
 
     recorded = False
+    _last_goal: int | None = None
+    """Number of the goal that was accepted last."""
 
     @abstractmethod
     def _request(
@@ -117,14 +119,20 @@ class PanelRequests(ABC):
         request = PreviewRequest(context=context, levels=levels)
         return self._request(keys.PREVIEW, request, PreviewReply, READ_S)
 
-    def search(self, wanted: str, context: str, scenario: str) -> str:
-        """Start a search for an object."""
+    def search(self, wanted: str, context: str, scenario: str, *, joins_last: bool = False) -> str:
+        """Start a search for an object, if wanted in one tour with the last one."""
         request = SearchRequest(
-            object=wanted, context=context, scenario=scenario, requester=REQUESTER
+            object=wanted,
+            context=context,
+            scenario=scenario,
+            requester=REQUESTER,
+            joins=self._last_goal if joins_last else None,
         )
         accepted = self._request(keys.SEARCH, request, SearchAccepted)
+        self._last_goal = accepted.goal_id
         name = accepted.object.replace("_", " ")
         when = "" if accepted.position == 0 else f", after {_goals(accepted.position)}"
+        when = when if accepted.joined is None else f"{when}, in one tour"
         notes = [f"{note[:1].upper()}{note[1:]}." for note in accepted.notes]
         return " ".join([f"Looking for: {name}{when}.", *notes])
 

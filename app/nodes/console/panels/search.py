@@ -151,17 +151,22 @@ class SearchPanel:
         return f"Read by {reading.provider}. Correct it above, or press Search to start."
 
     def _search_all(self, goals: Sequence[Goal], context: str) -> str:
-        """Search for goals, one after the other."""
+        """Search for goals: for those named with "and" in one tour, else one after the other."""
         return " ".join(
-            self._search(search_name(goal), _both(goal.context, context)) for goal in goals
+            self._search(
+                search_name(goal),
+                _both(goal.context, context),
+                joins_last=place > 0 and goal.order == "and",
+            )
+            for place, goal in enumerate(goals)
         )
 
-    def _search(self, wanted: str, context: str) -> str:
+    def _search(self, wanted: str, context: str, *, joins_last: bool = False) -> str:
         scenario = self._scenario.value.strip()
         problem = _problem(wanted, context, scenario)
         if problem is not None:
             raise CommandError(problem)
-        return self._actions.search(wanted, context, scenario)
+        return self._actions.search(wanted, context, scenario, joins_last=joins_last)
 
     def _control(self, word: str) -> None:
         actions = self._actions

@@ -1,0 +1,28 @@
+"""Commands of the panels as requests to a stand-in for the navigator."""
+
+from app.messages.control import SearchAccepted
+from app.nodes.console.link.panel_requests import PanelRequests
+
+
+class Requests(PanelRequests):
+    """Accept every search, and note what it joins."""
+
+    def __init__(self):
+        self.joins = []
+
+    def _request(self, topic, message, kind, timeout_s=None):
+        self.joins.append(message.joins)
+        return SearchAccepted(
+            goal_id=len(self.joins) + 6,
+            object=message.object,
+            position=1 if len(self.joins) == 1 else 0,
+            joined=message.joins,
+        )
+
+
+def test_a_search_joins_the_last_one_where_it_is_told_to():
+    requests = Requests()
+    assert requests.search("keys", "", "a flat") == "Looking for: keys, after 1 other goal."
+    assert requests.search("hat", "", "a flat", joins_last=True) == "Looking for: hat, in one tour."
+    assert requests.search("mug", "", "a flat") == "Looking for: mug."
+    assert requests.joins == [None, 7, None]
