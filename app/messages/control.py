@@ -1,6 +1,7 @@
 """Requests to the navigator and their replies: JSON messages that any zenoh client can send.
 
-Each struct is one message. Every request gets its reply or an `ErrorReply`.
+Each struct is one message. Every request gets its reply or an `ErrorReply`. Requests that have
+gained fields omit their defaults, so that navigators of earlier versions read them.
 """
 
 from typing import Annotated, Literal, TypeVar
@@ -25,7 +26,7 @@ class _Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A message that refuses unknown fields, so that a misspelt field is an error."""
 
 
-class SearchRequest(_Message, frozen=True):
+class SearchRequest(_Message, frozen=True, omit_defaults=True):
     """Search for an object: key `search`."""
 
     object: ObjectText
@@ -51,7 +52,7 @@ class SearchAccepted(_Message, frozen=True):
     itself."""
 
 
-class ControlRequest(_Message, frozen=True):
+class ControlRequest(_Message, frozen=True, omit_defaults=True):
     """Stop, resume, pause or cancel: key `control`."""
 
     action: Literal["stop", "resume", "pause", "cancel"]
@@ -121,7 +122,7 @@ class VocabularyRequest(_Message, frozen=True):
     requester: Annotated[str, Meta(max_length=80)] = ""
 
 
-class FeedbackRequest(_Message, frozen=True):
+class FeedbackRequest(_Message, frozen=True, omit_defaults=True):
     """Confirm or reject a find: key `feedback`."""
 
     verdict: Literal["confirm", "reject"]

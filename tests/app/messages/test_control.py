@@ -1,7 +1,15 @@
 import msgspec
 import pytest
 
-from app.messages.control import ContextText, ErrorReply, SearchRequest, decode, encode
+from app.messages.control import (
+    ContextText,
+    ControlRequest,
+    ErrorReply,
+    FeedbackRequest,
+    SearchRequest,
+    decode,
+    encode,
+)
 from app.messages.status import Status
 
 
@@ -27,6 +35,13 @@ def test_request_round_trip() -> None:
 def test_malformed_request_says_what_is_wrong(payload: bytes, message: str) -> None:
     with pytest.raises(msgspec.DecodeError, match=message):
         decode(payload, SearchRequest)
+
+
+def test_a_request_without_new_fields_is_read_by_earlier_versions() -> None:
+    assert encode(SearchRequest(object="hat")) == b'{"object":"hat"}'
+    assert encode(ControlRequest(action="stop")) == b'{"action":"stop"}'
+    assert encode(FeedbackRequest(verdict="confirm")) == b'{"verdict":"confirm"}'
+    assert decode(b'{"object":"hat"}', SearchRequest) == SearchRequest(object="hat")
 
 
 def test_every_message_has_a_schema() -> None:
