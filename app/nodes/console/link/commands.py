@@ -111,12 +111,12 @@ class Actions(Protocol):
         """Add a label to the vocabulary."""
         ...
 
-    def confirm_find(self) -> str:
-        """Confirm the find."""
+    def confirm_find(self, goal_id: int | None = None) -> str:
+        """Confirm the find, in a tour that of a goal."""
         ...
 
-    def reject_find(self) -> str:
-        """Reject the find and continue the search."""
+    def reject_find(self, goal_id: int | None = None) -> str:
+        """Reject the find, in a tour that of a goal, and continue the search."""
         ...
 
     def set_level(self, label: str, level: LevelName) -> str:

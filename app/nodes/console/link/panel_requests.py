@@ -146,14 +146,16 @@ class PanelRequests(ABC):
         request = VocabularyRequest(label=label, requester=REQUESTER)
         return self._request(keys.VOCABULARY, request, Accepted).detail
 
-    def confirm_find(self) -> str:
-        """Confirm the find."""
-        self._request(keys.FEEDBACK, FeedbackRequest(verdict="confirm"), Accepted)
+    def confirm_find(self, goal_id: int | None = None) -> str:
+        """Confirm the find, in a tour that of a goal."""
+        request = FeedbackRequest(verdict="confirm", goal_id=goal_id)
+        self._request(keys.FEEDBACK, request, Accepted)
         return "Confirmed."
 
-    def reject_find(self) -> str:
-        """Reject the find and continue the search."""
-        self._request(keys.FEEDBACK, FeedbackRequest(verdict="reject"), Accepted)
+    def reject_find(self, goal_id: int | None = None) -> str:
+        """Reject the find, in a tour that of a goal, and continue the search."""
+        request = FeedbackRequest(verdict="reject", goal_id=goal_id)
+        self._request(keys.FEEDBACK, request, Accepted)
         return "The search continues; this place is excluded."
 
     def set_level(self, label: str, level: LevelName) -> str:

@@ -34,6 +34,8 @@ class SearchPanel:
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._actions = actions
         self._find: FindReport | None = None
+        self._judged: int | None = None
+        """Number of the goal of a tour whose find is shown."""
         self._state = ""
         self._fades = False
         """Whether the shown reply is removed when the search ends."""
@@ -93,8 +95,8 @@ class SearchPanel:
     def _build_verdict(self, gui: Any) -> None:
         confirm = gui.add_button("Confirm: this is it", color=(0, 158, 115))
         reject = gui.add_button("Not this: keep looking", color=QUIET)
-        confirm.on_click(lambda _: self._try(self._actions.confirm_find))
-        reject.on_click(lambda _: self._try(self._actions.reject_find))
+        confirm.on_click(lambda _: self._try(lambda: self._actions.confirm_find(self._judged)))
+        reject.on_click(lambda _: self._try(lambda: self._actions.reject_find(self._judged)))
 
     def _build_queue(self, gui: Any) -> None:
         self._waiting: dict[str, int] = {}
@@ -200,6 +202,7 @@ class SearchPanel:
         if find == self._find:
             return
         self._find = find
+        self._judged = find.goal_id if find is not None and status.tour else None
         self._found.content = markup.found(find) if find is not None and status.tour else ""
         if find is not None and model.image is not None:
             show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))

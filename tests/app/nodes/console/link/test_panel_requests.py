@@ -1,6 +1,6 @@
 """Commands of the panels as requests to a stand-in for the navigator."""
 
-from app.messages.control import SearchAccepted
+from app.messages.control import Accepted, FeedbackRequest, SearchAccepted
 from app.nodes.console.link.panel_requests import PanelRequests
 
 
@@ -8,9 +8,12 @@ class Requests(PanelRequests):
     """Accept every search, and note what it joins."""
 
     def __init__(self):
-        self.joins = []
+        self.joins, self.feedback = [], []
 
     def _request(self, topic, message, kind, timeout_s=None):
+        if isinstance(message, FeedbackRequest):
+            self.feedback.append((message.verdict, message.goal_id))
+            return Accepted()
         self.joins.append(message.joins)
         return SearchAccepted(
             goal_id=len(self.joins) + 6,
@@ -26,3 +29,11 @@ def test_a_search_joins_the_last_one_where_it_is_told_to():
     assert requests.search("hat", "", "a flat", joins_last=True) == "Looking for: hat, in one tour."
     assert requests.search("mug", "", "a flat") == "Looking for: mug."
     assert requests.joins == [None, 7, None]
+
+
+def test_a_verdict_names_the_find_of_a_tour_that_is_shown():
+    requests = Requests()
+    requests.confirm_find(3)
+    requests.reject_find(4)
+    requests.confirm_find()
+    assert requests.feedback == [("confirm", 3), ("reject", 4), ("confirm", None)]
