@@ -47,8 +47,13 @@ export class Things {
     if (this.plan.size !== "full") this.plan.resize("full");
     at("things").hidden = !open;
     at("things-open").setAttribute("aria-pressed", String(open));
-    if (!open) this.plan.pointed = null;
-    if (open) at("things-find").focus();
+    if (open) {
+      at("things-find").focus();
+    } else {
+      this.plan.pointed = null;
+      // A hidden field would take the next key for itself.
+      this.plan.canvas.focus({ preventScroll: true });
+    }
     this.fetch();
   }
 

@@ -1,6 +1,7 @@
 """What each role of `ippon certificates` can do, and what it cannot."""
 
 import datetime as dt
+import time
 
 import pytest
 
@@ -106,7 +107,10 @@ def test_a_bridge_sees_the_navigator_and_other_bridges(network):
     alive = network.router.liveliness().declare_token("ippon/alive/navigator")
     assert is_alive(robot, "ippon/alive/navigator", 5.0)
     assert is_alive(second, "ippon/alive/ros2/*", 5.0)
-    found = [str(one.ok.key_expr) for one in second.liveliness().get("ippon/alive/ros2/*")]
+    deadline, found = time.monotonic() + 10.0, []
+    while not found and time.monotonic() < deadline:
+        # A single question may find nothing on a busy machine.
+        found = [str(one.ok.key_expr) for one in second.liveliness().get("ippon/alive/ros2/*")]
     assert found == ["ippon/alive/ros2/1-robot-7"]
     heard = []
     subscribe(network.router, "ippon/tf_static", heard.append, kept=True)
