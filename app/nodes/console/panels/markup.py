@@ -146,7 +146,7 @@ def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus]) -> str:
 
 def found(find: FindReport) -> str:
     """Name the object of a find, in a tour of several."""
-    return f'<p class="ip-state"><b>{words(find.object)}</b></p>'
+    return f'<p class="ip-state ip-of-tour">Found: <b>{words(find.object)}</b></p>'
 
 
 def not_found(count: int) -> str:
