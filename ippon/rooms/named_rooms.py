@@ -102,9 +102,7 @@ def _called(rooms: Rooms, names: Iterable[RoomName]) -> dict[int, str]:
 
 
 def _part_at(rooms: Rooms, x_m: float, y_m: float) -> int:
-    i, j = (np.floor(np.array([x_m, y_m]) / rooms.cell_m).astype(int) - rooms.origin).tolist()
-    inside = 0 <= i < rooms.part.shape[0] and 0 <= j < rooms.part.shape[1]
-    return int(rooms.part[i, j]) if inside else 0
+    return max(0, int(rooms.parts_at(np.array([[x_m, y_m]]))[0]))
 
 
 def _nearest_part(rooms: Rooms, x_m: float, y_m: float) -> int:

@@ -84,10 +84,15 @@ class Rooms:
 
     def at(self, xy: Float64Array) -> NDArray[np.int64]:
         """Return (M,) index into `types` for (M, 2) world positions, `NO_ROOM` if unclear."""
+        part = self.parts_at(xy)
+        return np.where(part < 0, NO_ROOM, self.room[np.maximum(part, 0)])
+
+    def parts_at(self, xy: Float64Array) -> NDArray[np.int64]:
+        """Return (M,) number of the part at (M, 2) world positions, -1 outside the cells."""
         cell = np.floor(xy / self.cell_m).astype(np.int64) - self.origin
         inside = ((cell >= 0) & (cell < self.part.shape)).all(axis=1)
-        out = np.full(len(xy), NO_ROOM, dtype=np.int64)
-        out[inside] = self.room[self.part[cell[inside, 0], cell[inside, 1]]]
+        out = np.full(len(xy), -1, dtype=np.int64)
+        out[inside] = self.part[cell[inside, 0], cell[inside, 1]]
         return out
 
     def name_at(self, xy: tuple[float, float]) -> str:
