@@ -6,8 +6,9 @@ import queue
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final, Literal, TypeVar
 
 import msgspec
 
@@ -21,6 +22,8 @@ from app.recording.notes import Note, add_note, read_notes
 from app.recording.reading.recording import Recording
 
 logger = logging.getLogger(__name__)
+
+_T = TypeVar("_T")
 
 TICK_S: Final = 0.04
 MIN_SPEED: Final = 0.25
@@ -110,19 +113,7 @@ class Playback:
         Raises:
             RecordingError: A recording cannot be shown; the previous ones stay.
         """
-        done: queue.SimpleQueue[RecordingError | None] = queue.SimpleQueue()
-
-        def work() -> None:
-            try:
-                self._open(paths)
-                done.put(None)
-            except RecordingError as error:
-                done.put(error)
-
-        self._work.put(work)
-        problem = done.get()
-        if problem is not None:
-            raise problem
+        self._in_thread(lambda: self._open(paths)).result()
 
     def image_at(self, at_s: float, lane: int) -> bytes | None:
         """Return the payload of the camera image at a moment; None if there is none.
@@ -131,16 +122,23 @@ class Playback:
             at_s: Seconds since the beginning of the recording.
             lane: Session: 0 for the first, 1 for the second.
         """
-        found: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
-
-        def work() -> None:
-            found.put(self._image_at(at_s, lane))
-
-        self._work.put(work)
         try:
-            return found.get(timeout=IMAGE_S)
-        except queue.Empty:
+            return self._in_thread(lambda: self._image_at(at_s, lane)).result(IMAGE_S)
+        except TimeoutError:
             return None
+
+    def _in_thread(self, work: Callable[[], _T]) -> "Future[_T]":
+        """Queue work for the playback's thread; a `RecordingError` of it is raised to who waits."""
+        done: Future[_T] = Future()
+
+        def run() -> None:
+            try:
+                done.set_result(work())
+            except RecordingError as error:
+                done.set_exception(error)
+
+        self._work.put(run)
+        return done
 
     def _image_at(self, at_s: float, lane: int) -> bytes | None:
         if not 0 <= lane < len(self._players):
