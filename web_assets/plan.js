@@ -12,6 +12,7 @@ export class Plan {
   constructor(isTyping, nameRoom) {
     this.isTyping = isTyping;
     this.nameRoom = nameRoom;
+    this.openThings = null;
     this.section = at("plan");
     this.canvas = at("plan-picture");
     this.cells = this.image = this.scene = null;
@@ -45,7 +46,8 @@ export class Plan {
     if (this.isTyping(event.target) || at("room").open || at("help").open) return;
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     const act = this.size === "full" ? this.keys(event) : null;
-    const does = event.code === "KeyP" && !event.repeat ? () => this.toggle() : act;
+    const opens = { KeyP: () => this.toggle(), KeyT: this.openThings }[event.code];
+    const does = opens && !event.repeat ? opens : act;
     if (!does) return;
     event.preventDefault();
     event.stopImmediatePropagation();

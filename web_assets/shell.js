@@ -159,17 +159,8 @@ const explanation = new Explanation();
 const onHelpKey = installHelp(isTyping);
 const plan = new Plan(isTyping, (room) => request({ type: "room", ...room }));
 const camera = new Camera(isTyping, () => plan.besideCamera());
-const things = new Things(plan, (object) => request({ type: "search", object }));
-const onPlanKey = (event) => {
-  const isPlain = !isTyping(event.target) && !event.ctrlKey && !event.altKey && !event.metaKey;
-  if (event.code !== "KeyT" || event.repeat || !isPlain || at("help").open || at("room").open) {
-    plan.onKey(event);
-    return;
-  }
-  event.preventDefault();
-  event.stopImmediatePropagation();
-  things.toggle();
-};
+new Things(plan, (object) => request({ type: "search", object }));
+const onPlanKey = (event) => plan.onKey(event);
 const onCameraKey = (event) => camera.onKey(event);
 
 function clock(seconds) {

@@ -29,7 +29,8 @@ export class Things {
     this.rows = new Map();
     this.chosen = null;
     this.isFetching = false;
-    at("things-open").addEventListener("click", () => this.toggle());
+    plan.openThings = () => this.toggle();
+    at("things-open").addEventListener("click", plan.openThings);
     at("things-find").addEventListener("input", () => this.filter());
     at("things-find").addEventListener("keydown", (event) => {
       event.stopPropagation();
