@@ -16,12 +16,12 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from app.messages.cdr import MessageError
 from app.nodes.console.camera.camera_feed import CameraFeed, FeedImage
+from app.nodes.console.web.page_messages import page_messages, until_one_ends
 from app.view.camera.stream_budget import IN_FLIGHT, Rung, StreamBudget
 
 logger = logging.getLogger(__name__)
 
 MAX_MESSAGE: Final = 1024
-_BAD_MESSAGE: Final = 1007
 _WAIT_S: Final = 1.0
 _LOST_S: Final = 5.0
 """Time after which an acknowledgement is given up."""
@@ -57,23 +57,7 @@ async def serve_camera(socket: WebSocket, feed: CameraFeed) -> None:
     """Send pictures to one page until it disconnects."""
     await socket.accept()
     stream = _Stream(socket, feed)
-    tasks = [asyncio.create_task(stream.listen()), asyncio.create_task(stream.send())]
-    try:
-        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-
-
-def _read(text: str | None) -> CameraDrawn | CameraWish | None:
-    if text is None or len(text) > MAX_MESSAGE:
-        return None
-    try:
-        return _decoder.decode(text)
-    except msgspec.DecodeError as error:
-        logger.warning("invalid message of a camera view: %s", error)
-        return None
+    await until_one_ends(stream.listen(), stream.send())
 
 
 class _Stream:
@@ -88,14 +72,8 @@ class _Stream:
 
     async def listen(self) -> None:
         """Read what the page shows and has drawn."""
-        while True:
-            received = await self._socket.receive()
-            if received["type"] == "websocket.disconnect":
-                return
-            message = _read(received.get("text"))
-            if message is None:
-                await self._socket.close(_BAD_MESSAGE, "not a message of a camera view")
-                return
+        messages = page_messages(self._socket, _decoder, "a camera view", MAX_MESSAGE)
+        async for message in messages:
             if isinstance(message, CameraDrawn):
                 await self._acknowledge(message.number)
             else:

@@ -14,13 +14,13 @@ from app.messages.driving import DriveModeName
 from app.nodes.console.link.commands import CommandError, Controller
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import Browser, Role, Standing, set_acting_browser
+from app.nodes.console.web.page_messages import page_messages, until_one_ends
 from app.nodes.console.web.permissions import may_command
 from ippon.control.drive_mode import NO_INPUT, TeleopInput
 
 logger = logging.getLogger(__name__)
 
 MAX_MESSAGE: Final = 4096
-_BAD_MESSAGE: Final = 1007
 RENEW_S: Final = 0.5
 ASLEEP_S: Final = 5.0
 """Silence after which a page counts as asleep and its lease is no longer renewed; longer than the
@@ -112,7 +112,7 @@ _Message = (
     ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease | ShellRoom
     | ShellSearch
 )  # fmt: skip
-_decoder = msgspec.json.Decoder(_Message)
+_decoder: Final = msgspec.json.Decoder(_Message)
 
 
 async def serve_shell(
@@ -123,18 +123,12 @@ async def serve_shell(
     await socket.accept()
     outbox: asyncio.Queue[bytes] = asyncio.Queue(maxsize=64)
     standing = _Standing(outbox.put, controller, browser)
-    tasks = [
-        asyncio.create_task(_listen(socket, outbox.put, controller, standing, state_feed)),
-        asyncio.create_task(standing.keep()),
-        asyncio.create_task(_announce(state_feed, outbox.put)),
-        asyncio.create_task(_send(socket, outbox)),
-    ]
-    try:
-        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+    await until_one_ends(
+        _listen(socket, outbox.put, controller, standing, state_feed),
+        standing.keep(),
+        _announce(state_feed, outbox.put),
+        _send(socket, outbox),
+    )
 
 
 async def _send(socket: WebSocket, outbox: asyncio.Queue[bytes]) -> None:
@@ -160,14 +154,7 @@ async def _listen(
     commands: set[asyncio.Task[None]] = set()
     held = NO_INPUT
     try:
-        while True:
-            received = await socket.receive()
-            if received["type"] == "websocket.disconnect":
-                break
-            message = _read(received.get("text"))
-            if message is None:
-                await socket.close(_BAD_MESSAGE, "not a message of the shell")
-                break
+        async for message in page_messages(socket, _decoder, "the shell", MAX_MESSAGE):
             if isinstance(message, ShellPing):
                 await put(msgspec.json.encode(ShellPong(t=message.t)))
                 continue
@@ -193,16 +180,6 @@ async def _listen(
             _, late = await asyncio.wait(commands, timeout=5.0)
             for task in late:
                 task.cancel()
-
-
-def _read(text: str | None) -> _Message | None:
-    if text is None or len(text) > MAX_MESSAGE:
-        return None
-    try:
-        return _decoder.decode(text)
-    except msgspec.DecodeError as error:
-        logger.warning("invalid message of a shell: %s", error)
-        return None
 
 
 class _Standing:
