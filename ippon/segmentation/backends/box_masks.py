@@ -106,10 +106,11 @@ class BoxMasks:
             else (side, side)
         )
         seen = normalised(resized(image, (h, w)), *self._normalisation)
+        # Boxes stay float32: at 1024 pixels a bfloat16 is 4 pixels apart from the next.
         factor = torch.tensor([w / width, h / height] * 2, device=self.device)
         given = self._model(
             pixel_values=functional.pad(seen, (0, side - w, 0, side - h)).to(self.dtype),
-            input_boxes=(torch.from_numpy(boxes_px).to(factor) * factor)[None].to(self.dtype),
+            input_boxes=(torch.from_numpy(boxes_px).to(factor) * factor)[None],
             multimask_output=False,
         )
         logits = given.pred_masks[0, :, 0].float()

@@ -145,11 +145,12 @@ def test_instances_get_masks_and_keep_the_rest(folder, image_by_formula):
 def test_half_precision_outlines_about_the_same(folder, image_by_formula, precision):
     color = image_by_formula(48, 64)
     half = replace(CONFIG, precision=precision)
+    networks = [BoxMasks("sam2", which, folder) for which in (CONFIG, half)]
+    for network in networks:
+        # Of four masks SAM 2 returns the most stable, and rounding may make that another one.
+        network._model.mask_decoder.dynamic_multimask_via_stability = False
     with torch.inference_mode():
-        one, other = (
-            BoxMasks("sam2", which, folder).outline(color, BOXES, (24, 32))
-            for which in (CONFIG, half)
-        )
+        one, other = (network.outline(color, BOXES, (24, 32)) for network in networks)
     assert (one != other).float().mean() < 0.05
 
 

@@ -32,6 +32,9 @@ def shake(model, seed: int = 0):
                 values.copy_((torch.rand(values.shape, generator=generator) * 2 - 1) * spread)
             else:
                 values.add_((torch.rand(values.shape, generator=generator) - 0.5) * 0.4)
+        for name, values in model.named_buffers():
+            if name.endswith("positional_embedding"):  # SAM draws it when it is made.
+                values.copy_(torch.randn(values.shape, generator=generator))
     return model
 
 
