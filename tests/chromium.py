@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
-from tests.browser import find_browser
+from tests.browser import system_browser
 
 ARGUMENTS = [
     "--no-sandbox",
@@ -24,8 +24,9 @@ def open_browser() -> Iterator[Browser]:
     """Yield Chromium, the system's or Playwright's own, without a window."""
     expect.set_options(timeout=PATIENCE_MS)
     with sync_playwright() as playwright:
+        # Without a path Playwright takes its own headless shell.
         browser = playwright.chromium.launch(
-            executable_path=find_browser(), args=ARGUMENTS, timeout=PATIENCE_MS
+            executable_path=system_browser(), args=ARGUMENTS, timeout=PATIENCE_MS
         )
         yield browser
         browser.close()

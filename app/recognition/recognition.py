@@ -1,7 +1,7 @@
 """Recognition of requested objects in a recording, with network and map."""
 
 import os
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -15,7 +15,8 @@ from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform, transform_points
 from ippon.guidance.language.naming import resolve_object
 from ippon.mapping.config import MapConfig
-from ippon.mapping.objects.ooi_voxels import OoiVoxels
+from ippon.mapping.goal_layers.goal_arrays import MAX_GOALS
+from ippon.mapping.goal_layers.goal_layers import GoalLayers, OoiTarget
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.finds.clusters import cluster_finds
 from ippon.mission.finds.image_check import ImageCheckConfig
@@ -67,14 +68,14 @@ class RecognisedFind:
 class Recognition:
     """Integrates frames, then returns the finds.
 
-    Each object has its own map with it as the object of interest from the first frame on, so that
-    probabilities equal those of a search, whatever else is requested.
+    Each object is an object of interest from the first frame on, so that probabilities equal those
+    of a search, whatever else is requested. A map takes eight of them.
 
     Args:
         objects: Canonical labels of the requested objects.
         models: Observation models of the networks.
         voxel_size_m: Edge length of a voxel.
-        memory_limit_mb: Memory limit of the map of each object.
+        memory_limit_mb: Memory limit of each map.
     """
 
     def __init__(
@@ -89,7 +90,8 @@ class Recognition:
         self.models = models or ObservationModels()
         self._config = MapConfig(voxel_size_m=voxel_size_m, memory_limit_mb=memory_limit_mb)
         self._objects = tuple(dict.fromkeys(objects))
-        self._maps: dict[str, VoxelMap] = {}
+        self._maps: list[VoxelMap] = []
+        self._goals: list[GoalLayers] = []
         self._finds: dict[str, tuple[Find, ...]] = {}
         self.views: list[View] = []
         """Views of the integrated frames."""
@@ -101,13 +103,13 @@ class Recognition:
         self.dropped = 0
         """Number of map blocks dropped for lack of memory."""
 
-    def _map_for(self, name: str, kind: HeatmapKind) -> VoxelMap:
+    def _begin(self, kind: HeatmapKind) -> None:
         # Probabilities sum to 1 over all labels that the network was asked for.
         told_apart = MATTERPORT_40 if kind == "scores" else self.labels
-        others = [label for label in told_apart if label != name]
-        voxel_map = VoxelMap(self._config, others, self.models)
-        voxel_map.set_ooi(name)
-        return voxel_map
+        for first in range(0, len(self._objects), MAX_GOALS):
+            targets = [OoiTarget(label=x) for x in self._objects[first : first + MAX_GOALS]]
+            self._maps.append(VoxelMap(self._config, told_apart, self.models))
+            self._goals.append(GoalLayers(self._maps[-1], targets))
 
     def add(self, frame: Frame, observation: Observation) -> None:
         """Integrate a frame with the network's output."""
@@ -115,25 +117,21 @@ class Recognition:
         self._finds.clear()
         heatmap = _heatmap(observation, frame)
         if not self._maps:
-            self._maps = {name: self._map_for(name, heatmap.kind) for name in self._objects}
-
-        def fuse(name: str) -> int:
-            voxel_map = self._maps[name]
-            own = replace(frame, heatmap=asked_for(heatmap, name, voxel_map.labels))
-            return voxel_map.integrate(own).blocks_dropped
-
+            self._begin(heatmap.kind)
+        seen = replace(frame, heatmap=heatmap)
         try:
             with ThreadPoolExecutor(os.cpu_count()) as pool:
-                self.dropped += sum(pool.map(fuse, self._maps))
+                updates = list(pool.map(lambda one: one.integrate(seen), self._maps))
         except FrameRejectedError:
             self.refused += 1
             return
+        self.dropped += sum(update.blocks_dropped for update in updates)
         self._last = frame
         self.views.append(View.of(number, frame, observation))
 
     def map_of(self, label: str) -> VoxelMap:
-        """Return the map of an object, once a frame was given."""
-        return self._maps[label]
+        """Return the map that an object is in, once a frame was given."""
+        return self._maps[self._objects.index(label) // MAX_GOALS]
 
     def finds(self, label: str) -> tuple[Find, ...]:
         """Return the finds that would end a search for an object, most probable first.
@@ -150,7 +148,8 @@ class Recognition:
         return self._finds[label]
 
     def _judged(self, label: str, last: Frame) -> tuple[Find, ...]:
-        centres, probabilities = OoiVoxels(FIND_THRESHOLD).update(self._maps[label].arrays())
+        goals = self._goals[self._objects.index(label) // MAX_GOALS]
+        centres, probabilities = goals.layer(label).voxels(FIND_THRESHOLD)
         size = self._config.voxel_size_m
         finds = cluster_finds(
             centres, probabilities, size, camera=last.camera, T_world_camera=last.T_world_camera
@@ -222,24 +221,6 @@ def in_own_world(
             )
         )
     return found
-
-
-def asked_for(heatmap: Heatmap, name: str, others: Collection[str]) -> Heatmap:
-    """Return a heatmap with one of its labels as object of interest; without it, with none.
-
-    Args:
-        heatmap: Without an object of interest.
-        name: The label; where the heatmap lacks it, the heatmap stays without.
-        others: Labels that are kept beside it.
-    """
-    kept = [k for k, label in enumerate(heatmap.labels) if label != name and label in others]
-    own = [heatmap.labels.index(name)] if name in heatmap.labels else []
-    return replace(
-        heatmap,
-        labels=tuple(heatmap.labels[k] for k in kept),
-        ooi=name if own else None,
-        probabilities=np.ascontiguousarray(heatmap.probabilities[..., [*kept, *own]]),
-    )
 
 
 def _heatmap(observation: Observation, frame: Frame) -> Heatmap:
