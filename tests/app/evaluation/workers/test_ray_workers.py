@@ -49,7 +49,7 @@ def test_results_and_errors_come_back_and_dead_workers_are_replaced():
 def test_a_cluster_and_a_process_of_this_machine_write_the_same_rows(room, tmp_path, observer):
     command = EvaluationConfig(
         out=tmp_path / "alone", homes=(str(room),), objects="chair,hat",
-        methods="ippon,nearest_frontier,oracle", robot="zed", image_width=64, max_time_s=20.0,
+        methods="ippon,oracle", robot="zed", image_width=64, max_time_s=11.0,
     )  # fmt: skip
     on_ray = dataclasses.replace(command, out=tmp_path / "ray", ray=(), workers=2)
     assert run_evaluation(command, observer).failed == 0
@@ -61,7 +61,7 @@ def test_a_cluster_and_a_process_of_this_machine_write_the_same_rows(room, tmp_p
         ]
         for name in ("alone", "ray")
     )
-    assert len(alone) == 6
+    assert len(alone) == 4
     assert alone == ray
 
 
