@@ -32,10 +32,17 @@ def open_browser() -> Iterator[Browser]:
         browser.close()
 
 
-def new_window(browser: Browser, width: int = 1440, height: int = 900) -> BrowserContext:
-    """Return a window without pages; what one page loads is there for the next."""
+def new_window(
+    browser: Browser, width: int = 1440, height: int = 900, *, is_first_visit: bool = False
+) -> BrowserContext:
+    """Return a window without pages; what one page loads is there for the next.
+
+    Only a first visit meets the introduction.
+    """
     window = browser.new_context(viewport={"width": width, "height": height}, color_scheme="dark")
     window.set_default_timeout(PATIENCE_MS)
+    if not is_first_visit:
+        window.add_init_script("localStorage.setItem('ippon-introduction', 'done')")
     return window
 
 

@@ -6,6 +6,7 @@ import { Drive, isTyping } from "./drive.js";
 import { Explanation } from "./explain.js";
 import { installFold } from "./fold.js";
 import { installHelp, installTheme } from "./help.js";
+import { Introduction } from "./introduction.js";
 import { Lease, logInAgainIfAsked } from "./lease.js";
 import { Plan } from "./plan.js";
 import { Things } from "./things.js";
@@ -156,6 +157,7 @@ function send(message) {
 const drive = new Drive(send, (mode) => insist(request({ type: "drive", mode })));
 const lease = new Lease(send, (action) => insist(request({ type: "lease", action })), view);
 const explanation = new Explanation();
+const introduction = new Introduction(view);
 const onHelpKey = installHelp(isTyping);
 const plan = new Plan(isTyping, (room) => request({ type: "room", ...room }));
 const camera = new Camera(isTyping, () => plan.besideCamera());
@@ -271,7 +273,10 @@ function renderVeil(shown) {
   };
   const text = texts[shown];
   at("veil").hidden = text === undefined || (shown === "waiting" && state?.has_map);
-  if (text === undefined) return;
+  if (text === undefined) {
+    if (!document.body.classList.contains("review")) introduction.begin();
+    return;
+  }
   at("veil-title").textContent = text[0];
   at("veil-text").textContent = text[1];
   at("veil-hint").textContent = text[2];

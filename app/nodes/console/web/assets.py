@@ -15,8 +15,9 @@ PREFIX: Final = "/assets/"
 _NAMES: Final = (
     "shell.css", "shell.js", "view.css", "icon.svg",
     "answers.js", "camera.css", "camera.js", "camera_worker.js", "drive.css", "drive.js",
-    "explain.js", "fold.js", "help.js", "lease.css", "lease.js", "login.css", "map_first.js",
-    "plan.css", "plan.js", "plan_drawing.js", "scene_area.js", "things.css", "things.js",
+    "explain.js", "fold.js", "help.js", "introduction.css", "introduction.js", "lease.css",
+    "lease.js", "login.css", "map_first.js", "one_layout.js", "plan.css", "plan.js",
+    "plan_drawing.js", "scene_area.js", "things.css", "things.js",
 )  # fmt: skip
 _TYPES: Final = {
     "css": "text/css",
@@ -61,6 +62,7 @@ class Assets:
         ours = (
             f'<link rel="stylesheet" href="{PREFIX}view.css">'
             f'<script src="{PREFIX}map_first.js"></script>'
+            f'<script src="{PREFIX}one_layout.js"></script>'
         ).encode()
         self.shell = Asset("index.html", shell, "no-store")
         self.view = Asset("view.html", _with_head(client.page, ours), _ASK_AGAIN)

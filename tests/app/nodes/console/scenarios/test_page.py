@@ -399,3 +399,36 @@ def test_another_servers_address_in_the_url_leads_nowhere(shared, page):
     page.wait_for_timeout(3000)
     assert asked
     assert all(url.startswith(shared.console.url.replace("http", "ws")) for url in asked)
+
+
+def test_a_first_visit_is_introduced_and_the_next_one_is_not(shared, browser, home):
+    window = new_window(browser, 390, 844, is_first_visit=True)
+    page = window.new_page()
+    page.goto(shared.console.url)
+    panel = _view(page).locator("[data-dock-region='right']").bounding_box()
+    assert panel is not None
+    assert (panel["x"], panel["width"]) == (0, 390), "a phone's panel is below the map"
+    card = page.locator("#introduction")
+    expect(card).to_contain_text("1 of 5")
+    for title in "Why it goes there", "Steer", "Confirm", "Review":
+        page.get_by_role("button", name="Next").click()
+        expect(card.get_by_role("heading")).to_have_text(title)
+    expect(_view(page).get_by_role("tab", name="Session")).to_have_attribute(
+        "aria-selected", "true"
+    )
+    # Space still stops the robot, and presses no button of the card.
+    page.keyboard.press("Space")
+    _state(page, "Stopped")
+    expect(card).to_contain_text("5 of 5")
+    page.reload()
+    expect(card).to_contain_text("5 of 5")
+    page.get_by_role("button", name="Done").click()
+    page.reload()
+    expect(page.locator("#state")).not_to_have_text("Connecting")
+    expect(card).to_be_hidden()
+    page.keyboard.press("?")
+    page.get_by_role("button", name="Introduction").click()
+    expect(card).to_contain_text("1 of 5")
+    page.keyboard.press("Escape")
+    expect(card).to_be_hidden()
+    window.close()
