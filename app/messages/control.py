@@ -130,11 +130,52 @@ class FeedbackRequest(_Message, frozen=True, omit_defaults=True):
     """Number of the goal; None for the find that was announced last."""
 
 
-class QueueRequest(_Message, frozen=True):
-    """Move a waiting goal to the front, or remove it: key `queue`."""
+class QueueRequest(_Message, frozen=True, omit_defaults=True):
+    """Change the queue of goals: key `queue`. Goals are named by number, never by place."""
 
     goal_id: int
-    action: Literal["first", "remove"]
+    """The waiting goal; for `repeat` one whose search has ended."""
+    action: Literal["first", "before", "remove", "edit", "repeat"]
+    """Move it, with its tour, to the front or before another waiting goal; cancel it; replace its
+    object and context; search once more for an ended one, after those that wait."""
+    before: int | None = None
+    """Number of the goal that it is moved before."""
+    object: Annotated[str, Meta(max_length=80)] = ""
+    """New object; empty keeps it."""
+    context: ContextText | None = None
+    """New context; None keeps it."""
+
+
+class SavedSearchRequest(_Message, frozen=True, omit_defaults=True):
+    """Save a search, run a saved one, or delete it: key `searches`."""
+
+    action: Literal["save", "run", "delete"]
+    saved_id: int | None = None
+    """Number of the saved search to run or delete."""
+    object: Annotated[str, Meta(max_length=80)] = ""
+    """What is saved."""
+    context: ContextText = ""
+    scenario: ScenarioText = "an apartment with different rooms"
+
+
+class SavedSearch(_Message, frozen=True):
+    """A search that is kept to be run again."""
+
+    saved_id: int
+    object: ObjectText
+    """As it was typed."""
+    context: ContextText = ""
+    scenario: ScenarioText = "an apartment with different rooms"
+
+
+class SavedSearches(_Message, frozen=True):
+    """All saved searches: key `searches/saved`, published on change and stored for late joiners."""
+
+    searches: list[SavedSearch]
+    next_id: int = 1
+    """Number of the next one; numbers are not used twice."""
+    note: str = ""
+    """Why they are not kept on disk."""
 
 
 class PreviewRequest(_Message, frozen=True):

@@ -68,6 +68,16 @@ class GoalStatus(_Message, frozen=True):
     outcome: GoalOutcome = "queued"
     position_world: tuple[float, float, float] | None = None
     """Where it was found, metres; None for no find."""
+    display: str = ""
+    """As the requester named it; empty if the object says it."""
+    tour: int | None = None
+    """Number of the first goal of its tour; None if it is searched for by itself."""
+    confirmed: bool = False
+    """The operator confirmed the find."""
+    rejected: int = 0
+    """Number of its finds that the operator rejected."""
+    took_s: float | None = None
+    """Robot time that its search took; None while it goes on, or if it never began."""
 
 
 class FindReport(_Message, frozen=True):

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+import platformdirs
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -115,6 +116,7 @@ def _config_of(
             second_opinion=command.llm.second_opinion,
             labels=MATTERPORT_40 if voxel_map is None else voxel_map.labels,
             keep_map="" if command.map is None else str(command.map),
+            keep_searches=str(saved_searches_path(command.robot)),
         )
         if voxel_map is not None:
             changes.pop("labels", None)  # The labels of a map cannot be replaced.
@@ -124,6 +126,12 @@ def _config_of(
     if command.segmentation.where == "here" and "heatmap_lost_s" not in changes:
         config = replace(config, heatmap_lost_s=SLOW_SEGMENTATION_S)
     return config, saved
+
+
+def saved_searches_path(robot: str) -> Path:
+    """Return the file of a robot's saved searches, which do not depend on a map."""
+    folder = platformdirs.user_data_path("ippon") / "searches"
+    return folder / f"{robot.replace('/', '_')}.json"
 
 
 def _observation_model(path: Path | None) -> ObservationModel | None:

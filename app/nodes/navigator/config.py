@@ -53,6 +53,8 @@ class NavigatorConfig:
     """Largest number of queued goals."""
     keep_map: str = ""
     """File that keeps map and goals between runs; empty keeps nothing."""
+    keep_searches: str = ""
+    """File of the saved searches; empty keeps them only while the process runs."""
 
     def __post_init__(self) -> None:
         """Refuse an invalid prefix."""

@@ -177,6 +177,7 @@ class Navigator:
         self._stopwatch.lap("step", started)
         self._snapshot = result.snapshot
         self._events.stamp_ns = result.snapshot.stamp_ns
+        self._goals.elapsed_s = result.snapshot.elapsed_s
         self._report.planned(result.snapshot.plan)
         self._command(result, frame)
         answered = self._stopwatch.lap("answer", self._intake.arrived_at)

@@ -12,7 +12,7 @@ from app.messages.control import encode
 from app.messages.memory import MapAlignment
 from app.messages.status import SegmentationLabels, Status
 from app.nodes.navigator.config import NavigatorConfig
-from app.nodes.navigator.state.goal_queue import PlannedSearch
+from app.nodes.navigator.state.planned_search import PlannedSearch
 from app.nodes.navigator.status_report import level_table
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mission.mission import Mission

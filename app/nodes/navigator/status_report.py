@@ -16,7 +16,8 @@ from app.messages.status import (
 )
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.frame_intake import FrameIntake, Stopwatch
-from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
+from app.nodes.navigator.state.goal_queue import GoalQueue
+from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.command import Command
 from ippon.mapping.objects.surface_voxels import N_FREE, N_USED
 from ippon.mission.goal import Goal

@@ -1,11 +1,11 @@
-"""Requests that direct the robot: drive mode, waypoint, order of goals, painted regions."""
+"""Requests that direct the robot: drive mode, waypoint, painted regions."""
 
 from collections.abc import Sequence
 from functools import partial
 from typing import Protocol
 
 from app.links.network.requests import RequestRefusedError
-from app.messages.control import Accepted, QueueRequest, encode
+from app.messages.control import Accepted, encode
 from app.messages.driving import (
     DriveRequest,
     GotoRequest,
@@ -15,7 +15,6 @@ from app.messages.driving import (
 )
 from app.nodes.navigator.command.command_mux import CommandMux
 from app.nodes.navigator.services.operation_queue import OperationQueue
-from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.control.drive_mode import DriveMode
 from ippon.mission.mission import Mission
 from ippon.planning.visibility.region_weights import Stroke
@@ -38,12 +37,10 @@ class DriveService:
         self,
         mux: CommandMux,
         operations: OperationQueue,
-        goals: GoalQueue,
         painted: Topic,
     ) -> None:
         self._mux = mux
         self._operations = operations
-        self._goals = goals
         self._strokes: list[PaintedStroke] = []
         self._painted = painted
 
@@ -68,14 +65,6 @@ class DriveService:
                 "floor that the robot has seen"
             )
         return Accepted(detail=f"driving there, {way_m:.1f} m")
-
-    def queue(self, request: QueueRequest) -> Accepted:
-        """Move a waiting goal to the front of the queue, or remove it."""
-        first = request.action == "first"
-        change = self._goals.move_first if first else self._goals.remove
-        if not change(request.goal_id):
-            raise RequestRefusedError(f"goal {request.goal_id} is no longer waiting")
-        return Accepted(detail="it is next" if first else "it is cancelled")
 
     def paint(self, request: PaintRequest) -> Accepted:
         """Add, undo or clear painted regions, which weigh the gain of viewpoints."""

@@ -1,5 +1,6 @@
 """Requests about goals: search, stop, resume, pause, cancel, confirm or reject a find."""
 
+import dataclasses
 import time
 from functools import partial
 from typing import Protocol
@@ -18,6 +19,7 @@ from app.messages.status import MissionState
 from app.nodes.navigator.services.guidance_service import GuidanceService
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue
+from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.guidance.language.requests.sentence import name_notes
 from ippon.mission.mission import Mission
 
@@ -57,20 +59,20 @@ class GoalService:
         self.state: MissionState = "starting"
         """State of the latest status; the navigator sets it."""
 
-    def search(self, request: SearchRequest) -> SearchAccepted:
-        """Plan a search on the embedded prior and queue its goal."""
-        if not request.object.strip():
-            raise RequestRefusedError('the object is empty; name an object, such as "hat"')
-        for what in ("object", "context", "scenario"):
-            problem = complaint(f"the {what}", getattr(request, what))
-            if problem is not None:
-                raise RequestRefusedError(problem)
-        search = self._guidance.plan(request, time.monotonic())
+    def search(self, request: SearchRequest, copy_of: str = "") -> SearchAccepted:
+        """Plan a search on the embedded prior and queue its goal.
+
+        Args:
+            request: What to search for.
+            copy_of: What it repeats; one that is searched for or waits is not queued again.
+        """
+        search = dataclasses.replace(self.plan(request), copy_of=copy_of)
         place = self._goals.add(search, request.joins)
         if place is None:
             raise RequestRefusedError("too many goals are waiting; cancel some first")
-        self._guidance.consult(place.goal_id)
-        self._operations.wake()
+        if place.is_new:
+            self._guidance.consult(place.goal_id)
+            self._operations.wake()
         return SearchAccepted(
             goal_id=place.goal_id,
             object=search.goal.object,
@@ -82,6 +84,20 @@ class GoalService:
             ],
             joined=place.joined,
         )
+
+    def plan(self, request: SearchRequest) -> PlannedSearch:
+        """Return the search of a request, with levels of the embedded prior.
+
+        Raises:
+            RequestRefusedError: A text is empty, or of no use.
+        """
+        if not request.object.strip():
+            raise RequestRefusedError('the object is empty; name an object, such as "hat"')
+        for what in ("object", "context", "scenario"):
+            problem = complaint(f"the {what}", getattr(request, what))
+            if problem is not None:
+                raise RequestRefusedError(problem)
+        return self._guidance.plan(request, time.monotonic())
 
     def control(self, request: ControlRequest) -> ControlReply:
         """Stop, resume, pause or cancel."""
@@ -171,4 +187,4 @@ class GoalService:
 
     def _reject(self, goal_id: int | None, mission: Mission) -> None:
         if mission.goals.reject_find(goal_id):
-            self._goals.reopen(goal_id)
+            self._goals.reopen(goal_id, rejected=True)

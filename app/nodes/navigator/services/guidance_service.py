@@ -29,7 +29,8 @@ from app.messages.control import (
     VocabularyRequest,
 )
 from app.nodes.navigator.services.operation_queue import OperationQueue
-from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
+from app.nodes.navigator.state.goal_queue import GoalQueue
+from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
 from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level, LevelName
 from ippon.guidance.prior import EmbeddedPrior

@@ -11,7 +11,8 @@ from app.messages.control import (
     PreviewRequest,
 )
 from app.nodes.navigator.services.operation_queue import OperationQueue
-from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
+from app.nodes.navigator.state.goal_queue import GoalQueue
+from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.prior import EmbeddedPrior

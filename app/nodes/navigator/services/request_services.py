@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final, Literal
 
 import msgspec
@@ -20,6 +21,7 @@ from app.messages.control import (
     PictureRequest,
     PreviewRequest,
     QueueRequest,
+    SavedSearchRequest,
     SearchRequest,
     SentenceRequest,
     VocabularyRequest,
@@ -38,7 +40,9 @@ from app.nodes.navigator.services.lease_service import LeaseService
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.services.opinion_service import OpinionService
 from app.nodes.navigator.services.preview_service import PreviewService
+from app.nodes.navigator.services.queue_service import QueueService
 from app.nodes.navigator.services.room_service import RoomService
+from app.nodes.navigator.services.saved_search_service import SavedSearchService
 from app.nodes.navigator.services.sentence_service import SentenceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
 
@@ -71,7 +75,10 @@ ENDPOINTS: Final = (
     ),
     Endpoint(keys.DRIVE, DriveRequest, DriveService, DriveService.drive, "holder"),
     Endpoint(keys.GOTO, GotoRequest, DriveService, DriveService.go_to, "holder"),
-    Endpoint(keys.QUEUE, QueueRequest, DriveService, DriveService.queue, "holder"),
+    Endpoint(keys.QUEUE, QueueRequest, QueueService, QueueService.queue, "holder"),
+    Endpoint(
+        keys.SEARCHES, SavedSearchRequest, SavedSearchService, SavedSearchService.change, "holder"
+    ),
     Endpoint(keys.PAINT, PaintRequest, DriveService, DriveService.paint, "holder"),
     Endpoint(keys.INSPECT, InspectRequest, PreviewService, PreviewService.inspect, "everyone"),
     Endpoint(keys.PREVIEW, PreviewRequest, PreviewService, PreviewService.preview, "everyone"),
@@ -148,7 +155,11 @@ class RequestServices:
             on_takeover=lambda: operations.enqueue(lambda mission: mission.operator.cancel_go_to()),
         )
         painted = LatchedTopic(session, f"{robot}/{keys.PAINTED}", sender)
-        self.drive = DriveService(self.mux, operations, goals, painted)
+        self.drive = DriveService(self.mux, operations, painted)
+        self.queue = QueueService(goals, self.guidance, self.goals)
+        saved = LatchedTopic(session, f"{robot}/{keys.SEARCHES_SAVED}", sender)
+        keep = Path(config.keep_searches) if config.keep_searches else None
+        self.saved = SavedSearchService(self.goals, saved, keep)
         self.sentences = SentenceService(model, goals)
         self.opinions = (
             OpinionService(model, operations)
@@ -161,6 +172,8 @@ class RequestServices:
             self.guidance,
             self.goals,
             self.drive,
+            self.queue,
+            self.saved,
             self.sentences,
             self.preview,
         )

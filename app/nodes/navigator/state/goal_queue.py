@@ -3,72 +3,26 @@
 import dataclasses
 import threading
 from collections.abc import Callable, Sequence
-from typing import Final, Literal, NamedTuple
+from typing import Final
 
 from app.messages.status import GoalOutcome, GoalStatus
-from ippon.guidance.language.naming import ResolvedObject
-from ippon.guidance.levels import Guidance, LabelLevel
-from ippon.mapping.goal_layers.goal_arrays import MAX_GOALS
-from ippon.mission.goal import Goal
+from app.nodes.navigator.state.planned_search import (
+    FOUND,
+    End,
+    EndedGoal,
+    Outcome,
+    Place,
+    PlannedSearch,
+    goal_status,
+)
+from app.nodes.navigator.state.waiting_goals import edited, moved, tour_to_join
 from ippon.mission.snapshot import GoalState
 from ippon.mission.snapshot import GoalStatus as TourGoal
 
-Outcome = Literal["found", "out_of_reach", "exhausted", "cancelled"]
-FOUND: Final = ("found", "out_of_reach")
 HISTORY = 50
 JOIN_S: Final = 10.0
 """Time from the start of a search in which a goal may join it: the tour starts anew with both, and
 what images have shown of the first object is lost."""
-
-
-@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class PlannedSearch:
-    """A goal and its current levels."""
-
-    goal: Goal
-    resolved: ResolvedObject
-    scenario: str = ""
-    guidance: Guidance
-    elapsed_ms: float
-    """Time that the levels took."""
-    edits: tuple[LabelLevel, ...] = ()
-    """Levels that the operator set; they override every answer."""
-    questions: int = 0
-    """Number of questions to a language model; answers to earlier ones are discarded."""
-    asking: str = ""
-    """Language model whose answer is pending."""
-    failed: str = ""
-    """Why the language model gave no answer."""
-    from_cache: bool = False
-    prompt: str = ""
-    """The exact question to the language model."""
-    reply: str = ""
-    """Its exact answer."""
-    asked_at: float = 0.0
-    """Monotonic time of the request."""
-    waited: bool = False
-    """Whether the goal was queued behind others."""
-    tour: int = 0
-    """Number of the first goal of its tour; its own number outside of tours."""
-
-
-class Place(NamedTuple):
-    """The place of a new goal."""
-
-    goal_id: int
-    position: int
-    """Number of goals before it."""
-    joined: int | None = None
-    """Number of the first goal of the tour that it belongs to; None outside of tours."""
-    note: str = ""
-    """Why it is not in the tour that was asked for."""
-
-
-class _End(NamedTuple):
-    """How the search for a goal ended, and where the find is in the world, metres."""
-
-    outcome: Outcome
-    position_world: tuple[float, float, float] | None
 
 
 class GoalQueue:
@@ -83,14 +37,16 @@ class GoalQueue:
         self._max_queue = max_queue
         self._next_id = 1
         self._active: list[PlannedSearch] = []
-        self._ends: dict[int, _End] = {}
+        self._ends: dict[int, End] = {}
         """The ends of active goals by number; they stay active until the next ones start."""
         self._finds: list[int] = []
         """Active goals whose finds are neither confirmed nor rejected, the latest last."""
         self._lead = 0
         self._started_at = 0.0
         self._queue: list[PlannedSearch] = []
-        self._history: list[GoalStatus] = []
+        self._history: list[EndedGoal] = []
+        self.elapsed_s = 0.0
+        """Robot time since the active goals were set; the mission's thread sets it."""
 
     def add(self, search: PlannedSearch, joins: int | None = None) -> Place | None:
         """Queue a search; return its number and place, None if too many are waiting.
@@ -99,8 +55,17 @@ class GoalQueue:
             search: The search; `asked_at` is the present time.
             joins: Number of a goal to be searched for in one tour with it. If that is not possible,
                 the search waits as the next one, and the note of its place says why.
+
+        A copy of what is searched for or waits as the same copy is not queued again.
         """
         with self._lock:
+            copies = (
+                one for one in self._unfinished() if one.copy_of and one.copy_of == search.copy_of
+            )
+            copy = next(copies, None)
+            if copy is not None:
+                note = f"goal {copy.goal.goal_id} searches for it already"
+                return Place(copy.goal.goal_id, 0, None, note, is_new=False)
             if len(self._queue) >= self._max_queue:
                 return None
             goal_id = self._next_id
@@ -144,7 +109,7 @@ class GoalQueue:
                 if hold and has_find and first.waited:
                     return ()
                 self._archive(self._active)
-                self._active, self._ends, self._finds = [], {}, []
+                self._active, self._ends, self._finds, self.elapsed_s = [], {}, [], 0.0
                 self._lead, self._started_at = first.goal.goal_id, now
             self._active += [one for one in self._queue if one.tour == first.tour]
             self._queue = [one for one in self._queue if one.tour != first.tour]
@@ -168,8 +133,7 @@ class GoalQueue:
     def unfinished(self) -> list[PlannedSearch]:
         """Return the active goals that have not ended, and the waiting ones."""
         with self._lock:
-            searched = [one for one in self._active if one.goal.goal_id not in self._ends]
-            return [*searched, *self._queue]
+            return self._unfinished()
 
     def find(self, goal_id: int) -> PlannedSearch | None:
         """Return an active, last or waiting goal by its number."""
@@ -192,10 +156,40 @@ class GoalQueue:
     def move_first(self, goal_id: int) -> bool:
         """Move a waiting goal, with its tour, to the front; return whether it exists."""
         with self._lock:
-            tours = [s.tour for s in self._queue if s.goal.goal_id == goal_id]
-            chosen = [s for s in self._queue if s.tour in tours]
-            self._queue = chosen + [s for s in self._queue if s.tour not in tours]
-            return bool(chosen)
+            if not self._queue:
+                return False
+            self._queue, missing = moved(self._queue, goal_id, self._queue[0].goal.goal_id)
+            return missing is None
+
+    def move_before(self, goal_id: int, before: int) -> int | None:
+        """Move a waiting goal, with its tour, before another one.
+
+        Returns:
+            Which of the two does not wait any more; None if both do.
+        """
+        with self._lock:
+            self._queue, missing = moved(self._queue, goal_id, before)
+            return missing
+
+    def edit(self, goal_id: int, search: PlannedSearch) -> bool:
+        """Replace object and context of a waiting goal, which keeps its number and its place.
+
+        Returns:
+            Whether it still waits.
+
+        Raises:
+            ValueError: Another goal of its tour is the same object.
+        """
+        with self._lock:
+            self._queue, waits = edited(self._queue, goal_id, search)
+            return waits
+
+    def ended(self, goal_id: int) -> PlannedSearch | None:
+        """Return a goal whose search has ended, by its number."""
+        with self._lock:
+            last = [one for one in self._active if one.goal.goal_id in self._ends]
+            known = (*last, *(one.search for one in self._history))
+            return next((one for one in known if one.goal.goal_id == goal_id), None)
 
     def remove(self, goal_id: int) -> bool:
         """Cancel a waiting goal; return whether it exists."""
@@ -229,7 +223,7 @@ class GoalQueue:
                     self._reopen(one.goal.goal_id)
                 return
             ended = self._lead if goal_id is None else goal_id
-            self._ends[ended] = _End(outcome, position_world)
+            self._ends[ended] = End(outcome, position_world, self.elapsed_s)
             if outcome in FOUND:
                 self._finds.append(ended)
 
@@ -262,10 +256,18 @@ class GoalQueue:
                 ended.append(goal_id)
         return ended
 
-    def reopen(self, goal_id: int | None = None) -> None:
-        """Reactivate a goal after its find was rejected; None for the leading one."""
+    def reopen(self, goal_id: int | None = None, *, rejected: bool = False) -> None:
+        """Reactivate a goal; None for the leading one.
+
+        Args:
+            goal_id: Its number.
+            rejected: The operator has rejected its find.
+        """
+        goal_id = self._lead if goal_id is None else goal_id
         with self._lock:
-            self._reopen(self._lead if goal_id is None else goal_id)
+            self._reopen(goal_id)
+        if rejected:
+            self.amend(goal_id, lambda one: dataclasses.replace(one, rejected=one.rejected + 1))
 
     def announced(self, goal_id: int | None = None) -> int | None:
         """Return the goal whose find was announced last and is neither confirmed nor rejected.
@@ -281,6 +283,7 @@ class GoalQueue:
         """Note that the find of a goal was confirmed."""
         with self._lock:
             self._finds = [one for one in self._finds if one != goal_id]
+        self.amend(goal_id, lambda one: dataclasses.replace(one, confirmed=True))
 
     def statuses(self) -> tuple[GoalStatus | None, list[GoalStatus], list[GoalStatus]]:
         """Return the leading active goal, the waiting ones and the finished ones."""
@@ -288,7 +291,7 @@ class GoalQueue:
             lead = self._leading()
             active = None if lead is None else self._status(lead, "active")
             queue = [self._status(search, "queued") for search in self._queue]
-            return active, queue, list(self._history)
+            return active, queue, [one.status for one in self._history]
 
     def tour(self) -> list[GoalStatus]:
         """Return the goals of the present tour, or the last one; empty for one goal."""
@@ -297,6 +300,10 @@ class GoalQueue:
             return goals if len(goals) > 1 else []
 
     # -- with the lock held ------------------------------------------------------------------
+
+    def _unfinished(self) -> list[PlannedSearch]:
+        searched = [one for one in self._active if one.goal.goal_id not in self._ends]
+        return [*searched, *self._queue]
 
     def _is_busy(self) -> bool:
         return any(one.goal.goal_id not in self._ends for one in self._active)
@@ -310,40 +317,24 @@ class GoalQueue:
 
     def _tour_to_join(self, search: PlannedSearch, joins: int) -> tuple[int | None, str]:
         """Return the tour of a goal to join; None and the reason if that is not possible."""
-        known = (*self._active, *self._queue)
-        tour = next((one.tour for one in known if one.goal.goal_id == joins), None)
         late = search.asked_at - self._started_at > JOIN_S or bool(self._ends)
-        if tour is None:
-            why = f"goal {joins} is neither searched for nor waiting"
-        elif any(one.tour == tour for one in self._active) and late:
-            why = f"the search for goal {joins} has begun"
-        else:
-            members = [one.goal.object for one in known if one.tour == tour]
-            name = search.goal.object.replace("_", " ")
-            if search.goal.object in members:
-                why = f"{name} is in the tour of goal {joins} already"
-            elif len(members) >= MAX_GOALS:
-                why = f"a tour has at most {MAX_GOALS} objects"
-            else:
-                return tour, ""
-        return None, f"{why}: this is a search of its own"
+        return tour_to_join(search, joins, self._queue, self._active, late=late)
 
     def _reopen(self, goal_id: int) -> None:
         self._ends.pop(goal_id, None)
         self._finds = [one for one in self._finds if one != goal_id]
 
     def _archive(self, goals: Sequence[PlannedSearch]) -> None:
-        gone = [self._status(search, "cancelled") for search in goals]
+        gone = [EndedGoal(search, self._status(search, "cancelled")) for search in goals]
         self._history = [*self._history, *gone][-HISTORY:]
 
     def _status(self, search: PlannedSearch, running: GoalOutcome) -> GoalStatus:
         """Return the status of a goal, with an outcome for one that has not ended."""
-        goal = search.goal
-        end = self._ends.get(goal.goal_id)
-        return GoalStatus(
-            goal_id=goal.goal_id,
-            object=goal.object,
-            context=goal.context,
-            outcome=running if end is None else end.outcome,
-            position_world=None if end is None else end.position_world,
+        end = self._ends.get(search.goal.goal_id)
+        is_cancelled = end is None and running == "cancelled"
+        if is_cancelled and search in self._active:
+            end = End("cancelled", None, self.elapsed_s)
+        in_tour = any(
+            one.tour == search.tour and one is not search for one in (*self._active, *self._queue)
         )
+        return goal_status(search, running, end, in_tour=in_tour)

@@ -15,7 +15,8 @@ from typing import Final
 import msgspec
 
 from app.messages.control import SearchRequest
-from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
+from app.nodes.navigator.state.goal_queue import GoalQueue
+from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.atomic_file import replace_file
 from ippon.errors import MapFileError
 from ippon.guidance.levels import LevelName

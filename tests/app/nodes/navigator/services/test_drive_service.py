@@ -16,7 +16,6 @@ from app.messages.control import (
     InspectRequest,
     PreviewReply,
     PreviewRequest,
-    QueueRequest,
     decode,
 )
 from app.messages.driving import DriveRequest, GotoRequest, PaintedRegions, PaintRequest
@@ -24,12 +23,9 @@ from app.nodes.navigator.services.drive_service import DriveService
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.services.preview_service import PreviewService
 from app.nodes.navigator.services.request_services import declare_endpoints
-from app.nodes.navigator.state.goal_queue import GoalQueue, PlannedSearch
+from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.control.drive_mode import DriveMode
-from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
-from ippon.mission.goal import Goal
 
 ROBOT = "ippon"
 
@@ -72,7 +68,7 @@ def service(sessions):
     mux: Any = SimpleNamespace(set_mode=lambda mode, _: mission.modes.append(mode))
     goals = GoalQueue(3)
     painted = LatchedTopic(router, f"{ROBOT}/{keys.PAINTED}", sender)
-    drive = DriveService(mux, operations, goals, painted)
+    drive = DriveService(mux, operations, painted)
     preview = PreviewService(goals, operations)
     endpoints = [declare_endpoints(router, ROBOT, service) for service in (drive, preview)]
 
@@ -120,26 +116,3 @@ def test_questions_without_an_answer_say_why(service):
         service.request(keys.PREVIEW, PreviewRequest(context="on the sofa"), PreviewReply)
     with pytest.raises(RequestRefusedError, match="the map has no surface there"):
         service.request(keys.INSPECT, InspectRequest(point_world=(0.0, 0.0, 0.0)), InspectReply)
-
-
-def test_a_waiting_goal_comes_first_or_goes(service):
-    resolved = resolve_object("hat", ("wall",))
-    guidance = EmbeddedPrior().levels(resolved, "", ("wall",))
-    for name in ("hat", "bed", "tv"):
-        goal = Goal(goal_id=0, object=name, display=name, context="", category=None)
-        service.goals.add(
-            PlannedSearch(goal=goal, resolved=resolved, guidance=guidance, elapsed_ms=0.0)
-        )
-
-    def waiting():
-        return [goal.object for goal in service.goals.statuses()[1]]
-
-    assert service.request(keys.QUEUE, QueueRequest(goal_id=3, action="first")).detail == (
-        "it is next"
-    )
-    assert waiting() == ["tv", "hat", "bed"]
-    service.request(keys.QUEUE, QueueRequest(goal_id=1, action="remove"))
-    assert waiting() == ["tv", "bed"]
-    assert [(g.object, g.outcome) for g in service.goals.statuses()[2]] == [("hat", "cancelled")]
-    with pytest.raises(RequestRefusedError, match="goal 1 is no longer waiting"):
-        service.request(keys.QUEUE, QueueRequest(goal_id=1, action="first"))

@@ -1,0 +1,106 @@
+"""A goal with its levels, its place in the queue, and how its search ended."""
+
+import dataclasses
+from typing import Final, Literal, NamedTuple
+
+from app.messages.status import GoalOutcome, GoalStatus
+from ippon.guidance.language.naming import ResolvedObject
+from ippon.guidance.levels import Guidance, LabelLevel
+from ippon.mission.goal import Goal
+
+Outcome = Literal["found", "out_of_reach", "exhausted", "cancelled"]
+FOUND: Final = ("found", "out_of_reach")
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedSearch:
+    """A goal and its current levels."""
+
+    goal: Goal
+    resolved: ResolvedObject
+    scenario: str = ""
+    guidance: Guidance
+    elapsed_ms: float
+    """Time that the levels took."""
+    edits: tuple[LabelLevel, ...] = ()
+    """Levels that the operator set; they override every answer."""
+    questions: int = 0
+    """Number of questions to a language model; answers to earlier ones are discarded."""
+    asking: str = ""
+    """Language model whose answer is pending."""
+    failed: str = ""
+    """Why the language model gave no answer."""
+    from_cache: bool = False
+    prompt: str = ""
+    """The exact question to the language model."""
+    reply: str = ""
+    """Its exact answer."""
+    asked_at: float = 0.0
+    """Monotonic time of the request."""
+    waited: bool = False
+    """Whether the goal was queued behind others."""
+    tour: int = 0
+    """Number of the first goal of its tour; its own number outside of tours."""
+    confirmed: bool = False
+    """The operator confirmed its find."""
+    rejected: int = 0
+    """Number of its finds that the operator rejected."""
+    copy_of: str = ""
+    """What it repeats: "goal 3" or "saved search 2"; empty for a new one."""
+
+
+class Place(NamedTuple):
+    """The place of a new goal."""
+
+    goal_id: int
+    position: int
+    """Number of goals before it."""
+    joined: int | None = None
+    """Number of the first goal of the tour that it belongs to; None outside of tours."""
+    note: str = ""
+    """Why it is not in the tour that was asked for, or not queued."""
+    is_new: bool = True
+    """Whether it was queued; a copy that waits already is not."""
+
+
+class End(NamedTuple):
+    """How the search for a goal ended."""
+
+    outcome: Outcome
+    position_world: tuple[float, float, float] | None
+    """Where the find is, metres."""
+    took_s: float
+    """Robot time that the search took."""
+
+
+class EndedGoal(NamedTuple):
+    """A finished goal, with what is needed to search for it again."""
+
+    search: PlannedSearch
+    status: GoalStatus
+
+
+def goal_status(
+    search: PlannedSearch, running: GoalOutcome, end: End | None, *, in_tour: bool
+) -> GoalStatus:
+    """Return a goal as the status reports it.
+
+    Args:
+        search: The goal.
+        running: Outcome of a goal that has not ended.
+        end: How it ended; None if it has not.
+        in_tour: Whether it is searched for together with others.
+    """
+    goal = search.goal
+    return GoalStatus(
+        goal_id=goal.goal_id,
+        object=goal.object,
+        context=goal.context,
+        outcome=running if end is None else end.outcome,
+        position_world=None if end is None else end.position_world,
+        display="" if goal.display.replace(" ", "_") == goal.object else goal.display,
+        tour=search.tour if in_tour else None,
+        confirmed=search.confirmed,
+        rejected=search.rejected,
+        took_s=None if end is None else round(end.took_s, 1),
+    )
