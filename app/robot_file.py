@@ -7,7 +7,7 @@ visibility. `template` writes a file with every line explained.
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import msgspec
 
@@ -50,6 +50,7 @@ class _Motion(_Part, kw_only=True):
     acceleration_m_s2: float = ZED.max_linear_acceleration_m_s2
     turn_acceleration_deg_s2: float = math.degrees(ZED.max_yaw_acceleration_rad_s2)
     can_reverse: bool = ZED.can_reverse
+    takes: tuple[Literal["velocities", "goals"], ...] = ("velocities",)
 
 
 class _Tilt(_Part, kw_only=True):
@@ -144,7 +145,7 @@ def _read(text: str) -> _RobotFile:
         raise RobotFileError(f"{path} is too long for a robot profile: {size} bytes")
     try:
         file = msgspec.yaml.decode(path.read_bytes(), type=_RobotFile)
-        read_settings({"ros2": file.ros2})
+        read_settings({"ros2": file.ros2, "motion": {"takes": file.motion.takes}})
     except (OSError, msgspec.DecodeError, ValueError, Ros2Error) as error:
         raise RobotFileError(f"robot profile {path}: {error}") from error
     return file
@@ -186,6 +187,8 @@ def _profile(file: _RobotFile) -> RobotProfile:
         max_depth_m=camera.max_depth_m,
         max_step_m=file.body.max_step_m,
         can_reverse=motion.can_reverse,
+        takes_velocities="velocities" in motion.takes,
+        takes_goals="goals" in motion.takes,
     )
 
 
@@ -243,6 +246,7 @@ motion:
   acceleration_m_s2: {profile.max_linear_acceleration_m_s2:g}
   turn_acceleration_deg_s2: {degrees(profile.max_yaw_acceleration_rad_s2)}
   can_reverse: {str(profile.can_reverse).lower()}
+  takes: [{_takes(profile)}]  # velocities; goals, for a robot that navigates by itself; or both
 
 camera:
   height_m: {profile.camera_height_m:g}  # height of its tilt axis above the floor
@@ -254,6 +258,11 @@ camera:
 {tilt}"""
         + _OPTIONAL
     )
+
+
+def _takes(profile: RobotProfile) -> str:
+    kinds = {"velocities": profile.takes_velocities, "goals": profile.takes_goals}
+    return ", ".join(kind for kind, taken in kinds.items() if taken)
 
 
 _OPTIONAL: Final = """
@@ -271,6 +280,8 @@ _OPTIONAL: Final = """
 #   camera_info: camera/color/camera_info
 #   odom: odom          # instead of tf; the camera is then mounted as above
 #   cmd_vel: cmd_vel    # Twist or TwistStamped, as the robot subscribes
+#   navigate: navigate_to_pose   # action of a robot that takes goals; or a topic:
+#   goal: goal_pose     # geometry_msgs/PoseStamped
 #   cmd_tilt:
 #     {topic: head/command, type: trajectory_msgs/msg/JointTrajectory, joint: head_tilt}
 """

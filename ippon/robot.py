@@ -122,6 +122,10 @@ class RobotProfile:
     max_step_m: float = 0.08
     """Highest step, up or down, that the base drives over."""
     can_reverse: bool = True
+    takes_velocities: bool = True
+    """The base follows velocities."""
+    takes_goals: bool = False
+    """The robot navigates by itself: it is sent goals, and velocities only by hand."""
 
     def __post_init__(self) -> None:
         """Reject invalid bodies and limits."""
@@ -163,6 +167,8 @@ class RobotProfile:
                 f"max_step_m lies in {LEAST_STEP_M:g} to 1, since maps are accurate to about 1 cm; "
                 f"got {self.max_step_m:g}"
             )
+        if not (self.takes_velocities or self.takes_goals):
+            raise ValueError("a robot takes velocities, goals or both; got neither")
         if not all(-MOST_M <= x <= MOST_M for x in self._lengths()):
             raise ValueError(f"lengths are metres, at most {MOST_M:g}; is one in millimetres?")
 

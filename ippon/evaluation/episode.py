@@ -61,3 +61,6 @@ def run_episode(
             return
         for _ in range(limits.steps_per_frame):
             world.step(result.command, limits.time_step_s)
+        if world.navigation is not None and mission.navigation is not None:
+            for number, outcome in world.navigation.take_reports():
+                mission.navigation.follower.report(number, outcome)

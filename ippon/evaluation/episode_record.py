@@ -60,6 +60,10 @@ class TimedPlanner:
         """See `Planner.mark_contact`."""
         self._planner.mark_contact(T_world_base, motion)
 
+    def mark_unreachable(self, xy: tuple[float, float]) -> None:
+        """See `Planner.mark_unreachable`."""
+        self._planner.mark_unreachable(xy)
+
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
         """See `Planner.step`."""
         began = self._cpu()

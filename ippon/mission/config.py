@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
+from ippon.control.goal_follower import GoalFollowerConfig
 from ippon.control.path_follower import FollowerConfig
 from ippon.guidance.levels import LevelProbabilities
 from ippon.mapping.far_evidence.far_evidence import FarEvidenceConfig
@@ -30,6 +31,8 @@ class MissionConfig:
     far_evidence: FarEvidenceConfig = field(default_factory=FarEvidenceConfig)
     planner: PlannerConfig = field(default_factory=PlannerConfig)
     follower: FollowerConfig = field(default_factory=FollowerConfig)
+    goals: GoalFollowerConfig = field(default_factory=GoalFollowerConfig)
+    """For robots that take goals in place of velocities."""
     look_around: LookAroundConfig = field(default_factory=LookAroundConfig)
     floor_check: FloorCheckConfig = field(default_factory=FloorCheckConfig)
     travel_pitch: TravelPitchConfig = field(default_factory=TravelPitchConfig)

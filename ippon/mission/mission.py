@@ -13,7 +13,7 @@ from ippon.control.path_follower import PathFollower
 from ippon.frame import NANOSECONDS, Frame
 from ippon.guidance.levels import Guidance
 from ippon.mapping.voxel_map import VoxelMap
-from ippon.mission.behaviors.behavior import StepContext
+from ippon.mission.behaviors.behavior import Follower, StepContext
 from ippon.mission.behaviors.priority import Behaviors
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.second_opinion import SecondOpinions
@@ -24,6 +24,7 @@ from ippon.mission.journal import Journal
 from ippon.mission.operator_control import OperatorControl
 from ippon.mission.safe_motion import SafeMotion, moves_base
 from ippon.mission.search import Search
+from ippon.mission.self_navigation import SelfNavigation, planner_config
 from ippon.mission.snapshot import MissionState, StepResult
 from ippon.mission.snapshot_builder import snapshot_of
 from ippon.planning.deadline import Clock
@@ -58,9 +59,9 @@ class Mission:
     ) -> None:
         self.config, self.robot = config, robot
         self.voxel_map = voxel_map or VoxelMap(config.map, labels)
-        self._planner: Planner = planner or ViewpointPlanner(config.planner, robot, seed, clock)
+        planning = planner_config(config) if robot.takes_goals else config.planner
+        self._planner: Planner = planner or ViewpointPlanner(planning, robot, seed, clock)
         self._journal = Journal()
-        self._follower = PathFollower(config.follower, robot)
         self.motion = SafeMotion(robot, self.voxel_map)
         self.operator = OperatorControl(self._planner, self.voxel_map, self._journal)
         self.opinions = SecondOpinions(config.second_opinion)
@@ -71,6 +72,14 @@ class Mission:
         self.goals = GoalControl(
             config, self.voxel_map, self._planner, self._behaviors.look_around, self._journal
         )
+        self.navigation: SelfNavigation | None = None
+        self._follower: Follower = PathFollower(config.follower, robot)
+        if robot.takes_goals:
+            self.navigation = SelfNavigation(
+                config, robot, self._planner, self.operator, self._behaviors.look_around,
+                self._journal,
+            )  # fmt: skip
+            self._follower = self.navigation.follower
         self._plan: Plan | None = None
         self._last: Frame | None = None
 
@@ -174,7 +183,9 @@ class Mission:
         if self.operator.held or (search is None and self.operator.waypoint is None):
             self._plan = self._plan if self.search is not None else None
             return Command(tilt_rad=frame.tilt_rad)
-        if self._behaviors.recovery.is_blocked(frame):
+        if self.navigation is not None:
+            self.navigation.react(search)
+        elif self._behaviors.recovery.is_blocked(frame):
             self._journal.note("contact", "blocked: marking what is ahead and backing off")
             self._planner.mark_contact(frame.T_world_base, self.motion.last)
             if not self.robot.is_round:
@@ -184,6 +195,8 @@ class Mission:
         action = self._behaviors.act(
             StepContext(frame, dt_s, plan, search, self._follower, self.voxel_map, others)
         )
+        if self.navigation is not None:
+            action = self.navigation.command_of(action, frame, dt_s)
         self._plan = action.plan or plan
         self._journal.why = action.why or self._journal.why
         if search is not None and action.state is not None:

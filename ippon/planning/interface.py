@@ -45,6 +45,14 @@ class Planner(Protocol):
         """
         ...
 
+    def mark_unreachable(self, xy: tuple[float, float]) -> None:
+        """Record that the robot's own navigation cannot reach a point.
+
+        Args:
+            xy: World x and y, metres.
+        """
+        ...
+
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
         """Return the best plan for a robot at this pose.
 

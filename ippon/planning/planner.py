@@ -147,6 +147,11 @@ class ViewpointPlanner:
         self._floor.mark_contact(T_world_base, motion)
         self._selector.path = None
 
+    def mark_unreachable(self, xy: tuple[float, float]) -> None:
+        """Close the floor at a point, as after a contact, until nothing else is left to reach."""
+        self._floor.mark_unreachable(xy)
+        self._selector.path = None
+
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
         """Extend roadmap and evaluations by one increment and return the best plan so far.
 

@@ -18,6 +18,7 @@ from ippon.robot import RobotProfile
 from ippon.segmentation.instance_heatmap import heatmap_of_instances
 from ippon.simulation.camera.renderer import Rendering, SceneRenderer
 from ippon.simulation.camera.sensor_noise import NoiseConfig, SensorNoise
+from ippon.simulation.robot.goal_navigation import GoalNavigation
 from ippon.simulation.robot.mobile_base import BaseConfig, SimulatedBase
 from ippon.simulation.robot.odometry_drift import DriftConfig, OdometryDrift
 from ippon.simulation.scene import Scene, StartPose
@@ -68,6 +69,8 @@ class SimulatedWorld:
         self.camera = camera
         self.config = config or WorldConfig()
         self.base = SimulatedBase(scene, robot, start, self.config.base)
+        self.navigation = GoalNavigation(scene, robot, start) if robot.takes_goals else None
+        """Drives a robot that takes goals."""
         self.stamp_ns = 0
         """Simulated clock."""
         self.frames = 0
@@ -135,12 +138,19 @@ class SimulatedWorld:
 
     def step(self, command: Command | None, dt_s: float) -> None:
         """Advance by `dt_s` seconds; `command` is a new command at their beginning, or None."""
+        if self.navigation is not None and command is not None and self._by_itself(command):
+            base = self.base
+            pose = (base.x_m, base.y_m, base.yaw_rad)
+            command = self.navigation.velocities(command.goal, pose, command.tilt_rad)
         self.base.step(command, dt_s)
         self.stamp_ns += round(dt_s * 1e9)
         position = (self.base.x_m, self.base.y_m, self.base.z_m)
         if position != self._trajectory[-1]:  # A standing robot does not fill the memory.
             self._trajectory.append(position)
         self._drift.follow(self.base.T_world_base)
+
+    def _by_itself(self, command: Command) -> bool:
+        return command.linear_m_s == command.yaw_rate_rad_s == 0.0
 
     def observe(self) -> Frame:
         """Return the frame at the current time."""

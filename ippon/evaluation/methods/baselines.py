@@ -124,6 +124,11 @@ class BaselinePlanner:
         self._tree.mark_contact(T_world_base, motion)
         self._floor.mark_contact(T_world_base, motion)
 
+    def mark_unreachable(self, xy: tuple[float, float]) -> None:
+        """See `Planner.mark_unreachable`."""
+        self._tree.mark_unreachable(xy)
+        self._floor.mark_unreachable(xy)
+
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
         """See `Planner.step`."""
         plan = self._tree.step(map_arrays, T_world_base, tilt_rad)

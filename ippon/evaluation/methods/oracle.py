@@ -46,6 +46,9 @@ class OraclePlanner:
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """Do nothing: the path is known to be free."""
 
+    def mark_unreachable(self, xy: tuple[float, float]) -> None:
+        """Do nothing: the path is known to be free."""
+
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
         """See `Planner.step`."""
         del map_arrays

@@ -4,12 +4,15 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from ippon.command import Command
+from ippon.control.goal_follower import GoalFollower
 from ippon.control.path_follower import PathFollower
 from ippon.frame import Frame
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.search import Search
 from ippon.mission.snapshot import MissionState
 from ippon.planning.plan import Plan
+
+Follower = PathFollower | GoalFollower
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +26,8 @@ class Action:
     """The new reason that the operator reads; None leaves it as it is."""
     plan: Plan | None = None
     """Shown instead of the planner's plan; None shows that."""
+    heading_rad: float | None = None
+    """World heading at which a turn on the spot ends; None for one that goes on."""
 
 
 @dataclass(slots=True)
@@ -35,7 +40,7 @@ class StepContext:
     plan: Plan
     search: Search | None
     """The running search; None if the robot only drives to the operator's point."""
-    follower: PathFollower
+    follower: Follower
     voxel_map: VoxelMap
     others: tuple[Search, ...] = ()
     """The other running searches of a tour."""

@@ -37,10 +37,11 @@ class FloorCheck:
         """See `Behavior.act`."""
         plan, frame = step.plan, step.frame
         command = self.step(plan, frame.T_world_base, frame.tilt_rad, step.dt_s)
-        if command is None or self._active is None:
+        check = self._active
+        if command is None or check is None:
             return None
         state = MissionState.APPROACHING if plan.ends_search else MissionState.SEARCHING
-        return Action(command, state, self._active.why)
+        return Action(command, state, check.why, heading_rad=check.bearing_rad)
 
     def step(
         self, plan: Plan, T_world_base: Float64Array, tilt_rad: float, dt_s: float

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from ippon.command import Command
 from ippon.frame import Frame
 from ippon.geometry import wrap_angle, yaw_of
 from ippon.mapping.voxel_map import VoxelMap
@@ -37,12 +38,15 @@ class Pursuit:
         tilt_rad = self._tilt_to_candidate(search, frame, plan)
         if tilt_rad is not None:
             command = dataclasses.replace(command, tilt_rad=tilt_rad)
-        elif command.linear_m_s > self._config.driving_m_s and not plan.ends_search:
+        elif self._drives(command) and not plan.ends_search:
             sweep = self._travel_pitch.tilt(search.elapsed_s(frame.stamp_ns))
             command = dataclasses.replace(command, tilt_rad=sweep)
         state = MissionState.APPROACHING if plan.ends_search else MissionState.SEARCHING
         why = explain(plan, self._voxel_map, search.goal, search.guidance)
         return Action(command, state, why)
+
+    def _drives(self, command: Command) -> bool:
+        return command.goal is not None or command.linear_m_s > self._config.driving_m_s
 
     def _tilt_to_candidate(self, search: Search, frame: Frame, plan: Plan) -> float | None:
         """Return the tilt that keeps the candidate at the end of the path in the image.

@@ -150,6 +150,11 @@ class Traversability:
         """Close the region of a contact; see `TraversalRecord.mark_contact`."""
         self._record.mark_contact(self._grid, T_world_base, motion)
 
+    def mark_unreachable(self, xy: tuple[float, float]) -> None:
+        """Close the cells around a point; see `TraversalRecord.mark_unreachable`."""
+        self._record.mark_unreachable(self._grid, xy)
+        self._reread = True
+
     def relax(self) -> bool:
         """Reopen cells closed by contacts and reduce the margin; return whether any changed."""
         new = self._record.forget_contacts() or self.margin_m > self.config.squeeze_margin_m

@@ -20,6 +20,8 @@ SWEPT: Final = 4
 """Mark of cells well inside an earlier footprint, where no contact can have been."""
 _STANDS_M_S: Final = 0.02
 """A robot commanded to drive no faster than this turns on the spot."""
+_UNREACHABLE_M: Final = 0.1
+"""Radius that is closed around a point that could not be reached."""
 _BLIND_MAX_M: Final = 1.5
 """Farthest nearest visible floor for which the blind floor before the robot counts as free."""
 
@@ -118,6 +120,15 @@ class TraversalRecord:
             # At least one cell wide at the tip of the triangle.
             closed &= aside <= np.maximum(ahead * math.tan(self._half_angle_rad), 0.75 * v)
         self.cells[i[closed], j[closed]] |= CONTACT
+
+    def mark_unreachable(self, grid: FloorGrid, xy: tuple[float, float]) -> None:
+        """Close the cells around a point that the robot's own navigation could not reach.
+
+        Args:
+            grid: The floor.
+            xy: World x and y, metres.
+        """
+        self._mark_disc(grid, xy, max(_UNREACHABLE_M, grid.voxel_size), CONTACT)
 
     def forget_contacts(self) -> bool:
         """Reopen the cells closed by contacts; return whether there were any."""

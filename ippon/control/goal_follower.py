@@ -1,0 +1,216 @@
+"""Goals for a robot that navigates by itself, in place of velocities along a path."""
+
+import math
+from dataclasses import dataclass
+
+from ippon.command import Command, GoalOutcome, NavigationGoal
+from ippon.geometry import Float64Array, wrap_angle, yaw_of
+from ippon.mapping.arrays import MapArrays
+from ippon.planning.plan import NodeKind, Plan
+from ippon.robot import RobotProfile
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalFollowerConfig:
+    """When a goal is replaced, and when it counts as reached or failed."""
+
+    moved_m: float = 0.25
+    """Distance of a target from the present goal above which it becomes a new goal; more sends
+    fewer goals and stops farther from the viewpoint."""
+    turned_rad: float = 0.26
+    """The same for its heading; more sends fewer goals and looks less exactly."""
+    min_period_s: float = 1.0
+    """Least time between two goals while the first is driven to; more interrupts the robot less."""
+    near_m: float = 0.35
+    """Distance at which a robot that stands counts as arrived; more accepts a less exact robot."""
+    near_rad: float = 0.35
+    """The same for its heading."""
+    stands_s: float = 2.0
+    """Time without motion near the goal after which the robot has arrived, where it does not say
+    so; more waits longer."""
+    stuck_s: float = 30.0
+    """Time without motion far from the goal after which it counts as failed; more leaves the
+    robot's own recovery more time."""
+    silent_s: float = 5.0
+    """Time without an answer of the robot after which the operator is told; more warns later."""
+    retry_s: float = 10.0
+    """Time after which a failed goal that is still wanted is sent again; more retries less."""
+    motion_m: float = 0.05
+    """Displacement that counts as motion."""
+    motion_rad: float = 0.1
+    """Turn that counts as motion."""
+    turn_ahead_rad: float = 1.9
+    """Angle by which the goals of a turn on the spot lead the robot; more turns with fewer goals;
+    above pi the robot would turn the other way."""
+
+    def __post_init__(self) -> None:
+        """Reject limits that would flood the robot with goals or never settle."""
+        if not (self.moved_m > 0.0 and self.turned_rad > 0.0 and self.min_period_s >= 0.2):
+            raise ValueError(
+                "moved_m and turned_rad must be positive and min_period_s at least 0.2; got "
+                f"{self.moved_m}, {self.turned_rad}, {self.min_period_s}"
+            )
+        if not (self.near_m > 0.0 and self.near_rad > 0.0 and self.stuck_s > self.stands_s > 0.0):
+            raise ValueError(
+                "near_m, near_rad and stands_s must be positive, and stuck_s above stands_s; got "
+                f"{self.near_m}, {self.near_rad}, {self.stands_s}, {self.stuck_s}"
+            )
+        if not 0.5 <= self.turn_ahead_rad <= 3.0:
+            raise ValueError(f"turn_ahead_rad lies in 0.5 to 3; got {self.turn_ahead_rad}")
+
+
+class GoalFollower:
+    """Turns the planner's targets into goals, and follows what the robot says about them.
+
+    Args:
+        config: Limits.
+        robot: Tilt range of its camera.
+        angle_tolerance_rad: Of the camera's tilt at the target.
+    """
+
+    def __init__(
+        self, config: GoalFollowerConfig, robot: RobotProfile, angle_tolerance_rad: float
+    ) -> None:
+        self.config = config
+        self._robot = robot
+        self._tilt_tolerance = angle_tolerance_rad
+        self._goal: NavigationGoal | None = None
+        self._outcome: GoalOutcome | None = None
+        self._numbers = 0
+        self._age_s = self._still_s = 0.0
+        self._still_at = (0.0, 0.0, 0.0)
+        self._moved = False
+        self._reached = False
+        self._failed: NavigationGoal | None = None
+
+    def resume_from(self, command: Command) -> None:
+        """Do nothing: goals have no acceleration. See `PathFollower.resume_from`."""
+
+    @property
+    def reached(self) -> bool:
+        """The robot has arrived at the last step's target, and its camera has the tilt."""
+        return self._reached
+
+    @property
+    def is_silent(self) -> bool:
+        """The robot has neither answered the goal nor moved."""
+        unheard = self._goal is not None and self._outcome is None and not self._moved
+        return unheard and self._age_s > self.config.silent_s
+
+    def report(self, number: int, outcome: GoalOutcome) -> None:
+        """Take what the robot's navigation says about a goal; an earlier goal's is ignored."""
+        ended = self._outcome in (GoalOutcome.REACHED, GoalOutcome.FAILED)
+        if self._goal is None or number != self._goal.number or ended:
+            return
+        if outcome is GoalOutcome.CANCELLED:
+            # By somebody else: it is sent again while it is wanted.
+            self._goal = self._outcome = None
+            return
+        self._outcome = outcome
+        if outcome is GoalOutcome.FAILED:
+            self._fail()
+
+    def take_failed(self) -> NavigationGoal | None:
+        """Return a goal that has failed since the last call, once."""
+        failed, self._failed = self._failed, None
+        return failed
+
+    def step(
+        self,
+        plan: Plan,
+        T_world_base: Float64Array,
+        tilt_rad: float,
+        map_arrays: MapArrays,
+        dt_s: float,
+    ) -> Command:
+        """Return the command with the goal of a plan; see `PathFollower.step`."""
+        del map_arrays
+        self._reached = False
+        if plan.target is None or len(plan.path_world) == 0:
+            return Command(tilt_rad=tilt_rad)
+        x, y, _ = plan.target.position_world
+        yaw = plan.target.yaw_rad
+        if plan.target.kind is NodeKind.MINIMAL and self._goal is not None:
+            yaw = self._goal.yaw_rad  # It only faces the direction of travel.
+        self._aim(x, y, yaw, T_world_base, dt_s)
+        tilt = self._robot.within_tilt(plan.target.tilt_rad)
+        arrived = self._outcome is GoalOutcome.REACHED
+        self._reached = arrived and abs(tilt - tilt_rad) <= self._tilt_tolerance
+        return Command(tilt_rad=tilt, goal=self._wanted())
+
+    def turn(
+        self, heading_rad: float, T_world_base: Float64Array, tilt_rad: float, dt_s: float
+    ) -> Command:
+        """Return the command that turns the robot on the spot.
+
+        Args:
+            heading_rad: World heading to turn to; one that is kept ahead of the robot turns on.
+            T_world_base: Pose of the robot.
+            tilt_rad: Wanted tilt of the camera.
+            dt_s: Seconds since the last step.
+        """
+        x, y = float(T_world_base[0, 3]), float(T_world_base[1, 3])
+        goal = self._goal
+        if goal is not None and math.hypot(goal.x_m - x, goal.y_m - y) <= self.config.near_m:
+            x, y = goal.x_m, goal.y_m
+            ahead = wrap_angle(goal.yaw_rad - yaw_of(T_world_base))
+            wanted = wrap_angle(heading_rad - yaw_of(T_world_base))
+            if ahead * wanted > 0.0 and 0.4 * abs(wanted) < abs(ahead) < 1.2 * abs(wanted):
+                heading_rad = goal.yaw_rad
+        self._aim(x, y, heading_rad, T_world_base, dt_s)
+        return Command(tilt_rad=tilt_rad, goal=self._wanted())
+
+    def _wanted(self) -> NavigationGoal | None:
+        """Return the goal while the robot is on its way to it."""
+        return self._goal if self._outcome in (None, GoalOutcome.ACCEPTED) else None
+
+    def _aim(self, x: float, y: float, yaw: float, T_world_base: Float64Array, dt_s: float) -> None:
+        """Keep the present goal, or replace it where the target has moved beyond the limits."""
+        self._age_s += dt_s
+        goal, config = self._goal, self.config
+        if goal is None or not self._keeps(goal, x, y, yaw):
+            self._numbers += 1
+            self._goal = NavigationGoal(number=self._numbers, x_m=x, y_m=y, yaw_rad=yaw)
+            self._outcome = None
+            self._age_s = self._still_s = 0.0
+            self._moved = False
+            self._still_at = _place(T_world_base)
+            return
+        if self._outcome not in (None, GoalOutcome.ACCEPTED):
+            return
+        self._watch_motion(T_world_base, dt_s)
+        at_x, at_y, at_yaw = _place(T_world_base)
+        near = math.hypot(goal.x_m - at_x, goal.y_m - at_y) <= config.near_m
+        near = near and abs(wrap_angle(goal.yaw_rad - at_yaw)) <= config.near_rad
+        if near and self._still_s >= config.stands_s:
+            self._outcome = GoalOutcome.REACHED
+        elif self._still_s >= config.stuck_s and not self.is_silent:
+            self._outcome = GoalOutcome.FAILED
+            self._fail()
+
+    def _keeps(self, goal: NavigationGoal, x: float, y: float, yaw: float) -> bool:
+        config = self.config
+        same = math.hypot(goal.x_m - x, goal.y_m - y) <= config.moved_m
+        same = same and abs(wrap_angle(goal.yaw_rad - yaw)) <= config.turned_rad
+        if self._outcome is GoalOutcome.FAILED:
+            return same and self._age_s < config.retry_s
+        under_way = self._outcome is not GoalOutcome.REACHED
+        return same or (under_way and self._age_s < config.min_period_s)
+
+    def _watch_motion(self, T_world_base: Float64Array, dt_s: float) -> None:
+        (x, y, yaw), (x0, y0, yaw0) = _place(T_world_base), self._still_at
+        config = self.config
+        if math.hypot(x - x0, y - y0) > config.motion_m or abs(wrap_angle(yaw - yaw0)) > (
+            config.motion_rad
+        ):
+            self._still_at, self._still_s, self._moved = (x, y, yaw), 0.0, True
+        else:
+            self._still_s += dt_s
+
+    def _fail(self) -> None:
+        self._failed = self._goal
+        self._age_s = 0.0
+
+
+def _place(T_world_base: Float64Array) -> tuple[float, float, float]:
+    return float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)

@@ -1,0 +1,79 @@
+"""Searches of a robot that takes goals: it finds, and goals that fail count as out of reach."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ippon.command import Command, GoalOutcome
+from ippon.mission.config import MissionConfig
+from ippon.mission.self_navigation import planner_config
+from ippon.mission.snapshot import MissionState
+from ippon.robot import ZED
+
+ROBOT = dataclasses.replace(ZED, takes_goals=True, takes_velocities=False)
+CHAIR = ("chair", "chair", (4.0, 2.5, 0.0), (4.5, 3.0, 0.8))
+
+
+@pytest.fixture
+def robot(searcher, room):
+    return searcher([*room(5.0, 3.5), CHAIR], 1.0, 1.0, yaw=3.0, robot=ROBOT)
+
+
+def test_it_finds_an_object_with_a_handful_of_goals(robot):
+    robot.ask("chair")
+    results = robot.search(60.0)
+    assert robot.last.state is MissionState.FOUND
+    goals = {r.command.goal.number for r in results if r.command.goal is not None}
+    assert 2 <= len(goals) <= 15
+    assert all(r.command.linear_m_s == r.command.yaw_rate_rad_s == 0.0 for r in results)
+    assert results[-1].command.goal is None
+    assert robot.world.collisions == 0
+
+
+def test_stop_ends_the_goal_and_resume_gives_one_again(robot):
+    robot.ask("chair")
+    robot.search(10.0, until=lambda r: r.command.goal is not None)
+    robot.mission.operator.stop()
+    assert robot.search(0.4)[-1].command.goal is None
+    robot.mission.operator.resume()
+    assert robot.search(4.0)[-1].command.goal is not None
+
+
+def test_goals_that_fail_are_out_of_reach_and_others_are_tried(robot):
+    follower = robot.mission.navigation.follower
+    robot.world.navigation.take_reports = lambda: [(follower._numbers, GoalOutcome.FAILED)]
+    robot.ask("lamp")
+    results = robot.search(30.0)
+    events = [e for r in results for e in r.snapshot.events if e.kind == "out_of_reach"]
+    assert "the robot's navigation could not reach (" in events[0].text
+    tried = [r.command.goal for r in results if r.command.goal is not None]
+    places = {(round(g.x_m, 1), round(g.y_m, 1)) for g in tried}
+    assert len(places) >= 2
+    numbers = [g.number for g in tried]
+    assert max(numbers) <= 31  # At most one a second.
+
+
+def test_a_robot_that_does_not_answer_is_said_to_be_silent(robot):
+    robot.world.navigation.take_reports = list
+    robot.world.navigation.velocities = lambda *_: Command(tilt_rad=robot.world.base.tilt_rad)
+    robot.ask("chair")
+    results = robot.search(9.0)
+    assert results[-1].snapshot.why.startswith("the robot's navigation does not answer")
+
+
+def test_a_point_of_the_operator_is_given_up_when_it_fails(robot):
+    robot.ask("chair")
+    robot.search(60.0)
+    reach = robot.mission.operator.go_to((1.5, 1.5))
+    assert reach > 0.5
+    command = robot.mission.step(robot.world.observe()).command
+    assert np.hypot(command.goal.x_m - 1.5, command.goal.y_m - 1.5) < 0.2
+    robot.mission.navigation.follower.report(command.goal.number, GoalOutcome.FAILED)
+    robot.mission.step(robot.world.observe())
+    assert robot.mission.operator.waypoint is None
+
+
+def test_viewpoints_count_as_reached_from_as_far_as_the_robot_stops():
+    config = MissionConfig()
+    assert planner_config(config).selection.reached_m == config.goals.near_m
