@@ -19,9 +19,9 @@ class EvaluationConfig:
     objects: str = "habitat,small"
     """Comma-separated labels, or the groups "habitat" (its six categories) and "small" (ten small
     objects)."""
-    context: Literal["none", "support", "both"] = "none"
+    context: Literal["none", "support", "both", "room"] = "none"
     """support: give the correct sentence about what a small object lies on; both: search with and
-    without it."""
+    without it; room: search with and without the room that a small object is in."""
     robot: str = "habitat"
     """habitat: robot, limits and 500 s of the Habitat ObjectNav Challenge 2023; zed: the setup of
     the paper; or a robot profile in YAML (`ippon profile`), with the limits of zed."""

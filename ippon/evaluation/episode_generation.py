@@ -9,7 +9,7 @@ import numpy as np
 
 from ippon.evaluation.goal_objects import matching_instances
 from ippon.evaluation.metrics import SUCCESS_DISTANCE_M, Judge
-from ippon.evaluation.supports import context_sentence
+from ippon.evaluation.supports import context_sentence, room_sentence
 from ippon.guidance.language.naming import resolve_object
 from ippon.robot import RobotProfile
 from ippon.simulation.robot.navigation_grid import robot_grid
@@ -21,7 +21,7 @@ SMALL_GOALS: Final[tuple[str, ...]] = (
 )  # fmt: skip
 """Small objects that are not among the 40 common ones."""
 
-ContextMode = Literal["none", "support", "both"]
+ContextMode = Literal["none", "support", "both", "room"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +35,8 @@ class EpisodeGenerationConfig:
     small_per_home: int = 3
     """Goals drawn besides the six Habitat categories; more gives more episodes per home."""
     context: ContextMode = "none"
-    """"support": a true sentence for small goals; "both": each small goal with and without it."""
+    """"support": a true sentence for small goals; "both": each small goal with and without it;
+    "room": each small goal with and without the room that it is in."""
     second_object: bool = False
     """Search for another object of the home at the end of each search, on its map."""
     min_shortest_path_m: float = 1.0
@@ -207,7 +208,8 @@ def _specs(
     if config.context != "none" and goal not in HABITAT_GOALS:
         # Of several instances, the one at the end of the shortest path.
         meant = judge.nearest_instance((start.x, start.y))
-        told = None if meant is None else context_sentence(scene, meant)
+        sentence_of = room_sentence if config.context == "room" else context_sentence
+        told = None if meant is None else sentence_of(scene, meant)
         if told is not None:
             sentences = [told] if config.context == "support" else ["", told]
     seed = int(_rng(config.seed, home_name(home), goal, str(index)).integers(2**31))

@@ -1,6 +1,6 @@
 """Record of one search in a running world."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,9 +16,11 @@ from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.far_evidence.joint_evidence import EvidenceAhead
 from ippon.mission.mission import Mission
+from ippon.mission.operator_control import WeighingPlanner
 from ippon.mission.snapshot import Snapshot, StepResult
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
+from ippon.planning.visibility.region_weights import Stroke, WeightGrid
 from ippon.simulation.world import SimulatedWorld
 
 Clock = Callable[[], float]
@@ -55,6 +57,11 @@ class TimedPlanner:
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """See `Planner.set_far_evidence`."""
         self._planner.set_far_evidence(far_evidence)
+
+    def set_regions(self, strokes: Sequence[Stroke], rooms: WeightGrid | None = None) -> None:
+        """See `WeighingPlanner.set_regions`; methods without it ignore regions."""
+        if isinstance(self._planner, WeighingPlanner):
+            self._planner.set_regions(strokes, rooms)
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """See `Planner.mark_contact`."""

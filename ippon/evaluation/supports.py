@@ -52,6 +52,12 @@ def context_sentence(scene: Scene, instance: int) -> str | None:
     return f"I left it on the {_words(named)}."
 
 
+def room_sentence(scene: Scene, instance: int) -> str | None:
+    """Return a true sentence about the room of an object; None if the home does not know it."""
+    room = scene.instances[instance].room
+    return None if room is None else f"It is in the {_words(room.split('.')[0])}."
+
+
 def _surface_below(scene: Scene, instance: int, point: np.ndarray, z_max: float) -> float:
     """Return the height of an object's highest triangle at a point up to z_max, -inf for none."""
     triangles = scene.vertices[scene.faces[scene.face_instance == instance]].astype(np.float64)

@@ -20,6 +20,7 @@ from ippon.mission.finds.image_check import ImageCheckConfig
 from ippon.mission.finds.second_opinion import SecondOpinionConfig
 from ippon.mission.finds.size_check import SizeCheckConfig
 from ippon.planning.config import PlannerConfig
+from ippon.rooms.said_rooms import SaidRoomConfig
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,6 +44,7 @@ class MissionConfig:
     exclusion: ExclusionConfig = field(default_factory=ExclusionConfig)
     context_check: ContextCheckConfig = field(default_factory=ContextCheckConfig)
     second_opinion: SecondOpinionConfig = field(default_factory=SecondOpinionConfig)
+    said_rooms: SaidRoomConfig = field(default_factory=SaidRoomConfig)
     confirm_steps: int = 5
     """Frames in front of the object, less those without it, after which it is found; more ends
     fewer searches at the wrong object and takes longer."""

@@ -22,6 +22,7 @@ from ippon.mission.goal_control import GoalControl
 from ippon.mission.inspection import Preview, preview
 from ippon.mission.journal import Journal
 from ippon.mission.operator_control import OperatorControl
+from ippon.mission.places.room_regions import RoomRegions
 from ippon.mission.safe_motion import SafeMotion, moves_base
 from ippon.mission.search import Search
 from ippon.mission.self_navigation import SelfNavigation, planner_config
@@ -65,9 +66,10 @@ class Mission:
         self.motion = SafeMotion(robot, self.voxel_map)
         self.operator = OperatorControl(self._planner, self.voxel_map, self._journal)
         self.opinions = SecondOpinions(config.second_opinion)
+        self.rooms = RoomRegions(config.said_rooms, self.voxel_map, self.operator, self._journal)
         self._behaviors = Behaviors(
             config, robot, self.voxel_map, self._planner, self.operator, self._journal,
-            self.opinions,
+            self.opinions, self.rooms,
         )  # fmt: skip
         self.goals = GoalControl(
             config, self.voxel_map, self._planner, self._behaviors.look_around, self._journal
@@ -155,6 +157,7 @@ class Mission:
         frame = self.motion.with_known_tilt(frame)
         dt_s = self._advance(frame)
         self.goals.update_candidates(frame)
+        self.rooms.step(self.goals.running, frame.stamp_ns, self.floor_z_m)
         self._follower.resume_from(self.motion.last)
         action = self._act(frame, dt_s)
         stops = self.operator.held is not None or self._behaviors.recovery.active

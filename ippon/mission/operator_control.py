@@ -14,7 +14,7 @@ from ippon.mission.journal import Journal
 from ippon.mission.snapshot import MissionState
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Viewpoint
-from ippon.planning.visibility.region_weights import Stroke
+from ippon.planning.visibility.region_weights import Stroke, WeightGrid
 
 HELD_TEXT = {
     MissionState.STOPPED: "stopped: press Resume to go on",
@@ -28,15 +28,25 @@ DRIVE_TEXT = {
 
 
 @runtime_checkable
-class SteerablePlanner(Protocol):
-    """A planner that plans to points of the operator, and weighs regions of the floor."""
+class WeighingPlanner(Protocol):
+    """A planner that weighs regions of the floor."""
+
+    def set_regions(self, strokes: Sequence[Stroke], rooms: WeightGrid | None = None) -> None:
+        """Weigh the gain of viewpoints by the painted regions and the rooms that they see.
+
+        Args:
+            strokes: Painted regions, empty for none.
+            rooms: Weights of rooms; None for none.
+        """
+        ...
+
+
+@runtime_checkable
+class SteerablePlanner(WeighingPlanner, Protocol):
+    """A planner that also plans to points of the operator, and previews other levels."""
 
     def path_to_point(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
         """Return (K, 2) points from the robot to as near `xy` (2,) as it can stand, or None."""
-        ...
-
-    def set_regions(self, strokes: Sequence[Stroke]) -> None:
-        """Weigh the gain of viewpoints by the painted regions that they see; empty for none."""
         ...
 
     def preview(self, map_arrays: MapArrays, *, cues: bool) -> Viewpoint | None:
@@ -52,6 +62,8 @@ class OperatorControl:
         self._voxel_map = voxel_map
         self._journal = journal
         self._mode = DriveMode.AUTO
+        self._strokes: tuple[Stroke, ...] = ()
+        self._rooms: WeightGrid | None = None
         self.frame: Frame | None = None
         """The last frame that the mission decided on."""
         self.held: MissionState | None = None
@@ -103,9 +115,22 @@ class OperatorControl:
         Returns:
             Whether the planner supports regions.
         """
-        if not isinstance(self._planner, SteerablePlanner):
+        self._strokes = tuple(strokes)
+        return self._weigh()
+
+    def set_rooms(self, rooms: WeightGrid | None) -> bool:
+        """Set the weights of rooms; None for none.
+
+        Returns:
+            Whether the planner supports regions.
+        """
+        self._rooms = rooms
+        return self._weigh()
+
+    def _weigh(self) -> bool:
+        if not isinstance(self._planner, WeighingPlanner):
             return False
-        self._planner.set_regions(strokes)
+        self._planner.set_regions(self._strokes, self._rooms)
         return True
 
     def go_to(self, xy: tuple[float, float]) -> float | None:

@@ -41,7 +41,7 @@ from ippon.planning.terrain.unseen_gaps import UnseenGapDetector
 from ippon.planning.terrain.unseen_shortcut import unseen_shortcut_m
 from ippon.planning.tree_export import TreeExporter
 from ippon.planning.visibility.evaluation_scheduler import EvaluationScheduler
-from ippon.planning.visibility.region_weights import Stroke
+from ippon.planning.visibility.region_weights import Stroke, WeightGrid
 from ippon.planning.visibility.viewpoint_store import ViewpointStore
 from ippon.robot import RobotProfile
 
@@ -116,9 +116,9 @@ class ViewpointPlanner:
         """See `Planner.set_far_evidence`."""
         self._viewpoints.set_far_evidence(far_evidence)
 
-    def set_regions(self, strokes: Sequence[Stroke]) -> None:
-        """Weigh every viewpoint by the regions that the operator painted, empty for none."""
-        self._viewpoints.set_regions(strokes)
+    def set_regions(self, strokes: Sequence[Stroke], rooms: WeightGrid | None = None) -> None:
+        """Weigh every viewpoint by the painted regions and the rooms that it sees."""
+        self._viewpoints.set_regions(strokes, rooms)
         self._selector.reset()
 
     def preview(self, map_arrays: MapArrays, *, cues: bool) -> Viewpoint | None:

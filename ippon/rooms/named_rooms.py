@@ -45,7 +45,7 @@ def room_places(rooms: Rooms, names: Iterable[RoomName]) -> tuple[RoomPlace, ...
         rooms: The inferred rooms.
         names: Names by points; of several in one room the last one applies.
     """
-    called = _called(rooms, names)
+    called = names_by_part(rooms, names)
     areas = np.bincount(rooms.part.reshape(-1), minlength=len(rooms.room)) * rooms.cell_m**2
     found: list[RoomPlace] = []
     for part in range(1, len(rooms.room)):
@@ -71,7 +71,7 @@ def room_places(rooms: Rooms, names: Iterable[RoomName]) -> tuple[RoomPlace, ...
 
 def name_lookup(rooms: Rooms, names: Iterable[RoomName]) -> Callable[[tuple[float, float]], str]:
     """Return a function from a world position to the room's name, else its type, else empty."""
-    called = _called(rooms, names)
+    called = names_by_part(rooms, names)
 
     def name_at(xy: tuple[float, float]) -> str:
         return called.get(_part_at(rooms, *xy), "") or rooms.name_at(xy)
@@ -94,8 +94,8 @@ def renamed(
     return (*kept, *([RoomName(x_m=x_m, y_m=y_m, name=name)] if name else []))
 
 
-def _called(rooms: Rooms, names: Iterable[RoomName]) -> dict[int, str]:
-    """Return names by number of the part."""
+def names_by_part(rooms: Rooms, names: Iterable[RoomName]) -> dict[int, str]:
+    """Return the names of rooms by number of the part; of several in one room the last applies."""
     called = {_nearest_part(rooms, one.x_m, one.y_m): one.name for one in names}
     called.pop(0, None)
     return called

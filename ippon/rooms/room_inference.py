@@ -79,8 +79,8 @@ class Rooms:
     """(X, Y) number of the part of each cell, 0 for none."""
     room: NDArray[np.int64]
     """(P + 1,) index into `types` of each part, `NO_ROOM` if unclear."""
-    share: Float64Array
-    """(P + 1,) probability of the most probable type."""
+    probability: Float64Array
+    """(P + 1, R) probability of each type."""
 
     def at(self, xy: Float64Array) -> NDArray[np.int64]:
         """Return (M,) index into `types` for (M, 2) world positions, `NO_ROOM` if unclear."""
@@ -197,7 +197,9 @@ def infer_rooms(evidence: RoomEvidence, config: RoomConfig) -> Rooms:
     share = probability.max(axis=1)
     clear = (share >= config.min_share) & (kinds >= config.min_kinds)
     room = np.where(clear, probability.argmax(axis=1), NO_ROOM)
-    return Rooms(types=types, cell_m=cell_m, origin=origin, part=part, room=room, share=share)
+    return Rooms(
+        types=types, cell_m=cell_m, origin=origin, part=part, room=room, probability=probability
+    )
 
 
 def _open_cells(voxel_map: VoxelMap, layer: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:

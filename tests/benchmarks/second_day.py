@@ -32,7 +32,7 @@ from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.instance_memory import InstanceMemory
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
-from ippon.mission.recollection import Recollection
+from ippon.mission.places.recollection import Recollection
 from ippon.planning.planner import ViewpointPlanner
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.scene import Instance, Scene, StartPose

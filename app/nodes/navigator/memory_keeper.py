@@ -18,7 +18,7 @@ from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.best_view import better_views
 from ippon.memory.instance import Instance
 from ippon.memory.instance_memory import InstanceMemory, MemoryChanges
-from ippon.mission.recollection import Recollection
+from ippon.mission.places.recollection import Recollection
 from ippon.mission.search import Search
 from ippon.rooms.named_rooms import RoomName, name_lookup
 from ippon.rooms.room_inference import RoomConfig, infer_rooms, room_evidence

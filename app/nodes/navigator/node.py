@@ -118,7 +118,7 @@ class Navigator:
             self._start_next_goal()
             asked = self._state.publish_labels(self._mission)
             self._intake.assembler.detector.ask(asked.labels, asked.ooi, asked.also)
-            self._state.publish_levels(self._goals.active())
+            self._state.publish_levels(self._goals.active(), self._mission.rooms.text)
             self._converter.check()
             frame = self._intake.take(IDLE_S)
             if frame is not None:
@@ -234,6 +234,7 @@ class Navigator:
         self._room_endpoints = declare_endpoints(
             session, self.config.robot, rooms, self._services.control.authorize
         )
+        self._mission.rooms.set_names(rooms.names)
         path = memory_path(Path(keep_map)) if keep_map else None
         return MemoryKeeper(
             self._mission.voxel_map,

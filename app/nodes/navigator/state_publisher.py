@@ -33,7 +33,7 @@ class StatePublisher:
         self._configuration = LatchedTopic(session, f"{robot}/{keys.CONFIGURATION}", sender)
         self._configuration.put(msgspec.json.encode(config))
         self._published_labels: SegmentationLabels | None = None
-        self._published_search: PlannedSearch | None = None
+        self._published_levels: tuple[PlannedSearch, str] | None = None
 
     def publish_alignment(self, T_map_world: Float64Array) -> None:
         """Publish where the frame of the robot's poses lies in the frame of the map."""
@@ -62,12 +62,19 @@ class StatePublisher:
             self._labels.put(encode(labels))
         return labels
 
-    def publish_levels(self, active: PlannedSearch | None) -> None:
-        """Publish the levels of the active search, if they changed."""
-        if active is None or active is self._published_search:
+    def publish_levels(self, active: PlannedSearch | None, rooms: str) -> None:
+        """Publish the levels of the active search, if they changed.
+
+        Args:
+            active: The search; None for none.
+            rooms: How the rooms that were said are used; empty where none was said.
+        """
+        published = self._published_levels
+        same = published is not None and published[0] is active and published[1] == rooms
+        if active is None or same:
             return
-        self._published_search = active
-        self._levels.put(encode(level_table(active)))
+        self._published_levels = (active, rooms)
+        self._levels.put(encode(level_table(active, rooms)))
 
     def publish_status(self, status: Status) -> None:
         """Publish a status."""

@@ -194,8 +194,8 @@ def find_report(find: Find, goal: Goal) -> FindReport:
     )
 
 
-def level_table(search: PlannedSearch) -> LevelTable:
-    """Return the levels of a search and their origin."""
+def level_table(search: PlannedSearch, rooms: str = "") -> LevelTable:
+    """Return the levels of a search and their origin, with how said rooms are used, if any."""
     guidance = search.guidance
     return LevelTable(
         goal_id=search.goal.goal_id,
@@ -207,7 +207,7 @@ def level_table(search: PlannedSearch) -> LevelTable:
             LevelRow(label=row.label, level=row.level.text, reason=row.reason)
             for row in guidance.rows
         ],
-        notes=list(guidance.notes),
+        notes=[*filter(None, [rooms]), *guidance.notes],
         asking=search.asking,
         from_cache=search.from_cache,
         prompt=search.prompt,

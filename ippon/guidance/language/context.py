@@ -5,13 +5,13 @@ activities), the preposition before each, and negations and doubts in the same c
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
 from ippon.guidance.language import context_words as lexicon
-from ippon.guidance.language.mentions import Mention, find_mentions
+from ippon.guidance.language.mentions import Mention, find_mentions, room_phrases
 from ippon.guidance.language.naming import category_of
 from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, Token, tokenize
 
@@ -74,7 +74,11 @@ class _Clause:
 
 
 def read_context(
-    context: str, vocabulary: Sequence[str], *, ooi: str | None = None
+    context: str,
+    vocabulary: Sequence[str],
+    *,
+    ooi: str | None = None,
+    rooms: Collection[str] = (),
 ) -> ContextReading:
     """Return the claims of a context.
 
@@ -82,27 +86,26 @@ def read_context(
         context: Free text.
         vocabulary: Labels of the common objects.
         ooi: Canonical label of the goal; its own mentions are not places.
+        rooms: Further names of rooms, as words in lower case.
     """
     knowledge = load_knowledge()
     claims: list[Claim] = []
     notes: list[str] = []
     for clause in _clauses(context):
-        found = _read_clause(context, clause, knowledge, ooi)
+        found = _read_clause(context, clause, knowledge, ooi, rooms)
         if not found and clause.says(*lexicon.ABSENT_PHRASES) and claims:
             claims = [replace(claim, negated=True) for claim in claims]
         claims += found
         notes += _not_understood(clause, found, knowledge, ooi)
-        notes += [
-            f"“{word}” is not used: storeys are not told apart"
-            for word in clause.words
-            if word in lexicon.STOREYS
-        ]
     kept: list[Claim] = []
     for claim in claims:
         if claim.place in _UNCLEAR and claim.room is None:
             notes.append(f"“{claim.text}” does not narrow the search: it is in every room")
         elif len(kept) < MAX_CLAIMS and not any(_same(claim, other) for other in kept):
             kept.append(_labelled(claim, vocabulary, knowledge))
+    notes += [
+        f"“{name}” counts once a room of that name is known" for name in room_phrases(context)
+    ]
     if context.strip() and not kept and not notes:
         notes.append("no place was understood in the context")
     return ContextReading(claims=tuple(kept), notes=tuple(dict.fromkeys(notes)))
@@ -149,14 +152,14 @@ def _merge_asides(clauses: list[_Clause]) -> list[_Clause]:
 
 
 def _read_clause(
-    context: str, clause: _Clause, knowledge: Knowledge, ooi: str | None
+    context: str, clause: _Clause, knowledge: Knowledge, ooi: str | None, rooms: Collection[str]
 ) -> list[Claim]:
     words = clause.words
     here = words[:2] in (["i", "am"], ["we", "are"]) or words[0] in {"i'm", "we're"}
     if here and not {"it", "left", "leave", "leaving", "sure", "certain"} & set(words):
         # The present position of the speaker is irrelevant.
         return []
-    mentions = find_mentions(words, knowledge, ooi)
+    mentions = find_mentions(words, knowledge, ooi, rooms=rooms)
     claims: list[Claim] = []
     last_end = 0
     inherited: str | None = None
@@ -164,7 +167,9 @@ def _read_clause(
         relation, begin = _relation_before(words, mention, last_end, inherited)
         if mention.kind == "activity":
             relation, begin = relation or "while", mention.start
-        elif relation is None and _is_bare(words, mentions, number):
+        elif relation is None and (
+            mention.places[0] in lexicon.STOREYS or _is_bare(words, mentions, number)
+        ):
             relation = "at"
         last_end = mention.end
         inherited = relation
@@ -181,7 +186,7 @@ def _read_clause(
             Claim(
                 relation="near" if mention.kind == "activity" else relation,
                 place=place,
-                kind="room" if place in knowledge.room_types else "thing",
+                kind="room" if mention.kind == "room" or place in knowledge.room_types else "thing",
                 label=None,
                 room=mention.room,
                 negated=negated,

@@ -1,19 +1,22 @@
 """Mentions of things, rooms and activities of the knowledge table in a sentence."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal
 
 from rapidfuzz.distance import OSA
 
-from ippon.guidance.knowledge import Knowledge
-from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.knowledge import Knowledge, load_knowledge
+from ippon.guidance.language.context_words import RELATIONS, STOREYS
 from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, word_set
+from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, tokenize, word_set
 
 _LONGEST = 5
 _VERBS = word_set("can may left right saw light clean watch see back present last iron")
 """Words of the table that usually mean something else in running text; they need an article."""
+
+_OWNERS = word_set("my our your his her their")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +35,12 @@ class Mention:
 
 
 def find_mentions(
-    words: list[str], knowledge: Knowledge, ooi: str | None, *, own: bool = False
+    words: list[str],
+    knowledge: Knowledge,
+    ooi: str | None,
+    *,
+    own: bool = False,
+    rooms: Collection[str] = (),
 ) -> list[Mention]:
     """Return the mentions in a sentence, from left to right, the longest names first.
 
@@ -41,11 +49,12 @@ def find_mentions(
         knowledge: The table.
         ooi: Canonical label of the goal; it is left out.
         own: Whether to keep the mentions of the goal.
+        rooms: Further names of rooms, as words in lower case.
     """
     mentions: list[Mention] = []
     index = 0
     while index < len(words):
-        mention = _mention_at(words, index, knowledge)
+        mention = _mention_at(words, index, knowledge, rooms)
         if mention is None:
             index += 1
             continue
@@ -60,6 +69,26 @@ def find_mentions(
     return mentions
 
 
+def room_phrases(text: str) -> tuple[str, ...]:
+    """Return the phrases that can only name rooms: "anna's room", "room 12", "upstairs"."""
+    tokens = [token.word for token in tokenize(text)]
+    found: list[str] = []
+    for n, word in enumerate(tokens):
+        if word in STOREYS:
+            found.append(word)
+        if word == "room" and n + 1 < len(tokens) and any(c.isdigit() for c in tokens[n + 1]):
+            found.append(f"room {tokens[n + 1]}")
+        if not (word.endswith("'s") or word in _OWNERS):
+            continue
+        for end in (n + 3, n + 2):
+            room = " ".join(tokens[n + 1 : end])
+            owned = room == "room" or (word.endswith("'s") and load_knowledge().room(room))
+            if owned and end <= len(tokens):
+                found.append(f"{word} {room}")
+                break
+    return tuple(dict.fromkeys(found))
+
+
 def _is_goal(mention: Mention, knowledge: Knowledge, ooi: str | None) -> bool:
     if ooi is None or mention.kind != "thing":
         return False
@@ -67,10 +96,14 @@ def _is_goal(mention: Mention, knowledge: Knowledge, ooi: str | None) -> bool:
     return mention.places[0] == ooi or (thing is not None and thing.name == ooi)
 
 
-def _mention_at(words: list[str], index: int, knowledge: Knowledge) -> Mention | None:
+def _mention_at(
+    words: list[str], index: int, knowledge: Knowledge, rooms: Collection[str]
+) -> Mention | None:
     for length in range(min(_LONGEST, len(words) - index), 0, -1):
         end = index + length
         phrase = " ".join(words[index:end])
+        if phrase in rooms:
+            return Mention(start=index, end=end, kind="room", places=(phrase,))
         if phrase in knowledge.activities:
             places = knowledge.activities[phrase]
             return Mention(start=index, end=end, kind="activity", places=places)

@@ -9,6 +9,7 @@ from ippon.mission.finds.find_geometry import find_from, nearest_find, reached_f
 from ippon.mission.finds.rejection import set_aside
 from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.journal import Journal
+from ippon.mission.places.room_regions import RoomRegions
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find, MissionState
 
@@ -22,12 +23,14 @@ class Confirmation:
         voxel_map: VoxelMap,
         journal: Journal,
         opinions: SecondOpinions,
+        rooms: RoomRegions,
     ) -> None:
         self._confirm_steps = config.confirm_steps
         self._context = config.context_check
         self._min_images = config.image_check.min_images
         self._find_from = config.planner.ooi_threshold
         self._opinions = opinions
+        self._rooms = rooms
         self._voxel_map = voxel_map
         self._journal = journal
 
@@ -71,6 +74,8 @@ class Confirmation:
             return self._doubt(search, find, still, f"{objection}, {weighed.sentence}: going on")
         search.find = weighed.find
         why = search.found_text(step.frame.T_world_base)
+        if self._rooms.is_elsewhere(search, find):
+            why = f"{why}, in another room than you said"
         if weighed.opinion is not None:
             why = f"{why}; {weighed.sentence}"
         self._journal.note(MissionState.FOUND.value, why)
@@ -98,8 +103,9 @@ class Confirmation:
         """Return the objection to a find; stricter if the operator's context contradicts it."""
         objection = search.objection(find, elsewhere=False)
         context = search.guidance.context
-        if objection is None and contradicts_context(
-            self._context, find, search.goal, context, self._voxel_map
-        ):
+        if objection is not None:
+            return objection
+        elsewhere = contradicts_context(self._context, find, search.goal, context, self._voxel_map)
+        if elsewhere or self._rooms.is_elsewhere(search, find):
             return search.objection(find, elsewhere=True)
-        return objection
+        return None

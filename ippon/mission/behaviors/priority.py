@@ -13,6 +13,7 @@ from ippon.mission.config import MissionConfig
 from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.journal import Journal
 from ippon.mission.operator_control import OperatorControl
+from ippon.mission.places.room_regions import RoomRegions
 from ippon.planning.interface import Planner
 from ippon.robot import RobotProfile
 
@@ -29,6 +30,7 @@ class Behaviors:
         operator: OperatorControl,
         journal: Journal,
         opinions: SecondOpinions,
+        rooms: RoomRegions,
     ) -> None:
         self.recovery = Recovery(config.recovery, robot)
         self.look_around = LookAround(config.look_around, robot)
@@ -39,7 +41,7 @@ class Behaviors:
             self.look_around,
             Exhaustion(config, voxel_map, planner, journal),
             FloorCheck(config.floor_check, robot),
-            Confirmation(config, voxel_map, journal, opinions),
+            Confirmation(config, voxel_map, journal, opinions, rooms),
             Pursuit(config.travel_pitch, robot, voxel_map),
         )
 

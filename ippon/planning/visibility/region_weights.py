@@ -1,4 +1,4 @@
-"""Regions of the floor that the operator painted as preferred or avoided."""
+"""Regions of the floor that are preferred or avoided: painted ones, and rooms that were said."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -28,15 +28,35 @@ class Stroke:
     radius_m: float
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WeightGrid:
+    """Weights of the floor in cells; 1 outside."""
+
+    cell_m: float
+    origin: NDArray[np.int64]
+    """(2,) cell index of `weights[0, 0]`."""
+    weights: Float64Array
+    """(X, Y) factors on the gain of views of the floor there."""
+
+    def at(self, points: Float64Array) -> Float64Array:
+        """Return the weights of (..., 2) points: (...)."""
+        cell = np.floor(points / self.cell_m).astype(np.int64) - self.origin
+        return _looked_up(self.weights, cell)
+
+
 class RegionWeights:
     """Weight of every place on the floor: 1 where nothing is painted; later strokes cover earlier.
 
     Args:
         config: The weights.
         strokes: In the order in which they were painted.
+        rooms: Weights of rooms, which are multiplied with those; None for none.
     """
 
-    def __init__(self, config: RegionConfig, strokes: Iterable[Stroke]) -> None:
+    def __init__(
+        self, config: RegionConfig, strokes: Iterable[Stroke], rooms: WeightGrid | None = None
+    ) -> None:
+        self._rooms = rooms
         weight_of: dict[RegionKind, float] = {
             "look_here": config.preferred_weight,
             "not_here": config.avoided_weight,
@@ -59,10 +79,8 @@ class RegionWeights:
     def at(self, points: Float64Array) -> Float64Array:
         """Return the weights of (..., 2) points: (...)."""
         cell = np.floor((points - self._origin) / _CELL_M).astype(np.int64)
-        shape = np.array(self._weights.shape)
-        inside = ((cell >= 0) & (cell < shape)).all(axis=-1)
-        cell = np.clip(cell, 0, shape - 1)
-        return np.where(inside, self._weights[cell[..., 0], cell[..., 1]], 1.0)
+        painted = _looked_up(self._weights, cell)
+        return painted if self._rooms is None else painted * self._rooms.at(points)
 
     def ahead(
         self, xy: Float64Array, headings: Float64Array, reach_m: NDArray[np.floating]
@@ -91,3 +109,13 @@ class RegionWeights:
         for px, py in points:
             near = (x[:, None] - px) ** 2 + (y[None, :] - py) ** 2 <= radius_m**2
             self._weights[near] = weight
+
+
+def _looked_up(weights: Float64Array, cell: NDArray[np.int64]) -> Float64Array:
+    """Return the weights at (..., 2) cells, 1 outside."""
+    shape = np.array(weights.shape)
+    if not weights.size:
+        return np.ones(cell.shape[:-1])
+    inside = ((cell >= 0) & (cell < shape)).all(axis=-1)
+    cell = np.clip(cell, 0, shape - 1)
+    return np.where(inside, weights[cell[..., 0], cell[..., 1]], 1.0)

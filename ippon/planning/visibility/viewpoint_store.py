@@ -13,7 +13,7 @@ from ippon.mapping.arrays import MapArrays
 from ippon.mapping.far_evidence.far_evidence import MIN_CHANGE_NAT
 from ippon.mapping.far_evidence.joint_evidence import EvidenceAhead
 from ippon.planning.visibility.panorama import cast_panorama
-from ippon.planning.visibility.region_weights import RegionWeights, Stroke
+from ippon.planning.visibility.region_weights import RegionWeights, Stroke, WeightGrid
 from ippon.planning.visibility.staleness import stale_kernel
 from ippon.planning.visibility.view_config import ViewConfig
 from ippon.planning.visibility.view_geometry import ViewGeometry, layers_at, ranges_for
@@ -160,9 +160,10 @@ class ViewpointStore:
         self._probabilities = np.asarray(probabilities, dtype=np.float32)
         self._choose_all()
 
-    def set_regions(self, strokes: Sequence[Stroke]) -> None:
-        """Recompute every gain with other painted regions, empty for none; casts no ray."""
-        self._regions = RegionWeights(self.config.regions, strokes) if strokes else None
+    def set_regions(self, strokes: Sequence[Stroke], rooms: WeightGrid | None = None) -> None:
+        """Recompute every gain with other painted regions and weights of rooms; casts no ray."""
+        given = bool(strokes) or rooms is not None
+        self._regions = RegionWeights(self.config.regions, strokes, rooms) if given else None
         self._choose_all()
 
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:

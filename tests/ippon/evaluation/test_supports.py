@@ -1,4 +1,6 @@
-from ippon.evaluation.supports import context_sentence, support_of
+from dataclasses import replace
+
+from ippon.evaluation.supports import context_sentence, room_sentence, support_of
 
 
 def _row(scene, label):
@@ -44,3 +46,13 @@ def test_appliances_are_called_by_their_name(make_scene, flat_boxes):
     ]
     scene = make_scene(boxes)
     assert context_sentence(scene, _row(scene, "hat")) == "I left it on the washing machine."
+
+
+def test_the_room_of_an_object_is_said(make_scene, flat_boxes):
+    scene = make_scene(flat_boxes)
+    hat = _row(scene, "hat")
+    assert room_sentence(scene, hat) is None
+    instances = list(scene.instances)
+    instances[hat] = replace(instances[hat], room="living_room.2")
+    inside = replace(scene, instances=tuple(instances))
+    assert room_sentence(inside, hat) == "It is in the living room."

@@ -20,7 +20,7 @@ def _rooms(shift=0, door=15):
         origin=np.array([shift, 0]),
         part=part,
         room=np.array([NO_ROOM, 0, NO_ROOM, NO_ROOM]),
-        share=np.array([0.0, 0.9, 0.4, 0.0]),
+        probability=np.array([[0.5, 0.5], [0.9, 0.1], [0.4, 0.6], [0.5, 0.5]]),
     )
 
 

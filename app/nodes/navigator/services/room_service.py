@@ -67,6 +67,7 @@ class RoomService:
                 except MemoryFileError as error:
                     raise RequestRefusedError(str(error)) from error
             self.names = names
+            self._operations.enqueue(lambda mission: mission.rooms.set_names(names))
         return self._reply(rooms)
 
     def _infer(self) -> Rooms:

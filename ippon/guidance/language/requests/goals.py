@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from typing import Final, Literal
 
+from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.mentions import room_phrases
+
 AttributeKind = Literal[
     "colour",
     "size",
@@ -93,6 +96,12 @@ class Request:
     """Name of the language where it is not English; then rules find no goal."""
 
 
+def _is_room(place: Relation) -> bool:
+    """Tell whether a relation names the room of the object, which is searched first or last."""
+    named = place.place in _STOREYS or bool(room_phrases(place.place))
+    return named or load_knowledge().room(place.place) is not None
+
+
 def unchecked(goal: Goal) -> tuple[str, ...]:
     """Return a sentence for each thing that was said and that the search does not use yet."""
     notes: list[str] = []
@@ -107,6 +116,7 @@ def unchecked(goal: Goal) -> tuple[str, ...]:
     notes += [
         f"“{place.text}” guides the search, but a find is not checked for it yet"
         for place in goal.relations
+        if not _is_room(place)
     ]
     if goal.refers_to == "other":
         notes.append(f"“other” is not used yet: the same {goal.object} may be found again")

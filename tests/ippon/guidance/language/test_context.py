@@ -146,7 +146,7 @@ def test_misspelt_places_are_read() -> None:
     [
         ("it is in the gazebo", "“gazebo” is not a known place"),
         ("it is on the floor", "“on the floor” does not narrow the search: it is in every room"),
-        ("upstairs", "“upstairs” is not used: storeys are not told apart"),
+        ("upstairs", "“upstairs” counts once a room of that name is known"),
         ("it is blue and round", "no place was understood in the context"),
     ],
 )

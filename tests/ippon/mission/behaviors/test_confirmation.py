@@ -30,7 +30,8 @@ def before_a_bed(searcher, room):
     config = MissionConfig()
     follower = PathFollower(config.follower, ZED)
     voxel_map = robot.mission.voxel_map
-    confirmation = Confirmation(config, voxel_map, Journal(), SecondOpinions(config.second_opinion))
+    opinions = SecondOpinions(config.second_opinion)
+    confirmation = Confirmation(config, voxel_map, Journal(), opinions, robot.mission.rooms)
     pursuit = Pursuit(config.travel_pitch, ZED, voxel_map)
     search = Search(goal, guidance, config)
     search.candidates = robot.last.candidates

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ippon.planning.visibility.region_weights import RegionWeights, Stroke
+from ippon.planning.visibility.region_weights import RegionWeights, Stroke, WeightGrid
 from ippon.planning.visibility.view_config import RegionConfig
 from ippon.planning.visibility.viewpoint_gain import ViewChoice, ViewSums, choose_view
 
@@ -26,6 +26,18 @@ def test_a_later_stroke_lies_over_an_earlier_one():
     weights = RegionWeights(CONFIG, (AHEAD, over))
     at = weights.at(np.array([[2.0, 0.0], [2.5, 0.0], [9.0, 9.0]]))
     assert at.tolist() == [CONFIG.avoided_weight, CONFIG.preferred_weight, 1.0]
+
+
+def test_weights_of_rooms_are_multiplied_with_painted_ones():
+    rooms = WeightGrid(
+        cell_m=0.5, origin=np.array([2, -1]), weights=np.array([[3.0, 1.0], [1.0, 0.2]])
+    )
+    at = np.array([[1.2, -0.4], [1.7, 0.3], [0.2, 0.2], [2.4, 0.0]])
+    assert rooms.at(at).tolist() == [3.0, 0.2, 1.0, 1.0]
+    both = RegionWeights(CONFIG, (AHEAD,), rooms).at(at)
+    assert both.tolist() == pytest.approx([3.0, 1.2, 1.0, 6.0])
+    empty = WeightGrid(cell_m=0.5, origin=np.zeros(2, np.int64), weights=np.zeros((0, 0)))
+    assert empty.at(at).tolist() == [1.0] * 4
 
 
 def test_only_the_direction_of_the_region_is_weighed():

@@ -1,3 +1,5 @@
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 
@@ -21,6 +23,12 @@ class _Events:
 class _Operations:
     """The mission's thread, for a service that infers from a copy of the map."""
 
+    def __init__(self):
+        self.mission = Mock()
+
+    def enqueue(self, operation):
+        operation(self.mission)
+
     def ask(self, question, timeout_s):
         assert callable(question)
         assert timeout_s > 0
@@ -37,7 +45,7 @@ def flat(monkeypatch):
         origin=np.zeros(2, np.int64),
         part=part,
         room=np.array([NO_ROOM, 0, NO_ROOM]),
-        share=np.zeros(3),
+        probability=np.ones((3, 1)),
     )
     monkeypatch.setattr(room_service, "infer_rooms", lambda *_: rooms)
 
@@ -67,6 +75,13 @@ def test_a_name_survives_a_restart(make, events):
     again = make(map_was_read=True)
     assert [room.name for room in again.rooms(RoomsRequest()).rooms] == ["Anna's kitchen", ""]
     assert events.told == []
+
+
+def test_a_name_reaches_the_search_at_once(events):
+    operations = _Operations()
+    service = RoomService(operations, events.report)
+    service.rename(RoomNameRequest(**AT, name="Anna's kitchen"))
+    operations.mission.rooms.set_names.assert_called_once_with(service.names)
 
 
 def test_names_of_a_map_that_is_gone_are_set_aside(make, events, tmp_path):

@@ -3,7 +3,7 @@
 import pytest
 
 from ippon.memory.instance_memory import InstanceMemory
-from ippon.mission.recollection import Recollection, RecollectionConfig
+from ippon.mission.places.recollection import Recollection, RecollectionConfig
 from ippon.mission.snapshot import MissionState
 
 DAY_NS = 86_400_000_000_000

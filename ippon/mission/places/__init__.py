@@ -1,0 +1,1 @@
+"""Places of a search that are known: where the object was seen, and rooms that were said."""
