@@ -1,5 +1,6 @@
 """The state of one search."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -155,17 +156,25 @@ class Search:
         continuations: list[tuple[ExclusionSphere, SetAside | None]] = []
         left: list[Find] = []
         for find in self.candidates:
-            entry = next((one for one in self.set_aside if one.region.touches(find)), None)
-            if entry is None and not any(region.touches(find) for region in self.rejected):
+            entry = next((e for e in self.set_aside if self._continues(find, (e.region,))), None)
+            if entry is None and not self.is_rejected(find):
                 left.append(find)
             else:
                 continuations.append((exclusion_sphere(self.exclusion, find), entry))
         self.candidates = tuple(left)
         return continuations
 
+    def is_rejected(self, find: Find) -> bool:
+        """Return whether a find is part of one that was rejected."""
+        return self._continues(find, self.rejected)
+
     def is_reconsidered(self, find: Find) -> bool:
         """Return whether a find was set aside before."""
-        return any(region.touches(find) for region in self.reconsidered)
+        return self._continues(find, self.reconsidered)
+
+    def _continues(self, find: Find, regions: Iterable[ExclusionSphere]) -> bool:
+        longest_m = self._size.longest_m
+        return any(region.is_continued_by(find, longest_m) for region in regions)
 
     @property
     def termination_min(self) -> float:

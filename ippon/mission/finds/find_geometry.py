@@ -24,8 +24,8 @@ class ExclusionConfig:
     """The region that is excluded from a search with a rejected find."""
 
     margin_m: float = 0.2
-    """Margin around the find; voxels within it of the region belong to the same object. More also
-    excludes neighbouring objects."""
+    """Margin around the find; a find that begins within it of the region may be part of the same
+    object. More also excludes neighbouring objects."""
     margin_share: float = 0.25
     """That margin for voxels around a large find, as a share of the region's radius; more excludes
     more of a large object's remaining voxels."""
@@ -48,14 +48,31 @@ class ExclusionSphere:
 
     centre_world: Float64Array
     """(3,) metres."""
+    size_m: tuple[float, float, float]
+    """Edges of the box around the excluded find."""
     radius_m: float
     margin_m: float
-    """Gap up to which a find belongs to the same object."""
+    """Gap up to which a find may belong to the same object."""
 
-    def touches(self, find: Find) -> bool:
-        """Return whether a find touches the sphere: it is then part of the same object."""
-        gap_m = _gap_m(self.centre_world, find) - self.radius_m
-        return gap_m <= self.margin_m
+    def is_continued_by(self, find: Find, longest_m: float) -> bool:
+        """Return whether a find is part of the excluded object.
+
+        It begins at the sphere, and either its centre lies there, too, or both together are no
+        larger than one such object. An object beside a wrong find is neither.
+
+        Args:
+            find: A candidate.
+            longest_m: Largest extent of one such object.
+        """
+        reach_m = self.radius_m + self.margin_m
+        if _gap_m(self.centre_world, find) > reach_m:
+            return False
+        away = np.abs(self.centre_world - find.position_world)
+        if float(np.linalg.norm(away)) <= reach_m:
+            return True
+        own, other = np.array(self.size_m), np.array(find.size_m)
+        together = np.maximum(away + 0.5 * (own + other), np.maximum(own, other))
+        return float(together.max()) <= longest_m
 
 
 def exclusion_sphere(config: ExclusionConfig, find: Find) -> ExclusionSphere:
@@ -63,6 +80,7 @@ def exclusion_sphere(config: ExclusionConfig, find: Find) -> ExclusionSphere:
     radius_m = 0.5 * math.hypot(*find.size_m) + config.margin_m
     return ExclusionSphere(
         centre_world=np.array(find.position_world),
+        size_m=find.size_m,
         radius_m=radius_m,
         margin_m=max(config.margin_m, config.margin_share * radius_m),
     )

@@ -35,12 +35,13 @@ class SizeCheck:
         """The object may fit into a single voxel of the map."""
         self.termination_min = termination_voxels(goal.object, goal.category, voxel_size_m)
         """T_min without relaxation."""
-        self._longest_m = config.oversize_share * load_knowledge().size_m(goal.object)
-        self._longest_m += config.oversize_voxels * voxel_size_m
+        ordinary_m = load_knowledge().size_m(goal.object)
+        self.longest_m = config.oversize_share * ordinary_m + config.oversize_voxels * voxel_size_m
+        """Largest extent of a find."""
 
     def is_too_large(self, find: Find) -> bool:
         """Return whether a find is larger than any ordinary specimen."""
-        return max(find.size_m) > self._longest_m
+        return max(find.size_m) > self.longest_m
 
     def is_too_little(self, find: Find, *, sure: bool) -> bool:
         """Return whether too few voxels of a large object show.

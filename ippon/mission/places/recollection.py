@@ -136,8 +136,7 @@ class Recollection:
             return []
         if search.goal.object not in self._map.labels:
             for find in search.candidates:
-                excluded = any(region.touches(find) for region in search.rejected)
-                if search.image_check.confirms(find) and not excluded:
+                if search.image_check.confirms(find) and not search.is_rejected(find):
                     self.memory.note_find(_sighting(search, find), now_ns)
         return [one for one in gone if _answers(one, search)]
 

@@ -170,3 +170,20 @@ def test_finds_that_are_too_large_are_reconsidered_last(searching):
     set_aside(search, voxel_map, bin_)
     assert not readmit_most_likely(search, voxel_map)
     assert len(search.rejected) == 1
+
+
+def test_an_object_beside_a_rejected_find_remains_a_candidate(searching):
+    """A toilet 1.2 m from a wrong find, as in a simulated home, begins at the excluded region."""
+    search = searching(None, goal="toilet", category="toilet")
+    wrong = replace(speck(voxels=32), position_world=(8.2, 8.5, 0.8), size_m=(0.7, 0.5, 0.4))
+    toilet = replace(speck(voxels=23), position_world=(7.4, 7.7, 0.3), size_m=(0.5, 0.5, 0.4))
+    more = replace(speck(voxels=4), position_world=(7.8, 8.1, 0.6), size_m=(0.3, 0.2, 0.2))
+    region = exclusion_sphere(search.exclusion, wrong)
+    search.rejected.append(region)
+    search.candidates = (toilet, more)
+    assert [entry for _, entry in search.take_continuations()] == [None]
+    assert search.candidates == (toilet,)
+    assert not search.is_rejected(toilet)
+    search.reconsidered.append(region)
+    assert search.is_reconsidered(more)
+    assert not search.is_reconsidered(toilet)

@@ -10,6 +10,7 @@ from ippon.mission.finds.find_geometry import (
     FIND_WITHIN_M,
     ExclusionConfig,
     distance_m,
+    exclusion_sphere,
     exhausted_text,
     find_from,
     looked_at,
@@ -93,3 +94,27 @@ def test_a_search_that_found_nothing_says_what_it_could_not_get_to():
 def test_a_region_that_excludes_nothing_is_refused():
     with pytest.raises(ValueError, match="image_radius_m above 0; got"):
         ExclusionConfig(image_radius_m=0.0)
+
+
+def test_the_excluded_region_extends_around_the_find():
+    region = exclusion_sphere(ExclusionConfig(), find(1.0, 40, size_m=(0.6, 0.8, 0.0)))
+    assert region.radius_m == pytest.approx(0.5 + ExclusionConfig().margin_m)
+    assert region.centre_world == pytest.approx((1.0, 2.0, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("x", "size_m", "longest_m", "continues"),
+    [
+        (0.8, (0.6, 0.6, 0.6), 1.0, True),
+        (1.1, (0.6, 0.6, 0.6), 1.0, False),
+        (1.1, (0.6, 0.6, 0.6), 2.0, True),
+        (1.5, (0.6, 0.6, 0.6), 9.0, False),
+        (1.1, (3.0, 0.2, 0.2), 2.0, False),
+        (0.2, (3.0, 0.2, 0.2), 2.0, True),
+    ],
+    ids=["in it", "beside it", "rest of it", "apart", "longer than it", "larger than it"],
+)
+def test_a_find_continues_the_excluded_one_if_both_are_one_object(x, size_m, longest_m, continues):
+    # The sphere's radius is 0.72 m and its margin 0.2 m.
+    region = exclusion_sphere(ExclusionConfig(), find(0.0, 40, size_m=(0.6, 0.6, 0.6)))
+    assert region.is_continued_by(find(x, 20, size_m=size_m), longest_m) is continues
