@@ -11,7 +11,7 @@ from numba import njit
 from ippon.mapping.arrays import INNER, NOT_MAPPED
 from ippon.mapping.goal_layers.goal_arrays import highest_code
 from ippon.mapping.objects.bayes_update import NEVER, is_suppressed_by
-from ippon.mapping.objects.places import TAN_MARGIN, open_accumulator, place_of
+from ippon.mapping.objects.places import N_OPENED, TAN_MARGIN, open_accumulator, place_of
 from ippon.mapping.objects.posterior_arithmetic import (
     MAXIMUM,
     PLACES,
@@ -137,11 +137,11 @@ def _update_by_places(
         place = place_of(dx, dy, dz)
         left = place_of(dx + TAN_MARGIN * dy, dy - TAN_MARGIN * dx, dz)
         right = place_of(dx - TAN_MARGIN * dy, dy + TAN_MARGIN * dx, dz)
-        opened = accumulators.tally[0]
+        opened = accumulators.tally[N_OPENED]
         w = open_accumulator(surface, accumulators, slot, place, left, right, labels)
         if w == 0:
             continue
-        if accumulators.tally[0] != opened:
+        if accumulators.tally[N_OPENED] != opened:
             for g in range(len(wanted)):
                 base[w, g], sums[w, g], images[w, g] = layers.log_odds[slot, g], 0.0, 0
         for g in range(len(wanted)):

@@ -17,7 +17,9 @@ from ippon.mapping.arrays import INNER
 from ippon.mapping.objects.surface_voxels import SurfaceVoxels
 
 MAX_OPEN_PLACES: Final = 32768
-"""Voxels with an open place at a time; at the limit the place that was opened first is closed."""
+"""Voxels with an open place at a time; at the limit the oldest row is given to another voxel."""
+N_OPENED: Final = 0
+N_ROWS: Final = 1
 _FAR_M2: Final = 4.0
 """Square of the distance, 2 m, between near and far places."""
 _STEEP: Final = 3.0
@@ -50,7 +52,8 @@ class PlaceAccumulators(NamedTuple):
     owner: NDArray[np.int32]
     """(W,) surface voxel, 0 for none."""
     tally: NDArray[np.int64]
-    """(1,) number of rows opened so far."""
+    """(2,) places opened so far; rows given to voxels so far, which reuse them place after place,
+    so that no more memory is backed than there are voxels."""
 
 
 def make_place_accumulators(rows: int, row_length: int) -> PlaceAccumulators:
@@ -69,7 +72,7 @@ def make_place_accumulators(rows: int, row_length: int) -> PlaceAccumulators:
         images=np.zeros(rows + 1, np.int32),
         place=np.zeros(rows + 1, np.uint8),
         owner=np.zeros(rows + 1, np.int32),
-        tally=np.zeros(1, np.int64),
+        tally=np.zeros(2, np.int64),
     )
 
 
@@ -117,14 +120,16 @@ def open_accumulator(surface, accumulators, slot, place, left, right, labels):
     if surface.places[slot] & bit != np.uint64(0):
         return np.int32(0)
     surface.places[slot] |= bit
-    rows = accumulators.owner.shape[0] - 1
-    row = np.int32(1 + accumulators.tally[0] % rows)
-    accumulators.tally[0] += 1
-    before = accumulators.owner[row]
-    if surface.accumulator[before] == row:
-        surface.accumulator[before] = 0
-    accumulators.owner[row] = slot
-    surface.accumulator[slot] = row
+    if row == 0:
+        rows = accumulators.owner.shape[0] - 1
+        row = np.int32(1 + accumulators.tally[N_ROWS] % rows)
+        accumulators.tally[N_ROWS] += 1
+        before = accumulators.owner[row]
+        if surface.accumulator[before] == row:
+            surface.accumulator[before] = 0
+        accumulators.owner[row] = slot
+        surface.accumulator[slot] = row
+    accumulators.tally[N_OPENED] += 1
     accumulators.place[row] = place
     accumulators.images[row] = accumulators.ooi_images[row] = 0
     accumulators.ooi_sum[row] = 0.0

@@ -8,7 +8,13 @@ from numba import njit
 
 from ippon.mapping.arrays import NOT_MAPPED
 from ippon.mapping.config import MapConfig
-from ippon.mapping.objects.places import make_place_accumulators, open_accumulator, place_of
+from ippon.mapping.objects.places import (
+    N_OPENED,
+    N_ROWS,
+    make_place_accumulators,
+    open_accumulator,
+    place_of,
+)
 from ippon.mapping.objects.surface_voxels import make_surface_voxels
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
@@ -149,12 +155,35 @@ def test_a_camera_that_shakes_at_a_border_does_not_leave_the_place():
         places = [place_of(np.cos(a), np.sin(a), 0.2) for a in angles]
         return open_it(surface, accumulators, 1, *places, len(LABELS))
 
-    first = opened(14.0)
-    assert [opened(angle) for angle in (16.0, 14.0, 19.0, 15.5)] == [first] * 4
-    assert opened(21.0) == first + 1
-    assert opened(12.0) == first + 1, "5 degrees back is not enough"
+    def places_opened():
+        return accumulators.tally[N_OPENED]
+
+    row = opened(14.0)
+    assert [opened(angle) for angle in (16.0, 14.0, 19.0, 15.5)] == [row] * 4
+    assert places_opened() == 1
+    assert opened(21.0) == row
+    assert places_opened() == 2
+    assert opened(12.0) == row, "5 degrees back is not enough"
     assert opened(9.0) == 0, "a place that was left teaches no more"
-    assert accumulators.tally[0] == 2
+    assert places_opened() == 2
+    assert accumulators.tally[N_ROWS] == 1, "the voxel keeps its row"
+
+
+def test_at_the_limit_the_oldest_row_is_given_to_another_voxel():
+    surface, accumulators = make_surface_voxels(8, len(LABELS)), make_place_accumulators(2, 16)
+
+    @njit
+    def open_it(surface, accumulators, slot, place, labels):
+        return open_accumulator(surface, accumulators, slot, place, place, place, labels)
+
+    def opened(slot, place):
+        return open_it(surface, accumulators, slot, place, len(LABELS))
+
+    assert [opened(slot, 4) for slot in (1, 2, 3)] == [1, 2, 1]
+    assert surface.accumulator[1:4].tolist() == [0, 2, 1]
+    assert opened(1, 4) == 0, "its place was closed"
+    assert opened(1, 5) == 2
+    assert surface.accumulator[1:4].tolist() == [2, 0, 1]
 
 
 def test_another_observation_model_counts_from_now_on(tools):
