@@ -12,7 +12,6 @@ export class Plan {
   constructor(isTyping, nameRoom) {
     this.isTyping = isTyping;
     this.nameRoom = nameRoom;
-    this.openThings = null;
     this.section = at("plan");
     this.canvas = at("plan-picture");
     this.cells = this.image = this.scene = null;
@@ -46,7 +45,7 @@ export class Plan {
     if (this.isTyping(event.target) || at("room").open || at("help").open) return;
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     const act = this.size === "full" ? this.keys(event) : null;
-    const opens = { KeyP: () => this.toggle(), KeyT: this.openThings }[event.code];
+    const opens = event.code === "KeyP" ? () => this.toggle() : null;
     const does = opens && !event.repeat ? opens : act;
     if (!does) return;
     event.preventDefault();

@@ -7,8 +7,10 @@ import { Explanation } from "./explain.js";
 import { installFold } from "./fold.js";
 import { installHelp, installTheme } from "./help.js";
 import { Introduction } from "./introduction.js";
+import { clock, Goals } from "./goals.js";
 import { Lease, logInAgainIfAsked } from "./lease.js";
 import { Plan } from "./plan.js";
+import { Sides } from "./side.js";
 import { Things } from "./things.js";
 import { followSceneArea } from "./scene_area.js";
 
@@ -161,13 +163,19 @@ const introduction = new Introduction(view);
 const onHelpKey = installHelp(isTyping);
 const plan = new Plan(isTyping, (room) => request({ type: "room", ...room }));
 const camera = new Camera(isTyping, () => plan.besideCamera());
-new Things(plan, (object) => request({ type: "search", object }));
+const sides = new Sides(isTyping);
+const isRecorded = () => document.body.classList.contains("review");
+const mayChange = () => !isRecorded() && lease.watching === "";
+const goals = new Goals(sides, request, mayChange, (position) => show(position));
+new Things(sides, show, (object) => request({ type: "search", object }));
+const onSideKey = (event) => sides.onKey(event);
 const onPlanKey = (event) => plan.onKey(event);
 const onCameraKey = (event) => camera.onKey(event);
 
-function clock(seconds) {
-  const whole = Math.max(0, Math.floor(seconds));
-  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
+// Shows a place of the world on the plan if that is open, and in the scene.
+function show(position) {
+  if (document.body.dataset.camera === "full") plan.resize("full");
+  if (plan.size === "full") plan.point(position.slice(0, 2));
 }
 
 function shownState() {
@@ -201,6 +209,7 @@ function render() {
     : "none";
   at("resume").hidden = shown !== "stopped";
   lease.update(state?.lease);
+  goals.update(state);
   explanation.update(state?.explanation);
   drive.update(state?.drive ?? { mode: "auto" }, state?.link === "live" && lease.watching === "");
   camera.drive(live && state.link === "live" ? state.drive.mode : camera.mode);
@@ -312,6 +321,7 @@ function adoptView() {
   view.contentWindow.addEventListener("keydown", onHelpKey, true);
   view.contentWindow.addEventListener("keydown", onCameraKey, true);
   view.contentWindow.addEventListener("keydown", onPlanKey, true);
+  view.contentWindow.addEventListener("keydown", onSideKey, true);
   drive.listen(view.contentWindow);
   showAnswers(inner);
   view.contentWindow.dispatchEvent(new Event("focus"));
@@ -322,6 +332,7 @@ window.addEventListener("keyup", onKeyUp, true);
 window.addEventListener("keydown", onHelpKey, true);
 window.addEventListener("keydown", onCameraKey, true);
 window.addEventListener("keydown", onPlanKey, true);
+window.addEventListener("keydown", onSideKey, true);
 view.addEventListener("load", adoptView);
 at("stop").addEventListener("click", stop);
 at("resume").addEventListener("click", () => insist(command("resume")));

@@ -1,17 +1,11 @@
-// The list of what the robot remembers, beside the plan: find, show on the plan, search for.
+// The list of what the robot remembers: find, show, search for.
+
+import { button, make, replaceRows, words } from "./side.js";
 
 const EVERY_MS = 4000;
 const MINUTE_S = 60;
 const at = (id) => document.getElementById(id);
-const words = (label) => label.replaceAll("_", " ");
 const percent = (share) => `${Math.round(100 * share)} %`;
-
-const make = (tag, name, text) => {
-  const node = document.createElement(tag);
-  if (name) node.className = name;
-  if (text !== undefined) node.textContent = text;
-  return node;
-};
 
 function age(nanoseconds, nowMs) {
   const seconds = Math.max(0, (nowMs - nanoseconds / 1e6) / 1000);
@@ -22,40 +16,20 @@ function age(nanoseconds, nowMs) {
 }
 
 export class Things {
-  // plan: where a thing is shown; search: sends an object to search for and returns the reply.
-  constructor(plan, search) {
-    this.plan = plan;
+  // sides: the panels; show: shows a place; search: sends an object to search for and returns the
+  // reply.
+  constructor(sides, show, search) {
+    this.showPlace = show;
     this.search = search;
     this.rows = new Map();
-    this.chosen = null;
+    this.isOpen = false;
     this.isFetching = false;
-    plan.openThings = () => this.toggle();
-    at("things-open").addEventListener("click", plan.openThings);
     at("things-find").addEventListener("input", () => this.filter());
-    at("things-find").addEventListener("keydown", (event) => {
-      event.stopPropagation();
-      if (event.key === "Escape") this.toggle();
+    sides.add("things", "KeyT", (open) => {
+      this.isOpen = open;
+      this.fetch();
     });
     setInterval(() => this.fetch(), EVERY_MS);
-  }
-
-  get isOpen() {
-    return !at("things").hidden && this.plan.size === "full";
-  }
-
-  toggle() {
-    const open = !this.isOpen;
-    if (this.plan.size !== "full") this.plan.resize("full");
-    at("things").hidden = !open;
-    at("things-open").setAttribute("aria-pressed", String(open));
-    if (open) {
-      at("things-find").focus();
-    } else {
-      this.plan.pointed = null;
-      // A hidden field would take the next key for itself.
-      this.plan.canvas.focus({ preventScroll: true });
-    }
-    this.fetch();
   }
 
   async fetch() {
@@ -85,11 +59,7 @@ export class Things {
       row.share.textContent = ` ${percent(thing.probability)}`;
       this.rows.set(thing.instance_id, row);
     }
-    const list = at("things-list");
-    const wanted = [...this.rows.values()].map((row) => row.node);
-    const isSame = wanted.length === list.childElementCount
-      && wanted.every((node, n) => node === list.children[n]);
-    if (!isSame) list.replaceChildren(...wanted);
+    replaceRows(at("things-list"), [...this.rows.values()].map((row) => row.node));
     this.note = note;
     this.filter();
   }
@@ -125,22 +95,18 @@ export class Things {
       .map(([label, share]) => `${words(label)} ${percent(share)}`);
     if (others.length > 0) told.append(make("small", "", `or ${others.slice(0, 2).join(", ")}`));
     show.append(picture, told);
-    show.title = "Show it on the plan";
+    show.title = "Show where it is";
     const row = { key, node, state, share, thing };
     show.addEventListener("click", () => this.choose(row));
-    const search = make("button", "search-for", "Search");
-    search.type = "button";
-    search.setAttribute("aria-label", `Search for this ${words(thing.label)}`);
-    search.addEventListener("click", () => this.searchFor(row.thing));
+    const search = button("Search", `Search for this ${words(thing.label)}`, () => this.searchFor(row.thing));
     node.append(show, search);
     row.text = `${words(thing.label)} ${words(thing.room)} ${others.join(" ")}`.toLowerCase();
     return row;
   }
 
   choose(row) {
-    const [x, y] = row.thing.position_world;
     for (const other of this.rows.values()) other.node.classList.toggle("chosen", other === row);
-    this.plan.point([x, y]);
+    this.showPlace(row.thing.position_world);
   }
 
   async searchFor(thing) {

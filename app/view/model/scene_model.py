@@ -11,6 +11,7 @@ from typing import Final, Literal
 
 import numpy as np
 
+from app.messages.control import SavedSearches
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.memory import MapAlignment, RememberedThing, Room
@@ -101,6 +102,7 @@ class SceneModel:
         """Rooms of the map, as last asked for."""
         self.things: tuple[RememberedThing, ...] = ()
         """What the robot remembers, as last asked for."""
+        self.saved_searches = SavedSearches(searches=[])
         self.needs_keyframe = True
         """Whether the map may lack voxels, so that a keyframe must be requested."""
         self._changed: set[Part] = set()
@@ -235,6 +237,10 @@ class SceneModel:
     def on_places(self, rooms: Iterable[Room], things: Iterable[RememberedThing]) -> None:
         """Replace rooms and remembered things."""
         self.rooms, self.things = tuple(rooms), tuple(things)
+
+    def on_saved_searches(self, saved: SavedSearches) -> None:
+        """Replace the saved searches."""
+        self.saved_searches = saved
 
     def on_event(self, event: Event) -> None:
         """Append to the log, and store rejected finds."""

@@ -32,6 +32,7 @@ class SceneReader:
             keys.STATUS: lambda p: model.on_status(_json(p, status.Status)),
             keys.LEVELS: lambda p: model.on_proximity(_json(p, status.LevelTable)),
             keys.PAINTED: lambda p: model.on_painted(_json(p, PaintedRegions)),
+            keys.SEARCHES_SAVED: lambda p: model.on_saved_searches(_json(p, control.SavedSearches)),
             keys.EVENT: lambda p: model.on_event(_json(p, status.Event)),
             keys.MAP_VOXELS: lambda p: model.on_voxels(decode_voxels(p)),
             keys.MAP_KEYFRAME: lambda p: model.on_keyframe(decode_voxels(p)),

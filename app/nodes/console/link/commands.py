@@ -3,7 +3,13 @@
 from collections.abc import Sequence
 from typing import Literal, Protocol
 
-from app.messages.control import ControlRequest, PreviewReply, SentenceReading
+from app.messages.control import (
+    ControlRequest,
+    PreviewReply,
+    QueueRequest,
+    SavedSearchRequest,
+    SentenceReading,
+)
 from app.messages.driving import DriveModeName
 from app.messages.lease import LeaseReply
 from app.messages.memory import MemoryReply
@@ -81,6 +87,22 @@ class Controller(Protocol):
         """
         ...
 
+    def change_queue(self, request: QueueRequest) -> str:
+        """Change the queue of goals; waits for the reply, so call it in a thread.
+
+        Raises:
+            CommandError: It was not delivered, or was refused.
+        """
+        ...
+
+    def change_saved(self, request: SavedSearchRequest) -> str:
+        """Save a search, run or delete a saved one; waits for the reply, so call it in a thread.
+
+        Raises:
+            CommandError: It was not delivered, or was refused.
+        """
+        ...
+
     def may_use_panels(self, browser: Browser) -> bool:
         """Return whether a browser may use the panels: no other browser has control."""
         ...
@@ -149,10 +171,6 @@ class Actions(Protocol):
 
     def cancel_go_to(self) -> str:
         """Cancel the waypoint."""
-        ...
-
-    def reorder(self, goal_id: int, action: Literal["first", "remove"]) -> str:
-        """Move a waiting goal to the front, or remove it."""
         ...
 
     def preview(self, context: str | None, levels: dict[str, LevelName]) -> PreviewReply:

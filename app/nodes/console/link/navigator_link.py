@@ -43,6 +43,7 @@ LATCHED: Final = (
     keys.DETECTIONS,
     keys.FAR_EVIDENCE,
     keys.PAINTED,
+    keys.SEARCHES_SAVED,
     keys.MAP_ALIGNMENT,
     keys.CAMERA_INFO,
     keys.TF_STATIC,

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Final, Literal
+from typing import Final
 
 import msgspec
 
@@ -17,6 +17,7 @@ from app.messages.control import (
     PreviewReply,
     PreviewRequest,
     QueueRequest,
+    SavedSearchRequest,
     SearchAccepted,
     SearchRequest,
     SentenceReading,
@@ -109,10 +110,13 @@ class PanelRequests(ABC):
         """Start a search for an object of which nothing else is known."""
         return self.search(wanted, "", SearchRequest(object=wanted).scenario)
 
-    def reorder(self, goal_id: int, action: Literal["first", "remove"]) -> str:
-        """Move a waiting goal to the front, or remove it."""
-        request = QueueRequest(goal_id=goal_id, action=action)
-        return self._request(keys.QUEUE, request, Accepted).detail
+    def change_queue(self, request: QueueRequest) -> str:
+        """Change the queue of goals."""
+        return _sentence(self._request(keys.QUEUE, request, Accepted).detail)
+
+    def change_saved(self, request: SavedSearchRequest) -> str:
+        """Save a search, run or delete a saved one."""
+        return _sentence(self._request(keys.SEARCHES, request, Accepted).detail)
 
     def preview(self, context: str | None, levels: dict[str, LevelName]) -> PreviewReply:
         """Return the next choice, without changing the search."""
@@ -162,6 +166,10 @@ class PanelRequests(ABC):
         """Change the proximity level of one label."""
         self._request(keys.GUIDANCE, GuidanceRequest(label=label, level=level), Accepted)
         return f"{label.replace('_', ' ')} is now {level}."
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def _goals(count: int) -> str:

@@ -141,7 +141,12 @@ def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus]) -> str:
         f"<li><b>{words(goal.object)}</b> <span>{words(goal.outcome)}</span></li>"
         for goal in (*queue, *list(history)[::-1][:4])
     ]
-    return f'<ul class="ip-goals">{"".join(rows)}</ul>' if rows else ""
+    if not rows:
+        return ""
+    hint = (
+        '<p class="ip-muted">Change the order, repeat, save: press <b>Goals</b> on the map (G).</p>'
+    )
+    return f'<ul class="ip-goals">{"".join(rows)}</ul>{hint}'
 
 
 def found(find: FindReport) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 import viser
 
 from app.messages.control import SearchRequest
-from app.messages.status import FindReport, GoalStatus, Status
+from app.messages.status import FindReport, Status
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
@@ -53,8 +53,6 @@ class SearchPanel:
         self._build_find(gui)
         self._candidates = CandidatesPanel(gui, actions, self._try, self._search)
         self._camera = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
-        if not actions.recorded:
-            self._build_queue(gui)
         self._goals = gui.add_html("")
         self._common_sense = ProximityPanel(gui, actions)
 
@@ -97,28 +95,6 @@ class SearchPanel:
         reject = gui.add_button("Not this: keep looking", color=QUIET)
         confirm.on_click(lambda _: self._try(lambda: self._actions.confirm_find(self._judged)))
         reject.on_click(lambda _: self._try(lambda: self._actions.reject_find(self._judged)))
-
-    def _build_queue(self, gui: Any) -> None:
-        self._waiting: dict[str, int] = {}
-        with gui.add_folder(None, visible=False) as self._queue_box:
-            self._chosen = gui.add_dropdown("Waiting", ("–",))
-            order = gui.add_button_group("Action", ("Search next", "Remove"))
-        order.on_click(lambda event: self._try(lambda: self._reorder(event.target.value)))
-
-    def _reorder(self, word: str) -> str:
-        goal_id = self._waiting.get(str(self._chosen.value))
-        if goal_id is None:
-            raise CommandError("That goal is no longer waiting. Choose another.")
-        return self._actions.reorder(goal_id, "first" if word == "Search next" else "remove")
-
-    def _show_queue(self, queue: list[GoalStatus]) -> None:
-        waiting = {f"{n + 1}. {g.object.replace('_', ' ')}": g.goal_id for n, g in enumerate(queue)}
-        if waiting == self._waiting:
-            return
-        self._waiting = waiting
-        self._queue_box.visible = bool(waiting)
-        if waiting:
-            self._chosen.options = tuple(waiting)
 
     def _ask(self) -> None:
         typed, context = self._wanted.value.strip(), self._context.value.strip()
@@ -186,8 +162,6 @@ class SearchPanel:
 
     def _show_status(self, status: Status, model: SceneModel) -> None:
         self._now.content = markup.now(status)
-        if not self._actions.recorded:
-            self._show_queue(status.queue)
         self._goals.content = markup.goals([*status.tour, *status.queue], status.history)
         has_search = status.goal is not None and status.state != "exhausted"
         self._steer.visible = has_search and not self._actions.recorded

@@ -5,6 +5,7 @@ import queue
 import secrets
 import threading
 import time
+import zlib
 from concurrent.futures import ThreadPoolExecutor
 from typing import Final, Literal
 
@@ -28,6 +29,7 @@ from app.nodes.console.scene.click_explanation import (
     with_labels,
 )
 from app.nodes.console.scene.clicks import Clicks
+from app.nodes.console.scene.goal_list import goal_list
 from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.scene.place_requests import PlaceRequests
 from app.nodes.console.scene.state_feed import StateFeed
@@ -78,6 +80,10 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     out_of_reach_m: float | None = None
     """Distance of a find from the nearest reachable place; None when it is reachable."""
     explanation: ClickExplanation | None = None
+    goals: int = 0
+    """Checksum of the list of goals, which pages fetch when it changes."""
+    waiting: int = 0
+    """Number of goals that wait."""
 
 
 class SceneThread:
@@ -245,6 +251,7 @@ class SceneThread:
 
     def _notice(self, now: float) -> None:
         self._noticed_at = now
+        self._state_feed.goals = msgspec.json.encode(goal_list(self.model))
         self._state_feed.post(msgspec.json.encode(self._shell_state()))
 
     def _shell_state(self) -> ShellState:
@@ -275,6 +282,8 @@ class SceneThread:
             lease=link.lease_status,
             warning=difference(status.version),
             explanation=self._explanation,
+            goals=zlib.crc32(self._state_feed.goals),
+            waiting=len(status.queue),
         )
 
     async def _joined(self, client: viser.ClientHandle) -> None:

@@ -25,6 +25,8 @@ class StateFeed:
         """Camera pictures for the pages."""
         self.exports = ExportRequests()
         """Export files that pages requested."""
+        self.goals = b"{}"
+        """The list of goals as JSON, see `goal_list`; replaced as a whole."""
         self._lock = threading.Lock()
         self._notice: bytes | None = None
         self._number = 0

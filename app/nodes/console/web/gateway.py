@@ -80,6 +80,7 @@ class Gateway:
                 Route("/health", self._health),
                 Route("/api/pictures/{name}", self._picture),
                 Route("/api/export/{name}", self._export),
+                Route("/api/goals", self._goals),
                 Route("/api/things", self._things),
                 Route("/api/things/{number:int}", self._thing_picture),
                 Route("/api/stop", self._stop, methods=["POST"]),
@@ -138,6 +139,11 @@ class Gateway:
             "Content-Disposition": f'attachment; filename="ippon-{name}"',
         }
         return Response(content, media_type=FILES[name][0], headers=headers)
+
+    async def _goals(self, _: Request) -> Response:
+        """Answer with the goals and saved searches, a `GoalList`."""
+        headers = {"Cache-Control": "no-store"}
+        return Response(self._state_feed.goals, media_type="application/json", headers=headers)
 
     async def _things(self, request: Request) -> Response:
         """Answer with everything that the robot remembers, a `MemoryReply` without pictures."""

@@ -9,7 +9,7 @@ from typing import Annotated, Final, Literal
 import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from app.messages.control import ControlRequest
+from app.messages.control import ControlRequest, QueueRequest, SavedSearchRequest
 from app.messages.driving import DriveModeName
 from app.nodes.console.link.commands import CommandError, Controller
 from app.nodes.console.scene.state_feed import StateFeed
@@ -20,7 +20,7 @@ from ippon.control.drive_mode import NO_INPUT, TeleopInput
 
 logger = logging.getLogger(__name__)
 
-MAX_MESSAGE: Final = 4096
+MAX_MESSAGE: Final = 8192
 RENEW_S: Final = 0.5
 ASLEEP_S: Final = 5.0
 """Silence after which a page counts as asleep and its lease is no longer renewed; longer than the
@@ -40,6 +40,8 @@ class ShellCommand(msgspec.Struct, tag="control", forbid_unknown_fields=True):
 
     id: int
     action: Literal["stop", "resume", "pause", "cancel"]
+    goal_id: int | None = None
+    """The only goal that is cancelled."""
 
 
 class ShellDrive(msgspec.Struct, tag="drive", forbid_unknown_fields=True):
@@ -84,6 +86,20 @@ class ShellSearch(msgspec.Struct, tag="search", forbid_unknown_fields=True):
     object: Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
 
 
+class ShellQueue(msgspec.Struct, tag="queue", forbid_unknown_fields=True):
+    """Change of the queue of goals."""
+
+    id: int
+    change: QueueRequest
+
+
+class ShellSaved(msgspec.Struct, tag="saved", forbid_unknown_fields=True):
+    """Change of the saved searches, or a saved search to run."""
+
+    id: int
+    change: SavedSearchRequest
+
+
 class ShellYou(msgspec.Struct, tag="you"):
     """Name and standing of this page."""
 
@@ -110,7 +126,7 @@ class ShellReply(msgspec.Struct, tag="reply"):
 
 _Message = (
     ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease | ShellRoom
-    | ShellSearch
+    | ShellSearch | ShellQueue | ShellSaved
 )  # fmt: skip
 _decoder: Final = msgspec.json.Decoder(_Message)
 
@@ -241,26 +257,37 @@ class _Standing:
             await self._put(msgspec.json.encode(you))
 
 
+_Command = ShellCommand | ShellDrive | ShellRoom | ShellSearch | ShellQueue | ShellSaved
+
+
 async def _command(
-    command: ShellCommand | ShellDrive | ShellRoom | ShellSearch,
+    command: _Command,
     put: Callable[[bytes], Awaitable[None]],
     controller: Controller,
     state_feed: StateFeed,
 ) -> None:
     try:
-        if isinstance(command, ShellDrive):
-            text = await controller.drive(command.mode)
-        elif isinstance(command, ShellRoom):
-            text = await asyncio.to_thread(
-                controller.name_room, command.x_m, command.y_m, command.name
-            )
-            state_feed.exports.names_changed()
-        elif isinstance(command, ShellSearch):
-            text = await asyncio.to_thread(controller.search_for, command.object)
-        else:
-            request = ControlRequest(action=command.action, requester="console")
-            text = await controller.control(request)
+        text = await _carried_out(command, controller, state_feed)
         reply = ShellReply(id=command.id, ok=True, text=text)
     except CommandError as error:
         reply = ShellReply(id=command.id, ok=False, text=str(error))
     await put(msgspec.json.encode(reply))
+
+
+async def _carried_out(command: _Command, controller: Controller, state_feed: StateFeed) -> str:
+    match command:
+        case ShellDrive():
+            return await controller.drive(command.mode)
+        case ShellRoom(x_m=x_m, y_m=y_m, name=name):
+            text = await asyncio.to_thread(controller.name_room, x_m, y_m, name)
+            state_feed.exports.names_changed()
+            return text
+        case ShellSearch():
+            return await asyncio.to_thread(controller.search_for, command.object)
+        case ShellQueue():
+            return await asyncio.to_thread(controller.change_queue, command.change)
+        case ShellSaved():
+            return await asyncio.to_thread(controller.change_saved, command.change)
+        case ShellCommand(action=action, goal_id=goal_id):
+            request = ControlRequest(action=action, requester="console", goal_id=goal_id)
+            return await controller.control(request)

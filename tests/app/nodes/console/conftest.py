@@ -110,8 +110,18 @@ class Navigator:
             raise CommandError(self.problem)
         return f"Looking for: {wanted}."
 
+    def change_queue(self, request):
+        self.actions.append(request)
+        if self.problem is not None:
+            raise CommandError(self.problem)
+        return "It is next."
+
+    def change_saved(self, request):
+        self.actions.append(request)
+        return "It is saved."
+
     async def control(self, request):
-        self.actions.append(request.action)
+        self.actions.append(request.action if request.goal_id is None else request)
         self.who = acting_browser()
         if self.problem is not None:
             raise CommandError(self.problem)

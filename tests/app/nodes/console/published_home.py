@@ -15,6 +15,8 @@ from app.messages.control import (
     ControlReply,
     ControlRequest,
     ErrorReply,
+    SavedSearch,
+    SavedSearches,
     SearchAccepted,
     SearchRequest,
     SentenceRequest,
@@ -78,6 +80,9 @@ class PublishedHome:
             keys.VOCABULARY: self._accept,
             keys.GOTO: self._accept,
             keys.PAINT: self._accept,
+            keys.QUEUE: self._accept,
+            keys.SEARCHES: self._accept,
+            keys.SEARCHES_SAVED: lambda _: encode(SavedSearches(searches=self.saved)),
             keys.ROOMS: lambda _: encode(rooms_of(self.room_name)),
             keys.ROOM_NAME: self._name_room,
             keys.MEMORY: self._memory,
@@ -98,6 +103,7 @@ class PublishedHome:
         )
         self.find = None
         self.status_changes = {}
+        self.saved = [SavedSearch(saved_id=4, object="my keys", context="in the hall")]
         self.room_name = ""
         self.frozen = False
         """Nothing changes, and only the status is published."""

@@ -13,9 +13,16 @@ import pytest
 from playwright.sync_api import expect
 
 from app.messages import keys
-from app.messages.control import SearchRequest, decode
+from app.messages.control import (
+    QueueRequest,
+    SavedSearchRequest,
+    SearchRequest,
+    decode,
+    encode,
+)
 from app.messages.driving import DriveStatus
 from app.messages.perception.heatmaps import encode_heatmap
+from app.messages.status import GoalStatus
 from ippon.observation import Heatmap
 from tests.chromium import new_window, open_browser
 
@@ -272,7 +279,7 @@ def test_what_is_remembered_is_found_shown_and_searched_for(page, parts, shoot):
     expect(page.locator("#things-count")).to_have_text("1 of 5 things")
     expect(rows).to_contain_text("kitchen counter 90 %bedroom · seen just now")
     expect(rows).to_contain_text("or armchair 5 %")
-    rows.get_by_title("Show it on the plan").press("Enter")
+    rows.get_by_title("Show where it is").press("Enter")
     expect(rows).to_have_class("chosen")
     shoot("things", 1_000)
     page.get_by_role("button", name="Search for this kitchen counter").click()
@@ -283,6 +290,67 @@ def test_what_is_remembered_is_found_shown_and_searched_for(page, parts, shoot):
     shoot("things-all", 1_000)
     page.locator("#things-find").press("Escape")
     expect(page.locator("#things")).to_be_hidden()
+
+
+def test_goals_are_ordered_edited_repeated_and_saved_by_keyboard(page, parts, shoot):
+    noted = parts[0]
+    tour = {"tour": 6, "outcome": "queued"}
+    waiting = [
+        GoalStatus(goal_id=5, object="plant", context="near the window"),
+        GoalStatus(goal_id=6, object="tv", **tour),
+        GoalStatus(goal_id=7, object="remote", display="<b>remote</b>", **tour),
+    ]
+    ended = [
+        GoalStatus(goal_id=3, object="shoe", outcome="cancelled"),
+        GoalStatus(goal_id=4, object="keys", outcome="found", confirmed=True, took_s=133.2,
+                   position_world=(5.5, 0.6, 0.4)),
+        GoalStatus(goal_id=2, object="cup", outcome="exhausted", rejected=2, took_s=412.0),
+    ]  # fmt: skip
+    noted.home.status_changes = {"queue": waiting, "history": ended}
+    page.keyboard.press("g")
+    goals = page.locator("#goals")
+    expect(
+        page.locator(".scene-tools .goals-waiting, .plan-tools .goals-waiting").first
+    ).to_have_text("3")
+    expect(goals.locator("#goals-active li")).to_contain_text("is searched for")
+    expect(goals.locator("#goals-waiting li").nth(2)).to_contain_text("<b>remote</b>")
+    expect(goals.locator("#goals-ended li").first).to_contain_text(
+        "given up: not found · 2 finds rejected · 6:52"
+    )
+    expect(goals.locator("#goals-ended li").nth(1)).to_contain_text("found, confirmed · 2:13")
+    shoot("goals", 500)
+    for name, key, request in (
+        ("Move plant down", keys.QUEUE, QueueRequest(goal_id=6, action="before", before=5)),
+        ("Move <b>remote</b> up", keys.QUEUE, QueueRequest(goal_id=7, action="before", before=5)),
+        ("Cancel the goal tv", keys.QUEUE, QueueRequest(goal_id=6, action="remove")),
+        ("Search for keys again", keys.QUEUE, QueueRequest(goal_id=4, action="repeat")),
+        ("Save the search for plant", keys.SEARCHES,
+         SavedSearchRequest(action="save", object="plant", context="near the window")),
+        ("Search for my keys", keys.SEARCHES, SavedSearchRequest(action="run", saved_id=4)),
+        ("Delete the saved search for my keys", keys.SEARCHES,
+         SavedSearchRequest(action="delete", saved_id=4)),
+    ):  # fmt: skip
+        goals.get_by_role("button", name=name, exact=True).press("Enter")
+        expect(page.locator("#goals-answer")).to_have_text("Done.")
+        assert (key, encode(request)) == noted.home.requests[-1]
+    goals.get_by_role("button", name="Edit the goal plant").press("Enter")
+    page.keyboard.type("cactus")
+    waiting[0] = GoalStatus(goal_id=5, object="plant", context="changed by somebody else")
+    page.wait_for_timeout(500)
+    page.keyboard.press("Enter")
+    expect(goals.locator("form")).to_have_count(0)
+    edited = QueueRequest(goal_id=5, action="edit", object="cactus", context="near the window")
+    assert (keys.QUEUE, encode(edited)) == noted.home.requests[-1]
+    expect(goals.locator("#goals-waiting li").first).to_contain_text("changed by somebody else")
+    page.set_viewport_size({"width": 390, "height": 844})
+    for one in goals.get_by_role("button").all():
+        box = one.bounding_box()
+        assert box is None or (box["x"] >= 0 and box["x"] + box["width"] <= 390)
+    shoot("phone-goals", 800)
+    page.set_viewport_size({"width": 1440, "height": 900})
+    goals.locator("#goals-close").press("Escape")
+    expect(goals).to_be_hidden()
+    noted.home.begin_again()
 
 
 def test_the_map_is_in_the_corner_while_the_camera_fills_the_scene(page, shoot):

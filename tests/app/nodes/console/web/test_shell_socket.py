@@ -4,6 +4,7 @@ import time
 
 import pytest
 
+from app.messages.control import ControlRequest, QueueRequest, SavedSearchRequest
 from app.nodes.console.web import shell_socket
 from tests.app.nodes.console.served import closing_code, hear
 
@@ -47,11 +48,37 @@ def test_a_remembered_thing_is_searched_for(client, navigator):
         assert "coffee table" in navigator.actions
 
 
+def test_goals_are_changed_cancelled_and_saved_by_number(client, navigator):
+    with client.socket("/api/ws") as shell:
+        hear(shell)
+        for text, request in (
+            (
+                '{"type":"queue","id":1,"change":{"goal_id":5,"action":"before","before":3}}',
+                QueueRequest(goal_id=5, action="before", before=3),
+            ),
+            (
+                '{"type":"saved","id":1,"change":{"action":"run","saved_id":2}}',
+                SavedSearchRequest(action="run", saved_id=2),
+            ),
+            (
+                '{"type":"control","id":1,"action":"cancel","goal_id":4}',
+                ControlRequest(action="cancel", requester="console", goal_id=4),
+            ),
+        ):
+            shell.send(text)
+            assert hear(shell)["ok"]
+            assert navigator.actions[-1] == request
+        navigator.problem = "goal 5 is no longer waiting"
+        shell.send('{"type":"queue","id":2,"change":{"goal_id":5,"action":"first"}}')
+        assert hear(shell) == {"type": "reply", "id": 2, "ok": False, "text": navigator.problem}
+
+
 @pytest.mark.parametrize(
     "text",
-    ["", "no json", '{"type":"search","id":1,"object":""}', "[]", '{"type":"shoot"}',
+    ["", "no json", '{"type":"queue","id":1,"change":{"goal_id":5,"action":"eat"}}',
+     '{"type":"search","id":1,"object":""}', "[]", '{"type":"shoot"}',
      '{"type":"control","id":1,"action":"explode"}',
-     '{"type":"ping","t":1,"more":2}', '{"type":"ping","t":1}' + " " * 5000, b"\x00\xff"],
+     '{"type":"ping","t":1,"more":2}', '{"type":"ping","t":1}' + " " * 9000, b"\x00\xff"],
 )  # fmt: skip
 def test_what_is_no_message_ends_the_shell_and_commands_nothing(client, navigator, text):
     with client.socket("/api/ws") as shell:

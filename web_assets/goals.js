@@ -1,0 +1,231 @@
+// The goals: what is searched for, what waits in which order, what has ended, and saved searches.
+
+import { button, make, replaceRows, words } from "./side.js";
+
+const at = (id) => document.getElementById(id);
+const SECTIONS = ["active", "waiting", "ended", "saved"];
+
+const OUTCOMES = {
+  queued: "waits",
+  active: "is searched for",
+  found: "found",
+  out_of_reach: "found, out of reach",
+  exhausted: "given up: not found",
+  cancelled: "cancelled",
+};
+
+const nameOf = (goal) => goal.display || words(goal.object);
+
+export function clock(seconds) {
+  const whole = Math.max(0, Math.floor(seconds));
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
+}
+
+function stateOf(goal, section) {
+  const isFind = goal.outcome === "found" || goal.outcome === "out_of_reach";
+  const parts = [OUTCOMES[goal.outcome] ?? goal.outcome];
+  if (goal.confirmed) parts[0] += ", confirmed";
+  else if (isFind && section === "active") parts[0] += ": confirm or reject it in the Search tab";
+  if (goal.rejected) parts.push(goal.rejected === 1 ? "1 find rejected" : `${goal.rejected} finds rejected`);
+  if (goal.took_s !== null) parts.push(clock(goal.took_s));
+  if (goal.tour) parts.push("in one tour");
+  return parts.join(" · ");
+}
+
+export class Goals {
+  // sides: the panels; send: sends a message and returns the reply; mayChange: whether this page
+  // commands the robot; show: flies to a place.
+  constructor(sides, send, mayChange, show) {
+    this.send = send;
+    this.mayChange = mayChange;
+    this.showPlace = show;
+    this.rows = new Map();
+    this.lists = { active: [], waiting: [], ended: [], saved: [] };
+    this.known = null;
+    this.isOpen = false;
+    sides.add("goals", "KeyG", (open) => {
+      this.isOpen = open;
+      this.known = null;
+      at("goals-answer").textContent = "";
+      this.fetch(this.wanted);
+    });
+  }
+
+  // state: of the page, with the checksum of the goals.
+  update(state) {
+    const waiting = state?.waiting ?? 0;
+    for (const badge of document.querySelectorAll(".goals-waiting")) {
+      badge.textContent = waiting > 0 ? String(waiting) : "";
+    }
+    this.wanted = state?.goals ?? null;
+    const may = this.mayChange();
+    at("goals").toggleAttribute("data-watching", !may);
+    for (const one of at("goals").querySelectorAll("button[data-changes]")) one.disabled = !may;
+    this.fetch(this.wanted);
+  }
+
+  async fetch(wanted) {
+    if (!this.isOpen || this.isFetching || wanted === this.known) return;
+    this.isFetching = true;
+    try {
+      const lists = await (await fetch("/api/goals")).json();
+      this.known = wanted;
+      this.render(lists);
+    } catch {
+      // The page says elsewhere that the console does not respond.
+    } finally {
+      this.isFetching = false;
+    }
+  }
+
+  render(lists) {
+    this.lists = {
+      active: lists.active ?? [],
+      waiting: lists.waiting ?? [],
+      ended: lists.ended ?? [],
+      saved: lists.saved?.searches ?? [],
+    };
+    const before = this.rows;
+    this.rows = new Map();
+    for (const section of SECTIONS) {
+      const nodes = this.lists[section].map((goal, place) => {
+        const id = `${section} ${goal.goal_id ?? goal.saved_id}`;
+        const key = JSON.stringify([goal, this.neighbours(section, place)]);
+        const old = before.get(id);
+        // A row that is being edited stays as it is.
+        const row = old && (old.key === key || old.isEdited) ? old : this.makeRow(section, goal, place, key);
+        this.rows.set(id, row);
+        if (section === "waiting") row.number.textContent = `${place + 1}.`;
+        return row.node;
+      });
+      replaceRows(at(`goals-${section}`), nodes);
+      at(`goals-${section}`).parentElement.hidden = nodes.length === 0;
+    }
+    const none = SECTIONS.every((section) => this.lists[section].length === 0);
+    at("goals-none").hidden = !none;
+    at("goals-note").textContent = lists.saved?.note ?? "";
+    const may = this.mayChange();
+    for (const one of at("goals").querySelectorAll("button[data-changes]")) one.disabled = !may;
+  }
+
+  // Numbers of the goals before which a waiting one is moved up or down, with its tour.
+  neighbours(section, place) {
+    if (section !== "waiting") return {};
+    const waiting = this.lists.waiting;
+    const tourOf = (goal) => goal.tour ?? goal.goal_id;
+    const tours = [...new Set(waiting.map(tourOf))];
+    const mine = tours.indexOf(tourOf(waiting[place]));
+    const first = (tour) => waiting.find((goal) => tourOf(goal) === tour)?.goal_id;
+    return { above: first(tours[mine - 1]), below: first(tours[mine + 1]) };
+  }
+
+  makeRow(section, goal, place, key) {
+    const node = make("li", "entry");
+    const number = make("span", "number");
+    const told = make("span", "told");
+    const acts = make("span", "acts");
+    const name = section === "saved" ? goal.object : nameOf(goal);
+    told.append(make("b", "", name));
+    if (goal.context) told.append(make("small", "context", goal.context));
+    if (section !== "saved") told.append(make("small", "", stateOf(goal, section)));
+    node.dataset.outcome = goal.outcome ?? "saved";
+    const row = { key, node, number, isEdited: false };
+    acts.append(...this.buttons(section, goal, name, place, row));
+    node.append(number, told, acts);
+    return row;
+  }
+
+  buttons(section, goal, name, place, row) {
+    const change = (text, label, message) => {
+      const node = button(text, label, () => this.ask(message));
+      node.dataset.changes = "";
+      return node;
+    };
+    const queue = (action, more = {}) => ({
+      type: "queue", change: { goal_id: goal.goal_id, action, ...more },
+    });
+    const { goal_id, saved_id, object, context } = goal;
+    const save = () => change("Save", `Save the search for ${name}`, {
+      type: "saved", change: { action: "save", object: name, context: context ?? "" },
+    });
+    const found = [];
+    if (goal.position_world) {
+      found.push(button("Show", `Show where ${name} was found`, () => this.showPlace(goal.position_world)));
+    }
+    if (section === "active") {
+      const cancel = { type: "control", action: "cancel", goal_id };
+      return [...found, change("Cancel", `Cancel the search for ${name}`, cancel), save()];
+    }
+    if (section === "ended") {
+      return [...found, change("Repeat", `Search for ${name} again`, queue("repeat")), save()];
+    }
+    if (section === "saved") {
+      return [
+        change("Run", `Search for ${object}`, { type: "saved", change: { action: "run", saved_id } }),
+        change("Delete", `Delete the saved search for ${object}`, {
+          type: "saved", change: { action: "delete", saved_id },
+        }),
+      ];
+    }
+    const { above, below } = this.neighbours(section, place);
+    const up = change("↑", `Move ${name} up`, queue("before", { before: above }));
+    const down = change("↓", `Move ${name} down`, {
+      type: "queue", change: { goal_id: below, action: "before", before: goal_id },
+    });
+    if (above === undefined) up.hidden = true;
+    if (below === undefined) down.hidden = true;
+    const edit = button("Edit", `Edit the goal ${name}`, () => this.edit(row, goal, name));
+    edit.dataset.changes = "";
+    return [up, down, edit, change("Cancel", `Cancel the goal ${name}`, queue("remove")), save()];
+  }
+
+  edit(row, goal, name) {
+    const form = make("form", "edit");
+    const fields = [["Object", name, 80], ["Context", goal.context, 2000]].map(([label, value, most]) => {
+      const field = make("input");
+      field.value = value;
+      field.maxLength = most;
+      field.setAttribute("aria-label", label);
+      field.placeholder = label;
+      return field;
+    });
+    const save = make("button", "", "Save");
+    const stop = button("Back", "Leave the goal as it is", () => this.endEdit(row));
+    form.append(...fields, save, stop);
+    form.addEventListener("submit", async (event) => {
+      event.preventDefault();
+      const [object, context] = fields.map((field) => field.value.trim());
+      const reply = await this.ask({
+        type: "queue", change: { goal_id: goal.goal_id, action: "edit", object, context },
+      });
+      if (reply?.ok) this.endEdit(row);
+    });
+    form.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape") return;
+      event.stopPropagation();
+      this.endEdit(row);
+    });
+    row.isEdited = true;
+    row.node.append(form);
+    row.node.dataset.edited = "";
+    fields[0].focus();
+    fields[0].select();
+  }
+
+  endEdit(row) {
+    row.isEdited = false;
+    row.node.querySelector("form")?.remove();
+    delete row.node.dataset.edited;
+    row.node.querySelector('[aria-label^="Edit"]')?.focus();
+    this.known = null;
+    this.fetch(this.wanted);
+  }
+
+  async ask(message) {
+    at("goals-answer").textContent = "…";
+    const reply = await this.send(message);
+    at("goals-answer").textContent = reply?.text || (reply ? "Done." : "The console does not respond.");
+    at("goals-answer").dataset.ok = String(reply?.ok ?? false);
+    return reply;
+  }
+}

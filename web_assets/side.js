@@ -1,0 +1,82 @@
+// Panels over the left of the scene, of which one is open: goals, things, calls.
+
+const at = (id) => document.getElementById(id);
+
+export class Sides {
+  // isTyping: whether a key goes to a text field.
+  constructor(isTyping) {
+    this.isTyping = isTyping;
+    this.panels = new Map();
+    this.open = null;
+  }
+
+  // key: code of the key that opens the panel; onChange: told whether it is open.
+  add(name, key, onChange) {
+    this.panels.set(name, { key, onChange });
+    for (const button of document.querySelectorAll(`[data-opens="${name}"]`)) {
+      button.addEventListener("click", () => this.toggle(name));
+    }
+    at(`${name}-close`).addEventListener("click", () => this.toggle(name));
+    at(name).addEventListener("keydown", (event) => {
+      if (event.key !== "Escape") return;
+      event.preventDefault();
+      event.stopPropagation();
+      this.toggle(name);
+    });
+  }
+
+  toggle(name) {
+    const before = this.open;
+    this.open = before === name ? null : name;
+    for (const [one, { onChange }] of this.panels) {
+      const isOpen = one === this.open;
+      at(one).hidden = !isOpen;
+      for (const button of document.querySelectorAll(`[data-opens="${one}"]`)) {
+        button.setAttribute("aria-pressed", String(isOpen));
+      }
+      if (isOpen || one === before) onChange(isOpen);
+    }
+    document.body.toggleAttribute("data-side", this.open !== null);
+    if (this.open !== null) at(this.open).querySelector("[data-first]").focus();
+    // A hidden field would take the next key for itself.
+    else document.activeElement?.blur();
+  }
+
+  onKey(event) {
+    if (this.isTyping(event.target) || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.repeat || document.querySelector("dialog[open]") !== null) return;
+    const found = [...this.panels].find(([, { key }]) => key === event.code);
+    if (found === undefined) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    this.toggle(found[0]);
+  }
+}
+
+export const words = (label) => label.replaceAll("_", " ");
+
+export function make(tag, name, text) {
+  const node = document.createElement(tag);
+  if (name) node.className = name;
+  if (text !== undefined) node.textContent = text;
+  return node;
+}
+
+export function button(text, label, act) {
+  const node = make("button", "", text);
+  node.type = "button";
+  node.setAttribute("aria-label", label);
+  if (label !== text) node.title = label;
+  node.addEventListener("click", act);
+  return node;
+}
+
+// Puts nodes into a list and keeps the focus, which a node loses when it is moved.
+export function replaceRows(list, nodes) {
+  const same = nodes.length === list.childElementCount
+    && nodes.every((node, n) => node === list.children[n]);
+  if (same) return;
+  const held = list.contains(document.activeElement) ? document.activeElement : null;
+  list.replaceChildren(...nodes);
+  if (held?.isConnected) held.focus({ preventScroll: true });
+}
