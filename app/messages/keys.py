@@ -44,6 +44,12 @@ ENDED = "ended"
 
 CMD_VEL = "cmd_vel"
 CMD_TILT = "camera/cmd_tilt"
+NAVIGATION_GOAL = "navigation/goal"
+"""Pose that a robot which navigates by itself drives to; its stamp names the goal."""
+NAVIGATION_ACTIVE = "navigation/active"
+"""Stamp of the goal in force, 0 for none, with the pose where the robot stands."""
+NAVIGATION_STATUS = "navigation/status"
+"""From the robot: what became of the goal with a stamp."""
 
 SEARCH = "search"
 CONTROL = "control"
@@ -124,6 +130,9 @@ ROS_TYPES = {
     CONTACT: "std_msgs/msg/Bool",
     CMD_VEL: "geometry_msgs/msg/TwistStamped",
     CMD_TILT: "std_msgs/msg/Float64",
+    NAVIGATION_GOAL: "geometry_msgs/msg/PoseStamped",
+    NAVIGATION_ACTIVE: "geometry_msgs/msg/PoseStamped",
+    NAVIGATION_STATUS: "action_msgs/msg/GoalStatus",
     TELEOP: "geometry_msgs/msg/TwistStamped",
     MAP_VOXELS: "sensor_msgs/msg/PointCloud2",
     MAP_KEYFRAME: "sensor_msgs/msg/PointCloud2",

@@ -26,8 +26,10 @@ from app.messages.motion import (
     encode_flag,
     encode_transforms,
 )
+from app.messages.navigation import encode_goal_status
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import SegmentationLabels
+from app.nodes.simulated_goals import SimulatedGoals
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from ippon.command import Command
 from ippon.frame import NANOSECONDS, Frame
@@ -74,6 +76,10 @@ class RobotSimConfig:
             raise ValueError(
                 f"the camera takes 0.5 to {PHYSICS_HZ:g} frames a second; got {self.rate_hz:g}"
             )
+        if self.profile.takes_goals and self.speed == "max":
+            raise ValueError(
+                "a robot that takes goals drives in its own time: simulate it at speed 1 or 2"
+            )
         if not 32 <= self.image_width <= 1920:
             raise ValueError(f"images are 32 to 1920 pixels wide; got {self.image_width}")
 
@@ -106,9 +112,13 @@ class RobotSim:
         self._twist: StampedTwist | None = None
         self._answers: queue.SimpleQueue[StampedTwist] = queue.SimpleQueue()
         self._labels: SegmentationLabels | None = None
+        self._goals = SimulatedGoals()
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._subscribe(keys.CMD_VEL, self._on_twist)
         self._subscribe(keys.CMD_TILT, self._on_tilt)
+        if profile.takes_goals:
+            self._subscribe(keys.NAVIGATION_GOAL, self._goals.take_goal)
+            self._subscribe(keys.NAVIGATION_ACTIVE, self._goals.take_active)
         self._subscribe(keys.LABELS, self._on_labels)
         self._truth = session.declare_queryable(self._key(keys.SIM_TRUTH), self._answer_truth)
 
@@ -144,6 +154,7 @@ class RobotSim:
             elif tick % tf_every == 0:
                 self._publish_transforms()
             self.world.step(self._fresh_command(), dt)
+            self._report_goals()
             tick += 1
             due += dt / factor
             late = time.monotonic() - due
@@ -206,7 +217,15 @@ class RobotSim:
         """Return the command since the last step; None lets the base's watchdog count."""
         with self._lock:
             twist, self._twist = self._twist, None
+            tilt = self._tilt_rad
+        if twist is None and self.world.navigation is not None:
+            return Command(tilt_rad=tilt, goal=self._goals.in_force(time.monotonic()))
         return None if twist is None else self._command(twist)
+
+    def _report_goals(self) -> None:
+        if self.world.navigation is not None:
+            for number, outcome in self.world.navigation.take_reports():
+                self._put(keys.NAVIGATION_STATUS, encode_goal_status(number, outcome))
 
     def _command(self, twist: StampedTwist) -> Command:
         with self._lock:

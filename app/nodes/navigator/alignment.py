@@ -69,7 +69,10 @@ class Alignment:
         self._config, self._map = config, voxel_map
         robot = config.robot
         self._intake = FrameIntake(session, robot, logger.warning, RobotDetector(config.detector))
-        self._stream = CommandStream(session, robot, config.command_hz, config.stale_s)
+        self._stream = CommandStream(
+            session, robot, config.command_hz, config.stale_s,
+            velocities=config.profile.takes_velocities,
+        )  # fmt: skip
         self._control = serve(session, f"{robot}/{keys.CONTROL}", ControlRequest, self._obey)
         self._stopped = False
         # A map of its own: the kept one is in another frame.

@@ -17,6 +17,7 @@ from app.memory.room_names import room_names_path
 from app.messages import keys
 from app.nodes.navigator.alignment import FirstLook, in_map_frame
 from app.nodes.navigator.command.command_stream import CommandStream
+from app.nodes.navigator.command.goal_output import GoalOutput
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.event_publisher import EventPublisher
 from app.nodes.navigator.frame_intake import FrameIntake, Stopwatch
@@ -34,7 +35,7 @@ from app.nodes.navigator.status_report import StatusReport
 from app.nodes.navigator.stream_conversion import StreamConverter
 from app.nodes.navigator.stream_watch import StreamWatch
 from app.process.stop_signal import StopSignal
-from ippon.command import Command
+from ippon.command import Command, GoalOutcome
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 from ippon.geometry import Float64Array
@@ -76,13 +77,16 @@ class Navigator:
         self._sender = Sender()
         self._stopwatch = Stopwatch()
         self._report = StatusReport(config, version("ippon"))
-        self._stream = CommandStream(session, robot, config.command_hz, config.stale_s)
         self._events = EventPublisher(session, robot, self._goals, self._sender)
         self._intake = FrameIntake(
             session, robot, self._events.report_bad_message, RobotDetector(config.detector)
         )
         self._converter = StreamConverter(session, robot, config.profile, self._intake)
         self._operations = OperationQueue(self._intake.wake)
+        self._stream = CommandStream(
+            session, robot, config.command_hz, config.stale_s, self._goal_output(session),
+            velocities=config.profile.takes_velocities,
+        )  # fmt: skip
         self._services = RequestServices(
             session, config, self._goals, self._stream, operations=self._operations,
             events=self._events, sender=self._sender, model=model,
@@ -244,6 +248,18 @@ class Navigator:
             map_was_read=map_was_read,
             room_names=lambda: rooms.names,
         )
+
+    def _goal_output(self, session: zenoh.Session) -> GoalOutput | None:
+        """Return what sends goals to a robot that navigates by itself; None for another robot."""
+        navigation = self._mission.navigation
+        if navigation is None:
+            return None
+        follower = navigation.follower
+
+        def report(number: int, outcome: GoalOutcome) -> None:
+            self._operations.enqueue(lambda _: follower.report(number, outcome))
+
+        return GoalOutput(session, self.config.robot, report, self._T_map_world)
 
     # -- goals -------------------------------------------------------------------------------
 

@@ -25,6 +25,7 @@ TICK_S = 0.02
 RETRY_S = 1.0
 CONNECT_S = 3.0
 CHECK_S = 4.0
+LAST_SPINS = 4
 LEASE_MS = 1000
 """Silence after which the navigator counts as gone."""
 ZENOH_PROFILE = "IPPON_ZENOH_PROFILE"
@@ -43,6 +44,8 @@ entries of `ros2` in the profile (each a topic's name, or {topic, type, max_hz, 
   contact, detections, masks, label_info, vision_info      not carried unless named
   cmd_vel       cmd_vel; Twist or TwistStamped, as the robot subscribes
   cmd_tilt      Float64, or JointTrajectory with `joint`; not sent unless named
+  navigate      navigate_to_pose: Nav2's action, for a profile with `takes: [goals]` in `motion`
+  goal          in its place a topic of PoseStamped; both take `frame`, map
 
 The robot gets zero velocity 0.3 s after the last command. It must also stop by itself when this
 program dies.
@@ -119,7 +122,8 @@ def _run(options: argparse.Namespace, settings: Settings, stop: threading.Event)
             _watch_navigator(session, options.robot)
             _spin(node, stop)
         finally:
-            node.driver.stop()
+            node.stop()
+            _send_the_last(node)
             node.destroy_node()
             del token
     finally:
@@ -199,7 +203,7 @@ def _spin(node: Any, stop: threading.Event) -> None:
     def watch() -> None:
         # A thread of its own: a busy executor must not delay zero velocity.
         while not stop.wait(TICK_S):
-            node.driver.tick(time.monotonic())
+            node.tick()
 
     watchdog = threading.Thread(target=watch, name="watchdog", daemon=True)
     watchdog.start()
@@ -208,6 +212,18 @@ def _spin(node: Any, stop: threading.Event) -> None:
     while not stop.is_set():
         executor.spin_once(timeout_sec=0.2)
     watchdog.join()
+
+
+def _send_the_last(node: Any) -> None:
+    """Let a cancelled goal leave: the calls of an action are made by the executor."""
+    import rclpy.executors  # noqa: PLC0415
+
+    if node.goals is None:
+        return
+    executor = rclpy.executors.SingleThreadedExecutor()
+    executor.add_node(node)
+    for _ in range(LAST_SPINS):
+        executor.spin_once(timeout_sec=0.05)
 
 
 def _check(node: Any, stop: threading.Event) -> int:

@@ -78,6 +78,12 @@ class Driver:
                 logger.log(level, "no command for %.1f s: the robot gets zero velocity", age)
             self._send(0.0, 0.0)
 
+    def release(self) -> None:
+        """Leave the wheels to the robot's own navigation, without zero velocities in between."""
+        with self._lock:
+            self._at = -math.inf
+            self._driving = False
+
     def stop(self) -> None:
         """Send zero velocity now."""
         with self._lock:

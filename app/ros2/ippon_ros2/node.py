@@ -18,8 +18,19 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from .driver import Driver
-from .serialized import RateLimit
-from .settings import COMMANDS, FLOAT, STREAMS, TWIST_STAMPED, Settings, Topic
+from .goal_clients import GoalAction, GoalTopic
+from .goals import Goals
+from .serialized import RateLimit, goal_status
+from .settings import (
+    COMMANDS,
+    FLOAT,
+    GOALS,
+    STREAMS,
+    TWIST_STAMPED,
+    Ros2Error,
+    Settings,
+    Topic,
+)
 
 logger = logging.getLogger(__name__)
 
@@ -32,6 +43,8 @@ TILT_STEP_RAD = 0.01
 TILT_REACH_S = 0.3
 """Time in which a trajectory reaches the camera's tilt."""
 _TRANSIENT = ("tf_static", "label_info", "vision_info")
+PUBLISHED = ("cmd_vel", "cmd_tilt")
+"""Commands that are messages on a topic."""
 _IMAGES = ("color", "depth", "masks")
 
 
@@ -74,7 +87,9 @@ class BridgeNode(Node):  # type: ignore[misc]
         self.driver = Driver(
             self._send_velocity, settings.max_linear_m_s, settings.max_yaw_rate_rad_s
         )
-        self._subscribe_zenoh("cmd_vel", lambda p: self.driver.take(p, time.monotonic()))
+        self.goals, self.navigation = self._find_navigation()
+        if "cmd_vel" in settings.topics:
+            self._subscribe_zenoh("cmd_vel", lambda p: self.driver.take(p, time.monotonic()))
         self._subscribe_zenoh("camera/cmd_tilt", self._send_tilt)
         self.create_timer(DISCOVER_S, self.discover)
 
@@ -88,7 +103,7 @@ class BridgeNode(Node):  # type: ignore[misc]
             if key not in self._subscriptions_of:
                 self._try_to_subscribe(key, stream, types.get(stream.topic.name, []))
         for key, topic in self._settings.topics.items():
-            if key in COMMANDS and key not in self._commands:
+            if key in PUBLISHED and key not in self._commands:
                 self._try_to_publish(key, topic, types.get(topic.name, []))
         if time.monotonic() - self._started > MISSING_AFTER_S:
             self._report_missing(types)
@@ -97,7 +112,10 @@ class BridgeNode(Node):  # type: ignore[misc]
         """Return key, topic, problem (empty for none) and type of each command."""
         rows: list[tuple[str, str, str, str]] = []
         for key, topic in self._settings.topics.items():
-            if key in COMMANDS:
+            if key in GOALS and self.navigation is not None:
+                problem = self.navigation.problem()
+                rows.append((key, topic.name, problem, self.navigation.kind))
+            if key in PUBLISHED:
                 kind = self._commands[key][0] if key in self._commands else ""
                 problem = "" if kind else f"no subscriber with {' or '.join(COMMANDS[key][1])}"
                 rows.append((key, topic.name, problem, kind))
@@ -239,11 +257,58 @@ class BridgeNode(Node):  # type: ignore[misc]
             elif stream.problem:
                 self._report(key, f"{key}: {stream.topic.name} {stream.problem}")
         for key, topic in self._settings.topics.items():
-            if key in COMMANDS and key not in self._commands:
+            if key in PUBLISHED and key not in self._commands:
                 self._report(
                     key, f"{key}: nobody subscribes to {topic.name} with a type that is carried "
                     f"({' or '.join(COMMANDS[key][1])}): the robot will not move"
                 )  # fmt: skip
+
+        if self.navigation is not None and self.navigation.problem():
+            self._report("goals", f"{self.navigation.problem()}: the robot will not move")
+
+    def _find_navigation(self) -> tuple[Goals | None, GoalTopic | GoalAction | None]:
+        """Return what carries goals to a robot that navigates by itself; None for others.
+
+        Raises:
+            Ros2Error: ROS 2 has no such message or action.
+        """
+        key = next((key for key in GOALS if key in self._settings.topics), None)
+        if key is None:
+            return None, None
+        kind = GoalAction if key == "navigate" else GoalTopic
+
+        def ended(goal: bytes, code: int) -> None:
+            goals.ended(goal, code)
+
+        try:
+            navigation = kind(self, self._settings.topics[key], ended)
+        except ImportError as error:
+            package = kind.kind.split("/", 1)[0].replace("_", "-")
+            raise Ros2Error(
+                f"`ros2: {key}` needs the package ros-$ROS_DISTRO-{package}: {error}"
+            ) from error
+        status = self._session.declare_publisher(f"{self._robot}/navigation/status")
+        goals = Goals(navigation, lambda stamp, code: status.put(goal_status(stamp, code)))
+
+        def take(payload: bytes) -> None:
+            self.driver.release()
+            goals.take_goal(payload, time.monotonic())
+
+        self._subscribe_zenoh("navigation/goal", take)
+        self._subscribe_zenoh("navigation/active", lambda p: goals.take_active(p, time.monotonic()))
+        return goals, navigation
+
+    def tick(self) -> None:
+        """Stop the robot where the navigator has fallen silent."""
+        self.driver.tick(time.monotonic())
+        if self.goals is not None:
+            self.goals.tick(time.monotonic())
+
+    def stop(self) -> None:
+        """Stop the robot now."""
+        self.driver.stop()
+        if self.goals is not None:
+            self.goals.stop()
 
     def _report(self, key: str, text: str) -> None:
         if key not in self._reported:

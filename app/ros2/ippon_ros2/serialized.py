@@ -15,6 +15,24 @@ def stamp_of(payload: bytes) -> float | None:
     return float(seconds) + 1e-9 * float(nanoseconds)
 
 
+def stamp_bytes_of(payload: bytes) -> bytes:
+    """Return the 8 bytes of the stamp of a little-endian message; empty for another one.
+
+    They tell goals apart exactly, which a number of seconds does not.
+    """
+    return payload[4:12] if len(payload) >= 12 and payload[:2] == b"\x00\x01" else b""
+
+
+def goal_status(stamp: bytes, status: int) -> bytes:
+    """Return a serialized action_msgs/GoalStatus.
+
+    Args:
+        stamp: Of the goal, from `stamp_bytes_of`.
+        status: As the message defines them: 1 accepted, 4 reached, 5 cancelled, 6 failed.
+    """
+    return b"\x00\x01\x00\x00" + bytes(16) + stamp + struct.pack("<b", status)
+
+
 def velocity_of(payload: bytes) -> tuple[float, float, float]:
     """Return stamp (s), forward speed (m/s) and turn (rad/s) of a serialized TwistStamped.
 

@@ -45,10 +45,15 @@ STREAMS: dict[str, tuple[str | None, dict[str, str]]] = {
     "label_info": (None, {"vision_msgs/msg/LabelInfo": "camera/detections/label_info"}),
     "vision_info": (None, {"vision_msgs/msg/VisionInfo": "camera/detections/vision_info"}),
 }
+POSE, NAVIGATE = "geometry_msgs/msg/PoseStamped", "nav2_msgs/action/NavigateToPose"
 COMMANDS: dict[str, tuple[str | None, tuple[str, ...]]] = {
     "cmd_vel": ("cmd_vel", (TWIST, TWIST_STAMPED)),
     "cmd_tilt": (None, (FLOAT, TRAJECTORY)),
+    "goal": (None, (POSE,)),
+    "navigate": ("navigate_to_pose", (NAVIGATE,)),
 }
+GOALS = ("goal", "navigate")
+"""Commands of a robot that navigates by itself: a topic, or an action."""
 
 
 @dataclass
@@ -64,6 +69,8 @@ class Topic:
     """Joint of the camera's tilt in a trajectory."""
     sign: float = 1.0
     """-1 where a larger joint angle looks down."""
+    frame: str = ""
+    """Coordinate frame of goals; empty for `map`."""
 
 
 @dataclass
@@ -97,12 +104,13 @@ def read_settings(profile: dict[str, Any]) -> Settings:
     usual = {key: entry[0] for key, entry in (*STREAMS.items(), *COMMANDS.items())}
     if "odom" in section:
         usual["tf"] = usual["tf_static"] = None
+    motion = profile.get("motion") or {}
+    _read_takes(section, motion, usual)
     topics: dict[str, Topic] = {}
     for key in known:
         entry = section.get(key, usual[key])
         if entry is not None:
             topics[key] = _topic(key, entry, namespace)
-    motion = profile.get("motion") or {}
     return Settings(
         topics,
         float(motion.get("max_speed_m_s", math.inf)),
@@ -110,10 +118,36 @@ def read_settings(profile: dict[str, Any]) -> Settings:
     )
 
 
+def _read_takes(
+    section: dict[str, Any], motion: dict[str, Any], usual: dict[str, str | None]
+) -> None:
+    """Set the usual names of the commands that the robot takes.
+
+    Raises:
+        Ros2Error: Topics and `takes` contradict each other.
+    """
+    takes = list(motion.get("takes") or ["velocities"])
+    named = [key for key in GOALS if section.get(key)]
+    if len(named) > 1:
+        raise Ros2Error("`ros2` in the profile has `goal` and `navigate`: give one of them")
+    if named and "goals" not in takes:
+        raise Ros2Error(
+            f"`ros2: {named[0]}` is for robots that navigate by themselves: write "
+            "`takes: [goals]` in `motion`"
+        )
+    if "goals" not in takes or "goal" in named:
+        usual["navigate"] = None
+    if "velocities" not in takes:
+        if section.get("cmd_vel"):
+            raise Ros2Error("`ros2: cmd_vel` needs `takes: [goals, velocities]` in `motion`")
+        usual["cmd_vel"] = None
+
+
 def _topic(key: str, entry: Any, namespace: str) -> Topic:
     fields = {"topic": entry} if isinstance(entry, str) else dict(entry or {})
     usual = STREAMS[key][0] if key in STREAMS else COMMANDS[key][0]
     name = fields.pop("topic", usual)
+    frame = str(fields.pop("frame", "")) if key in GOALS else ""
     kind = fields.pop("type", None)
     types = tuple(STREAMS[key][1]) if key in STREAMS else COMMANDS[key][1]
     if kind is not None and kind not in types:
@@ -124,11 +158,11 @@ def _topic(key: str, entry: Any, namespace: str) -> Topic:
     joint, sign = str(fields.pop("joint", "")), float(fields.pop("sign", 1.0))
     if fields or max_hz < 0.0 or abs(sign) != 1.0:
         raise Ros2Error(
-            f"`ros2: {key}` takes topic, type, max_hz, and for a trajectory joint and sign (1 or "
-            f"-1); got {entry!r}"
+            f"`ros2: {key}` takes topic, type, max_hz, for a trajectory joint and sign (1 or "
+            f"-1), and for goals frame; got {entry!r}"
         )
     if key == "cmd_tilt" and kind == TRAJECTORY and not joint:
         raise Ros2Error("`ros2: cmd_tilt` with a JointTrajectory needs `joint`: NAME")
     if not name.startswith("/"):
         name = f"{namespace.rstrip('/')}/{name}"
-    return Topic(name, kind, max_hz, joint, sign)
+    return Topic(name, kind, max_hz, joint, sign, frame)

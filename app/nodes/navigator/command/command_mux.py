@@ -252,7 +252,7 @@ class CommandMux:
         command = self._command(now)
         self._given, self._given_at = command, now
         if self._framed_at > -math.inf:
-            self._stream.give(command, self._stamp_ns)
+            self._stream.give(command, self._stamp_ns, self._pose)
         return command
 
     def _command(self, now: float) -> Command:
@@ -263,10 +263,12 @@ class CommandMux:
             self._tilt_rad = self._planned.tilt_rad
             return scale_command(self._planned, self._limit)
         planned_tilt = follows_plan(self._mode, self._hand)
+        # Under the operator's hand the robot does not navigate by itself.
+        planned = dataclasses.replace(self._planned, goal=None)
         self._by_hand = not planned_tilt
         wanted = self._eased(
             scale_command(
-                blend_commands(self._mode, self._hand, self._planned, self._profile), self._limit
+                blend_commands(self._mode, self._hand, planned, self._profile), self._limit
             ),
             now,
         )

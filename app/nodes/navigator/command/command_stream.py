@@ -4,17 +4,43 @@ import dataclasses
 import threading
 import time
 
+import numpy as np
 import zenoh
 
 from app.messages import keys
 from app.messages.motion import StampedTwist, encode_number, encode_twist
+from app.nodes.navigator.command.goal_output import STALE_S as GOAL_STALE_S
+from app.nodes.navigator.command.goal_output import GoalOutput
 from ippon.command import Command
+from ippon.geometry import Float64Array
 
 
 class CommandStream:
     """Publishes at a fixed rate from its own thread, and immediately on a new command."""
 
-    def __init__(self, session: zenoh.Session, robot: str, rate_hz: float, stale_s: float) -> None:
+    def __init__(
+        self,
+        session: zenoh.Session,
+        robot: str,
+        rate_hz: float,
+        stale_s: float,
+        goals: GoalOutput | None = None,
+        *,
+        velocities: bool = True,
+    ) -> None:
+        """Publish nothing until the first command.
+
+        Args:
+            session: An open session.
+            robot: Key prefix.
+            rate_hz: Messages a second.
+            stale_s: Age from which a command counts as stale.
+            goals: Sends the goals of a robot that takes them; None for one that does not.
+            velocities: The robot takes velocities.
+        """
+        self._goals = goals
+        self._velocities = velocities
+        self._pose = np.eye(4)
         self._twist = session.declare_publisher(
             f"{robot}/{keys.CMD_VEL}",
             priority=zenoh.Priority.REAL_TIME,
@@ -40,14 +66,16 @@ class CommandStream:
         self._thread = threading.Thread(target=self._repeat, name="command stream", daemon=True)
         self._thread.start()
 
-    def give(self, command: Command, stamp_ns: int) -> None:
+    def give(self, command: Command, stamp_ns: int, T_map_base: Float64Array | None = None) -> None:
         """Send a command now, and repeat it until it is stale.
 
         Args:
-            command: Velocities and tilt.
+            command: Velocities or goal, and tilt.
             stamp_ns: Stamp of the frame that it answers.
+            T_map_base: Where the robot stands; None for where it stood.
         """
         with self._lock:
+            self._pose = self._pose if T_map_base is None else T_map_base
             self._command, self._stamp_ns = command, stamp_ns
             self._given_at = time.monotonic()
             self._send(command)
@@ -105,7 +133,10 @@ class CommandStream:
             with self._lock:
                 if self._command is None:
                     continue
-                if time.monotonic() - self._given_at > self._stale_s:
+                stale_s = self._stale_s
+                if self._command.goal is not None:
+                    stale_s = max(stale_s, GOAL_STALE_S)
+                if time.monotonic() - self._given_at > stale_s:
                     self._command = None
                     self._send_zero()
                 else:
@@ -118,13 +149,21 @@ class CommandStream:
         # The tilt first: a robot in lock-step waits for the twist.
         self._tilt.put(encode_number(command.tilt_rad))
         self._sent = command
+        if self._goals is not None:
+            self._goals.send(command.goal, self._pose, self._stamp_ns)
+            if command.goal is not None:
+                return  # Velocities would oppose those of the robot's own navigation.
         self._put_twist(command.linear_m_s, command.yaw_rate_rad_s)
 
     def _send_zero(self) -> None:
-        self._sent = dataclasses.replace(self._sent, linear_m_s=0.0, yaw_rate_rad_s=0.0)
+        self._sent = dataclasses.replace(self._sent, linear_m_s=0.0, yaw_rate_rad_s=0.0, goal=None)
+        if self._goals is not None:
+            self._goals.send(None, self._pose, self._stamp_ns)
         self._put_twist(0.0, 0.0)
 
     def _put_twist(self, linear_m_s: float, yaw_rate_rad_s: float) -> None:
+        if not self._velocities:
+            return
         twist = StampedTwist(
             stamp_ns=self._stamp_ns, linear_m_s=linear_m_s, yaw_rate_rad_s=yaw_rate_rad_s
         )

@@ -18,6 +18,7 @@ from app.nodes.navigator.services.operation_queue import OperationQueue
 from ippon.control.drive_mode import DriveMode
 from ippon.mission.mission import Mission
 from ippon.planning.visibility.region_weights import Stroke
+from ippon.robot import RobotProfile
 
 MAX_STROKES = 200
 
@@ -38,7 +39,9 @@ class DriveService:
         mux: CommandMux,
         operations: OperationQueue,
         painted: Topic,
+        profile: RobotProfile,
     ) -> None:
+        self._profile = profile
         self._mux = mux
         self._operations = operations
         self._strokes: list[PaintedStroke] = []
@@ -47,6 +50,9 @@ class DriveService:
     def drive(self, request: DriveRequest) -> Accepted:
         """Set the drive mode and speed limit."""
         mode = DriveMode(request.mode)
+        problem = drive_refusal(self._profile, mode, request.speed_limit)
+        if problem:
+            raise RequestRefusedError(problem)
         self._operations.enqueue(lambda mission: mission.operator.drive(mode))
         self._mux.set_mode(mode, request.speed_limit)
         return Accepted(detail=f"{request.mode}, at most {request.speed_limit:.0%} of the speed")
@@ -93,6 +99,25 @@ class DriveService:
             PaintedStroke(kind=request.action, strokes=request.strokes, radius_m=request.radius_m)
         )
         return "searching there first" if request.action == "look_here" else "not searching there"
+
+
+def drive_refusal(profile: RobotProfile, mode: DriveMode, speed_limit: float) -> str:
+    """Return why a robot cannot be driven in a mode; empty where it can."""
+    if not profile.takes_goals:
+        return ""
+    if mode is not DriveMode.AUTO and not profile.takes_velocities:
+        return (
+            f"{profile.name} navigates by itself and takes no velocities: send it to a point of "
+            "the floor instead; a profile with `takes: [goals, velocities]` allows driving by hand"
+        )
+    if mode is DriveMode.ASSISTED:
+        return (
+            f"{profile.name} navigates by itself: the planner has no velocities to assist with; "
+            "drive it in manual mode, or send it to a point of the floor"
+        )
+    if mode is DriveMode.AUTO and speed_limit < 1.0:
+        return f"{profile.name} navigates by itself and chooses its own speed: no limit can be set"
+    return ""
 
 
 def _weigh(strokes: Sequence[Stroke], mission: Mission) -> None:

@@ -30,6 +30,31 @@ def test_names_get_the_namespace_and_odometry_takes_the_place_of_tf():
     assert settings.max_yaw_rate_rad_s == pytest.approx(math.pi / 2)
 
 
+def test_a_robot_that_takes_goals_has_an_action_or_a_topic_and_no_velocities():
+    takes = {"motion": {"takes": ["goals"]}}
+    topics = read_settings(takes).topics
+    assert topics["navigate"].name == "/navigate_to_pose"
+    assert "cmd_vel" not in topics
+    topics = read_settings({**takes, "ros2": {"goal": {"topic": "goal_pose", "frame": "odom"}}})
+    assert (topics.topics["goal"].name, topics.topics["goal"].frame) == ("/goal_pose", "odom")
+    assert "navigate" not in topics.topics
+    both = read_settings({"motion": {"takes": ["goals", "velocities"]}}).topics
+    assert {"navigate", "cmd_vel"} <= both.keys()
+
+
+@pytest.mark.parametrize(
+    ("section", "takes", "text"),
+    [
+        ({"goal": "goal_pose"}, ["velocities"], "write `takes: \\[goals\\]` in `motion`"),
+        ({"goal": "goal_pose", "navigate": "n"}, ["goals"], "give one of them"),
+        ({"cmd_vel": "cmd_vel"}, ["goals"], "needs `takes: \\[goals, velocities\\]`"),
+    ],
+)
+def test_topics_that_contradict_what_the_robot_takes_are_refused(section, takes, text):
+    with pytest.raises(Ros2Error, match=text):
+        read_settings({"ros2": section, "motion": {"takes": takes}})
+
+
 @pytest.mark.parametrize(
     ("section", "text"),
     [

@@ -1,5 +1,6 @@
 """Operator requests over the network: paint, go there, what if; each refusal says why."""
 
+import dataclasses
 import threading
 from types import SimpleNamespace
 from typing import Any
@@ -19,13 +20,14 @@ from app.messages.control import (
     decode,
 )
 from app.messages.driving import DriveRequest, GotoRequest, PaintedRegions, PaintRequest
-from app.nodes.navigator.services.drive_service import DriveService
+from app.nodes.navigator.services.drive_service import DriveService, drive_refusal
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.services.preview_service import PreviewService
 from app.nodes.navigator.services.request_services import declare_endpoints
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.control.drive_mode import DriveMode
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
+from ippon.robot import ZED
 
 ROBOT = "ippon"
 
@@ -68,7 +70,7 @@ def service(sessions):
     mux: Any = SimpleNamespace(set_mode=lambda mode, _: mission.modes.append(mode))
     goals = GoalQueue(3)
     painted = LatchedTopic(router, f"{ROBOT}/{keys.PAINTED}", sender)
-    drive = DriveService(mux, operations, painted)
+    drive = DriveService(mux, operations, goals, painted, ZED)
     preview = PreviewService(goals, operations)
     endpoints = [declare_endpoints(router, ROBOT, service) for service in (drive, preview)]
 
@@ -85,6 +87,27 @@ def test_the_mode_reaches_mux_and_mission(service):
     reply = service.request(keys.DRIVE, DriveRequest(mode="manual", speed_limit=0.5))
     assert reply.detail == "manual, at most 50% of the speed"
     assert DriveMode.MANUAL in service.mission.modes
+
+
+@pytest.mark.parametrize(
+    ("takes", "mode", "limit", "text"),
+    [
+        ((True, False), DriveMode.MANUAL, 1.0, "takes no velocities: send it to a point"),
+        ((True, False), DriveMode.ASSISTED, 1.0, "takes no velocities: send it to a point"),
+        ((True, False), DriveMode.AUTO, 1.0, ""),
+        ((True, False), DriveMode.AUTO, 0.5, "no limit can be set"),
+        ((True, True), DriveMode.MANUAL, 0.5, ""),
+        ((True, True), DriveMode.ASSISTED, 1.0, "no velocities to assist with"),
+        ((False, True), DriveMode.ASSISTED, 0.5, ""),
+    ],
+)
+def test_driving_a_robot_that_navigates_by_itself_is_refused_with_the_reason(
+    takes, mode, limit, text
+):
+    profile = dataclasses.replace(ZED, takes_goals=takes[0], takes_velocities=takes[1])
+    problem = drive_refusal(profile, mode, limit)
+    assert text in problem
+    assert bool(text) == bool(problem)
 
 
 def test_goes_where_there_is_a_way_and_says_so_where_there_is_none(service):

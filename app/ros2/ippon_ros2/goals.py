@@ -1,0 +1,115 @@
+"""The goal of the navigator on its way to the robot's own navigation."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from typing import Protocol
+
+from .serialized import stamp_bytes_of
+
+logger = logging.getLogger(__name__)
+
+WATCHDOG_S = 0.5
+"""Silence of the navigator from which the goal is cancelled."""
+ACCEPTED, REACHED, CANCELLED, FAILED = 1, 4, 5, 6
+"""Of action_msgs/GoalStatus."""
+NO_GOAL = bytes(8)
+
+
+class Navigation(Protocol):
+    """What drives the robot: an action server, or a subscriber of a topic."""
+
+    def send(self, goal: bytes) -> bool:
+        """Start driving to a serialized PoseStamped; False where nobody takes it now."""
+        ...
+
+    def cancel(self, here: bytes) -> None:
+        """Stop; `here` is the serialized PoseStamped where the robot stands, empty if unknown."""
+        ...
+
+
+class Goals:
+    """Passes each goal on once, and cancels it when the navigator says so or falls silent.
+
+    Args:
+        navigation: Of the robot.
+        report: Publishes the status (of action_msgs/GoalStatus) of the goal with a stamp.
+    """
+
+    def __init__(self, navigation: Navigation, report: Callable[[bytes, int], None]) -> None:
+        self._navigation = navigation
+        self._report = report
+        self._lock = threading.RLock()
+        self._goal = b""
+        self._driving = self._ended = self._waiting = False
+        self._here = b""
+        self._at = 0.0
+        self.sent = 0
+
+    def take_goal(self, payload: bytes, now: float) -> None:
+        """Drive to a new goal; one that was sent already is not sent again."""
+        with self._lock:
+            if stamp_bytes_of(payload) in (b"", stamp_bytes_of(self._goal)):
+                return
+            self._goal, self._at, self._ended = payload, now, False
+            self._start()
+
+    def take_active(self, payload: bytes, now: float) -> None:
+        """Take the stamp of the goal in force, 0 for none, and the pose of the robot."""
+        stamp = stamp_bytes_of(payload)
+        if not stamp:
+            return
+        with self._lock:
+            self._here = payload
+            if stamp == NO_GOAL:
+                self._stop("the navigator has cancelled the goal")
+                self._goal = b""
+                return
+            self._at = now
+            if stamp != stamp_bytes_of(self._goal):
+                # It was sent before this bridge ran: the navigator sends another one.
+                self._say(stamp, CANCELLED)
+            elif not self._driving and not self._ended:
+                self._start()
+
+    def ended(self, goal: bytes, status: int) -> None:
+        """Take a status from the robot's navigation; that of an earlier goal is passed on, too."""
+        with self._lock:
+            if goal == self._goal:
+                if status in (REACHED, FAILED, CANCELLED):
+                    if not self._driving and status == CANCELLED:
+                        return  # The bridge cancelled it itself and may go on with it.
+                    self._ended, self._driving = True, False
+                self._say(stamp_bytes_of(goal), status)
+
+    def tick(self, now: float) -> None:
+        """Cancel the goal where the navigator has fallen silent."""
+        with self._lock:
+            if now - self._at > WATCHDOG_S:
+                self._stop(f"the navigator is silent for {WATCHDOG_S:g} s: the goal is cancelled")
+
+    def stop(self) -> None:
+        """Cancel the goal now."""
+        with self._lock:
+            self._stop("the goal is cancelled")
+
+    def _start(self) -> None:
+        self._driving = self._navigation.send(self._goal)
+        if self._driving:
+            self.sent += 1
+            self._waiting = False
+        elif not self._waiting:
+            self._waiting = True
+            logger.warning("nobody takes goals yet: this one waits")
+
+    def _stop(self, why: str) -> None:
+        if self._driving:
+            self._driving = False
+            logger.info("%s", why)
+            self._navigation.cancel(self._here)
+
+    def _say(self, stamp: bytes, status: int) -> None:
+        if stamp:
+            self._report(stamp, status)
