@@ -155,7 +155,7 @@ class RequestServices:
             on_takeover=lambda: operations.enqueue(lambda mission: mission.operator.cancel_go_to()),
         )
         painted = LatchedTopic(session, f"{robot}/{keys.PAINTED}", sender)
-        self.drive = DriveService(self.mux, operations, goals, painted, config.profile)
+        self.drive = DriveService(self.mux, operations, painted, config.profile)
         self.queue = QueueService(goals, self.guidance, self.goals)
         saved = LatchedTopic(session, f"{robot}/{keys.SEARCHES_SAVED}", sender)
         keep = Path(config.keep_searches) if config.keep_searches else None

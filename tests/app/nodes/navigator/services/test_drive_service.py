@@ -70,7 +70,7 @@ def service(sessions):
     mux: Any = SimpleNamespace(set_mode=lambda mode, _: mission.modes.append(mode))
     goals = GoalQueue(3)
     painted = LatchedTopic(router, f"{ROBOT}/{keys.PAINTED}", sender)
-    drive = DriveService(mux, operations, goals, painted, ZED)
+    drive = DriveService(mux, operations, painted, ZED)
     preview = PreviewService(goals, operations)
     endpoints = [declare_endpoints(router, ROBOT, service) for service in (drive, preview)]
 
