@@ -17,7 +17,7 @@ from ippon.memory.instance_memory import MemoryChanges
 
 APPLICATION_ID: Final = 0x4950504D
 """IPPM in ASCII."""
-VERSION: Final = 1
+VERSION: Final = 2
 SUFFIX: Final = ".memory"
 _SCHEMA: Final = """
 CREATE TABLE about (robot TEXT NOT NULL);
@@ -26,11 +26,11 @@ CREATE TABLE instances (
     probability REAL NOT NULL, x REAL NOT NULL, y REAL NOT NULL, z REAL NOT NULL,
     size_x REAL NOT NULL, size_y REAL NOT NULL, size_z REAL NOT NULL, voxels INTEGER NOT NULL,
     first_seen_ns INTEGER NOT NULL, last_seen_ns INTEGER NOT NULL, gone_ns INTEGER NOT NULL,
-    room TEXT NOT NULL, view_score REAL NOT NULL
+    room TEXT NOT NULL, view_score REAL NOT NULL, attributes TEXT NOT NULL
 );
 CREATE TABLE pictures (id INTEGER PRIMARY KEY, jpeg BLOB NOT NULL);
 """
-_PUT: Final = "INSERT OR REPLACE INTO instances VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"
+_PUT: Final = "INSERT OR REPLACE INTO instances VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"
 
 
 def memory_path(map_path: Path) -> Path:
@@ -140,7 +140,7 @@ def _row_of(one: Instance) -> tuple[Any, ...]:
     return (
         one.instance_id, one.source, one.label, json.dumps(one.alternatives), one.probability,
         *one.position_world, *one.size_m, one.voxels, one.first_seen_ns, one.last_seen_ns,
-        one.gone_ns, one.room, one.view_score,
+        one.gone_ns, one.room, one.view_score, json.dumps(one.attributes),
     )  # fmt: skip
 
 
@@ -162,4 +162,5 @@ def _instance_of(row: tuple[Any, ...]) -> Instance:
         gone_ns=int(gone),
         room=str(rest[0]),
         view_score=float(rest[1]),
+        attributes=tuple(str(text) for text in json.loads(rest[2])),
     )

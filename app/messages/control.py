@@ -10,7 +10,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from app.messages.status import MissionState
-from ippon.guidance.language.requests.goals import Goal
+from ippon.guidance.language.requests.goals import Attribute, Goal
 from ippon.guidance.levels import LevelName
 
 M = TypeVar("M", bound=Struct)
@@ -36,6 +36,8 @@ class SearchRequest(_Message, frozen=True, omit_defaults=True):
     joins: int | None = None
     """Number of a goal that is searched for in one tour with this one: it waits, or its search has
     just begun. Where that is not possible, this goal waits, and a note says why."""
+    attributes: list[Attribute] = []
+    """What tells the object from others of its name; empty for what the object's name says."""
 
 
 class SearchAccepted(_Message, frozen=True):

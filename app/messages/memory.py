@@ -37,6 +37,8 @@ class RememberedThing(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     gone_ns: int
     """When it was noticed that it is not there any more; 0 while it is."""
     has_picture: bool
+    attributes: list[str] = []
+    """What a search has seen of it: "red", "large"."""
 
 
 class MemoryReply(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -80,6 +80,20 @@ class GoalStatus(_Message, frozen=True):
     """Robot time that its search took; None while it goes on, or if it never began."""
 
 
+class FindAttribute(_Message, frozen=True):
+    """Something that was said of the object, and whether the find has it."""
+
+    value: str
+    """In the operator's words: "red", "not broken"."""
+    kind: str
+    """colour, size, owner, …"""
+    verdict: Literal["right", "wrong", "unchecked"]
+    by: str = ""
+    """What judged it: "images", "its usual size" or the name of a model; empty if unchecked."""
+    seen: str = ""
+    """What was seen: "white"; empty if nothing was recognised."""
+
+
 class FindReport(_Message, frozen=True):
     """Where the object was found."""
 
@@ -94,6 +108,8 @@ class FindReport(_Message, frozen=True):
     out_of_reach_m: float | None = None
     """Horizontal distance in metres to the nearest reachable position that sees it, for a find that
     no path leads close to."""
+    attributes: list[FindAttribute] = []
+    """What was said of the object, judged on the find."""
 
 
 class StreamStatus(_Message, frozen=True):

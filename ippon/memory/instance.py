@@ -25,6 +25,8 @@ class Sighting:
     size_m: Point
     """Extent of the axis-aligned box round the voxels."""
     voxels: int
+    attributes: tuple[str, ...] = ()
+    """What a search has seen of it: "red", "large"."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -336,6 +336,7 @@ class InstanceMemory:
 
 def _seen_now(known: Instance, sighting: Sighting, now_ns: int) -> Instance:
     seen = {f.name: getattr(sighting, f.name) for f in dataclasses.fields(Sighting)}
+    seen["attributes"] = sighting.attributes or known.attributes
     return dataclasses.replace(known, **seen, last_seen_ns=now_ns, gone_ns=0)
 
 

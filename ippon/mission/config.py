@@ -14,6 +14,7 @@ from ippon.mission.behaviors.config import (
     RecoveryConfig,
     TravelPitchConfig,
 )
+from ippon.mission.finds.attributes.attribute_check import AttributeCheckConfig
 from ippon.mission.finds.context_check import ContextCheckConfig
 from ippon.mission.finds.find_geometry import ExclusionConfig
 from ippon.mission.finds.image_check import ImageCheckConfig
@@ -44,6 +45,7 @@ class MissionConfig:
     exclusion: ExclusionConfig = field(default_factory=ExclusionConfig)
     context_check: ContextCheckConfig = field(default_factory=ContextCheckConfig)
     second_opinion: SecondOpinionConfig = field(default_factory=SecondOpinionConfig)
+    attribute_check: AttributeCheckConfig = field(default_factory=AttributeCheckConfig)
     said_rooms: SaidRoomConfig = field(default_factory=SaidRoomConfig)
     confirm_steps: int = 5
     """Frames in front of the object, less those without it, after which it is found; more ends

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from ippon.guidance.language.requests.goals import Attribute
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Goal:
@@ -14,5 +16,7 @@ class Goal:
     """The object in the operator's words."""
     context: str = ""
     """What the operator said about its place; empty for nothing."""
+    attributes: tuple[Attribute, ...] = ()
+    """What tells it from others of its name."""
     category: str | None = None
     """The common object that it is an instance of; None if there is none."""

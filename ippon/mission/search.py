@@ -14,6 +14,10 @@ from ippon.mapping.goal_layers.goal_layers import GoalLayer
 from ippon.mapping.objects.ooi_suppression import SuppressedRegion
 from ippon.mapping.objects.ooi_voxels import OoiVoxels
 from ippon.mission.config import MissionConfig
+from ippon.mission.finds.attributes.attribute_check import (
+    AttributeCheck,
+    attributes_text,
+)
 from ippon.mission.finds.clusters import cluster_finds
 from ippon.mission.finds.find_geometry import (
     ExclusionSphere,
@@ -24,7 +28,7 @@ from ippon.mission.finds.find_geometry import (
 from ippon.mission.finds.image_check import ImageCheck
 from ippon.mission.finds.size_check import SizeCheck
 from ippon.mission.goal import Goal
-from ippon.mission.snapshot import OVER, Find, MissionState
+from ippon.mission.snapshot import OVER, Find, JudgedAttribute, MissionState
 from ippon.observation_model import ObservationModels
 from ippon.planning.surface_scale import surface_scale
 
@@ -96,6 +100,9 @@ class Search:
             outline_voxels=config.image_check.outline_voxels * scale,
             models=models,
         )
+        self.attribute_check = AttributeCheck(
+            config.attribute_check, goal.object, goal.attributes, config.map.voxel_size_m, models
+        )
         near_m = min(config.map.ooi_max_range_m, config.map.max_range_m)
         self.far_evidence = FarEvidence(
             config.far_evidence, goal.object, near_m, config.map.max_valid_depth_m
@@ -124,6 +131,7 @@ class Search:
         The heatmap may belong to an earlier frame.
         """
         self.image_check.observe(frame, self._centres, self.candidates)
+        self.attribute_check.observe(frame, self.candidates)
         self.far_evidence.integrate(frame)
 
     def elapsed_s(self, stamp_ns: int) -> float:
@@ -218,6 +226,11 @@ class Search:
             return None
         return "is not where you said" if elsewhere else "hardly looks like it"
 
+    def judged(self, find: Find) -> tuple[JudgedAttribute, ...]:
+        """Return what was said of the object, judged on a find."""
+        others = [one for one in self.candidates if one.position_world != find.position_world]
+        return self.attribute_check.judge(find, others)
+
     def _is_too_little(self, find: Find) -> bool:
         if not self._size.small:
             return self._size.is_too_little(find, sure=self.image_check.is_sure(find))
@@ -241,7 +254,8 @@ class Search:
         if self.find.out_of_reach_m is not None:
             return out_of_reach_text(self.goal.display, self.find.out_of_reach_m)
         size = f"{self.find.voxels} voxels" if self.find.voxels != 1 else "a single voxel"
-        return (
+        text = (
             f"{text}: {size} at p = {self.find.probability:.2f}, "
             f"{distance_m(T_world_base, self.find):.1f} m away"
         )
+        return "; ".join(filter(None, [text, attributes_text(self.find.attributes)]))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ippon.command import Command
 from ippon.geometry import Float64Array
+from ippon.guidance.language.requests.goals import AttributeKind
 from ippon.mission.goal import Goal
 from ippon.planning.plan import Plan
 
@@ -32,6 +33,31 @@ OVER: Final = (MissionState.FOUND, MissionState.EXHAUSTED)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class JudgedAttribute:
+    """Something that was said of the object, and whether a find has it."""
+
+    value: str
+    """In the operator's words: "red"."""
+    kind: AttributeKind
+    negated: bool = False
+    verdict: Literal["right", "wrong", "unchecked"] = "unchecked"
+    by: str = ""
+    """What judged it: "images", "its usual size", or the name of a model; empty if unchecked."""
+    seen: str = ""
+    """What was seen in its place: "white"; empty if nothing was recognised."""
+
+    @property
+    def text(self) -> str:
+        """In words: "not red"."""
+        return f"not {self.value}" if self.negated else self.value
+
+    @property
+    def denied_text(self) -> str:
+        """The opposite in words."""
+        return self.value if self.negated else f"not {self.value}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Find:
     """A cluster of voxels that is probably the object."""
 
@@ -47,6 +73,8 @@ class Find:
     out_of_reach_m: float | None = None
     """Set for a find out of reach: metres over the floor from the nearest place where the robot can
     stand and see it; None otherwise."""
+    attributes: tuple[JudgedAttribute, ...] = ()
+    """What was said of the object, judged on this find."""
 
 
 class GoalState(StrEnum):

@@ -331,14 +331,9 @@ class ViewpointPlanner:
     def _exporter(
         self, viewpoints: ViewpointStore, tree: ShortestTree, scores: Scores
     ) -> TreeExporter:
-        return TreeExporter(
-            viewpoints,
-            self._roadmap.xy,
-            self._floor.floor_z_m,
-            tree,
-            scores,
-            min_gain=self.config.selection.min_gain,
-        )
+        xy, floor_z_m = self._roadmap.xy, self._floor.floor_z_m
+        min_gain = self.config.selection.min_gain
+        return TreeExporter(viewpoints, xy, floor_z_m, tree, scores, min_gain=min_gain)
 
 
 def _target_of(

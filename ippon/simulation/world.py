@@ -81,7 +81,9 @@ class SimulatedWorld:
         self._is_instance_of = is_instance_of
         self._trajectory = [(start.x, start.y, start.z)]
         self._renderer = SceneRenderer(scene)
-        self._noise = SensorNoise(camera, robot.min_depth_m, robot.max_depth_m, self.config.noise)
+        self._noise = SensorNoise(
+            camera, robot.min_depth_m, robot.max_depth_m, self.config.noise, seed
+        )
         self._drift = OdometryDrift(self.base.T_world_base, self.config.drift, seed)
         self._segmenter: SimulatedSegmenter | SimulatedDetector | None = None
 

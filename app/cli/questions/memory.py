@@ -113,7 +113,8 @@ def _print(reply: MemoryReply, find: str) -> None:
         if thing.gone_ns:
             seen = f"{seen}; not there any more since {said_time(thing.gone_ns, now_ns)}"
         cells = (
-            _words(thing.label), said_place(thing.room, thing.position_world),
+            " ".join([*thing.attributes, _words(thing.label)]),
+            said_place(thing.room, thing.position_world),
             f"{thing.probability:.0%}", seen, others,
         )  # fmt: skip
         table.add_row(*(Text(printable(cell)) for cell in cells))

@@ -191,7 +191,12 @@ def _agreed_searches(reading: SentenceReading, command: Ask) -> list[Wanted]:
         )
     return [
         (
-            SearchRequest(object=search_name(goal), context=goal.context, requester=NAME),
+            SearchRequest(
+                object=search_name(goal),
+                context=goal.context,
+                requester=NAME,
+                attributes=list(goal.attributes),
+            ),
             place > 0 and goal.order == "and",
         )
         for place, goal in enumerate(reading.goals)
@@ -318,6 +323,7 @@ def _as_dict(status: Status, goal: GoalStatus) -> dict[str, object]:
         "path_length_m": round(status.path_length_m, 3),
         "position_world": goal.position_world if find is None else find.position_world,
         "out_of_reach_m": None if find is None else find.out_of_reach_m,
+        "attributes": [] if find is None else msgspec.to_builtins(find.attributes),
     }
 
 

@@ -7,6 +7,7 @@ from typing import Final
 from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
 from app.messages.status import (
+    FindAttribute,
     FindReport,
     LevelRow,
     LevelTable,
@@ -191,6 +192,12 @@ def find_report(find: Find, goal: Goal) -> FindReport:
         voxels=find.voxels,
         box_px=find.box_px,
         out_of_reach_m=find.out_of_reach_m,
+        attributes=[
+            FindAttribute(
+                value=one.text, kind=one.kind, verdict=one.verdict, by=one.by, seen=one.seen
+            )
+            for one in find.attributes
+        ],
     )
 
 

@@ -1,9 +1,12 @@
 """Decides at a terminating viewpoint whether the candidate is the object (Sec. Node Selection)."""
 
+from dataclasses import replace
+
 from ippon.command import Command
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.config import MissionConfig
+from ippon.mission.finds.attributes.attribute_check import by_model, contradiction
 from ippon.mission.finds.context_check import contradicts_context
 from ippon.mission.finds.find_geometry import find_from, nearest_find, reached_find
 from ippon.mission.finds.rejection import set_aside
@@ -63,6 +66,10 @@ class Confirmation:
             return Action(still, MissionState.APPROACHING, f"looking whether that is {display}")
         if objection is not None:
             return self._doubt(search, find, still, f"{objection}: going on")
+        judged = search.judged(find)
+        instead = contradiction(judged, search.goal.object.replace("_", " "))
+        if instead is not None:
+            return self._pass_by(search, find, still, instead)
         weighed = self._opinions.weigh(find, search.goal.goal_id, display, step.frame)
         if weighed.waiting:
             why = f"waiting for a second opinion on {display}"
@@ -72,7 +79,10 @@ class Confirmation:
         if weighed.find.probability < min(self._find_from, find.probability):
             objection = f"is hardly one (p = {weighed.find.probability:.2f})"
             return self._doubt(search, find, still, f"{objection}, {weighed.sentence}: going on")
-        search.find = weighed.find
+        opinion = weighed.opinion
+        if opinion is not None:
+            judged = by_model(judged, opinion.verdict, opinion.by or "the model")
+        search.find = replace(weighed.find, attributes=judged) if judged else weighed.find
         why = search.found_text(step.frame.T_world_base)
         if self._rooms.is_elsewhere(search, find):
             why = f"{why}, in another room than you said"
@@ -80,6 +90,13 @@ class Confirmation:
             why = f"{why}; {weighed.sentence}"
         self._journal.note(MissionState.FOUND.value, why)
         return Action(still, MissionState.FOUND, why)
+
+    def _pass_by(self, search: Search, find: Find, still: Command, instead: str) -> Action:
+        """Set a find aside that is another one than was meant, and report what it is."""
+        set_aside(search, self._voxel_map, find)
+        why = f"{instead}: searching on for {search.goal.display}"
+        self._journal.note("doubted", why)
+        return Action(still, MissionState.SEARCHING, why)
 
     def _doubt(self, search: Search, find: Find, still: Command, objection: str) -> Action:
         """Set a find aside and report why."""

@@ -13,6 +13,7 @@ from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.instance import Instance, Sighting
 from ippon.memory.instance_memory import InstanceMemory
 from ippon.memory.map_clusters import MapClusters, share_observed
+from ippon.mission.finds.attributes.attribute_check import seen_attributes
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find
 
@@ -188,4 +189,5 @@ def _sighting(search: Search, find: Find) -> Sighting:
         position_world=find.position_world,
         size_m=find.size_m,
         voxels=find.voxels,
+        attributes=seen_attributes(find.attributes or search.judged(find)),
     )

@@ -37,10 +37,19 @@ class NoiseConfig:
     """Standard deviation of colour, in units of 1/255."""
     exposure_sigma: float = 0.03
     """Standard deviation of the brightness between frames, as a share."""
+    white_balance_sigma: float = 0.03
+    """Standard deviation of the gains of red, green and blue between runs, as a share; larger makes
+    colours more often look like others."""
 
     def __post_init__(self) -> None:
         """Reject values that are not sizes or probabilities."""
-        values = (self.depth_m_per_m2, self.quantum_m, self.color_sigma, self.exposure_sigma)
+        values = (
+            self.depth_m_per_m2,
+            self.quantum_m,
+            self.color_sigma,
+            self.exposure_sigma,
+            self.white_balance_sigma,
+        )
         if not all(math.isfinite(v) and v >= 0.0 for v in values):
             raise ValueError(f"noise must be finite and at least 0; got {values}")
         if not (0.0 <= self.edge_hole_probability <= 1.0 and 0.0 <= self.dropout <= 0.5):
@@ -61,6 +70,7 @@ class NoiseConfig:
             dropout=0.0,
             color_sigma=0.0,
             exposure_sigma=0.0,
+            white_balance_sigma=0.0,
         )
 
 
@@ -72,9 +82,16 @@ class SensorNoise:
     """
 
     def __init__(
-        self, camera: PinholeCamera, min_depth_m: float, max_depth_m: float, config: NoiseConfig
+        self,
+        camera: PinholeCamera,
+        min_depth_m: float,
+        max_depth_m: float,
+        config: NoiseConfig,
+        seed: int = 0,
     ) -> None:
         self.config = config
+        run = np.random.Generator(np.random.PCG64([seed, _TILE_SEED]))
+        self._gains = 1.0 + config.white_balance_sigma * run.standard_normal(3)
         self._range_m = (min_depth_m, max_depth_m)
         tiles = np.random.Generator(np.random.PCG64(_TILE_SEED))
         self._white = tiles.standard_normal((_TILE, _TILE), dtype=np.float32)
@@ -119,11 +136,11 @@ class SensorNoise:
     def corrupt_color(self, color: UInt8Array, rng: np.random.Generator) -> UInt8Array:
         """Return a noisy (H, W, 3) uint8 colour image."""
         offsets = rng.integers(0, _TILE, size=2)
-        gain = 1.0 + self.config.exposure_sigma * float(rng.standard_normal())
-        if self.config.color_sigma == 0.0 and self.config.exposure_sigma == 0.0:
+        gains = self._gains * (1.0 + self.config.exposure_sigma * float(rng.standard_normal()))
+        if self.config.color_sigma == 0.0 and (gains == 1.0).all():
             return color
         out = np.empty_like(color)
-        _color_kernel(color, self._white, offsets, self.config.color_sigma, gain, out)
+        _color_kernel(color, self._white, offsets, self.config.color_sigma, gains, out)
         return out
 
 
@@ -177,7 +194,7 @@ def _color_kernel(
     white: Float32Array,
     offsets: NDArray[np.int64],
     sigma: float,
-    gain: float,
+    gains: NDArray[np.float64],
     out: UInt8Array,
 ) -> None:
     height, width = color.shape[:2]
@@ -188,5 +205,5 @@ def _color_kernel(
             for k in range(3):
                 # After demosaicing, sensor noise is mostly in the brightness.
                 chroma = 0.5 * sigma * white[(v + offsets[1]) & mask, (u + 131 * (k + 1)) & mask]
-                value = gain * color[v, u, k] + luminance + chroma
+                value = gains[k] * color[v, u, k] + luminance + chroma
                 out[v, u, k] = np.uint8(min(max(value, 0.0), 255.0))

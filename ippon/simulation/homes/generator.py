@@ -71,7 +71,7 @@ def _attempt(rng: np.random.Generator, seed: int, config: HomeConfig) -> Scene |
     if not categories.issuperset(_ESSENTIAL):
         return None
     if config.small_things:
-        placed += scatter(rng, placed, spaces, HAT_PLACES[seed % len(HAT_PLACES)])
+        placed += scatter(rng, placed, spaces, HAT_PLACES[seed % len(HAT_PLACES)], config.mugs)
     kept = make_room_for_robot(plan, shell, placed, config)
     if kept is None or not {p.model.category for p in kept}.issuperset(_ESSENTIAL):
         return None

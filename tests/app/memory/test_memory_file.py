@@ -106,7 +106,7 @@ def test_another_version_and_another_robot_are_refused(path):
         read_memory(path, "scout")
     with closing(sqlite3.connect(path)) as connection:
         connection.execute(f"PRAGMA user_version = {VERSION + 1}")
-    with pytest.raises(MemoryFileError, match=r"is of version 2; this program reads version 1"):
+    with pytest.raises(MemoryFileError, match=r"is of version 3; this program reads version 2"):
         read_memory(path)
 
 

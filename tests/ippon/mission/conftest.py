@@ -1,5 +1,7 @@
 """Small homes of boxes and a robot that searches in them, for outcomes that must be defined."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission, MissionConfig
 from ippon.robot import ZED
+from ippon.simulation.camera.sensor_noise import NoiseConfig
 from ippon.simulation.robot.mobile_base import camera_of
 from ippon.simulation.scene import StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
@@ -71,10 +74,23 @@ class Searcher:
         self.world.base.yaw_rate_rad_s = base.yaw_rate_rad_s
         self.world.base.tilt_rad = base.tilt_rad
 
-    def _world(self, scene, start):
+    def paint(self, label, colors):
+        """Give the objects of a label their colours, seen by a camera with all its errors."""
+        faces = self.scene.face_colors.copy()
+        rows = [k for k, one in enumerate(self.scene.instances) if one.label == label]
+        for k, color in zip(rows, colors, strict=True):
+            faces[self.scene.face_instance == k] = color
+        self.scene = dataclasses.replace(self.scene, face_colors=faces)
+        base = self.world.base
+        start = StartPose(x=base.x_m, y=base.y_m, z=0.0, yaw=base.yaw_rad)
+        self.world = self._world(self.scene, start, NoiseConfig())
+
+    def _world(self, scene, start, noise=None):
         camera = camera_of(self.robot, 128)
-        perfect = WorldConfig.perfect()
-        return SimulatedWorld(scene, self.robot, camera, start, seed=1, config=perfect)
+        config = WorldConfig.perfect()
+        if noise is not None:
+            config = dataclasses.replace(config, noise=noise)
+        return SimulatedWorld(scene, self.robot, camera, start, seed=1, config=config)
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from app.messages.lease import LeaseReply
 from app.messages.memory import MemoryReply
 from app.nodes.console.web.browsers import Browser
 from ippon.control.drive_mode import TeleopInput
+from ippon.guidance.language.requests.goals import Attribute
 from ippon.guidance.levels import LevelName
 
 LeaseAction = Literal["request", "renew", "release", "grant", "deny", "take"]
@@ -121,7 +122,15 @@ class Actions(Protocol):
     recorded: bool
     """Whether a recording is shown, without a robot."""
 
-    def search(self, wanted: str, context: str, scenario: str, *, joins_last: bool = False) -> str:
+    def search(
+        self,
+        wanted: str,
+        context: str,
+        scenario: str,
+        *,
+        joins_last: bool = False,
+        attributes: Sequence[Attribute] = (),
+    ) -> str:
         """Start a search for an object, if wanted in one tour with the last one."""
         ...
 

@@ -34,6 +34,7 @@ from app.messages.memory import (
 )
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.nodes.console.link.commands import PaintAction, RecordAction
+from ippon.guidance.language.requests.goals import Attribute
 from ippon.guidance.levels import LevelName
 
 REQUESTER: Final = "console"
@@ -123,7 +124,15 @@ class PanelRequests(ABC):
         request = PreviewRequest(context=context, levels=levels)
         return self._request(keys.PREVIEW, request, PreviewReply, READ_S)
 
-    def search(self, wanted: str, context: str, scenario: str, *, joins_last: bool = False) -> str:
+    def search(
+        self,
+        wanted: str,
+        context: str,
+        scenario: str,
+        *,
+        joins_last: bool = False,
+        attributes: Sequence[Attribute] = (),
+    ) -> str:
         """Start a search for an object, if wanted in one tour with the last one."""
         request = SearchRequest(
             object=wanted,
@@ -131,6 +140,7 @@ class PanelRequests(ABC):
             scenario=scenario,
             requester=REQUESTER,
             joins=self._last_goal if joins_last else None,
+            attributes=list(attributes),
         )
         accepted = self._request(keys.SEARCH, request, SearchAccepted)
         self._last_goal = accepted.goal_id

@@ -10,7 +10,7 @@ from html import escape as _escape
 
 from app.messages.control import SentenceReading
 from app.messages.driving import DriveStatus
-from app.messages.status import Event, FindReport, GoalStatus, LevelTable, Status, StreamStatus
+from app.messages.status import Event, GoalStatus, LevelTable, Status, StreamStatus
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
 from app.view.model.candidates import Candidate
 from ippon.guidance.language.requests.goals import Goal
@@ -147,11 +147,6 @@ def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus]) -> str:
         '<p class="ip-muted">Change the order, repeat, save: press <b>Goals</b> on the map (G).</p>'
     )
     return f'<ul class="ip-goals">{"".join(rows)}</ul>{hint}'
-
-
-def found(find: FindReport) -> str:
-    """Name the object of a find, in a tour of several."""
-    return f'<p class="ip-state ip-of-tour">Found: <b>{words(find.object)}</b></p>'
 
 
 def not_found(count: int) -> str:

@@ -12,12 +12,13 @@ from app.messages.status import FindReport, Status
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
+from app.nodes.console.panels.find_card import find_card
 from app.nodes.console.panels.proximity import ProximityPanel
 from app.nodes.console.scene.find_picture import outlined
 from app.view.colors import QUIET
 from app.view.drawing.viser_private import show_jpeg_in_panel
 from app.view.model.scene_model import Part, SceneModel
-from ippon.guidance.language.requests.goals import Goal
+from ippon.guidance.language.requests.goals import Attribute, Goal
 from ippon.guidance.language.requests.sentence import is_name, search_name
 
 MAX_OBJECT: Final = 80
@@ -135,16 +136,26 @@ class SearchPanel:
                 search_name(goal),
                 _both(goal.context, context),
                 joins_last=place > 0 and goal.order == "and",
+                attributes=goal.attributes,
             )
             for place, goal in enumerate(goals)
         )
 
-    def _search(self, wanted: str, context: str, *, joins_last: bool = False) -> str:
+    def _search(
+        self,
+        wanted: str,
+        context: str,
+        *,
+        joins_last: bool = False,
+        attributes: Sequence[Attribute] = (),
+    ) -> str:
         scenario = self._scenario.value.strip()
         problem = _problem(wanted, context, scenario)
         if problem is not None:
             raise CommandError(problem)
-        return self._actions.search(wanted, context, scenario, joins_last=joins_last)
+        return self._actions.search(
+            wanted, context, scenario, joins_last=joins_last, attributes=attributes
+        )
 
     def _control(self, word: str) -> None:
         actions = self._actions
@@ -177,7 +188,7 @@ class SearchPanel:
             return
         self._find = find
         self._judged = find.goal_id if find is not None and status.tour else None
-        self._found.content = markup.found(find) if find is not None and status.tour else ""
+        self._found.content = "" if find is None else find_card(find, in_tour=bool(status.tour))
         if find is not None and model.image is not None:
             show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
         self._find_box.visible = find is not None

@@ -32,6 +32,7 @@ from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
+from ippon.guidance.language.requests.sentence import name_attributes
 from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level, LevelName
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.objects.object_layers import MAX_LABELS
@@ -107,6 +108,7 @@ class GuidanceService:
             display=resolved.display,
             context=request.context,
             category=resolved.category,
+            attributes=tuple(request.attributes) or name_attributes(request.object),
         )
         return PlannedSearch(
             goal=goal,

@@ -53,4 +53,5 @@ def thing_of(match: Match) -> RememberedThing:
         last_seen_ns=one.last_seen_ns,
         gone_ns=one.gone_ns,
         has_picture=one.view_score > 0.0,
+        attributes=list(one.attributes),
     )

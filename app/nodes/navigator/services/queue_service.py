@@ -49,7 +49,10 @@ class QueueService:
             raise RequestRefusedError(f"goal {goal_id} is no longer waiting")
         context = old.goal.context if request.context is None else request.context
         wanted = SearchRequest(
-            object=request.object or old.goal.display, context=context, scenario=old.scenario
+            object=request.object or old.goal.display,
+            context=context,
+            scenario=old.scenario,
+            attributes=[] if request.object else list(old.goal.attributes),
         )
         new = self._goals.plan(wanted)
         if new.goal.object == old.goal.object:
@@ -69,7 +72,10 @@ class QueueService:
                 f"goal {goal_id} has not ended in this session, so it cannot be repeated"
             )
         again = SearchRequest(
-            object=old.goal.display, context=old.goal.context, scenario=old.scenario
+            object=old.goal.display,
+            context=old.goal.context,
+            scenario=old.scenario,
+            attributes=list(old.goal.attributes),
         )
         return Accepted(detail=told(self._goals.search(again, copy_of=f"goal {goal_id}")))
 

@@ -159,5 +159,6 @@ def _request_of(search: PlannedSearch, joins: int | None) -> SavedGoal:
         context=search.goal.context,
         scenario=search.scenario,
         joins=joins,
+        attributes=list(search.goal.attributes),
         levels={edit.label: edit.level.text for edit in search.edits},
     )

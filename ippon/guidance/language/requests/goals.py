@@ -105,10 +105,14 @@ def _is_room(place: Relation) -> bool:
 def unchecked(goal: Goal) -> tuple[str, ...]:
     """Return a sentence for each thing that was said and that the search does not use yet."""
     notes: list[str] = []
-    if goal.attributes:
-        said = ", ".join(f"“{'not ' if one.negated else ''}{one.value}”" for one in goal.attributes)
-        are = "is" if len(goal.attributes) == 1 else "are"
-        notes.append(f"{said} {are} not checked yet: any {goal.object} counts")
+    others = [one for one in goal.attributes if one.kind not in ("colour", "size")]
+    if others:
+        said = ", ".join(f"“{'not ' if one.negated else ''}{one.value}”" for one in others)
+        are = "is" if len(others) == 1 else "are"
+        notes.append(
+            f"{said} {are} checked only by a model that takes images (--llm.second-opinion): "
+            f"without one, any {goal.object} counts"
+        )
     if goal.count == ALL:
         notes.append(f"“all” is not used yet: the search ends at the first {goal.object}")
     elif goal.count != 1:

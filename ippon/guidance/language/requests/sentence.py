@@ -8,7 +8,7 @@ from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.languages import other_language
 from ippon.guidance.language.naming import is_instance_of, resolve_object
 from ippon.guidance.language.requests.drafts import Draft, draft
-from ippon.guidance.language.requests.goals import Goal, Request, unchecked
+from ippon.guidance.language.requests.goals import Attribute, Goal, Request, unchecked
 from ippon.guidance.language.requests.lists import is_room
 from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
 from ippon.guidance.language.requests.phrases import CODE, SAME
@@ -76,6 +76,12 @@ def name_notes(name: str) -> tuple[str, ...]:
     """Return what the name of an object says that a search does not use yet."""
     phrase = read_noun_phrase(hear(name[:MAX_OBJECT_CHARS]), 0)
     return unchecked(draft(phrase).goal()) if phrase is not None and phrase.head else ()
+
+
+def name_attributes(name: str) -> tuple[Attribute, ...]:
+    """Return the attributes in the name of an object: red of "red mug"."""
+    phrase = read_noun_phrase(hear(name[:MAX_OBJECT_CHARS]), 0)
+    return draft(phrase).goal().attributes if phrase is not None and phrase.head else ()
 
 
 def search_name(goal: Goal) -> str:

@@ -1,10 +1,10 @@
-"""Plants, lamps, televisions, pictures, curtains and carpets."""
+"""Plants, mugs, lamps, televisions, pictures, curtains and carpets."""
 
 import math
 
 import numpy as np
 
-from ippon.simulation.homes.furniture.mesh_builder import MeshBuilder
+from ippon.simulation.homes.furniture.mesh_builder import Color, MeshBuilder
 from ippon.simulation.homes.furniture.model import Model, Surface, make_model
 from ippon.simulation.homes.furniture.style import (
     Style,
@@ -220,3 +220,16 @@ def fireplace(rng: np.random.Generator) -> Model:
         )
     surface = Surface(x0=-w / 2 + 0.05, y0=0.08, x1=w / 2 - 0.05, y1=0.36, z=1.06, kind="shelf")
     return make_model("fireplace", "fireplace", b, (surface,))
+
+
+def add_mug(b: MeshBuilder, color: Color) -> None:
+    """Add a mug of coffee around the origin."""
+    b.frustum((0.0, 0.0), (0.0, 0.1), (0.038, 0.042), color, top_color=(70, 46, 34))
+    b.box((0.04, -0.008, 0.02), (0.07, 0.008, 0.08), color)
+
+
+def mug(color: Color) -> Model:
+    """Make a mug of a colour."""
+    b = MeshBuilder()
+    add_mug(b, color)
+    return make_model("objects", "mug", b)

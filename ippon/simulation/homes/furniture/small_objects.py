@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ippon.simulation.homes.furniture.decor import add_mug
 from ippon.simulation.homes.furniture.mesh_builder import Color, MeshBuilder
 from ippon.simulation.homes.furniture.model import Model, make_model
 from ippon.simulation.homes.furniture.style import accent, chance, pick, shade, uniform, vary
@@ -23,9 +24,7 @@ def _hat(rng: np.random.Generator, b: MeshBuilder) -> None:
 
 
 def _mug(rng: np.random.Generator, b: MeshBuilder) -> None:
-    color = accent(rng)
-    b.frustum((0.0, 0.0), (0.0, 0.1), (0.038, 0.042), color, top_color=(70, 46, 34))
-    b.box((0.04, -0.008, 0.02), (0.07, 0.008, 0.08), color)
+    add_mug(b, accent(rng))
 
 
 def _book(rng: np.random.Generator, b: MeshBuilder) -> None:

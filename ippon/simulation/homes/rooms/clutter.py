@@ -1,10 +1,12 @@
 """Small objects on tables, seats, shelves and floors."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from ippon.simulation.homes.config import MUG_COLORS
 from ippon.simulation.homes.furniture import decor
 from ippon.simulation.homes.furniture.model import Model, Surface
 from ippon.simulation.homes.furniture.small_objects import SMALL_THINGS, small_thing
@@ -48,6 +50,7 @@ _RARE = 0.06
 
 HAT_PLACES: tuple[str | None, ...] = (None, "chair", "bed", "sofa", "shelf", "table", "floor")
 """Place of a home's only hat, by seed; successive seeds cycle through the places."""
+_MUG_SURFACES = frozenset({"table", "counter"})
 _HAT_SURFACES: dict[str, tuple[str, ...]] = {
     "chair": ("chair",),
     "bed": ("bed",),
@@ -67,7 +70,11 @@ class _Patch:
 
 
 def scatter(
-    rng: np.random.Generator, placed: list[Placed], spaces: list[RoomSpace], hat_place: str | None
+    rng: np.random.Generator,
+    placed: list[Placed],
+    spaces: list[RoomSpace],
+    hat_place: str | None,
+    mugs: Sequence[str] = (),
 ) -> list[Placed]:
     """Place small objects.
 
@@ -76,6 +83,7 @@ def scatter(
         placed: The furniture of the home.
         spaces: Occupied parts of each room.
         hat_place: One of `HAT_PLACES`.
+        mugs: See `HomeConfig.mugs`; one that has no place is left out.
 
     Returns:
         The objects that were placed.
@@ -84,6 +92,9 @@ def scatter(
     things: list[Placed] = []
     if hat_place is not None:
         things += _leave_hat(rng, patches, spaces, hat_place)
+    tops = [p for p in patches if p.owner.model.category in _MUG_SURFACES]
+    for color in mugs:
+        things += _put_on_one(rng, tops, decor.mug(MUG_COLORS[color]))
     for patch in patches:
         things += _fill(rng, patch)
     for space in spaces:
@@ -186,6 +197,15 @@ def _by_the_wall(rng: np.random.Generator, space: RoomSpace, model: Model) -> Pl
     return None
 
 
+def _put_on_one(rng: np.random.Generator, options: list[_Patch], model: Model) -> list[Placed]:
+    """Place an object on one of several patches; nothing if none has room."""
+    for k in rng.permutation(len(options)).tolist():
+        thing = _set_down(rng, options[k], model, tries=20)
+        if thing is not None:
+            return [thing]
+    return []
+
+
 def _leave_hat(
     rng: np.random.Generator, patches: list[_Patch], spaces: list[RoomSpace], place: str
 ) -> list[Placed]:
@@ -193,10 +213,9 @@ def _leave_hat(
     hat = small_thing(rng, "hat")
     wanted = _HAT_SURFACES.get(place, ())
     options = [p for p in patches if p.owner.model.category in wanted]
-    for k in rng.permutation(len(options)).tolist():
-        thing = _set_down(rng, options[k], hat, tries=20)
-        if thing is not None:
-            return [thing]
+    laid = _put_on_one(rng, options, hat)
+    if laid:
+        return laid
     if place == "floor":
         for k in rng.permutation(len(spaces)).tolist():
             thing = _by_the_wall(rng, spaces[k], hat)

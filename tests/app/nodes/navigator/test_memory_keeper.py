@@ -65,6 +65,7 @@ def hat_search(position=(2.0, 0.0, 1.0), found=True):
         candidates=(),
         rejected=[],
         layer=None,
+        judged=lambda _: (),
     )
 
 

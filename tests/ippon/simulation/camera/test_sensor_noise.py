@@ -23,6 +23,7 @@ def noise(**fields):
         "dropout": 0.0,
         "color_sigma": 0.0,
         "exposure_sigma": 0.0,
+        "white_balance_sigma": 0.0,
     }
     return SensorNoise(CAMERA, 0.3, 5.0, NoiseConfig(**(quiet | fields)))
 
@@ -78,6 +79,17 @@ def test_a_floor_seen_at_a_usual_angle_has_no_holes():
     measured = noise(edge_hole_probability=1.0).corrupt_depth(depth, generator())
     seen = (depth < 4.8) & (depth > 0.3)
     assert (measured[seen] > 0.0).all()
+
+
+def test_the_white_balance_is_that_of_the_run():
+    grey = np.full((250, 400, 3), 128, dtype=np.uint8)
+    config = NoiseConfig(color_sigma=0.0, exposure_sigma=0.0, white_balance_sigma=0.05)
+    first, again, other = (SensorNoise(CAMERA, 0.3, 5.0, config, seed) for seed in (1, 1, 2))
+    tinted = first.corrupt_color(grey, generator())
+    assert (tinted == tinted[0, 0]).all()
+    assert len(set(tinted[0, 0].tolist())) > 1
+    np.testing.assert_array_equal(tinted, again.corrupt_color(grey, generator(1)))
+    assert (tinted != other.corrupt_color(grey, generator())).any()
 
 
 def test_colour_noise_has_its_size():

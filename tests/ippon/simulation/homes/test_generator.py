@@ -9,7 +9,7 @@ import pytest
 from ippon.evaluation.metrics import Judge
 from ippon.robot import HABITAT, ZED
 from ippon.simulation.camera.line_of_sight import LineOfSight
-from ippon.simulation.homes.config import HomeConfig
+from ippon.simulation.homes.config import MUG_COLORS, HomeConfig
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.homes.rooms.clutter import HAT_PLACES
 from ippon.simulation.robot.navigation_grid import navigation_grid, robot_grid
@@ -182,6 +182,16 @@ def test_in_home_3_the_one_hat_is_on_the_sofa_and_out_of_sight_at_first(home):
         eye = np.array([start.x, start.y, height])
         assert not sight.is_clear(eye, corners.astype(np.float64)).any()
     assert np.isfinite(Judge(scene, ZED, "hat").shortest_path_m(start))
+
+
+def test_a_home_has_the_mugs_that_are_wanted():
+    scene = generate_home(5, config=HomeConfig(mugs=("red", "white")))
+    mugs = [k for k, one in enumerate(scene.instances) if one.label == "mug"]
+    colors = scene.face_colors[np.isin(scene.face_instance, mugs)].tolist()
+    assert list(MUG_COLORS["red"]) in colors
+    assert list(MUG_COLORS["white"]) in colors
+    with pytest.raises(ValueError, match=r"mugs are red, white, .*; got plaid"):
+        HomeConfig(mugs=("plaid",))
 
 
 @pytest.mark.slow

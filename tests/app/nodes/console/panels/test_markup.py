@@ -18,6 +18,7 @@ from app.messages.status import (
     StreamStatus,
 )
 from app.nodes.console.panels import markup
+from app.nodes.console.panels.find_card import find_card
 from app.view.colors import COLOR_MODES, TREE_LEGEND, legend
 from app.view.model.candidates import Candidate
 from app.view.model.picture_store import StoredPicture
@@ -78,7 +79,7 @@ def test_no_text_from_outside_becomes_markup(text, stage):
         markup.now(status),
         markup.answer(text, ok=False),
         markup.goals([goal], [goal]),
-        markup.found(find),
+        find_card(find, in_tour=True),
         markup.levels(table),
         markup.reasons(table),
         markup.conversation(table),
@@ -100,7 +101,7 @@ def test_what_was_understood_is_shown_with_what_is_not_used():
     text = re.sub(r"<[^>]+>", " ", html)
     words = " ".join(text.split())
     assert words.startswith("Look for mug red next to white sink not in kitchen then chair × 2")
-    assert "“red” is not checked yet: any mug counts" in words
+    assert "“next to white sink” guides the search" in words
     assert "Read by rules: no answer within 8 s" in words
 
 

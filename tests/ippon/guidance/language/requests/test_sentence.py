@@ -244,7 +244,9 @@ def test_a_search_is_given_the_attributes_unless_they_hide_the_object() -> None:
 
 
 def test_what_a_name_says_and_is_not_used_is_told() -> None:
-    assert name_notes("red mug") == ("“red” is not checked yet: any mug counts",)
+    assert name_notes("red mug") == (), "a colour is checked on the find"
+    (note,) = name_notes("wooden chair")
+    assert note.startswith("“wooden” is checked only by a model that takes images")
     assert name_notes("coffee table") == ()
 
 
