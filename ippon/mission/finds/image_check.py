@@ -8,14 +8,13 @@ An image of a network that labels pixels votes with the share of the candidate's
 probable label is the object. An image of a detector votes with 1 if it recognises the object at any
 part of the candidate, and with 0 otherwise: an instance is recognised as a whole, but its box
 covers other pixels from each view, so that the map spreads it over voxels that no single image
-recognises together. It does not vote if it shows only voxels beside the object: those that most
-images that recognise it exclude.
+recognises together.
 """
 
 import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +22,6 @@ from numpy.typing import NDArray
 
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform, transform_points
-from ippon.mission.finds.recognised_voxels import RecognisedVoxels, voxel_keys
 from ippon.mission.snapshot import Find
 from ippon.observation_model import NOTHING_SAID, ObservationModels
 
@@ -108,22 +106,6 @@ class _Track:
     """Votes of the last images that showed it, oldest first."""
     by_instance: bool
     """The votes are those of a detector."""
-    recognised: RecognisedVoxels = field(default_factory=RecognisedVoxels)
-
-    def add(self, keys: NDArray[np.int64], wins: NDArray[np.bool_]) -> None:
-        """Add the vote of an image.
-
-        Args:
-            keys: (M,) `voxel_keys` of the candidate's voxels that the image shows.
-            wins: (M,) whether they look like the object.
-        """
-        if not self.by_instance:
-            self.shares.append(float(wins.mean()))
-        elif wins.any():
-            self.recognised.add(keys, wins)
-            self.shares.append(1.0)
-        elif not self.recognised.are_beside(keys).all():
-            self.shares.append(0.0)
 
 
 class ImageScore(NamedTuple):
@@ -189,7 +171,6 @@ class ImageCheck:
             frame, self._label, centres_world, self._models, self._config.depth_tolerance_m
         )
         by_instance = heatmap.kind == "scores"
-        keys = voxel_keys(centres_world)
         kept: list[_Track] = []
         # Smaller candidates in view are tracked as well, since each may end the search.
         most = self._config.max_tracks
@@ -204,7 +185,8 @@ class ImageCheck:
             inside = np.abs(centres_world - track.centre) <= 0.5 * np.array(find.size_m) + 1e-6
             mine = inside.all(axis=1) & seen
             if mine.any():
-                track.add(keys[mine], wins[mine])
+                votes_for = wins[mine]
+                track.shares.append(float(votes_for.any() if by_instance else votes_for.mean()))
             kept.append(track)
         self._tracks = kept
 

@@ -339,17 +339,6 @@ def test_what_a_detector_misses_from_nearby_is_denied_however_it_looked_from_afa
     assert not look.contradicts(find), "half of the last ones are enough"
 
 
-@pytest.mark.parametrize(("hidden", "share"), [(0.3, 1.0), (0.1, 0.5)], ids=["all", "half"])
-def test_an_image_that_hides_what_was_recognised_of_a_find_says_nothing(hidden, share):
-    """A box in front of a mug hides it from one side; the map took part of it for the mug."""
-    look, find = detected([0.2] * 10)
-    image = recognised(0.0)
-    image.heatmap.probabilities[: round(48 * hidden)] = NOTHING_SAID
-    for _ in range(10):
-        look.observe(image, voxels(), [find])
-    assert look.share(find) == share
-
-
 def test_votes_of_a_detector_and_of_labelled_pixels_are_not_mixed():
     look, find = detected([0.0] * 20)
     for _ in range(CONFIG.min_images - 1):
