@@ -173,10 +173,10 @@ def test_finds_that_are_too_large_are_reconsidered_last(searching):
 
 
 def test_an_object_beside_a_rejected_find_remains_a_candidate(searching):
-    """A toilet 1.2 m from a wrong find, as in a simulated home, begins at the excluded region."""
+    """A toilet 1.3 m from a wrong find, as in a simulated home, begins at the excluded region."""
     search = searching(None, goal="toilet", category="toilet")
-    wrong = replace(speck(voxels=32), position_world=(8.2, 8.5, 0.8), size_m=(0.7, 0.5, 0.4))
-    toilet = replace(speck(voxels=23), position_world=(7.4, 7.7, 0.3), size_m=(0.5, 0.5, 0.4))
+    wrong = replace(speck(voxels=32), position_world=(8.21, 8.47, 0.76), size_m=(0.7, 0.5, 0.4))
+    toilet = replace(speck(voxels=50), position_world=(7.3, 7.52, 0.44), size_m=(0.5, 0.8, 0.8))
     more = replace(speck(voxels=4), position_world=(7.8, 8.1, 0.6), size_m=(0.3, 0.2, 0.2))
     region = exclusion_sphere(search.exclusion, wrong)
     search.rejected.append(region)
